@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/dynamics/urdf_check.h>
+
+#include <Eigen/Eigenvalues>
+#include <string_view>
+
+namespace dyntape::dynamics {
+
+using tinyxml2::XMLElement;
+
+namespace {
+
+struct NumberAttribute {
+  std::string_view element;
+  const char* name;
+  int count;
+};
+
+// Every numeric attribute of links and joints that URDF knows.
+constexpr NumberAttribute kNumbers[] = {{"origin", "xyz", 3},
+                                        {"origin", "rpy", 3},
+                                        {"axis", "xyz", 3},
+                                        {"mass", "value", 1},
+                                        {"inertia", "ixx", 1},
+                                        {"inertia", "ixy", 1},
+                                        {"inertia", "ixz", 1},
+                                        {"inertia", "iyy", 1},
+                                        {"inertia", "iyz", 1},
+                                        {"inertia", "izz", 1},
+                                        {"limit", "lower", 1},
+                                        {"limit", "upper", 1},
+                                        {"limit", "velocity", 1},
+                                        {"limit", "effort", 1},
+                                        {"dynamics", "damping", 1},
+                                        {"dynamics", "friction", 1},
+                                        {"mimic", "multiplier", 1},
+                                        {"mimic", "offset", 1},
+                                        {"calibration", "rising", 1},
+                                        {"calibration", "falling", 1},
+                                        {"safety_controller", "k_position", 1},
+                                        {"safety_controller", "k_velocity", 1},
+                                        {"safety_controller", "soft_lower_limit", 1},
+                                        {"safety_controller", "soft_upper_limit", 1},
+                                        {"box", "size", 3},
+                                        {"sphere", "radius", 1},
+                                        {"cylinder", "radius", 1},
+                                        {"cylinder", "length", 1},
+                                        {"mesh", "scale", 3},
+                                        {"color", "rgba", 4}};
+
+void check_attributes(const UrdfText& text, const XMLElement& element) {
+  for (auto* a = element.FirstAttribute(); a; a = a->Next())
+    for (auto* b = a->Next(); b; b = b->Next())
+      if (std::string_view(a->Name()) == b->Name())
+        text.fail(element,
+                  std::string("<") + element.Name() + "> has the attribute \"" + a->Name() + "\" twice");
+  for (const NumberAttribute& n : kNumbers)
+    if (n.element == element.Name()) text.numbers(element, n.name, n.count);
+}
+
+// tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
+void check_numbers_below(const UrdfText& text, const XMLElement& element) {
+  check_attributes(text, element);
+  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
+    check_numbers_below(text, *child);
+}
+
+const XMLElement& required_child(const UrdfText& text, const XMLElement& owner, const XMLElement& element,
+                                 const char* tag) {
+  const XMLElement* child = element.FirstChildElement(tag);
+  if (!child) text.fail(element, describe(owner) + " has <" + element.Name() + "> without <" + tag + ">");
+  return *child;
+}
+
+double required_number(const UrdfText& text, const XMLElement& owner, const XMLElement& element,
+                       const char* attribute) {
+  const auto value = text.number(element, attribute);
+  if (!value)
+    text.fail(element,
+              describe(owner) + ": <" + element.Name() + "> needs the attribute \"" + attribute + "\"");
+  return *value;
+}
+
+Eigen::Matrix3d inertia_tensor(const UrdfText& text, const XMLElement& link, const XMLElement& inertia) {
+  const auto entry = [&](const char* name) { return required_number(text, link, inertia, name); };
+  const double xx = entry("ixx"), xy = entry("ixy"), xz = entry("ixz");
+  const double yy = entry("iyy"), yz = entry("iyz"), zz = entry("izz");
+  Eigen::Matrix3d I;
+  I << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  return I;
+}
+
+// Principal moments of the tensor about the centre of mass, ascending.
+void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XMLElement& inertia,
+                          double mass, std::vector<std::string>& notes) {
+  const Eigen::Matrix3d I = inertia_tensor(text, link, inertia);
+  const double scale = I.cwiseAbs().maxCoeff();
+  if (scale == 0) return;
+  const Eigen::Vector3d e =
+      scale * Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I / scale, Eigen::EigenvaluesOnly).eigenvalues();
+  if (e[0] < -1e-9 * scale)
+    text.fail(inertia, describe(link) +
+                           " has an inertia that no body has: its smallest principal moment is " +
+                           digits(e[0]) + " kg m^2; expected none below zero");
+  if (e[2] > (e[0] + e[1]) * (1 + 1e-6))
+    notes.push_back(text.where(inertia) + describe(link) +
+                    " has an inertia that no rigid body has: principal " + "moments " + digits(e[0]) + ", " +
+                    digits(e[1]) + ", " + digits(e[2]) + ", the largest above the sum of the others");
+  if (mass == 0)
+    notes.push_back(text.where(inertia) + describe(link) + " has rotational inertia but no mass");
+}
+
+void note_repeated(const UrdfText& text, const XMLElement& element, std::initializer_list<const char*> tags,
+                   std::vector<std::string>& notes) {
+  for (const char* tag : tags) {
+    const XMLElement* first = element.FirstChildElement(tag);
+    if (const XMLElement* second = first ? first->NextSiblingElement(tag) : nullptr)
+      notes.push_back(text.where(*second) + describe(element) + " has <" + tag +
+                      "> more than once; only the first counts");
+  }
+}
+
+}  // namespace
+
+void check_urdf_numbers(const UrdfText& text) {
+  for (const char* tag : {"link", "joint", "material"})
+    for (const XMLElement* element : text.children(tag)) check_numbers_below(text, *element);
+}
+
+void check_urdf_links(const UrdfText& text, std::vector<std::string>& notes) {
+  for (const XMLElement* link : text.children("link")) {
+    note_repeated(text, *link, {"inertial"}, notes);
+    const XMLElement* inertial = link->FirstChildElement("inertial");
+    if (!inertial) continue;
+    note_repeated(text, *inertial, {"origin", "mass", "inertia"}, notes);
+    const XMLElement& mass = required_child(text, *link, *inertial, "mass");
+    const double m = required_number(text, *link, mass, "value");
+    if (m < 0) text.fail(mass, describe(*link) + " has the mass " + digits(m) + " kg; expected zero or more");
+    check_inertia_tensor(text, *link, required_child(text, *link, *inertial, "inertia"), m, notes);
+  }
+}
+
+std::vector<std::string> check_urdf(const UrdfText& text) {
+  std::vector<std::string> notes;
+  check_urdf_names(text);
+  check_urdf_numbers(text);
+  check_urdf_tree(text);
+  check_urdf_links(text, notes);
+  check_urdf_joints(text, notes);
+  return notes;
+}
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Everything that is checked before urdfdom reads a file.
+//
+//   std::vector<std::string> notes = check_urdf(text);      // FileError "file:line: sentence" on the first
+//   fault
+//
+// Faults (errors)
+//   names missing or used twice; unknown parent, child or mimicked joint; a link with two parents; two roots;
+//   a loop; joint types other than revolute, continuous, prismatic and fixed; a zero axis; limits that are
+//   missing, negative (velocity, effort) or reversed (lower > upper); numbers that are not finite numbers; a
+//   mass below zero; an inertia tensor with a principal moment below -1e-9 of the largest.
+// Oddities (notes, `file:line: sentence`)
+//   principal moments a <= b <= c with c > (a + b)(1 + 1e-6): no body has such an inertia, yet public files
+//   contain them; rotational inertia without mass; an axis that is not of unit length; position limits that
+//   are left out (urdfdom reads 0); mimic joints (read as independent); an element given twice (the first
+//   counts).
+//
+// Zero mass and zero inertia are legal: point masses and massless links between joints are common.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/urdf_text.h>
+
+namespace dyntape::dynamics {
+
+std::vector<std::string> check_urdf(const UrdfText& text);
+
+// The parts, in the order in which check_urdf calls them.
+void check_urdf_names(const UrdfText& text);
+void check_urdf_numbers(const UrdfText& text);
+void check_urdf_tree(const UrdfText& text);
+void check_urdf_links(const UrdfText& text, std::vector<std::string>& notes);
+void check_urdf_joints(const UrdfText& text, std::vector<std::string>& notes);
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <string_view>
+
+#include <dyntape/dynamics/urdf_check.h>
+
+namespace dyntape::dynamics {
+
+using tinyxml2::XMLElement;
+
+namespace {
+
+std::string_view type_of(const XMLElement& joint) {
+  const char* type = joint.Attribute("type");
+  return type ? type : "";
+}
+
+void check_type(const UrdfText& text, const XMLElement& joint) {
+  static const std::vector<std::string> kSupported = {"revolute", "continuous", "prismatic", "fixed"};
+  const std::string type(type_of(joint));
+  if (std::find(kSupported.begin(), kSupported.end(), type) != kSupported.end()) return;
+  const std::string expected = "expected revolute, continuous, prismatic or fixed";
+  if (type.empty()) text.fail(joint, describe(joint) + " has no type; " + expected);
+  if (type == "floating")
+    text.fail(joint, describe(joint) + " is of the unsupported type floating; remove it and load with a " +
+                         "floating base, or " + expected);
+  if (type == "planar")
+    text.fail(joint, describe(joint) + " is of the unsupported type planar; use two prismatic joints and a " +
+                         "continuous one");
+  text.fail(joint,
+            describe(joint) + " has the type \"" + type + "\"; " + expected + nearest_name(type, kSupported));
+}
+
+void check_axis(const UrdfText& text, const XMLElement& joint, std::vector<std::string>& notes) {
+  const XMLElement* element = joint.FirstChildElement("axis");
+  if (!element) return;  // x, as URDF says
+  if (!element->Attribute("xyz"))
+    text.fail(*element, describe(joint) + ": <axis> needs the attribute \"xyz\"");
+  const Eigen::Vector3d axis = text.vector_below(joint, "axis", "xyz", Eigen::Vector3d::UnitX());
+  if (axis.isZero(0)) text.fail(*element, describe(joint) + " has a zero axis; expected a direction");
+  const double length = axis.stableNorm();
+  if (std::abs(length - 1) > 1e-6)
+    notes.push_back(text.where(*element) + describe(joint) + " has an axis of length " + digits(length) +
+                    ", scaled to 1");
+}
+
+void check_limit(const UrdfText& text, const XMLElement& joint, std::vector<std::string>& notes) {
+  const XMLElement* limit = joint.FirstChildElement("limit");
+  const bool bounded = type_of(joint) != "continuous";
+  if (!limit && bounded)
+    text.fail(joint, describe(joint) + " has no <limit>; a " + std::string(type_of(joint)) +
+                         " joint needs lower, upper, velocity and effort");
+  if (!limit) return;
+  for (const char* name : {"velocity", "effort"}) {
+    const auto value = text.number(*limit, name);
+    if (!value) text.fail(*limit, describe(joint) + ": <limit> needs the attribute \"" + name + "\"");
+    if (*value < 0)
+      text.fail(*limit, describe(joint) + " has the " + name + " limit " + digits(*value) +
+                            "; expected zero or more");
+  }
+  if (!bounded) return;
+  const auto lower = text.number(*limit, "lower"), upper = text.number(*limit, "upper");
+  if (lower.value_or(0) > upper.value_or(0))
+    text.fail(*limit, describe(joint) + " has lower limit " + digits(lower.value_or(0)) +
+                          " above upper limit " + digits(upper.value_or(0)));
+  for (const auto& [name, value] : {std::pair{"lower", lower}, {"upper", upper}})
+    if (!value)
+      notes.push_back(text.where(*limit) + describe(joint) + " gives no " + name +
+                      " limit, which reads as 0");
+}
+
+void check_mimic(const UrdfText& text, const XMLElement& joint, std::vector<std::string>& notes) {
+  const XMLElement* mimic = joint.FirstChildElement("mimic");
+  if (!mimic) return;
+  const char* other = mimic->Attribute("joint");
+  if (!other) text.fail(*mimic, describe(joint) + ": <mimic> needs the attribute \"joint\"");
+  if (!text.find_joint(other)) {
+    std::vector<std::string> names;
+    for (const XMLElement* j : text.children("joint")) names.emplace_back(j->Attribute("name"));
+    text.fail(*mimic, describe(joint) + " mimics \"" + other + "\", and there is no such joint" +
+                          nearest_name(other, names));
+  }
+  notes.push_back(text.where(*mimic) + describe(joint) + " mimics \"" + other +
+                  "\"; it is read as an independent joint");
+}
+
+}  // namespace
+
+void check_urdf_joints(const UrdfText& text, std::vector<std::string>& notes) {
+  for (const XMLElement* joint : text.children("joint")) {
+    check_type(text, *joint);
+    if (type_of(*joint) == "fixed") continue;
+    check_axis(text, *joint, notes);
+    check_limit(text, *joint, notes);
+    check_mimic(text, *joint, notes);
+    for (const char* tag : {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic"}) {
+      const XMLElement* first = joint->FirstChildElement(tag);
+      if (const XMLElement* second = first ? first->NextSiblingElement(tag) : nullptr)
+        notes.push_back(text.where(*second) + describe(*joint) + " has <" + tag +
+                        "> more than once; only the first counts");
+    }
+  }
+}
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/dynamics/urdf_dom.h>
+
+#include <console_bridge/console.h>
+#include <urdf_parser/urdf_parser.h>
+
+#include <mutex>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape::dynamics {
+namespace {
+
+struct Message {
+  std::string text;
+  bool is_error;
+};
+
+// While one lives, urdfdom's logger writes here.
+class CapturedConsole : public console_bridge::OutputHandler {
+ public:
+  CapturedConsole() : level_(console_bridge::getLogLevel()) {
+    console_bridge::useOutputHandler(this);
+    console_bridge::setLogLevel(console_bridge::CONSOLE_BRIDGE_LOG_WARN);
+  }
+  ~CapturedConsole() override {
+    console_bridge::setLogLevel(level_);
+    console_bridge::restorePreviousOutputHandler();
+  }
+  CapturedConsole(const CapturedConsole&) = delete;
+  CapturedConsole& operator=(const CapturedConsole&) = delete;
+
+  void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
+    messages.push_back({text, level >= console_bridge::CONSOLE_BRIDGE_LOG_ERROR});
+  }
+
+  std::vector<Message> messages;
+
+ private:
+  console_bridge::LogLevel level_;
+};
+
+bool mentions(const std::string& message, const std::string& name) {
+  const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
+  for (size_t at = message.find(name); at != message.npos; at = message.find(name, at + 1)) {
+    const size_t end = at + name.size();
+    if ((at == 0 || !is_word(message[at - 1])) && (end == message.size() || !is_word(message[end])))
+      return true;
+  }
+  return false;
+}
+
+// The element that a message speaks of: urdfdom names links and joints but no position.
+const tinyxml2::XMLElement& subject(const std::string& message, const UrdfText& text) {
+  const tinyxml2::XMLElement* best = &text.robot();
+  size_t longest = 0;
+  for (const char* tag : {"joint", "link", "material"}) {
+    for (const tinyxml2::XMLElement* element : text.children(tag)) {
+      const char* name = element->Attribute("name");
+      const size_t length = name ? std::string(name).size() : 0;
+      if (length > longest && mentions(message, name)) longest = length, best = element;
+    }
+  }
+  return *best;
+}
+
+std::string joined(const std::vector<Message>& messages) {
+  std::string all;
+  for (const Message& m : messages)
+    if (m.is_error) all += (all.empty() ? "" : "; ") + m.text;
+  return all;
+}
+
+}  // namespace
+
+UrdfDom read_with_urdfdom(const std::string& contents, const UrdfText& text, const std::string& file) {
+  static std::mutex mutex;
+  UrdfDom dom;
+  std::vector<Message> messages;
+  {
+    const std::lock_guard lock(mutex);
+    CapturedConsole console;
+    try {
+      dom.model = urdf::parseURDF(contents);
+    } catch (const std::exception& e) {
+      console.messages.push_back({e.what(), true});
+    }
+    messages = std::move(console.messages);
+  }
+  if (const std::string errors = joined(messages); !errors.empty())
+    text.fail(subject(errors, text), "urdfdom says: " + errors);
+  if (!dom.model) throw FileError(file + ": urdfdom could not read the file and does not say why");
+  for (const Message& m : messages)
+    dom.notes.push_back(text.where(subject(m.text, text)) + "urdfdom says: " + m.text);
+  return dom;
+}
+
+}  // namespace dyntape::dynamics
