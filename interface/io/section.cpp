@@ -1,0 +1,198 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/io/section.h>
+
+#include <algorithm>
+#include <map>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/file.h>
+#include <dyntape/interface/io/section_state.h>
+#include <dyntape/interface/io/suggest.h>
+
+namespace dyntape::io {
+namespace {
+
+const InfoNode* first_named(const InfoNode& node, const std::string& key) {
+  for (const InfoNode& child : node.children) {
+    if (child.key == key) return &child;
+  }
+  return nullptr;
+}
+
+// The mistake behind OCS2's `barrierReductionCostTol `: no file can answer such a question.
+void check_question(const std::string& key) {
+  if (key.empty() || key.front() == ' ' || key.back() == ' ') {
+    throw ArgumentError("section: the key '" + key + "' asked for is empty or begins or ends with a blank");
+  }
+}
+
+}  // namespace
+
+InfoNode answer_node(const std::string& key, std::string value, const InfoNode* given) {
+  InfoNode node;
+  node.key = key;
+  node.value = std::move(value);
+  node.has_value = true;
+  if (!given) node.comment = "default";
+  return node;
+}
+
+Section Section::parse(std::string_view text, const std::string& file_name, Mode mode) {
+  InfoScan scan = scan_info(text, file_name, mode);
+  auto reading = std::make_shared<Reading>(Reading{std::move(scan.root), mode, std::move(scan.problems), {}});
+  reading->top.push_back({&reading->root, "", reading->root.where});
+  State* top = &reading->top.front();
+  return Section(std::move(reading), top);
+}
+
+Section Section::read(const std::string& path, Mode mode) { return parse(read_file(path), path, mode); }
+
+bool Section::strict() const { return reading_->mode == Mode::kStrict; }
+bool Section::present() const { return state_->node != nullptr; }
+std::string Section::name() const { return state_->node ? state_->node->key : ""; }
+std::string Section::path() const { return state_->path; }
+std::string Section::full(const std::string& key) const { return state_->path_of(key); }
+Where Section::where() const { return state_->where; }
+
+Where Section::where(const std::string& key) const {
+  const InfoNode* node = state_->node ? first_named(*state_->node, key) : nullptr;
+  return node ? node->value_where : state_->where;
+}
+
+void Section::note(const Where& where, std::string message) {
+  for (const Problem& known : reading_->problems) {  // a question asked twice is one problem
+    if (known.message == message && to_string(known.where) == to_string(where)) return;
+  }
+  reading_->problems.push_back({where, std::move(message)});
+}
+
+void Section::problem(const std::string& key, const std::string& message) { note(where(key), message); }
+
+bool Section::has(const std::string& key) {
+  check_question(key);
+  state_->remember(key);
+  return state_->node && first_named(*state_->node, key);
+}
+
+void Section::ignore(const std::string& key) {
+  has(key);
+  state_->repeatable.insert(key);
+}
+
+const InfoNode* Section::find(const std::string& key, bool required) {
+  if (has(key)) return first_named(*state_->node, key);
+  if (required) note(state_->where, "required key '" + full(key) + "' is missing");
+  return nullptr;
+}
+
+const InfoNode* Section::find_value(const std::string& key, bool required) {
+  const InfoNode* node = find(key, required);
+  if (!node || !strict()) return node;
+  if (node->has_block) note(node->where, "'" + full(key) + "' is a value, but a block was written");
+  if (!node->has_block && !node->has_value) note(node->where, "'" + full(key) + "' has no value");
+  return node->has_block || !node->has_value ? nullptr : node;
+}
+
+std::string Section::value() {
+  state_->value_read = true;
+  return state_->node ? state_->node->value : "";
+}
+
+Section Section::child(const std::string& key) {
+  const InfoNode* node = find(key, true);
+  if (node && strict() && !node->has_block)
+    note(node->where, "'" + full(key) + "' is a block; '{' was expected");
+  return Section(reading_, state_->block_of(node, key));
+}
+
+Section Section::child_or_empty(const std::string& key) {
+  return has(key) ? child(key) : Section(reading_, state_->block_of(nullptr, key));
+}
+
+std::vector<Section> Section::children(const std::string& key) {
+  std::vector<Section> sections;
+  if (!has(key)) return sections;
+  state_->repeatable.insert(key);
+  for (const InfoNode& node : state_->node->children) {
+    if (node.key == key) sections.push_back(Section(reading_, state_->block_of(&node, key)));
+  }
+  return sections;
+}
+
+std::vector<Section> Section::all_children() {
+  std::vector<Section> sections;
+  if (!state_->node) return sections;
+  for (const InfoNode& node : state_->node->children) {
+    state_->remember(node.key);
+    sections.push_back(Section(reading_, state_->block_of(&node, node.key)));
+  }
+  return sections;
+}
+
+void Section::finish() {
+  if (strict()) check_unread();
+  throw_if_any(reading_->problems);
+}
+
+void Section::check_unread() {
+  if (!state_->node) return;
+  const bool stray = state_->node->has_value && !state_->value_read;
+  if (stray) note(state_->node->value_where, "the block '" + path() + "' has a value that nothing reads");
+  std::map<std::string, Where> first;
+  for (const InfoNode& child : state_->node->children) {
+    const auto [place, is_first] = first.emplace(child.key, child.where);
+    const auto& asked = state_->asked;
+    if (std::find(asked.begin(), asked.end(), child.key) == asked.end()) {
+      if (is_first) note(child.where, unknown(child.key));
+    } else if (!is_first && !state_->repeatable.count(child.key)) {
+      note(child.where,
+           "duplicate key '" + full(child.key) + "'; it is given first at " + to_string(place->second));
+    }
+  }
+  for (State& block : state_->blocks) Section(reading_, &block).check_unread();
+}
+
+std::string Section::unknown(const std::string& key) const {
+  const std::string place = state_->path.empty() ? "" : " in '" + state_->path + "'";
+  return "unknown key '" + key + "'" + place + hint(key);
+}
+
+// The nearest key that was asked for here; failing that, another block where this very key was asked for.
+std::string Section::hint(const std::string& key) const {
+  if (nearest_name(key, state_->asked).empty()) {
+    std::vector<const State*> open = {&reading_->top.front()};
+    while (!open.empty()) {
+      const State* state = open.back();
+      open.pop_back();
+      const bool here = std::find(state->asked.begin(), state->asked.end(), key) != state->asked.end();
+      if (here)
+        return "; it belongs " + (state->path.empty() ? "outside all blocks" : "in '" + state->path + "'");
+      for (const State& block : state->blocks) open.push_back(&block);
+    }
+  }
+  return suggestion(key, state_->asked);
+}
+
+std::string Section::effective_values() const { return write_info(effective(*state_)); }
+
+InfoNode Section::effective(const State& state) {
+  InfoNode node;
+  for (const Answer& answer : state.answers) {
+    InfoNode child = answer.written;
+    if (answer.block >= 0) {
+      const State& block = *std::next(state.blocks.begin(), answer.block);
+      child = effective(block);
+      child.key = answer.written.key;
+      child.has_block = true;
+      if (block.value_read && block.node && block.node->has_value) {
+        child.value = block.node->value;
+        child.has_value = true;
+      }
+      if (!block.node) child.comment = "absent: defaults";
+    }
+    node.children.push_back(std::move(child));
+  }
+  return node;
+}
+
+}  // namespace dyntape::io

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/io/suggest.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace dyntape::io {
+namespace {
+
+char lower(char c) { return static_cast<char>(std::tolower(static_cast<unsigned char>(c))); }
+
+// In half edits, so that a wrong case is cheaper than a wrong letter.
+int substitution_cost(char a, char b) { return a == b ? 0 : lower(a) == lower(b) ? 1 : 2; }
+
+bool same_but_for_case(std::string_view a, std::string_view b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](char x, char y) { return lower(x) == lower(y); });
+}
+
+}  // namespace
+
+// Optimal string alignment distance by dynamic programming over prefixes, three rows at a time.
+int edit_distance(std::string_view a, std::string_view b) {
+  std::vector<int> before(b.size() + 1), above(b.size() + 1), row(b.size() + 1);
+  for (size_t j = 0; j <= b.size(); ++j) above[j] = 2 * static_cast<int>(j);
+  for (size_t i = 1; i <= a.size(); ++i) {
+    row[0] = 2 * static_cast<int>(i);
+    for (size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({above[j] + 2, row[j - 1] + 2, above[j - 1] + substitution_cost(a[i - 1], b[j - 1])});
+      const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
+      if (swapped) row[j] = std::min(row[j], before[j - 2] + 2);
+    }
+    before.swap(above);
+    above.swap(row);
+  }
+  return (above[b.size()] + 1) / 2;
+}
+
+std::string nearest_name(std::string_view name, const std::vector<std::string>& valid) {
+  std::string best;
+  int least = std::max(2, static_cast<int>(name.size()) / 3) + 1;
+  for (const std::string& candidate : valid) {
+    const int distance = edit_distance(name, candidate);
+    // A two-letter name is two edits from every other: what shares no letter is never meant.
+    const bool shares_letters = distance < static_cast<int>(std::max(name.size(), candidate.size()));
+    const bool related = shares_letters || same_but_for_case(name, candidate);
+    if (related && distance < least) {
+      least = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+std::string suggestion(std::string_view name, const std::vector<std::string>& valid) {
+  const std::string nearest = nearest_name(name, valid);
+  if (!nearest.empty()) return "; did you mean '" + nearest + "'?";
+  if (valid.empty()) return "";
+  std::string text = "; valid are ";
+  constexpr size_t kShown = 8;
+  for (size_t i = 0; i < std::min(valid.size(), kShown); ++i) text += (i ? ", '" : "'") + valid[i] + "'";
+  return text + (valid.size() > kShown ? ", ..." : "");
+}
+
+}  // namespace dyntape::io
