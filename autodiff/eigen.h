@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// AD as a scalar of Eigen: products, norms, factorisations, quaternions, and expressions that mix AD and
+// double.
+#pragma once
+
+#include <Eigen/Core>
+#include <limits>
+
+#include <dyntape/autodiff/scalar.h>
+
+namespace dyntape {
+using VectorXad = Eigen::Matrix<AD, Eigen::Dynamic, 1>;
+using MatrixXad = Eigen::Matrix<AD, Eigen::Dynamic, Eigen::Dynamic>;
+}  // namespace dyntape
+
+template <>
+struct std::numeric_limits<dyntape::AD> : std::numeric_limits<double> {};
+
+namespace Eigen {
+
+template <>
+struct NumTraits<dyntape::AD> : NumTraits<double> {
+  using Real = dyntape::AD;
+  using NonInteger = dyntape::AD;
+  using Nested = dyntape::AD;
+  using Literal = double;
+  enum {
+    IsComplex = 0,
+    IsInteger = 0,
+    IsSigned = 1,
+    RequireInitialization = 1,
+    ReadCost = 1,
+    AddCost = 20,
+    MulCost = 20
+  };
+  static Real epsilon() { return NumTraits<double>::epsilon(); }
+  static Real dummy_precision() { return NumTraits<double>::dummy_precision(); }
+  static Real highest() { return NumTraits<double>::highest(); }
+  static Real lowest() { return NumTraits<double>::lowest(); }
+};
+
+template <typename BinaryOp>
+struct ScalarBinaryOpTraits<dyntape::AD, double, BinaryOp> {
+  using ReturnType = dyntape::AD;
+};
+template <typename BinaryOp>
+struct ScalarBinaryOpTraits<double, dyntape::AD, BinaryOp> {
+  using ReturnType = dyntape::AD;
+};
+
+}  // namespace Eigen

@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/graph.h>
+
+#include <bit>
+#include <cmath>
+
+#include <dyntape/autodiff/callee.h>
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+namespace {
+
+std::uint64_t mix(std::uint64_t h) {  // the finaliser of a 64-bit multiplicative hash
+  h ^= h >> 32;
+  h *= 0xd6e8feb86659fd93u;
+  h ^= h >> 32;
+  h *= 0xd6e8feb86659fd93u;
+  h ^= h >> 32;
+  return h;
+}
+
+std::uint64_t hash(const Node& n, const std::vector<double>& constants) {
+  if (n.op == Op::Const) return mix(std::bit_cast<std::uint64_t>(constants[n.a]) + 0x9e3779b97f4a7c15u);
+  return mix(mix((std::uint64_t(n.a) << 32 | n.b) + 0x9e3779b97f4a7c15u * (1 + std::uint64_t(n.op))) + n.c);
+}
+
+constexpr int kLargestIntegerPower = 16;  // pow(x, n) becomes products up to here
+
+}  // namespace
+
+void Graph::grow_table() {
+  table_.assign(std::max<std::size_t>(64, table_.size() * 2), kNoNode);
+  const std::size_t mask = table_.size() - 1;
+  for (NodeId id = 0; id < nodes_.size(); ++id) {
+    std::size_t slot = hash(nodes_[id], constants_) & mask;
+    while (table_[slot] != kNoNode) slot = (slot + 1) & mask;
+    table_[slot] = id;
+  }
+}
+
+NodeId Graph::intern(const Node& node) {
+  if ((nodes_.size() + 1) * 2 > table_.size()) grow_table();
+  const std::size_t mask = table_.size() - 1;
+  std::size_t slot = hash(node, constants_) & mask;
+  for (; table_[slot] != kNoNode; slot = (slot + 1) & mask) {
+    const Node& other = nodes_[table_[slot]];
+    if (other == node) return table_[slot];
+    if (node.op == Op::Const && other.op == Op::Const &&
+        std::bit_cast<std::uint64_t>(constants_[other.a]) ==
+            std::bit_cast<std::uint64_t>(constants_[node.a])) {
+      return table_[slot];
+    }
+  }
+  if (nodes_.size() >= kNoNode - 1) throw RecordingError("graph: more than 4294967293 nodes");
+  nodes_.push_back(node);
+  table_[slot] = static_cast<NodeId>(nodes_.size() - 1);
+  return table_[slot];
+}
+
+NodeId Graph::constant(double value) {
+  constants_.push_back(value);
+  const std::size_t before = nodes_.size();
+  const NodeId id = intern({Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode});
+  if (nodes_.size() == before) constants_.pop_back();
+  return id;
+}
+
+NodeId Graph::input(Block block, std::uint32_t index) {
+  return intern({Op::Input, static_cast<NodeId>(block), index, kNoNode});
+}
+
+NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
+  const OpInfo& row = info(op);
+  const bool folds = is_constant(a) && (row.arity < 2 || is_constant(b)) && (row.arity < 3 || is_constant(c));
+  if (folds) {
+    const double x = constant_value(a), y = row.arity > 1 ? constant_value(b) : 0,
+                 z = row.arity > 2 ? constant_value(c) : 0;
+    return constant(evaluate<double>(op, x, y, z));
+  }
+  // One canonical order makes a + b and b + a the same node.
+  if ((row.laws & kCommutative) && b < a) std::swap(a, b);
+  if (const NodeId simpler = simplified(op, a, b, c); simpler != kNoNode) return simpler;
+  return intern({op, a, b, c});
+}
+
+NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
+  const std::uint32_t laws = info(op).laws;
+  const Op inner = nodes_[a].op;
+  if ((laws & kZeroLeft) && is_constant(a, 0)) return b;
+  if ((laws & kZeroRight) && is_constant(b, 0)) return a;
+  if ((laws & kOneLeft) && is_constant(a, 1)) return b;
+  if ((laws & kOneRight) && is_constant(b, 1)) return a;
+  if ((laws & kAbsorbLeft) && is_constant(a, 0)) return constant(0);
+  if ((laws & kAbsorbRight) && is_constant(b, 0)) return constant(0);
+  if ((laws & kIdempotent) && inner == op) return a;
+  if ((laws & kInvolution) && inner == op) return nodes_[a].a;
+  if ((laws & kEven) && inner == Op::Neg) return make(op, nodes_[a].a);
+  if ((laws & kOdd) && inner == Op::Neg) return make(Op::Neg, make(op, nodes_[a].a));
+
+  switch (op) {
+    case Op::Add:
+    case Op::Sub:
+    case Op::Mul:
+    case Op::Div:
+    case Op::Neg:
+      return simplified_signs(op, a, b);
+    case Op::Azmul:  // a non-zero constant cannot be the strong zero
+      return is_constant(a) && !std::isnan(constant_value(a)) ? make(Op::Mul, a, b) : kNoNode;
+    case Op::Select:
+      return simplified_select(a, b, c);
+    case Op::Pow: {
+      if (!is_constant(b)) return kNoNode;
+      const double p = constant_value(b);
+      if (p != std::floor(p) || std::abs(p) > kLargestIntegerPower) return kNoNode;
+      return integer_power(a, static_cast<int>(p));
+    }
+    default:
+      return kNoNode;
+  }
+}
+
+NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {
+  const bool negative_a = nodes_[a].op == Op::Neg, negative_b = b != kNoNode && nodes_[b].op == Op::Neg;
+  // By value: the recursive calls below may move nodes_.
+  const NodeId inner_a = nodes_[a].a, inner_b = negative_b ? nodes_[b].a : kNoNode;
+  switch (op) {
+    case Op::Neg:
+      if (nodes_[a].op == Op::Sub) return make(Op::Sub, nodes_[a].b, inner_a);  // -(x - y) = y - x
+      return kNoNode;
+    case Op::Add:
+      if (negative_a && negative_b) return make(Op::Neg, make(Op::Add, inner_a, inner_b));
+      if (negative_b) return make(Op::Sub, a, inner_b);
+      if (negative_a) return make(Op::Sub, b, inner_a);
+      return kNoNode;
+    case Op::Sub:
+      if (is_constant(a, 0)) return make(Op::Neg, b);
+      if (negative_a && negative_b) return make(Op::Sub, inner_b, inner_a);
+      if (negative_b) return make(Op::Add, a, inner_b);
+      if (negative_a) return make(Op::Neg, make(Op::Add, inner_a, b));
+      return kNoNode;
+    case Op::Mul:
+    case Op::Div: {
+      if (negative_a && negative_b) return make(op, inner_a, inner_b);
+      const bool constant_a = is_constant(a), constant_b = is_constant(b);
+      if (negative_a)
+        return constant_b ? make(op, inner_a, constant(-constant_value(b)))
+                          : make(Op::Neg, make(op, inner_a, b));
+      if (negative_b)
+        return constant_a ? make(op, constant(-constant_value(a)), inner_b)
+                          : make(Op::Neg, make(op, a, inner_b));
+      if (constant_b && constant_value(b) == -1) return make(Op::Neg, a);
+      if (op == Op::Mul && constant_a && constant_value(a) == -1) return make(Op::Neg, b);
+      if (op == Op::Div && constant_b) {  // division by a power of two is multiplication by its reciprocal
+        int exponent;
+        const double y = constant_value(b), reciprocal = 1 / y;
+        if (std::abs(std::frexp(y, &exponent)) == 0.5 && std::isnormal(reciprocal)) {
+          return make(Op::Mul, a, constant(reciprocal));
+        }
+      }
+      return kNoNode;
+    }
+    default:
+      return kNoNode;
+  }
+}
+
+NodeId Graph::simplified_select(NodeId condition, NodeId a, NodeId b) {
+  if (is_constant(condition)) return constant_value(condition) != 0 ? a : b;
+  if (a == b) return a;
+  const Node test = nodes_[condition];
+  // select(select(c, 1, 0), a, b) and select(select(c, 0, 1), a, b): conditions made of conditions.
+  if (test.op == Op::Select && is_constant(test.b, 1) && is_constant(test.c, 0))
+    return make(Op::Select, test.a, a, b);
+  if (test.op == Op::Select && is_constant(test.b, 0) && is_constant(test.c, 1))
+    return make(Op::Select, test.a, b, a);
+  // The same condition decides again inside a branch.
+  if (nodes_[a].op == Op::Select && nodes_[a].a == condition)
+    return make(Op::Select, condition, nodes_[a].b, b);
+  if (nodes_[b].op == Op::Select && nodes_[b].a == condition)
+    return make(Op::Select, condition, a, nodes_[b].c);
+  return kNoNode;
+}
+
+NodeId Graph::integer_power(NodeId base, int exponent) {
+  if (exponent == 0) return constant(1);
+  if (exponent < 0) return make(Op::Div, constant(1), integer_power(base, -exponent));
+  NodeId result = kNoNode, square = base;
+  for (; exponent; exponent >>= 1) {
+    if (exponent & 1) result = result == kNoNode ? square : make(Op::Mul, result, square);
+    if (exponent > 1) square = make(Op::Mul, square, square);
+  }
+  return result;
+}
+
+std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
+                                const std::vector<NodeId>& arguments) {
+  if (arguments.size() != callee->n_in) {
+    throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(arguments.size()) +
+                        " arguments, expected " + std::to_string(callee->n_in));
+  }
+  std::size_t index = 0;
+  while (index < callees_.size() && callees_[index] != callee) ++index;
+  if (index == callees_.size()) callees_.push_back(callee);
+  // An equal call is the same call.
+  NodeId call = kNoNode;
+  for (NodeId id : calls_) {
+    const Node& node = nodes_[id];
+    if (node.a == index && std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b)) {
+      call = id;
+      break;
+    }
+  }
+  if (call == kNoNode) {
+    const auto first = static_cast<NodeId>(call_arguments_.size());
+    call_arguments_.insert(call_arguments_.end(), arguments.begin(), arguments.end());
+    call = intern({Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
+    calls_.push_back(call);
+  }
+  std::vector<NodeId> results(callee->n_out);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i] = intern({Op::Result, call, static_cast<NodeId>(i), kNoNode});
+  }
+  return results;
+}
+
+std::size_t call_arity(const Graph& graph, NodeId call) { return graph.callees()[graph[call].a]->n_in; }
+
+std::size_t Graph::bytes() const {
+  return nodes_.capacity() * sizeof(Node) + table_.capacity() * sizeof(NodeId) +
+         constants_.capacity() * sizeof(double) + call_arguments_.capacity() * sizeof(NodeId);
+}
+
+}  // namespace dyntape

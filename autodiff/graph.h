@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The tape is the graph: an append-only array of small nodes whose index order is a topological order.
+//
+//   Graph g;
+//   NodeId x = g.input(Block::kVariables, 0);
+//   NodeId y = g.make(Op::Mul, g.make(Op::Sin, x), g.constant(2.0));     // 2 sin(x)
+//   g.make(Op::Mul, g.constant(2.0), g.make(Op::Sin, x)) == y            // hash-consed: nothing is added
+//
+// Every sweep over it is a `for` loop, forwards or backwards: an argument always precedes its user.  make()
+// simplifies as it builds, with rewrites that are exact for finite values up to the sign of zero; a
+// *constant* zero or one is structural (x * 0 is 0, as in CppAD), an input that happens to be zero never
+// folds.
+//
+// To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation
+// (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print_c.h).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/op.h>
+
+namespace dyntape {
+
+using NodeId = std::uint32_t;
+inline constexpr NodeId kNoNode = 0xffffffffu;
+
+// The named blocks of inputs.  Derivatives are taken with respect to variables; parameters are values that
+// change between evaluations and are never differentiated; weights are what a derived function takes besides
+// (adjoint weights of vjp and Hessian, directions of jvp).
+enum class Block : std::uint8_t { kVariables, kParameters, kWeights };
+inline constexpr int kBlocks = 3;
+
+struct Node {
+  Op op;
+  NodeId a = kNoNode, b = kNoNode, c = kNoNode;  // arguments, or as Op says for the structural kinds
+
+  NodeId argument(int i) const { return i == 0 ? a : i == 1 ? b : c; }
+  bool operator==(const Node&) const = default;
+};
+
+struct Callee;  // callee.h: what a Call node calls
+
+class Graph {
+ public:
+  // --- building: each returns the node that has this value, old or new ---
+  NodeId constant(double value);
+  NodeId input(Block block, std::uint32_t index);
+  NodeId make(Op op, NodeId a, NodeId b = kNoNode, NodeId c = kNoNode);
+  // Results of one call of a recorded function or kernel, (callee->n_out) nodes.
+  std::vector<NodeId> call(const std::shared_ptr<const Callee>& callee, const std::vector<NodeId>& arguments);
+
+  // --- reading ---
+  std::size_t size() const { return nodes_.size(); }
+  const Node& operator[](NodeId id) const { return nodes_[id]; }
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<double>& constants() const { return constants_; }
+  const std::vector<std::shared_ptr<const Callee>>& callees() const { return callees_; }
+  const std::vector<NodeId>& call_arguments() const { return call_arguments_; }
+
+  bool is_constant(NodeId id) const { return nodes_[id].op == Op::Const; }
+  double constant_value(NodeId id) const { return constants_[nodes_[id].a]; }
+  bool is_constant(NodeId id, double value) const { return is_constant(id) && constant_value(id) == value; }
+
+  // Visits the arguments of a node, whatever its kind.
+  template <class Visit>
+  void for_each_argument(NodeId id, Visit&& visit) const;
+
+  // Memory held, in bytes.
+  std::size_t bytes() const;
+
+ private:
+  NodeId intern(const Node& node);
+  void grow_table();
+  NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
+  NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
+  NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
+  NodeId integer_power(NodeId base, int exponent);
+
+  std::vector<Node> nodes_;
+  std::vector<NodeId> table_;  // open addressing over nodes_, size a power of two
+  std::vector<double> constants_;
+  std::vector<std::shared_ptr<const Callee>> callees_;
+  std::vector<NodeId> call_arguments_;
+  std::vector<NodeId> calls_;  // the Call nodes, in order
+};
+
+// Number of arguments of a Call node.
+std::size_t call_arity(const Graph& graph, NodeId call);
+
+template <class Visit>
+void Graph::for_each_argument(NodeId id, Visit&& visit) const {
+  const Node& node = nodes_[id];
+  if (node.op == Op::Call) {
+    for (std::size_t i = 0, n = call_arity(*this, id); i < n; ++i) visit(call_arguments_[node.b + i]);
+  } else if (node.op == Op::Result) {
+    visit(node.a);
+  } else {
+    for (int i = 0; i < info(node.op).arity; ++i) visit(node.argument(i));
+  }
+}
+
+}  // namespace dyntape

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The content hash of a function: XXH3-128 over its canonical form.
+#define XXH_INLINE_ALL
+#include <xxhash.h>
+
+#include <bit>
+#include <cstdio>
+#include <stdexcept>
+
+#include <dyntape/autodiff/callee.h>
+#include <dyntape/autodiff/function.h>
+
+namespace dyntape {
+namespace {
+
+class Hasher {
+ public:
+  Hasher() : state_(XXH3_createState()) {
+    if (!state_) throw std::bad_alloc();
+    XXH3_128bits_reset(state_);
+  }
+  ~Hasher() { XXH3_freeState(state_); }
+  Hasher(const Hasher&) = delete;
+  Hasher& operator=(const Hasher&) = delete;
+
+  void add(std::uint64_t value) { XXH3_128bits_update(state_, &value, sizeof value); }
+  void add(const std::string& text) {
+    add(text.size());
+    XXH3_128bits_update(state_, text.data(), text.size());
+  }
+  std::string digest() const {
+    const XXH128_hash_t h = XXH3_128bits_digest(state_);
+    char text[33];
+    std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(h.high64),
+                  static_cast<unsigned long long>(h.low64));
+    return text;
+  }
+
+ private:
+  XXH3_state_t* state_;
+};
+
+}  // namespace
+
+std::string content_hash(const Function& function) {
+  const Function live = compact(function);
+  Hasher hasher;
+  for (std::size_t n : live.inputs) hasher.add(n);
+  for (const auto& callee : live.graph.callees()) {
+    hasher.add(callee->recorded ? content_hash(*callee->recorded) : callee->name + "\n" + callee->c_body);
+    hasher.add(callee->n_in);
+    hasher.add(callee->n_out);
+  }
+  for (NodeId id = 0; id < live.graph.size(); ++id) {
+    const Node& node = live.graph[id];
+    // Operators enter by name, so that a new row in the table does not change old hashes.
+    hasher.add(std::string(info(node.op).name));
+    if (node.op == Op::Const) {
+      hasher.add(std::bit_cast<std::uint64_t>(live.graph.constant_value(id)));
+    } else if (node.op == Op::Call) {
+      hasher.add(node.a);
+      live.graph.for_each_argument(id, [&](NodeId a) { hasher.add(a); });
+    } else {
+      hasher.add(std::uint64_t(node.a) << 32 | node.b);
+      hasher.add(node.c);
+    }
+  }
+  for (NodeId id : live.outputs) hasher.add(id);
+  for (const Guard& guard : live.guards) {
+    hasher.add(guard.condition);
+    hasher.add(guard.expected);
+  }
+  return hasher.digest();
+}
+
+}  // namespace dyntape

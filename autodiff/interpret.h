@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The interpreter: evaluates a recorded function node by node.  It is the reference that generated code is
+// held against, bit for bit in the strict profile.
+//
+//   std::vector<double> y = evaluate(f, x, p);                   // checks sizes, throws GuardViolation
+//
+//   Interpreter run(f);                                          // many evaluations: one workspace a thread
+//   Interpreter::Workspace workspace(run);
+//   std::uint32_t status = run(x, p, w, y, workspace);           // 0, or 1 + index of the first violated
+//   guard
+//
+// evaluate_as<T> runs the same tape in another float type: with a 113-bit T it is the reference for accuracy.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/callee.h>
+#include <dyntape/autodiff/function.h>
+
+namespace dyntape {
+
+class Interpreter {
+ public:
+  explicit Interpreter(Function function);
+
+  // Values of all nodes of one evaluation.
+  class Workspace {
+   public:
+    explicit Workspace(const Interpreter& interpreter);
+
+   private:
+    friend class Interpreter;
+    std::vector<double> values_, call_;
+  };
+
+  // x (n_x), p (n_p), w (n_w) -> y (n_y).  Unused blocks may be null.  Thread-safe on separate workspaces.
+  std::uint32_t operator()(const double* x, const double* p, const double* w, double* y,
+                           Workspace& workspace) const;
+
+  // The first node whose value is not finite although all its arguments are, after an evaluation with this
+  // workspace: "node 17 (Log): log(-1) = nan"; empty if there is none.
+  std::string first_not_finite(const Workspace& workspace) const;
+
+  const Function& function() const { return function_; }
+
+ private:
+  Function function_;
+  std::size_t call_space_ = 0;
+  std::vector<std::size_t> call_offset_;  // of call number i in Workspace::call_
+};
+
+// One evaluation with all checks: ArgumentError for wrong sizes, GuardViolation with the place of the branch.
+std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
+                             const std::vector<double>& p = {}, const std::vector<double>& w = {});
+
+// The sentence for a guard that evaluation reported as `status`.
+std::string describe_guard(const Function& function, std::uint32_t status);
+
+// Evaluates a callee on numbers.
+void evaluate(const Callee& callee, const double* in, double* out);
+
+// The same tape in the float type T.  Kernels, which exist in double only, throw ArgumentError; guards are
+// not checked.
+template <class T>
+std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, const std::vector<T>& p = {},
+                           const std::vector<T>& w = {});
+
+}  // namespace dyntape
+
+#include <dyntape/autodiff/interpret.hxx>

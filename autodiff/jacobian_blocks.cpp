@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/jacobian_blocks.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include <dyntape/autodiff/sparsity.h>
+#include <dyntape/autodiff/sweep.h>
+
+namespace dyntape {
+namespace {
+
+enum class Direction { kForward, kReverse };
+
+// Entries of the pattern, by index, that are swept together.
+struct BlockOfEntries {
+  std::vector<std::size_t> entries;
+  std::size_t rows = 0, cols = 0;
+};
+
+// More than this many blocks, or nodes times sweeps, are not tried both ways: the shorter side decides.
+constexpr std::size_t kMostTrials = 16;
+constexpr double kMostTrialWork = 2e7;
+
+class Builder {
+ public:
+  Builder(Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern)
+      : graph_(graph), outputs_(outputs), pattern_(pattern), nodes_(pattern.nnz(), kNoNode) {}
+
+  void sweep(const BlockOfEntries& block, Direction direction, Sweep& sweep) {
+    std::vector<std::size_t> entries = block.entries;
+    const auto& key = direction == Direction::kForward ? pattern_.col : pattern_.row;
+    std::stable_sort(entries.begin(), entries.end(),
+                     [&](std::size_t a, std::size_t b) { return key[a] < key[b]; });
+    for (std::size_t first = 0, last; first < entries.size(); first = last) {
+      last = first;
+      while (last < entries.size() && key[entries[last]] == key[entries[first]]) ++last;
+      const std::vector<std::size_t> line(entries.begin() + static_cast<std::ptrdiff_t>(first),
+                                          entries.begin() + static_cast<std::ptrdiff_t>(last));
+      direction == Direction::kForward ? column(line, sweep) : row(line, sweep);
+    }
+  }
+
+  const std::vector<NodeId>& nodes() const { return nodes_; }
+
+ private:
+  void column(const std::vector<std::size_t>& entries, Sweep& sweep) {
+    std::vector<NodeId> roots;
+    for (std::size_t k : entries) roots.push_back(outputs_[pattern_.row[k]]);
+    const std::uint32_t j = pattern_.col[entries[0]];
+    const NodeId one = graph_.constant(1);
+    const std::vector<NodeId> tangents =
+        sweep.forward(roots, [&](std::uint32_t i) { return i == j ? one : kNoNode; });
+    for (std::size_t i = 0; i < entries.size(); ++i) nodes_[entries[i]] = tangents[i];
+  }
+
+  void row(const std::vector<std::size_t>& entries, Sweep& sweep) {
+    const NodeId one = graph_.constant(1);
+    const auto adjoints = sweep.reverse({outputs_[pattern_.row[entries[0]]]}, {one});
+    for (std::size_t k : entries) {
+      const auto it =
+          std::lower_bound(adjoints.begin(), adjoints.end(), std::pair{pattern_.col[k], NodeId(0)});
+      if (it != adjoints.end() && it->first == pattern_.col[k]) nodes_[k] = it->second;
+    }
+  }
+
+  Graph& graph_;
+  const std::vector<NodeId>& outputs_;
+  const Pattern& pattern_;
+  std::vector<NodeId> nodes_;
+};
+
+// Connected components of the bipartite graph of rows and columns, over a subset of the entries.
+std::vector<BlockOfEntries> components(const Pattern& pattern, const std::vector<std::size_t>& entries) {
+  std::vector<std::size_t> parent(pattern.rows + pattern.cols);
+  std::iota(parent.begin(), parent.end(), std::size_t(0));
+  const auto find = [&](std::size_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (std::size_t k : entries) parent[find(pattern.row[k])] = find(pattern.rows + pattern.col[k]);
+  std::vector<std::size_t> number(parent.size(), SIZE_MAX);
+  std::vector<bool> counted(parent.size(), false);
+  std::vector<BlockOfEntries> blocks;
+  for (std::size_t k : entries) {
+    const std::size_t root = find(pattern.row[k]);
+    if (number[root] == SIZE_MAX) number[root] = blocks.size(), blocks.emplace_back();
+    BlockOfEntries& block = blocks[number[root]];
+    block.entries.push_back(k);
+    const std::size_t row = pattern.row[k], col = pattern.rows + pattern.col[k];
+    if (!counted[row]) counted[row] = true, ++block.rows;
+    if (!counted[col]) counted[col] = true, ++block.cols;
+  }
+  return blocks;
+}
+
+// Operations that the given nodes need beyond the first `before` nodes of the graph.
+std::size_t added_operations(const Graph& graph, const std::vector<NodeId>& nodes, NodeId before) {
+  std::vector<bool> seen(graph.size(), false);
+  std::vector<NodeId> stack;
+  std::size_t count = 0;
+  const auto push = [&](NodeId id) {
+    if (id != kNoNode && id >= before && !seen[id]) seen[id] = true, ++count, stack.push_back(id);
+  };
+  for (NodeId id : nodes) push(id);
+  while (!stack.empty()) {
+    const NodeId id = stack.back();
+    stack.pop_back();
+    graph.for_each_argument(id, push);
+  }
+  return count;
+}
+
+struct Plan {
+  std::vector<std::pair<BlockOfEntries, Direction>> parts;
+};
+
+std::size_t cost(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
+                 const Plan& plan) {
+  Graph trial = graph;
+  Sweep sweep(trial);
+  Builder builder(trial, outputs, pattern);
+  for (const auto& [block, direction] : plan.parts) builder.sweep(block, direction, sweep);
+  return added_operations(trial, builder.nodes(), static_cast<NodeId>(graph.size()));
+}
+
+Direction shorter_side(const BlockOfEntries& block) {
+  return block.rows < block.cols ? Direction::kReverse : Direction::kForward;
+}
+
+// Rows much longer than the typical one, in reverse; the rest forward, where it may fall apart.
+Plan long_rows_apart(const Pattern& pattern, const BlockOfEntries& block) {
+  std::vector<std::size_t> length(pattern.rows, 0), lengths;
+  for (std::size_t k : block.entries) ++length[pattern.row[k]];
+  for (std::size_t n : length) {
+    if (n) lengths.push_back(n);
+  }
+  std::nth_element(lengths.begin(), lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2),
+                   lengths.end());
+  const std::size_t limit = 4 * lengths[lengths.size() / 2] + 4;
+  BlockOfEntries rows;
+  std::vector<std::size_t> rest;
+  for (std::size_t k : block.entries) (length[pattern.row[k]] > limit ? rows.entries : rest).push_back(k);
+  Plan plan;
+  if (rows.entries.empty()) return plan;
+  plan.parts.emplace_back(rows, Direction::kReverse);
+  for (BlockOfEntries& part : components(pattern, rest)) plan.parts.emplace_back(part, shorter_side(part));
+  return plan;
+}
+
+Plan cheapest(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
+              const BlockOfEntries& block, bool may_try) {
+  Plan best{{{block, shorter_side(block)}}};
+  if (!may_try || block.rows == 1 || block.cols == 1) return best;
+  std::vector<Plan> candidates;
+  const auto nodes = static_cast<double>(graph.size());
+  if (nodes * static_cast<double>(block.cols) < kMostTrialWork)
+    candidates.push_back({{{block, Direction::kForward}}});
+  if (nodes * static_cast<double>(block.rows) < kMostTrialWork)
+    candidates.push_back({{{block, Direction::kReverse}}});
+  if (candidates.size() == 2) {
+    if (Plan mixed = long_rows_apart(pattern, block); !mixed.parts.empty())
+      candidates.push_back(std::move(mixed));
+  }
+  std::size_t least = SIZE_MAX;
+  for (Plan& candidate : candidates) {
+    const std::size_t c = candidates.size() == 1 ? 0 : cost(graph, outputs, pattern, candidate);
+    if (c < least) least = c, best = std::move(candidate);
+  }
+  return best;
+}
+
+}  // namespace
+
+std::vector<NodeId> append_jacobian(Function& function, Pattern& pattern) {
+  pattern = jacobian_sparsity(function);
+  std::vector<std::size_t> all(pattern.nnz());
+  std::iota(all.begin(), all.end(), std::size_t(0));
+  const std::vector<BlockOfEntries> blocks = components(pattern, all);
+  const std::vector<NodeId> outputs = function.outputs;
+  std::vector<Plan> plans;
+  for (const BlockOfEntries& block : blocks) {
+    plans.push_back(cheapest(function.graph, outputs, pattern, block, blocks.size() <= kMostTrials));
+  }
+  Sweep sweep(function.graph);
+  Builder builder(function.graph, outputs, pattern);
+  for (const Plan& plan : plans) {
+    for (const auto& [block, direction] : plan.parts) builder.sweep(block, direction, sweep);
+  }
+  // An entry that came out as a structural zero leaves the pattern.
+  Pattern kept{pattern.rows, pattern.cols, {}, {}};
+  std::vector<NodeId> nodes;
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    const NodeId id = builder.nodes()[k];
+    if (id == kNoNode || function.graph.is_constant(id, 0)) continue;
+    kept.row.push_back(pattern.row[k]);
+    kept.col.push_back(pattern.col[k]);
+    nodes.push_back(id);
+  }
+  pattern = std::move(kept);
+  return nodes;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Operators: what they are called, what they compute, how they differentiate.  All of it is read from
+// ops.def; the macros in this file are the only readers besides scalar.h and the C printer.
+//
+//   evaluate(Op::Mul, 2.0, 3.0, 0.0)            -> 6
+//   slope(Op::Sin, 0, x, y, z, r, v)            -> v * cos(x), in whatever T is
+//   has_slope(Op::Floor, 0)                     -> false
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstdlib>
+#include <string_view>
+#include <type_traits>
+
+namespace dyntape {
+
+enum class Op : std::uint8_t {
+#define OP(name, ...) name,
+#define FN OP
+#include "ops.def"
+#undef OP
+#undef FN
+  // The structural kinds, which are not in the table.
+  Const,  // a: index into Graph::constants()
+  Input,  // a: block, b: index within the block
+  Call,  // a: index into Graph::callees(), b: first of its arguments in Graph::call_arguments(), c: number of
+         // the call
+  Result,  // a: the Call node, b: which of its results
+};
+
+inline constexpr int kTableOps = static_cast<int>(Op::Const);
+
+// Laws: exact for finite arguments up to the sign of zero.  Graph::make applies them; tests check them.
+enum Law : std::uint32_t {
+  kNone = 0,
+  kCommutative = 1u << 0,  // f(x, y) = f(y, x)
+  kZeroLeft = 1u << 1,     // f(0, y) = y
+  kZeroRight = 1u << 2,    // f(x, 0) = x
+  kOneLeft = 1u << 3,      // f(1, y) = y
+  kOneRight = 1u << 4,     // f(x, 1) = x
+  kAbsorbLeft = 1u << 5,   // f(0, y) = 0
+  kAbsorbRight = 1u << 6,  // f(x, 0) = 0
+  kOdd = 1u << 7,          // f(-x) = -f(x)
+  kEven = 1u << 8,         // f(-x) = f(x)
+  kIdempotent = 1u << 9,   // f(f(x)) = f(x)
+  kInvolution = 1u << 10,  // f(f(x)) = x
+};
+
+struct OpInfo {
+  std::string_view name;      // "Mul"
+  std::string_view function;  // "operator*"
+  int arity;
+  std::string_view c;  // C99 with $0 $1 $2
+  std::uint32_t laws;
+  double lo, hi;  // interval from which tests draw arguments
+};
+
+inline constexpr OpInfo kOpInfo[] = {
+#define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi) {#name, #fn, n, c, laws, lo, hi},
+#define FN OP
+#include "ops.def"
+#undef OP
+#undef FN
+    {"Const", "", 0, "", kNone, 0, 0},
+    {"Input", "", 0, "", kNone, 0, 0},
+    {"Call", "", 0, "", kNone, 0, 0},
+    {"Result", "", 0, "", kNone, 0, 0},
+};
+
+constexpr const OpInfo& info(Op op) { return kOpInfo[static_cast<int>(op)]; }
+
+namespace ops {
+
+using std::abs, std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt,
+    std::ceil, std::copysign, std::cos, std::cosh, std::erf, std::erfc, std::exp, std::expm1, std::floor,
+    std::fmod, std::hypot, std::log, std::log10, std::log1p, std::pow, std::round, std::sin, std::sinh,
+    std::sqrt, std::tan, std::tanh, std::trunc;
+
+// The names of ours, for number types; graph expressions bring their own overloads.
+template <class C, class T>
+T select(const C& condition, const T& a, const T& b) {
+  return condition != C(0) ? a : b;
+}
+template <class T>
+T azmul(const T& x, const T& y) {
+  return x == T(0) ? T(0) : x * y;
+}
+template <class T>
+T sign(const T& x) {
+  return T(int(x > T(0)) - int(x < T(0)));
+}
+
+template <class T>
+T value_of(Op op, const T& x, const T& y, const T& z) {
+  (void)y, (void)z;
+  switch (op) {
+#define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi) \
+  case Op::name:                                            \
+    return value;
+#define FN OP
+#include "ops.def"
+#undef OP
+#undef FN
+    default:
+      return x;
+  }
+}
+
+template <class T>
+T zero_slope() {
+  return T(0);
+}
+template <class T, class S>
+T as_slope(const S& s) {
+  // A cell that is the literal 0 has type int: no slope.
+  if constexpr (std::is_same_v<S, int>) {
+    return zero_slope<T>();
+  } else {
+    return s;
+  }
+}
+
+template <class T>
+T slope_of(Op op, int argument, const T& x, const T& y, const T& z, const T& r, const T& v) {
+  (void)x, (void)y, (void)z, (void)r;
+  switch (op) {
+#define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi) \
+  case Op::name:                                            \
+    return argument == 0 ? as_slope<T>(dx) : argument == 1 ? as_slope<T>(dy) : as_slope<T>(dz);
+#define FN OP
+#include "ops.def"
+#undef OP
+#undef FN
+    default:
+      return zero_slope<T>();
+  }
+}
+
+}  // namespace ops
+
+// The value of a table operator; unused arguments are ignored.
+template <class T>
+T evaluate(Op op, const T& x, const T& y, const T& z) {
+  return ops::value_of<T>(op, x, y, z);
+}
+
+// v after its passage through the given argument of op (forward or reverse: the same map).
+template <class T>
+T slope(Op op, int argument, const T& x, const T& y, const T& z, const T& r, const T& v) {
+  return ops::slope_of<T>(op, argument, x, y, z, r, v);
+}
+
+// Whether the slope with respect to that argument is not structurally zero.
+constexpr bool has_slope(Op op, int argument) {
+  switch (op) {
+#define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi)            \
+  case Op::name: {                                                     \
+    constexpr const char* cells[] = {#dx, #dy, #dz};                   \
+    return !(cells[argument][0] == '0' && cells[argument][1] == '\0'); \
+  }
+#define FN OP
+#include "ops.def"
+#undef OP
+#undef FN
+    case Op::Result:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace dyntape

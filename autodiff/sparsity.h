@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Which outputs depend on which variables.
+//
+//   Pattern j = jacobian_sparsity(f);       // j.row[k], j.col[k]: entries sorted by row, then column
+//   Pattern h = hessian_sparsity(f);        // lower triangle of the Hessian of any weighted sum of outputs
+//
+// An entry is present where a chain of non-zero slopes leads from the variable to the output: sign, floor and
+// comparisons end such a chain, and both branches of a select count.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <dyntape/autodiff/function.h>
+#include <dyntape/autodiff/pattern.h>
+
+namespace dyntape {
+
+// (n_y x n_x)
+Pattern jacobian_sparsity(const Function& function);
+
+// Lower triangle (col <= row), (n_x x n_x); the union over outputs.  Derives the gradient to find it.
+Pattern hessian_sparsity(const Function& function);
+
+}  // namespace dyntape
