@@ -183,7 +183,7 @@ InfoNode Section::effective(const State& state) {
       const State& block = *std::next(state.blocks.begin(), answer.block);
       child = effective(block);
       child.key = answer.written.key;
-      child.has_block = true;
+      child.has_block = !block.node || block.node->has_block;
       if (block.value_read && block.node && block.node->has_value) {
         child.value = block.node->value;
         child.has_value = true;

@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/io/csv.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/file.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/suggest.h>
+
+namespace dyntape::io {
+namespace {
+
+struct Entry {
+  std::string_view text;  // without blanks around it
+  int column;             // of its first byte
+};
+
+std::vector<Entry> split_entries(std::string_view line) {
+  std::vector<Entry> entries;
+  for (size_t begin = 0;;) {
+    bool in_quotes = false;
+    size_t end = begin;
+    for (; end < line.size() && (in_quotes || line[end] != ','); ++end) in_quotes ^= line[end] == '"';
+    size_t first = begin, last = end;
+    while (first < last && (line[first] == ' ' || line[first] == '\t')) ++first;
+    while (last > first && (line[last - 1] == ' ' || line[last - 1] == '\t')) --last;
+    entries.push_back({line.substr(first, last - first), static_cast<int>(first) + 1});
+    if (end == line.size()) return entries;
+    begin = end + 1;
+  }
+}
+
+class CsvReader {
+ public:
+  CsvReader(const std::string& file, NonFinite policy) : file_(file), policy_(policy) {}
+
+  CsvTable read(std::string_view text) {
+    if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    for (bool more = true; more;) {
+      const size_t end = text.find('\n');
+      more = end != std::string_view::npos;
+      std::string_view line = text.substr(0, end);
+      if (line.ends_with('\r')) line.remove_suffix(1);
+      read_line(line);
+      if (more) text.remove_prefix(end + 1);
+    }
+    if (table_.cols() == 0) fail(1, "there is no header line");
+    return std::move(table_);
+  }
+
+ private:
+  [[noreturn]] void fail(int column, const std::string& message, int line = 0) const {
+    line = line ? line : line_;
+    throw FileError(file_ + ':' + std::to_string(line) + ':' + std::to_string(column) + ": " + message);
+  }
+
+  void read_line(std::string_view line) {
+    ++line_;
+    const bool empty = line.find_first_not_of(" \t") == std::string_view::npos;
+    if (empty) {
+      first_empty_ = first_empty_ ? first_empty_ : line_;
+    } else if (first_empty_) {
+      fail(1, "the line is empty, but rows follow", first_empty_);
+    } else if (line_ == 1) {
+      read_header(split_entries(line));
+    } else {
+      read_row(split_entries(line));
+    }
+  }
+
+  void read_header(const std::vector<Entry>& entries) {
+    std::vector<std::string> names;
+    for (const Entry& entry : entries) {
+      std::string name = unquoted(entry);
+      const int number = static_cast<int>(names.size()) + 1;
+      if (name.empty()) fail(entry.column, "column " + std::to_string(number) + " has no name");
+      const bool repeated = std::find(names.begin(), names.end(), name) != names.end();
+      if (repeated) fail(entry.column, "two columns are named '" + name + "'");
+      names.push_back(std::move(name));
+    }
+    if (std::all_of(names.begin(), names.end(),
+                    [](const std::string& n) { return parse_double(n).has_value(); })) {
+      fail(1, "the first line must name the columns, but it holds numbers");
+    }
+    table_ = CsvTable(std::move(names));
+  }
+
+  std::string unquoted(const Entry& entry) const {
+    if (!entry.text.starts_with('"')) return std::string(entry.text);
+    if (entry.text.size() < 2 || !entry.text.ends_with('"'))
+      fail(entry.column, "the quoted name is not closed");
+    std::string name;
+    for (size_t i = 1; i + 1 < entry.text.size(); ++i) {
+      name += entry.text[i];
+      if (entry.text[i] == '"') ++i;  // "" stands for "
+    }
+    return name;
+  }
+
+  void read_row(const std::vector<Entry>& entries) {
+    const size_t expected = table_.names().size();
+    if (entries.size() != expected) {
+      const Entry& place = entries[std::min(entries.size() - 1, expected)];
+      fail(place.column, "the row has " + std::to_string(entries.size()) + " entries, the header names " +
+                             std::to_string(expected));
+    }
+    row_.clear();
+    for (const Entry& entry : entries) {
+      const std::optional<double> value = parse_double(entry.text);
+      const std::string& name = table_.names()[row_.size()];
+      const std::string got = "'" + std::string(entry.text) + "'";
+      if (!value) fail(entry.column, "column '" + name + "' expects a number, got " + got);
+      if (!std::isfinite(*value) && policy_ == NonFinite::kRefuse) {
+        fail(entry.column, "column '" + name + "' expects a finite number, got " + got);
+      }
+      row_.push_back(*value);
+    }
+    table_.append(row_);
+  }
+
+  const std::string& file_;
+  NonFinite policy_;
+  CsvTable table_;
+  std::vector<double> row_;
+  int line_ = 0, first_empty_ = 0;
+};
+
+std::string quoted_name(const std::string& name) {
+  const bool plain =
+      name.find_first_of(",\"") == std::string::npos && name.front() != ' ' && name.back() != ' ';
+  if (plain) return name;
+  std::string text = "\"";
+  for (const char c : name) text += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return text + '"';
+}
+
+}  // namespace
+
+CsvTable::CsvTable(std::vector<std::string> names) : names_(std::move(names)) {
+  for (const std::string& name : names_) {
+    const bool bad = name.empty() || name.find_first_of("\r\n") != std::string::npos;
+    if (bad) throw ArgumentError("CsvTable: a column name must be one line of text, got '" + name + "'");
+    const bool repeated = std::count(names_.begin(), names_.end(), name) > 1;
+    if (repeated) throw ArgumentError("CsvTable: two columns are named '" + name + "'");
+  }
+}
+
+bool CsvTable::has(const std::string& name) const {
+  return std::find(names_.begin(), names_.end(), name) != names_.end();
+}
+
+int CsvTable::index(const std::string& name) const {
+  const auto found = std::find(names_.begin(), names_.end(), name);
+  if (found != names_.end()) return static_cast<int>(found - names_.begin());
+  throw ArgumentError("CsvTable: there is no column '" + name + "'" + suggestion(name, names_));
+}
+
+std::vector<double> CsvTable::column(const std::string& name) const {
+  const int col = index(name);
+  std::vector<double> values;
+  for (int i = 0; i < rows(); ++i) values.push_back((*this)(i, col));
+  return values;
+}
+
+void CsvTable::append(std::span<const double> row) {
+  if (row.size() != names_.size()) {
+    throw ArgumentError("CsvTable: the row has " + std::to_string(row.size()) + " entries, the table " +
+                        std::to_string(names_.size()) + " columns");
+  }
+  values_.insert(values_.end(), row.begin(), row.end());
+}
+
+CsvTable parse_csv(std::string_view text, const std::string& file_name, NonFinite policy) {
+  return CsvReader(file_name, policy).read(text);
+}
+
+CsvTable read_csv(const std::string& path, NonFinite policy) {
+  return parse_csv(read_file(path), path, policy);
+}
+
+std::string format_csv(const CsvTable& table, NonFinite policy) {
+  std::string text;
+  for (int j = 0; j < table.cols(); ++j)
+    text += (j ? "," : "") + quoted_name(table.names()[static_cast<size_t>(j)]);
+  text += '\n';
+  for (int i = 0; i < table.rows(); ++i) {
+    for (int j = 0; j < table.cols(); ++j) {
+      const double value = table(i, j);
+      if (policy == NonFinite::kRefuse && !std::isfinite(value)) {
+        throw ArgumentError("format_csv: row " + std::to_string(i) + " of column '" +
+                            table.names()[static_cast<size_t>(j)] + "' is " + shortest(value));
+      }
+      text += (j ? "," : "") + shortest(value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+void write_csv(const std::string& path, const CsvTable& table, NonFinite policy) {
+  write_file_atomically(path, format_csv(table, policy));
+}
+
+}  // namespace dyntape::io

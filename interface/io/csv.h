@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Tables of numbers with named columns, as comma-separated text.
+//
+//   CsvTable table({"t", "q0", "q1"});                 // one header line, then one line a row
+//   table.append({0.0, 0.1, -0.2});
+//   write_csv("out/trajectory.csv", table);            // atomic: whole or not at all
+//
+//   const CsvTable states = read_csv("states.csv");
+//   for (int i = 0; i < states.rows(); ++i) use(states.row(i));
+//   const std::vector<double> q1 = states.column("q1");
+//
+// Numbers are written with the fewest digits that read back to the same bits and are read alike in every
+// locale. The reader accepts a byte order mark, lines ending in CR LF, blanks around entries, a quoted header
+// name, and empty lines at the end; nothing else is forgiven.
+//
+// Errors.  FileError `file:line:column: ...` for the first problem of: no header, an empty or repeated name,
+// too few or many entries, an entry that is no finite number (NonFinite::kAllow admits inf, -inf and nan).
+// ArgumentError for a row of the wrong size and for a column that does not exist.
+#pragma once
+
+#include <initializer_list>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace dyntape::io {
+
+enum class NonFinite { kRefuse, kAllow };
+
+class CsvTable {
+ public:
+  CsvTable() = default;
+  explicit CsvTable(std::vector<std::string> names);
+
+  int rows() const { return names_.empty() ? 0 : static_cast<int>(values_.size() / names_.size()); }
+  int cols() const { return static_cast<int>(names_.size()); }
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<double>& values() const { return values_; }  // (rows x cols), row after row
+
+  double operator()(int row, int col) const { return values_[offset(row) + static_cast<size_t>(col)]; }
+  std::span<const double> row(int i) const { return std::span(values_).subspan(offset(i), names_.size()); }
+  std::vector<double> column(const std::string& name) const;
+  bool has(const std::string& name) const;
+  int index(const std::string& name) const;  // of a column
+
+  void append(std::span<const double> row);
+  void append(std::initializer_list<double> row) { append(std::span(row.begin(), row.size())); }
+
+ private:
+  size_t offset(int row) const { return static_cast<size_t>(row) * names_.size(); }
+
+  std::vector<std::string> names_;
+  std::vector<double> values_;
+};
+
+CsvTable parse_csv(std::string_view text, const std::string& file_name,
+                   NonFinite policy = NonFinite::kRefuse);
+CsvTable read_csv(const std::string& path, NonFinite policy = NonFinite::kRefuse);
+
+// Throws ArgumentError for a number that is not finite unless that is allowed: what is written reads back.
+std::string format_csv(const CsvTable& table, NonFinite policy = NonFinite::kRefuse);
+void write_csv(const std::string& path, const CsvTable& table, NonFinite policy = NonFinite::kRefuse);
+
+}  // namespace dyntape::io

@@ -1,0 +1,346 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Typed reading: what is accepted, what is reported, and OCS2's habits in lenient mode.
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/model_settings.h>
+#include <dyntape/interface/io/section.h>
+#include <dyntape/interface/io/suggest.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+
+namespace dyntape::io {
+namespace {
+
+// Reads `text` with `questions` and returns what finish() reports, "" if nothing.
+std::string report(const std::string& text, const std::function<void(Section&)>& questions,
+                   Mode mode = Mode::kStrict) {
+  Section file = Section::parse(text, "t.info", mode);
+  questions(file);
+  try {
+    file.finish();
+  } catch (const FileError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expect_contains(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "expected: " << part << "\ngot: " << text;
+}
+
+TEST(Section, reads_every_type) {
+  Section s = Section::parse("d -1.5e-3\ni -7\nu 7\nl 4000000000\nb on\nn \"left arm\"\np +2\n", "t.info");
+  EXPECT_EQ(s.get<double>("d"), -1.5e-3);
+  EXPECT_EQ(s.get<int>("i"), -7);
+  EXPECT_EQ(s.get<unsigned>("u"), 7u);
+  EXPECT_EQ(s.get<long>("l"), 4000000000l);
+  EXPECT_EQ(s.get<bool>("b"), true);
+  EXPECT_EQ(s.get<std::string>("n"), "left arm");
+  EXPECT_EQ(s.get<double>("p"), 2);
+  EXPECT_EQ(s.get_or("absent", 3), 3);
+  EXPECT_EQ(s.get_or("absent_text", "x"), "x");
+  EXPECT_NO_THROW(s.finish());
+}
+
+TEST(Section, wrong_types_are_reported_where_the_value_stands) {
+  const auto ask = [](auto sample) { return [=](Section& s) { s.get<decltype(sample)>("k"); }; };
+  expect_contains(report("k 1e-3x", ask(0.0)), "t.info:1:3: 'k' expects a number, got '1e-3x'");
+  expect_contains(report("k 3.7", ask(0)), "t.info:1:3: 'k' expects a whole number, got '3.7'");
+  expect_contains(report("k -1", ask(0u)), "expects a whole number without sign, got '-1'");
+  expect_contains(report("k True", ask(true)), "expects true or false, got 'True'");
+  expect_contains(report("k nan", ask(0.0)), "must be finite, got 'nan'");
+  expect_contains(report("k inf", ask(0.0)), "must be finite, got 'inf'");
+  expect_contains(report("k 1e999", ask(0.0)), "expects a number, got '1e999'");
+  expect_contains(report("k 3000000000", ask(0)), "expects a whole number, got '3000000000'");
+  expect_contains(report("k 0x10", ask(0)), "expects a whole number, got '0x10'");
+  expect_contains(report("k 1,5", ask(0.0)), "expects a number, got '1,5'");
+  expect_contains(report("k +-1", ask(0.0)), "expects a number, got '+-1'");
+  expect_contains(report("k", ask(0.0)), "t.info:1:1: 'k' has no value");
+  expect_contains(report("k {\n}", ask(0.0)), "t.info:1:1: 'k' is a value, but a block was written");
+  expect_contains(report("", ask(0.0)), "t.info: required key 'k' is missing");
+}
+
+TEST(Section, ranges_are_checked) {
+  const auto ask = [](const Range& range) { return [=](Section& s) { s.get<double>("k", range); }; };
+  expect_contains(report("k 0", ask(positive())), "'k' must be positive, got '0'");
+  EXPECT_EQ(report("k 1e-300", ask(positive())), "");
+  EXPECT_EQ(report("k 0", ask(not_negative())), "");
+  expect_contains(report("k 0.5", ask(at_least(1))), "'k' must be at least 1, got '0.5'");
+  expect_contains(report("k 1.5", ask(at_most(1))), "'k' must be at most 1, got '1.5'");
+  expect_contains(report("k 1.5", ask(between(0, 1))), "'k' must be between 0 and 1, got '1.5'");
+  EXPECT_EQ(report("k inf", ask(or_infinite(positive()))), "");
+  expect_contains(report("k -inf", ask(or_infinite(positive()))), "must be positive or infinite, got '-inf'");
+}
+
+TEST(Section, unknown_keys_get_the_nearest_name) {
+  const std::string text = "solver\n{\n  maxIterationz 5\n  Tolerance 1e-3\n  friction 1\n}\nqqqqqq 1\n";
+  const std::string said = report(text, [](Section& file) {
+    Section solver = file.child("solver");
+    solver.get_or("maxIterations", 5);
+    solver.get_or("tolerance", 1.0);
+    file.child_or_empty("effects").get_or("friction", 0.0);
+  });
+  EXPECT_EQ(said,
+            "t.info:3:3: unknown key 'maxIterationz' in 'solver'; did you mean 'maxIterations'?\n"
+            "t.info:4:3: unknown key 'Tolerance' in 'solver'; did you mean 'tolerance'?\n"
+            "t.info:5:3: unknown key 'friction' in 'solver'; it belongs in 'effects'\n"
+            "t.info:7:1: unknown key 'qqqqqq'; valid are 'solver', 'effects'");
+}
+
+TEST(Section, problems_of_form_and_meaning_are_reported_together) {
+  const std::string said = report("a 1x\nb 2 // two\nb 3\nc = 4\n", [](Section& s) {
+    s.get<double>("a");
+    EXPECT_EQ(s.get<double>("b"), 2);
+    EXPECT_EQ(s.get<double>("c"), 4);
+    s.get<double>("d");
+  });
+  expect_contains(said, "t.info: required key 'd' is missing\nt.info:1:3: 'a' expects a number, got '1x'\n");
+  expect_contains(said, "t.info:2:5: '//' does not start a comment");
+  expect_contains(said, "t.info:3:1: duplicate key 'b'; it is given first at t.info:2:1");
+  expect_contains(said, "t.info:4:3: '=' would be the value");
+}
+
+TEST(Section, choices_name_the_valid_ones) {
+  enum class Color { kRed, kBlue };
+  const std::vector<std::pair<std::string, Color>> names = {{"red", Color::kRed}, {"blue", Color::kBlue}};
+  EXPECT_EQ(Section::parse("k blue", "t").choice<Color>("k", names), Color::kBlue);
+  EXPECT_EQ(Section::parse("", "t").choice_or<Color>("k", "blue", names), Color::kBlue);
+  expect_contains(report("k bleu", [&](Section& s) { s.choice<Color>("k", names); }),
+                  "t.info:1:3: 'k' cannot be 'bleu'; did you mean 'blue'?");
+  expect_contains(report("k green-ish", [&](Section& s) { s.choice<Color>("k", names); }),
+                  "cannot be 'green-ish'; valid are 'red', 'blue'");
+}
+
+TEST(Section, vectors_in_every_spelling) {
+  const std::vector<double> expected = {1, -2, 0.5};
+  for (const char* text :
+       {"v\n{\n[0] 1\n[1] -2\n[2] 0.5\n}", "v\n{\n(0,0) 1\n(1,0) -2\n(2,0) 0.5\n}",
+        "v\n{\nscaling 0.5\n(2,0) 1\n(0,0) 2\n(1,0) -4\n}", "v \"1 -2 0.5\"", "v \"1, -2, 0.5\""}) {
+    Section s = Section::parse(text, "t.info");
+    EXPECT_EQ(s.vector("v"), expected) << text;
+    EXPECT_EQ(s.vector("v", 3), expected) << text;
+    EXPECT_NO_THROW(s.finish());
+  }
+  const auto ask = [](Section& s) { EXPECT_EQ(s.vector("v", 2).size(), 2u); };
+  expect_contains(report("v \"1 2 3\"", ask), "t.info:1:1: 'v' expects 2 numbers, got 3");
+  expect_contains(report("v \"1 x\"", ask), "t.info:1:3: 'v' expects a number, got 'x'");
+  expect_contains(report("v\n{\n[0] 1\n[2] 2\n}", ask), "t.info:4:1: '[2]' is out of place in the list 'v'");
+  expect_contains(report("v\n{\n[0] 1\n[1] 2\n[1] 3\n}", ask), "t.info:5:1: duplicate entry '[1]' in 'v'");
+  expect_contains(report("v\n{\n(0,0) 1\n(2,0) 2\n}", ask), "t.info:4:1: entry '(2,0)' is outside of 'v'");
+}
+
+TEST(Section, matrices_with_scaling_and_default) {
+  Section s = Section::parse("Q\n{\nscaling 0.5\ndefault 4\n(0,0) 2\n(1,2) -6\n}", "t.info");
+  const InfoMatrix Q = s.matrix("Q", 2, 3);
+  EXPECT_EQ(Q.values, (std::vector<double>{1, 2, 2, 2, 2, -3}));
+  EXPECT_EQ(Q(1, 2), -3);
+  EXPECT_NO_THROW(s.finish());
+  const auto ask = [](Section& file) { file.matrix("Q", 2, 2); };
+  expect_contains(report("Q\n{\n(0,0) 1\n(2,0) 1\n}", ask),
+                  "t.info:4:1: entry '(2,0)' is outside of 'Q', which is 2 x 2");
+  expect_contains(report("Q\n{\n(0,0) 1\n(0,0) 1\n}", ask), "t.info:4:1: duplicate entry '(0,0)'");
+  expect_contains(report("Q\n{\n(0,0) 1x\n}", ask), "t.info:3:7: 'Q.(0,0)' expects a number, got '1x'");
+  expect_contains(report("Q\n{\nscalng 2\n(0,0) 1\n}", ask),
+                  "t.info:3:1: unknown key 'scalng' in the matrix 'Q'");
+  expect_contains(report("Q\n{\n}", ask), "t.info:1:1: 'Q' has no entry");
+}
+
+TEST(Section, repeated_and_free_names) {
+  Section s =
+      Section::parse("term effort {\n w 1\n}\nterm time {\n w 2\n}\njoints {\n a 1\n b 2\n}", "t.info");
+  std::vector<Section> terms = s.children("term");
+  ASSERT_EQ(terms.size(), 2u);
+  EXPECT_EQ(terms[1].value(), "time");
+  EXPECT_EQ(terms[0].value() + terms[1].path(), "effortterm");
+  EXPECT_EQ(terms[0].get<double>("w") + terms[1].get<double>("w"), 3);
+  std::string names;
+  Section joints = s.child("joints");
+  for (Section& joint : joints.all_children()) names += joint.name() + joint.value();
+  EXPECT_EQ(names, "a1b2");
+  EXPECT_NO_THROW(s.finish());
+  EXPECT_EQ(s.effective_values(),
+            "term effort\n{\n  w 1\n}\nterm time\n{\n  w 2\n}\njoints\n{\n  a 1\n  b 2\n}\n");
+}
+
+TEST(Section, effective_values_read_back_and_mark_defaults) {
+  const auto questions = [](Section& s) {
+    Section solver = s.child_or_empty("solver");
+    solver.get_or("tolerance", 0.1);
+    solver.get_or("label", "two words");
+    s.child_or_empty("rollout").get_or("steps", 4u);
+    s.vector("x", 2);
+    s.matrix("Q", 1, 2);
+    s.strings_or("locked", {"a", "b"});
+  };
+  Section first = Section::parse("solver\n{\n tolerance 1e-8\n}\nx \"1 2\"\nQ\n{\n (0,1) 3\n}\n", "t.info");
+  questions(first);
+  first.finish();
+  const std::string text = first.effective_values();
+  expect_contains(text, "  tolerance 1e-08\n  label     \"two words\"  ; default\n");
+  Section second = Section::parse(text, "again.info");
+  questions(second);
+  EXPECT_NO_THROW(second.finish()) << text;
+  expect_contains(second.effective_values(), "  tolerance 1e-08\n  label     \"two words\"\n");
+}
+
+// Whatever a double is, the dump gives it back.
+TEST(Section, dumped_numbers_keep_every_bit) {
+  std::mt19937_64 random(7);
+  for (int i = 0; i < 2000; ++i) {
+    const double value = std::bit_cast<double>(static_cast<std::uint64_t>(random()));
+    if (!std::isfinite(value)) continue;
+    Section s = Section::parse("", "t.info");
+    s.get_or("k", value);
+    Section again = Section::parse(s.effective_values(), "t.info");
+    ASSERT_EQ(std::bit_cast<std::uint64_t>(again.get<double>("k")), std::bit_cast<std::uint64_t>(value));
+  }
+}
+
+TEST(Section, a_question_that_no_file_can_answer_is_refused) {
+  Section s = Section::parse("barrierReductionCostTol 1e-3", "t.info");
+  EXPECT_THROW(s.get_or("barrierReductionCostTol ", 1e-2), ArgumentError);
+}
+
+// The defects that shipped configuration files are known to have, one small file each.
+TEST(SectionCorpus, a_key_read_under_another_name) {
+  const std::string said = report("ipm\n{\n  barrierReductionCostTol 1e-3\n}\n", [](Section& s) {
+    EXPECT_EQ(s.child("ipm").get_or("barrierReductionCostTolerance", 1e-2), 1e-2);
+  });
+  expect_contains(said,
+                  "t.info:3:3: unknown key 'barrierReductionCostTol' in 'ipm'; did you mean "
+                  "'barrierReductionCostTolerance'?");
+}
+
+TEST(SectionCorpus, keys_that_nobody_reads_any_more) {
+  const std::string text =
+      "swing\n{\n  liftOffVelocity 0.2\n  touchdownAfterHorizon 0.2\n}\n"
+      "ddp\n{\n  maxNumIterations 10\n  inequalityConstraintMu 0.1\n  debugCaching 0\n}\n"
+      "rollout\n{\n  timeStep 1e-2\n  minTimeStep 1e-3\n}\nsubsystemsSequence\n{\n  [0] 0\n}\n";
+  const std::string said = report(text, [](Section& s) {
+    s.child("swing").get<double>("liftOffVelocity");
+    s.child("ddp").get<int>("maxNumIterations");
+    s.child("rollout").get<double>("timeStep");
+  });
+  for (const char* part : {"t.info:4:3: unknown key 'touchdownAfterHorizon' in 'swing'",
+                           "t.info:9:3: unknown key 'inequalityConstraintMu' in 'ddp'",
+                           "t.info:10:3: unknown key 'debugCaching' in 'ddp'",
+                           "t.info:15:3: unknown key 'minTimeStep' in 'rollout'",
+                           "t.info:17:1: unknown key 'subsystemsSequence'"}) {
+    expect_contains(said, part);
+  }
+}
+
+TEST(SectionCorpus, a_required_key_that_is_absent) {
+  const std::string said = report("mpc\n{\n  timeHorizon 1\n}\n", [](Section& s) {
+    s.child("mpc").get<double>("timeHorizon");
+    s.child("mpc").get<int>("numPartitions");
+  });
+  EXPECT_EQ(said, "t.info:1:1: required key 'mpc.numPartitions' is missing");
+}
+
+TEST(SectionCorpus, names_that_do_not_exist) {
+  const std::string said = report(
+      "model_information\n{\n  removeJoints\n  {\n    [0] \"wheel_left\"\n    [1] \"head_tlit\"\n  }\n}\n",
+      [](Section& s) {
+        s.child("model_information").strings("removeJoints", {"wheel_left", "wheel_right", "head_tilt"});
+      });
+  EXPECT_EQ(said,
+            "t.info:6:9: 'model_information.removeJoints' names 'head_tlit', which is unknown; did you mean "
+            "'head_tilt'?");
+}
+
+TEST(SectionCorpus, slashes_taken_for_a_comment) {
+  const std::string text = "Q\n{\n  (0,0) 15.0   // Body position\n}\n";
+  expect_contains(report(text, [](Section& s) { s.matrix("Q", 1, 1); }),
+                  "t.info:3:16: '//' does not start a comment");
+  EXPECT_EQ(report(
+                text, [](Section& s) { EXPECT_EQ(s.matrix("Q", 1, 1)(0, 0), 15); }, Mode::kLenient),
+            "");
+}
+
+TEST(SectionLenient, first_duplicate_wins_unknown_keys_are_ignored_missing_gives_default) {
+  EXPECT_EQ(report(
+                "a 1\na 2\nodd 3\n",
+                [](Section& s) {
+                  EXPECT_EQ(s.get<int>("a"), 1);
+                  EXPECT_EQ(s.get_or("b", 5), 5);
+                },
+                Mode::kLenient),
+            "");
+}
+
+TEST(SectionLenient, values_are_what_a_stream_extracts) {
+  Section s =
+      Section::parse("u -1\nb true\nc 0\nd \" 1.5 \"\ne 3.7\nf nan\ng True\nh 1e-3x", "t", Mode::kLenient);
+  EXPECT_EQ(s.get<unsigned long>("u"), 18446744073709551615ul);
+  EXPECT_TRUE(s.get<bool>("b"));
+  EXPECT_FALSE(s.get<bool>("c"));
+  EXPECT_EQ(s.get<double>("d"), 1.5);
+  EXPECT_NO_THROW(s.finish());
+  s.get<int>("e");
+  s.get<double>("f");
+  s.get<bool>("g");
+  s.get<double>("h");
+  try {
+    s.finish();
+    FAIL() << "four wrong types";
+  } catch (const FileError& error) {
+    const std::string said = error.what();
+    EXPECT_EQ(std::count(said.begin(), said.end(), '\n'), 3) << said;
+  }
+}
+
+TEST(SectionLenient, matrices_and_vectors_as_ocs2_reads_them) {
+  Section s = Section::parse(
+      "Q\n{\n scaling 2x\n (0,0) 1\n (1,1) bad\n (5,5) 1\n}\nv\n{\n [0] 1\n [1] 2\n [2] x\n [3] 4\n}\n"
+      "pairs\n{\n [0] \"a, b\"\n [1] \"c, d\"\n}\nE\n{\n}\n",
+      "t", Mode::kLenient);
+  EXPECT_EQ(s.matrix("Q", 2, 2).values, (std::vector<double>{1, 0, 0, 0}));
+  EXPECT_EQ(s.vector("v"), (std::vector<double>{1, 2}));
+  EXPECT_EQ(s.strings("pairs"), (std::vector<std::string>{"a, b", "c, d"}));
+  EXPECT_NO_THROW(s.finish());
+  s.matrix("E", 2, 2);
+  EXPECT_THROW(s.finish(), FileError);
+}
+
+TEST(ModelSettings, are_read_as_ocs2_spells_them) {
+  Section s = Section::parse(
+      "model_settings\n{\n recompileLibrariesCppAd true\n modelFolderCppAd /tmp/x\n verboseCppAd true\n}\n",
+      "t");
+  const ModelSettings settings = read_model_settings(s);
+  EXPECT_TRUE(settings.recompile_libraries && settings.verbose);
+  EXPECT_EQ(settings.model_folder, "/tmp/x");
+  EXPECT_NO_THROW(s.finish());
+  Section none = Section::parse("", "t");
+  EXPECT_FALSE(read_model_settings(none).recompile_libraries);
+  Section other = Section::parse("model_settings\n{\n recompileLibraries 1\n}\n", "t");
+  EXPECT_TRUE(read_model_settings(other).recompile_libraries);
+  EXPECT_NO_THROW(other.finish());
+}
+
+TEST(Suggest, distance_is_a_metric_on_random_words) {
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    std::mt19937_64 random(seed);
+    const auto word = [&] {
+      std::string text;
+      for (auto n = random() % 6; n > 0; --n) text += static_cast<char>('a' + random() % 3);
+      return text;
+    };
+    const std::string a = word(), b = word();
+    ASSERT_EQ(edit_distance(a, b), edit_distance(b, a)) << "seed " << seed;
+    ASSERT_EQ(edit_distance(a, b) == 0, a == b) << "seed " << seed;
+    ASSERT_LE(edit_distance(a, b), static_cast<int>(std::max(a.size(), b.size()))) << "seed " << seed;
+  }
+  EXPECT_EQ(edit_distance("ab", "ba"), 1);
+  EXPECT_EQ(nearest_name("h", {"H", "dt"}), "H");
+  EXPECT_EQ(nearest_name("h", {"g", "dt"}), "");
+}
+
+}  // namespace
+}  // namespace dyntape::io

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/table.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+
+namespace dyntape::io {
+namespace {
+
+TEST(TextTable, aligns_by_characters) {
+  TextTable table({{"route"}, {"time", "us", Align::kRight}, {"error", "", Align::kRight}});
+  table.append({"généré", significant(1.2345, 3), scientific(3e-16)});
+  table.append({"fd", "10", "-"});
+  EXPECT_EQ(table.text(),
+            "route   time [us]    error\n"
+            "------  ---------  -------\n"
+            "généré       1.23  3.0e-16\n"
+            "fd             10        -\n");
+  EXPECT_THROW(table.append({"x"}), ArgumentError);
+}
+
+TEST(TextTable, numbers) {
+  EXPECT_EQ(significant(1234.5, 3), "1230");
+  EXPECT_EQ(significant(0.00012345, 3), "0.000123");
+  EXPECT_EQ(significant(9.996, 3), "10.0");
+  EXPECT_EQ(significant(0, 3), "0");
+  EXPECT_EQ(duration(3.2e-9), "3.20 ns");
+  EXPECT_EQ(duration(999.9e-9), "1.00 us");
+  EXPECT_EQ(duration(0.0456), "45.6 ms");
+  EXPECT_EQ(duration(60), "60.0 s");
+  EXPECT_EQ(duration(123.4), "2 min 03 s");
+  EXPECT_EQ(with_groups(1234567), "1 234 567");
+  EXPECT_EQ(with_groups(-123456), "-123 456");
+  EXPECT_EQ(with_groups(999), "999");
+  EXPECT_EQ(significant(std::numeric_limits<double>::infinity(), 3), "inf");
+}
+
+TEST(TextTable, rounded_numbers_are_near_what_they_show) {
+  for (unsigned seed = 0; seed < 2000; ++seed) {
+    std::mt19937_64 random(seed);
+    const double value = std::exp(std::uniform_real_distribution<>(-50, 50)(random));
+    const double shown = std::strtod(significant(value, 4).c_str(), nullptr);
+    ASSERT_LE(std::abs(shown - value), 0.50001e-3 * value) << "seed " << seed;
+  }
+}
+
+TEST(Progress, the_line_fits_and_fills) {
+  EXPECT_EQ(Progress::line("compiling", 5, 10, "a.c", 80), "compiling [==========>         ]  5/10  a.c");
+  EXPECT_EQ(Progress::line("compiling", 10, 10, "", 80), "compiling [====================] 10/10");
+  EXPECT_EQ(Progress::line("reading", 7, 0, "", 80), "reading 7");
+  EXPECT_EQ(Progress::line("compiling", 5, 10, "a.c", 12).size(), 12u);
+}
+
+TEST(Progress, is_silent_where_stderr_is_no_terminal_and_erases_itself) {
+  ::testing::internal::CaptureStderr();
+  {
+    Progress progress("x", 2);
+    progress.update(1);
+  }
+  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
+  ::testing::internal::CaptureStderr();
+  {
+    Progress progress("x", 2, Progress::Show::kAlways);
+    progress.update(1);
+  }
+  const std::string said = ::testing::internal::GetCapturedStderr();
+  EXPECT_NE(said.find("1/2"), std::string::npos);
+  EXPECT_TRUE(said.ends_with("\r\033[K"));
+}
+
+}  // namespace
+}  // namespace dyntape::io
