@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/io/gnuplot_text.h>
 
+#include <cctype>
 #include <charconv>
 #include <cmath>
+#include <cstring>
 
 namespace dyntape::io {
 
@@ -22,10 +24,16 @@ std::string gnuplot_number(double value) {
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 10).ptr};
 }
 
+// Means of letters that are alike; sans-serif fonts differ by some percent.
 double text_width(const std::string& text, double size) {
-  double letters = 0;
-  for (const char c : text) letters += (c & 0xC0) == 0x80 ? 0 : 1;
-  return 0.56 * size * letters;
+  double ems = 0;
+  for (const char c : text) {
+    if ((c & 0xC0) == 0x80) continue;  // not the first byte of a character
+    const bool narrow = std::strchr("ijltf.,:;|!'()[] ", c) != nullptr;
+    const bool broad = std::strchr("mwMW@%&", c) != nullptr;
+    ems += narrow ? 0.34 : broad ? 0.9 : std::isupper(static_cast<unsigned char>(c)) ? 0.68 : 0.61;
+  }
+  return ems * size;
 }
 
 }  // namespace dyntape::io

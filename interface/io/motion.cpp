@@ -88,24 +88,27 @@ Panel motion_panel(const Motion& motion) {
     panel.series.push_back(std::move(series));
   }
   const std::vector<const MotionFrame*> frames = selected(motion);
+  const auto add_end = [&](const char* what, const MotionFrame& frame, const char* color) {
+    Series series = frame_series(frame, color, true);
+    series.name = at_time(what, frame.time);
+    series.layer = 2;
+    panel.series.push_back(std::move(series));
+  };
+  add_end("start", *frames.front(), kStart);
   for (size_t k = 1; k + 1 < frames.size(); ++k) {
     const double s = static_cast<double>(k) / static_cast<double>(frames.size() - 1);
     panel.series.push_back(frame_series(*frames[k], shade(s), false));
     if (k == frames.size() / 2) panel.series.back().name = "in between, light to dark";
   }
+  if (frames.size() > 1) add_end("end", *frames.back(), kGoal);
   for (const Trace& trace : motion.traces) {
     Series series = series_of({trace.points});
     series.name = trace.name;
     series.color = kTrace;
     series.width = 1.5;
     series.dashed = true;
+    series.layer = 1;
     panel.series.push_back(std::move(series));
-  }
-  panel.series.push_back(frame_series(*frames.front(), kStart, true));
-  panel.series.back().name = at_time("start", frames.front()->time);
-  if (frames.size() > 1) {
-    panel.series.push_back(frame_series(*frames.back(), kGoal, true));
-    panel.series.back().name = at_time("end", frames.back()->time);
   }
   panel.height = 400;
   return panel;

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/gnuplot_text.h>
@@ -21,8 +22,8 @@ constexpr int kPointTypes[] = {7, 5, 9, 13, 11, 15, 3};
 constexpr int kDashes[] = {1, 2, 4, 5};
 
 constexpr double kTextSize = 13, kSmallSize = 11.5, kTitleSize = 17;
-constexpr double kLeft = 78, kRight = 26, kBottom = 52, kTop = 14;  // around the frame of a panel [px]
-constexpr double kHeadRow = 24, kTitleRow = 40;
+constexpr double kLeft = 78, kRight = 26, kBottom = 58, kTop = 14;  // around the frame of a panel [px]
+constexpr double kHeadRow = 24, kTitleRow = 40, kTextRow = 16;
 constexpr double kSample = 26;  // the line in the legend [px]
 
 struct Style {
@@ -65,6 +66,22 @@ std::vector<std::vector<size_t>> legend_rows(const Panel& panel, double width) {
   return rows;
 }
 
+// Texts of reference lines stand outside of the frame, where no curve runs: right of it and above it.
+double right_margin(const Panel& panel) {
+  double margin = kRight;
+  for (const ReferenceLine& line : panel.horizontal) {
+    if (!line.text.empty()) margin = std::max(margin, 14 + text_width(line.text, kSmallSize));
+  }
+  return margin;
+}
+
+double head_height(const Panel& panel, size_t legend_rows) {
+  const bool texts = std::any_of(panel.vertical.begin(), panel.vertical.end(),
+                                 [](const ReferenceLine& line) { return !line.text.empty(); });
+  const double rows = static_cast<double>(legend_rows) + (panel.title.empty() ? 0 : 1);
+  return kTop + kHeadRow * rows + (texts ? kTextRow : 0);
+}
+
 // Fills `places`, row by row of the grid; returns the height of the picture.
 double arrange(const Plot& plot, std::vector<Place>& places) {
   const double cell = static_cast<double>(plot.width) / plot.columns;
@@ -77,10 +94,9 @@ double arrange(const Plot& plot, std::vector<Place>& places) {
       const Panel& panel = plot.panels[i];
       if (panel.wide && column > 0) break;
       const double left = column * cell + kLeft,
-                   right = (panel.wide ? plot.width : (column + 1) * cell) - kRight;
+                   right = (panel.wide ? plot.width : (column + 1) * cell) - right_margin(panel);
       places.push_back({{left, 0, right, 0}, legend_rows(panel, right - left)});
-      const double rows = static_cast<double>(places.back().legend.size()) + (panel.title.empty() ? 0 : 1);
-      head = std::max(head, kTop + kHeadRow * rows);
+      head = std::max(head, head_height(panel, places.back().legend.size()));
       height = std::max(height, static_cast<double>(panel.height));
       if (panel.wide) column = plot.columns;
     }
@@ -202,22 +218,25 @@ class Script {
     open_up(panel, panel.log_x, false, x);
     open_up(panel, panel.log_y, true, y);
     if (panel.equal_axes) equalize(panel, frame, x, y);
-    axis("x", panel.x_label, panel.log_x, x);
-    axis("y", panel.y_label, panel.log_y, y);
+    axis("x", panel.log_x, x);
+    axis("y", panel.log_y, y);
+    const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
+    label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
+    label(panel.y_label, canvas_.at(frame.left - 60, middle_y), kTextSize,
+          "center rotate by 90 tc rgb '#333333'");
     const bool dots = std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) {
       return s.mark == Mark::kPoints || s.mark == Mark::kBoth;
     });
     if (!dots) add("set autoscale xfix");
   }
 
-  void axis(const std::string& name, const std::string& label, bool log, const Limits& limits) {
+  void axis(const std::string& name, bool log, const Limits& limits) {
     const auto end = [](double value) {
       return std::isfinite(value) ? gnuplot_number(value) : std::string("*");
     };
     add(log ? "set logscale " + name + "; set format " + name + " '10^{%T}'"
             : "set format " + name + " '%h'");
     add("set " + name + "range [" + end(limits.low) + ":" + end(limits.high) + "]");
-    add("set " + name + "label " + gnuplot_quoted(label) + " noenhanced tc rgb '#333333'");
   }
 
   void references(const Panel& panel) {
@@ -226,14 +245,13 @@ class Script {
       const std::string v = gnuplot_number(line.value);
       add("set arrow from graph 0, first " + v + " to graph 1, first " + v + look);
       if (line.text.empty()) continue;
-      label(line.text, "graph 1, first " + v, kSmallSize, "right offset -0.4, 0.5 tc rgb '#666666' front");
+      label(line.text, "graph 1, first " + v, kSmallSize, "left offset 0.5, 0 tc rgb '#666666' front");
     }
     for (const ReferenceLine& line : panel.vertical) {
       const std::string v = gnuplot_number(line.value);
       add("set arrow from first " + v + ", graph 0 to first " + v + ", graph 1" + look);
       if (line.text.empty()) continue;
-      label(line.text, "first " + v + ", graph 1", kSmallSize,
-            "left offset 0.5, -0.8 tc rgb '#666666' front");
+      label(line.text, "first " + v + ", graph 1", kSmallSize, "center offset 0, 0.6 tc rgb '#666666' front");
     }
     for (const Annotation& note : panel.notes) {
       label(note.text, "first " + gnuplot_number(note.x) + ", first " + gnuplot_number(note.y), kSmallSize,
@@ -242,8 +260,7 @@ class Script {
   }
 
   void head(const Panel& panel, const Place& place, const std::vector<Style>& styles) {
-    const double rows = static_cast<double>(place.legend.size());
-    double y = place.frame.top - kHeadRow * rows - (panel.title.empty() ? 0 : kHeadRow) + 2;
+    double y = place.frame.top - head_height(panel, place.legend.size()) + kTop + 2;
     if (!panel.title.empty()) {
       label(panel.title, canvas_.at(place.frame.left, y), kTextSize + 1, "left tc rgb '#222222'");
       y += kHeadRow;
@@ -270,11 +287,15 @@ class Script {
   }
 
   void curves(const Panel& panel, const std::vector<Style>& styles) {
+    std::vector<size_t> order(panel.series.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return panel.series[a].layer < panel.series[b].layer; });
     std::string command = "plot ";
-    for (size_t i = 0; i < panel.series.size(); ++i) {
+    for (const size_t i : order) {
       const Series& s = panel.series[i];
       const char* with[] = {"lines", "points", "linespoints", "steps"};
-      command += (i ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with " +
+      command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with " +
                  with[static_cast<int>(s.mark)];
       command += " lc rgb '" + styles[i].color + "'";
       if (s.mark != Mark::kPoints)

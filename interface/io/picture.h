@@ -39,6 +39,7 @@ struct Series {
   double width = 2;        // of the line [px]
   bool dashed = false;
   double point = 1;  // size of points, relative
+  int layer = 0;     // higher ones are drawn over lower ones; the legend keeps the order of the list
 };
 
 struct ReferenceLine {
