@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The commands of `dyntape`, one a file.  Each adds itself to the application; its callback does the work and
+// throws dyntape::Error for what goes wrong.  A command that ends in anything but full success throws Failure
+// after saying so.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/urdf.h>
+
+namespace dyntape::tools {
+
+void add_info(CLI::App& app);
+void add_eval(CLI::App& app);
+void add_generate(CLI::App& app);
+void add_bench(CLI::App& app);
+void add_solve(CLI::App& app);
+void add_check_config(CLI::App& app);
+void add_cache(CLI::App& app);
+void add_doctor(CLI::App& app);
+void add_study(CLI::App& app);
+
+// The outcome has been reported already; only the exit status is left.
+struct Failure {
+  int status = 1;
+};
+
+// Options of every command that reads a robot.
+struct RobotOptions {
+  std::string path;
+  std::string base = "fixed";
+  std::vector<std::string> lock;
+  double snap = 1e-8;
+};
+void add_robot_options(CLI::App& command, RobotOptions& options);
+dynamics::UrdfRobot load_robot(const RobotOptions& options);
+
+// "tau0", "tau1", ...
+std::vector<std::string> numbered(const std::string& prefix, int count);
+
+}  // namespace dyntape::tools

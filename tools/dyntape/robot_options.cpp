@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "commands.h"
+
+namespace dyntape::tools {
+
+void add_robot_options(CLI::App& command, RobotOptions& options) {
+  command.add_option("robot", options.path, "the robot, a URDF file")->required()->type_name("ROBOT.urdf");
+  command.add_option("--base", options.base, "fixed: the root link is the world; floating: a free-flyer carries it")
+      ->check(CLI::IsMember({"fixed", "floating"}))
+      ->type_name("fixed|floating")
+      ->capture_default_str();
+  command.add_option("--lock", options.lock, "joints held at their neutral position, separated by commas")
+      ->delimiter(',')
+      ->type_name("J1,J2");
+  command
+      .add_option("--snap", options.snap,
+                  "rotations within this angle [rad] of a right one become exact; 0 reads them literally")
+      ->check(CLI::NonNegativeNumber)
+      ->type_name("RAD")
+      ->capture_default_str();
+}
+
+dynamics::UrdfRobot load_robot(const RobotOptions& options) {
+  dynamics::UrdfOptions urdf;
+  urdf.base = options.base == "floating" ? dynamics::Base::kFloating : dynamics::Base::kFixed;
+  urdf.lock = options.lock;
+  urdf.snap = options.snap;
+  return dynamics::load_urdf(options.path, urdf);
+}
+
+std::vector<std::string> numbered(const std::string& prefix, int count) {
+  std::vector<std::string> names;
+  for (int i = 0; i < count; ++i) names.push_back(prefix + std::to_string(i));
+  return names;
+}
+
+}  // namespace dyntape::tools

@@ -1,0 +1,21 @@
+# `cmake --install build --prefix P`: headers, libraries, the command, robots and tasks, and a package for
+# find_package(dyntape).
+include(CMakePackageConfigHelpers)
+include(GNUInstallDirs)
+
+set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
+install(TARGETS dyntape_options dyntape_autodiff dyntape_dynamics dyntape_codegen dyntape_interface
+  EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
+install(TARGETS dyntape_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+foreach(folder autodiff dynamics codegen interface)
+  install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder}
+    FILES_MATCHING PATTERN "*.h" PATTERN "*.hxx" PATTERN "*.def")
+endforeach()
+install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
+
+configure_package_config_file(tools/dyntapeConfig.cmake.in ${PROJECT_BINARY_DIR}/dyntapeConfig.cmake
+  INSTALL_DESTINATION ${package_dir})
+write_basic_package_version_file(${PROJECT_BINARY_DIR}/dyntapeConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${PROJECT_BINARY_DIR}/dyntapeConfig.cmake ${PROJECT_BINARY_DIR}/dyntapeConfigVersion.cmake
+  DESTINATION ${package_dir})
