@@ -10,6 +10,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/gnuplot_text.h>
+#include <dyntape/interface/io/picture_layout.h>
 
 namespace dyntape::io {
 namespace {
@@ -21,20 +22,9 @@ constexpr int kColors = 7;
 constexpr int kPointTypes[] = {7, 5, 9, 13, 11, 15, 3};
 constexpr int kDashes[] = {1, 2, 4, 5};
 
-constexpr double kTextSize = 13, kSmallSize = 11.5, kTitleSize = 17;
-constexpr double kLeft = 78, kRight = 26, kBottom = 58, kTop = 14;  // around the frame of a panel [px]
-constexpr double kHeadRow = 24, kTitleRow = 40, kTextRow = 16;
-constexpr double kSample = 26;  // the line in the legend [px]
-
 struct Style {
   std::string color;
   int dash, point;
-};
-
-// What stands where: one entry a panel.
-struct Place {
-  Box frame;
-  std::vector<std::vector<size_t>> legend;  // rows of indices into series
 };
 
 std::vector<Style> styles_of(const Panel& panel) {
@@ -48,69 +38,6 @@ std::vector<Style> styles_of(const Panel& panel) {
     if (!own) ++next;
   }
   return styles;
-}
-
-std::vector<std::vector<size_t>> legend_rows(const Panel& panel, double width) {
-  std::vector<std::vector<size_t>> rows;
-  double used = 0;
-  for (size_t i = 0; i < panel.series.size(); ++i) {
-    if (panel.series[i].name.empty()) continue;
-    const double need = kSample + 24 + text_width(panel.series[i].name, kTextSize);
-    if (rows.empty() || used + need > width) {
-      rows.emplace_back();
-      used = 0;
-    }
-    rows.back().push_back(i);
-    used += need;
-  }
-  return rows;
-}
-
-// Texts of reference lines stand outside of the frame, where no curve runs: right of it and above it.
-double right_margin(const Panel& panel) {
-  double margin = kRight;
-  for (const ReferenceLine& line : panel.horizontal) {
-    if (!line.text.empty()) margin = std::max(margin, 14 + text_width(line.text, kSmallSize));
-  }
-  return margin;
-}
-
-double head_height(const Panel& panel, size_t legend_rows) {
-  const bool texts = std::any_of(panel.vertical.begin(), panel.vertical.end(),
-                                 [](const ReferenceLine& line) { return !line.text.empty(); });
-  const double rows = static_cast<double>(legend_rows) + (panel.title.empty() ? 0 : 1);
-  return kTop + kHeadRow * rows + (texts ? kTextRow : 0);
-}
-
-// Fills `places`, row by row of the grid; returns the height of the picture.
-double arrange(const Plot& plot, std::vector<Place>& places) {
-  const double cell = static_cast<double>(plot.width) / plot.columns;
-  double y = plot.title.empty() ? 6 : kTitleRow + 6;
-  size_t i = 0;
-  while (i < plot.panels.size()) {
-    double head = 0, height = 0;
-    const size_t first = i;
-    for (int column = 0; column < plot.columns && i < plot.panels.size(); ++column, ++i) {
-      const Panel& panel = plot.panels[i];
-      if (panel.wide && column > 0) break;
-      const double left = column * cell + kLeft,
-                   right = (panel.wide ? plot.width : (column + 1) * cell) - right_margin(panel);
-      places.push_back({{left, 0, right, 0}, legend_rows(panel, right - left)});
-      head = std::max(head, head_height(panel, places.back().legend.size()));
-      height = std::max(height, static_cast<double>(panel.height));
-      if (panel.wide) column = plot.columns;
-    }
-    for (size_t k = first; k < i; ++k) {
-      places[k].frame.top = y + head;
-      places[k].frame.bottom = y + head + height;
-    }
-    y += head + height + kBottom;
-  }
-  return std::ceil(y + 4);
-}
-
-bool drawable(const Panel& panel, double x, double y) {
-  return std::isfinite(x) && std::isfinite(y) && (!panel.log_x || x > 0) && (!panel.log_y || y > 0);
 }
 
 void check(const Plot& plot) {
@@ -129,66 +56,9 @@ void check(const Plot& plot) {
   }
 }
 
-struct Extent {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(double value) {
-    low = std::min(low, value);
-    high = std::max(high, value);
-  }
-};
-
-void data_extent(const Panel& panel, Extent& x, Extent& y) {
-  for (const Series& s : panel.series) {
-    for (size_t i = 0; i < s.x.size(); ++i) {
-      if (!drawable(panel, s.x[i], s.y[i])) continue;
-      x.add(s.x[i]);
-      y.add(s.y[i]);
-    }
-  }
-}
-
-// Makes room around the data and then widens the axis that is too short for its side of the frame.
-void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_limits) {
-  Extent x, y;
-  data_extent(panel, x, y);
-  for (const double given : {panel.x_limits.low, panel.x_limits.high}) {
-    if (std::isfinite(given)) x.add(given);
-  }
-  for (const double given : {panel.y_limits.low, panel.y_limits.high}) {
-    if (std::isfinite(given)) y.add(given);
-  }
-  const double width = frame.right - frame.left, height = frame.bottom - frame.top;
-  const double span = std::max({x.high - x.low, y.high - y.low, 1e-9});
-  const double metre_per_pixel =
-      1.1 * std::max({(x.high - x.low) / width, (y.high - y.low) / height, 1e-3 * span / width});
-  const auto centred = [&](const Extent& e, double pixels) {
-    const double middle = 0.5 * (e.low + e.high), half = 0.5 * pixels * metre_per_pixel;
-    return Limits{middle - half, middle + half};
-  };
-  x_limits = centred(x, width);
-  y_limits = centred(y, height);
-}
-
-// A constant curve would be drawn in a range of no height.
-void open_up(const Panel& panel, bool log, bool vertical, Limits& limits) {
-  if (std::isfinite(limits.low) || std::isfinite(limits.high)) return;
-  Extent x, y;
-  data_extent(panel, x, y);
-  Extent& e = vertical ? y : x;
-  for (const ReferenceLine& line : vertical ? panel.horizontal : panel.vertical) e.add(line.value);
-  const double size = std::max(std::abs(e.low), std::abs(e.high));
-  const bool flat = e.high - e.low <= 1e-12 * size;
-  if (log && flat) limits = {e.low / 3, e.high * 3};
-  if (!log && flat) limits = {e.low - (size > 0 ? 0.1 * size : 1), e.high + (size > 0 ? 0.1 * size : 1)};
-  // Reference lines are no data to gnuplot: the range has to be told about them.
-  if (!log && !flat && vertical && !panel.horizontal.empty()) {
-    limits = {e.low - 0.08 * (e.high - e.low), e.high + 0.08 * (e.high - e.low)};
-  }
-}
-
 class Script {
  public:
-  Script(const Canvas& canvas) : canvas_(canvas) {}
+  explicit Script(const Canvas& canvas) : canvas_(canvas) {}
   const std::string& text() const { return text_; }
   void add(const std::string& line) { text_ += line + '\n'; }
 
@@ -214,10 +84,8 @@ class Script {
         canvas_.x(frame.right));
     add("set tmargin at screen " + canvas_.y(frame.top) + "; set bmargin at screen " +
         canvas_.y(frame.bottom));
-    Limits x = panel.x_limits, y = panel.y_limits;
-    open_up(panel, panel.log_x, false, x);
-    open_up(panel, panel.log_y, true, y);
-    if (panel.equal_axes) equalize(panel, frame, x, y);
+    Limits x, y;
+    choose_limits(panel, frame, x, y);
     axis("x", panel.log_x, x);
     axis("y", panel.log_y, y);
     const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
@@ -242,12 +110,14 @@ class Script {
   void references(const Panel& panel) {
     const std::string look = " nohead back lc rgb '#8a8a8a' lw 1.2 dt 2";
     for (const ReferenceLine& line : panel.horizontal) {
+      if (panel.log_y && line.value <= 0) continue;
       const std::string v = gnuplot_number(line.value);
       add("set arrow from graph 0, first " + v + " to graph 1, first " + v + look);
       if (line.text.empty()) continue;
       label(line.text, "graph 1, first " + v, kSmallSize, "left offset 0.5, 0 tc rgb '#666666' front");
     }
     for (const ReferenceLine& line : panel.vertical) {
+      if (panel.log_x && line.value <= 0) continue;
       const std::string v = gnuplot_number(line.value);
       add("set arrow from first " + v + ", graph 0 to first " + v + ", graph 1" + look);
       if (line.text.empty()) continue;
@@ -260,7 +130,7 @@ class Script {
   }
 
   void head(const Panel& panel, const Place& place, const std::vector<Style>& styles) {
-    double y = place.frame.top - head_height(panel, place.legend.size()) + kTop + 2;
+    double y = place.head + 2;
     if (!panel.title.empty()) {
       label(panel.title, canvas_.at(place.frame.left, y), kTextSize + 1, "left tc rgb '#222222'");
       y += kHeadRow;

@@ -1,0 +1,186 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Pictures are drawn by the installed gnuplot and looked into as XML.
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/file.h>
+#include <dyntape/interface/io/picture.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <regex>
+
+namespace dyntape::io {
+namespace {
+
+class Picture : public ::testing::Test {
+ protected:
+  void SetUp() override { std::filesystem::create_directories(folder_); }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
+  int count() const {
+    return static_cast<int>(std::distance(std::filesystem::directory_iterator(folder_), {}));
+  }
+  std::string drawn(const Plot& plot) {
+    draw(plot, folder_ / "p.svg");
+    return read_file(folder_ / "p.svg");
+  }
+  std::filesystem::path folder_ =
+      std::filesystem::temp_directory_path() / ("dyntape-picture-test-" + std::to_string(::getpid()));
+};
+
+Plot sample() {
+  Plot plot{.title = "Title"};
+  plot.columns = 2;
+  plot.panels = {{.title = "left",
+                  .x_label = "t [s]",
+                  .y_label = "q [rad]",
+                  .series = {{.name = "a", .x = {0, 1, 2}, .y = {0, 1, 0}},
+                             {.name = "b", .x = {0, 1, 2}, .y = {1, 0, 1}, .mark = Mark::kBoth}},
+                  .horizontal = {{2, "limit"}},
+                  .vertical = {{5, "end"}},
+                  .notes = {{1, 1, "peak"}}},
+                 {.title = "right",
+                  .series = {{.name = "c", .x = {1, 10, 100}, .y = {1e-3, 1e-9, 1e-15}}},
+                  .horizontal = {{1e-20, ""}},
+                  .log_x = true,
+                  .log_y = true}};
+  return plot;
+}
+
+TEST_F(Picture, shows_every_text_and_nothing_of_place_or_time) {
+  const std::string svg = drawn(sample());
+  for (const char* text :
+       {"Title", "left", "right", "t [s]", "q [rad]", ">a<", ">b<", ">c<", "limit", "end", "peak"}) {
+    EXPECT_NE(svg.find(text), std::string::npos) << text;
+  }
+  EXPECT_EQ(svg.find(folder_.string()), std::string::npos);
+  EXPECT_FALSE(std::regex_search(svg, std::regex("20[0-9][0-9]-|[0-9]+:[0-9]+:[0-9]+")));
+  EXPECT_EQ(count(), 1) << "a script or a temporary file was left behind";
+}
+
+TEST_F(Picture, is_the_same_bytes_each_time) { EXPECT_EQ(drawn(sample()), drawn(sample())); }
+
+TEST_F(Picture, colours_follow_the_palette) {
+  Plot plot;
+  plot.panels.resize(1);
+  for (int k = 0; k < 9; ++k)
+    plot.panels[0].series.push_back({.name = std::to_string(k), .x = {0, 1}, .y = {0.0, k + 1.0}});
+  const std::string svg = drawn(plot);
+  for (const char* rgb : {"0, 114, 178", "213,  94,   0", "0, 158, 115", "204, 121, 167", "230, 159,   0"}) {
+    EXPECT_NE(svg.find(rgb), std::string::npos) << rgb;
+  }
+}
+
+TEST_F(Picture, texts_cannot_break_out) {
+  Plot plot = sample();
+  plot.title = "it's `id` $(id) \"x\" <b> & \n system('id') %f _sub ^sup {br}";
+  plot.panels[0].series[0].name = plot.title;
+  const std::string svg = drawn(plot);
+  EXPECT_NE(svg.find("`id` $(id)"), std::string::npos);
+  EXPECT_NE(svg.find("&lt;b> &amp;"), std::string::npos);
+  EXPECT_NE(svg.find("_sub ^sup {br}"), std::string::npos);
+  EXPECT_EQ(svg.find("uid="), std::string::npos);
+}
+
+TEST_F(Picture, values_that_no_axis_can_show_leave_gaps) {
+  Plot plot = sample();
+  const double nan = std::numeric_limits<double>::quiet_NaN(), inf = std::numeric_limits<double>::infinity();
+  plot.panels[1].series[0] = {.name = "c", .x = {1, 2, 3, 4, 5, 6}, .y = {1, nan, inf, 0, -1, 2}};
+  EXPECT_NO_THROW(drawn(plot));
+  plot.panels[1].series[0].y = {nan, nan, inf, 0, -1, -2};
+  EXPECT_THROW(drawn(plot), ArgumentError);
+}
+
+TEST_F(Picture, constants_and_single_points_can_be_drawn) {
+  for (const bool log : {false, true}) {
+    for (const double y : {1.0, 1e-300, 1e300}) {
+      Plot plot;
+      plot.panels = {{.series = {{.x = {1}, .y = {y}, .mark = Mark::kPoints}}, .log_x = log, .log_y = log}};
+      EXPECT_NO_THROW(drawn(plot)) << log << " " << y;
+      plot.panels = {{.series = {{.x = {1, 2}, .y = {y, y}}}, .log_x = log, .log_y = log}};
+      EXPECT_NO_THROW(drawn(plot)) << log << " " << y;
+    }
+  }
+}
+
+TEST_F(Picture, wrong_use_is_refused) {
+  EXPECT_THROW(draw({}, folder_ / "p.svg"), ArgumentError);
+  EXPECT_THROW(draw(sample(), folder_ / "p.pdf"), ArgumentError);
+  Plot plot = sample();
+  plot.panels[0].series[0].x.pop_back();
+  EXPECT_THROW(draw(plot, folder_ / "p.svg"), ArgumentError);
+  EXPECT_THROW(motion_panel({}), ArgumentError);
+  EXPECT_EQ(count(), 0);
+}
+
+TEST_F(Picture, a_missing_or_failing_gnuplot_is_a_tool_error_and_leaves_nothing) {
+  try {
+    draw(sample(), folder_ / "p.svg", "no-such-gnuplot");
+    FAIL() << "drawn by a program that does not exist";
+  } catch (const ToolError& error) {
+    EXPECT_NE(std::string(error.what()).find("gnuplot-nox"), std::string::npos) << error.what();
+  }
+  EXPECT_THROW(draw(sample(), folder_ / "p.svg", "false"), ToolError);
+  EXPECT_THROW(draw(sample(), folder_ / "p.svg", "true"), ToolError) << "success without a picture";
+  EXPECT_EQ(count(), 0);
+}
+
+TEST_F(Picture, png_on_request) {
+  draw(sample(), folder_ / "p.png");
+  EXPECT_TRUE(read_file(folder_ / "p.png").starts_with("\x89PNG"));
+}
+
+Motion swing(int frames) {
+  Motion motion{.title = "swing"};
+  for (int i = 0; i < frames; ++i) {
+    const double angle = 0.02 * i;
+    motion.frames.push_back({0.1 * i, {{{0, 0}, {std::cos(angle), std::sin(angle)}}}});
+  }
+  return motion;
+}
+
+TEST_F(Picture, a_motion_keeps_its_ends_and_thins_out_between) {
+  for (const int frames : {1, 2, 3, 14, 15, 16, 400}) {
+    const Motion motion = swing(frames);
+    const Panel panel = motion_panel(motion);
+    EXPECT_EQ(static_cast<int>(panel.series.size()), std::min(frames, motion.most_frames));
+    EXPECT_EQ(panel.series.front().x[1], 1.0);
+    const bool has_end = std::any_of(panel.series.begin(), panel.series.end(), [&](const Series& s) {
+      return s.x[1] == motion.frames.back().parts[0][1][0];
+    });
+    EXPECT_TRUE(has_end);
+    EXPECT_NO_THROW(drawn({.panels = {panel}}));
+  }
+}
+
+// The ranges in the script divided by the sides of the frame: a metre is as long in x as in y.
+TEST_F(Picture, a_motion_has_equal_axes) {
+  for (const double stretch : {0.01, 1.0, 50.0}) {
+    Motion motion = swing(5);
+    for (MotionFrame& frame : motion.frames) frame.parts[0][1][0] *= stretch;
+    const Plot plot{.panels = {motion_panel(motion)}};
+    const std::string script = gnuplot_script(plot, "svg", "x.svg");
+    const auto number = [&](const std::string& pattern, int group) {
+      std::smatch match;
+      EXPECT_TRUE(std::regex_search(script, match, std::regex(pattern))) << pattern;
+      return std::stod(match[static_cast<size_t>(group)]);
+    };
+    const std::string value = "([-+0-9.e]+)";
+    const auto span = [&](const char* axis) {
+      const std::string pattern = std::string("set ") + axis + "range \\[" + value + ":" + value + "\\]";
+      return number(pattern, 2) - number(pattern, 1);
+    };
+    const auto screen = [&](const char* margin) {
+      return number(std::string(margin) + " at screen " + value, 1);
+    };
+    const double width = number("size ([0-9]+),([0-9]+)", 1), height = number("size ([0-9]+),([0-9]+)", 2);
+    const double x_scale = span("x") / (width * (screen("rmargin") - screen("lmargin")));
+    const double y_scale = span("y") / (height * (screen("tmargin") - screen("bmargin")));
+    EXPECT_NEAR(x_scale / y_scale, 1, 1e-6);
+  }
+}
+
+}  // namespace
+}  // namespace dyntape::io
