@@ -92,16 +92,20 @@ Eigen::Matrix3d inertia_tensor(const UrdfText& text, const XMLElement& link, con
 
 // Principal moments of the tensor about the centre of mass, ascending.
 void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XMLElement& inertia,
-                          double mass, std::vector<std::string>& notes) {
+                          double mass, bool accept_nonphysical, std::vector<std::string>& notes) {
   const Eigen::Matrix3d I = inertia_tensor(text, link, inertia);
   const double scale = I.cwiseAbs().maxCoeff();
   if (scale == 0) return;
   const Eigen::Vector3d e =
       scale * Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I / scale, Eigen::EigenvaluesOnly).eigenvalues();
-  if (e[0] < -1e-9 * scale)
-    text.fail(inertia, describe(link) +
-                           " has an inertia that no body has: its smallest principal moment is " +
-                           digits(e[0]) + " kg m^2; expected none below zero");
+  if (e[0] < -std::max(1e-9 * scale, 1e-12 * mass)) {
+    const std::string sentence = describe(link) +
+                                 " has an inertia that no body has: its smallest principal " + "moment is " +
+                                 digits(e[0]) + " kg m^2; expected none below zero";
+    if (!accept_nonphysical) text.fail(inertia, sentence);
+    notes.push_back(text.where(inertia) + sentence);
+    return;
+  }
   if (e[2] > (e[0] + e[1]) * (1 + 1e-6))
     notes.push_back(text.where(inertia) + describe(link) +
                     " has an inertia that no rigid body has: principal " + "moments " + digits(e[0]) + ", " +
@@ -127,7 +131,8 @@ void check_urdf_numbers(const UrdfText& text) {
     for (const XMLElement* element : text.children(tag)) check_numbers_below(text, *element);
 }
 
-void check_urdf_links(const UrdfText& text, std::vector<std::string>& notes) {
+void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia,
+                      std::vector<std::string>& notes) {
   for (const XMLElement* link : text.children("link")) {
     note_repeated(text, *link, {"inertial"}, notes);
     const XMLElement* inertial = link->FirstChildElement("inertial");
@@ -136,16 +141,17 @@ void check_urdf_links(const UrdfText& text, std::vector<std::string>& notes) {
     const XMLElement& mass = required_child(text, *link, *inertial, "mass");
     const double m = required_number(text, *link, mass, "value");
     if (m < 0) text.fail(mass, describe(*link) + " has the mass " + digits(m) + " kg; expected zero or more");
-    check_inertia_tensor(text, *link, required_child(text, *link, *inertial, "inertia"), m, notes);
+    check_inertia_tensor(text, *link, required_child(text, *link, *inertial, "inertia"), m,
+                         accept_nonphysical_inertia, notes);
   }
 }
 
-std::vector<std::string> check_urdf(const UrdfText& text) {
+std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia) {
   std::vector<std::string> notes;
   check_urdf_names(text);
   check_urdf_numbers(text);
   check_urdf_tree(text);
-  check_urdf_links(text, notes);
+  check_urdf_links(text, accept_nonphysical_inertia, notes);
   check_urdf_joints(text, notes);
   return notes;
 }

@@ -74,14 +74,14 @@ void check_mimic(const UrdfText& text, const XMLElement& joint, std::vector<std:
   if (!mimic) return;
   const char* other = mimic->Attribute("joint");
   if (!other) text.fail(*mimic, describe(joint) + ": <mimic> needs the attribute \"joint\"");
+  std::string missing;
   if (!text.find_joint(other)) {
     std::vector<std::string> names;
     for (const XMLElement* j : text.children("joint")) names.emplace_back(j->Attribute("name"));
-    text.fail(*mimic, describe(joint) + " mimics \"" + other + "\", and there is no such joint" +
-                          nearest_name(other, names));
+    missing = ", and there is no such joint" + nearest_name(other, names);
   }
-  notes.push_back(text.where(*mimic) + describe(joint) + " mimics \"" + other +
-                  "\"; it is read as an independent joint");
+  notes.push_back(text.where(*mimic) + describe(joint) + " mimics \"" + other + "\"" + missing +
+                  "; it is read as an independent joint");
 }
 
 }  // namespace

@@ -1,0 +1,208 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/dynamics/urdf.h>
+
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/model_operations.h>
+#include <dyntape/dynamics/rotation_snap.h>
+#include <dyntape/dynamics/urdf_check.h>
+#include <dyntape/dynamics/urdf_dom.h>
+
+namespace dyntape::dynamics {
+
+using tinyxml2::XMLElement;
+
+namespace {
+
+constexpr const char* kRootJoint = "root_joint";
+
+void check_options(const UrdfOptions& options) {
+  if (!(options.snap >= 0 && options.snap <= 0.01))
+    throw ArgumentError("load_urdf: snap is " + digits(options.snap) + " rad, expected 0 to 0.01");
+}
+
+Eigen::Vector3d to_eigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+// Builds the model from urdfdom's tree.  urdfdom gives every rotation as a quaternion, which has lost the
+// digits of the right angles, so rotations come from the text.
+class TreeReader {
+ public:
+  TreeReader(const UrdfText& text, const UrdfOptions& options) : text_(text), options_(options) {}
+
+  UrdfRobot read(const urdf::ModelInterface& tree) {
+    robot_.model.name = tree.getName();
+    const urdf::LinkConstSharedPtr root = tree.getRoot();
+    Visit first{root.get(), nullptr, -1, {}};
+    if (options_.base == Base::kFloating || !options_.root.empty()) first.body = add_root_joint(*root);
+    // Depth first without recursion: a chain may be as long as memory allows.
+    std::vector<Visit> open{first};
+    while (!open.empty()) {
+      const Visit visit = open.back();
+      open.pop_back();
+      const Visit here = enter(visit);
+      const auto& links = here.link->child_links;
+      for (size_t k = links.size(); k-- > 0;)
+        open.push_back({links[k].get(), here.link->child_joints[k].get(), here.body, here.X_BL});
+    }
+    return std::move(robot_);
+  }
+
+ private:
+  // A link about to be entered through `joint` from the link placed by X_BL in `body`; after enter(), the
+  // link's own body and placement.
+  struct Visit {
+    const urdf::Link* link;
+    const urdf::Joint* joint;
+    int body;
+    Placement<double> X_BL;
+  };
+
+  Visit enter(const Visit& visit) {
+    Visit here = visit;
+    if (visit.joint) {
+      const XMLElement& element = *text_.find_joint(visit.joint->name);
+      const Placement<double> fixed_side =
+          visit.X_BL * placement(element, element, visit.joint->parent_to_joint_origin_transform.position);
+      if (visit.joint->type == urdf::Joint::FIXED) {
+        here.X_BL = fixed_side;
+        if (here.body >= 0) {
+          Inertia<double>& carrier = robot_.model.inertias[here.body];
+          carrier = welded(carrier, act(here.X_BL, inertia(*visit.link)));
+        }
+      } else {
+        here.body = robot_.model.add_joint(visit.body, joint(*visit.joint, element), fixed_side,
+                                           inertia(*visit.link));
+        here.X_BL = {};
+      }
+    }
+    robot_.model.frames.push_back({here.link->name, here.body, here.X_BL});
+    return here;
+  }
+
+  int add_root_joint(const urdf::Link& root) {
+    if (const XMLElement* taken = text_.find_joint(kRootJoint))
+      text_.fail(*taken,
+                 describe(*taken) + " has the name of the floating base's joint; expected another name");
+    Joint<double> joint;
+    joint.name = kRootJoint;
+    joint.type = JointType::kFreeFlyer;
+    return robot_.model.add_joint(-1, joint, {}, inertia(root));
+  }
+
+  // <origin> below `element`; `owner` is the link or joint to name in notes.
+  Placement<double> placement(const XMLElement& owner, const XMLElement& element,
+                              const urdf::Vector3& position) {
+    const Eigen::Vector3d rpy = text_.vector_below(element, "origin", "rpy", Eigen::Vector3d::Zero());
+    const SnappedRotation rotation = rotation_from_rpy(rpy, options_.snap);
+    if (const XMLElement* origin = element.FirstChildElement("origin"))
+      note_snap(*origin, owner, "rotation", rotation.moved, rotation.near);
+    return {rotation.R, to_eigen(position)};
+  }
+
+  Inertia<double> inertia(const urdf::Link& link) {
+    if (!link.inertial) return {};
+    const urdf::Inertial& i = *link.inertial;
+    const XMLElement& element = *text_.find_link(link.name);
+    const Placement<double> X = placement(element, *element.FirstChildElement("inertial"), i.origin.position);
+    Eigen::Matrix3d I;
+    I << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;
+    return {i.mass, X.p, rotate_symmetric(X.R, I)};
+  }
+
+  Joint<double> joint(const urdf::Joint& source, const XMLElement& element) {
+    Joint<double> joint;
+    joint.name = source.name;
+    joint.type = joint_type(source);
+    const SnappedAxis axis = axis_from_direction(to_eigen(source.axis), options_.snap);
+    joint.axis = axis.axis;
+    if (const XMLElement* tag = element.FirstChildElement("axis"))
+      note_snap(*tag, element, "axis", axis.moved, axis.near);
+    if (source.limits) {
+      joint.limits.velocity = source.limits->velocity;
+      joint.limits.effort = source.limits->effort;
+      if (source.type != urdf::Joint::CONTINUOUS) {
+        joint.limits.lower = source.limits->lower;
+        joint.limits.upper = source.limits->upper;
+      }
+    }
+    if (source.dynamics) {
+      joint.damping = source.dynamics->damping;
+      joint.friction = source.dynamics->friction;
+    }
+    return joint;
+  }
+
+  JointType joint_type(const urdf::Joint& source) const {
+    if (source.type == urdf::Joint::PRISMATIC) return JointType::kPrismatic;
+    const bool pair =
+        source.type == urdf::Joint::CONTINUOUS && options_.continuous == ContinuousJoint::kCosSin;
+    return pair ? JointType::kContinuous : JointType::kRevolute;
+  }
+
+  void note_snap(const XMLElement& at, const XMLElement& owner, const char* what, double moved, double near) {
+    constexpr double kRounding = 1e-15;  // below it the text had all its digits
+    const std::string subject = text_.where(at) + describe(owner) + " has ";
+    if (moved > kRounding)
+      robot_.notes.push_back(subject + "a " + what + " snapped to a right angle, by " + digits(moved) +
+                             " rad");
+    if (near > kRounding)
+      robot_.notes.push_back(subject + "a " + what + " " + digits(near) + " rad off a right angle, kept as " +
+                             "written; a snap tolerance above that makes it exact");
+  }
+
+  const UrdfText& text_;
+  const UrdfOptions& options_;
+  UrdfRobot robot_;
+};
+
+// Zero, with (1, 0) for (cos, sin) pairs and quaternions.
+Eigen::VectorXd zero_configuration(const Model<double>& model) {
+  Eigen::VectorXd q = Eigen::VectorXd::Zero(model.nq);
+  for (const Joint<double>& joint : model.joints) {
+    if (joint.type == JointType::kContinuous) q[joint.idx_q] = 1;
+    if (joint.type == JointType::kFreeFlyer) q[joint.idx_q + 6] = 1;
+  }
+  return q;
+}
+
+std::string contents_of(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  if (!file) throw FileError(path + ": cannot be opened: " + std::strerror(errno));
+  std::string contents(std::istreambuf_iterator<char>(file), {});
+  if (file.bad()) throw FileError(path + ": cannot be read; expected a URDF text file");
+  return contents;
+}
+
+}  // namespace
+
+UrdfRobot read_urdf_text(const std::string& text, const std::string& file, const UrdfOptions& options) {
+  check_options(options);
+  const UrdfText positions = parse_urdf_text(text, file);
+  std::vector<std::string> notes = check_urdf(positions, options.accept_nonphysical_inertia);
+  const UrdfDom dom = read_with_urdfdom(text, positions, file);
+  UrdfRobot robot = TreeReader(positions, options).read(*dom.model);
+  notes.insert(notes.end(), dom.notes.begin(), dom.notes.end());
+  robot.notes.insert(robot.notes.begin(), notes.begin(), notes.end());
+  if (!options.root.empty()) robot.model = change_base(robot.model, options.root, options.base);
+  if (!options.lock.empty())
+    robot.model = lock_joints(robot.model, options.lock, zero_configuration(robot.model));
+  return robot;
+}
+
+UrdfRobot read_urdf(const std::string& path, const UrdfOptions& options) {
+  return read_urdf_text(contents_of(path), path, options);
+}
+
+Model<double> load_urdf(const std::string& path, const UrdfOptions& options) {
+  return read_urdf(path, options).model;
+}
+
+Model<double> load_urdf_text(const std::string& text, const std::string& file, const UrdfOptions& options) {
+  return read_urdf_text(text, file, options).model;
+}
+
+}  // namespace dyntape::dynamics
