@@ -8,7 +8,7 @@ namespace {
 bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f'; }
 
 constexpr std::string_view kEscapeLetters = "0abfnrtv\"'\\";
-constexpr std::string_view kEscapeValues("\0\a\b\f\n\r\t\v\"'\\", 11);
+constexpr std::string_view kEscapeValues("\0\a\b\f\n\r\t\v\"'\\", kEscapeLetters.size());
 
 }  // namespace
 
