@@ -32,11 +32,9 @@ std::vector<NodeId> append_gradient(Function& function, const std::vector<NodeId
 
 // Non-zeros of the lower triangle of the Jacobian of a gradient.
 std::vector<NodeId> append_hessian(Function& function, const std::vector<NodeId>& gradient, Pattern& lower) {
-  Function g = function;  // only to ask for the pattern
-  const NodeId zero = function.graph.constant(0);
-  g.outputs = gradient;
-  std::replace(g.outputs.begin(), g.outputs.end(), kNoNode, zero);
-  const Pattern full = jacobian_sparsity(g);
+  std::vector<NodeId> outputs = gradient;
+  std::replace(outputs.begin(), outputs.end(), kNoNode, function.graph.constant(0));
+  const Pattern full = jacobian_sparsity(function.graph, outputs, function.n_x());
 
   // Either triangle gives an entry: sweeping the variables with many entries first leaves the others few
   // outputs.

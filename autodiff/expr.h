@@ -21,7 +21,7 @@ class GraphScope {
   static Graph& graph() { return *current_; }
 
  private:
-  static thread_local Graph* current_;
+  static constinit inline thread_local Graph* current_ = nullptr;
   Graph* previous_;
 };
 

@@ -17,16 +17,22 @@ std::vector<NodeId> roots_of(const Function& function) {
   return roots;
 }
 
-// The function with its graph rebuilt, inputs replaced by `input`.
-Function rebuilt(const Function& function, const std::function<NodeId(Graph&, Block, std::uint32_t)>& input) {
-  Function result = function;
-  result.graph = Graph();
-  const std::vector<NodeId> images =
-      splice(function.graph, roots_of(function), result.graph,
-             [&](Block block, std::uint32_t index) { return input(result.graph, block, index); });
-  const std::size_t n = function.outputs.size();
-  std::copy(images.begin(), images.begin() + static_cast<std::ptrdiff_t>(n), result.outputs.begin());
-  for (std::size_t i = 0; i < function.guards.size(); ++i) result.guards[i].condition = images[n + i];
+// What the roots need: one flag a node.
+std::vector<std::uint8_t> needed_for(const Graph& graph, const std::vector<NodeId>& roots) {
+  std::vector<std::uint8_t> needed(graph.size(), 0);
+  for (NodeId root : roots) needed[root] = 1;
+  for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
+    if (needed[id]) graph.for_each_argument(id, [&](NodeId a) { needed[a] = 1; });
+  }
+  return needed;
+}
+
+// The function with another graph, given the images there of roots_of(function).
+Function with_graph(const Function& function, Graph graph, const std::vector<NodeId>& images) {
+  const auto outputs_end = images.begin() + static_cast<std::ptrdiff_t>(function.outputs.size());
+  Function result{function.name,   function.inputs,      std::move(graph),     {images.begin(), outputs_end},
+                  function.guards, function.input_names, function.output_names};
+  for (std::size_t i = 0; i < result.guards.size(); ++i) result.guards[i].condition = outputs_end[i];
   // A guard whose condition became a constant either always holds or is kept to report.
   std::erase_if(result.guards, [&](const Guard& guard) {
     return result.graph.is_constant(guard.condition) &&
@@ -35,20 +41,23 @@ Function rebuilt(const Function& function, const std::function<NodeId(Graph&, Bl
   return result;
 }
 
+// The function with its graph rebuilt, inputs replaced by `input`.
+Function rebuilt(const Function& function, const std::function<NodeId(Graph&, Block, std::uint32_t)>& input) {
+  Graph graph;
+  const std::vector<NodeId> images =
+      splice(function.graph, roots_of(function), graph,
+             [&](Block block, std::uint32_t index) { return input(graph, block, index); });
+  return with_graph(function, std::move(graph), images);
+}
+
 }  // namespace
 
 std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                            const std::function<NodeId(Block, std::uint32_t)>& input) {
-  NodeId end = 0;
-  for (NodeId root : roots) end = std::max(end, root + 1);
-  std::vector<bool> needed(end, false);
-  for (NodeId root : roots) needed[root] = true;
-  for (NodeId id = end; id-- > 0;) {
-    if (needed[id]) source.for_each_argument(id, [&](NodeId a) { needed[a] = true; });
-  }
-  std::vector<NodeId> image(end, kNoNode);
+  const std::vector<std::uint8_t> needed = needed_for(source, roots);
+  std::vector<NodeId> image(source.size(), kNoNode);
   std::vector<std::vector<NodeId>> results;  // of call number i
-  for (NodeId id = 0; id < end; ++id) {
+  for (NodeId id = 0; id < source.size(); ++id) {
     if (!needed[id]) continue;
     const Node& node = source[id];
     switch (node.op) {
@@ -80,9 +89,13 @@ std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots
   return images;
 }
 
+// What was simplified as it was built stays as it is: the live nodes are copied, in their order.
 Function compact(const Function& function) {
-  return rebuilt(function,
-                 [](Graph& graph, Block block, std::uint32_t index) { return graph.input(block, index); });
+  check(function);
+  std::vector<NodeId> roots = roots_of(function), image;
+  Graph live = function.graph.extract(needed_for(function.graph, roots), image);
+  for (NodeId& root : roots) root = image[root];
+  return with_graph(function, std::move(live), roots);
 }
 
 Function bind(const Function& function, Block block, const std::vector<Binding>& bindings) {
@@ -95,9 +108,9 @@ Function bind(const Function& function, Block block, const std::vector<Binding>&
     }
     value[binding.index] = &binding.value;
   }
-  return rebuilt(function, [&](Graph& graph, Block b, std::uint32_t index) {
+  return compact(rebuilt(function, [&](Graph& graph, Block b, std::uint32_t index) {
     return b == block && value[index] ? graph.constant(*value[index]) : graph.input(b, index);
-  });
+  }));
 }
 
 Function all_as_variables(const Function& function) {
@@ -108,7 +121,7 @@ Function all_as_variables(const Function& function) {
   });
   result.inputs = {n_x + n_w + n_p, 0, 0};
   result.input_names = {};
-  return result;
+  return compact(result);
 }
 
 Function select_outputs(const Function& function, const std::vector<std::size_t>& outputs) {

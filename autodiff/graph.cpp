@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/graph.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <string>
 
 #include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/error.h>
@@ -19,42 +21,51 @@ std::uint64_t mix(std::uint64_t h) {  // the finaliser of a 64-bit multiplicativ
   return h;
 }
 
-std::uint64_t hash(const Node& n, const std::vector<double>& constants) {
-  if (n.op == Op::Const) return mix(std::bit_cast<std::uint64_t>(constants[n.a]) + 0x9e3779b97f4a7c15u);
-  return mix(mix((std::uint64_t(n.a) << 32 | n.b) + 0x9e3779b97f4a7c15u * (1 + std::uint64_t(n.op))) + n.c);
+std::uint64_t hash(const Node& n) {
+  return mix((std::uint64_t(n.a) << 32 | n.b) * 0x9e3779b97f4a7c15u + (std::uint64_t(n.c) << 8) +
+             std::uint64_t(n.op));
+}
+
+// The newest argument.
+NodeId anchor(const Node& n) {
+  if (n.op == Op::Input) return kNoNode;  // a and b are no nodes
+  const NodeId ab = n.b == kNoNode ? n.a : std::max(n.a, n.b);
+  return n.c == kNoNode ? ab : std::max(ab, n.c);
+}
+
+std::uint64_t call_hash(std::size_t callee, const NodeId* arguments, std::size_t n) {
+  std::uint64_t h = mix(callee);
+  for (std::size_t i = 0; i < n; ++i) h = mix(h + arguments[i]);
+  return h;
 }
 
 constexpr int kLargestIntegerPower = 16;  // pow(x, n) becomes products up to here
 
 }  // namespace
 
-void Graph::grow_table() {
-  table_.assign(std::max<std::size_t>(64, table_.size() * 2), kNoNode);
-  const std::size_t mask = table_.size() - 1;
-  for (NodeId id = 0; id < nodes_.size(); ++id) {
-    std::size_t slot = hash(nodes_[id], constants_) & mask;
-    while (table_[slot] != kNoNode) slot = (slot + 1) & mask;
-    table_[slot] = id;
+NodeId& Graph::slot_of(const Node& node) {
+  if (node.op == Op::Const) {  // equal constants are equal bit for bit
+    const auto bits = std::bit_cast<std::uint64_t>(constants_[node.a]);
+    return table_.slot(mix(bits), kNoNode, [&](NodeId other) {
+      return nodes_[other].op == Op::Const &&
+             std::bit_cast<std::uint64_t>(constants_[nodes_[other].a]) == bits;
+    });
   }
+  return table_.slot(hash(node), anchor(node), [&](NodeId other) { return nodes_[other] == node; });
+}
+
+void Graph::grow_table() {
+  table_.grow(nodes_.size());
+  for (NodeId id = 0; id < nodes_.size(); ++id) slot_of(nodes_[id]) = id;
 }
 
 NodeId Graph::intern(const Node& node) {
-  if ((nodes_.size() + 1) * 2 > table_.size()) grow_table();
-  const std::size_t mask = table_.size() - 1;
-  std::size_t slot = hash(node, constants_) & mask;
-  for (; table_[slot] != kNoNode; slot = (slot + 1) & mask) {
-    const Node& other = nodes_[table_[slot]];
-    if (other == node) return table_[slot];
-    if (node.op == Op::Const && other.op == Op::Const &&
-        std::bit_cast<std::uint64_t>(constants_[other.a]) ==
-            std::bit_cast<std::uint64_t>(constants_[node.a])) {
-      return table_[slot];
-    }
-  }
+  if (!table_.has_room(nodes_.size())) grow_table();
+  NodeId& slot = slot_of(node);
+  if (slot != kNoNode) return slot;
   if (nodes_.size() >= kNoNode - 1) throw RecordingError("graph: more than 4294967293 nodes");
   nodes_.push_back(node);
-  table_[slot] = static_cast<NodeId>(nodes_.size() - 1);
-  return table_[slot];
+  return slot = static_cast<NodeId>(nodes_.size() - 1);
 }
 
 NodeId Graph::constant(double value) {
@@ -203,18 +214,17 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
   if (index == callees_.size()) callees_.push_back(callee);
   // An equal call is the same call.
   NodeId call = kNoNode;
-  for (NodeId id : calls_) {
-    const Node& node = nodes_[id];
-    if (node.a == index && std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b)) {
-      call = id;
-      break;
-    }
+  const std::uint64_t key = call_hash(index, arguments.data(), arguments.size());
+  for (auto [it, end] = calls_.equal_range(key); it != end; ++it) {
+    const Node& node = nodes_[it->second];
+    if (node.a == index && std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b))
+      call = it->second;
   }
   if (call == kNoNode) {
     const auto first = static_cast<NodeId>(call_arguments_.size());
     call_arguments_.insert(call_arguments_.end(), arguments.begin(), arguments.end());
     call = intern({Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
-    calls_.push_back(call);
+    calls_.emplace(key, call);
   }
   std::vector<NodeId> results(callee->n_out);
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -223,11 +233,49 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
   return results;
 }
 
+Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const {
+  Graph copy;
+  image.assign(nodes_.size(), kNoNode);
+  copy.nodes_.reserve(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)));
+  const auto renamed = [&](NodeId id) { return id == kNoNode ? kNoNode : image[id]; };
+  for (NodeId id = 0; id < nodes_.size(); ++id) {
+    if (!keep[id]) continue;
+    const Node& node = nodes_[id];
+    image[id] = static_cast<NodeId>(copy.nodes_.size());
+    if (node.op == Op::Call) {
+      copy.copy_call(*this, id, image);
+    } else if (node.op == Op::Const) {
+      copy.nodes_.push_back({Op::Const, static_cast<NodeId>(copy.constants_.size()), kNoNode, kNoNode});
+      copy.constants_.push_back(constants_[node.a]);
+    } else if (node.op == Op::Input) {
+      copy.nodes_.push_back(node);
+    } else if (node.op == Op::Result) {
+      copy.nodes_.push_back({Op::Result, image[node.a], node.b, kNoNode});
+    } else {
+      copy.nodes_.push_back({node.op, image[node.a], renamed(node.b), renamed(node.c)});
+    }
+  }
+  return copy;
+}
+
+void Graph::copy_call(const Graph& source, NodeId call, const std::vector<NodeId>& image) {
+  const Node& node = source.nodes_[call];
+  const auto& callee = source.callees_[node.a];
+  const auto index =
+      static_cast<std::size_t>(std::find(callees_.begin(), callees_.end(), callee) - callees_.begin());
+  if (index == callees_.size()) callees_.push_back(callee);
+  const auto first = static_cast<NodeId>(call_arguments_.size());
+  source.for_each_argument(call, [&](NodeId a) { call_arguments_.push_back(image[a]); });
+  const auto id = static_cast<NodeId>(nodes_.size());
+  nodes_.push_back({Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
+  calls_.emplace(call_hash(index, call_arguments_.data() + first, callee->n_in), id);
+}
+
 std::size_t call_arity(const Graph& graph, NodeId call) { return graph.callees()[graph[call].a]->n_in; }
 
 std::size_t Graph::bytes() const {
-  return nodes_.capacity() * sizeof(Node) + table_.capacity() * sizeof(NodeId) +
-         constants_.capacity() * sizeof(double) + call_arguments_.capacity() * sizeof(NodeId);
+  return nodes_.capacity() * sizeof(Node) + table_.bytes() + constants_.capacity() * sizeof(double) +
+         call_arguments_.capacity() * sizeof(NodeId);
 }
 
 }  // namespace dyntape

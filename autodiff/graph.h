@@ -19,15 +19,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <string>
+#include <unordered_map>
 #include <vector>
 
+#include <dyntape/autodiff/node_table.h>
 #include <dyntape/autodiff/op.h>
 
 namespace dyntape {
-
-using NodeId = std::uint32_t;
-inline constexpr NodeId kNoNode = 0xffffffffu;
 
 // The named blocks of inputs.  Derivatives are taken with respect to variables; parameters are values that
 // change between evaluations and are never differentiated; weights are what a derived function takes besides
@@ -70,23 +68,29 @@ class Graph {
   template <class Visit>
   void for_each_argument(NodeId id, Visit&& visit) const;
 
+  // A copy of the nodes that `keep` marks (one flag a node; arguments of marked nodes are marked), in the
+  // same order; image[id] is the copy of id, or kNoNode.
+  Graph extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const;
+
   // Memory held, in bytes.
   std::size_t bytes() const;
 
  private:
   NodeId intern(const Node& node);
+  NodeId& slot_of(const Node& node);
   void grow_table();
+  void copy_call(const Graph& source, NodeId call, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
   NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
   NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
   NodeId integer_power(NodeId base, int exponent);
 
   std::vector<Node> nodes_;
-  std::vector<NodeId> table_;  // open addressing over nodes_, size a power of two
+  NodeTable table_;  // empty until a node is looked up: a graph that is only read has none
   std::vector<double> constants_;
   std::vector<std::shared_ptr<const Callee>> callees_;
   std::vector<NodeId> call_arguments_;
-  std::vector<NodeId> calls_;  // the Call nodes, in order
+  std::unordered_multimap<std::uint64_t, NodeId> calls_;  // the Call nodes, by hash of callee and arguments
 };
 
 // Number of arguments of a Call node.

@@ -9,8 +9,10 @@
 #pragma once
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <iterator>
 #include <string_view>
 #include <type_traits>
 
@@ -152,23 +154,27 @@ T slope(Op op, int argument, const T& x, const T& y, const T& z, const T& r, con
   return ops::slope_of<T>(op, argument, x, y, z, r, v);
 }
 
-// Whether the slope with respect to that argument is not structurally zero.
-constexpr bool has_slope(Op op, int argument) {
-  switch (op) {
-#define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi)            \
-  case Op::name: {                                                     \
-    constexpr const char* cells[] = {#dx, #dy, #dz};                   \
-    return !(cells[argument][0] == '0' && cells[argument][1] == '\0'); \
-  }
+namespace ops {
+
+struct Slopes {
+  bool exists[3];
+};
+// A cell that is the literal 0 says "no slope".
+inline constexpr Slopes kSlopes[] = {
+#define OP(name, fn, n, value, dx, dy, dz, ...) \
+  {{std::string_view(#dx) != "0", std::string_view(#dy) != "0", std::string_view(#dz) != "0"}},
 #define FN OP
 #include "ops.def"
 #undef OP
 #undef FN
-    case Op::Result:
-      return true;
-    default:
-      return false;
-  }
+};
+
+}  // namespace ops
+
+// Whether the slope of a table operator with respect to that argument is not structurally zero.
+constexpr bool has_slope(Op op, int argument) {
+  const auto row = static_cast<std::size_t>(op);
+  return row < std::size(ops::kSlopes) && ops::kSlopes[row].exists[argument];
 }
 
 }  // namespace dyntape

@@ -36,16 +36,15 @@ void for_each_slope(const Graph& graph, NodeId id, Visit&& visit) {
 }
 
 // One walk down from each output.  Linear in the sum of the cones; gives up (false) after `budget` steps.
-bool walk_down(const Function& function, std::size_t budget, Rows& rows) {
-  const Graph& graph = function.graph;
+bool walk_down(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t budget, Rows& rows) {
   std::vector<std::uint32_t> seen(graph.size(), 0);
   std::vector<NodeId> stack;
-  for (std::size_t i = 0; i < function.n_y(); ++i) {
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
     const auto mark = static_cast<std::uint32_t>(i + 1);
     const auto push = [&](NodeId id) {
       if (seen[id] != mark) seen[id] = mark, stack.push_back(id);
     };
-    push(function.outputs[i]);
+    push(outputs[i]);
     while (!stack.empty()) {
       const NodeId id = stack.back();
       stack.pop_back();
@@ -60,10 +59,9 @@ bool walk_down(const Function& function, std::size_t budget, Rows& rows) {
 }
 
 // 64 variables at a time, one bit each, swept up through the whole graph.
-void sweep_up(const Function& function, Rows& rows) {
-  const Graph& graph = function.graph;
+void sweep_up(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x, Rows& rows) {
   std::vector<std::uint64_t> bits(graph.size());
-  for (std::size_t base = 0; base < function.n_x(); base += 64) {
+  for (std::size_t base = 0; base < n_x; base += 64) {
     for (NodeId id = 0; id < graph.size(); ++id) {
       const Node& node = graph[id];
       std::uint64_t b = 0;
@@ -76,8 +74,8 @@ void sweep_up(const Function& function, Rows& rows) {
       }
       bits[id] = b;
     }
-    for (std::size_t i = 0; i < function.n_y(); ++i) {
-      for (std::uint64_t b = bits[function.outputs[i]]; b; b &= b - 1) {
+    for (std::size_t i = 0; i < outputs.size(); ++i) {
+      for (std::uint64_t b = bits[outputs[i]]; b; b &= b - 1) {
         rows[i].push_back(static_cast<std::uint32_t>(base + static_cast<std::size_t>(__builtin_ctzll(b))));
       }
     }
@@ -86,14 +84,18 @@ void sweep_up(const Function& function, Rows& rows) {
 
 }  // namespace
 
-Pattern jacobian_sparsity(const Function& function) {
-  Rows rows(function.n_y());
-  const std::size_t sweeps = (function.n_x() + 63) / 64;
-  if (!walk_down(function, 1000 + 4 * function.graph.size() * (1 + sweeps), rows)) {
-    rows.assign(function.n_y(), {});
-    sweep_up(function, rows);
+Pattern jacobian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x) {
+  Rows rows(outputs.size());
+  const std::size_t sweeps = (n_x + 63) / 64;
+  if (!walk_down(graph, outputs, 1000 + 4 * graph.size() * (1 + sweeps), rows)) {
+    rows.assign(outputs.size(), {});
+    sweep_up(graph, outputs, n_x, rows);
   }
-  return pattern_from_rows(rows, function.n_x());
+  return pattern_from_rows(rows, n_x);
+}
+
+Pattern jacobian_sparsity(const Function& function) {
+  return jacobian_sparsity(function.graph, function.outputs, function.n_x());
 }
 
 Pattern hessian_sparsity(const Function& function) {

@@ -19,6 +19,8 @@ namespace dyntape {
 
 // (n_y x n_x)
 Pattern jacobian_sparsity(const Function& function);
+// The same of any nodes of a graph of n_x variables.
+Pattern jacobian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x);
 
 // Lower triangle (col <= row), (n_x x n_x); the union over outputs.  Derives the gradient to find it.
 Pattern hessian_sparsity(const Function& function);

@@ -7,20 +7,30 @@
 #include <dyntape/autodiff/expr.h>
 
 namespace dyntape {
-namespace {
 
-// slope() in terms of nodes; kNoNode where there is none.  `r` is the node itself.
-NodeId slope_node(Graph& graph, NodeId r, int argument, NodeId v) {
-  const Node node = graph[r];
-  const GraphScope scope(graph);
-  const Expr s = slope<Expr>(node.op, argument, Expr(node.a), Expr(node.b), Expr(node.c), Expr(r), Expr(v));
-  return s.id;
+Sweep::Sweep(Graph& graph) : graph_(graph), mark_(graph.size(), 0) { find_active(); }
+
+// Variables and what depends on them through a slope.
+void Sweep::find_active() {
+  active_.resize(graph_.size());
+  for (NodeId id = 0; id < graph_.size(); ++id) {
+    const Node& node = graph_[id];
+    bool active = node.op == Op::Input && node.a == static_cast<NodeId>(Block::kVariables);
+    if (node.op == Op::Call || node.op == Op::Result) {
+      graph_.for_each_argument(id, [&](NodeId a) { active |= active_[a] != 0; });
+    } else {
+      for (int i = 0; i < info(node.op).arity; ++i)
+        active |= has_slope(node.op, i) && active_[node.argument(i)];
+    }
+    active_[id] = active;
+  }
 }
 
-}  // namespace
-
-Sweep::Sweep(Graph& graph)
-    : graph_(graph), tangent_(graph.size(), kNoNode), adjoint_(graph.size()), mark_(graph.size(), 0) {}
+// What becomes of v on its way through an argument of a node.
+NodeId Sweep::slope_of(NodeId id, int argument, NodeId v) {
+  const Node node = graph_[id];
+  return slope<Expr>(node.op, argument, Expr(node.a), Expr(node.b), Expr(node.c), Expr(id), Expr(v)).id;
+}
 
 std::vector<NodeId> Sweep::cone(const std::vector<NodeId>& roots) {
   ++epoch_;
@@ -46,17 +56,18 @@ std::vector<NodeId> Sweep::cone(const std::vector<NodeId>& roots) {
   return ids;
 }
 
-// --- forward
-// -----------------------------------------------------------------------------------------------------
+// --- forward ---
 
 std::vector<NodeId> Sweep::forward(const std::vector<NodeId>& roots,
                                    const std::function<NodeId(std::uint32_t)>& seed) {
+  const GraphScope scope(graph_);
+  tangent_.resize(mark_.size(), kNoNode);
   const std::vector<NodeId> ids = cone(roots);
-  for (NodeId id : ids) tangent_[id] = tangent_of(id, seed);
+  for (NodeId id : ids) tangent_[id] = active_[id] ? tangent_of(id, seed) : kNoNode;
   std::vector<NodeId> result;
   for (NodeId root : roots) result.push_back(tangent_[root]);
   for (NodeId id : ids) tangent_[id] = kNoNode;
-  call_results_.clear();
+  call_tangents_.clear();
   return result;
 }
 
@@ -71,7 +82,7 @@ NodeId Sweep::tangent_of(NodeId id, const std::function<NodeId(std::uint32_t)>& 
       forward_call(id);
       return kNoNode;
     case Op::Result: {
-      const auto& tangents = call_results_[graph_[node.a].c];
+      const auto& tangents = call_tangents_[graph_[node.a].c];
       return tangents.empty() ? kNoNode : tangents[node.b];
     }
     default:
@@ -82,7 +93,7 @@ NodeId Sweep::tangent_of(NodeId id, const std::function<NodeId(std::uint32_t)>& 
   for (int i = 0; i < info(node.op).arity; ++i) {
     const NodeId v = tangent_[node.argument(i)];
     if (v == kNoNode || !has_slope(node.op, i)) continue;
-    const NodeId term = slope_node(graph_, id, i, v);
+    const NodeId term = slope_of(id, i, v);
     sum = sum == kNoNode ? term : graph_.make(Op::Add, sum, term);
   }
   // A tangent that came out as the constant 0 is as good as none.
@@ -92,7 +103,7 @@ NodeId Sweep::tangent_of(NodeId id, const std::function<NodeId(std::uint32_t)>& 
 void Sweep::forward_call(NodeId id) {
   const Node call = graph_[id];
   const std::shared_ptr<const Callee> callee = graph_.callees()[call.a];
-  call_results_.resize(std::max<std::size_t>(call_results_.size(), call.c + 1));
+  call_tangents_.resize(std::max<std::size_t>(call_tangents_.size(), call.c + 1));
   std::vector<NodeId> arguments, tangents;
   bool any = false;
   graph_.for_each_argument(id, [&](NodeId a) {
@@ -110,14 +121,15 @@ void Sweep::forward_call(NodeId id) {
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (!reached[i]) results[i] = kNoNode;
   }
-  call_results_[call.c] = std::move(results);
+  call_tangents_[call.c] = std::move(results);
 }
 
-// --- reverse
-// -----------------------------------------------------------------------------------------------------
+// --- reverse ---
 
 std::vector<std::pair<std::uint32_t, NodeId>> Sweep::reverse(const std::vector<NodeId>& roots,
                                                              const std::vector<NodeId>& seeds) {
+  const GraphScope scope(graph_);
+  adjoint_.resize(mark_.size());
   const std::vector<NodeId> ids = cone(roots);
   for (std::size_t i = 0; i < roots.size(); ++i) {
     if (seeds[i] != kNoNode && !graph_.is_constant(seeds[i], 0)) accumulate(roots[i], {seeds[i], {}});
@@ -133,14 +145,13 @@ std::vector<std::pair<std::uint32_t, NodeId>> Sweep::reverse(const std::vector<N
     } else if (adjoint.value == kNoNode) {
       continue;
     } else if (node.op == Op::Input) {
-      if (node.a != static_cast<NodeId>(Block::kVariables)) continue;
       const NodeId value = masked(adjoint);
       if (!graph_.is_constant(value, 0)) result.emplace_back(node.b, value);
     } else {
       push_adjoint(id, adjoint);
     }
   }
-  call_results_.clear();
+  call_adjoints_.clear();
   std::sort(result.begin(), result.end());
   return result;
 }
@@ -149,41 +160,46 @@ void Sweep::push_adjoint(NodeId id, const Adjoint& adjoint) {
   const Node node = graph_[id];
   if (node.op == Op::Result) {
     const Node call = graph_[node.a];
-    call_results_.resize(std::max<std::size_t>(call_results_.size(), call.c + 1));
-    auto& collected = call_results_[call.c];
-    collected.resize(graph_.callees()[call.a]->n_out, kNoNode);
-    collected[node.b] = masked(adjoint);
+    call_adjoints_.resize(std::max<std::size_t>(call_adjoints_.size(), call.c + 1));
+    CallAdjoint& collected = call_adjoints_[call.c];
+    collected.values.resize(graph_.callees()[call.a]->n_out, kNoNode);
+    collected.values[node.b] = masked(adjoint);
+    collected.live = collected.any ? either(collected.live, adjoint.live) : adjoint.live;
+    collected.any = true;
     return;
   }
   for (int i = 0; i < info(node.op).arity; ++i) {
-    if (!has_slope(node.op, i)) continue;
-    accumulate(node.argument(i), {slope_node(graph_, id, i, adjoint.value), adjoint.live});
+    const NodeId argument = node.argument(i);
+    if (!active_[argument] || !has_slope(node.op, i)) continue;
+    accumulate(argument, {slope_of(id, i, adjoint.value), adjoint.live});
   }
 }
 
 void Sweep::reverse_call(NodeId id) {
   const Node call = graph_[id];
-  if (call.c >= call_results_.size() || call_results_[call.c].empty()) return;
+  if (call.c >= call_adjoints_.size() || !call_adjoints_[call.c].any) return;
+  const CallAdjoint& collected = call_adjoints_[call.c];
+  const std::shared_ptr<const Callee> callee = graph_.callees()[call.a];
   std::vector<NodeId> arguments;
   graph_.for_each_argument(id, [&](NodeId a) { arguments.push_back(a); });
   std::vector<NodeId> all = arguments;
-  for (NodeId adjoint : call_results_[call.c])
-    all.push_back(adjoint != kNoNode ? adjoint : graph_.constant(0));
-  const std::vector<NodeId> results = graph_.call(vjp_callee(graph_.callees()[call.a]), all);
-  const Pattern& pattern = graph_.callees()[call.a]->pattern;
+  for (NodeId adjoint : collected.values) all.push_back(adjoint != kNoNode ? adjoint : graph_.constant(0));
+  const std::vector<NodeId> results = graph_.call(vjp_callee(callee), all);
+  const Pattern& pattern = callee->pattern;
   std::vector<bool> reached(arguments.size(), pattern.rows == 0);
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-    if (call_results_[call.c][pattern.row[k]] != kNoNode) reached[pattern.col[k]] = true;
+    if (collected.values[pattern.row[k]] != kNoNode) reached[pattern.col[k]] = true;
   }
+  // Where no result is live the callee works on zeros, which its poles may turn into NaN: cut off as well.
   for (std::size_t i = 0; i < arguments.size(); ++i) {
-    if (reached[i] && !graph_.is_constant(arguments[i])) accumulate(arguments[i], {results[i], {}});
+    if (reached[i] && active_[arguments[i]]) accumulate(arguments[i], {results[i], collected.live});
   }
 }
 
 // Adds to the adjoint of a node.  A contribution of the form select(c, v, 0) is taken as v, live where c
 // holds: what a branch that is not taken makes of v on its way down (0 * inf, for one) is cut off at the end.
 void Sweep::accumulate(NodeId id, Adjoint more) {
-  if (graph_.is_constant(id) || graph_.is_constant(more.value, 0)) return;
+  if (!active_[id] || graph_.is_constant(more.value, 0)) return;
   for (Node s = graph_[more.value]; s.op == Op::Select; s = graph_[more.value]) {
     const bool zero_if_true = graph_.is_constant(s.b, 0), zero_if_false = graph_.is_constant(s.c, 0);
     if (!zero_if_true && !zero_if_false) break;
@@ -231,7 +247,8 @@ bool Sweep::both(const Activity& a, const Activity& b, Activity& result) {
 }
 
 Sweep::Activity Sweep::either(const Activity& a, const Activity& b) {
-  if (a.always() || b.always()) return {};
+  if (a == b) return a;
+  if (a.always() || b.always() || a.condition == b.condition) return {};
   return {graph_.make(Op::Select, truth(a), graph_.constant(1), truth(b)), true};
 }
 

@@ -43,9 +43,18 @@ class Sweep {
     Activity live;
   };
 
+  // Adjoints of the results of a call, and the condition under which any of them is live.
+  struct CallAdjoint {
+    std::vector<NodeId> values;
+    bool any = false;
+    Activity live;
+  };
+
+  void find_active();
   std::vector<NodeId> cone(const std::vector<NodeId>& roots);
   NodeId tangent_of(NodeId id, const std::function<NodeId(std::uint32_t)>& seed);
   void forward_call(NodeId id);
+  NodeId slope_of(NodeId id, int argument, NodeId v);
   void push_adjoint(NodeId id, const Adjoint& adjoint);
   void reverse_call(NodeId id);
   void accumulate(NodeId id, Adjoint more);
@@ -59,7 +68,9 @@ class Sweep {
   std::vector<Adjoint> adjoint_;
   std::vector<std::uint32_t> mark_;
   std::uint32_t epoch_ = 0;
-  std::vector<std::vector<NodeId>> call_results_;  // of call number i: tangents, or adjoints collected so far
+  std::vector<std::uint8_t> active_;                // whether the node depends on variables
+  std::vector<std::vector<NodeId>> call_tangents_;  // of the results of call number i
+  std::vector<CallAdjoint> call_adjoints_;          // collected so far, of call number i
 };
 
 }  // namespace dyntape
