@@ -99,7 +99,7 @@ class TreeReader {
     const Eigen::Vector3d rpy = text_.vector_below(element, "origin", "rpy", Eigen::Vector3d::Zero());
     const SnappedRotation rotation = rotation_from_rpy(rpy, options_.snap);
     if (const XMLElement* origin = element.FirstChildElement("origin"))
-      note_snap(*origin, owner, "rotation", rotation.moved, rotation.near);
+      note_snap(*origin, owner, "a rotation", rotation.moved, rotation.near);
     return {rotation.R, to_eigen(position)};
   }
 
@@ -120,7 +120,7 @@ class TreeReader {
     const SnappedAxis axis = axis_from_direction(to_eigen(source.axis), options_.snap);
     joint.axis = axis.axis;
     if (const XMLElement* tag = element.FirstChildElement("axis"))
-      note_snap(*tag, element, "axis", axis.moved, axis.near);
+      note_snap(*tag, element, "an axis", axis.moved, axis.near);
     if (source.limits) {
       joint.limits.velocity = source.limits->velocity;
       joint.limits.effort = source.limits->effort;
@@ -147,10 +147,9 @@ class TreeReader {
     constexpr double kRounding = 1e-15;  // below it the text had all its digits
     const std::string subject = text_.where(at) + describe(owner) + " has ";
     if (moved > kRounding)
-      robot_.notes.push_back(subject + "a " + what + " snapped to a right angle, by " + digits(moved) +
-                             " rad");
+      robot_.notes.push_back(subject + what + " snapped to a right angle, by " + digits(moved) + " rad");
     if (near > kRounding)
-      robot_.notes.push_back(subject + "a " + what + " " + digits(near) + " rad off a right angle, kept as " +
+      robot_.notes.push_back(subject + what + " " + digits(near) + " rad off a right angle, kept as " +
                              "written; a snap tolerance above that makes it exact");
   }
 

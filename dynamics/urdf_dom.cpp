@@ -50,6 +50,13 @@ bool mentions(const std::string& message, const std::string& name) {
   return false;
 }
 
+// XML reads a tab or line break inside an attribute as a blank; urdfdom's parser leaves it and then stumbles.
+std::string with_plain_blanks(std::string text) {
+  for (char& c : text)
+    if (c == '\t' || c == '\n' || c == '\r') c = ' ';
+  return text;
+}
+
 // The element that a message speaks of: urdfdom names links and joints but no position.
 const tinyxml2::XMLElement& subject(const std::string& message, const UrdfText& text) {
   const tinyxml2::XMLElement* best = &text.robot();
@@ -81,7 +88,7 @@ UrdfDom read_with_urdfdom(const std::string& contents, const UrdfText& text, con
     const std::lock_guard lock(mutex);
     CapturedConsole console;
     try {
-      dom.model = urdf::parseURDF(contents);
+      dom.model = urdf::parseURDF(with_plain_blanks(contents));
     } catch (const std::exception& e) {
       console.messages.push_back({e.what(), true});
     }

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The robots of config/robots, found from where this file was compiled.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+namespace dyntape::dynamics {
+
+inline std::string robot_file(const std::string& name) {
+  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  return (root / "config" / "robots" / (name + ".urdf")).string();
+}
+
+inline const std::vector<std::string>& robot_names() {
+  static const std::vector<std::string> kNames = {"arm_2r", "block", "cart_pole", "double_pendulum", "g1",
+                                                  "iiwa14", "panda", "pendulum",  "simple_humanoid", "solo12",
+                                                  "talos",  "ur5"};
+  return kNames;
+}
+
+}  // namespace dyntape::dynamics
