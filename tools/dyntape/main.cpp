@@ -8,7 +8,8 @@
 int main(int argc, char** argv) {
   using namespace dyntape::tools;
   CLI::App app{
-      "dyntape records robot dynamics, derives and simplifies them, prints them as C, compiles and caches that,\n"
+      "dyntape records robot dynamics, derives and simplifies them, prints them as C, compiles and caches "
+      "that,\n"
       "and solves trajectories with the exact derivatives.\n\n"
       "A first session:\n"
       "  dyntape info config/robots/panda.urdf\n"

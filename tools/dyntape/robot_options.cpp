@@ -5,7 +5,9 @@ namespace dyntape::tools {
 
 void add_robot_options(CLI::App& command, RobotOptions& options) {
   command.add_option("robot", options.path, "the robot, a URDF file")->required()->type_name("ROBOT.urdf");
-  command.add_option("--base", options.base, "fixed: the root link is the world; floating: a free-flyer carries it")
+  command
+      .add_option("--base", options.base,
+                  "fixed: the root link is the world; floating: a free-flyer carries it")
       ->check(CLI::IsMember({"fixed", "floating"}))
       ->type_name("fixed|floating")
       ->capture_default_str();
@@ -25,7 +27,7 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
   urdf.base = options.base == "floating" ? dynamics::Base::kFloating : dynamics::Base::kFixed;
   urdf.lock = options.lock;
   urdf.snap = options.snap;
-  return dynamics::load_urdf(options.path, urdf);
+  return dynamics::read_urdf(options.path, urdf);
 }
 
 std::vector<std::string> numbered(const std::string& prefix, int count) {

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "run.h"
+
+using dyntape::test::config;
+using dyntape::test::dyntape;
+
+TEST(Info, TellsIndicesInJson) {
+  const auto run = dyntape({"info", config("robots/solo12.urdf"), "--base", "floating", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto info = nlohmann::json::parse(run.out);
+  EXPECT_EQ(info["nq"], 19);
+  EXPECT_EQ(info["nv"], 18);
+  EXPECT_NEAR(info["mass"].get<double>(), 2.50000279, 1e-12);
+  int q = 0, v = 0;
+  for (const auto& joint : info["joints"]) {  // indices are consecutive, in the order of the list
+    EXPECT_EQ(joint["idx_q"], q);
+    EXPECT_EQ(joint["idx_v"], v);
+    q += joint["nq"].get<int>();
+    v += joint["nv"].get<int>();
+  }
+  EXPECT_EQ(q, 19);
+  EXPECT_EQ(v, 18);
+}
+
+TEST(Info, LocksJoints) {
+  const auto run = dyntape(
+      {"info", config("robots/panda.urdf"), "--lock", "panda_finger_joint1,panda_finger_joint2", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(nlohmann::json::parse(run.out)["nv"], 7);
+}
+
+TEST(Info, PrintsTheTree) {
+  const auto run = dyntape({"info", config("robots/solo12.urdf"), "--base", "floating"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("├─ FL_HAA"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("free"), std::string::npos) << run.out;
+}
+
+TEST(Info, SaysWhatIsWrongInOneSentence) {
+  const auto missing = dyntape({"info", "no_such_robot.urdf"});
+  EXPECT_EQ(missing.status, 1);
+  EXPECT_NE(missing.err.find("no_such_robot.urdf"), std::string::npos) << missing.err;
+  const auto joint = dyntape({"info", config("robots/panda.urdf"), "--lock", "panda_finger_join1"});
+  EXPECT_EQ(joint.status, 1);
+  EXPECT_NE(joint.err.find("panda_finger_joint1"), std::string::npos) << joint.err;  // the nearest name
+}
+
+TEST(CommandLine, RefusesWhatItDoesNotKnow) {
+  EXPECT_EQ(dyntape({"frobnicate"}).status, 2);
+  EXPECT_EQ(dyntape({}).status, 2);
+  EXPECT_EQ(dyntape({"info"}).status, 2);
+  EXPECT_EQ(dyntape({"info", config("robots/panda.urdf"), "--base", "flying"}).status, 2);
+  EXPECT_EQ(dyntape({"info", config("robots/panda.urdf"), "--snap", "-1"}).status, 2);
+}
+
+TEST(CommandLine, HelpTeaches) {
+  const auto help = dyntape({"--help"});
+  EXPECT_EQ(help.status, 0);
+  for (const char* command :
+       {"info", "eval", "generate", "bench", "solve", "study", "check-config", "cache", "doctor"}) {
+    EXPECT_NE(help.out.find(command), std::string::npos) << command;
+    EXPECT_EQ(dyntape({command, "--help"}).status, 0) << command;
+  }
+}
