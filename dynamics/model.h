@@ -16,6 +16,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -38,9 +39,10 @@ int nq(JointType type);
 int nv(JointType type);
 
 struct JointLimits {
-  double lower, upper;  // position; +-inf where the file gives none
-  double velocity;      // >= 0, +inf where the file gives none
-  double effort;        // >= 0, +inf where the file gives none
+  static constexpr double kNone = std::numeric_limits<double>::infinity();
+  double lower = -kNone, upper = kNone;  // position; +-inf where the file gives none
+  double velocity = kNone;               // >= 0, +inf where the file gives none
+  double effort = kNone;                 // >= 0, +inf where the file gives none
 };
 
 template <class T>
@@ -50,27 +52,27 @@ struct Joint {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit length; unused by the free-flyer
   int idx_q = 0, idx_v = 0;                         // where this joint's entries start in q and v
   JointLimits limits;
-  T armature = T(0);   // reflected rotor inertia added to the diagonal of M (kg m^2 or kg)
-  T damping = T(0);    // from the file; acts only where an effect asks for it (effects.h)
-  T friction = T(0);   // likewise
+  T armature = T(0);  // reflected rotor inertia added to the diagonal of M (kg m^2 or kg)
+  T damping = T(0);   // from the file; acts only where an effect asks for it (effects.h)
+  T friction = T(0);  // likewise
 };
 
 // A named place on a body: a URDF link (or joint) frame.
 template <class T>
 struct Frame {
   std::string name;
-  int body = -1;         // joint index of the body it is attached to, -1 for the world
-  Placement<T> X_BF;     // frame in the body
+  int body = -1;      // joint index of the body it is attached to, -1 for the world
+  Placement<T> X_BF;  // frame in the body
 };
 
 template <class T>
 struct Model {
   std::string name;
-  std::vector<int> parent;              // (njoints) index of the parent joint, -1 = world
-  std::vector<Joint<T>> joints;         // (njoints)
-  std::vector<Placement<T>> X_PJ;       // (njoints) fixed side of joint i in the frame of its parent
-  std::vector<Inertia<T>> inertias;     // (njoints) of body i, in frame i
-  std::vector<Frame<T>> frames;         // every link of the file, in depth-first order
+  std::vector<int> parent;           // (njoints) index of the parent joint, -1 = world
+  std::vector<Joint<T>> joints;      // (njoints)
+  std::vector<Placement<T>> X_PJ;    // (njoints) fixed side of joint i in the frame of its parent
+  std::vector<Inertia<T>> inertias;  // (njoints) of body i, in frame i
+  std::vector<Frame<T>> frames;      // every link of the file, in depth-first order
   Eigen::Matrix<T, 3, 1> gravity{T(0), T(0), T(-9.81)};  // acceleration of free fall, world frame (m/s^2)
   int nq = 0, nv = 0;
 
@@ -83,8 +85,73 @@ struct Model {
   // Appends a joint and its body; the one way to grow a model.  Returns its index.
   int add_joint(int parent_joint, const Joint<T>& joint, const Placement<T>& X_PJ, const Inertia<T>& inertia);
 
+  // The same robot with constants of another scalar.  To double: for scalars that static_cast allows.
   template <class S>
   Model<S> cast() const;
 };
+
+namespace detail {
+
+// Index of `wanted` among n names; throws ArgumentError naming `what`, the model and the nearest name.
+int find_name(const std::string& what, const std::string& model_name, const std::string& wanted,
+              const std::vector<std::string>& names);
+
+// What add_joint demands: a parent that exists and an axis of unit length.
+void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, int parent,
+                     int njoints);
+
+template <class T>
+std::vector<std::string> names_of(const std::vector<T>& named) {
+  std::vector<std::string> names;
+  for (const T& entry : named) names.push_back(entry.name);
+  return names;
+}
+
+}  // namespace detail
+
+template <class T>
+int Model<T>::joint_index(const std::string& joint_name) const {
+  return detail::find_name("joint", name, joint_name, detail::names_of(joints));
+}
+
+template <class T>
+int Model<T>::frame_index(const std::string& frame_name) const {
+  return detail::find_name("frame", name, frame_name, detail::names_of(frames));
+}
+
+template <class T>
+int Model<T>::add_joint(int parent_joint, const Joint<T>& joint, const Placement<T>& placement,
+                        const Inertia<T>& inertia) {
+  detail::check_new_joint(joint.name, joint.type, joint.axis, parent_joint, njoints());
+  parent.push_back(parent_joint);
+  joints.push_back(joint);
+  joints.back().idx_q = nq;
+  joints.back().idx_v = nv;
+  X_PJ.push_back(placement);
+  inertias.push_back(inertia);
+  nq += dynamics::nq(joint.type);
+  nv += dynamics::nv(joint.type);
+  return njoints() - 1;
+}
+
+template <class T>
+template <class S>
+Model<S> Model<T>::cast() const {
+  Model<S> m;
+  m.name = name;
+  m.parent = parent;
+  m.nq = nq;
+  m.nv = nv;
+  m.gravity = gravity.template cast<S>();
+  for (int i = 0; i < njoints(); ++i) {
+    const Joint<T>& j = joints[i];
+    m.joints.push_back({j.name, j.type, j.axis, j.idx_q, j.idx_v, j.limits, static_cast<S>(j.armature),
+                        static_cast<S>(j.damping), static_cast<S>(j.friction)});
+    m.X_PJ.push_back(X_PJ[i].template cast<S>());
+    m.inertias.push_back(inertias[i].template cast<S>());
+  }
+  for (const Frame<T>& f : frames) m.frames.push_back({f.name, f.body, f.X_BF.template cast<S>()});
+  return m;
+}
 
 }  // namespace dyntape::dynamics
