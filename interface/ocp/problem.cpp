@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/ocp/problem.h>
+
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+Bounds unbounded(Eigen::Index n) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  return {Eigen::VectorXd::Constant(n, -infinity), Eigen::VectorXd::Constant(n, infinity)};
+}
+
+void check_size(const Problem& problem, const std::string& part, Eigen::Index size, Eigen::Index expected) {
+  if (size == expected) return;
+  throw ArgumentError("problem \"" + problem.name + "\": " + part + " has " + std::to_string(size) +
+                      " entries, expected " + std::to_string(expected));
+}
+
+void check_bounds(const Problem& problem, const Bounds& bounds, const std::vector<std::string>& names,
+                  const std::string& part) {
+  const auto n = static_cast<Eigen::Index>(names.size());
+  check_size(problem, "the lower bound of the " + part, bounds.lower.size(), n);
+  check_size(problem, "the upper bound of the " + part, bounds.upper.size(), n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!(bounds.lower[i] <= bounds.upper[i])) {
+      throw ArgumentError(
+          "problem \"" + problem.name + "\": the bounds of \"" + names[static_cast<std::size_t>(i)] +
+          "\" are empty: " + std::to_string(bounds.lower[i]) + " to " + std::to_string(bounds.upper[i]));
+    }
+  }
+}
+
+// Outside its bounds by more than rounding.
+bool outside(double value, double lower, double upper) {
+  const double slack = 1e-12 * std::max(1.0, std::abs(value));
+  return value < lower - slack || value > upper + slack;
+}
+
+void check_boundary(const Problem& problem, const Eigen::VectorXd& values, const std::string& part) {
+  check_size(problem, part, values.size(), problem.n_x());
+  for (int i = 0; i < problem.n_x(); ++i) {
+    if (!std::isnan(values[i]) && outside(values[i], problem.x.lower[i], problem.x.upper[i])) {
+      throw ArgumentError("problem \"" + problem.name + "\": " + part + " of \"" +
+                          problem.states[static_cast<std::size_t>(i)] + "\" is " + std::to_string(values[i]) +
+                          ", outside its bounds " + std::to_string(problem.x.lower[i]) + " to " +
+                          std::to_string(problem.x.upper[i]));
+    }
+  }
+}
+
+}  // namespace
+
+Term running_cost(std::string name, StageFunction function) {
+  return {std::move(name), Where::kRunning, Role::kCost, std::move(function)};
+}
+Term running_squares(std::string name, StageFunction residuals) {
+  return {std::move(name), Where::kRunning, Role::kSquares, std::move(residuals)};
+}
+Term path_equality(std::string name, StageFunction residuals) {
+  return {std::move(name), Where::kRunning, Role::kEquality, std::move(residuals)};
+}
+Term path_inequality(std::string name, StageFunction values, Eigen::VectorXd lower, Eigen::VectorXd upper) {
+  return {std::move(name),   Where::kRunning,  Role::kInequality,
+          std::move(values), std::move(lower), std::move(upper)};
+}
+Term terminal_cost(std::string name, StageFunction function) {
+  return {std::move(name), Where::kTerminal, Role::kCost, std::move(function)};
+}
+Term terminal_squares(std::string name, StageFunction residuals) {
+  return {std::move(name), Where::kTerminal, Role::kSquares, std::move(residuals)};
+}
+Term terminal_equality(std::string name, StageFunction residuals) {
+  return {std::move(name), Where::kTerminal, Role::kEquality, std::move(residuals)};
+}
+Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd lower,
+                         Eigen::VectorXd upper) {
+  return {std::move(name),   Where::kTerminal, Role::kInequality,
+          std::move(values), std::move(lower), std::move(upper)};
+}
+
+Problem::Problem(std::string name_, std::vector<std::string> states_, std::vector<std::string> controls_,
+                 double duration_, StageFunction rate_)
+    : name(std::move(name_)),
+      states(std::move(states_)),
+      controls(std::move(controls_)),
+      duration(duration_),
+      rate(rate_),
+      ode(std::move(rate_)),
+      x(unbounded(n_x())),
+      a(unbounded(0)),
+      u(unbounded(n_u())),
+      start(Eigen::VectorXd::Constant(n_x(), kFree)),
+      goal(Eigen::VectorXd::Constant(n_x(), kFree)) {}
+
+void Problem::use_accelerations(std::vector<std::string> names, StageFunction residual_, StageFunction ode_) {
+  accelerations = std::move(names);
+  residual = std::move(residual_);
+  ode = std::move(ode_);
+  a = unbounded(n_a());
+}
+
+std::function<Stage<double>(double t)> straight_line(const Problem& problem) {
+  Eigen::VectorXd from = problem.start, to = problem.goal;
+  for (int i = 0; i < problem.n_x(); ++i) {
+    if (std::isnan(from[i])) from[i] = std::isnan(to[i]) ? 0 : to[i];
+    if (std::isnan(to[i])) to[i] = from[i];
+  }
+  const Eigen::VectorXd a = Eigen::VectorXd::Zero(problem.n_a()), u = Eigen::VectorXd::Zero(problem.n_u());
+  const double duration = problem.duration;
+  return [=](double t) { return Stage<double>{t, from + (to - from) * (t / duration), a, u}; };
+}
+
+void check(const Problem& problem) {
+  if (!(problem.duration > 0 && std::isfinite(problem.duration))) {
+    throw ArgumentError("problem \"" + problem.name + "\": the duration is " +
+                        std::to_string(problem.duration) + " s, expected a positive number");
+  }
+  check_bounds(problem, problem.x, problem.states, "states");
+  check_bounds(problem, problem.a, problem.accelerations, "accelerations");
+  check_bounds(problem, problem.u, problem.controls, "controls");
+  check_boundary(problem, problem.start, "the start");
+  check_boundary(problem, problem.goal, "the goal");
+  if (!problem.guess) return;
+  for (double t : {0.0, problem.duration}) {
+    const Stage<double> stage = problem.guess(t);
+    check_size(problem, "the state of the guess", stage.x.size(), problem.n_x());
+    check_size(problem, "the acceleration of the guess", stage.a.size(), problem.n_a());
+    check_size(problem, "the control of the guess", stage.u.size(), problem.n_u());
+  }
+}
+
+}  // namespace dyntape

@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/ocp/record_stage.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record.h>
+
+namespace dyntape {
+
+namespace {
+
+std::string entry(const std::string& name, Eigen::Index i, Eigen::Index size) {
+  return size == 1 ? name : name + "[" + std::to_string(i) + "]";
+}
+
+class Parts {
+ public:
+  explicit Parts(const Problem& problem) : problem_(problem) {}
+
+  // The outputs of a recording; the rows they stand for are noted on the way.
+  std::vector<AD> outputs;
+  std::vector<std::string> names;
+  std::vector<ConstraintRow> rows;
+
+  void append(const VectorXad& values, const std::string& name) {
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      outputs.push_back(values[i]);
+      names.push_back(entry(name, i, values.size()));
+    }
+  }
+
+  void add_rows(const VectorXad& values, const std::string& name, const Eigen::VectorXd& lower,
+                const Eigen::VectorXd& upper) {
+    append(values, name);
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      rows.push_back({entry(name, i, values.size()), lower[i], upper[i]});
+    }
+  }
+
+  void add_constraint(const Term& term, const Stage<AD>& stage) {
+    const VectorXad values = term.function(stage);
+    if (term.role == Role::kEquality) {
+      const Eigen::VectorXd zero = Eigen::VectorXd::Zero(values.size());
+      add_rows(values, term.name, zero, zero);
+      return;
+    }
+    if (term.lower.size() != values.size() || term.upper.size() != values.size()) {
+      throw ArgumentError("problem \"" + problem_.name + "\": term \"" + term.name + "\" has " +
+                          std::to_string(values.size()) + " entries, its bounds have " +
+                          std::to_string(term.lower.size()) + " and " + std::to_string(term.upper.size()));
+    }
+    add_rows(values, term.name, term.lower, term.upper);
+  }
+
+  AD cost_of(const Term& term, const Stage<AD>& stage) const {
+    const VectorXad values = term.function(stage);
+    if (term.role == Role::kSquares) {
+      AD sum(0);
+      for (const AD& r : values) sum += r * r;
+      return sum;
+    }
+    if (values.size() != 1) {
+      throw ArgumentError("problem \"" + problem_.name + "\": the cost \"" + term.name + "\" has " +
+                          std::to_string(values.size()) + " entries, expected a scalar");
+    }
+    return values[0];
+  }
+
+  void add_terms(Where where, const Stage<AD>& stage) {
+    for (const Term& term : problem_.terms) {
+      const bool constraint = term.role == Role::kEquality || term.role == Role::kInequality;
+      if (term.where == where && constraint) add_constraint(term, stage);
+    }
+    AD cost(0);
+    for (const Term& term : problem_.terms) {
+      const bool constraint = term.role == Role::kEquality || term.role == Role::kInequality;
+      if (term.where == where && !constraint) cost += cost_of(term, stage);
+    }
+    append(VectorXad::Constant(1, cost), "cost");
+  }
+
+  VectorXad result() const {
+    return Eigen::Map<const VectorXad>(outputs.data(), Eigen::Index(outputs.size()));
+  }
+
+ private:
+  const Problem& problem_;
+};
+
+// Recorded at the guess, where branches on values are those of the motion.
+Function record_part(const Problem& problem, const std::string& name, double t, Parts& parts,
+                     const std::function<void(Parts&, const Stage<AD>&)>& fill) {
+  const Stage<double> at = problem.guess ? problem.guess(t) : straight_line(problem)(t);
+  RecordOptions options;
+  for (const Eigen::VectorXd* part : {&at.x, &at.a, &at.u}) {
+    options.variables.insert(options.variables.end(), part->begin(), part->end());
+  }
+  options.parameters = {t};
+  options.variable_names = stage_names(problem);
+  options.parameter_names = {"t"};
+  Function f = record(
+      name, options.variables.size(), 1,
+      [&](const VectorXad& z, const VectorXad& p) {
+        fill(parts, stage_from<AD>(problem, p[0], z));
+        return parts.result();
+      },
+      options);
+  f.output_names = parts.names;
+  return f;
+}
+
+bool any(const Problem& problem, Where where) {
+  for (const Term& term : problem.terms) {
+    if (term.where == where) return true;
+  }
+  return false;
+}
+
+Function record_squares(const Problem& problem, const std::string& name, double t, Where where) {
+  Parts parts(problem);
+  return record_part(problem, name, t, parts, [&](Parts& p, const Stage<AD>& stage) {
+    for (const Term& term : problem.terms) {
+      if (term.where == where && term.role == Role::kSquares) p.append(term.function(stage), term.name);
+    }
+  });
+}
+
+void check_rate(const Problem& problem, const VectorXad& rate) {
+  if (rate.size() == problem.n_x()) return;
+  throw ArgumentError("problem \"" + problem.name + "\": the rate has " + std::to_string(rate.size()) +
+                      " entries, expected one a state: " + std::to_string(problem.n_x()));
+}
+
+}  // namespace
+
+std::vector<std::string> stage_names(const Problem& problem) {
+  std::vector<std::string> names = problem.states;
+  names.insert(names.end(), problem.accelerations.begin(), problem.accelerations.end());
+  names.insert(names.end(), problem.controls.begin(), problem.controls.end());
+  return names;
+}
+
+RecordedStage record_stage(const Problem& problem) {
+  check(problem);
+  RecordedStage stage;
+  const double middle = problem.duration / 2, end = problem.duration;
+  Parts node(problem);
+  stage.node = record_part(problem, problem.name, middle, node, [&](Parts& p, const Stage<AD>& s) {
+    const VectorXad rate = problem.rate(s);
+    check_rate(problem, rate);
+    for (int i = 0; i < problem.n_x(); ++i) {
+      p.append(rate.segment(i, 1), "rate of " + problem.states[static_cast<std::size_t>(i)]);
+    }
+    if (!problem.residual.empty()) {
+      const VectorXad residual = problem.residual(s);
+      const Eigen::VectorXd zero = Eigen::VectorXd::Zero(residual.size());
+      p.add_rows(residual, "dynamics", zero, zero);
+    }
+    p.add_terms(Where::kRunning, s);
+  });
+  stage.path_rows = node.rows;
+  Parts terminal(problem);
+  stage.terminal =
+      record_part(problem, problem.name + " end", end, terminal, [&](Parts& p, const Stage<AD>& s) {
+        if (any(problem, Where::kTerminal)) p.add_terms(Where::kTerminal, s);
+      });
+  stage.terminal_rows = terminal.rows;
+  stage.squares = record_squares(problem, problem.name + " squares", middle, Where::kRunning);
+  stage.terminal_squares = record_squares(problem, problem.name + " end squares", end, Where::kTerminal);
+  return stage;
+}
+
+}  // namespace dyntape

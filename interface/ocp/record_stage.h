@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The functions of one point of a problem, each recorded once.
+//
+//   RecordedStage s = record_stage(problem);
+//   s.node      (z; t) -> f (n_x) | path rows | L (1)       z = (x, a, u)
+//   s.terminal  (z; t) -> end rows | M (1)                  no outputs where the problem has no terminal term
+//   s.squares, s.terminal_squares   (z; t) -> r             residuals of the least-squares costs
+//
+// Path rows are the residual of the inverse form, then the path terms in the order of the list.  L is the sum
+// of the running costs (r.r of a least-squares term), M that of the terminal costs.  What the terms share is
+// computed once, because they are recorded on one tape.
+//
+// Errors: ArgumentError, naming the term, where a cost is no scalar or bounds have the wrong size.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/function.h>
+#include <dyntape/interface/ocp/problem.h>
+
+namespace dyntape {
+
+struct ConstraintRow {
+  std::string name;  // "obstacle[1]"
+  double lower, upper;
+};
+
+struct RecordedStage {
+  Function node, terminal, squares, terminal_squares;
+  std::vector<ConstraintRow> path_rows, terminal_rows;
+};
+
+RecordedStage record_stage(const Problem& problem);
+
+// Names of the entries of z: states, accelerations, controls.
+std::vector<std::string> stage_names(const Problem& problem);
+
+// Splits z into a stage.
+template <class T>
+Stage<T> stage_from(const Problem& problem, const T& t, const typename Stage<T>::Vector& z) {
+  return {t, z.head(problem.n_x()), z.segment(problem.n_x(), problem.n_a()), z.tail(problem.n_u())};
+}
+
+}  // namespace dyntape

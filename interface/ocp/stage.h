@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// One instant of a motion, and functions of it that are recorded once and can also be run as they are.
+//
+//   StageFunction effort = [](const auto& s) { return s.u.squaredNorm(); };          // a scalar, or
+//   StageFunction gap    = [](const auto& s) { return s.x.head(2).eval(); };         // a vector
+//
+// The callable is generic in the scalar: AD records it for the solver, double checks what the solver found
+// without any generated code.  Keep it free of `if` on values of the stage; use select() (autodiff/scalar.h).
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <utility>
+
+#include <dyntape/autodiff/eigen.h>
+
+namespace dyntape {
+
+template <class T>
+struct Stage {
+  using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+  T t = T(0);  // s
+  Vector x;    // state
+  Vector a;    // accelerations, where they are variables of their own (inverse dynamics); else empty
+  Vector u;    // controls
+};
+
+namespace detail {
+template <class T>
+Eigen::Matrix<T, Eigen::Dynamic, 1> as_vector(const T& scalar) {
+  return Eigen::Matrix<T, Eigen::Dynamic, 1>::Constant(1, scalar);
+}
+template <class T, class Derived>
+Eigen::Matrix<T, Eigen::Dynamic, 1> as_vector(const Eigen::MatrixBase<Derived>& vector) {
+  return vector;
+}
+}  // namespace detail
+
+class StageFunction {
+ public:
+  StageFunction() = default;
+
+  template <class F>
+  requires(!std::is_same_v<std::decay_t<F>, StageFunction>)
+      StageFunction(F f)  // NOLINT: a callable is a stage function
+      : recorded_([f](const Stage<AD>& s) { return detail::as_vector<AD>(f(s)); }),
+        plain_([f](const Stage<double>& s) { return detail::as_vector<double>(f(s)); }) {}
+
+  // Where the two scalars need code of their own.
+  StageFunction(std::function<VectorXad(const Stage<AD>&)> recorded,
+                std::function<Eigen::VectorXd(const Stage<double>&)> plain)
+      : recorded_(std::move(recorded)), plain_(std::move(plain)) {}
+
+  bool empty() const { return !plain_; }
+  VectorXad operator()(const Stage<AD>& stage) const { return recorded_(stage); }
+  Eigen::VectorXd operator()(const Stage<double>& stage) const { return plain_(stage); }
+
+ private:
+  std::function<VectorXad(const Stage<AD>&)> recorded_;
+  std::function<Eigen::VectorXd(const Stage<double>&)> plain_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/solvers/ipopt.h>
+
+#include <IpIpoptApplication.hpp>
+#include <IpTNLP.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Ipopt::Index;
+using Ipopt::Number;
+
+constexpr double kIpoptInfinity = 1e19;  // Ipopt's threshold for "no bound"
+
+class Stopwatch {
+ public:
+  Stopwatch(double& seconds, int& calls) : seconds_(seconds), begin_(Clock::now()) { ++calls; }
+  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+
+ private:
+  double& seconds_;
+  Clock::time_point begin_;
+};
+
+// Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.
+class Adapter : public Ipopt::TNLP {
+ public:
+  Adapter(Nlp& nlp, const std::vector<double>& start, NlpSolution& solution)
+      : nlp_(nlp), shape_(nlp.shape()), start_(start), solution_(solution) {}
+
+  void rethrow() const {
+    if (exception_) std::rethrow_exception(exception_);
+  }
+
+  bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) override {
+    n = static_cast<Index>(shape_.n());
+    m = static_cast<Index>(shape_.m());
+    nnz_jac = static_cast<Index>(shape_.jacobian.nnz());
+    nnz_hess = static_cast<Index>(shape_.hessian.nnz());
+    style = C_STYLE;
+    return true;
+  }
+
+  bool get_bounds_info(Index, Number* xl, Number* xu, Index, Number* gl, Number* gu) override {
+    const auto clip = [](double b) { return std::clamp(b, -2 * kIpoptInfinity, 2 * kIpoptInfinity); };
+    std::transform(shape_.x_lower.begin(), shape_.x_lower.end(), xl, clip);
+    std::transform(shape_.x_upper.begin(), shape_.x_upper.end(), xu, clip);
+    std::transform(shape_.g_lower.begin(), shape_.g_lower.end(), gl, clip);
+    std::transform(shape_.g_upper.begin(), shape_.g_upper.end(), gu, clip);
+    return true;
+  }
+
+  bool get_starting_point(Index, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) override {
+    std::copy(start_.begin(), start_.end(), x);
+    return true;
+  }
+
+  bool eval_f(Index, const Number* x, bool, Number& value) override {
+    const Stopwatch watch(solution_.times.functions, solution_.times.function_calls);
+    return guarded([&] { return nlp_.objective(x, value); });
+  }
+  bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
+    const Stopwatch watch(solution_.times.functions, uncounted_);  // shares an evaluation with eval_f
+    return guarded([&] { return nlp_.constraints(x, g); });
+  }
+  bool eval_grad_f(Index, const Number* x, bool, Number* gradient) override {
+    const Stopwatch watch(solution_.times.jacobian, uncounted_);
+    return guarded([&] { return nlp_.gradient(x, gradient); });
+  }
+  bool eval_jac_g(Index, const Number* x, bool, Index, Index, Index* row, Index* col,
+                  Number* values) override {
+    if (values == nullptr) return copy(shape_.jacobian, row, col);
+    const Stopwatch watch(solution_.times.jacobian, solution_.times.jacobian_calls);
+    return guarded([&] { return nlp_.jacobian(x, values); });
+  }
+  bool eval_h(Index, const Number* x, bool, Number sigma, Index, const Number* lambda, bool, Index,
+              Index* row, Index* col, Number* values) override {
+    if (values == nullptr) return copy(shape_.hessian, row, col);
+    const Stopwatch watch(solution_.times.hessian, solution_.times.hessian_calls);
+    return guarded([&] { return nlp_.hessian(x, sigma, lambda, values); });
+  }
+
+  bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number objective, Number primal,
+                             Number dual, Number mu, Number step, Number regularization, Number alpha_dual,
+                             Number alpha_primal, Index trials, const Ipopt::IpoptData*,
+                             Ipopt::IpoptCalculatedQuantities*) override {
+    solution_.log.push_back({iteration, objective, primal, dual, mu, step, regularization, alpha_dual,
+                             alpha_primal, trials, mode == Ipopt::RestorationPhaseMode});
+    return !exception_;
+  }
+
+  void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number* zl, const Number* zu,
+                         Index m, const Number* g, const Number* lambda, Number objective,
+                         const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    solution_.objective = objective;
+    solution_.x.assign(x, x + n);
+    solution_.lower_price.assign(zl, zl + n);
+    solution_.upper_price.assign(zu, zu + n);
+    solution_.g.assign(g, g + m);
+    solution_.lambda.assign(lambda, lambda + m);
+  }
+
+ private:
+  template <class F>
+  bool guarded(const F& evaluate) {
+    if (exception_) return false;
+    try {
+      return evaluate();
+    } catch (...) {
+      exception_ = std::current_exception();
+      return false;
+    }
+  }
+
+  static bool copy(const Pattern& pattern, Index* row, Index* col) {
+    std::copy(pattern.row.begin(), pattern.row.end(), row);
+    std::copy(pattern.col.begin(), pattern.col.end(), col);
+    return true;
+  }
+
+  Nlp& nlp_;
+  const NlpShape& shape_;
+  const std::vector<double>& start_;
+  NlpSolution& solution_;
+  int uncounted_ = 0;
+  std::exception_ptr exception_;
+};
+
+SolveStatus translate(Ipopt::ApplicationReturnStatus status) {
+  switch (status) {
+    case Ipopt::Solve_Succeeded:
+    case Ipopt::Feasible_Point_Found:
+      return SolveStatus::kSolved;
+    case Ipopt::Solved_To_Acceptable_Level:
+      return SolveStatus::kAcceptable;
+    case Ipopt::Infeasible_Problem_Detected:
+      return SolveStatus::kLocallyInfeasible;
+    case Ipopt::Search_Direction_Becomes_Too_Small:
+      return SolveStatus::kStepTooSmall;
+    case Ipopt::Diverging_Iterates:
+      return SolveStatus::kDiverging;
+    case Ipopt::User_Requested_Stop:
+      return SolveStatus::kStopped;
+    case Ipopt::Maximum_Iterations_Exceeded:
+      return SolveStatus::kIterationLimit;
+    case Ipopt::Maximum_CpuTime_Exceeded:
+      return SolveStatus::kTimeLimit;
+    case Ipopt::Restoration_Failed:
+      return SolveStatus::kRestorationFailed;
+    case Ipopt::Error_In_Step_Computation:
+      return SolveStatus::kStepFailed;
+    case Ipopt::Not_Enough_Degrees_Of_Freedom:
+      return SolveStatus::kTooFewVariables;
+    case Ipopt::Invalid_Problem_Definition:
+    case Ipopt::Invalid_Option:
+      return SolveStatus::kBadOption;
+    case Ipopt::Invalid_Number_Detected:
+      return SolveStatus::kNotFinite;
+    default:
+      return SolveStatus::kSolverError;
+  }
+}
+
+void set_option(Ipopt::IpoptApplication& application, const std::string& name, const std::string& value) {
+  Ipopt::OptionsList& list = *application.Options();
+  Ipopt::SmartPtr<const Ipopt::RegisteredOption> known = application.RegOptions()->GetOption(name);
+  if (!IsValid(known)) throw ArgumentError("Ipopt has no option \"" + name + "\"");
+  bool accepted = false;
+  try {
+    switch (known->Type()) {
+      case Ipopt::OT_Number:
+        accepted = list.SetNumericValue(name, std::stod(value));
+        break;
+      case Ipopt::OT_Integer:
+        accepted = list.SetIntegerValue(name, std::stoi(value));
+        break;
+      default:
+        accepted = list.SetStringValue(name, value);
+    }
+  } catch (const std::logic_error&) {  // no number
+  }
+  if (!accepted) throw ArgumentError("Ipopt's option \"" + name + "\" refuses the value \"" + value + "\"");
+}
+
+std::string text(double value) {
+  char buffer[32];
+  std::snprintf(buffer, sizeof buffer, "%.17g", value);
+  return buffer;
+}
+
+void configure(Ipopt::IpoptApplication& application, const IpoptOptions& options) {
+  const auto set = [&](const std::string& name, const std::string& value) {
+    set_option(application, name, value);
+  };
+  set("sb", "yes");  // no banner
+  set("tol", text(options.tolerance));
+  set("dual_inf_tol", text(options.dual_tolerance));
+  set("bound_relax_factor", text(options.bound_relaxation));
+  set("max_iter", std::to_string(options.max_iterations));
+  set("max_cpu_time", text(options.max_seconds));
+  set("print_level", std::to_string(options.print_level));
+  if (!options.stop_at_acceptable) set("acceptable_iter", "0");
+  if (options.limited_memory) set("hessian_approximation", "limited-memory");
+  for (const auto& [name, value] : options.extra) set(name, value);
+}
+
+}  // namespace
+
+NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const IpoptOptions& options) {
+  const std::size_t n = problem.shape().n();
+  if (start.size() != n) {
+    throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
+                        " entries, the problem has " + std::to_string(n) + " variables");
+  }
+  NlpSolution solution;
+  solution.x = start;
+  Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
+  configure(*application, options);
+  if (application->Initialize("") != Ipopt::Solve_Succeeded) {
+    throw ArgumentError("Ipopt refuses its options");
+  }
+  application->RethrowNonIpoptException(true);
+  if (options.print_level > 0) {
+    application->Jnlst()->AddFileJournal("console", "stdout", Ipopt::EJournalLevel(options.print_level));
+  }
+  Ipopt::SmartPtr<Adapter> adapter = new Adapter(problem, start, solution);
+  const auto begin = Clock::now();
+  const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(GetRawPtr(adapter));
+  solution.times.total = std::chrono::duration<double>(Clock::now() - begin).count();
+  adapter->rethrow();
+  solution.status = translate(status);
+  solution.native_status = status;
+  return solution;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Ipopt as the solver of an Nlp.
+//
+//   NlpSolution s = solve_with_ipopt(problem, start, {.tolerance = 1e-10, .print_level = 5});
+//   if (s.status == SolveStatus::kSolved) use(s.x, s.objective);
+//
+// Method: A. Waechter and L. T. Biegler, "On the implementation of an interior-point filter line-search
+// algorithm for large-scale nonlinear programming", Mathematical Programming 106(1), 2006.
+//
+// To see twelve digits of an optimum: tolerance 1e-12, dual_tolerance 1e-10, bound_relaxation 0.  With the
+// defaults, relaxed bounds and the tolerance leave an error of about 1e-9 in the cost.
+//
+// Errors.  ArgumentError: start of the wrong size, an option that Ipopt refuses.  NumericalError: the
+// functions are not finite at the start (ahead of any iteration).  What the problem's functions throw comes
+// through.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <dyntape/interface/solvers/nlp.h>
+#include <dyntape/interface/solvers/status.h>
+
+namespace dyntape {
+
+struct IpoptOptions {
+  double tolerance = 1e-8;         // of the scaled optimality error
+  double dual_tolerance = 1;       // of the unscaled stationarity
+  double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact
+  bool limited_memory = false;     // approximate the Hessian (L-BFGS) rather than ask for it
+  bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
+  int max_iterations = 3000;
+  double max_seconds = 1e6;                                     // of processor time
+  int print_level = 0;                                          // 0 silent .. 5 one line an iteration .. 12
+  std::vector<std::pair<std::string, std::string>> extra = {};  // any option of Ipopt, by Ipopt's name
+};
+
+// One line of Ipopt's log.
+struct IterationRecord {
+  int iteration;
+  double objective, primal_infeasibility, dual_infeasibility;  // unscaled constraint violation, scaled rest
+  double barrier, step_norm, regularization, dual_step, primal_step;
+  int line_search_trials;
+  bool restoration;
+};
+
+// Seconds of wall time, and how often each was asked for.
+struct SolveTimes {
+  double total = 0, functions = 0, jacobian = 0, hessian = 0;
+  int function_calls = 0, jacobian_calls = 0, hessian_calls = 0;
+  double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and the rest
+};
+
+struct NlpSolution {
+  SolveStatus status = SolveStatus::kSolverError;
+  int native_status = 0;  // Ipopt's ApplicationReturnStatus
+  double objective = 0;
+  std::vector<double> x;                         // (n)
+  std::vector<double> g, lambda;                 // (m): lambda > 0 pulls g down to its upper bound
+  std::vector<double> lower_price, upper_price;  // (n): >= 0, multipliers of x_lower and x_upper
+  std::vector<IterationRecord> log;              // iteration 0 is the start
+  SolveTimes times;
+
+  int iterations() const { return log.empty() ? 0 : log.back().iteration; }
+};
+
+NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start,
+                             const IpoptOptions& options = {});
+
+}  // namespace dyntape
