@@ -46,7 +46,7 @@ class NodeTable {
   std::size_t bytes() const { return slots_.capacity() * sizeof(NodeId); }
 
  private:
-  static constexpr int kNeighbours = 8;
+  static constexpr int kNeighbours = 16;
   std::vector<NodeId> slots_;  // size a power of two, at most half full
 };
 

@@ -75,10 +75,12 @@ constexpr const OpInfo& info(Op op) { return kOpInfo[static_cast<int>(op)]; }
 
 namespace ops {
 
-using std::abs, std::acos, std::acosh, std::asin, std::asinh, std::atan, std::atan2, std::atanh, std::cbrt,
-    std::ceil, std::copysign, std::cos, std::cosh, std::erf, std::erfc, std::exp, std::expm1, std::floor,
-    std::fmod, std::hypot, std::log, std::log10, std::log1p, std::pow, std::round, std::sin, std::sinh,
-    std::sqrt, std::tan, std::tanh, std::trunc;
+// What <cmath> has, and what it has under another name.
+#define OP(...)
+#define FN(name, fn, ...) using std::fn;
+#include "ops.def"
+#undef OP
+#undef FN
 
 // The names of ours, for number types; graph expressions bring their own overloads.
 template <class C, class T>
