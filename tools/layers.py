@@ -18,7 +18,7 @@ MAY_INCLUDE = {
     'interface/io': [],
     'interface/function': ['autodiff', 'dynamics', 'codegen', 'interface/io'],
     'interface/ocp': ['autodiff', 'dynamics', 'codegen', 'interface/io', 'interface/function', 'interface/solvers'],
-    'interface/solvers': ['interface/io'],
+    'interface/solvers': ['autodiff', 'interface/io'],
     'tools': ['autodiff', 'dynamics', 'codegen', 'interface'],
     'tests': ['autodiff', 'dynamics', 'codegen', 'interface', 'tools'],
 }
