@@ -101,6 +101,30 @@ TEST(Urdf, LocksJointsAtZero) {
   EXPECT_THROW(load_urdf_text(branched(), "t.urdf", {.lock = {"mm"}}), ArgumentError);
 }
 
+TEST(Urdf, TurnsTheInertialFrame) {
+  const auto read = [](const std::string& rpy, double snap) {
+    const std::string text = "<robot name='r'><link name='a'><inertial><origin xyz='1 2 3' rpy='" + rpy +
+                             "'/><mass value='2'/><inertia ixx='1' ixy='.1' ixz='.2' iyy='1.5' iyz='.3' "
+                             "izz='2'/></inertial></link></robot>";
+    return read_urdf_text(text, "t.urdf", {.base = Base::kFloating, .snap = snap});
+  };
+  Matrix3d I;
+  I << 1, .1, .2, .1, 1.5, .3, .2, .3, 2;
+  const Matrix3d R = (Eigen::AngleAxisd(0.3, Vector3d::UnitZ()) * Eigen::AngleAxisd(-0.2, Vector3d::UnitY()) *
+                      Eigen::AngleAxisd(0.1, Vector3d::UnitX()))
+                         .toRotationMatrix();
+  const Inertia<double> turned = read("0.1 -0.2 0.3", 1e-8).model.inertias[0];
+  EXPECT_LT((turned.I_c - R * I * R.transpose()).norm(), 1e-15);
+  EXPECT_EQ(turned.com, Vector3d(1, 2, 3));
+  // About x by a right angle: y becomes z, z becomes -y.
+  Matrix3d quarter;
+  quarter << 1, -.2, .1, -.2, 2, -.3, .1, -.3, 1.5;
+  const UrdfRobot snapped = read("1.57079632679 0 0", 1e-8);
+  EXPECT_EQ(snapped.model.inertias[0].I_c, quarter);
+  EXPECT_TRUE(has_note(snapped, "link \"a\" has a rotation snapped"));
+  EXPECT_NE(read("1.57079632679 0 0", 0).model.inertias[0].I_c, quarter);
+}
+
 TEST(Urdf, RootAtAnotherLink) {
   const Model<double> model = load_urdf_text(branched(), "t.urdf", {.root = "lz"});
   EXPECT_EQ(joint_names(model), (std::vector<std::string>{"z", "m"}));
