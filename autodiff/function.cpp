@@ -144,19 +144,26 @@ void check(const Function& function) {
   const auto fail = [&](const std::string& what) {
     throw RecordingError("function \"" + function.name + "\": " + what);
   };
+  const auto demand = [&](bool holds, NodeId id, const char* what) {
+    if (!holds)
+      fail("node " + std::to_string(id) + " (" + std::string(info(graph[id].op).name) + ") " + what);
+  };
   for (NodeId id = 0; id < graph.size(); ++id) {
     const Node& node = graph[id];
-    graph.for_each_argument(id, [&](NodeId a) {
-      if (a >= id)
-        fail("node " + std::to_string(id) + " (" + std::string(info(node.op).name) + ") uses node " +
-             std::to_string(a) + ", which does not precede it");
-    });
-    if (node.op == Op::Input && (node.a >= kBlocks || node.b >= function.inputs[node.a])) {
-      fail("node " + std::to_string(id) + " reads an input that is not declared");
+    if (node.op == Op::Const) {
+      demand(node.a < graph.constants().size(), id, "has no value");
+    } else if (node.op == Op::Input) {
+      demand(node.a < kBlocks && node.b < function.inputs[node.a], id, "reads an input that is not declared");
+    } else if (node.op == Op::Call) {
+      demand(node.a < graph.callees().size() &&
+                 node.b + graph.callees()[node.a]->n_in <= graph.call_arguments().size(),
+             id, "calls what does not exist");
     }
-    if (node.op == Op::Result &&
-        (graph[node.a].op != Op::Call || node.b >= graph.callees()[graph[node.a].a]->n_out)) {
-      fail("node " + std::to_string(id) + " is not the result of a call");
+    graph.for_each_argument(id,
+                            [&](NodeId a) { demand(a < id, id, "uses a node that does not precede it"); });
+    if (node.op == Op::Result) {
+      demand(graph[node.a].op == Op::Call && node.b < graph.callees()[graph[node.a].a]->n_out, id,
+             "is not the result of a call");
     }
   }
   for (NodeId root : roots_of(function)) {

@@ -52,7 +52,10 @@ void check(const Function& function);
 
 // 128-bit hash, 32 hexadecimal digits, of what the function computes: its live operations in canonical order,
 // constants bit for bit, sizes, guards and callees.  Names are labels and do not enter.
-std::string content_hash(const Function& function);
+//
+// With `derivatives` > 0 it also covers what that many derivations will find: the derivatives that kernels
+// written by hand give (callee.h), which do not follow from the function.
+std::string content_hash(const Function& function, int derivatives = 0);
 
 // The function with some inputs of a block replaced by constants (partial evaluation, simplified again).
 struct Binding {

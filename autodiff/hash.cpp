@@ -43,15 +43,29 @@ class Hasher {
 
 }  // namespace
 
-std::string content_hash(const Function& function) {
+namespace {
+
+void add_callee(Hasher& hasher, const std::shared_ptr<const Callee>& callee, int derivatives) {
+  hasher.add(callee->n_in);
+  hasher.add(callee->n_out);
+  if (callee->recorded) {  // its derivatives follow from it, but for kernels inside
+    hasher.add(content_hash(*callee->recorded, derivatives));
+    return;
+  }
+  hasher.add(callee->name);
+  hasher.add(callee->c_body);
+  if (derivatives == 0) return;
+  if (callee->jvp) add_callee(hasher, jvp_callee(callee), derivatives - 1);
+  if (callee->vjp) add_callee(hasher, vjp_callee(callee), derivatives - 1);
+}
+
+}  // namespace
+
+std::string content_hash(const Function& function, int derivatives) {
   const Function live = compact(function);
   Hasher hasher;
   for (std::size_t n : live.inputs) hasher.add(n);
-  for (const auto& callee : live.graph.callees()) {
-    hasher.add(callee->recorded ? content_hash(*callee->recorded) : callee->name + "\n" + callee->c_body);
-    hasher.add(callee->n_in);
-    hasher.add(callee->n_out);
-  }
+  for (const auto& callee : live.graph.callees()) add_callee(hasher, callee, derivatives);
   for (NodeId id = 0; id < live.graph.size(); ++id) {
     const Node& node = live.graph[id];
     // Operators enter by name, so that a new row in the table does not change old hashes.

@@ -86,13 +86,15 @@ std::string Interpreter::first_not_finite(const Workspace& workspace) const {
       text << " = " << workspace.values_[id];
       return text.str();
     }
+    if (node.op == Op::Result) text << ": " << graph.callees()[graph[node.a].a]->name;
     text << ": of (";
-    bool finite = true;
-    for (int i = 0; i < info(node.op).arity; ++i) {
-      const double argument = workspace.values_[node.argument(i)];
+    bool finite = true, first = true;
+    graph.for_each_argument(node.op == Op::Result ? node.a : id, [&](NodeId a) {
+      const double argument = workspace.values_[a];
       finite = finite && std::isfinite(argument);
-      text << (i ? ", " : "") << argument;
-    }
+      text << (first ? "" : ", ") << argument;
+      first = false;
+    });
     text << ") = " << workspace.values_[id];
     if (finite) return text.str();
   }
@@ -107,17 +109,21 @@ std::string describe_guard(const Function& function, std::uint32_t status) {
          " now; record again at a point of this branch, or use select(condition, a, b)";
 }
 
-std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
-                             const std::vector<double>& p, const std::vector<double>& w) {
-  const std::vector<double>* given[] = {&x, &p, &w};
+void detail::check_sizes(const Function& function, std::size_t x, std::size_t p, std::size_t w) {
+  const std::size_t given[] = {x, p, w};
   const char* const blocks[] = {"x", "p", "w"};
   for (int b = 0; b < kBlocks; ++b) {
-    if (given[b]->size() != function.inputs[b]) {
-      throw ArgumentError(std::string("evaluate: ") + blocks[b] + " has " + std::to_string(given[b]->size()) +
+    if (given[b] != function.inputs[b]) {
+      throw ArgumentError(std::string("evaluate: ") + blocks[b] + " has " + std::to_string(given[b]) +
                           " entries, function \"" + function.name + "\" expects " +
                           std::to_string(function.inputs[b]));
     }
   }
+}
+
+std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
+                             const std::vector<double>& p, const std::vector<double>& w) {
+  detail::check_sizes(function, x.size(), p.size(), w.size());
   const Interpreter run(function);
   Interpreter::Workspace workspace(run);
   std::vector<double> y(function.n_y());

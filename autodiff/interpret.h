@@ -36,7 +36,8 @@ class Interpreter {
     std::vector<double> values_, call_;
   };
 
-  // x (n_x), p (n_p), w (n_w) -> y (n_y).  Unused blocks may be null.  Thread-safe on separate workspaces.
+  // x (n_x), p (n_p), w (n_w) -> y (n_y).  Unused blocks may be null; y may be x.  Thread-safe on separate
+  // workspaces.
   std::uint32_t operator()(const double* x, const double* p, const double* w, double* y,
                            Workspace& workspace) const;
 
@@ -61,6 +62,10 @@ std::string describe_guard(const Function& function, std::uint32_t status);
 
 // Evaluates a callee on numbers.
 void evaluate(const Callee& callee, const double* in, double* out);
+
+namespace detail {
+void check_sizes(const Function& function, std::size_t x, std::size_t p, std::size_t w);
+}
 
 // The same tape in the float type T.  Kernels, which exist in double only, throw ArgumentError; guards are
 // not checked.

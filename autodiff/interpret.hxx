@@ -8,6 +8,7 @@ namespace dyntape {
 template <class T>
 std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, const std::vector<T>& p,
                            const std::vector<T>& w) {
+  detail::check_sizes(function, x.size(), p.size(), w.size());
   const Graph& graph = function.graph;
   const std::vector<T>* blocks[] = {&x, &p, &w};
   std::vector<T> value(graph.size());
@@ -19,7 +20,7 @@ std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, co
         value[id] = T(graph.constants()[node.a]);
         break;
       case Op::Input:
-        value[id] = blocks[node.a]->at(node.b);
+        value[id] = (*blocks[node.a])[node.b];
         break;
       case Op::Call: {
         const Callee& callee = *graph.callees()[node.a];

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/sparsity.h>
 #include <dyntape/autodiff/sweep.h>
 
@@ -115,12 +116,16 @@ struct Plan {
   std::vector<std::pair<BlockOfEntries, Direction>> parts;
 };
 
+using Callees = std::vector<std::shared_ptr<const Callee>>;
+
+// `met` keeps the derivatives of callees that a trial has made, for the next one.
 std::size_t cost(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
-                 const Plan& plan) {
+                 const Plan& plan, Callees& met) {
   Graph trial = graph;
   Sweep sweep(trial);
   Builder builder(trial, outputs, pattern);
   for (const auto& [block, direction] : plan.parts) builder.sweep(block, direction, sweep);
+  met.insert(met.end(), trial.callees().begin(), trial.callees().end());
   return added_operations(trial, builder.nodes(), static_cast<NodeId>(graph.size()));
 }
 
@@ -149,7 +154,7 @@ Plan long_rows_apart(const Pattern& pattern, const BlockOfEntries& block) {
 }
 
 Plan cheapest(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
-              const BlockOfEntries& block, bool may_try) {
+              const BlockOfEntries& block, bool may_try, Callees& met) {
   Plan best{{{block, shorter_side(block)}}};
   if (!may_try || block.rows == 1 || block.cols == 1) return best;
   std::vector<Plan> candidates;
@@ -164,7 +169,7 @@ Plan cheapest(const Graph& graph, const std::vector<NodeId>& outputs, const Patt
   }
   std::size_t least = SIZE_MAX;
   for (Plan& candidate : candidates) {
-    const std::size_t c = candidates.size() == 1 ? 0 : cost(graph, outputs, pattern, candidate);
+    const std::size_t c = candidates.size() == 1 ? 0 : cost(graph, outputs, pattern, candidate, met);
     if (c < least) least = c, best = std::move(candidate);
   }
   return best;
@@ -179,8 +184,9 @@ std::vector<NodeId> append_jacobian(Function& function, Pattern& pattern) {
   const std::vector<BlockOfEntries> blocks = components(pattern, all);
   const std::vector<NodeId> outputs = function.outputs;
   std::vector<Plan> plans;
+  Callees met;
   for (const BlockOfEntries& block : blocks) {
-    plans.push_back(cheapest(function.graph, outputs, pattern, block, blocks.size() <= kMostTrials));
+    plans.push_back(cheapest(function.graph, outputs, pattern, block, blocks.size() <= kMostTrials, met));
   }
   Sweep sweep(function.graph);
   Builder builder(function.graph, outputs, pattern);

@@ -3,6 +3,8 @@
 
 #include <atomic>
 #include <ostream>
+#include <random>
+#include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/interpret.h>
@@ -17,10 +19,17 @@ struct Recording {
   RecordOptions::Branches branches;
   Graph graph;
   std::vector<Guard> guards;
+  std::unordered_set<NodeId> guarded;  // their conditions
 };
 
-thread_local Recording* current = nullptr;
-std::atomic<std::uint32_t> next_serial{1};
+constinit thread_local Recording* current = nullptr;
+
+// Serial numbers begin at random, so that two copies of this library in one process do not take each other's
+// values for their own.
+std::uint32_t next_serial() {
+  static std::atomic<std::uint32_t> next{std::random_device{}()};
+  return next++;
+}
 
 // Makes a recording the current one for as long as it lives: it closes however the scope is left.
 class Scope {
@@ -113,10 +122,7 @@ Condition::operator bool() const {
     throw RecordingError(std::string(file_) + ":" + std::to_string(line_) + ": \"" + r.name +
                          "\" branches on a recorded value; use select(condition, a, b)");
   }
-  for (const Guard& guard : r.guards) {
-    if (guard.condition == truth_.id()) return taken;  // decided before
-  }
-  r.guards.push_back({truth_.id(), taken, file_, line_});
+  if (r.guarded.insert(truth_.id()).second) r.guards.push_back({truth_.id(), taken, file_, line_});
   return taken;
 }
 
@@ -135,7 +141,7 @@ Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
   check_names(options.parameter_names, n_p, "parameters");
 
   Recording recording{
-      name, std::string(file) + ":" + std::to_string(line), next_serial++, options.branches, {}, {}};
+      name, std::string(file) + ":" + std::to_string(line), next_serial(), options.branches, {}, {}, {}};
   const std::vector<double> x0 = recording_point(options.variables, n_x, "variables", 1);
   const std::vector<double> p0 = recording_point(options.parameters, n_p, "parameters", 1.5);
   const auto make_inputs = [&](Block block, const std::vector<double>& values) {

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <iosfwd>
+#include <type_traits>
 
 #include <dyntape/autodiff/graph.h>
 
@@ -103,9 +104,10 @@ struct Located {
   int line;
   Located(const AD& v, const char* f = __builtin_FILE(), int l = __builtin_LINE())
       : value(v), file(f), line(l) {}
-  Located(double v, const char* f = __builtin_FILE(), int l = __builtin_LINE())
-      : value(v), file(f), line(l) {}
-  Located(int v, const char* f = __builtin_FILE(), int l = __builtin_LINE()) : value(v), file(f), line(l) {}
+  template <class Number>
+  requires std::is_arithmetic_v<Number> Located(Number v, const char* f = __builtin_FILE(),
+                                                int l = __builtin_LINE())
+      : value(static_cast<double>(v)), file(f), line(l) {}
 };
 
 inline Condition operator<(const Located& a, const Located& b) {
@@ -142,6 +144,16 @@ inline Condition operator&&(const Condition& a, const Condition& b) {
 inline Condition operator||(const Condition& a, const Condition& b) {
   return {select(a.truth(), AD(1), b.truth()), a.file(), a.line()};
 }
+
+// With a plain bool: without these, `flag && x < y` would turn x < y into a bool and record a guard.
+inline Condition operator&&(const Condition& a, bool b) {
+  return {b ? a.truth() : AD(0), a.file(), a.line()};
+}
+inline Condition operator&&(bool a, const Condition& b) { return b && a; }
+inline Condition operator||(const Condition& a, bool b) {
+  return {b ? AD(1) : a.truth(), a.file(), a.line()};
+}
+inline Condition operator||(bool a, const Condition& b) { return b || a; }
 
 // As in C: the other argument where one is a NaN.
 inline AD fmin(const AD& a, const AD& b) { return select(a == a, select(b == b, min(a, b), a), b); }
