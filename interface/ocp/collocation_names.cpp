@@ -12,6 +12,7 @@ namespace dyntape {
 namespace {
 
 std::string number(double value) {
+  if (std::isnan(value)) return "nan";  // whatever its sign
   char text[32];
   std::snprintf(text, sizeof text, "%.6g", value);
   return text;

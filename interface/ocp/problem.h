@@ -9,7 +9,7 @@
 //   p.add(running_squares("effort", [](const auto& s) { return s.u; }));         // int u^2 dt
 //   p.start << 0, 0;
 //   p.goal << 1, 0;
-//   Solution s = solve(p, {.scheme = hermite_simpson(), .intervals = 10});       // optimise.h
+//   Solution s = optimise(p, {.mesh = {.intervals = 10}});                       // optimise.h
 //
 // Everything that is minimised or constrained is a Term of one list: where it acts, its role, and a function
 // of the stage (stage.h).  Adding a cost of one's own is adding a lambda.

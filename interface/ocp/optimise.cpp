@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/ocp/optimise.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+[[noreturn]] void report(const Problem& problem, const DerivativeCheck& check) {
+  std::string message = "problem \"" + problem.name + "\": the derivatives are not those of the functions:";
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, check.mismatches.size()); ++k) {
+    const DerivativeMismatch& m = check.mismatches[k];
+    char numbers[96];
+    std::snprintf(numbers, sizeof numbers, " is %.9g, differences give %.9g", m.given, m.difference);
+    message += (k == 0 ? " " : "; ") + m.row + " by " + m.variable + numbers;
+  }
+  throw NumericalError(message);
+}
+
+}  // namespace
+
+Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
+  Solution solution;
+  auto begin = std::chrono::steady_clock::now();
+  nlp.check_finite(start);
+  if (options.check_derivatives) {
+    // A Gauss-Newton Hessian is not that of the Lagrangian, by intention.
+    solution.derivatives =
+        check_derivatives(nlp, start, {.second_order = options.mesh.hessian == HessianKind::kExact});
+    if (!solution.derivatives.good()) report(nlp.problem(), solution.derivatives);
+  }
+  solution.check_seconds = seconds_since(begin);
+  IpoptOptions solver = options.solver;
+  solver.limited_memory = solver.limited_memory || options.mesh.hessian == HessianKind::kLimitedMemory;
+  solution.nlp = solve_with_ipopt(nlp, start, solver);
+  begin = std::chrono::steady_clock::now();
+  solution.motion = nlp.trajectory(solution.nlp.x);
+  solution.kkt = kkt_residuals(nlp, solution.nlp);
+  if (options.verify) solution.verification = verify(nlp.problem(), solution.motion);
+  solution.verify_seconds = seconds_since(begin);
+  return solution;
+}
+
+Solution optimise(const Problem& problem, const OptimiseOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  Collocation nlp(problem, options.mesh);
+  const double build_seconds = seconds_since(begin);
+  Solution solution = optimise(nlp, nlp.start(), options);
+  solution.build_seconds = build_seconds;
+  return solution;
+}
+
+}  // namespace dyntape

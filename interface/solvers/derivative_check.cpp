@@ -1,0 +1,227 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/solvers/derivative_check.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+using Vector = std::vector<double>;
+
+constexpr double kStep = 1e-3;
+
+// y = f(x); throws where that is not finite.
+using VectorFunction = std::function<void(const Vector& x, Vector& y)>;
+
+// Fourth-order directional difference of f at x, all components.
+Vector difference(const VectorFunction& f, const Vector& x, const Vector& direction, std::size_t size) {
+  constexpr double kNodes[] = {1, -1, 2, -2}, kWeights[] = {8. / 12, -8. / 12, -1. / 12, 1. / 12};
+  Vector moved(x.size()), y(size), result(size, 0.0);
+  for (int k = 0; k < 4; ++k) {
+    for (std::size_t i = 0; i < x.size(); ++i) moved[i] = x[i] + kNodes[k] * direction[i];
+    f(moved, y);
+    for (std::size_t i = 0; i < size; ++i) result[i] += kWeights[k] * y[i];
+  }
+  return result;
+}
+
+double step_of(double x) { return kStep * std::max(1.0, std::abs(x)); }
+
+Pattern full_symmetric(const Pattern& lower) {
+  std::vector<std::vector<std::uint32_t>> rows(lower.rows);
+  for (std::size_t k = 0; k < lower.nnz(); ++k) {
+    rows[lower.row[k]].push_back(lower.col[k]);
+    if (lower.row[k] != lower.col[k]) rows[lower.col[k]].push_back(lower.row[k]);
+  }
+  for (auto& row : rows) std::sort(row.begin(), row.end());
+  return pattern_from_rows(rows, lower.cols);
+}
+
+class Checker {
+ public:
+  Checker(Nlp& problem, const Vector& near, const DerivativeCheckOptions& options)
+      : nlp_(problem), shape_(problem.shape()), options_(options), random_(options.seed), x_(near) {
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      const double moved = x_[i] + options.perturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
+      const bool fixed = shape_.x_lower[i] == shape_.x_upper[i];
+      // Functions need not be defined outside the bounds; differences then reach a little beyond.
+      x_[i] = fixed ? moved : std::clamp(moved, shape_.x_lower[i], shape_.x_upper[i]);
+    }
+  }
+
+  DerivativeCheck run() {
+    check_constraints();
+    check_objective();
+    if (options_.second_order) check_hessian();
+    return std::move(result_);
+  }
+
+ private:
+  [[noreturn]] void not_finite(const std::string& what) const {
+    throw NumericalError("derivative check: the " + what +
+                         " is not finite near the start; choose another start or switch the check off");
+  }
+
+  void compare(double given, double found, double& worst, const std::function<std::string()>& row,
+               const std::function<std::string()>& variable) {
+    const double error = std::abs(given - found) / std::max({1.0, std::abs(given), std::abs(found)});
+    worst = std::max(worst, error);
+    const bool bad = !(error <= options_.tolerance);
+    if (bad && result_.mismatches.size() < options_.most_mismatches) {
+      result_.mismatches.push_back({row(), variable(), given, found});
+    }
+  }
+
+  // Compares the columns of a matrix, given by pattern and values, with differences of f, color by color.
+  void compare_columns(const Pattern& pattern, const Vector& given, const VectorFunction& f, double& worst,
+                       const std::function<std::string(std::size_t)>& row_name) {
+    const std::vector<std::size_t> color = color_columns(pattern);
+    const std::size_t colors = color.empty() ? 0 : 1 + *std::max_element(color.begin(), color.end());
+    constexpr std::size_t kNone = ~std::size_t{0};
+    for (std::size_t c = 0; c < colors; ++c) {
+      Vector direction(x_.size(), 0.0), expected(pattern.rows, 0.0);
+      std::vector<std::size_t> column(pattern.rows, kNone);
+      for (std::size_t j = 0; j < color.size(); ++j) {
+        if (color[j] == c) direction[j] = step_of(x_[j]);
+      }
+      for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+        if (color[pattern.col[k]] != c) continue;
+        expected[pattern.row[k]] = given[k];
+        column[pattern.row[k]] = pattern.col[k];
+      }
+      const Vector found = difference(f, x_, direction, pattern.rows);
+      for (std::size_t i = 0; i < pattern.rows; ++i) {
+        const double step = column[i] == kNone ? kStep : direction[column[i]];
+        compare(
+            expected[i], found[i] / step, worst, [&] { return row_name(i); },
+            [&] {
+              return column[i] == kNone ? std::string("a variable outside the pattern")
+                                        : nlp_.variable_name(column[i]);
+            });
+      }
+    }
+  }
+
+  void check_constraints() {
+    Vector values(shape_.jacobian.nnz());
+    if (!nlp_.jacobian(x_.data(), values.data())) not_finite("Jacobian");
+    const VectorFunction g = [&](const Vector& x, Vector& y) {
+      if (!nlp_.constraints(x.data(), y.data())) not_finite("vector of constraints");
+    };
+    compare_columns(shape_.jacobian, values, g, result_.worst_first,
+                    [&](std::size_t i) { return nlp_.constraint_name(i); });
+  }
+
+  // The gradient has one dense row: variables are moved in groups with random signs, and one by one only in a
+  // group that fails.
+  void check_objective() {
+    const std::size_t n = x_.size();
+    Vector gradient(n);
+    if (!nlp_.gradient(x_.data(), gradient.data())) not_finite("gradient");
+    const VectorFunction f = [&](const Vector& x, Vector& y) {
+      if (!nlp_.objective(x.data(), y[0])) not_finite("objective");
+    };
+    const std::size_t groups = std::min<std::size_t>(n, 16);
+    std::bernoulli_distribution coin;
+    for (std::size_t c = 0; c < groups; ++c) {
+      Vector direction(n, 0.0);
+      double expected = 0, size = 0;
+      for (std::size_t j = c; j < n; j += groups) {
+        direction[j] = coin(random_) ? step_of(x_[j]) : -step_of(x_[j]);
+        expected += gradient[j] * direction[j] / kStep;
+        size += std::abs(gradient[j] * direction[j] / kStep);
+      }
+      const double found = difference(f, x_, direction, 1)[0] / kStep;
+      if (std::abs(expected - found) <= options_.tolerance * std::max(1e-3, size)) continue;
+      for (std::size_t j = c; j < n; j += groups) {
+        Vector single(n, 0.0);
+        single[j] = step_of(x_[j]);
+        compare(
+            gradient[j], difference(f, x_, single, 1)[0] / single[j], result_.worst_first,
+            [] { return std::string("objective"); }, [&] { return nlp_.variable_name(j); });
+      }
+    }
+  }
+
+  void check_hessian() {
+    std::normal_distribution<double> normal;
+    const double sigma = 1 + std::abs(normal(random_));
+    Vector lambda(shape_.m()), values(shape_.hessian.nnz());
+    for (double& l : lambda) l = normal(random_);
+    if (!nlp_.hessian(x_.data(), sigma, lambda.data(), values.data())) not_finite("Hessian");
+    Vector jacobian(shape_.jacobian.nnz());
+    const VectorFunction lagrangian_gradient = [&](const Vector& x, Vector& y) {
+      if (!nlp_.gradient(x.data(), y.data()) || !nlp_.jacobian(x.data(), jacobian.data())) {
+        not_finite("gradient");
+      }
+      for (double& v : y) v *= sigma;
+      for (std::size_t k = 0; k < jacobian.size(); ++k) {
+        y[shape_.jacobian.col[k]] += lambda[shape_.jacobian.row[k]] * jacobian[k];
+      }
+    };
+    const Pattern full = full_symmetric(shape_.hessian);
+    Vector full_values(full.nnz());
+    std::size_t e = 0;
+    for (std::size_t k = 0; k < full.nnz(); ++k) {
+      const std::uint32_t row = std::max(full.row[k], full.col[k]), col = std::min(full.row[k], full.col[k]);
+      e = find(shape_.hessian, row, col, e);
+      full_values[k] = values[e];
+    }
+    compare_columns(full, full_values, lagrangian_gradient, result_.worst_second, [&](std::size_t i) {
+      return "derivative of the Lagrangian by " + nlp_.variable_name(i);
+    });
+  }
+
+  // Index of a place; `hint` is where the last one was, which is mostly near.
+  static std::size_t find(const Pattern& pattern, std::uint32_t row, std::uint32_t col, std::size_t hint) {
+    for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+      const std::size_t up = hint + k, down = hint - k;
+      if (up < pattern.nnz() && pattern.row[up] == row && pattern.col[up] == col) return up;
+      if (k <= hint && pattern.row[down] == row && pattern.col[down] == col) return down;
+    }
+    return 0;
+  }
+
+  Nlp& nlp_;
+  const NlpShape& shape_;
+  DerivativeCheckOptions options_;
+  std::mt19937_64 random_;
+  Vector x_;
+  DerivativeCheck result_;
+};
+
+}  // namespace
+
+std::vector<std::size_t> color_columns(const Pattern& pattern) {
+  std::vector<std::vector<std::size_t>> rows_of_column(pattern.cols), columns_of_row(pattern.rows);
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    rows_of_column[pattern.col[k]].push_back(pattern.row[k]);
+    columns_of_row[pattern.row[k]].push_back(pattern.col[k]);
+  }
+  constexpr std::size_t kNone = ~std::size_t{0};
+  std::vector<std::size_t> color(pattern.cols, kNone), taken_by(pattern.cols + 1, kNone);
+  for (std::size_t j = 0; j < pattern.cols; ++j) {
+    for (std::size_t row : rows_of_column[j]) {
+      for (std::size_t other : columns_of_row[row]) {
+        if (color[other] != kNone) taken_by[color[other]] = j;
+      }
+    }
+    color[j] = 0;
+    while (taken_by[color[j]] == j) ++color[j];
+  }
+  return color;
+}
+
+DerivativeCheck check_derivatives(Nlp& problem, const std::vector<double>& near,
+                                  const DerivativeCheckOptions& options) {
+  return Checker(problem, near, options).run();
+}
+
+}  // namespace dyntape

@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Are the derivatives of a program those of its functions?
+//
+//   const DerivativeCheck check = check_derivatives(nlp, start);
+//   for (const DerivativeMismatch& m : check.mismatches) std::cerr << m.row << " by " << m.variable << ...;
+//
+// The derivatives are compared with fourth-order central differences (error h^4, h = 1e-3 relative) at a
+// random point near the given one: gradient and Jacobian with differences of the values, the Hessian with
+// differences of the gradient of sigma f + lambda . g for random multipliers.  Columns that share no row are
+// moved together (greedy colouring), so the number of evaluations does not grow with the mesh.  An entry
+// outside the pattern shows as a mismatch in its row.
+//
+// Formula: f'(x) = (8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))) / 12h.
+//
+// Errors: NumericalError if the functions are not finite around the point.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/solvers/nlp.h>
+
+namespace dyntape {
+
+struct DerivativeCheckOptions {
+  unsigned seed = 1;
+  double perturbation = 0.05;  // of the point, relative to max(1, |x|)
+  double tolerance = 1e-6;     // of |given - difference| / max(1, |given|, |difference|)
+  bool second_order = true;
+  std::size_t most_mismatches = 20;  // that are named
+};
+
+struct DerivativeMismatch {
+  std::string row, variable;  // "objective", a constraint, or "gradient of the Lagrangian by ..."
+  double given, difference;
+};
+
+struct DerivativeCheck {
+  double worst_first = 0, worst_second = 0;  // relative as above
+  std::vector<DerivativeMismatch> mismatches;
+  bool good() const { return mismatches.empty(); }
+};
+
+DerivativeCheck check_derivatives(Nlp& problem, const std::vector<double>& near,
+                                  const DerivativeCheckOptions& options = {});
+
+// Numbers the columns so that two columns of one number never share a row of the pattern.
+std::vector<std::size_t> color_columns(const Pattern& pattern);
+
+}  // namespace dyntape

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/solvers/kkt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+double violation(double value, double lower, double upper) {
+  return std::max({0.0, lower - value, value - upper});
+}
+
+// price * distance, where there is a bound at all.
+double product(double price, double distance) {
+  return std::isfinite(distance) ? std::abs(price * distance) : 0;
+}
+
+bool rests(double value, double lower, double upper, double tolerance) {
+  if (lower == upper) return false;
+  const auto near = [&](double bound) {
+    return std::isfinite(bound) && std::abs(value - bound) <= tolerance * std::max(1.0, std::abs(bound));
+  };
+  return near(lower) || near(upper);
+}
+
+}  // namespace
+
+KktResiduals kkt_residuals(Nlp& problem, const NlpSolution& solution) {
+  const NlpShape& shape = problem.shape();
+  const std::size_t n = shape.n(), m = shape.m();
+  std::vector<double> residual(n), g(m), jacobian(shape.jacobian.nnz());
+  const double* x = solution.x.data();
+  if (solution.lambda.size() != m || solution.lower_price.size() != n) return {NAN, NAN, NAN};
+  if (!problem.gradient(x, residual.data()) || !problem.jacobian(x, jacobian.data()) ||
+      !problem.constraints(x, g.data())) {
+    return {NAN, NAN, NAN};
+  }
+  for (std::size_t k = 0; k < jacobian.size(); ++k) {
+    residual[shape.jacobian.col[k]] += solution.lambda[shape.jacobian.row[k]] * jacobian[k];
+  }
+  KktResiduals r;
+  for (std::size_t i = 0; i < n; ++i) {
+    r.feasibility = std::max(r.feasibility, violation(x[i], shape.x_lower[i], shape.x_upper[i]));
+    if (shape.x_lower[i] == shape.x_upper[i]) continue;
+    residual[i] += solution.upper_price[i] - solution.lower_price[i];
+    r.stationarity = std::max(r.stationarity, std::abs(residual[i]));
+    r.complementarity =
+        std::max({r.complementarity, product(solution.lower_price[i], x[i] - shape.x_lower[i]),
+                  product(solution.upper_price[i], x[i] - shape.x_upper[i])});
+  }
+  for (std::size_t j = 0; j < m; ++j) {
+    r.feasibility = std::max(r.feasibility, violation(g[j], shape.g_lower[j], shape.g_upper[j]));
+    const double bound = solution.lambda[j] > 0 ? shape.g_upper[j] : shape.g_lower[j];
+    if (shape.g_lower[j] != shape.g_upper[j]) {
+      r.complementarity = std::max(r.complementarity, product(solution.lambda[j], g[j] - bound));
+    }
+  }
+  return r;
+}
+
+ActiveBounds active_bounds(const Nlp& problem, const NlpSolution& solution, double tolerance) {
+  const NlpShape& shape = problem.shape();
+  ActiveBounds active;
+  for (std::size_t i = 0; i < shape.n(); ++i) {
+    if (rests(solution.x[i], shape.x_lower[i], shape.x_upper[i], tolerance)) active.variables.push_back(i);
+  }
+  for (std::size_t j = 0; j < solution.g.size(); ++j) {
+    if (rests(solution.g[j], shape.g_lower[j], shape.g_upper[j], tolerance)) active.rows.push_back(j);
+  }
+  return active;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Optimal control where things go wrong, or nearly: no feasible point, several optima, numbers that are none.
+#include <gtest/gtest.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocp/optimise.h>
+#include "../interface/ocp_problems.h"
+
+namespace dyntape {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+Solution swing(const Problem& problem, int intervals = 40, HessianKind hessian = HessianKind::kExact) {
+  return optimise(problem, {.mesh = {.intervals = intervals, .hessian = hessian}, .verify = false});
+}
+
+// The start that leads to the lower of the two basins.
+Problem from_start_b(double force_limit = 20) {
+  Problem p = test::swing_up(0, force_limit);
+  p.guess = [](double t) {
+    const double s = t / 2;
+    return Stage<double>{
+        t, Eigen::Vector4d(s, kPi * s - 2 * std::sin(kPi * s), 0, 0), {}, Eigen::VectorXd::Zero(1)};
+  };
+  return p;
+}
+
+TEST(CartPoleHard, TwoBasins) {
+  EXPECT_NEAR(swing(test::swing_up()).cost(), 58.8075758975, 1e-7);
+  EXPECT_NEAR(swing(from_start_b()).cost(), 57.9450220610, 1e-7);
+  EXPECT_NEAR(swing(from_start_b(), 320).cost(), 57.9447803563, 1e-7);
+}
+
+TEST(CartPoleHard, BoundedForce) {
+  EXPECT_NEAR(swing(test::swing_up(0, 12)).cost(), 59.198680, 1e-5);
+  EXPECT_NEAR(swing(test::swing_up(0, 10)).cost(), 62.264592, 1e-5);
+  EXPECT_NEAR(swing(from_start_b(12)).cost(), 57.970766, 1e-5);
+  EXPECT_NEAR(swing(from_start_b(10)).cost(), 58.853703, 1e-5);
+  EXPECT_NEAR(swing(from_start_b(8)).cost(), 63.791263, 1e-5);
+}
+
+TEST(CartPoleHard, TooLittleForceIsLocallyInfeasible) {
+  const Solution s = swing(test::swing_up(0, 6));
+  EXPECT_FALSE(s.success());
+  EXPECT_EQ(s.nlp.status, SolveStatus::kLocallyInfeasible);
+  EXPECT_NE(std::string(describe(s.nlp.status)).find("locally"), std::string::npos);
+  EXPECT_GT(s.kkt.feasibility, 1e-3);
+}
+
+TEST(BlockMoveHard, ProvablyInfeasibleAndBoundedForce) {
+  Problem p = test::block_move();
+  p.u.lower[0] = -3;
+  p.u.upper[0] = 3;
+  EXPECT_EQ(swing(p).nlp.status, SolveStatus::kLocallyInfeasible);
+  p.u.lower[0] = -5;
+  p.u.upper[0] = 5;
+  const Solution s = swing(p);
+  EXPECT_TRUE(s.success());
+  EXPECT_NEAR(s.cost(), 12.090054, 1e-6);
+}
+
+// Published for Ipopt 3.14: 12 iterations exact, 38 by L-BFGS, 242 by Gauss-Newton, which ignores the
+// curvature of the dynamics and at weight 0 sees nothing but u^2.
+TEST(CartPoleHard, WhatTheHessianIsWorth) {
+  const Solution exact = swing(test::swing_up());
+  const Solution memory = swing(test::swing_up(), 40, HessianKind::kLimitedMemory);
+  const Solution newton = swing(test::swing_up(), 40, HessianKind::kGaussNewton);
+  for (const Solution* s : {&exact, &memory, &newton}) EXPECT_NEAR(s->cost(), 58.807576, 2e-5);
+  EXPECT_LE(exact.nlp.iterations(), 16);
+  EXPECT_GE(memory.nlp.iterations(), 30);
+  EXPECT_LE(memory.nlp.iterations(), 50);
+  EXPECT_GT(newton.nlp.iterations(), 150);
+  std::printf("iterations: exact %d, limited memory %d, Gauss-Newton %d (%s)\n", exact.nlp.iterations(),
+              memory.nlp.iterations(), newton.nlp.iterations(), to_string(newton.nlp.status));
+}
+
+TEST(CartPoleHard, TrackingCosts) {
+  const std::pair<double, double> known[] = {{1, 96.327367}, {10, 407.539048}};
+  for (const auto& [weight, cost] : known) {
+    const Solution s = swing(test::swing_up(weight));
+    EXPECT_TRUE(s.success());
+    EXPECT_NEAR(s.cost(), cost, 1e-5);
+  }
+}
+
+// A function without a value at the start: who, where, which operation, before the solver sees anything.
+TEST(NotFinite, AtTheStartIsNamed) {
+  Problem p = test::block_move();
+  p.add(running_cost("barrier", [](const auto& s) {
+    using std::log;
+    return -log(s.x[0] - 0.5);
+  }));
+  try {
+    optimise(p, {.mesh = {.intervals = 4}});
+    FAIL() << "nothing thrown";
+  } catch (const NumericalError& e) {
+    const std::string message = e.what();
+    for (const char* part : {"block move", "\"cost\"", "point 0 (t = 0 s)", "is nan", "Log"}) {
+      EXPECT_NE(message.find(part), std::string::npos) << part << " is not in: " << message;
+    }
+  }
+}
+
+TEST(NotFinite, DerivativeAtTheStartIsNamed) {
+  Problem p = test::block_move();
+  p.add(running_cost("root", [](const auto& s) {
+    using std::sqrt;
+    return sqrt(s.x[1]);  // 0 at rest, with an infinite slope
+  }));
+  p.guess = straight_line(p);
+  try {
+    optimise(p, {.mesh = {.intervals = 4}});
+    FAIL() << "nothing thrown";
+  } catch (const NumericalError& e) {
+    const std::string message = e.what();
+    for (const char* part : {"derivative of \"cost\" by \"v\"", "point 0 (t = 0 s)", "\"v\" is 0"}) {
+      EXPECT_NE(message.find(part), std::string::npos) << part << " is not in: " << message;
+    }
+  }
+}
+
+// Functions that lose their value on the way shorten the step: x - log x from 50, whose full Newton step
+// leaves the domain.
+TEST(NotFinite, InsideTheLineSearchShortensTheStep) {
+  Problem p("barrier", {"x"}, {"u"}, 1.0, [](const auto& s) { return s.u; });
+  p.add(running_squares("rest", [](const auto& s) { return s.u; }));
+  p.add(terminal_cost("barrier", [](const auto& s) {
+    using std::log;
+    return s.x[0] - log(s.x[0]);
+  }));
+  p.guess = [](double t) {
+    return Stage<double>{t, Eigen::VectorXd::Constant(1, 50), {}, Eigen::VectorXd::Zero(1)};
+  };
+  const Solution s = optimise(p, {.mesh = {.intervals = 2}});
+  EXPECT_TRUE(s.success());
+  EXPECT_NEAR(s.motion.x(0, 0), 1, 1e-7);
+  EXPECT_NEAR(s.cost(), 1, 1e-9);
+}
+
+TEST(Options, OfIpoptPassAndAreChecked) {
+  const auto message = [](const IpoptOptions& options) {
+    Collocation nlp(test::block_move(), {.intervals = 2});
+    try {
+      solve_with_ipopt(nlp, nlp.start(), options);
+    } catch (const ArgumentError& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  EXPECT_NE(message({.extra = {{"no_such_option", "1"}}}).find("no_such_option"), std::string::npos);
+  EXPECT_NE(message({.extra = {{"mu_strategy", "sometimes"}}}).find("sometimes"), std::string::npos);
+  EXPECT_EQ(message({.extra = {{"mu_strategy", "adaptive"}}}), "nothing thrown");
+  Collocation nlp(test::swing_up(), {.intervals = 40});
+  const NlpSolution cut = solve_with_ipopt(nlp, nlp.start(), {.max_iterations = 3});
+  EXPECT_EQ(cut.status, SolveStatus::kIterationLimit);
+  EXPECT_EQ(cut.log.size(), 4u);
+}
+
+}  // namespace
+}  // namespace dyntape

@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The program that collocation makes: derivatives, patterns, names, and what it allocates.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <new>
+#include <random>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocp/optimise.h>
+#include "ocp_problems.h"
+
+namespace {
+std::atomic<long> allocations{0};
+}
+
+// Every allocation of C++ in this program is counted.  Out of line, or gcc sees malloc's memory deleted.
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* p = std::malloc(size == 0 ? 1 : size)) return p;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
+[[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+
+namespace dyntape {
+namespace {
+
+// The cart-pole with a term of every kind.
+Problem with_every_kind_of_term() {
+  Problem p = test::swing_up(1.0);
+  p.add(running_cost("timed", [](const auto& s) { return s.t * s.x[0] * s.u[0]; }));
+  p.add(path_inequality(
+      "power", [](const auto& s) { return s.u[0] * s.x[2]; }, Eigen::VectorXd::Constant(1, -40.),
+      Eigen::VectorXd::Constant(1, 40.)));
+  p.add(path_equality("zero", [](const auto& s) { return (s.x[0] - s.x[0] * s.x[0]) * (s.x[1] - s.t); }));
+  p.add(terminal_cost("end", [](const auto& s) {
+    using std::cos;
+    return cos(s.x[1]) * s.x[3] + s.u[0] * s.u[0] * s.x[0];
+  }));
+  p.add(terminal_inequality(
+      "tip", [](const auto& s) { return vector(s.x[0] * s.x[1], s.u[0] + s.x[2] * s.x[2]); },
+      Eigen::Vector2d(-9, -9), Eigen::Vector2d(9, 9)));
+  p.add(terminal_squares("rest", [](const auto& s) { return s.x.tail(2).eval(); }));
+  return p;
+}
+
+// The block with its acceleration as a variable: x' = (v, a), u - m a = 0 with m = 2, a bound in every group.
+Problem inverse_form() {
+  Problem p("inverse block", {"p", "v"}, {"u"}, 1.0, [](const auto& s) { return vector(s.x[1], s.a[0]); });
+  p.use_accelerations(
+      {"a"}, [](const auto& s) { return s.u[0] - 2.0 * s.a[0]; },
+      [](const auto& s) {
+        return vector(s.x[1], typename std::decay_t<decltype(s.x)>::Scalar(s.u[0] / 2.0));
+      });
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.start << 0, 0;
+  p.goal << 1, 0;
+  return p;
+}
+
+std::vector<double> random_point(const Collocation& nlp, unsigned seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  std::vector<double> x = nlp.start();
+  for (double& v : x) v += 0.3 * normal(random);
+  return x;
+}
+
+class EveryScheme : public ::testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(Collocation, EveryScheme, ::testing::Values("euler", "trapezoid", "hermite-simpson"),
+                         [](const auto& info) {
+                           return info.param == "hermite-simpson" ? std::string("hermite_simpson")
+                                                                  : info.param;
+                         });
+
+TEST_P(EveryScheme, DerivativesAreThoseOfTheFunctions) {
+  for (const Problem& problem : {with_every_kind_of_term(), inverse_form()}) {
+    Collocation nlp(problem,
+                    {.scheme = scheme_by_name(GetParam()),
+                     .nodes = {0, 0.3 * problem.duration, 0.4 * problem.duration, problem.duration}});
+    for (unsigned seed = 1; seed <= 3; ++seed) {
+      const DerivativeCheck check = check_derivatives(nlp, random_point(nlp, seed), {.seed = seed});
+      EXPECT_TRUE(check.good()) << problem.name << ", seed " << seed << ": " << check.mismatches[0].row
+                                << " by " << check.mismatches[0].variable << ": " << check.mismatches[0].given
+                                << " or " << check.mismatches[0].difference;
+      EXPECT_LT(check.worst_first, 1e-9) << seed;
+      EXPECT_LT(check.worst_second, 1e-8) << seed;
+    }
+  }
+}
+
+// A place is in the pattern exactly where a random point has a non-zero derivative.
+TEST_P(EveryScheme, PatternsAreExact) {
+  Problem problem = test::swing_up(1.0);
+  problem.add(terminal_cost("end", [](const auto& s) { return s.x[0] * s.u[0] * s.u[0]; }));
+  Collocation nlp(problem, {.scheme = scheme_by_name(GetParam()), .intervals = 3});
+  const NlpShape& shape = nlp.shape();
+  const std::vector<double> x = random_point(nlp, 7);
+  std::vector<double> lambda(shape.m(), 0.0);
+  for (std::size_t j = 0; j < shape.m(); ++j) lambda[j] = std::cos(3.0 * static_cast<double>(j) + 1);
+  // Dense differences of g and of the gradient of the Lagrangian.
+  const auto lagrangian = [&](const std::vector<double>& at) {
+    std::vector<double> gradient(shape.n()), jacobian(shape.jacobian.nnz());
+    EXPECT_TRUE(nlp.gradient(at.data(), gradient.data()) && nlp.jacobian(at.data(), jacobian.data()));
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      gradient[shape.jacobian.col[k]] += lambda[shape.jacobian.row[k]] * jacobian[k];
+    }
+    return gradient;
+  };
+  std::vector<std::vector<bool>> in_jacobian(shape.m(), std::vector<bool>(shape.n())), in_hessian(shape.n());
+  for (auto& row : in_hessian) row.resize(shape.n());
+  for (std::size_t k = 0; k < shape.jacobian.nnz(); ++k)
+    in_jacobian[shape.jacobian.row[k]][shape.jacobian.col[k]] = true;
+  for (std::size_t k = 0; k < shape.hessian.nnz(); ++k)
+    in_hessian[shape.hessian.row[k]][shape.hessian.col[k]] = true;
+  std::size_t surplus = 0, missing = 0;
+  for (std::size_t j = 0; j < shape.n(); ++j) {
+    std::vector<double> up = x, down = x, g_up(shape.m()), g_down(shape.m());
+    up[j] += 1e-4;
+    down[j] -= 1e-4;
+    EXPECT_TRUE(nlp.constraints(up.data(), g_up.data()) && nlp.constraints(down.data(), g_down.data()));
+    for (std::size_t i = 0; i < shape.m(); ++i) {
+      const bool non_zero = std::abs(g_up[i] - g_down[i]) > 1e-12;
+      missing += non_zero && !in_jacobian[i][j];
+      surplus += !non_zero && in_jacobian[i][j];
+    }
+    const std::vector<double> l_up = lagrangian(up), l_down = lagrangian(down);
+    for (std::size_t i = j; i < shape.n(); ++i) {
+      const bool non_zero = std::abs(l_up[i] - l_down[i]) > 1e-11;
+      missing += non_zero && !in_hessian[i][j];
+      surplus += !non_zero && in_hessian[i][j];
+    }
+  }
+  EXPECT_EQ(missing, 0u);
+  EXPECT_EQ(surplus, 0u);
+}
+
+TEST(Collocation, PatternsAreSortedAndHaveEachPlaceOnce) {
+  Collocation nlp(with_every_kind_of_term(), {.intervals = 4});
+  for (const Pattern* pattern : {&nlp.shape().jacobian, &nlp.shape().hessian}) {
+    for (std::size_t k = 1; k < pattern->nnz(); ++k) {
+      const auto before = std::pair(pattern->row[k - 1], pattern->col[k - 1]);
+      EXPECT_LT(before, std::pair(pattern->row[k], pattern->col[k]));
+    }
+  }
+}
+
+TEST(Collocation, GaussNewtonIsTwiceTheSquareOfTheJacobianOfTheResiduals) {
+  // For linear residuals and dynamics it is the exact Hessian.
+  Problem problem = test::block_move();
+  problem.add(running_squares("tracking", [](const auto& s) { return (s.x * 3.0 + s.x.reverse()).eval(); }));
+  problem.add(terminal_squares("end", [](const auto& s) { return (s.x[0] - 2.0 * s.x[1]); }));
+  Collocation exact(problem, {.intervals = 3}),
+      squares(problem, {.intervals = 3, .hessian = HessianKind::kGaussNewton});
+  ASSERT_EQ(exact.shape().hessian, squares.shape().hessian);
+  const std::vector<double> x = random_point(exact, 3), lambda(exact.shape().m(), 1.0);
+  std::vector<double> a(exact.shape().hessian.nnz()), b(a.size());
+  ASSERT_TRUE(exact.hessian(x.data(), 1.5, lambda.data(), a.data()));
+  ASSERT_TRUE(squares.hessian(x.data(), 1.5, lambda.data(), b.data()));
+  for (std::size_t k = 0; k < a.size(); ++k) EXPECT_NEAR(a[k], b[k], 1e-13) << k;
+}
+
+TEST(Collocation, EvaluationsAllocateNothing) {
+  for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
+    Collocation nlp(test::swing_up(1.0), {.intervals = 20, .hessian = kind});
+    std::vector<std::vector<double>> points;
+    for (unsigned seed = 0; seed < 5; ++seed) points.push_back(random_point(nlp, seed));
+    std::vector<double> gradient(nlp.shape().n()), g(nlp.shape().m()), lambda(g.size(), 0.5);
+    std::vector<double> jacobian(nlp.shape().jacobian.nnz()), hessian(nlp.shape().hessian.nnz());
+    double value = 0;
+    const long before = allocations;
+    for (const std::vector<double>& x : points) {
+      ASSERT_TRUE(nlp.objective(x.data(), value) && nlp.constraints(x.data(), g.data()) &&
+                  nlp.gradient(x.data(), gradient.data()) && nlp.jacobian(x.data(), jacobian.data()) &&
+                  nlp.hessian(x.data(), 1, lambda.data(), hessian.data()));
+    }
+    EXPECT_EQ(allocations - before, 0);
+  }
+}
+
+TEST(Collocation, NamesVariablesAndConstraints) {
+  Collocation nlp(with_every_kind_of_term(), {.scheme = trapezoid(), .intervals = 4});
+  EXPECT_EQ(nlp.variable_name(0), "p at point 0 (t = 0 s)");
+  EXPECT_EQ(nlp.variable_name(9), "u at point 1 (t = 0.5 s)");
+  EXPECT_EQ(nlp.constraint_name(5), "defect of th in interval 1");
+  EXPECT_EQ(nlp.constraint_name(16), "power at point 0 (t = 0 s)");
+  EXPECT_EQ(nlp.constraint_name(nlp.shape().m() - 1), "tip[1] at the end");
+}
+
+TEST(Collocation, RefusesWhatDoesNotFit) {
+  const auto message = [](const Problem& problem, const MeshOptions& mesh) {
+    try {
+      Collocation nlp(problem, mesh);
+    } catch (const ArgumentError& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  Problem p = test::block_move();
+  EXPECT_NE(message(p, {.intervals = 0}).find("at least one interval"), std::string::npos);
+  EXPECT_NE(message(p, {.nodes = {0, 0.5, 0.5, 1}}).find("increasing"), std::string::npos);
+  p.start.resize(3);
+  EXPECT_NE(message(p, {}).find("the start has 3 entries, expected 2"), std::string::npos);
+  p = test::block_move();
+  p.x.upper[0] = 0.5;
+  EXPECT_NE(message(p, {}).find("the goal of \"p\" is 1"), std::string::npos);
+  p = test::block_move();
+  p.add(running_cost("two", [](const auto& s) { return s.x; }));
+  EXPECT_NE(message(p, {}).find("\"two\" has 2 entries, expected a scalar"), std::string::npos);
+  p = test::block_move();
+  p.add(running_cost("plain", [](const auto& s) { return s.x[0]; }));
+  EXPECT_NE(message(p, {.hessian = HessianKind::kGaussNewton}).find("\"plain\" is a plain cost"),
+            std::string::npos);
+  p = test::block_move();
+  p.add(path_inequality(
+      "box", [](const auto& s) { return s.x; }, Eigen::VectorXd::Zero(1), Eigen::VectorXd::Ones(1)));
+  EXPECT_NE(message(p, {}).find("\"box\" has 2 entries, its bounds have 1 and 1"), std::string::npos);
+}
+
+// A program that lies about one derivative is found out, by name.
+class Liar : public Collocation {
+ public:
+  Liar(bool first, bool second)
+      : Collocation(test::swing_up(), {.intervals = 5}), first_(first), second_(second) {}
+  bool jacobian(const double* x, double* nonzeros) override {
+    const bool good = Collocation::jacobian(x, nonzeros);
+    if (first_) nonzeros[40] += 1e-3;
+    return good;
+  }
+  bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override {
+    const bool good = Collocation::hessian(x, sigma, lambda, nonzeros);
+    if (second_) nonzeros[17] += 1e-3;
+    return good;
+  }
+
+ private:
+  bool first_, second_;
+};
+
+TEST(DerivativeCheck, NamesAWrongEntry) {
+  Liar honest(false, false), first(true, false), second(false, true);
+  EXPECT_TRUE(check_derivatives(honest, honest.start()).good());
+  const DerivativeCheck a = check_derivatives(first, first.start(), {.second_order = false});
+  ASSERT_EQ(a.mismatches.size(), 1u);
+  const NlpShape& shape = first.shape();
+  EXPECT_EQ(a.mismatches[0].row, first.constraint_name(shape.jacobian.row[40]));
+  EXPECT_EQ(a.mismatches[0].variable, first.variable_name(shape.jacobian.col[40]));
+  const DerivativeCheck b = check_derivatives(second, second.start());
+  ASSERT_FALSE(b.good());
+  EXPECT_EQ(b.mismatches[0].variable.empty(), false);
+  EXPECT_NE(b.mismatches[0].row.find("derivative of the Lagrangian by"), std::string::npos);
+}
+
+TEST(Verification, FindsWhatIsViolatedAndWhatTheSchemeCannotSee) {
+  const Problem problem = test::swing_up();
+  const Solution s = optimise(problem, {.mesh = {.intervals = 40}});
+  ASSERT_TRUE(s.success());
+  EXPECT_LT(s.verification.violation, 1e-8);
+  EXPECT_NEAR(s.verification.cost, s.cost(), 1e-10);
+  EXPECT_LT(s.kkt.stationarity, 1e-7);
+  EXPECT_LT(s.kkt.complementarity, 1e-7);
+  // Published: 1.36e-2 (problem statement in ocp_problems.h, Hermite-Simpson, quadratic control).
+  EXPECT_NEAR(s.verification.miss, 1.36e-2, 2e-4);
+  EXPECT_GT(s.verification.worst_defect, 1e-8);
+  EXPECT_LT(s.verification.worst_defect, 1e-2);
+  Trajectory moved = s.motion;
+  moved.x(2, 10) += 0.1;
+  const Verification v = verify(problem, moved);
+  EXPECT_GT(v.violation, 0.05);
+  EXPECT_NE(v.worst_row.find("defect of p"), std::string::npos) << v.worst_row;
+  moved = s.motion;
+  moved.u(0, 7) = 21;
+  EXPECT_NEAR(verify(problem, moved).violation, 1.0, 0.3);
+}
+
+TEST(Verification, TheMissFallsWithTheFourthPowerOfTheStep) {
+  double previous = 0;
+  const std::pair<int, double> known[] = {{80, 8.39e-4}, {160, 5.24e-5}};
+  for (const auto& [n, miss] : known) {
+    const Solution s = optimise(test::swing_up(), {.mesh = {.intervals = n}, .solver = {.tolerance = 1e-10}});
+    EXPECT_NEAR(s.verification.miss, miss, 0.01 * miss);
+    if (previous > 0) {
+      EXPECT_NEAR(previous / s.verification.miss, 16, 0.5);
+    }
+    previous = s.verification.miss;
+  }
+}
+
+}  // namespace
+}  // namespace dyntape
