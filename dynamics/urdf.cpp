@@ -64,7 +64,7 @@ class TreeReader {
   Visit enter(const Visit& visit) {
     Visit here = visit;
     if (visit.joint) {
-      const XMLElement& element = *text_.find_joint(visit.joint->name);
+      const XMLElement& element = in_text(text_.find_joint(visit.joint->name), visit.joint->name);
       const Placement<double> fixed_side =
           visit.X_BL * placement(element, element, visit.joint->parent_to_joint_origin_transform.position);
       if (visit.joint->type == urdf::Joint::FIXED) {
@@ -93,6 +93,14 @@ class TreeReader {
     return robot_.model.add_joint(-1, joint, {}, inertia(root));
   }
 
+  // The two readers of the file agree on every name but those with odd bytes or entities.
+  const XMLElement& in_text(const XMLElement* element, const std::string& name) const {
+    if (element) return *element;
+    text_.fail(text_.robot(), "urdfdom reads a name as \"" + name +
+                                  "\", which the file does not hold; expected " +
+                                  "names of plain characters");
+  }
+
   // <origin> below `element`; `owner` is the link or joint to name in notes.
   Placement<double> placement(const XMLElement& owner, const XMLElement& element,
                               const urdf::Vector3& position) {
@@ -106,7 +114,7 @@ class TreeReader {
   Inertia<double> inertia(const urdf::Link& link) {
     if (!link.inertial) return {};
     const urdf::Inertial& i = *link.inertial;
-    const XMLElement& element = *text_.find_link(link.name);
+    const XMLElement& element = in_text(text_.find_link(link.name), link.name);
     const Placement<double> X = placement(element, *element.FirstChildElement("inertial"), i.origin.position);
     Eigen::Matrix3d I;
     I << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;

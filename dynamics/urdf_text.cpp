@@ -39,6 +39,13 @@ std::string read_number(std::string_view word, double& value) {
   return "";
 }
 
+// Names and attributes are quoted as they stand, and may hold line breaks.
+std::string one_line(std::string sentence) {
+  for (char& c : sentence)
+    if (static_cast<unsigned char>(c) < ' ') c = ' ';
+  return sentence;
+}
+
 std::string xml_problem(const tinyxml2::XMLDocument& document) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
@@ -100,7 +107,7 @@ std::string UrdfText::where(const XMLElement& element) const {
 }
 
 void UrdfText::fail(const XMLElement& element, const std::string& sentence) const {
-  throw FileError(where(element) + sentence);
+  throw FileError(where(element) + one_line(sentence));
 }
 
 std::optional<double> UrdfText::number(const XMLElement& element, const char* attribute) const {
@@ -151,7 +158,7 @@ UrdfText parse_urdf_text(const std::string& contents, const std::string& file) {
 
 std::string describe(const XMLElement& element) {
   const char* name = element.Attribute("name");
-  return std::string(element.Name()) + (name ? " \"" + std::string(name) + "\"" : "");
+  return one_line(element.Name()) + (name ? " \"" + one_line(name) + "\"" : "");
 }
 
 std::string digits(double x) {

@@ -172,6 +172,17 @@ TEST(UrdfFaults, TruncatedAnywhereIsAnErrorNeverACrash) {
     EXPECT_NE(error_of(text.substr(0, size)), "") << size << " bytes";
 }
 
+TEST(UrdfFaults, MessagesStayOnOneLine) {
+  const std::string two =
+      "<joint name='kn\nee' type='fixed'><parent link='leg'/><child link='foot'/></joint>";
+  EXPECT_EQ(
+      error_of(with_line(17, two)),
+      "t.urdf:1: urdfdom reads a name as \"kn ee\", which the file does not hold; expected names of plain "
+      "characters");
+  EXPECT_EQ(error_of(with_line(12, "<mass value='a\nb'/>")),
+            "t.urdf:12: <mass value=\"a b\">: \"a\" is not a number");
+}
+
 TEST(UrdfFaults, RootJointIsTaken) {
   std::string text = with_line(3, "<joint name='root_joint' type='revolute'>");
   EXPECT_EQ(error_of(text), "");
