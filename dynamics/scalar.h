@@ -27,6 +27,7 @@ using std::atan;
 using std::atan2;
 using std::cos;
 using std::exp;
+using std::log;
 using std::sin;
 using std::sqrt;
 using std::tan;

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <dyntape/dynamics/detail/checks.hxx>
+
+namespace dyntape::dynamics {
+namespace detail {
+
+// Forces through the joints, for accelerations in data.a_gf; leaves S^T f in `tau`.
+template <class T>
+void gather_forces(const Model<T>& model, Data<T>& data, VectorX<T>& tau) {
+  const Tree& tree = data.tree;
+  for (int i = model.njoints() - 1; i >= 0; --i) {
+    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) tau[k] = dot(tree.dofs[k], data.f[i]);
+    const int p = model.parent[i];
+    if (p >= 0) data.f[p] = data.f[p] + act(data.X_PB[i], data.f[i]);
+  }
+}
+
+// f_i = I a + v x* I v - f_ext; v absent: at rest.
+template <class T>
+void body_forces(const Model<T>& model, Data<T>& data, bool moving, const Acting<T>& acting) {
+  for (int i = 0; i < model.njoints(); ++i) {
+    const Inertia<T>& I = model.inertias[i];
+    data.f[i] = I * data.a_gf[i];
+    if (moving) data.f[i] = data.f[i] + cross(data.v[i], I * data.v[i]);
+    if (acting.external) data.f[i] = data.f[i] - (*acting.external)[i];
+  }
+}
+
+template <class T>
+void accelerate_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>* v, const VectorRef<T>* a,
+                       const Acting<T>& acting) {
+  for (int i = 0; i < model.njoints(); ++i) {
+    const int p = model.parent[i];
+    data.a_gf[i] =
+        p < 0 ? root_acceleration(model, data, acting, i) : act_inverse(data.X_PB[i], data.a_gf[p]);
+    if (v) data.a_gf[i] = data.a_gf[i] + bias_motion(data, *v, i);
+    if (a) data.a_gf[i] = data.a_gf[i] + joint_motion(data, *a, i);
+  }
+}
+
+}  // namespace detail
+
+template <class T>
+const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
+                       const VectorRef<T>& a, const Acting<T>& acting) {
+  detail::check_arguments("rnea", model, data, q, &v, &a);
+  detail::check_acting("rnea", model, acting);
+  detail::place_joints(model, data, q);
+  detail::move_bodies(model, data, v);
+  detail::accelerate_bodies(model, data, &v, &a, acting);
+  detail::body_forces(model, data, true, acting);
+  detail::gather_forces(model, data, data.tau);
+  for (int i = 0; i < model.njoints(); ++i) {
+    const int k = data.tree.first[i];
+    if (detail::has_armature(model, acting, i)) data.tau[k] += detail::armature_at(model, acting, i) * a[k];
+  }
+  return data.tau;
+}
+
+template <class T>
+const VectorX<T>& nonlinear_effects(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
+                                    const VectorRef<T>& v, const Acting<T>& acting) {
+  detail::check_arguments("nonlinear_effects", model, data, q, &v);
+  detail::check_acting("nonlinear_effects", model, acting);
+  detail::place_joints(model, data, q);
+  detail::move_bodies(model, data, v);
+  detail::accelerate_bodies<T>(model, data, &v, nullptr, acting);
+  detail::body_forces(model, data, true, acting);
+  detail::gather_forces(model, data, data.nle);
+  return data.nle;
+}
+
+template <class T>
+const VectorX<T>& generalized_gravity(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  detail::check_arguments("generalized_gravity", model, data, q);
+  detail::place_joints(model, data, q);
+  detail::accelerate_bodies<T>(model, data, nullptr, nullptr, {});
+  detail::body_forces<T>(model, data, false, {});
+  detail::gather_forces(model, data, data.g);
+  return data.g;
+}
+
+template <class T>
+const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const Acting<T>& acting) {
+  detail::check_arguments("crba", model, data, q);
+  detail::check_acting("crba", model, acting);
+  detail::place_joints(model, data, q);
+  const Tree& tree = data.tree;
+  for (int i = 0; i < model.njoints(); ++i) data.composites[i] = composite(model.inertias[i]);
+  for (int i = model.njoints() - 1; i >= 0; --i) {
+    const int p = model.parent[i], end = tree.first[i] + tree.count[i];
+    for (int k = tree.first[i]; k < end; ++k) {
+      Force<T> F = data.composites[i] * tree.dofs[k];
+      for (int r = tree.first[i]; r <= k; ++r) data.M(r, k) = data.M(k, r) = dot(tree.dofs[r], F);
+      if (detail::has_armature(model, acting, i)) data.M(k, k) += detail::armature_at(model, acting, i);
+      for (int j = i; model.parent[j] >= 0;) {
+        F = act(data.X_PB[j], F);
+        j = model.parent[j];
+        for (int r = tree.first[j]; r < tree.first[j] + tree.count[j]; ++r) {
+          data.M(r, k) = data.M(k, r) = dot(tree.dofs[r], F);
+        }
+      }
+    }
+    if (p >= 0) accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
+  }
+  return data.M;
+}
+
+template <class T>
+const T& kinetic_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
+                        const Acting<T>& acting) {
+  detail::check_arguments("kinetic_energy", model, data, q, &v);
+  detail::check_acting("kinetic_energy", model, acting);
+  detail::place_joints(model, data, q);
+  detail::move_bodies(model, data, v);
+  T twice = T(0);
+  for (int i = 0; i < model.njoints(); ++i) {
+    twice += dot(data.v[i], model.inertias[i] * data.v[i]);
+    const T& s = v[data.tree.first[i]];
+    if (detail::has_armature(model, acting, i)) twice += detail::armature_at(model, acting, i) * (s * s);
+  }
+  return data.kinetic_energy = twice * T(0.5);
+}
+
+template <class T>
+const T& potential_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  forward_kinematics(model, data, q);
+  data.potential_energy = T(0);
+  for (int i = 0; i < model.njoints(); ++i) {
+    const Vector3<T> c = data.X_WB[i].R * model.inertias[i].com + data.X_WB[i].p;
+    data.potential_energy -= model.inertias[i].mass * model.gravity.dot(c);
+  }
+  return data.potential_energy;
+}
+
+template <class T>
+const Vector3<T>& center_of_mass(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  forward_kinematics(model, data, q);
+  Vector3<T> sum = Vector3<T>::Zero();
+  T mass = T(0);
+  for (int i = 0; i < model.njoints(); ++i) {
+    const Vector3<T> c = data.X_WB[i].R * model.inertias[i].com + data.X_WB[i].p;
+    sum += c * model.inertias[i].mass;
+    mass += model.inertias[i].mass;
+  }
+  return data.com = sum / mass;
+}
+
+}  // namespace dyntape::dynamics

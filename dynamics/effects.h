@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Which effects act on a robot.  What is not chosen is not computed: it leaves no operation on a tape.
+//
+//   Effects<double> effects;                                   // gravity alone
+//   effects.damping = model_damping(model);                    // the file's values
+//   effects.friction = CoulombFriction<double>{model_friction(model), 0.01};
+//   VectorX<double> a = forward_dynamics(model, data, effects, q, v, tau);
+//
+// Equation of motion with effects:
+//   M(q) a + armature a + C v + g = tau + tau_passive
+//   tau_passive = - d v                      viscous damping d (N m s/rad or N s/m)
+//                 - c tanh(v / w)            Coulomb friction c (N m or N), smoothed over w (rad/s or m/s)
+//                 - k (q - q_rest)           springs k (N m/rad or N/m); continuous joints: angle in [-pi,
+//                 pi]
+// All vectors (nv), q_rest (nq).  Springs act on single joints; entries of a free-flyer are not read.
+#pragma once
+
+#include <dyntape/dynamics/algorithms.h>
+
+#include <optional>
+
+namespace dyntape::dynamics {
+
+template <class T>
+struct CoulombFriction {
+  VectorX<T> torque;   // (nv) magnitude of the sliding friction
+  T smoothing = T(0);  // speed over which it builds up: 76 % of it acts at this speed; > 0
+};
+
+template <class T>
+struct Springs {
+  VectorX<T> stiffness;  // (nv)
+  VectorX<T> rest;       // (nq) configuration without spring torque
+};
+
+template <class T>
+struct Effects {
+  bool gravity = true;
+  std::optional<VectorX<T>> armature;
+  std::optional<VectorX<T>> damping;
+  std::optional<CoulombFriction<T>> friction;
+  std::optional<Springs<T>> springs;
+
+  // The part that the recursions take care of; keeps a pointer to `armature`.
+  Acting<T> acting() const {
+    return {gravity, armature.has_value(), armature ? &*armature : nullptr, nullptr};
+  }
+};
+
+// The values of the model, (nv), zero for free-flyers.
+template <class T>
+VectorX<T> model_armature(const Model<T>& model);
+template <class T>
+VectorX<T> model_damping(const Model<T>& model);
+template <class T>
+VectorX<T> model_friction(const Model<T>& model);
+
+// tau_passive (nv), added to the driving torques.
+template <class T>
+VectorX<T> joint_torques(const Model<T>& model, const Effects<T>& effects, const VectorRef<T>& q,
+                         const VectorRef<T>& v);
+
+// Its derivatives are diagonal; empty where no chosen effect depends on that variable.
+template <class T>
+struct JointTorqueSlopes {
+  VectorX<T> dq, dv;  // (nv) or (0)
+};
+template <class T>
+JointTorqueSlopes<T> joint_torque_slopes(const Model<T>& model, const Effects<T>& effects,
+                                         const VectorRef<T>& q, const VectorRef<T>& v);
+
+// The algorithms of algorithms.h with effects: data.ddq, data.tau.
+template <class T>
+const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
+                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);
+template <class T>
+const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
+                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a);
+
+// data.ddq, ddq_dq, ddq_dv, Minv; and data.tau, dtau_dq, dtau_dv, M: as fd_derivatives and id_derivatives.
+template <class T>
+void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
+                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);
+template <class T>
+void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
+                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a);
+
+}  // namespace dyntape::dynamics
