@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The graph itself: what is shared, what is folded, what is left alone; its hash and its text.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include <dyntape/autodiff/dump.h>
+#include <dyntape/autodiff/record.h>
+
+#include "dense.h"
+#include "random_program.h"
+
+namespace dyntape::testing {
+namespace {
+
+VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
+
+TEST(Graph, EqualNodesAreOneNode) {
+  Graph g;
+  const NodeId x = g.input(Block::kVariables, 0), y = g.input(Block::kParameters, 0);
+  EXPECT_NE(x, y);
+  EXPECT_EQ(g.input(Block::kVariables, 0), x);
+  EXPECT_EQ(g.make(Op::Mul, g.make(Op::Sin, x), y), g.make(Op::Mul, y, g.make(Op::Sin, x)));
+  EXPECT_NE(g.make(Op::Sub, x, y), g.make(Op::Sub, y, x));
+  EXPECT_NE(g.constant(0.0), g.constant(-0.0));  // bit for bit
+  EXPECT_EQ(g.constant(std::nan("")), g.constant(std::nan("")));
+  EXPECT_NE(g.constant(0.1 + 0.2), g.constant(0.3));
+}
+
+// Random look-ups among many nodes of every shape, against a map from what a node says to its number.
+TEST(Graph, LookUpsFindWhatIsThereThroughGrowthAndExtraction) {
+  Random random(7);
+  Graph g;
+  std::vector<NodeId> nodes;
+  for (std::uint32_t i = 0; i < 20; ++i) nodes.push_back(g.input(Block::kVariables, i));
+  std::vector<std::pair<std::array<NodeId, 2>, NodeId>> made;
+  for (int i = 0; i < 60000; ++i) {
+    const NodeId a = random.below(2) ? nodes[random.below(20)] : nodes[nodes.size() - 1 - random.below(20)];
+    const NodeId b = nodes[random.below(nodes.size())];
+    made.push_back({{a, b}, g.make(Op::Div, a, b)});
+    nodes.push_back(made.back().second);
+  }
+  const std::size_t size = g.size();
+  for (const auto& [arguments, id] : made) ASSERT_EQ(g.make(Op::Div, arguments[0], arguments[1]), id);
+  EXPECT_EQ(g.size(), size);
+  // A copy has no table at first and builds it when asked.
+  std::vector<NodeId> image;
+  Graph copy = g.extract(std::vector<std::uint8_t>(size, 1), image);
+  for (const auto& [arguments, id] : made) {
+    ASSERT_EQ(copy.make(Op::Div, image[arguments[0]], image[arguments[1]]), image[id]);
+  }
+  EXPECT_EQ(copy.size(), size);
+}
+
+TEST(Graph, Case119_CompensatedSumsAreLeftAlone) {
+  const auto kahan = [](const auto& x) {
+    using T = std::decay_t<decltype(x[0] + 0.0)>;
+    T sum = 0.0, c = 0.0;
+    for (int i = 0; i < 5; ++i) {
+      const T y = x[i] - c, t = sum + y;
+      c = (t - sum) - y;
+      sum = t;
+    }
+    return sum;
+  };
+  const std::vector<double> x = {1, 1e-16, 1e-16, 1e-16, 1e-16};
+  const Function f = record("kahan", 5, [&](const VectorXad& v) { return one(kahan(v)); });
+  EXPECT_EQ(evaluate(f, x)[0], kahan(x));
+  EXPECT_GT(kahan(x), 1);  // which a plain sum is not
+}
+
+TEST(Graph, Case30_IntegerPowersAreProducts) {
+  const Function f = record("powers", 1, [](const VectorXad& x) {
+    VectorXad y(2);
+    y << pow(x[0], 5), pow(x[0], 17);
+    return y;
+  });
+  std::size_t powers = 0;
+  for (const Node& node : f.graph.nodes()) powers += node.op == Op::Pow;
+  EXPECT_EQ(powers, 1u);
+  EXPECT_EQ(evaluate(f, {3}), (std::vector<double>{243, std::pow(3.0, 17)}));
+}
+
+TEST(Graph, NegationsMoveOutOfProductsAndSums) {
+  const Function f = record("signs", 2, [](const VectorXad& x) {
+    VectorXad y(6);
+    y << (-x[0]) * (-x[1]), x[0] - (-x[1]), -(-x[0]), -(x[0] - x[1]) - (x[1] - x[0]),
+        (-x[0]) / x[1] + x[0] / x[1], x[0] / 4;
+    return y;
+  });
+  for (const OperationCount& entry : count_operations(f)) {
+    EXPECT_NE(entry.op, Op::Neg) << to_text(f);
+  }
+  EXPECT_EQ(evaluate(f, {3, 5}), (std::vector<double>{15, 8, 3, 0, 0, 0.75}));
+}
+
+TEST(Function, CompactIsIdempotentAndKeepsTheMeaning) {
+  for (std::uint64_t seed = 0; seed < 50; ++seed) {
+    Random random(seed);
+    SCOPED_TRACE(random.seed_text());
+    const Program program = random_program(random, 60);
+    const Function f = recorded(program), twice = compact(f);
+    EXPECT_EQ(f.graph.nodes(), twice.graph.nodes());
+    EXPECT_EQ(f.outputs, twice.outputs);
+    EXPECT_EQ(content_hash(f), content_hash(twice));
+    // What splice() builds by make() is what extract() copies: simplification has nothing left to do.
+    Function respliced = f;
+    respliced.graph = Graph();
+    respliced.outputs = splice(f.graph, f.outputs, respliced.graph,
+                               [&](Block block, std::uint32_t i) { return respliced.graph.input(block, i); });
+    EXPECT_EQ(content_hash(f), content_hash(respliced));
+    // Derived functions as well.
+    const Function d = derive(f, Order::kSecond).function;
+    EXPECT_EQ(d.graph.nodes(), compact(d).graph.nodes());
+  }
+}
+
+TEST(Function, TheHashSeesWhatIsComputedAndNothingElse) {
+  const auto make = [](double constant, const char* name) {
+    return record(name, 2, [&](const VectorXad& x) { return one(x[0] * constant + x[1]); });
+  };
+  const std::string hash = content_hash(make(0.1, "a"));
+  EXPECT_EQ(hash.size(), 32u);
+  EXPECT_EQ(hash, content_hash(make(0.1, "b")));
+  EXPECT_NE(hash, content_hash(make(std::nextafter(0.1, 1), "a")));  // the last bit
+  Function more = make(0.1, "a");
+  more.inputs[1] = 1;
+  EXPECT_NE(hash, content_hash(more));
+  Function outputs = make(0.1, "a");
+  outputs.outputs.push_back(outputs.outputs[0]);
+  EXPECT_NE(hash, content_hash(outputs));
+}
+
+TEST(Function, BindingIsPartialEvaluation) {
+  const Function f = record("f", 2, 2, [](const VectorXad& x, const VectorXad& p) {
+    return one(p[0] * sin(x[0]) + p[1] * exp(x[1]));
+  });
+  const Function g = bind(f, Block::kParameters, {{1, 0.0}});
+  EXPECT_EQ(total_operations(g), 2u);  // the exponential is gone
+  EXPECT_EQ(evaluate(g, {1, 2}, {3, 99})[0], 3 * std::sin(1));
+  EXPECT_EQ(evaluate(bind(f, Block::kVariables, {{0, 1.0}, {1, 2.0}}), {0, 0}, {3, 4})[0],
+            evaluate(f, {1, 2}, {3, 4})[0]);
+}
+
+TEST(Function, AllAsVariablesKeepsTheOrderVariablesWeightsParameters) {
+  const Function f =
+      vjp(record("f", 1, 1, [](const VectorXad& x, const VectorXad& p) { return one(p[0] * x[0] * x[0]); }));
+  EXPECT_EQ(evaluate(f, {3}, {5}, {7})[0], 2 * 3 * 5 * 7);
+  EXPECT_EQ(evaluate(all_as_variables(f), {3, 7, 5})[0], 2 * 3 * 5 * 7);
+}
+
+TEST(Interpreter, NamesTheFirstOperationThatIsNotFinite) {
+  RecordOptions options;
+  options.variable_names = {"height"};
+  const Interpreter run(record(
+      "f", 1, [](const VectorXad& x) { return one(exp(log(x[0]) + 1)); }, options));
+  Interpreter::Workspace workspace(run);
+  double y;
+  const auto first = [&](double x) {
+    run(&x, nullptr, nullptr, &y, workspace);
+    return run.first_not_finite(workspace);
+  };
+  EXPECT_EQ(first(1), "");
+  EXPECT_NE(first(-1).find("(Log): of (-1) = "), std::string::npos) << first(-1);
+  EXPECT_NE(first(std::nan("")).find("variable 0 (height)"), std::string::npos);
+}
+
+TEST(Dump, TextAndDrawing) {
+  RecordOptions options;
+  options.variable_names = {"angle"};
+  options.output_names = {"height"};
+  const Function f = record(
+      "swing", 1, 1, [](const VectorXad& x, const VectorXad& p) { return one(p[0] * cos(x[0]) + 0.1); },
+      options);
+  const std::string text = to_text(f);
+  EXPECT_EQ(text,
+            "swing: 1 variables, 1 parameters, 0 weights -> 1 outputs\n"
+            "  n0 = angle\n"
+            "  n1 = p[0]\n"
+            "  n2 = Cos n0\n"
+            "  n3 = Mul n1, n2\n"
+            "  n4 = 0.1\n"
+            "  n5 = Add n3, n4\n"
+            "  height = n5\n");
+  const std::string dot = to_dot(f);
+  EXPECT_NE(dot.find("n2 -> n3;"), std::string::npos);
+  EXPECT_NE(dot.find("label=\"angle\", shape=box"), std::string::npos);
+  EXPECT_THROW(to_dot(f, 3), ArgumentError);
+}
+
+}  // namespace
+}  // namespace dyntape::testing

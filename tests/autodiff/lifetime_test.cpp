@@ -1,0 +1,164 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Threads, lifetimes and exceptions (hard cases 78, 79, 85 and 99-105).
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include <dyntape/autodiff/record.h>
+
+#include "dense.h"
+#include "random_program.h"
+
+namespace dyntape::testing {
+namespace {
+
+VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
+
+template <class Work>
+void in_threads(int n, Work work) {
+  std::vector<std::thread> threads;
+  for (int i = 0; i < n; ++i) threads.emplace_back(work, i);
+  for (std::thread& t : threads) t.join();
+}
+
+std::string message_of(const std::function<void()>& f) {
+  try {
+    f();
+  } catch (const RecordingError& e) {
+    return e.what();
+  }
+  return "no error";
+}
+
+TEST(Lifetime, Case78_AValueComputedBeforeRecordingIsAConstant) {
+  const AD before = AD(2) * 3;
+  const Function f = record("f", 1, [&](const VectorXad& x) { return one(before * x[0]); });
+  EXPECT_EQ(evaluate(f, {2})[0], 12);
+}
+
+TEST(Lifetime, Case79_AValueDoesNotOutliveItsRecording) {
+  AD kept;
+  record("first", 1, [&](const VectorXad& x) { return one(kept = x[0] * 2); });
+  EXPECT_NE(message_of([&] { kept = kept + 1; }).find("after its recording has ended"), std::string::npos);
+  const auto second = [&](auto use) {
+    return message_of([&] { record("second", 1, [&](const VectorXad& x) { return one(use(x[0])); }); });
+  };
+  for (const std::string& what :
+       {second([&](const AD& x) { return x + kept; }), second([&](const AD& x) { return kept * x; }),
+        second([&](const AD& x) { return select(x < 0, x, kept); }),
+        second([&](const AD&) { return sin(kept); }), second([&](const AD&) { return kept; })}) {
+    EXPECT_NE(what.find("a value of another recording"), std::string::npos) << what;
+    EXPECT_NE(what.find("\"second\""), std::string::npos) << what;
+  }
+  kept = 1;  // assignment makes it whole again
+  EXPECT_EQ((kept + 1).value(), 2);
+}
+
+TEST(Lifetime, Case85_ARecordingInsideARecordingNamesTheFirst) {
+  const int line = __LINE__ + 2;
+  const std::string what = message_of([&] {
+    record("outer", 1, [&](const VectorXad& x) {
+      record("inner", 1, [](const VectorXad& y) { return y; });
+      return x;
+    });
+  });
+  EXPECT_NE(what.find("\"inner\""), std::string::npos) << what;
+  EXPECT_NE(what.find("\"outer\""), std::string::npos) << what;
+  EXPECT_NE(what.find("lifetime_test.cpp:" + std::to_string(line)), std::string::npos) << what;
+}
+
+TEST(Lifetime, Case99_OneInterpreterManyThreads) {
+  Random random(99);
+  const Program program = random_program(random, 200);
+  const Interpreter run(derive(recorded(program), Order::kSecond).function);
+  const std::vector<double> w(run.function().n_w(), 0.5);
+  std::vector<double> expected(run.function().n_y());
+  Interpreter::Workspace workspace(run);
+  run(program.x.data(), program.p.data(), w.data(), expected.data(), workspace);
+  std::vector<int> differences(8, 0);
+  in_threads(8, [&](int t) {
+    Interpreter::Workspace own(run);
+    std::vector<double> y(expected.size());
+    for (int i = 0; i < 50; ++i) {
+      run(program.x.data(), program.p.data(), w.data(), y.data(), own);
+      differences[t] += y != expected;
+    }
+  });
+  EXPECT_EQ(differences, std::vector<int>(8, 0));
+}
+
+TEST(Lifetime, Case100_EightThreadsRecordAtOnceAndManyShortOnes) {
+  std::vector<std::string> alone(8), together(8);
+  const auto work = [](int t) {
+    Random random(static_cast<std::uint64_t>(t) + 1000);
+    return content_hash(derive(recorded(random_program(random, 100)), Order::kSecond).function);
+  };
+  for (int t = 0; t < 8; ++t) alone[t] = work(t);
+  in_threads(8, [&](int t) {
+    for (int i = 0; i < 5; ++i) together[t] = work(t);
+  });
+  EXPECT_EQ(alone, together);
+  for (int i = 0; i < 1000; ++i) {
+    double y = 0;
+    std::thread([&] {
+      y = evaluate(record("f", 1, [](const VectorXad& x) { return one(x[0] * 2); }), {1.0 * i})[0];
+    }).join();
+    ASSERT_EQ(y, 2.0 * i);
+  }
+}
+
+TEST(Lifetime, Case101_RecordedHereEvaluatedAndDestroyedThere) {
+  auto f = std::make_unique<Function>(record("f", 1, [](const VectorXad& x) { return one(x[0] * x[0]); }));
+  double y = 0;
+  std::thread([&, g = std::move(f)]() mutable {
+    y = evaluate(vjp(*g), {3}, {}, {1})[0];
+    g.reset();
+  }).join();
+  EXPECT_EQ(y, 6);
+}
+
+TEST(Lifetime, Case103_AnExceptionEndsTheRecording) {
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_THROW(record("thrower", 2,
+                        [](const VectorXad& x) -> VectorXad {
+                          const AD y = x[0] * x[1];
+                          throw std::runtime_error(std::to_string(y.value()));
+                        }),
+                 std::runtime_error);
+    EXPECT_EQ(evaluate(record("next", 1, [](const VectorXad& x) { return one(x[0] + 1); }), {1})[0], 2);
+  }
+}
+
+TEST(Lifetime, Case104_BrokenGraphsAreRefused) {
+  Function f = record("f", 2, [](const VectorXad& x) { return one(x[0] * x[1]); });
+  f.inputs[0] = 1;  // the graph reads a second variable
+  EXPECT_THROW(check(f), RecordingError);
+  EXPECT_THROW(Interpreter{f}, RecordingError);
+  EXPECT_THROW(compact(f), RecordingError);
+  f = Function();
+  f.outputs = {0};
+  EXPECT_THROW(check(f), RecordingError);
+}
+
+TEST(Lifetime, Case105_AFunctionMayGoWhileAnotherIsRecorded) {
+  auto old = std::make_unique<Function>(record("old", 1, [](const VectorXad& x) { return one(exp(x[0])); }));
+  const Function f = record("new", 1, [&](const VectorXad& x) {
+    const AD y = x[0] * 2;
+    old.reset();
+    return one(y + 1);
+  });
+  EXPECT_EQ(evaluate(f, {1})[0], 3);
+}
+
+TEST(Lifetime, AFunctionIsAValue) {
+  const Function f = record("f", 1, [](const VectorXad& x) { return one(sin(x[0])); });
+  Function g = f;
+  g.graph.make(Op::Mul, 0, 0);
+  g.outputs = {0};
+  EXPECT_EQ(evaluate(f, {1})[0], std::sin(1));
+  EXPECT_EQ(evaluate(g, {1})[0], 1);
+}
+
+}  // namespace
+}  // namespace dyntape::testing
