@@ -43,6 +43,7 @@ struct MeshOptions {
   int intervals = 40;
   std::vector<double> nodes = {};  // (intervals + 1) node times from 0 to the duration; empty: evenly spaced
   HessianKind hessian = HessianKind::kExact;
+  EvaluationOptions evaluation = {};
 };
 
 class Collocation : public Nlp {
@@ -68,6 +69,8 @@ class Collocation : public Nlp {
   void check_finite(const std::vector<double>& x);
 
   const RecordedStage& stage() const { return stage_; }
+  double record_seconds() const { return record_seconds_; }
+  BuildReport build() const;
   const Problem& problem() const { return problem_; }
   const std::vector<double>& times() const { return t_; }  // of the points, s
 
@@ -111,12 +114,14 @@ class Collocation : public Nlp {
   const double* end_point(const double* x) const { return x + (points_ - 1) * n_z_; }
 
   Problem problem_;
+  double record_seconds_ = 0;
   RecordedStage stage_;
   Scheme scheme_;
   std::size_t n_x_, n_z_, intervals_, stride_, rows_;  // stride: points from node to node
   std::size_t points_, used_;                          // used: points at which the stage is evaluated
   std::vector<double> t_, quadrature_;                 // (points) s; (used) sums of h gamma
   HessianKind kind_;
+  EvaluationOptions evaluation_;
 
   std::unique_ptr<PointFunction> node_, terminal_, squares_, terminal_squares_;
   NlpShape shape_;

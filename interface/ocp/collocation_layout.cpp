@@ -3,6 +3,7 @@
 // Construction: where the points stand, what bounds hold, and where every entry of the derivatives comes
 // from.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -49,21 +50,37 @@ std::vector<double> even_nodes(double duration, int intervals) {
   return nodes;
 }
 
+RecordedStage timed_recording(const Problem& problem, double& seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  RecordedStage stage = record_stage(problem);
+  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return stage;
+}
+
 }  // namespace
+
+BuildReport Collocation::build() const {
+  BuildReport report;
+  for (const auto* f : {&node_, &terminal_, &squares_, &terminal_squares_}) {
+    if (*f) report.add((*f)->build());
+  }
+  return report;
+}
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options)
     : problem_(problem),
-      stage_(record_stage(problem)),
+      stage_(timed_recording(problem, record_seconds_)),
       scheme_(options.scheme),
       n_x_(static_cast<std::size_t>(problem.n_x())),
       n_z_(n_x_ + static_cast<std::size_t>(problem.n_a() + problem.n_u())),
       stride_(static_cast<std::size_t>(scheme_.points()) - 1),
       rows_(static_cast<std::size_t>(scheme_.rows())),
-      kind_(options.hessian) {
+      kind_(options.hessian),
+      evaluation_(options.evaluation) {
   place_points(options);
   const Order order = kind_ == HessianKind::kExact ? Order::kSecond : Order::kFirst;
-  node_ = std::make_unique<PointFunction>(stage_.node, used_, order);
-  terminal_ = std::make_unique<PointFunction>(stage_.terminal, 1, order);
+  node_ = std::make_unique<PointFunction>(stage_.node, used_, order, evaluation_);
+  terminal_ = std::make_unique<PointFunction>(stage_.terminal, 1, order, evaluation_);
   set_bounds();
   lay_out_jacobian();
   lay_out_gradient();
@@ -217,8 +234,8 @@ void Collocation::lay_out_gauss_newton() {
                         "\": Gauss-Newton needs every cost as squares of residuals, " + "and \"" + term.name +
                         "\" is a plain cost; use the exact Hessian or limited memory");
   }
-  squares_ = std::make_unique<PointFunction>(stage_.squares, used_, Order::kFirst);
-  terminal_squares_ = std::make_unique<PointFunction>(stage_.terminal_squares, 1, Order::kFirst);
+  squares_ = std::make_unique<PointFunction>(stage_.squares, used_, Order::kFirst, evaluation_);
+  terminal_squares_ = std::make_unique<PointFunction>(stage_.terminal_squares, 1, Order::kFirst, evaluation_);
   std::vector<Place> places;
   const auto add = [&](const Pattern& block, std::size_t first_source, std::size_t first_variable,
                        double weight) {

@@ -27,6 +27,7 @@ struct PointFunction::Routes {
   Function function;
   std::vector<Route> routes;  // by order
   std::string complaint;
+  BuildReport build;
 
   bool evaluate(Order order, std::size_t points, const double* z, const double* p, const double* w, double* y,
                 double* jacobian, double* hessian) {
@@ -49,7 +50,19 @@ struct PointFunction::Routes {
   }
 };
 
-PointFunction::PointFunction(const Function& function, std::size_t points, Order order)
+void BuildReport::add(const BuildReport& other) {
+  derive += other.derive;
+  print += other.print;
+  compile += other.compile;
+  load += other.load;
+  compiled += other.compiled;
+  from_cache += other.from_cache;
+  interpreted += other.interpreted;
+  sources.insert(sources.end(), other.sources.begin(), other.sources.end());
+}
+
+PointFunction::PointFunction(const Function& function, std::size_t points, Order order,
+                             const EvaluationOptions&)
     : routes_(std::make_unique<Routes>()), points_(points), n_y_(function.n_y()) {
   routes_->function = function;
   for (int k = 0; k <= static_cast<int>(order); ++k) {
@@ -62,6 +75,7 @@ PointFunction::PointFunction(PointFunction&&) noexcept = default;
 
 const Pattern& PointFunction::jacobian() const { return routes_->routes.back().d.jacobian; }
 const Pattern& PointFunction::hessian() const { return routes_->routes.back().d.hessian; }
+const BuildReport& PointFunction::build() const { return routes_->build; }
 std::string PointFunction::complaint() const { return routes_->complaint; }
 
 bool PointFunction::values(const double* z, const double* p, double* y) {

@@ -12,14 +12,35 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include <dyntape/autodiff/derive.h>
 
 namespace dyntape {
 
+enum class EvaluationRoute {
+  kAutomatic,    // compiled; interpreted where that is not possible (no compiler)
+  kInterpreter,  // node by node, without compiling anything
+};
+
+struct EvaluationOptions {
+  EvaluationRoute route = EvaluationRoute::kAutomatic;
+  std::string cache = {};  // folder; empty: the user's default
+  bool rebuild = false;    // compile although the cache has it
+};
+
+// What it took to make functions ready, summed over them.
+struct BuildReport {
+  double derive = 0, print = 0, compile = 0, load = 0;  // s
+  int compiled = 0, from_cache = 0, interpreted = 0;    // functions
+  std::vector<std::string> sources = {};                // C files, where there are any
+  void add(const BuildReport& other);
+};
+
 class PointFunction {
  public:
-  PointFunction(const Function& function, std::size_t points, Order order);
+  PointFunction(const Function& function, std::size_t points, Order order,
+                const EvaluationOptions& options = {});
   ~PointFunction();
   PointFunction(PointFunction&&) noexcept;
 
@@ -33,6 +54,7 @@ class PointFunction {
   bool second(const double* z, const double* p, const double* w, double* y, double* jacobian,
               double* hessian);
 
+  const BuildReport& build() const;
   // Why the last call returned false; empty otherwise.
   std::string complaint() const;
   // The first operation of point `i` that makes something not finite of finite arguments, or "".

@@ -64,6 +64,7 @@ struct Bounds {
 };
 
 struct Problem {
+  Problem() = default;
   // Free, unbounded and started at zero; x' = f of the stage.
   Problem(std::string name, std::vector<std::string> states, std::vector<std::string> controls,
           double duration, StageFunction rate);
@@ -79,7 +80,7 @@ struct Problem {
 
   std::string name;
   std::vector<std::string> states, accelerations, controls;  // names
-  double duration;                                           // s
+  double duration = 0;                                       // s
   StageFunction rate;                                        // x' (n_x)
   StageFunction residual;                                    // empty in the forward form
   StageFunction ode;                                         // x' without accelerations, in doubles
