@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Random robots and states, the same from one seed on every machine.
+//
+//   Random random(seed);
+//   Model<double> robot = random_tree(random, {.joints = 12, .base = Base::kFloating});
+//   State s = random_state(robot, random);
+#pragma once
+
+#include <dyntape/dynamics/algorithms.h>
+#include <dyntape/dynamics/configuration.h>
+
+#include <Eigen/Dense>
+#include <random>
+#include <string>
+
+namespace dyntape::dynamics {
+
+struct Random {
+  explicit Random(unsigned long seed) : engine(seed) {}
+
+  double uniform(double lower = -1, double upper = 1) {
+    return lower + (upper - lower) * static_cast<double>(engine() >> 11) * 0x1p-53;
+  }
+  int below(int n) { return static_cast<int>(engine() % static_cast<unsigned long>(n)); }
+  Eigen::VectorXd vector(long n, double size = 1) {
+    Eigen::VectorXd x(n);
+    for (double& value : x) value = uniform(-size, size);
+    return x;
+  }
+  Eigen::Vector3d vector3(double size = 1) { return vector(3, size); }
+  Motion<double> motion(double size = 1) { return {vector3(size), vector3(size)}; }
+
+  std::mt19937_64 engine;
+};
+
+struct TreeShape {
+  int joints = 10;
+  Base base = Base::kFixed;
+  bool chain = false;              // each joint on the one before
+  bool inner_free_flyers = false;  // a free-flyer may also hang on a body
+};
+
+// A body of positive mass with a possible rotational inertia: that of some point masses.
+inline Inertia<double> random_inertia(Random& random) {
+  Inertia<double> sum;
+  for (int k = 0; k < 5; ++k) {
+    sum = sum + Inertia<double>{random.uniform(0.1, 1), random.vector3(0.3), Eigen::Matrix3d::Zero()};
+  }
+  return sum;
+}
+
+inline Placement<double> random_placement(Random& random, double size = 0.5) {
+  return {exp(random.vector3(3)), random.vector3(size)};
+}
+
+inline Joint<double> random_joint(Random& random, const std::string& name, JointType type) {
+  Joint<double> joint;
+  joint.name = name;
+  joint.type = type;
+  const int k = random.below(7);
+  joint.axis = k < 6 ? Eigen::Vector3d((k < 3 ? 1 : -1) * Eigen::Vector3d::Unit(k % 3))
+                     : random.vector3().normalized();
+  joint.armature = random.uniform(0, 0.3);
+  joint.damping = random.uniform(0, 2);
+  joint.friction = random.uniform(0, 2);
+  return joint;
+}
+
+inline Model<double> random_tree(Random& random, const TreeShape& shape = {}) {
+  Model<double> model;
+  model.name = "random tree";
+  model.gravity = random.vector3(10);
+  for (int i = 0; i < shape.joints; ++i) {
+    const int parent = i == 0 ? -1 : shape.chain ? i - 1 : random.below(i);
+    JointType type = static_cast<JointType>(random.below(shape.inner_free_flyers ? 4 : 3));
+    if (i == 0 && shape.base == Base::kFloating) type = JointType::kFreeFlyer;
+    model.add_joint(parent, random_joint(random, "joint " + std::to_string(i), type),
+                    random_placement(random), random_inertia(random));
+    model.frames.push_back({"frame " + std::to_string(i), i, random_placement(random)});
+  }
+  return model;
+}
+
+struct State {
+  Eigen::VectorXd q, v, a, tau;
+};
+
+inline State random_state(const Model<double>& model, Random& random) {
+  return {random_configuration(model, random.engine), random.vector(model.nv), random.vector(model.nv, 3),
+          random.vector(model.nv, 3)};
+}
+
+// max |a - b| / max |b|.
+template <class A, class B>
+double relative_error(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  const auto size = b.cwiseAbs().maxCoeff();
+  if (size == 0) return static_cast<double>(a.cwiseAbs().maxCoeff());
+  return static_cast<double>((a - b).cwiseAbs().maxCoeff() / size);
+}
+
+}  // namespace dyntape::dynamics
