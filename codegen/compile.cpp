@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/compile.h>
+
+#include <algorithm>
+#include <numeric>
+#include <thread>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/process.h>
+
+namespace dyntape::codegen {
+namespace {
+
+// Pieces [first, last] that one compiler takes.
+struct Unit {
+  std::size_t first, last;
+};
+
+unsigned jobs_of(const CodegenOptions& options) {
+  return options.jobs ? options.jobs : std::max(1u, std::thread::hardware_concurrency());
+}
+
+// Starting a compiler costs as much as a few pieces, and the last one to end is waited for: three units a
+// job.
+std::vector<Unit> units_of(const std::vector<std::size_t>& pieces, unsigned jobs) {
+  const std::size_t total = std::accumulate(pieces.begin(), pieces.end(), std::size_t{0});
+  constexpr std::size_t kSmallestUnit = 1200;  // statements
+  const std::size_t wanted = std::clamp<std::size_t>(total / kSmallestUnit, 1, std::size_t{jobs} * 3);
+  std::vector<Unit> units;
+  std::size_t first = 0, done = 0;
+  for (std::size_t k = 0; k < pieces.size(); ++k) {
+    done += pieces[k];
+    const bool is_full = done * wanted >= total * (units.size() + 1);
+    if (is_full || k + 1 == pieces.size()) {
+      units.push_back({first, k});
+      first = k + 1;
+    }
+    if (first == pieces.size()) break;
+  }
+  return units;
+}
+
+[[noreturn]] void fail(const Command& command, const Outcome& outcome, const CodegenOptions& options,
+                       const std::string& source) {
+  std::string reason = "ended with exit status " + std::to_string(outcome.status);
+  if (outcome.status == Outcome::kTimedOut)
+    reason = "was ended after " + std::to_string(static_cast<long>(options.compile_seconds)) + " s";
+  if (outcome.status == Outcome::kNotStarted) reason = "could not be run";
+  throw ToolError("the compiler " + reason + "; the source is kept in " + source + "\n  " +
+                  to_text(command.arguments) + "\n" + outcome.output);
+}
+
+void run(const std::vector<Command>& commands, const CodegenOptions& options, const std::string& source) {
+  const std::vector<Outcome> outcomes =
+      run_all(commands, {jobs_of(options), options.compile_seconds, options.compile_bytes});
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    if (outcomes[i].status != 0) fail(commands[i], outcomes[i], options, source);
+  }
+}
+
+}  // namespace
+
+void compile(const Compiler& compiler, const Source& source, const CodegenOptions& options,
+             const std::string& folder, const std::string& final_folder) {
+  const std::string text = folder + "/" + kSourceFile, library = folder + "/" + kLibraryFile;
+  std::vector<std::string> base = {compiler.path};
+  base.insert(base.end(), compiler.flags.begin(), compiler.flags.end());
+  // A debugger looks for the source where it will lie.
+  if (folder != final_folder) base.push_back("-ffile-prefix-map=" + folder + "=" + final_folder);
+  const auto command = [&](std::initializer_list<std::string> more, const std::string& log) {
+    Command c{base, folder + "/" + log, folder};
+    c.arguments.insert(c.arguments.end(), more);
+    return c;
+  };
+  const std::vector<Unit> units = units_of(source.pieces, jobs_of(options));
+  if (units.size() == 1) {
+    run({command({"-shared", "-o", library, text, "-lm"}, "log")}, options, text);
+    return;
+  }
+  std::vector<Command> commands;
+  Command link = command({"-shared", "-o", library}, "log");
+  for (const Unit& unit : units) {
+    const std::string name = "unit-" + std::to_string(unit.first), object = folder + "/" + name + ".o";
+    commands.push_back(command({"-DDYNTAPE_FIRST=" + std::to_string(unit.first),
+                                "-DDYNTAPE_LAST=" + std::to_string(unit.last), "-c", "-o", object, text},
+                               name + ".log"));
+    link.arguments.push_back(object);
+  }
+  link.arguments.push_back("-lm");
+  run(commands, options, text);
+  run({link}, options, text);
+}
+
+}  // namespace dyntape::codegen

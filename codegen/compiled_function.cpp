@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/compiled_function.h>
+
+#include <algorithm>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+struct CompiledFunction::Kernels {
+  codegen::Product product;
+  CodegenOptions options;
+  std::string name;
+  Pattern jacobian, hessian;
+  std::vector<Interpreter> interpreters;  // by order; empty if compiled
+  std::vector<dyntape_kernel> compiled;   // by order; empty if interpreted
+  std::vector<std::size_t> operations;    // by order
+
+  bool is_compiled() const { return !compiled.empty(); }
+  Violation run_compiled(std::size_t order, const Points& points, Workspace& workspace) const;
+  Violation run_interpreted(std::size_t order, const Points& points, Workspace& workspace) const;
+};
+
+namespace {
+
+constexpr const char* kOrderNames[] = {"values", "a Jacobian", "a Hessian"};
+
+Pattern pattern_from(const dyntape_pattern& p) {
+  return {p.rows, p.cols, {p.row, p.row + p.nnz}, {p.col, p.col + p.nnz}};
+}
+
+// Distances in doubles from one point to the next where there are no gaps.
+Strides dense(const Function& derived, std::size_t n_y, std::size_t jacobian, std::size_t hessian) {
+  return {derived.n_x(), derived.n_p(), derived.n_w(), n_y, jacobian, hessian};
+}
+
+void copy_out(const double*& from, std::size_t n, double* to) {
+  if (to) std::copy(from, from + n, to);
+  from += n;
+}
+
+template <class T>
+T* advanced(T* pointer, std::size_t by) {
+  return pointer ? pointer + by : nullptr;
+}
+
+}  // namespace
+
+CompiledFunction CompiledFunction::make(const Function& function, const CodegenOptions& options) {
+  auto kernels = std::make_shared<Kernels>();
+  kernels->product = codegen::produce(function, options);
+  kernels->options = options;
+  kernels->name = options.label.empty() ? function.name : options.label;
+  if (const auto& library = kernels->product.library) {
+    const dyntape_descriptor& d = library->descriptor();
+    if (d.n_kernels != static_cast<std::uint32_t>(options.order) + 1)
+      throw ToolError("a library of \"" + kernels->name + "\" has " + std::to_string(d.n_kernels) +
+                      " kernels");
+    kernels->compiled.assign(d.kernels, d.kernels + d.n_kernels);
+    kernels->jacobian = pattern_from(d.jacobian);
+    kernels->hessian = pattern_from(d.hessian);
+    for (const dyntape_kernel& kernel : kernels->compiled) kernels->operations.push_back(kernel.operations);
+  } else {
+    for (Derivatives& d : kernels->product.interpreted) {
+      kernels->operations.push_back(total_operations(d.function));
+      kernels->jacobian = d.jacobian;
+      kernels->hessian = d.hessian;
+      kernels->interpreters.emplace_back(std::move(d.function));
+    }
+    kernels->product.interpreted.clear();
+  }
+  return CompiledFunction(std::move(kernels));
+}
+
+CompiledFunction::Workspace::Workspace(const CompiledFunction& function) : owner_(function.kernels_) {
+  const Kernels& kernels = *function.kernels_;
+  std::size_t work = 0;
+  for (const dyntape_kernel& kernel : kernels.compiled) work = std::max(work, kernel.work);
+  for (const Interpreter& interpreter : kernels.interpreters) {
+    work = std::max(work, interpreter.function().n_y());
+    interpreters_.emplace_back(interpreter);
+  }
+  work_.resize(work);
+}
+
+Violation CompiledFunction::Kernels::run_compiled(std::size_t order, const Points& points,
+                                                  Workspace& workspace) const {
+  std::uint32_t one = 0;
+  std::uint32_t* status = points.status;
+  if (!status && !product.function.guards.empty()) {
+    if (points.lanes > workspace.status_.size() && points.lanes > 1) workspace.status_.resize(points.lanes);
+    status = points.lanes > 1 ? workspace.status_.data() : &one;
+  }
+  compiled[order].run(points.x, points.p, points.w, points.y, points.jacobian, points.hessian,
+                      workspace.work_.data(), points.lanes, points.strides, status);
+  if (product.function.guards.empty()) return {};
+  const auto* found =
+      std::find_if(status, status + points.lanes, [](std::uint32_t word) { return word != 0; });
+  if (found == status + points.lanes) return {};
+  return {*found, static_cast<std::size_t>(found - status)};
+}
+
+Violation CompiledFunction::Kernels::run_interpreted(std::size_t order, const Points& points,
+                                                     Workspace& workspace) const {
+  const std::size_t n_y = product.function.n_y(), n_j = order > 0 ? jacobian.nnz() : 0,
+                    n_h = order > 1 ? hessian.nnz() : 0;
+  const Interpreter& interpreter = interpreters[order];
+  const Strides s = points.strides ? *points.strides : dense(interpreter.function(), n_y, n_j, n_h);
+  Violation first;
+  for (std::size_t i = 0; i < points.lanes; ++i) {
+    const std::uint32_t status =
+        interpreter(advanced(points.x, i * s.x), advanced(points.p, i * s.p), advanced(points.w, i * s.w),
+                    workspace.work_.data(), workspace.interpreters_[order]);
+    const double* out = workspace.work_.data();
+    copy_out(out, n_y, advanced(points.y, i * s.y));
+    copy_out(out, n_j, advanced(points.jacobian, i * s.jacobian));
+    copy_out(out, n_h, advanced(points.hessian, i * s.hessian));
+    if (points.status) points.status[i] = status;
+    if (status && !first) first = {status, i};
+  }
+  return first;
+}
+
+Violation CompiledFunction::run(Order order, const Points& points, Workspace& workspace) const {
+  require(order, "evaluated");
+  if (workspace.owner_ != kernels_)
+    throw ArgumentError("\"" + name() + "\" is evaluated with the workspace of another function");
+  const auto k = static_cast<std::size_t>(order);
+  return kernels_->is_compiled() ? kernels_->run_compiled(k, points, workspace)
+                                 : kernels_->run_interpreted(k, points, workspace);
+}
+
+void CompiledFunction::check(const Violation& violation, std::size_t lanes) const {
+  if (!violation) return;
+  throw GuardViolation(describe_guard(function(), violation.guard) +
+                       (lanes > 1 ? " (at point " + std::to_string(violation.lane) + ")" : ""));
+}
+
+void CompiledFunction::value(const double* x, const double* p, double* y, Workspace& workspace) const {
+  require_no_weights("value");
+  check(run(Order::kValue, {1, x, p, nullptr, y, nullptr, nullptr, nullptr, nullptr}, workspace));
+}
+
+void CompiledFunction::first_order(const double* x, const double* p, double* y, double* jacobian,
+                                   Workspace& workspace) const {
+  require_no_weights("first_order");
+  check(run(Order::kFirst, {1, x, p, nullptr, y, jacobian, nullptr, nullptr, nullptr}, workspace));
+}
+
+void CompiledFunction::second_order(const double* x, const double* p, const double* w, double* y,
+                                    double* jacobian, double* hessian, Workspace& workspace) const {
+  check(run(Order::kSecond, {1, x, p, w, y, jacobian, hessian, nullptr, nullptr}, workspace));
+}
+
+CompiledFunction::Evaluation CompiledFunction::evaluate(Order order, const std::vector<double>& x,
+                                                        const std::vector<double>& p,
+                                                        const std::vector<double>& w) const {
+  require(order, "evaluated");
+  const auto expect = [&](const char* block, std::size_t found, std::size_t expected) {
+    if (found != expected)
+      throw ArgumentError(std::string("evaluate: ") + block + " has " + std::to_string(found) +
+                          " entries, function \"" + name() + "\" expects " + std::to_string(expected));
+  };
+  expect("x", x.size(), n_x());
+  expect("p", p.size(), n_p());
+  expect("w", w.size(), n_w() + (order == Order::kSecond ? n_y() : 0));
+  Evaluation result;
+  result.y.resize(n_y());
+  if (order >= Order::kFirst) result.jacobian.resize(kernels_->jacobian.nnz());
+  if (order >= Order::kSecond) result.hessian.resize(kernels_->hessian.nnz());
+  Workspace workspace(*this);
+  check(run(order,
+            {1, x.data(), p.data(), w.data(), result.y.data(), result.jacobian.data(), result.hessian.data(),
+             nullptr, nullptr},
+            workspace));
+  return result;
+}
+
+void CompiledFunction::require(Order wanted, const char* what) const {
+  if (wanted <= order()) return;
+  throw ArgumentError("\"" + name() + "\" was made for order " + std::to_string(static_cast<int>(order())) +
+                      " (" + kOrderNames[static_cast<int>(order())] + ") and is " + what + " for order " +
+                      std::to_string(static_cast<int>(wanted)) + " (" +
+                      kOrderNames[static_cast<int>(wanted)] +
+                      "); make it with options.order = " + std::to_string(static_cast<int>(wanted)));
+}
+
+void CompiledFunction::require_no_weights(const char* what) const {
+  if (n_w() == 0) return;
+  throw ArgumentError(std::string(what) + ": \"" + name() + "\" has " + std::to_string(n_w()) +
+                      " weights of its own; use run(), which takes them");
+}
+
+std::size_t CompiledFunction::n_x() const { return function().n_x(); }
+std::size_t CompiledFunction::n_p() const { return function().n_p(); }
+std::size_t CompiledFunction::n_w() const { return function().n_w(); }
+std::size_t CompiledFunction::n_y() const { return function().n_y(); }
+Order CompiledFunction::order() const { return kernels_->options.order; }
+const Function& CompiledFunction::function() const { return kernels_->product.function; }
+const std::string& CompiledFunction::name() const { return kernels_->name; }
+
+const Pattern& CompiledFunction::jacobian_pattern() const {
+  require(Order::kFirst, "asked");
+  return kernels_->jacobian;
+}
+
+const Pattern& CompiledFunction::hessian_pattern() const {
+  require(Order::kSecond, "asked");
+  return kernels_->hessian;
+}
+
+Route CompiledFunction::route() const {
+  return kernels_->is_compiled() ? Route::kCompiled : Route::kInterpreter;
+}
+const Timings& CompiledFunction::timings() const { return kernels_->product.timings; }
+const std::string& CompiledFunction::source_path() const { return kernels_->product.source_path; }
+const std::string& CompiledFunction::compiler() const { return kernels_->product.compiler; }
+
+std::size_t CompiledFunction::operations(Order wanted) const {
+  require(wanted, "asked");
+  return kernels_->operations[static_cast<std::size_t>(wanted)];
+}
+
+}  // namespace dyntape

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// DYNTAPE_DUMP=folder: what each stage of the pipeline made, in files to look at.
+//
+//   const Dump dump("arm");            does nothing unless the variable is set
+//   dump.graph("recorded", function);  folder/arm.recorded.txt
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/print_c.h>
+
+namespace dyntape::codegen {
+
+class Dump {
+ public:
+  explicit Dump(const std::string& name);
+
+  void graph(const std::string& stage, const Function& function) const;
+  void graphs(const std::string& stage, const std::vector<Derivatives>& derivatives) const;
+  void schedules(const std::vector<KernelPlan>& plans) const;
+  void text(const std::string& extension, const std::string& text) const;
+
+ private:
+  std::string prefix_;  // empty: switched off
+};
+
+// One node a line: "%12 = Mul %3 %4".
+std::string to_text(const Function& function);
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/flags.h>
+
+#include <algorithm>
+#include <set>
+#include <string_view>
+
+#include <dyntape/autodiff/op.h>
+#include <dyntape/codegen/notice.h>
+
+namespace dyntape::codegen {
+namespace {
+
+// Correctly rounded or exact in every implementation, and worth an instruction.
+constexpr std::string_view kExact[] = {"sqrt", "fabs", "floor", "ceil", "trunc", "copysign"};
+
+// "atan2($0, $1)" -> "atan2"; empty if the spelling is not a call.
+std::string called_function(std::string_view spelling) {
+  const std::size_t end = spelling.find('(');
+  return end == std::string_view::npos ? "" : std::string(spelling.substr(0, end));
+}
+
+std::vector<std::string> make_contract_flags() {
+  // No errno: sqrt need not look for a negative argument.  Values are the same.
+  std::vector<std::string> flags = {"-ffp-contract=off", "-fno-math-errno"};
+  std::set<std::string> functions;
+  for (int op = 0; op < kTableOps; ++op) {
+    const std::string function = called_function(kOpInfo[op].c);
+    if (!function.empty() && std::find(std::begin(kExact), std::end(kExact), function) == std::end(kExact))
+      functions.insert("-fno-builtin-" + function);
+  }
+  flags.insert(flags.end(), functions.begin(), functions.end());
+  return flags;
+}
+
+bool starts_with_any(std::string_view flag, std::initializer_list<std::string_view> prefixes) {
+  return std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return flag.starts_with(p); });
+}
+
+bool is_accepted(std::string_view flag) {
+  if (flag == "-Ofast") return false;
+  // -m takes part: processors are named by it.  These few change arithmetic.
+  if (starts_with_any(flag,
+                      {"-mfpmath", "-mrecip", "-mpc", "-mdaz", "-m32", "-mx32", "-m96", "-mlong-double"}))
+    return false;
+  return starts_with_any(flag, {"-O", "-g", "-m", "-D", "-I", "-W"}) && !flag.starts_with("-Wl,") &&
+         !flag.starts_with("-Wa,") && !flag.starts_with("-Wp,");
+}
+
+}  // namespace
+
+const std::vector<std::string>& contract_flags() {
+  static const std::vector<std::string> flags = make_contract_flags();
+  return flags;
+}
+
+std::vector<std::string> accepted_flags(const std::vector<std::string>& flags) {
+  std::vector<std::string> accepted;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    const std::string& flag = flags[i];
+    if (flag.empty()) continue;
+    if (!is_accepted(flag)) {
+      say_once("the compile flag " + flag +
+               " is left out: passed on are -O0 to -O3, -g, -m, -D, -I and -W, which do not change results");
+      continue;
+    }
+    accepted.push_back(flag);
+    if ((flag == "-D" || flag == "-I") && i + 1 < flags.size()) accepted.push_back(flags[++i]);
+  }
+  return accepted;
+}
+
+}  // namespace dyntape::codegen

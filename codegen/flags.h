@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Which flags generated code is compiled with.
+//
+//   contract_flags()                   -ffp-contract=off -fno-builtin-pow -fno-builtin-sin ...
+//   accepted_flags({"-O3", "-ffast-math"})        {"-O3"}, and a notice that -ffast-math is left out
+//
+// The contract: no contraction into fma, no relaxed arithmetic, and every elementary function is libm's, once
+// for each time it stands in the text.  Left to itself gcc rewrites pow(x, 2.0) to x * x and pairs sin and
+// cos into one call, and folds calls of constants, with other last bits.  Functions that are exact whoever
+// computes them (sqrt, fabs, floor, ...) stay built in: they are single instructions.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace dyntape::codegen {
+
+const std::vector<std::string>& contract_flags();
+
+// The flags of a user that may be passed on, in order; what is left out is said once on stderr.
+std::vector<std::string> accepted_flags(const std::vector<std::string>& flags);
+
+}  // namespace dyntape::codegen

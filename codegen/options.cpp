@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/options.h>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
+
+const char* to_string(Route route) {
+  return route == Route::kCompiled ? "compiled" : route == Route::kInterpreter ? "interpreter" : "automatic";
+}
+
+Profile profile_from(const std::string& word) {
+  if (word == "strict") return Profile::kStrict;
+  if (word == "fast") return Profile::kFast;
+  throw ArgumentError("profile \"" + word + "\" does not exist; there are strict and fast");
+}
+
+Order order_from(int number) {
+  if (number < 0 || number > 2) {
+    throw ArgumentError("order " + std::to_string(number) +
+                        " does not exist; there are 0 (values), 1 (Jacobian) and 2 (Hessian)");
+  }
+  return static_cast<Order>(number);
+}
+
+}  // namespace dyntape

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What to generate, how to compile it and where to keep it.
+//
+//   CodegenOptions options;
+//   options.order = Order::kSecond;
+//   options.flags = {"-O3"};
+//   CompiledFunction f = CompiledFunction::make(function, options);          // compiled_function.h
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/derive.h>
+
+namespace dyntape {
+
+// strict: only rewrites that are exact; generated code equals the interpreter bit for bit.
+// fast:   rewrites in the graph that change rounding.  Never -ffast-math: NaN stays honest.
+enum class Profile { kStrict, kFast };
+
+// automatic: compiled, or interpreted where there is no compiler (said once on stderr).
+enum class Route { kAutomatic, kInterpreter, kCompiled };
+
+const char* to_string(Profile profile);
+const char* to_string(Route route);
+// Throw ArgumentError for any other word.
+Profile profile_from(const std::string& word);
+Order order_from(int number);
+
+struct CodegenOptions {
+  Order order = Order::kFirst;  // the highest that will be asked for; lower ones are always there
+  Profile profile = Profile::kStrict;
+  Route route = Route::kAutomatic;
+
+  // Empty: $DYNTAPE_CACHE, $XDG_CACHE_HOME/dyntape or ~/.cache/dyntape.
+  std::string cache_folder;
+  bool use_cache = true;       // false: compiled in a temporary folder that is removed again
+  bool force_rebuild = false;  // compiles even if the library is there
+
+  // Empty: $DYNTAPE_CC, cc, gcc or clang, the first that exists.
+  std::string compiler;
+  // -O -g -march -mtune -m -D -I -W are passed on; others (-ffast-math, ...) are left out, said once.
+  std::vector<std::string> flags;
+
+  std::string label;  // name in the generated code; empty: the name of the function
+
+  std::size_t piece_statements = 400;      // longer bodies are cut into functions of about this length
+  unsigned jobs = 0;                       // compilers at a time; 0: one a hardware thread
+  double compile_seconds = 900;            // a compiler that takes longer is ended
+  std::size_t compile_bytes = 8ull << 30;  // address space of one compiler
+};
+
+}  // namespace dyntape

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/print_body.h>
+
+#include <algorithm>
+
+#include <dyntape/codegen/c_text.h>
+
+namespace dyntape::codegen {
+namespace {
+
+constexpr char kBlockLetter[] = "xpw";
+
+class BodyPrinter {
+ public:
+  BodyPrinter(std::string& text, const Function& function, const Schedule& schedule, const Piece& piece,
+              const BodyStyle& style)
+      : text_(text),
+        function_(function),
+        graph_(function.graph),
+        schedule_(schedule),
+        piece_(piece),
+        style_(style) {}
+
+  void run() {
+    print_inputs();
+    for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
+      print_heading(i);
+      print(schedule_.steps[i]);
+    }
+  }
+
+ private:
+  void print_inputs() {
+    for (int block = 0; block < kBlocks; ++block) {
+      const auto& names = function_.input_names[block];
+      if (!piece_.inputs[block].empty()) heading("inputs: " + style_.inputs[block]);
+      for (std::uint32_t index : piece_.inputs[block]) {
+        text_ += "  const double ";
+        text_ += kBlockLetter[block];
+        append_integer(text_, index);
+        text_ += " = " + style_.inputs[block] + "[";
+        append_integer(text_, index);
+        text_ += "];";
+        if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
+        text_ += '\n';
+      }
+    }
+    if (!piece_.loads.empty()) heading("from earlier pieces");
+    for (const Crossing& load : piece_.loads) {
+      text_ += "  const double ";
+      name(load.node);
+      text_ += " = work[";
+      append_integer(text_, load.slot);
+      text_ += "];\n";
+    }
+  }
+
+  void heading(const std::string& what) { text_ += "  /* --- " + what + " --- */\n"; }
+
+  void print_heading(std::size_t step) {
+    for (const Section& section : schedule_.sections) {
+      const bool starts = section.begin == step, continues = step == piece_.begin && section.begin < step;
+      if (!(starts || continues) || section.end <= step) continue;
+      const std::string count = std::to_string(section.end - section.begin);
+      heading(section.group == Section::kShared ? "shared (" + count + " steps)"
+                                                : style_.outputs[section.group].heading);
+    }
+  }
+
+  void print(const Step& step) {
+    switch (step.kind) {
+      case Step::Kind::kCompute:
+        print_compute(step.index);
+        break;
+      case Step::Kind::kStore: {
+        const auto k = std::size_t{step.index};
+        const auto array = std::find_if(style_.outputs.begin(), style_.outputs.end(),
+                                        [&](const OutputArray& a) { return k >= a.begin && k < a.end; });
+        text_ += "  " + array->name + "[";
+        append_integer(text_, k - array->begin);
+        text_ += "] = ";
+        name(function_.outputs[k]);
+        text_ += ";\n";
+        break;
+      }
+      case Step::Kind::kCheck:
+        print_check(step.index);
+    }
+  }
+
+  void print_compute(NodeId id) {
+    const Node& node = graph_[id];
+    if (node.op == Op::Call) return print_call(id);
+    text_ += "  const double ";
+    name(id);
+    text_ += " = ";
+    if (node.op == Op::Result) {
+      text_ += 'c';
+      append_integer(text_, node.a);
+      text_ += '[';
+      append_integer(text_, node.b);
+      text_ += ']';
+    } else {
+      expression(node);
+    }
+    text_ += ";\n";
+    const auto store = std::lower_bound(piece_.stores.begin(), piece_.stores.end(), id,
+                                        [](const Crossing& c, NodeId key) { return c.node < key; });
+    if (store == piece_.stores.end() || store->node != id) return;
+    text_ += "  work[";
+    append_integer(text_, store->slot);
+    text_ += "] = ";
+    name(id);
+    text_ += ";\n";
+  }
+
+  // The operator's spelling with the names of the arguments put in.
+  void expression(const Node& node) {
+    const std::string_view spelling = info(node.op).c;
+    for (std::size_t i = 0; i < spelling.size(); ++i) {
+      if (spelling[i] == '$') {
+        name(node.argument(spelling[++i] - '0'));
+      } else {
+        text_ += spelling[i];
+      }
+    }
+  }
+
+  void print_call(NodeId id) {
+    const Callee& callee = *graph_.callees()[graph_[id].a];
+    text_ += "  double c";
+    append_integer(text_, id);
+    text_ += '[' + std::to_string(std::max<std::size_t>(callee.n_out, 1)) + "];\n";
+    if (callee.n_in) {
+      text_ += "  const double a";
+      append_integer(text_, id);
+      text_ += '[' + std::to_string(callee.n_in) + "] = {";
+      bool first = true;
+      graph_.for_each_argument(id, [&](NodeId a) {
+        if (!first) text_ += ", ";
+        first = false;
+        name(a);
+      });
+      text_ += "};\n";
+    }
+    text_ += "  " + style_.callees.at(&callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
+    append_integer(text_, id);
+    text_ += ");\n";
+  }
+
+  // Of several violated guards the first is reported, in whatever order they are met.
+  void print_check(std::uint32_t k) {
+    const Guard& guard = function_.guards[k];
+    const std::string word = std::to_string(k + 1) + "u";
+    text_ += "  if (";
+    name(guard.condition);
+    text_ += std::string(guard.expected ? " == 0.0" : " != 0.0") + " && *guard > " + word +
+             ") *guard = " + word + "; /* " + c_comment(guard.file) + ":" + std::to_string(guard.line) +
+             " */\n";
+  }
+
+  void name(NodeId id) {
+    const Node& node = graph_[id];
+    if (node.op == Op::Const) return append_number(text_, graph_.constant_value(id));
+    text_ += node.op == Op::Input ? kBlockLetter[node.a] : 't';
+    append_integer(text_, node.op == Op::Input ? node.b : id);
+  }
+
+  std::string& text_;
+  const Function& function_;
+  const Graph& graph_;
+  const Schedule& schedule_;
+  const Piece& piece_;
+  const BodyStyle& style_;
+};
+
+}  // namespace
+
+void append_piece(std::string& text, const Function& function, const Schedule& schedule, std::size_t piece,
+                  const BodyStyle& style) {
+  BodyPrinter(text, function, schedule, schedule.pieces[piece], style).run();
+}
+
+}  // namespace dyntape::codegen

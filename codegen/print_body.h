@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Prints the statements of a schedule: one `const double tN = ...;` a line.
+//
+//   BodyStyle style = {{"x", "p", "w"}, outputs, callees, guards};
+//   append_piece(text, function, schedule, 0, style);
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/callee.h>
+#include <dyntape/codegen/schedule.h>
+
+namespace dyntape::codegen {
+
+// Where a range of outputs is written: `array[k - begin] = ...`.
+struct OutputArray {
+  std::string name;
+  std::string heading;  // "Jacobian (96 of 540 entries)"
+  std::size_t begin, end;
+};
+
+struct BodyStyle {
+  std::array<std::string, kBlocks> inputs;              // names of the arrays that are read
+  std::vector<OutputArray> outputs;                     // by group of the schedule
+  const std::map<const Callee*, std::string>& callees;  // the C function of each
+};
+
+// What stands between the braces of the function for one piece, indented by two.
+void append_piece(std::string& text, const Function& function, const Schedule& schedule, std::size_t piece,
+                  const BodyStyle& style);
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,251 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/print_c.h>
+
+#include <algorithm>
+#include <map>
+
+#include <dyntape/autodiff/callee.h>
+#include <dyntape/codegen/c_text.h>
+#include <dyntape/codegen/print_body.h>
+#include <dyntape/codegen/print_tables.h>
+
+namespace dyntape::codegen {
+namespace {
+
+constexpr const char* kKernelNames[] = {"value", "first_order", "second_order"};
+constexpr const char* kOutputNames[] = {"y", "jacobian", "hessian"};
+constexpr const char* kInputNames[] = {"x", "p", "w"};
+
+// All callees that the kernels reach, each after those it calls itself.  An explicit stack: calls nest.
+std::vector<const Callee*> collect_callees(const KernelSets& sets) {
+  std::vector<const Callee*> order, stack;
+  std::map<const Callee*, bool> done;
+  const auto push_all = [&](const Graph& graph) {
+    for (const auto& callee : graph.callees()) stack.push_back(callee.get());
+  };
+  for (const KernelPlan& kernel : sets.kernels) push_all(kernel.derivatives.function.graph);
+  while (!stack.empty()) {
+    const Callee* callee = stack.back();
+    const auto [entry, is_new] = done.emplace(callee, false);
+    if (is_new && callee->recorded) {
+      push_all(callee->recorded->graph);
+      continue;
+    }
+    stack.pop_back();
+    if (!entry->second) order.push_back(callee);
+    entry->second = true;
+  }
+  return order;
+}
+
+class Printer {
+ public:
+  explicit Printer(const KernelSets& sets) : sets_(sets) {
+    source_.name = c_identifier(sets.name);
+    source_.symbol = descriptor_symbol(sets.content_hash);
+    for (const Callee* callee : collect_callees(sets)) {
+      callees_.emplace_back(callee);
+      callee_names_[callee] = "dt_" + c_identifier(callee->name) + "_" + std::to_string(callees_.size());
+    }
+  }
+
+  Source run() {
+    source_.pieces.push_back(0);
+    for (const Callee* callee : callees_) add_callee(*callee);
+    std::string entries;
+    for (std::size_t order = 0; order < sets_.kernels.size(); ++order) entries += add_kernel(order);
+    add_descriptor(entries);
+    assemble();
+    return std::move(source_);
+  }
+
+ private:
+  struct Definition {
+    std::string head, body;
+  };
+
+  void add_piece(std::string head, std::string body, std::size_t statements) {
+    definitions_.push_back({std::move(head), std::move(body)});
+    source_.pieces.push_back(statements);
+  }
+
+  void add_callee(const Callee& callee) {
+    std::string body = "  (void)in;\n  (void)out;\n";
+    std::size_t statements = 1;
+    if (callee.recorded) {
+      const Function& function = *callee.recorded;
+      const OutputRange all{0, function.n_y()};
+      const Schedule s = schedule(function, {all}, function.graph.size() + function.n_y() + 2);
+      append_piece(body, function, s, 0,
+                   {{"in", "", ""}, {{"out", "out", 0, function.n_y()}}, callee_names_});
+      statements = s.steps.size();
+    } else {
+      body += callee.c_body + "\n";
+    }
+    add_piece("void " + callee_names_.at(&callee) +
+                  "(const double* DYNTAPE_RESTRICT in, double* DYNTAPE_RESTRICT out)",
+              std::move(body), statements);
+  }
+
+  // Output arrays of the kernel with their headings.
+  static std::vector<OutputArray> outputs_of(const Derivatives& d) {
+    const auto heading = [](const char* what, const Pattern& pattern, std::size_t places) {
+      return std::string(what) + " (" + std::to_string(pattern.nnz()) + " of " + std::to_string(places) +
+             " entries)";
+    };
+    const std::size_t j = d.n_y, h = j + d.jacobian.nnz(), end = h + d.hessian.nnz();
+    std::vector<OutputArray> outputs = {{kOutputNames[0], "value (" + std::to_string(d.n_y) + ")", 0, j}};
+    if (d.order >= Order::kFirst)
+      outputs.push_back(
+          {kOutputNames[1], heading("Jacobian", d.jacobian, d.jacobian.rows * d.jacobian.cols), j, h});
+    if (d.order >= Order::kSecond)
+      outputs.push_back(
+          {kOutputNames[2],
+           heading("lower triangle of the Hessian", d.hessian, d.hessian.rows * (d.hessian.rows + 1) / 2), h,
+           end});
+    return outputs;
+  }
+
+  // Prints the pieces; returns the text of the entry point.
+  std::string add_kernel(std::size_t order) {
+    const KernelPlan& kernel = sets_.kernels[order];
+    const Function& function = kernel.derivatives.function;
+    const BodyStyle style{
+        {kInputNames[0], kInputNames[1], kInputNames[2]}, outputs_of(kernel.derivatives), callee_names_};
+    std::string calls;
+    for (std::size_t k = 0; k < kernel.schedule.pieces.size(); ++k) {
+      const Piece& piece = kernel.schedule.pieces[k];
+      std::string name = std::string("dt_") + kKernelNames[order] + "_" + std::to_string(k + 1), body;
+      append_piece(body, function, kernel.schedule, k, style);
+      const auto [parameters, arguments] = signature(kernel, piece, style);
+      add_piece("void " + name + "(" + parameters + ")", std::move(body), piece.end - piece.begin);
+      calls += "    " + name + "(" + arguments + ");\n";
+    }
+    source_.operations.push_back(operations(function));
+    return entry_point(order, style, calls);
+  }
+
+  // Parameters of the function for a piece, and what the entry point passes: only what it uses.
+  static std::pair<std::string, std::string> signature(const KernelPlan& kernel, const Piece& piece,
+                                                       const BodyStyle& style) {
+    std::string parameters, arguments;
+    const auto add = [&](const std::string& type, const std::string& name, const std::string& argument) {
+      parameters += (parameters.empty() ? "" : ", ") + type + name;
+      arguments += (arguments.empty() ? "" : ", ") + argument;
+    };
+    for (int block = 0; block < kBlocks; ++block) {
+      if (!piece.inputs[block].empty())
+        add("const double* DYNTAPE_RESTRICT ", kInputNames[block], std::string(kInputNames[block]) + "_lane");
+    }
+    std::vector<bool> writes(style.outputs.size(), false);
+    bool checks = false;
+    for (std::size_t i = piece.begin; i < piece.end; ++i) {
+      const Step& step = kernel.schedule.steps[i];
+      checks = checks || step.kind == Step::Kind::kCheck;
+      for (std::size_t g = 0; step.kind == Step::Kind::kStore && g < writes.size(); ++g) {
+        if (step.index >= style.outputs[g].begin && step.index < style.outputs[g].end) writes[g] = true;
+      }
+    }
+    for (std::size_t g = 0; g < writes.size(); ++g) {
+      if (writes[g]) add("double* DYNTAPE_RESTRICT ", style.outputs[g].name, style.outputs[g].name + "_lane");
+    }
+    if (!piece.loads.empty() || !piece.stores.empty()) add("double* DYNTAPE_RESTRICT ", "work", "work");
+    if (checks) add("uint32_t* ", "guard", "&guard");
+    return {parameters.empty() ? "void" : parameters, arguments};
+  }
+
+  // The loop over lanes.  Outputs that are not wanted are written to the work array.
+  std::string entry_point(std::size_t order, const BodyStyle& style, const std::string& calls) const {
+    const KernelPlan& kernel = sets_.kernels[order];
+    std::string body = "  size_t lane;\n";
+    std::string pointers, unused;
+    for (int block = 0; block < kBlocks; ++block) {
+      const std::string name = kInputNames[block];
+      const bool is_read = calls.find(name + "_lane") != std::string::npos;
+      if (!is_read) unused += "  (void)" + name + ";\n";
+      if (is_read)
+        pointers += "    const double* const " + name + "_lane = " + name + " + lane * (strides ? strides->" +
+                    name + " : " + std::to_string(kernel.derivatives.function.inputs[block]) + ");\n";
+    }
+    std::size_t scratch = kernel.schedule.work;
+    for (std::size_t g = 0; g < std::size(kOutputNames); ++g) {
+      const std::string name = kOutputNames[g];
+      const std::size_t n = g < style.outputs.size() ? style.outputs[g].end - style.outputs[g].begin : 0;
+      if (n == 0) {
+        unused += "  (void)" + name + ";\n";
+        continue;
+      }
+      pointers += "    double* const " + name + "_lane = " + name + " ? " + name +
+                  " + lane * (strides ? strides->" + name + " : " + std::to_string(n) + ") : work + " +
+                  std::to_string(scratch) + ";\n";
+      scratch += n;
+    }
+    if (scratch == 0) unused += "  (void)work;\n";
+    if (pointers.empty()) unused += "  (void)strides;\n";
+    const bool guarded = !kernel.derivatives.function.guards.empty();
+    return "void " + source_.name + "_" + kKernelNames[order] + "(" + entry_parameters() + ") {\n" + body +
+           unused + "  for (lane = 0; lane < lanes; ++lane) {\n" + pointers +
+           (guarded ? "    uint32_t guard = 0xffffffffu;\n" : "") + calls +
+           "    if (status) status[lane] = " + (guarded ? "guard == 0xffffffffu ? 0u : guard" : "0u") +
+           ";\n  }\n}\n\n";
+  }
+
+  static std::string entry_parameters() {
+    return "const double* x, const double* p, const double* w, double* y,\n    double* jacobian, double* "
+           "hessian, "
+           "double* work, size_t lanes, const dyntape_strides* strides,\n    uint32_t* status";
+  }
+
+  void add_descriptor(const std::string& entries) {
+    std::vector<KernelEntry> kernels;
+    for (std::size_t order = 0; order < sets_.kernels.size(); ++order) {
+      const KernelPlan& kernel = sets_.kernels[order];
+      kernels.push_back({source_.name + "_" + kKernelNames[order], order,
+                         kernel.schedule.work + kernel.derivatives.function.n_y(), source_.operations[order],
+                         kernel.schedule.live});
+    }
+    descriptor_ = entries + descriptor_tables(sets_, source_, kernels);
+  }
+
+  std::string entry_declarations() const {
+    std::string text;
+    for (std::size_t order = 0; order < sets_.kernels.size(); ++order)
+      text += "void " + source_.name + "_" + kKernelNames[order] + "(" + entry_parameters() + ");\n";
+    return text + "extern DYNTAPE_EXPORT const dyntape_descriptor " + source_.symbol + ";\n";
+  }
+
+  void assemble() {
+    std::string& text = source_.text;
+    text = banner(sets_, source_) + preamble() + open_c_linkage() + abi_text() + "\n" + export_macro() +
+           piece_macros();
+    for (const Definition& d : definitions_) text += "DYNTAPE_PIECE " + d.head + ";\n";
+    text += entry_declarations();
+    for (std::size_t k = 0; k < definitions_.size(); ++k) {
+      text += "\n" + piece_guard(k + 1) + "DYNTAPE_PIECE " + definitions_[k].head + " {\n" +
+              definitions_[k].body + "}\n#endif\n";
+      definitions_[k] = {};
+    }
+    text += "\n" + piece_guard(0) + descriptor_ + "#endif\n" + close_c_linkage();
+    source_.header = header_banner(sets_, source_) + "#ifndef " + source_.symbol + "_H\n#define " +
+                     source_.symbol + "_H\n" + preamble() + open_c_linkage() + abi_text() + "\n" +
+                     export_macro() + entry_declarations() + close_c_linkage() + "#endif\n";
+  }
+
+  static std::string piece_guard(std::size_t k) {
+    const std::string number = std::to_string(k);
+    return "#if DYNTAPE_FIRST <= " + number + " && " + number + " <= DYNTAPE_LAST\n";
+  }
+
+  const KernelSets& sets_;
+  Source source_;
+  std::vector<const Callee*> callees_;
+  std::map<const Callee*, std::string> callee_names_;
+  std::vector<Definition> definitions_;
+  std::string descriptor_;
+};
+
+}  // namespace
+
+Source print_c(const KernelSets& sets) { return Printer(sets).run(); }
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/print_tables.h>
+
+#include <array>
+
+#include <dyntape/codegen/c_text.h>
+#include <dyntape/codegen/flags.h>
+
+#include "embedded.inc"
+
+namespace dyntape::codegen {
+namespace {
+
+constexpr const char* kWhat[] = {"values", "values and Jacobian", "values, Jacobian and weighted Hessian"};
+
+bool is_operation(Op op) { return static_cast<int>(op) < kTableOps || op == Op::Call; }
+
+// Words in comment lines of bounded width, the first line after `head`, the others indented alike.
+std::string wrapped(const std::string& head, const std::vector<std::string>& words) {
+  std::string text = head;
+  std::size_t column = head.size();
+  for (const std::string& word : words) {
+    if (column + word.size() > 108 && column > head.size()) {
+      text += "\n *" + std::string(head.size() - 2, ' ');
+      column = head.size();
+    }
+    text += " " + word;
+    column += word.size() + 1;
+  }
+  return text + "\n";
+}
+
+std::string padded(std::string text, std::size_t width) {
+  text.resize(std::max(width, text.size()), ' ');
+  return text;
+}
+
+std::string block_line(const char* letter, const char* what, std::size_t n,
+                       const std::vector<std::string>& names) {
+  std::vector<std::string> words = {std::to_string(n), what};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    words.push_back((i ? "" : ": ") + c_comment(names[i]) + (i + 1 < names.size() ? "," : ""));
+  return wrapped(std::string(" *   ") + padded(letter, 8), words);
+}
+
+std::string pattern_line(const char* letter, const char* what, const Pattern& pattern) {
+  return wrapped(std::string(" *   ") + padded(letter, 8),
+                 {std::to_string(pattern.nnz()), what, "(" + std::to_string(pattern.rows), "x",
+                  std::to_string(pattern.cols) + ")"});
+}
+
+std::vector<std::string> operation_words(const KernelPlan& kernel) {
+  std::array<std::size_t, std::size(kOpInfo)> counts{};
+  for (const Node& node : kernel.derivatives.function.graph.nodes()) ++counts[static_cast<int>(node.op)];
+  std::vector<std::string> words = {std::to_string(operations(kernel.derivatives.function)), "operations:"};
+  for (std::size_t op = 0; op < counts.size(); ++op) {
+    if (counts[op] && is_operation(static_cast<Op>(op)))
+      words.push_back(std::to_string(counts[op]) + " " + std::string(kOpInfo[op].name) + ",");
+  }
+  const std::size_t pieces = kernel.schedule.pieces.size();
+  words.push_back(std::to_string(kernel.schedule.live) + " values live at most,");
+  words.push_back(std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces"));
+  return words;
+}
+
+std::string pattern_initialiser(const char* name, const Pattern& pattern) {
+  const std::string table = std::string("dt_") + name;
+  return "  {" + std::to_string(pattern.rows) + "u, " + std::to_string(pattern.cols) + "u, " +
+         std::to_string(pattern.nnz()) + "u, " +
+         (pattern.nnz() ? table + "_row, " + table + "_col" : "NULL, NULL") + "}, /* " + name + " */\n";
+}
+
+std::string pattern_tables(const char* name, const Pattern& pattern) {
+  return c_table(std::string("dt_") + name + "_row", pattern.row) +
+         c_table(std::string("dt_") + name + "_col", pattern.col);
+}
+
+std::string block_initialiser(const char* letter, std::size_t n, const std::vector<std::string>& names) {
+  return "  {" + std::to_string(n) + "u, " + (names.empty() ? "NULL" : std::string("dt_names_") + letter) +
+         "}, /* " + letter + " */\n";
+}
+
+std::string guard_table(const Function& function) {
+  if (function.guards.empty()) return {};
+  std::string text =
+      "static const dyntape_guard dt_guards[" + std::to_string(function.guards.size()) + "] = {\n";
+  for (const Guard& guard : function.guards)
+    text += "  {" + c_string(guard.file) + ", " + std::to_string(guard.line) + "u, " +
+            (guard.expected ? "1u" : "0u") + "},\n";
+  return text + "};\n";
+}
+
+std::string kernel_table(const std::vector<KernelEntry>& kernels) {
+  std::string text = "static const dyntape_kernel dt_kernels[" + std::to_string(kernels.size()) + "] = {\n";
+  for (const KernelEntry& k : kernels)
+    text += "  {" + std::to_string(k.order) + "u, 1u, " + std::to_string(k.work) + "u, " +
+            std::to_string(k.operations) + "u, " + std::to_string(k.live) + "u, " + k.symbol + "},\n";
+  return text + "};\n";
+}
+
+}  // namespace
+
+const char* generator_version() { return kVersion; }
+const char* generator_fingerprint() { return kFingerprint; }
+std::string descriptor_symbol(const std::string& content_hash) { return "dyntape_" + content_hash; }
+
+std::size_t operations(const Function& function) {
+  std::size_t count = 0;
+  for (const Node& node : function.graph.nodes()) count += is_operation(node.op);
+  return count;
+}
+
+std::string banner(const KernelSets& sets, const Source& source) {
+  const Function& f = sets.function;
+  const Derivatives& d = sets.kernels.back().derivatives;
+  std::string text = "/* " + c_comment(sets.name) + ": " + kWhat[sets.kernels.size() - 1] +
+                     ".\n *\n * Generated by dyntape " + kVersion + "; do not edit.\n *   profile       " +
+                     to_string(sets.profile) + "\n *   content hash  " + sets.content_hash + "\n";
+  text += wrapped(" *   compile with ", contract_flags()) +
+          " *                 and never -ffast-math\n *\n * inputs\n";
+  text += block_line("x", "variables", f.n_x(), f.input_names[0]);
+  text += block_line("p", "parameters", f.n_p(), f.input_names[1]);
+  text += block_line("w", sets.kernels.size() > 2 ? "weights, then one an output for the Hessian" : "weights",
+                     f.n_w(), f.input_names[2]);
+  text += " *\n * outputs\n" + block_line("y", "values", f.n_y(), f.output_names);
+  if (d.order >= Order::kFirst) text += pattern_line("jacobian", "non-zeros of dy/dx", d.jacobian);
+  if (d.order >= Order::kSecond)
+    text += pattern_line("hessian", "non-zeros of the lower triangle of sum_i w_i d2y_i/dx2", d.hessian);
+  text += " *\n * kernels\n";
+  constexpr const char* kKernels[] = {"_value", "_first_order", "_second_order"};
+  for (std::size_t k = 0; k < sets.kernels.size(); ++k)
+    text += wrapped(" *   " + source.name + kKernels[k] + ":", operation_words(sets.kernels[k]));
+  return text + " */\n";
+}
+
+std::string header_banner(const KernelSets& sets, const Source& source) {
+  return "/* " + c_comment(sets.name) + ": declares what " + source.name +
+         ".c defines.\n *\n * Generated by dyntape " + kVersion + "; do not edit.\n */\n";
+}
+
+std::string preamble() { return "#include <math.h>\n#include <stddef.h>\n#include <stdint.h>\n\n"; }
+
+std::string open_c_linkage() { return "#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n"; }
+std::string close_c_linkage() { return "\n#ifdef __cplusplus\n}\n#endif\n"; }
+std::string abi_text() { return kAbiText; }
+
+std::string export_macro() {
+  return "#ifndef DYNTAPE_EXPORT\n#if defined(__GNUC__)\n"
+         "#define DYNTAPE_EXPORT __attribute__((visibility(\"default\")))\n"
+         "#else\n#define DYNTAPE_EXPORT\n#endif\n#endif\n";
+}
+
+std::string piece_macros() {
+  return "\n/* The pieces of this file may be compiled apart, each unit with the numbers of its first and "
+         "last. */\n"
+         "#ifdef DYNTAPE_FIRST\n#define DYNTAPE_LINKAGE\n#else\n#define DYNTAPE_FIRST 0\n"
+         "#define DYNTAPE_LAST 2147483647\n#define DYNTAPE_LINKAGE static\n#endif\n"
+         "#if defined(__GNUC__)\n#define DYNTAPE_PIECE DYNTAPE_LINKAGE __attribute__((noinline))\n"
+         "#define DYNTAPE_RESTRICT __restrict__\n#else\n#define DYNTAPE_PIECE DYNTAPE_LINKAGE\n"
+         "#define DYNTAPE_RESTRICT\n#endif\n\n";
+}
+
+std::string descriptor_tables(const KernelSets& sets, const Source& source,
+                              const std::vector<KernelEntry>& kernels) {
+  const Function& f = sets.function;
+  const Derivatives& d = sets.kernels.back().derivatives;
+  std::string text = pattern_tables("jacobian", d.jacobian) + pattern_tables("hessian", d.hessian);
+  text += c_table("dt_names_x", f.input_names[0]) + c_table("dt_names_p", f.input_names[1]) +
+          c_table("dt_names_w", f.input_names[2]) + c_table("dt_names_y", f.output_names);
+  text += guard_table(f) + kernel_table(kernels);
+  text += "\nconst dyntape_descriptor " + source.symbol +
+          " = {\n  DYNTAPE_ABI, (uint32_t)sizeof(dyntape_descriptor),\n  " +
+          c_string(std::string("dyntape ") + kVersion) + ", " + c_string(sets.name) + ",\n  " +
+          c_string(sets.content_hash) + ", \"" + to_string(sets.profile) + "\", \"double\",\n";
+  text += block_initialiser("x", f.n_x(), f.input_names[0]) +
+          block_initialiser("p", f.n_p(), f.input_names[1]) +
+          block_initialiser("w", f.n_w(), f.input_names[2]) + block_initialiser("y", f.n_y(), f.output_names);
+  text += pattern_initialiser("jacobian", d.jacobian) + pattern_initialiser("hessian", d.hessian);
+  text += "  " + std::to_string(f.guards.size()) + "u, " + std::to_string(kernels.size()) + "u, " +
+          (f.guards.empty() ? "NULL" : "dt_guards") + ", dt_kernels\n};\n";
+  return text;
+}
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Runs programs: without a shell, without our file descriptors, bounded in time and memory.
+//
+//   std::vector<Outcome> done = run_all({{{"/usr/bin/cc", "-c", "a.c"}, "log-a"}}, {2, 60.0, 4ull << 30});
+//   done[0].status                  exit status; 128 + number if a signal ended it; kTimedOut, kNotStarted
+//   done[0].output                  what it wrote to stdout and stderr
+//
+// Nothing is thrown for a program that fails: the caller knows what it means.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace dyntape::codegen {
+
+struct Command {
+  std::vector<std::string> arguments;  // the program first, with its path
+  std::string log;                     // a file that receives stdout and stderr
+  std::string temporary_folder;        // $TMPDIR of the program; empty: ours
+};
+
+struct Bounds {
+  unsigned jobs = 1;               // programs at a time
+  double seconds = 600;            // each
+  std::size_t bytes = 8ull << 30;  // address space of each
+};
+
+struct Outcome {
+  static constexpr int kNotStarted = 127;
+  static constexpr int kTimedOut = 124;
+  int status = kNotStarted;
+  std::string output;
+};
+
+std::vector<Outcome> run_all(const std::vector<Command>& commands, const Bounds& bounds);
+
+// As a person would type it.
+std::string to_text(const std::vector<std::string>& arguments);
+
+}  // namespace dyntape::codegen
