@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape bench: what each route to a function of a robot costs, and how exact it is.
+#include <chrono>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/function/robot_evaluator.h>
+#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/table.h>
+
+#include "commands.h"
+#include "measure.h"
+
+namespace dyntape::tools {
+namespace {
+
+struct Options {
+  RobotOptions robot;
+  std::string function;
+  int states = 100;
+  std::uint64_t seed = 1;
+  bool json = false;
+};
+
+struct Row {
+  RobotRoute route;
+  double seconds = 0, error = 0;
+  double prepare = 0;  // record, derive, print, compile, load: from the model to the first evaluation
+  std::size_t operations = 0;
+  Timings timings;
+};
+
+Row measure(const dynamics::Model<double>& model, RobotFunction function, RobotRoute route,
+            const std::vector<Eigen::VectorXd>& states, const std::vector<std::vector<double>>& expected) {
+  RobotEvaluatorOptions options;
+  options.codegen.use_cache = false;  // cold: what making it costs
+  const auto start = std::chrono::steady_clock::now();
+  RobotEvaluator evaluate(model, function, route, options);
+  Row row{.route = route};
+  row.prepare = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  std::vector<double> result(evaluate.n_out());
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    evaluate.evaluate(states[i].data(), result.data());
+    const double error = relative_error(expected[i], result.data(), is_derivative(function) ? 3 : 1);
+    row.error = error <= row.error ? row.error : error;
+  }
+  row.seconds = median_seconds(
+      [&](std::size_t i) { evaluate.evaluate(states[i % states.size()].data(), result.data()); });
+  if (evaluate.recorded()) row.operations = total_operations(*evaluate.recorded());
+  if (evaluate.compiled()) row.timings = evaluate.compiled()->timings();
+  return row;
+}
+
+nlohmann::json to_json(const Row& row) {
+  nlohmann::json j = {
+      {"route", to_string(row.route)},
+      {"time_s", row.seconds},
+      {"error", row.error},
+      {"prepare_s", row.prepare},
+      {"operations", row.operations ? nlohmann::json(row.operations) : nlohmann::json(nullptr)}};
+  if (row.route == RobotRoute::kGenerated) {
+    j["derive_s"] = row.timings.derive;
+    j["print_s"] = row.timings.schedule + row.timings.print;
+    j["compile_s"] = row.timings.compile;
+  }
+  return j;
+}
+
+void run(const Options& options) {
+  const auto robot = load_robot(options.robot);
+  const RobotFunction function = robot_function_from(options.function);
+  const auto states = random_states(robot.model, function, options.states, options.seed);
+  std::vector<std::vector<double>> expected;
+  for (const auto& state : states) expected.push_back(reference(robot.model, function, state));
+
+  std::vector<Row> rows;
+  {
+    io::Progress progress("measuring", std::size(kRobotRoutes));
+    for (RobotRoute route : kRobotRoutes) {
+      progress.update(static_cast<long>(rows.size()), to_string(route));
+      if (has_route(function, route)) rows.push_back(measure(robot.model, function, route, states, expected));
+    }
+  }
+  if (options.json) {
+    nlohmann::json report = {{"robot", robot.model.name},  {"function", options.function},
+                             {"nv", robot.model.nv},       {"states", options.states},
+                             {"seed", options.seed},       {"processor", processor_name()},
+                             {"compiler", compiler_name()}};
+    for (const Row& row : rows) report["routes"].push_back(to_json(row));
+    std::cout << report.dump(2) << "\n";
+    return;
+  }
+  std::cout << robot.model.name << " " << options.function << ", nv " << robot.model.nv
+            << ": median time of one "
+            << "evaluation, largest error against 113 bits over " << options.states << " states (seed "
+            << options.seed << ")\n"
+            << processor_name() << ", " << compiler_name() << "\n\n";
+  io::TextTable table({{"route"},
+                       {"time", "us", io::Align::kRight},
+                       {"error", "", io::Align::kRight},
+                       {"operations", "", io::Align::kRight},
+                       {"made in", "", io::Align::kRight},
+                       {"of it compiling", "", io::Align::kRight}});
+  for (const Row& row : rows) {
+    const bool generated = row.route == RobotRoute::kGenerated;
+    table.append({to_string(row.route), io::significant(row.seconds * 1e6, 3), io::scientific(row.error),
+                  row.operations ? io::with_groups(static_cast<long long>(row.operations)) : "",
+                  io::duration(row.prepare), generated ? io::duration(row.timings.compile) : ""});
+  }
+  std::cout << table.text();
+}
+
+}  // namespace
+
+void add_bench(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "bench", "time, operations, generation and compile time, and error against 113 bits, of every route");
+  const auto options = std::make_shared<Options>();
+  add_robot_options(*command, options->robot);
+  command->add_option("--function", options->function, "what to measure")
+      ->required()
+      ->check(CLI::IsMember({"rnea", "aba", "crba", "id-derivatives", "fd-derivatives"}))
+      ->type_name("rnea|aba|crba|id-derivatives|fd-derivatives");
+  command->add_option("--states", options->states, "random states")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  command->add_flag("--json", options->json, "for programs");
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace dyntape::tools

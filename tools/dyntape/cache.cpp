@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape cache: what is stored, whether it is sound, and how to be rid of it.
+#include <ctime>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/cache.h>
+#include <dyntape/interface/io/table.h>
+
+#include "commands.h"
+
+namespace dyntape::tools {
+namespace {
+
+using codegen::Cache;
+using codegen::Entry;
+using codegen::Fault;
+
+struct Options {
+  std::string folder;
+  bool json = false;
+};
+
+Cache open(const Options& options) {
+  auto cache = Cache::open(options.folder);
+  if (!cache) {
+    throw FileError("no cache: " + (options.folder.empty() ? Cache::usual_folder() : options.folder) +
+                    " cannot be used");
+  }
+  return *cache;
+}
+
+std::string digest(const Entry& entry) { return std::filesystem::path(entry.folder).filename().string(); }
+
+std::string day(std::int64_t seconds) {
+  const auto time = static_cast<std::time_t>(seconds);
+  char text[32];
+  std::tm local{};
+  localtime_r(&time, &local);
+  return std::string(text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M", &local));
+}
+
+void list(const Options& options) {
+  const Cache cache = open(options);
+  const std::vector<Entry> entries = cache.list();
+  if (options.json) {
+    nlohmann::json rows = nlohmann::json::array();
+    for (const Entry& e : entries) {
+      rows.push_back({{"key", digest(e)},
+                      {"name", e.manifest.name},
+                      {"order", e.manifest.order},
+                      {"profile", e.manifest.profile},
+                      {"compiler", e.manifest.compiler},
+                      {"bytes", e.bytes},
+                      {"last_used", e.last_used},
+                      {"library", e.library()},
+                      {"source", e.source()}});
+    }
+    std::cout << nlohmann::json{{"folder", cache.folder()}, {"entries", rows}}.dump(2) << "\n";
+    return;
+  }
+  io::TextTable table({{"function"},
+                       {"order", "", io::Align::kRight},
+                       {"profile"},
+                       {"size", "KiB", io::Align::kRight},
+                       {"last used"},
+                       {"key"}});
+  std::uint64_t bytes = 0;
+  for (const Entry& e : entries) {
+    bytes += e.bytes;
+    table.append({e.manifest.name, std::to_string(e.manifest.order), e.manifest.profile,
+                  io::with_groups(static_cast<long long>(e.bytes / 1024)), day(e.last_used), digest(e)});
+  }
+  if (!entries.empty()) std::cout << table.text() << "\n";
+  std::cout << entries.size() << (entries.size() == 1 ? " library, " : " libraries, ")
+            << io::with_groups(static_cast<long long>(bytes / 1024)) << " KiB in " << cache.folder() << "\n";
+}
+
+void verify(const Options& options) {
+  const Cache cache = open(options);
+  nlohmann::json bad = nlohmann::json::array();
+  const std::vector<Entry> entries = cache.list();
+  for (const Entry& e : entries) {
+    const auto verdict = cache.verify(digest(e));
+    if (verdict.fault == Fault::kNone) continue;
+    bad.push_back({{"key", digest(e)}, {"name", e.manifest.name}, {"reason", verdict.reason}});
+  }
+  if (options.json) {
+    std::cout << nlohmann::json{{"folder", cache.folder()}, {"checked", entries.size()}, {"bad", bad}}.dump(2)
+              << "\n";
+  } else {
+    for (const auto& entry : bad) {
+      std::cout << entry["key"].get<std::string>() << " (" << entry["name"].get<std::string>()
+                << "): " << entry["reason"].get<std::string>() << "\n";
+    }
+    std::cout << entries.size() - bad.size() << " of " << entries.size() << " libraries sound in "
+              << cache.folder() << "\n";
+  }
+  if (!bad.empty()) throw Failure{};
+}
+
+void clear(const Options& options) {
+  const Cache cache = open(options);
+  const std::size_t removed = cache.clear();
+  if (options.json) {
+    std::cout << nlohmann::json{{"folder", cache.folder()}, {"removed", removed}}.dump(2) << "\n";
+  } else {
+    std::cout << removed << (removed == 1 ? " library" : " libraries") << " removed from " << cache.folder()
+              << "\n";
+  }
+}
+
+}  // namespace
+
+void add_cache(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("cache", "list, verify or clear the store of compiled libraries");
+  command->require_subcommand(1);
+  const auto options = std::make_shared<Options>();
+  const auto add = [&](const char* name, const char* help, void (*action)(const Options&)) {
+    CLI::App* sub = command->add_subcommand(name, help);
+    sub->add_option("--folder", options->folder,
+                    "the store (default: $DYNTAPE_CACHE, then the user's cache folder)")
+        ->type_name("DIR");
+    sub->add_flag("--json", options->json, "for programs");
+    sub->callback([options, action] { action(*options); });
+  };
+  add("list", "every library: function, order, profile, size, when it was last used, key", list);
+  add("verify", "check every library against its manifest; the exit status is 0 only if all are sound",
+      verify);
+  add("clear", "remove every library", clear);
+}
+
+}  // namespace dyntape::tools

@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measure.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <random>
+
+#include <dyntape/codegen/compile.h>
+#include <dyntape/dynamics/float128.h>
+#include <dyntape/interface/function/robot_plain.h>
+
+namespace dyntape::tools {
+
+std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model, RobotFunction function,
+                                           int count, std::uint64_t seed) {
+  std::mt19937_64 random(seed);
+  std::normal_distribution<double> normal;
+  const Eigen::Index rest = detail::rest_of_state(model.nv, function);
+  std::vector<Eigen::VectorXd> states;
+  for (int i = 0; i < count; ++i) {
+    Eigen::VectorXd q = Eigen::VectorXd::Zero(model.nq);
+    for (const auto& joint : model.joints) {
+      using dynamics::JointType;
+      auto entries = q.segment(joint.idx_q, dynamics::nq(joint.type));
+      switch (joint.type) {
+        case JointType::kFreeFlyer:
+          for (int k = 0; k < 7; ++k) entries[k] = normal(random);
+          entries.tail<4>().normalize();
+          break;
+        case JointType::kContinuous: {
+          const double angle = std::uniform_real_distribution<double>(-1.5, 1.5)(random);
+          entries << std::cos(angle), std::sin(angle);
+          break;
+        }
+        default: {
+          const double low = std::max(-1.5, joint.limits.lower), high = std::min(1.5, joint.limits.upper);
+          entries[0] =
+              std::uniform_real_distribution<double>(std::min(low, high), std::max(low, high))(random);
+        }
+      }
+    }
+    Eigen::VectorXd state(model.nq + rest);
+    state.head(model.nq) = q;
+    for (Eigen::Index k = 0; k < rest; ++k) state[model.nq + k] = normal(random);
+    states.push_back(state);
+  }
+  return states;
+}
+
+std::vector<double> reference(const dynamics::Model<double>& model, RobotFunction function,
+                              const Eigen::VectorXd& state) {
+  using Quad = dynamics::Float128;
+  const dynamics::Model<Quad> exact = model.cast<Quad>();
+  dynamics::Data<Quad> data(exact);
+  const dynamics::VectorX<Quad> x = state.cast<Quad>();
+  const Eigen::Index rest = detail::rest_of_state(model.nv, function) / 2;
+  const dynamics::VectorX<Quad> q = x.head(model.nq), v = x.segment(model.nq, rest), w = x.tail(rest);
+  std::vector<Quad> y(detail::size_of_result(model.nv, function));
+  detail::run<Quad>(exact, data, function, q, v, w, y.data());
+  std::vector<double> rounded;
+  for (const Quad& value : y) rounded.push_back(static_cast<double>(value));
+  return rounded;
+}
+
+double relative_error(const std::vector<double>& expected, const double* got, int blocks) {
+  const std::size_t size = expected.size() / static_cast<std::size_t>(blocks);
+  double worst = 0;
+  for (std::size_t first = 0; first < expected.size(); first += size) {
+    double error = 0, scale = 0;
+    for (std::size_t i = first; i < first + size; ++i) {
+      const double e = std::abs(got[i] - expected[i]);
+      error = e <= error ? error : e;  // a NaN stays
+      scale = std::max(scale, std::abs(expected[i]));
+    }
+    const double relative = scale > 0 ? error / scale : error;
+    worst = relative <= worst ? worst : relative;
+  }
+  return worst;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+double median_seconds(const std::function<void(std::size_t)>& call, int repeats) {
+  using Clock = std::chrono::steady_clock;
+  const auto timed = [&](std::size_t calls) {
+    const auto start = Clock::now();
+    for (std::size_t i = 0; i < calls; ++i) call(i);
+    return std::chrono::duration<double>(Clock::now() - start).count();
+  };
+  std::size_t calls = 1;
+  while (timed(calls) < 1e-3 && calls < 1u << 24) calls *= 2;  // warms up as well
+  std::vector<double> seconds;
+  for (int i = 0; i < repeats; ++i) seconds.push_back(timed(calls) / static_cast<double>(calls));
+  return median(std::move(seconds));
+}
+
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.rfind("model name", 0) == 0) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+std::string compiler_name() {
+  const auto found = codegen::find_compiler("", {});
+  return found ? found->version : "none";
+}
+
+}  // namespace dyntape::tools

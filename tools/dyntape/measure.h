@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What `bench` and `study` have in common: random states, errors against 113 bits, times.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/function/robot_functions.h>
+
+namespace dyntape::tools {
+
+// Random states of a function, the same for the same seed: joints within +-1.5 and their limits, a random
+// orientation of a free-flyer, v and a | tau standard normal.
+std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model, RobotFunction function,
+                                           int count, std::uint64_t seed);
+
+// The function in 113 bits, by the analytic code, rounded to double.
+std::vector<double> reference(const dynamics::Model<double>& model, RobotFunction function,
+                              const Eigen::VectorXd& state);
+
+// Largest difference over largest entry, block by block (derivatives have three), the worst block.
+double relative_error(const std::vector<double>& expected, const double* got, int blocks);
+
+// Median seconds of one call, over at least `repeats` timings, each of as many calls as take a millisecond.
+// `call(i)` evaluates state i of a cycle.
+double median_seconds(const std::function<void(std::size_t i)>& call, int repeats = 31);
+
+double median(std::vector<double> values);
+
+// "AMD EPYC", "gcc version 12.2.0 ...": what a measurement depends on.
+std::string processor_name();
+std::string compiler_name();
+
+}  // namespace dyntape::tools
