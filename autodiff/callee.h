@@ -9,10 +9,11 @@
 //   Callee kepler;                                           // E - e sin E = M, solved by a loop for E
 //   kepler.name = "kepler"; kepler.n_in = 2; kepler.n_out = 1;
 //   kepler.evaluate = [](const double* in, double* out) { ... };
-//   kepler.c_body = "...";                                   // the same loop in C99: reads in[i], writes
-//   out[i] kepler.jvp = [] { return recorded_callee(...); };        // (in, tangents of in) -> tangents of
-//   out kepler.vjp = [] { return recorded_callee(...); };        // (in, adjoints of out) -> adjoints of in
+//   kepler.c_body = "...";                             // the same loop in C99: reads in[i], writes out[i]
+//   kepler.jvp = [] { return recorded_callee(...); };  // (in, tangents of in) -> tangents of out
+//   kepler.vjp = [] { return recorded_callee(...); };  // (in, adjoints of out) -> adjoints of in
 //
+// Make one callee and use it for every call: calls are equal, and shared, if callee and arguments are the same.
 // tests/examples/kernel_call.cpp is the complete program.
 #pragma once
 

@@ -56,7 +56,13 @@ NodeId& Graph::slot_of(const Node& node) {
 
 void Graph::grow_table() {
   table_.grow(nodes_.size());
-  for (NodeId id = 0; id < nodes_.size(); ++id) slot_of(nodes_[id]) = id;
+  const auto none = [](NodeId) { return false; };  // all are different
+  for (NodeId id = 0; id < nodes_.size(); ++id) {
+    const Node& node = nodes_[id];
+    const bool constant = node.op == Op::Const;
+    table_.slot(constant ? mix(std::bit_cast<std::uint64_t>(constants_[node.a])) : hash(node),
+                constant ? kNoNode : anchor(node), none) = id;
+  }
 }
 
 NodeId Graph::intern(const Node& node) {

@@ -38,15 +38,17 @@ class NodeTable {
         if (slots_[i] == kNoNode || is_it(slots_[i])) return slots_[i];
       }
     }
+    // In steps of its own, because neighbours fill long runs without a gap.
     std::size_t i = (hash >> 8) & mask;
-    while (slots_[i] != kNoNode && !is_it(slots_[i])) i = (i + 1) & mask;
+    const std::size_t step = (hash >> 40) | 1;
+    while (slots_[i] != kNoNode && !is_it(slots_[i])) i = (i + step) & mask;
     return slots_[i];
   }
 
   std::size_t bytes() const { return slots_.capacity() * sizeof(NodeId); }
 
  private:
-  static constexpr int kNeighbours = 16;
+  static constexpr int kNeighbours = 8;
   std::vector<NodeId> slots_;  // size a power of two, at most half full
 };
 

@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Calls: recorded functions and kernels as one node, and derivatives of any order through them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/sparsity.h>
+
+#include "dense.h"
+#include "random_program.h"
+
+namespace dyntape::testing {
+namespace {
+
+VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
+
+std::size_t calls(const Function& f) {
+  std::size_t n = 0;
+  for (const Node& node : f.graph.nodes()) n += node.op == Op::Call;
+  return n;
+}
+
+template <class F>
+Function outer(F inner) {
+  return record("outer", 3, 1, [&](const VectorXad& x, const VectorXad& p) {
+    VectorXad in(2), y(2);
+    in << x[0] * x[1], sin(x[2]) + p[0];
+    const VectorXad a = inner(in);
+    in << a[1], x[0];
+    const VectorXad b = inner(in);
+    y << a[0] * b[1] + b[0], exp(0.1 * b[0]) * x[1];
+    return y;
+  });
+}
+
+// The same function with its inner part called, and written out.
+struct Pair {
+  Function called, inlined;
+};
+Pair pair() {
+  const auto body = [](const VectorXad& v) {
+    VectorXad y(2);
+    y << v[0] * cos(v[1]) + v[1] * v[1], sin(v[0]) / (2 + v[1]);
+    return y;
+  };
+  const auto callee = recorded_callee(record("inner", 2, body));
+  return {outer([&](const VectorXad& v) { return call(callee, v); }), outer(body)};
+}
+
+void expect_same(const Function& a, const Function& b, const std::vector<double>& x,
+                 const std::vector<double>& p, const std::vector<double>& w, const char* what) {
+  const std::vector<double> ya = evaluate(a, x, p, w), yb = evaluate(b, x, p, w);
+  ASSERT_EQ(ya.size(), yb.size()) << what;
+  for (std::size_t i = 0; i < ya.size(); ++i)
+    EXPECT_NEAR(ya[i], yb[i], 1e-13 * (1 + std::abs(yb[i]))) << what << " " << i;
+}
+
+TEST(Call, DerivativesToFourthOrderAreThoseOfTheInlinedFunction) {
+  const Pair f = pair();
+  EXPECT_EQ(calls(f.called), 2u);
+  EXPECT_LT(f.called.graph.size(), f.inlined.graph.size());
+  Random random(1);
+  const std::vector<double> x = random.vector(3, 0.3, 1.2), p = {0.4};
+  Function a = f.called, b = f.inlined;
+  expect_same(a, b, x, p, {}, "value");
+  for (const char* mode : {"f", "r", "f", "r"}) {  // jvp of vjp of jvp ...
+    const bool forward = *mode == 'f';
+    a = forward ? jvp(a) : vjp(a);
+    b = forward ? jvp(b) : vjp(b);
+    expect_same(a, b, x, p, random.vector(a.n_w(), -1, 1), mode);
+  }
+  const Derivatives da = derive(f.called, Order::kSecond), db = derive(f.inlined, Order::kSecond);
+  EXPECT_EQ(da.jacobian, db.jacobian);
+  EXPECT_EQ(da.hessian, db.hessian);
+  expect_same(da.function, db.function, x, p, {0.7, -0.3}, "derive");
+  EXPECT_GT(calls(da.function), 0u);
+}
+
+TEST(Call, AnEqualCallIsTheSameCallAndManyCallsAreFoundQuickly) {
+  const auto callee =
+      recorded_callee(record("square", 1, [](const VectorXad& x) { return one(x[0] * x[0]); }));
+  const Function f = record("many", 1, [&](const VectorXad& x) {
+    AD sum = 0;
+    for (int i = 0; i < 20000; ++i) sum += call(callee, one(x[0] + i % 10000))[0];
+    return one(sum);
+  });
+  EXPECT_EQ(calls(f), 10000u);
+  EXPECT_EQ(calls(compact(f)), 10000u);
+}
+
+TEST(Call, ThePatternOfTheCalleeIsRespected) {
+  const auto callee = recorded_callee(record("apart", 2, [](const VectorXad& x) {
+    VectorXad y(2);
+    y << x[0] * x[0], exp(x[1]);
+    return y;
+  }));
+  const Function f = record("f", 3, [&](const VectorXad& x) {
+    VectorXad in(2), y(3);
+    in << x[0], x[1];
+    y << call(callee, in), x[2];
+    return y;
+  });
+  const Pattern expected{3, 3, {0, 1, 2}, {0, 1, 2}};
+  EXPECT_EQ(jacobian_sparsity(f), expected);
+  EXPECT_EQ(derive(f, Order::kFirst).jacobian, expected);
+  EXPECT_EQ(jacobian(f, {3, 0, 1}).diagonal(), Eigen::Vector3d(6, 1, 1));
+}
+
+// What a callee makes of a dead branch is cut off, though its derivatives are calls on zeros there.
+TEST(Call, InADeadBranchContributesZero) {
+  const auto callee = recorded_callee(record("roots", 2, [](const VectorXad& x) {
+    VectorXad y(2);
+    y << log(x[0]) * x[1], 1 / x[0];
+    return y;
+  }));
+  const Function f = record("guarded", 2, [&](const VectorXad& x) {
+    const VectorXad y = call(callee, x);
+    return one(select(x[0] > 0, y[0] + y[1], x[1] * x[1]) + select(x[0] > 0, y[1], 0));
+  });
+  for (double at : {0.0, -1.0}) {
+    EXPECT_EQ(evaluate(f, {at, 3})[0], 9);
+    EXPECT_EQ(jacobian(f, {at, 3}), (Eigen::MatrixXd(1, 2) << 0, 6).finished());
+    EXPECT_EQ(evaluate(vjp(f), {at, 3}, {}, {1}), (std::vector<double>{0, 6}));
+    EXPECT_EQ(hessian(f, {at, 3}, {1}), (Eigen::MatrixXd(2, 2) << 0, 0, 0, 2).finished());
+    EXPECT_EQ(evaluate(vjp(jvp(f)), {at, 3}, {}, {1, 1, 1}), (std::vector<double>{0, 2}));
+  }
+}
+
+TEST(Call, LifetimeOfDerivativeCallees) {
+  auto callee = recorded_callee(record("inner", 1, [](const VectorXad& x) { return one(sin(x[0])); }));
+  const std::weak_ptr<const Callee> watched = callee;
+  {
+    const auto first = jvp_callee(callee);
+    EXPECT_EQ(first, jvp_callee(callee));  // made once ...
+    Function f = record("f", 1, [&](const VectorXad& x) { return call(callee, x); });
+    callee.reset();
+    EXPECT_NEAR(evaluate(derive(f, Order::kSecond).function, {1}, {}, {1}).back(), -std::sin(1), 1e-15);
+    EXPECT_FALSE(watched.expired());  // ... and held by the graph
+  }
+  EXPECT_TRUE(watched.expired());  // no cycle keeps them
+}
+
+TEST(Call, Errors) {
+  const Function with_parameters =
+      record("p", 1, 1, [](const VectorXad& x, const VectorXad& p) { return one(x[0] * p[0]); });
+  EXPECT_THROW(recorded_callee(with_parameters), ArgumentError);
+  EXPECT_NO_THROW(recorded_callee(all_as_variables(with_parameters)));
+  const Function branching = record("b", 1, [](const VectorXad& x) { return one(x[0] > 0 ? x[0] : -x[0]); });
+  EXPECT_THROW(recorded_callee(branching), ArgumentError);
+  const auto callee = recorded_callee(all_as_variables(with_parameters));
+  EXPECT_THROW(record("f", 1, [&](const VectorXad& x) { return call(callee, x); }), ArgumentError);
+  auto kernel = std::make_shared<Callee>();
+  kernel->name = "opaque";
+  kernel->n_in = kernel->n_out = 1;
+  kernel->evaluate = [](const double* in, double* out) { out[0] = in[0] * in[0]; };
+  const Function f = record("f", 1, [&](const VectorXad& x) { return call(kernel, x); });
+  EXPECT_EQ(evaluate(f, {3})[0], 9);
+  EXPECT_THROW(jvp(f), ArgumentError);
+  EXPECT_THROW(evaluate_as<float>(f, {3}), ArgumentError);
+}
+
+TEST(Call, TheHashCoversTheDerivativesThatAKernelGives) {
+  const auto function = [](double slope) {
+    auto kernel = std::make_shared<Callee>();
+    kernel->name = "kernel";
+    kernel->n_in = kernel->n_out = 1;
+    kernel->evaluate = [](const double* in, double* out) { out[0] = 2 * in[0]; };
+    kernel->c_body = "out[0] = 2 * in[0];";
+    kernel->jvp = kernel->vjp = [slope] {
+      return recorded_callee(record("slope", 2, [slope](const VectorXad& v) { return one(slope * v[1]); }));
+    };
+    return record("f", 1, [&](const VectorXad& x) { return call(kernel, x); });
+  };
+  EXPECT_EQ(content_hash(function(2)), content_hash(function(3)));  // the value is the same
+  EXPECT_EQ(content_hash(function(2), 1), content_hash(function(2), 1));
+  EXPECT_NE(content_hash(function(2), 1), content_hash(function(3), 1));
+}
+
+}  // namespace
+}  // namespace dyntape::testing
