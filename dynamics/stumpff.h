@@ -22,7 +22,7 @@ namespace dyntape::dynamics {
 
 namespace detail {
 
-constexpr double kSeriesBelow(int k) { return k == 0 ? 1.0 : k == 1 ? 4.0 : k == 2 ? 6.0 : 10.0; }
+constexpr double kSeriesBelow(int k) { return k == 0 ? 1.0 : k == 1 ? 4.0 : 10.0; }
 
 // Number of terms after which z^n k! / (2n + k)! is below an eighth of the last digit.
 template <class T>
