@@ -26,7 +26,7 @@ struct Options {
 };
 
 struct Row {
-  RobotRoute route;
+  RobotRoute route = RobotRoute::kAnalytic;
   double seconds = 0, error = 0;
   double prepare = 0;  // record, derive, print, compile, load: from the model to the first evaluation
   std::size_t operations = 0;
@@ -39,7 +39,8 @@ Row measure(const dynamics::Model<double>& model, RobotFunction function, RobotR
   options.codegen.use_cache = false;  // cold: what making it costs
   const auto start = std::chrono::steady_clock::now();
   RobotEvaluator evaluate(model, function, route, options);
-  Row row{.route = route};
+  Row row;
+  row.route = route;
   row.prepare = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::vector<double> result(evaluate.n_out());
   for (std::size_t i = 0; i < states.size(); ++i) {

@@ -69,7 +69,8 @@ Sample sample(const std::string& route, const std::vector<Eigen::VectorXd>& stat
     evaluate(states[i], result.data());
     errors.push_back(relative_error(expected[i], result.data(), 3));
   }
-  Sample s{.route = route};
+  Sample s;
+  s.route = route;
   s.error = median(errors);
   s.seconds = median_seconds([&](std::size_t i) { evaluate(states[i % states.size()], result.data()); }, 15);
   return s;
