@@ -38,6 +38,7 @@ struct CodegenOptions {
   std::string cache_folder;
   bool use_cache = true;       // false: compiled in a temporary folder that is removed again
   bool force_rebuild = false;  // compiles even if the library is there
+  bool only_cached = false;    // NotCached (pipeline.h) if the library is not there: nothing is made
 
   // Empty: $DYNTAPE_CC, cc, gcc or clang, the first that exists.
   std::string compiler;

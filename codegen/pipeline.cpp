@@ -133,7 +133,11 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
   const auto compiler = timed(t.hash, [&] {
     return find_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
   });
+  const auto stop_if_only_cached = [&] {
+    if (options.only_cached) throw NotCached("the cache has no library of \"" + function.name + "\"");
+  };
   if (!compiler) {
+    stop_if_only_cached();
     if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
     say_once(no_compiler(options.compiler) + "; derivatives are interpreted");
     return interpreted(std::move(product), options);
@@ -145,6 +149,7 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
     const auto entry = timed(t.load, [&] { return cache->find(key); });
     if (entry && load_entry(*cache, key, *entry, content, product)) return t.cache_hit = true, product;
   }
+  stop_if_only_cached();
 
   KernelSets sets = kernel_sets(function, content, options);
   dump.graph("recorded", function);

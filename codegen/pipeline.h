@@ -16,11 +16,17 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/library.h>
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/print_c.h>
 
 namespace dyntape {
+
+// options.only_cached, and the cache has no library of exactly this function and these options.
+struct NotCached : ArgumentError {
+  using ArgumentError::ArgumentError;
+};
 
 // Seconds that each stage took; zero for those that were not needed.
 struct Timings {

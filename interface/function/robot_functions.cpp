@@ -5,67 +5,28 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/dynamics/configuration.h>
+#include <dyntape/interface/function/robot_plain.h>
 
 namespace dyntape {
 namespace {
 
 using dynamics::Data;
-using dynamics::MatrixX;
 using dynamics::Model;
-using dynamics::VectorRef;
 using dynamics::VectorX;
 
 template <class T>
-void append(VectorX<T>& y, Eigen::Index& at, const MatrixX<T>& block) {
-  for (Eigen::Index i = 0; i < block.rows(); ++i) {
-    for (Eigen::Index j = 0; j < block.cols(); ++j) y[at++] = block(i, j);
-  }
-}
-
-template <class T>
-VectorX<T> side_by_side(const MatrixX<T>& a, const MatrixX<T>& b, const MatrixX<T>& c) {
-  VectorX<T> y(a.size() + b.size() + c.size());
-  Eigen::Index at = 0;
-  append(y, at, a);
-  append(y, at, b);
-  append(y, at, c);
-  return y;
-}
-
-// One function of dynamics/ in any scalar; q apart from u = (v, a | tau).
-template <class T>
-VectorX<T> run(const Model<T>& model, RobotFunction function, const VectorX<T>& q, const VectorX<T>& u) {
+VectorX<T> run(const Model<T>& model, RobotFunction function, const VectorX<T>& q, const VectorX<T>& rest) {
   Data<T> data(model);
-  const Eigen::Index n = function == RobotFunction::kCrba ? 0 : model.nv;
-  const VectorX<T> v = u.head(n), w = u.tail(n);
-  switch (function) {
-    case RobotFunction::kRnea:
-      return dynamics::rnea<T>(model, data, q, v, w);
-    case RobotFunction::kAba:
-      return dynamics::aba<T>(model, data, q, v, w);
-    case RobotFunction::kCrba:
-      break;
-    case RobotFunction::kIdDerivatives:
-      dynamics::id_derivatives<T>(model, data, q, v, w);
-      return side_by_side(data.dtau_dq, data.dtau_dv, data.M);
-    case RobotFunction::kFdDerivatives:
-      dynamics::fd_derivatives<T>(model, data, q, v, w);
-      return side_by_side(data.ddq_dq, data.ddq_dv, data.Minv);
-  }
-  VectorX<T> y(model.nv * model.nv);
-  Eigen::Index at = 0;
-  append(y, at, dynamics::crba<T>(model, data, q));
+  const Eigen::Index n = rest.size() / 2;
+  const VectorX<T> v = rest.head(n), w = rest.tail(n);
+  VectorX<T> y(static_cast<Eigen::Index>(detail::size_of_result(model.nv, function)));
+  detail::run<T>(model, data, function, q, v, w, y.data());
   return y;
 }
 
-Eigen::Index size_of_rest(const Model<double>& model, RobotFunction function) {
-  return function == RobotFunction::kCrba ? 0 : 2 * model.nv;
-}
-
-// A recording point of unit quaternions is not needed: the branches of a recording do not depend on it.
 Function record_analytic(const Model<double>& model, RobotFunction function) {
   const Model<AD> taped = model.cast<AD>();
-  const Eigen::Index rest = size_of_rest(model, function);
+  const Eigen::Index rest = detail::rest_of_state(model.nv, function);
   return record(to_string(function), static_cast<std::size_t>(model.nq + rest),
                 [&](const VectorXad& x) { return run<AD>(taped, function, x.head(model.nq), x.tail(rest)); });
 }
@@ -136,7 +97,7 @@ Function record_with_effects(const Model<double>& model, const dynamics::Effects
 
 Eigen::VectorXd evaluate_analytic(const Model<double>& model, RobotFunction function,
                                   const Eigen::Ref<const Eigen::VectorXd>& state) {
-  const Eigen::Index rest = size_of_rest(model, function);
+  const Eigen::Index rest = detail::rest_of_state(model.nv, function);
   if (state.size() != model.nq + rest) {
     throw ArgumentError(std::string(to_string(function)) + ": the state has " + std::to_string(state.size()) +
                         " entries, model \"" + model.name + "\" expects " + std::to_string(model.nq + rest));

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/function/robot_evaluator.h>
+
+#include <optional>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/interpret.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/function/robot_differences.h>
+#include <dyntape/interface/function/robot_plain.h>
+
+namespace dyntape {
+
+const char* to_string(RobotRoute route) {
+  switch (route) {
+    case RobotRoute::kAnalytic:
+      return "analytic";
+    case RobotRoute::kTape:
+      return "tape";
+    case RobotRoute::kGenerated:
+      return "generated";
+    case RobotRoute::kFdForward:
+      return "fd-forward";
+    case RobotRoute::kFdCentral:
+      break;
+  }
+  return "fd-central";
+}
+
+RobotRoute robot_route_from(const std::string& word) {
+  std::string choices;
+  for (RobotRoute route : kRobotRoutes) {
+    if (word == to_string(route)) return route;
+    choices += std::string(choices.empty() ? "" : ", ") + to_string(route);
+  }
+  throw ArgumentError("there is no route \"" + word + "\"; choose one of " + choices);
+}
+
+bool has_route(RobotFunction function, RobotRoute route) {
+  return is_derivative(function) || (route != RobotRoute::kFdForward && route != RobotRoute::kFdCentral);
+}
+
+// One of the four members at the end is there: the way to evaluate.  They refer to each other and to `model`, so
+// a Path does not move.
+struct RobotEvaluator::Path {
+  Path(const dynamics::Model<double>& robot, RobotFunction what) : model(robot), function(what) {
+    n_out = detail::size_of_result(model.nv, function);
+    rest = detail::rest_of_state(model.nv, function) / 2;
+    n_in = static_cast<std::size_t>(model.nq + 2 * rest);
+    q.resize(model.nq);
+    v.resize(rest);
+    w.resize(rest);
+  }
+
+  void read(const double* state) {
+    std::copy(state, state + q.size(), q.data());
+    std::copy(state + q.size(), state + q.size() + rest, v.data());
+    std::copy(state + q.size() + rest, state + n_in, w.data());
+  }
+
+  dynamics::Model<double> model;
+  RobotFunction function;
+  std::size_t n_in, n_out;
+  Eigen::Index rest;
+  Eigen::VectorXd q, v, w;
+
+  std::optional<dynamics::Data<double>> data;
+  std::optional<detail::RobotDifferences> differences;
+  std::optional<Interpreter> tape;
+  std::optional<Interpreter::Workspace> tape_workspace;
+  std::optional<CompiledFunction> compiled;
+  std::optional<CompiledFunction::Workspace> workspace;
+};
+
+RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, RobotFunction function, RobotRoute route,
+                               const RobotEvaluatorOptions& options)
+    : path_(std::make_unique<Path>(model, function)) {
+  if (!has_route(function, route)) {
+    throw ArgumentError(std::string(to_string(function)) + " is a value: the route \"" + to_string(route) +
+                        "\" exists for id-derivatives and fd-derivatives only");
+  }
+  Path& path = *path_;
+  switch (route) {
+    case RobotRoute::kAnalytic:
+      path.data.emplace(path.model);
+      return;
+    case RobotRoute::kTape:
+      path.tape.emplace(record_robot_function(model, function, RobotSource::kDifferentiated));
+      path.tape_workspace.emplace(*path.tape);
+      return;
+    case RobotRoute::kGenerated: {
+      CodegenOptions codegen = options.codegen;
+      codegen.order = Order::kValue;
+      path.compiled = CompiledFunction::make(record_robot_function(model, function), codegen);
+      path.workspace.emplace(*path.compiled);
+      return;
+    }
+    case RobotRoute::kFdForward:
+    case RobotRoute::kFdCentral:
+      path.differences.emplace(path.model, function, route == RobotRoute::kFdCentral, options.step);
+  }
+}
+
+RobotEvaluator::~RobotEvaluator() = default;
+RobotEvaluator::RobotEvaluator(RobotEvaluator&&) noexcept = default;
+RobotEvaluator& RobotEvaluator::operator=(RobotEvaluator&&) noexcept = default;
+
+std::size_t RobotEvaluator::n_in() const { return path_->n_in; }
+std::size_t RobotEvaluator::n_out() const { return path_->n_out; }
+
+void RobotEvaluator::evaluate(const double* state, double* result) {
+  Path& path = *path_;
+  if (path.compiled) {
+    path.compiled->value(state, nullptr, result, *path.workspace);
+  } else if (path.tape) {
+    if (const std::uint32_t status = (*path.tape)(state, nullptr, nullptr, result, *path.tape_workspace)) {
+      throw GuardViolation(describe_guard(path.tape->function(), status));
+    }
+  } else {
+    path.read(state);
+    if (path.differences) {
+      (*path.differences)(path.q, path.v, path.w, result);
+    } else {
+      detail::run<double>(path.model, *path.data, path.function, path.q, path.v, path.w, result);
+    }
+  }
+}
+
+Eigen::VectorXd RobotEvaluator::operator()(const Eigen::Ref<const Eigen::VectorXd>& state) {
+  if (static_cast<std::size_t>(state.size()) != n_in()) {
+    throw ArgumentError(std::string(to_string(path_->function)) + ": the state has " +
+                        std::to_string(state.size()) + " entries, model \"" + path_->model.name +
+                        "\" expects " + std::to_string(n_in()));
+  }
+  Eigen::VectorXd result(static_cast<Eigen::Index>(n_out()));
+  evaluate(state.data(), result.data());
+  return result;
+}
+
+const CompiledFunction* RobotEvaluator::compiled() const {
+  return path_->compiled ? &*path_->compiled : nullptr;
+}
+
+const Function* RobotEvaluator::recorded() const {
+  if (path_->compiled) return &path_->compiled->function();
+  return path_->tape ? &path_->tape->function() : nullptr;
+}
+
+}  // namespace dyntape
