@@ -93,7 +93,7 @@ std::string with_groups(long long count) {
   std::string digits = std::to_string(count);
   const int first = count < 0 ? 1 : 0;
   for (int i = static_cast<int>(digits.size()) - 3; i > first; i -= 3)
-    digits.insert(static_cast<size_t>(i), " ");
+    digits.insert(static_cast<size_t>(i), 1, ' ');
   return digits;
 }
 
