@@ -51,11 +51,20 @@ bool SolveReport::cost_matches() const {
   return !expected || std::abs(solution.cost() - expected->cost) <= expected->tolerance;
 }
 
+bool SolveReport::true_enough() const {
+  return std::isinf(demands.true_defect) || solution.verification.worst_defect <= demands.true_defect;
+}
+
 std::string SolveReport::verdict() const {
   if (!solution.success()) return describe(solution.nlp.status);
   if (!feasible()) {
     return "The solver reports success, but the motion violates " + solution.verification.worst_row + " by " +
            io::scientific(solution.verification.violation) + ".";
+  }
+  if (!true_enough()) {
+    return "The solver reports success, but re-simulated, the worst interval is off by " +
+           io::scientific(solution.verification.worst_defect) + ", more than the " +
+           io::scientific(demands.true_defect) + " that the task allows: use more intervals.";
   }
   if (!cost_matches()) {
     return "A local optimum was found, but not the known one: the cost differs by " +
@@ -69,6 +78,7 @@ SolveReport solve_task(const Task& task) {
   report.task = task.name;
   report.robot = task.scene.model.name;
   report.expected = task.expected;
+  report.demands = task.demands;
   Collocation nlp(task.problem, mesh_of(task));
   report.record_seconds = nlp.record_seconds();
   report.build = nlp.build();
@@ -87,7 +97,7 @@ std::string explain(const Task& task) {
   std::string text = "Task \"" + task.name + "\" (" + task.file + ")\n";
   text += "Robot \"" + scene.model.name + "\" (" + task.urdf + "): " + std::to_string(scene.model.nv) +
           " joints, " + std::to_string(actuated_dofs(scene).size()) + " driven, " + io::significant(mass, 6) +
-          " kg, fixed base\n";
+          " kg moving, fixed base\n";
   for (const std::string& note : task.notes) text += "  note: " + note + "\n";
   const std::size_t all = dynamics_operations(scene, task.robot);
   text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +

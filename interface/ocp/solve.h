@@ -37,12 +37,13 @@ struct SolveReport {
   double record_seconds = 0;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
-  // A motion that breaks a constraint by more than this is no success, whatever the solver says.
-  static constexpr double kMostViolation = 1e-6;
+  Task::Demands demands;
 
-  bool feasible() const { return solution.verification.violation <= kMostViolation; }
+  // A motion that breaks a constraint, or is not what its controls do, is no success, whatever the solver says.
+  bool feasible() const { return solution.verification.violation <= demands.violation; }
+  bool true_enough() const;
   bool cost_matches() const;  // the known optimum, where the task states one
-  bool success() const { return solution.success() && feasible() && cost_matches(); }
+  bool success() const { return solution.success() && feasible() && true_enough() && cost_matches(); }
   std::string verdict() const;  // one sentence
 
   std::string text() const;  // for people

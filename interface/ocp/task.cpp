@@ -47,14 +47,14 @@ dynamics::Effects<double> read_effects(Section& file, const dynamics::Model<doub
   effects.gravity = section.get_or("gravity", true);
   effects.armature = read_effect(section, "armature", model, dynamics::model_armature(model));
   effects.damping = read_effect(section, "joint_damping", model, dynamics::model_damping(model));
-  Section friction = section.child_or_empty("joint_friction");
-  if (friction.present()) {
+  if (section.has("joint_friction")) {
+    Section friction = section.child("joint_friction");
     const auto torque = read_effect(friction, "torque", model, dynamics::model_friction(model));
     const double smoothing = friction.get<double>("smoothing", io::positive());
     if (torque) effects.friction = {*torque, smoothing};
   }
-  Section springs = section.child_or_empty("joint_springs");
-  if (springs.present()) {
+  if (section.has("joint_springs")) {
+    Section springs = section.child("joint_springs");
     effects.springs = {read_joint_values(springs, "stiffness", model, std::nullopt, io::not_negative()),
                        read_joint_values(springs, "rest", model, 0.0)};
   }
@@ -243,8 +243,12 @@ Task read_task(const std::string& path) {
   const Limits limits = read_limits(file);
   read_output(file, task);
   task.models = io::read_model_settings(file);
-  Section expected = file.child_or_empty("expected");
-  if (expected.present()) {
+  Section verify = file.child_or_empty("verify");
+  task.demands.violation = verify.get_or("violation", task.demands.violation, io::positive());
+  task.demands.true_defect =
+      verify.get_or("true_defect", task.demands.true_defect, io::or_infinite(io::positive()));
+  if (file.has("expected")) {
+    Section expected = file.child("expected");
     task.expected = {expected.get<double>("cost"), expected.get<double>("tolerance", io::positive())};
   }
   file.finish();

@@ -37,6 +37,8 @@
 //   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],
 //                   max_seconds [1e6], stop_at_acceptable [on], print_level [0], check_derivatives [on],
 //                   ipopt { any option of Ipopt }
+//   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed;
+//                   true_defect [inf]: most that an interval may differ from its re-simulation (verify.h)
 //   expected        cost, tolerance: a known optimum to compare with
 //   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
 //   model_settings  as OCS2 spells it (io/model_settings.h)
@@ -67,6 +69,11 @@ struct Task {
     double cost, tolerance;
   };
   std::optional<Expected> expected;
+  struct Demands {
+    double violation = 1e-6;
+    double true_defect = std::numeric_limits<double>::infinity();
+  };
+  Demands demands;
   std::vector<std::string> traces;
   View view = View::kXz;
   io::ModelSettings models;

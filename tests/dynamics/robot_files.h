@@ -10,7 +10,8 @@
 namespace dyntape::dynamics {
 
 inline std::string robot_file(const std::string& name) {
-  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto root =
+      std::filesystem::path(__FILE__).lexically_normal().parent_path().parent_path().parent_path();
   return (root / "config" / "robots" / (name + ".urdf")).string();
 }
 

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Robots of config/ as optimal control problems.
+//
+// The oracle.  With torque as the control and the integral of |q''|^2 as the cost, torque and acceleration
+// determine each other at every point, so the problem is the block move in disguise for any inertia: optimum
+// 12 |dq|^2 / T^3, motion q0 + dq (3 s^2 - 2 s^3), on every mesh.  The value alone would also come out of a wrong
+// dynamics; so the torques must be those of an inverse dynamics in plain doubles along that cubic.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/urdf.h>
+#include <dyntape/interface/ocp/optimise.h>
+#include <dyntape/interface/ocp/robot_problem.h>
+#include "../dynamics/robot_files.h"
+
+namespace dyntape {
+namespace {
+
+using Eigen::VectorXd;
+
+struct Case {
+  std::string robot;
+  std::vector<std::string> lock;
+  DynamicsForm form;
+  VectorXd from, to;  // empty: chosen by the seed
+};
+
+void PrintTo(const Case& c, std::ostream* out) {
+  *out << c.robot << (c.form == DynamicsForm::kForward ? "_forward" : "_inverse");
+}
+
+std::vector<Case> cases() {
+  const std::vector<std::string> fingers = {"panda_finger_joint1", "panda_finger_joint2"};
+  std::vector<Case> all;
+  VectorXd from(7), to(7);
+  from << 0, -0.5, 0, -2, 0, 1.5, 0.5;
+  to << 1, 0.5, -0.5, -1.2, 0.5, 2, -0.5;
+  for (DynamicsForm form : {DynamicsForm::kForward, DynamicsForm::kInverse}) {
+    for (const char* robot :
+         {"block", "pendulum", "double_pendulum", "arm_2r", "cart_pole", "ur5", "iiwa14"}) {
+      all.push_back({robot, {}, form, {}, {}});
+    }
+    all.push_back({"panda", fingers, form, from, to});
+  }
+  // Trees: a quadruped held by its trunk, and a humanoid held by its root.
+  all.push_back({"solo12", {}, DynamicsForm::kInverse, {}, {}});
+  all.push_back({"solo12", {}, DynamicsForm::kForward, {}, {}});
+  all.push_back({"g1", {}, DynamicsForm::kInverse, {}, {}});
+  return all;
+}
+
+class FullyActuated : public ::testing::TestWithParam<Case> {
+ protected:
+  FullyActuated() {
+    const Case& c = GetParam();
+    scene_.model = dynamics::load_urdf(dynamics::robot_file(c.robot),
+                                       {.lock = c.lock, .continuous = dynamics::ContinuousJoint::kAngle});
+    from_ = c.from;
+    to_ = c.to;
+    if (from_.size() > 0) return;
+    std::mt19937_64 random(kSeed);
+    std::uniform_real_distribution<double> uniform(-0.6, 0.6);
+    from_ = to_ = VectorXd::Zero(scene_.model.nv);
+    for (double& q : from_) q = uniform(random);
+    for (double& q : to_) q = uniform(random);
+  }
+
+  Problem problem() const {
+    const int n = scene_.model.nv;
+    Problem p = robot_problem(scene_, {.duration = kDuration, .form = GetParam().form});
+    p.add(squared_accelerations(p, 1));
+    p.start << from_, VectorXd::Zero(n);
+    p.goal << to_, VectorXd::Zero(n);
+    const auto line = straight_line(p);
+    p.guess = [this, line, n](double t) {
+      Stage<double> s = line(t);
+      s.u = holding_torque(scene_, s.x.head(n));
+      return s;
+    };
+    return p;
+  }
+
+  static constexpr unsigned kSeed = 3;
+  static constexpr double kDuration = 1.25;
+  RobotScene scene_;
+  VectorXd from_, to_;
+};
+
+TEST_P(FullyActuated, MinimumAccelerationIsTheClosedForm) {
+  const int n = scene_.model.nv;
+  const Problem p = problem();
+  OptimiseOptions options;
+  options.mesh.intervals = 5;
+  options.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+  options.solver.tolerance = 1e-10;
+  const Solution s = optimise(p, options);
+  EXPECT_TRUE(s.success() || s.nlp.status == SolveStatus::kAcceptable) << describe(s.nlp.status);
+  const VectorXd dq = to_ - from_;
+  const double optimum = 12 * dq.squaredNorm() / std::pow(kDuration, 3);
+  EXPECT_NEAR(s.cost() / optimum, 1, 1e-9) << "seed " << kSeed;
+  EXPECT_LT(s.verification.violation, 1e-8);
+  dynamics::Data<double> data(scene_.model);
+  for (int k = 0; k < s.motion.points(); ++k) {
+    const double r = s.motion.t[k] / kDuration;
+    const VectorXd q = from_ + dq * (3 * r * r - 2 * r * r * r);
+    const VectorXd v = dq * (6 * r - 6 * r * r) / kDuration, a = dq * (6 - 12 * r) / (kDuration * kDuration);
+    EXPECT_LT((s.motion.x.col(k).head(n) - q).cwiseAbs().maxCoeff(), 1e-9) << "point " << k;
+    EXPECT_LT((s.motion.x.col(k).tail(n) - v).cwiseAbs().maxCoeff(), 1e-9) << "point " << k;
+    const VectorXd tau = dynamics::rnea(scene_.model, data, q, v, a);
+    const double scale = std::max(1.0, tau.cwiseAbs().maxCoeff());
+    EXPECT_LT((s.motion.u.col(k) - tau).cwiseAbs().maxCoeff(), 1e-9 * scale) << "point " << k;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, FullyActuated, ::testing::ValuesIn(cases()), [](const auto& info) {
+  return info.param.robot + (info.param.form == DynamicsForm::kForward ? "_forward" : "_inverse");
+});
+
+RobotScene cart_pole() { return {dynamics::load_urdf(dynamics::robot_file("cart_pole")), {}, {"slider"}}; }
+
+// The file's cart-pole is the one written by hand.
+TEST(RobotProblem, CartPoleSwingUpFromItsFile) {
+  for (DynamicsForm form : {DynamicsForm::kForward, DynamicsForm::kInverse}) {
+    const RobotScene scene = cart_pole();
+    Problem p = robot_problem(scene, {.duration = 2, .form = form});
+    p.add(squared_controls(1));
+    p.start << 0, 0, 0, 0;
+    p.goal << 1, 3.141592653589793, 0, 0;
+    limit_positions(p, scene);
+    limit_efforts(p, scene, ControlUnit::kPhysical);
+    OptimiseOptions options;
+    options.mesh.intervals = 160;
+    options.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    options.solver = {.tolerance = 1e-12, .dual_tolerance = 1e-10, .bound_relaxation = 0};
+    const Solution s = optimise(p, options);
+    EXPECT_TRUE(s.success());
+    EXPECT_NEAR(s.cost(), 58.8076672550, 1e-9);
+  }
+}
+
+// What is not chosen is not recorded.
+TEST(RobotProblem, AbsentEffectsLeaveNoOperation) {
+  const auto model = dynamics::load_urdf(dynamics::robot_file("iiwa14"));
+  const auto hash = [&](const dynamics::Effects<double>& effects) {
+    return content_hash(
+        record_stage(robot_problem({model, effects, {}}, {.form = DynamicsForm::kInverse})).node);
+  };
+  const auto operations = [&](const dynamics::Effects<double>& effects) {
+    return total_operations(
+        record_stage(robot_problem({model, effects, {}}, {.form = DynamicsForm::kInverse})).node);
+  };
+  dynamics::Effects<double> plain, again, damped, free_fall;
+  damped.damping = dynamics::model_damping(model);
+  free_fall.gravity = false;
+  EXPECT_EQ(hash(plain), hash(again));
+  EXPECT_NE(hash(plain), hash(damped));
+  EXPECT_GT(operations(damped), operations(plain));
+  EXPECT_LT(operations(free_fall), operations(plain));
+}
+
+TEST(RobotProblem, FractionsOfTheLimitAreTheSameProblem) {
+  const RobotScene scene{dynamics::load_urdf(dynamics::robot_file("arm_2r")), {}, {}};
+  double cost[2];
+  for (ControlUnit unit : {ControlUnit::kPhysical, ControlUnit::kFraction}) {
+    Problem p = robot_problem(scene, {.duration = 1, .form = DynamicsForm::kForward, .unit = unit});
+    p.add(squared_fractions(scene, 1, unit));
+    p.start << -0.6, 0.3, 0, 0;
+    p.goal << 0.5, 1.0, 0, 0;
+    OptimiseOptions options;
+    options.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    const Solution s = optimise(p, options);
+    EXPECT_TRUE(s.success());
+    cost[int(unit)] = s.cost();
+  }
+  EXPECT_NEAR(cost[0], cost[1], 1e-8 * cost[0]);
+}
+
+TEST(RobotProblem, RefusesWhatItCannotDescribe) {
+  const auto message = [](const RobotScene& scene, const RobotProblemOptions& options) {
+    try {
+      robot_problem(scene, options);
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  const auto dog = dynamics::load_urdf(dynamics::robot_file("solo12"), {.base = dynamics::Base::kFloating});
+  EXPECT_NE(message({dog, {}, {}}, {}).find("fixed base"), std::string::npos);
+  RobotScene scene = cart_pole();
+  scene.actuated = {"slidr"};
+  EXPECT_NE(message(scene, {}).find("slider"), std::string::npos);
+  scene.actuated = {"pivot"};  // its effort limit is zero
+  EXPECT_NE(message(scene, {.unit = ControlUnit::kFraction}).find("no effort limit"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace dyntape

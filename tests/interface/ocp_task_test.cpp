@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Task files: every one of config/tasks is solved and verified; what is wrong in one is said with its place.
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/file.h>
+#include <dyntape/interface/ocp/solve.h>
+#include "../dynamics/robot_files.h"
+
+namespace dyntape {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kConfig = fs::path(__FILE__).parent_path().parent_path().parent_path() / "config";
+
+// A folder of this test that goes away with it.
+class TaskFiles : public ::testing::Test {
+ protected:
+  TaskFiles() : folder_(fs::temp_directory_path() / ("dyntape-task-" + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~TaskFiles() override { fs::remove_all(folder_); }
+
+  Task read(const std::string& text) const {
+    const std::string path = (folder_ / "task.info").string();
+    io::write_file_atomically(path, text);
+    return read_task(path);
+  }
+  std::string message(const std::string& text) const {
+    try {
+      read(text);
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "nothing thrown";
+  }
+  // A complete task of the cart-pole, with more lines at the end.
+  static std::string cart_pole(const std::string& more = "",
+                               const std::string& goal = "slider 1\n pivot 3.14") {
+    return "robot\n{\n urdf " +
+           fs::relative(kConfig / "robots" / "cart_pole.urdf", fs::temp_directory_path() / "x").string() +
+           "\n}\nactuated slider\nhorizon\n{\n duration 2\n intervals 10\n}\nstart\n{\n q 0\n}\ngoal\n{\n "
+           "q\n {\n " +
+           goal + "\n }\n}\ncosts\n{\n control 1\n}\n" + more;
+  }
+
+  fs::path folder_;
+};
+
+Task without_compiler(Task task) {
+  task.optimise.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+  return task;
+}
+
+TEST_F(TaskFiles, OfTheProjectAreSolvedAndVerified) {
+  int tasks = 0;
+  for (const auto& entry : fs::directory_iterator(kConfig / "tasks")) {
+    if (entry.path().extension() != ".info") continue;
+    ++tasks;
+    const SolveReport report = solve_task(without_compiler(read_task(entry.path().string())));
+    EXPECT_TRUE(report.success()) << entry.path() << ": " << report.verdict();
+    EXPECT_TRUE(report.expected.has_value()) << entry.path() << " states no known optimum";
+    EXPECT_LT(report.solution.kkt.stationarity, 1e-6) << entry.path();
+  }
+  EXPECT_GE(tasks, 7);
+}
+
+TEST_F(TaskFiles, JointValuesInAllForms) {
+  const Eigen::Vector2d goal(1, 3.14);
+  for (const char* form :
+       {"slider 1\n pivot 3.14", "pivot 3.14\n slider 1", "[0] 1\n [1] 3.14", "(0,0) 1\n (1,0) 3.14"}) {
+    const Task task = read(cart_pole("", form));
+    EXPECT_EQ(task.problem.goal.head(2), goal) << form;
+    EXPECT_EQ(task.problem.start, Eigen::Vector4d::Zero());
+  }
+}
+
+TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
+  EXPECT_EQ(message(cart_pole()), "nothing thrown");
+  const auto says = [&](const std::string& text, const std::vector<std::string>& parts) {
+    const std::string what = message(text);
+    for (const std::string& part : parts)
+      EXPECT_NE(what.find(part), std::string::npos) << part << " not in: " << what;
+  };
+  says(cart_pole("bounds\n{\n effort robot\n}\n"), {"task.info:29:", "effort", "efforts"});
+  says(cart_pole("bounds\n{\n efforts some\n}\n"),
+       {"task.info:29:", "none, robot or a positive number", "some"});
+  says(cart_pole("", "slider 1\n pivott 3"), {"pivott", "pivot"});
+  says(cart_pole("", "slider 1"), {"goal.q.pivot", "missing"});
+  says(cart_pole("transcription\n{\n scheme hermite\n}\n"), {"task.info:29:", "hermite-simpson"});
+  says(cart_pole("effects\n{\n wind on\n}\n"), {"wind"});
+  says(cart_pole("output\n{\n trace tipp\n}\n"), {"tipp", "tip"});
+  says(cart_pole("verify\n{\n violation -1\n}\n"), {"violation", "positive"});
+  says("robot\n{\n urdf nowhere.urdf\n}\n", {"nowhere.urdf"});
+  says("horizon\n{\n duration 2\n}\n", {"robot"});
+}
+
+TEST_F(TaskFiles, FreeJointsAreLeftOpen) {
+  const Task task = read(cart_pole() + "");
+  std::string text = cart_pole();
+  text.insert(text.find("goal\n{\n") + 7, " free slider\n");
+  const Task open = read(text);
+  EXPECT_TRUE(std::isnan(open.problem.goal[0]) && std::isnan(open.problem.goal[2]));
+  EXPECT_EQ(open.problem.goal[1], task.problem.goal[1]);
+}
+
+TEST_F(TaskFiles, OptionsReachTheSolver) {
+  const Task task = read(cart_pole(
+      "solver\n{\n tolerance 1e-5\n max_iterations 2\n ipopt\n {\n  mu_strategy adaptive\n }\n}\n"));
+  const SolveReport report = solve_task(without_compiler(task));
+  EXPECT_EQ(report.solution.nlp.status, SolveStatus::kIterationLimit);
+  EXPECT_FALSE(report.success());
+  EXPECT_EQ(report.solution.nlp.iterations(), 2);
+}
+
+TEST_F(TaskFiles, AWrongExpectationOrACoarseMeshIsNoSuccess) {
+  const SolveReport wrong =
+      solve_task(without_compiler(read(cart_pole("expected\n{\n cost 1\n tolerance 0.1\n}\n"))));
+  EXPECT_TRUE(wrong.solution.success());
+  EXPECT_FALSE(wrong.success());
+  EXPECT_NE(wrong.verdict().find("not the known one"), std::string::npos);
+  const SolveReport coarse =
+      solve_task(without_compiler(read(cart_pole("verify\n{\n true_defect 1e-9\n}\n"))));
+  EXPECT_FALSE(coarse.success());
+  EXPECT_NE(coarse.verdict().find("more intervals"), std::string::npos);
+}
+
+TEST_F(TaskFiles, ResultsAreWrittenWhole) {
+  const Task task = read(cart_pole("expected\n{\n cost 1\n tolerance 1e9\n}\noutput\n{\n trace tip\n}\n"));
+  const SolveReport report = solve_task(without_compiler(task));
+  const std::string out = (folder_ / "out").string();
+  EXPECT_EQ(write_results(task, report, out), "");
+  const io::CsvTable table = io::read_csv(out + "/trajectory.csv");
+  EXPECT_EQ(table.rows(), 21);
+  EXPECT_EQ(table.names(), (std::vector<std::string>{"t", "q.slider", "q.pivot", "v.slider", "v.pivot",
+                                                     "a.slider", "a.pivot", "tau.slider"}));
+  EXPECT_EQ(table(20, 0), 2.0);
+  EXPECT_EQ(table(20, 1), 1.0);
+  const auto json = nlohmann::json::parse(io::read_file(out + "/report.json"));
+  EXPECT_EQ(json.at("success"), true);
+  EXPECT_EQ(json.at("status"), "solved");
+  EXPECT_NEAR(json.at("cost").get<double>(), report.solution.cost(), 0);
+  EXPECT_EQ(io::read_csv(out + "/iterations.csv").rows(), report.solution.nlp.iterations() + 1);
+  for (const char* picture : {"/trajectory.svg", "/motion.svg"}) {
+    EXPECT_NE(io::read_file(out + picture).find("</svg>"), std::string::npos) << picture;
+  }
+  // What was understood, read again, is the same task.
+  std::string again = io::read_file(out + "/effective.info");
+  io::write_file_atomically((folder_ / "again.info").string(), again);
+  EXPECT_EQ(read_task((folder_ / "again.info").string()).effective.empty(), false);
+}
+
+TEST_F(TaskFiles, ExplainSaysWhatIsRecordedAndWhatIsNot) {
+  const std::string text = explain(read(cart_pole("effects\n{\n joint_damping 0.1\n}\n")));
+  EXPECT_NE(text.find("joint damping   yes"), std::string::npos) << text;
+  EXPECT_NE(text.find("joint springs   no          not recorded"), std::string::npos) << text;
+}
+
+TEST_F(TaskFiles, CompiledAndInterpretedSolvesAreBitEqual) {
+  const Task task =
+      read(cart_pole("model_settings\n{\n modelFolderCppAd \"" + (folder_ / "cache").string() + "\"\n}\n"));
+  const SolveReport compiled = solve_task(task), cached = solve_task(task);
+  const SolveReport interpreted = solve_task(without_compiler(task));
+  EXPECT_EQ(compiled.build.compiled, 1);
+  EXPECT_EQ(cached.build.from_cache, 1);
+  EXPECT_EQ(interpreted.build.interpreted, 1);
+  EXPECT_EQ(compiled.solution.nlp.x, interpreted.solution.nlp.x);
+  EXPECT_EQ(compiled.solution.nlp.x, cached.solution.nlp.x);
+}
+
+}  // namespace
+}  // namespace dyntape
