@@ -82,9 +82,9 @@ class Printer {
     } else {
       body += callee.c_body + "\n";
     }
-    add_piece("void " + callee_names_.at(&callee) +
-                  "(const double* DYNTAPE_RESTRICT in, double* DYNTAPE_RESTRICT out)",
-              std::move(body), statements);
+    add_piece(
+        "void " + callee_names_.at(&callee) + "(\n    const double* DT_RESTRICT in, double* DT_RESTRICT out)",
+        std::move(body), statements);
   }
 
   // Output arrays of the kernel with their headings.
@@ -130,12 +130,12 @@ class Printer {
                                                        const BodyStyle& style) {
     std::string parameters, arguments;
     const auto add = [&](const std::string& type, const std::string& name, const std::string& argument) {
-      parameters += (parameters.empty() ? "" : ", ") + type + name;
+      parameters += (parameters.empty() ? "\n    " : ", ") + type + name;
       arguments += (arguments.empty() ? "" : ", ") + argument;
     };
     for (int block = 0; block < kBlocks; ++block) {
       if (!piece.inputs[block].empty())
-        add("const double* DYNTAPE_RESTRICT ", kInputNames[block], std::string(kInputNames[block]) + "_lane");
+        add("const double* DT_RESTRICT ", kInputNames[block], std::string(kInputNames[block]) + "_lane");
     }
     std::vector<bool> writes(style.outputs.size(), false);
     bool checks = false;
@@ -147,9 +147,9 @@ class Printer {
       }
     }
     for (std::size_t g = 0; g < writes.size(); ++g) {
-      if (writes[g]) add("double* DYNTAPE_RESTRICT ", style.outputs[g].name, style.outputs[g].name + "_lane");
+      if (writes[g]) add("double* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + "_lane");
     }
-    if (!piece.loads.empty() || !piece.stores.empty()) add("double* DYNTAPE_RESTRICT ", "work", "work");
+    if (!piece.loads.empty() || !piece.stores.empty()) add("double* DT_RESTRICT ", "work", "work");
     if (checks) add("uint32_t* ", "guard", "&guard");
     return {parameters.empty() ? "void" : parameters, arguments};
   }
@@ -218,11 +218,11 @@ class Printer {
     std::string& text = source_.text;
     text = banner(sets_, source_) + preamble() + open_c_linkage() + abi_text() + "\n" + export_macro() +
            piece_macros();
-    for (const Definition& d : definitions_) text += "DYNTAPE_PIECE " + d.head + ";\n";
+    for (const Definition& d : definitions_) text += "DT_PIECE " + d.head + ";\n";
     text += entry_declarations();
     for (std::size_t k = 0; k < definitions_.size(); ++k) {
-      text += "\n" + piece_guard(k + 1) + "DYNTAPE_PIECE " + definitions_[k].head + " {\n" +
-              definitions_[k].body + "}\n#endif\n";
+      text += "\n" + piece_guard(k + 1) + "DT_PIECE " + definitions_[k].head + " {\n" + definitions_[k].body +
+              "}\n#endif\n";
       definitions_[k] = {};
     }
     text += "\n" + piece_guard(0) + descriptor_ + "#endif\n" + close_c_linkage();

@@ -153,11 +153,11 @@ std::string export_macro() {
 std::string piece_macros() {
   return "\n/* The pieces of this file may be compiled apart, each unit with the numbers of its first and "
          "last. */\n"
-         "#ifdef DYNTAPE_FIRST\n#define DYNTAPE_LINKAGE\n#else\n#define DYNTAPE_FIRST 0\n"
-         "#define DYNTAPE_LAST 2147483647\n#define DYNTAPE_LINKAGE static\n#endif\n"
-         "#if defined(__GNUC__)\n#define DYNTAPE_PIECE DYNTAPE_LINKAGE __attribute__((noinline))\n"
-         "#define DYNTAPE_RESTRICT __restrict__\n#else\n#define DYNTAPE_PIECE DYNTAPE_LINKAGE\n"
-         "#define DYNTAPE_RESTRICT\n#endif\n\n";
+         "#ifdef DYNTAPE_FIRST\n#define DT_LINKAGE\n#else\n#define DYNTAPE_FIRST 0\n"
+         "#define DYNTAPE_LAST 2147483647\n#define DT_LINKAGE static\n#endif\n"
+         "#if defined(__GNUC__)\n#define DT_PIECE DT_LINKAGE __attribute__((noinline))\n"
+         "#define DT_RESTRICT __restrict__\n#else\n#define DT_PIECE DT_LINKAGE\n"
+         "#define DT_RESTRICT\n#endif\n\n";
 }
 
 std::string descriptor_tables(const KernelSets& sets, const Source& source,

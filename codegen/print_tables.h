@@ -20,7 +20,7 @@ std::string open_c_linkage();
 std::string close_c_linkage();
 std::string abi_text();      // the interface of abi.h
 std::string export_macro();  // DYNTAPE_EXPORT
-std::string piece_macros();  // DYNTAPE_FIRST, DYNTAPE_LAST, DYNTAPE_PIECE, DYNTAPE_RESTRICT
+std::string piece_macros();  // DYNTAPE_FIRST, DYNTAPE_LAST, DT_PIECE, DT_RESTRICT
 
 // A kernel as its descriptor lists it.
 struct KernelEntry {

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Generated code against the interpreter, bit for bit: every operator, special values, every optimisation
+// level, cut into pieces or not, and derivatives.
+#include <dyntape/autodiff/interpret.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <gtest/gtest.h>
+
+#include <array>
+
+#include "random_function.h"
+
+namespace dyntape {
+namespace {
+
+using testing::Random;
+using testing::same;
+
+struct Variant {
+  std::vector<std::string> flags;
+  std::size_t piece_statements;
+};
+
+CompiledFunction compiled(const Function& f, const Variant& variant, Order order) {
+  CodegenOptions options;
+  options.order = order;
+  options.route = Route::kCompiled;
+  options.use_cache = false;
+  options.flags = variant.flags;
+  options.piece_statements = variant.piece_statements;
+  return CompiledFunction::make(f, options);
+}
+
+// Compares all outputs at random and special points; returns the number of comparisons.
+std::size_t expect_same_bits(const Function& f, const CompiledFunction& c, Order order, Random& random,
+                             int points) {
+  CodegenOptions options;
+  options.order = order;
+  options.route = Route::kInterpreter;
+  const CompiledFunction reference = CompiledFunction::make(f, options);
+  std::size_t compared = 0;
+  for (int k = 0; k < points; ++k) {
+    const auto x = testing::random_arguments(random, f.n_x()), p = testing::random_arguments(random, f.n_p());
+    const auto w = random.vector(order == Order::kSecond ? f.n_y() : 0, -1, 1);
+    const auto a = c.evaluate(order, x, p, w), b = reference.evaluate(order, x, p, w);
+    const auto compare = [&](const char* what, const std::vector<double>& found,
+                             const std::vector<double>& expected) {
+      ASSERT_EQ(found.size(), expected.size());
+      for (std::size_t i = 0; i < found.size(); ++i, ++compared)
+        ASSERT_TRUE(same(found[i], expected[i])) << what << " " << i << " at point " << k << ": compiled "
+                                                 << found[i] << ", interpreted " << expected[i];
+    };
+    compare("y", a.y, b.y);
+    compare("jacobian", a.jacobian, b.jacobian);
+    compare("hessian", a.hessian, b.hessian);
+    if (::testing::Test::HasFatalFailure()) return compared;
+  }
+  return compared;
+}
+
+class Bits : public ::testing::TestWithParam<int> {};
+
+const std::array<Variant, 5> kVariants = {{{{"-O0"}, 400},
+                                           {{}, 400},
+                                           {{}, 100000},
+                                           {{"-O3", "-march=x86-64"}, 250},
+                                           {{"-O3", "-march=native"}, 400}}};
+
+TEST_P(Bits, RandomGraphsOverEveryOperator) {
+  Random random(101 + GetParam());
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 220, 12);
+  std::array<bool, kTableOps> used{};
+  const Function live = compact(f);
+  for (const Node& node : live.graph.nodes()) {
+    if (static_cast<int>(node.op) < kTableOps) used[static_cast<int>(node.op)] = true;
+  }
+  for (int op = 0; op < kTableOps; ++op) EXPECT_TRUE(used[op]) << kOpInfo[op].name;
+  const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kValue);
+  EXPECT_EQ(expect_same_bits(f, c, Order::kValue, random, 150), 150u * 660u);
+}
+
+TEST_P(Bits, DerivativesOfRandomGraphs) {
+  Random random(201 + GetParam());
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 40, 7);
+  const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kSecond);
+  EXPECT_GT(expect_same_bits(f, c, Order::kSecond, random, 200), 10000u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Variants, Bits, ::testing::Range(0, int(kVariants.size())));
+
+}  // namespace
+}  // namespace dyntape
