@@ -132,7 +132,6 @@ std::optional<Entry> Cache::publish(TemporaryFolder& built, const Key& key, cons
     say_once("a compiled library is not kept: " + std::string(e.what()));
     return std::nullopt;
   }
-  sweep_sometimes();
   return find(key);
 }
 

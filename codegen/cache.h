@@ -80,11 +80,12 @@ class Cache {
   std::size_t clear() const;  // returns the number of entries removed
   // Removes what was used longest ago until the rest fits; returns the number of entries removed.
   std::size_t sweep(std::uint64_t limit) const;
+  // The same with cache_limit(), unless it was done within the hour or another process is at it.
+  void sweep_sometimes() const;
 
  private:
   explicit Cache(std::string folder) : folder_(std::move(folder)) {}
   std::string folder_of(const std::string& digest) const { return folder_ + "/" + digest; }
-  void sweep_sometimes() const;
 
   std::string folder_;
 };

@@ -108,9 +108,12 @@ void compile_and_load(const Source& source, const Compiler& compiler, const std:
                           checksum(source.text)};
   if (in_cache) {
     const auto entry = cache->publish(*folder, key, manifest, options.force_rebuild);
-    if (entry && load_entry(*cache, key, *entry, content, product)) return;
+    const bool is_loaded = entry && load_entry(*cache, key, *entry, content, product);
+    cache->sweep_sometimes();  // not earlier: what is loaded may go
+    if (is_loaded) return;
+    // Another process swept it away, or replaced it, at this very moment: without the cache nobody can.
     if (folder->path().empty())
-      throw ToolError("a library in " + cache->folder() + " vanished while it was loaded");
+      return compile_and_load(source, compiler, std::nullopt, key, content, options, product);
   }
   product.library = timed(product.timings.load,
                           [&] { return Library::load(folder->path() + "/" + kLibraryFile, content); });

@@ -112,7 +112,7 @@ TEST(Calls, EachCalleeIsPrintedOnce) {
   EXPECT_EQ(occurrences(text, "void dt_leg_"), 2u) << "a declaration and a definition";
   EXPECT_EQ(occurrences(text, "void dt_kepler_"), 2u);
   options.order = Order::kSecond;
-  testing::expect_compiles_cleanly(generate_source(f, options).text);
+  testing::expect_compiles_cleanly({generate_source(f, options).text});
 }
 
 TEST(Calls, OfFunctionsWithoutInputsOrOutputs) {

@@ -38,24 +38,37 @@ inline std::string output_of(const std::vector<std::string>& arguments, const Sc
   return (outcome.status ? "status " + std::to_string(outcome.status) + "\n" : "") + outcome.output;
 }
 
-// Compiles text in every language and with every compiler there is, warnings being errors.
-inline void expect_compiles_cleanly(const std::string& text, const std::vector<std::string>& more = {}) {
+// Compiles texts in every language and with every compiler there is, warnings being errors.
+inline void expect_compiles_cleanly(const std::vector<std::string>& texts,
+                                    const std::vector<std::string>& more = {}) {
   const Scratch scratch;
-  codegen::write_file(scratch / "a.c", text);
-  for (const char* name : {"gcc", "g++", "clang", "clang++"}) {
-    const std::string compiler = program(name);
-    if (compiler.empty()) {
-      std::printf("%s is not installed: not tried\n", name);
-      continue;
+  std::vector<codegen::Command> commands;
+  for (std::size_t i = 0; i < texts.size(); ++i) {
+    const std::string source = scratch / (std::to_string(i) + ".c");
+    codegen::write_file(source, texts[i]);
+    for (const auto& [name, standard] :
+         {std::pair("gcc", "-std=c99"), std::pair("g++", "-std=c++11"), std::pair("clang", "-std=c99"),
+          std::pair("clang++", "-std=c++17")}) {
+      const std::string compiler = program(name);
+      if (compiler.empty()) {
+        std::printf("%s is not installed: not tried\n", name);
+        continue;
+      }
+      const std::string log = scratch / ("log" + std::to_string(commands.size()));
+      const char* language = std::string(name).ends_with("++") ? "c++" : "c";
+      commands.push_back(
+          {{compiler, standard, "-x", language, "-Wall", "-Wextra", "-Werror", "-pedantic", "-O1", "-S"},
+           log,
+           scratch.path()});
+      auto& arguments = commands.back().arguments;
+      arguments.insert(arguments.end(), more.begin(), more.end());
+      for (const std::string& last : {std::string("-o"), log + ".s", source}) arguments.push_back(last);
     }
-    const bool is_cpp = std::string(name).ends_with("++");
-    for (const char* standard : is_cpp ? std::vector{"-std=c++11", "-std=c++17"} : std::vector{"-std=c99"}) {
-      std::vector<std::string> command = {
-          compiler, standard, "-x", is_cpp ? "c++" : "c", "-Wall",        "-Wextra", "-Werror", "-pedantic",
-          "-O1",    "-c",     "-o", scratch / "a.o",      scratch / "a.c"};
-      command.insert(command.end() - 3, more.begin(), more.end());
-      EXPECT_EQ(output_of(command, scratch), "") << name << " " << standard;
-    }
+  }
+  const auto outcomes = codegen::run_all(commands, {2, 120, std::size_t{8} << 30});
+  for (std::size_t i = 0; i < commands.size(); ++i) {
+    EXPECT_EQ(outcomes[i].status, 0) << codegen::to_text(commands[i].arguments);
+    EXPECT_EQ(outcomes[i].output, "");
   }
 }
 
