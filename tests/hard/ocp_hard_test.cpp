@@ -13,7 +13,9 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 
 Solution swing(const Problem& problem, int intervals = 40, HessianKind hessian = HessianKind::kExact) {
-  return optimise(problem, {.mesh = {.intervals = intervals, .hessian = hessian}, .verify = false});
+  return optimise(problem,
+                  {.mesh = {.intervals = intervals, .hessian = hessian, .evaluation = test::kInterpreted},
+                   .verify = false});
 }
 
 // The start that leads to the lower of the two basins.
@@ -93,7 +95,7 @@ TEST(NotFinite, AtTheStartIsNamed) {
     return -log(s.x[0] - 0.5);
   }));
   try {
-    optimise(p, {.mesh = {.intervals = 4}});
+    optimise(p, {.mesh = {.intervals = 4, .evaluation = test::kInterpreted}});
     FAIL() << "nothing thrown";
   } catch (const NumericalError& e) {
     const std::string message = e.what();
@@ -111,7 +113,7 @@ TEST(NotFinite, DerivativeAtTheStartIsNamed) {
   }));
   p.guess = straight_line(p);
   try {
-    optimise(p, {.mesh = {.intervals = 4}});
+    optimise(p, {.mesh = {.intervals = 4, .evaluation = test::kInterpreted}});
     FAIL() << "nothing thrown";
   } catch (const NumericalError& e) {
     const std::string message = e.what();
@@ -133,7 +135,7 @@ TEST(NotFinite, InsideTheLineSearchShortensTheStep) {
   p.guess = [](double t) {
     return Stage<double>{t, Eigen::VectorXd::Constant(1, 50), {}, Eigen::VectorXd::Zero(1)};
   };
-  const Solution s = optimise(p, {.mesh = {.intervals = 2}});
+  const Solution s = optimise(p, {.mesh = {.intervals = 2, .evaluation = test::kInterpreted}});
   EXPECT_TRUE(s.success());
   EXPECT_NEAR(s.motion.x(0, 0), 1, 1e-7);
   EXPECT_NEAR(s.cost(), 1, 1e-9);
@@ -141,7 +143,7 @@ TEST(NotFinite, InsideTheLineSearchShortensTheStep) {
 
 TEST(Options, OfIpoptPassAndAreChecked) {
   const auto message = [](const IpoptOptions& options) {
-    Collocation nlp(test::block_move(), {.intervals = 2});
+    Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
     try {
       solve_with_ipopt(nlp, nlp.start(), options);
     } catch (const ArgumentError& e) {
@@ -152,7 +154,7 @@ TEST(Options, OfIpoptPassAndAreChecked) {
   EXPECT_NE(message({.extra = {{"no_such_option", "1"}}}).find("no_such_option"), std::string::npos);
   EXPECT_NE(message({.extra = {{"mu_strategy", "sometimes"}}}).find("sometimes"), std::string::npos);
   EXPECT_EQ(message({.extra = {{"mu_strategy", "adaptive"}}}), "nothing thrown");
-  Collocation nlp(test::swing_up(), {.intervals = 40});
+  Collocation nlp(test::swing_up(), {.intervals = 40, .evaluation = test::kInterpreted});
   const NlpSolution cut = solve_with_ipopt(nlp, nlp.start(), {.max_iterations = 3});
   EXPECT_EQ(cut.status, SolveStatus::kIterationLimit);
   EXPECT_EQ(cut.log.size(), 4u);

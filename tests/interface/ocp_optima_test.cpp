@@ -10,14 +10,14 @@
 namespace dyntape {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
-
 // Options under which twelve digits of an optimum can be seen.
 IpoptOptions tight() { return {.tolerance = 1e-12, .dual_tolerance = 1e-10, .bound_relaxation = 0}; }
 
 NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals, const IpoptOptions& options,
                      HessianKind hessian = HessianKind::kExact) {
-  Collocation nlp(problem, {.scheme = scheme, .intervals = intervals, .hessian = hessian});
+  Collocation nlp(
+      problem,
+      {.scheme = scheme, .intervals = intervals, .hessian = hessian, .evaluation = test::kInterpreted});
   return solve_with_ipopt(nlp, nlp.start(), options);
 }
 

@@ -6,9 +6,12 @@
 #include <cmath>
 #include <numbers>
 
-#include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/ocp/optimise.h>
 
 namespace dyntape::test {
+
+// Nothing is compiled, nothing is left in the user's cache.
+inline const EvaluationOptions kInterpreted{EvaluationRoute::kInterpreter};
 
 // p'' = u, rest to rest over a distance in 1 s, least int u^2.  Continuous optimum 12 d^2/T^3.
 inline Problem block_move(double distance = 1, double duration = 1) {

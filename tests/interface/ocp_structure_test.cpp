@@ -3,8 +3,11 @@
 // The program that collocation makes: derivatives, patterns, names, and what it allocates.
 #include <gtest/gtest.h>
 
+#include <unistd.h>
+
 #include <atomic>
 #include <cstdlib>
+#include <filesystem>
 #include <new>
 #include <random>
 
@@ -78,9 +81,9 @@ INSTANTIATE_TEST_SUITE_P(Collocation, EveryScheme, ::testing::Values("euler", "t
 
 TEST_P(EveryScheme, DerivativesAreThoseOfTheFunctions) {
   for (const Problem& problem : {with_every_kind_of_term(), inverse_form()}) {
-    Collocation nlp(problem,
-                    {.scheme = scheme_by_name(GetParam()),
-                     .nodes = {0, 0.3 * problem.duration, 0.4 * problem.duration, problem.duration}});
+    Collocation nlp(problem, {.scheme = scheme_by_name(GetParam()),
+                              .nodes = {0, 0.3 * problem.duration, 0.4 * problem.duration, problem.duration},
+                              .evaluation = test::kInterpreted});
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const DerivativeCheck check = check_derivatives(nlp, random_point(nlp, seed), {.seed = seed});
       EXPECT_TRUE(check.good()) << problem.name << ", seed " << seed << ": " << check.mismatches[0].row
@@ -96,7 +99,8 @@ TEST_P(EveryScheme, DerivativesAreThoseOfTheFunctions) {
 TEST_P(EveryScheme, PatternsAreExact) {
   Problem problem = test::swing_up(1.0);
   problem.add(terminal_cost("end", [](const auto& s) { return s.x[0] * s.u[0] * s.u[0]; }));
-  Collocation nlp(problem, {.scheme = scheme_by_name(GetParam()), .intervals = 3});
+  Collocation nlp(problem,
+                  {.scheme = scheme_by_name(GetParam()), .intervals = 3, .evaluation = test::kInterpreted});
   const NlpShape& shape = nlp.shape();
   const std::vector<double> x = random_point(nlp, 7);
   std::vector<double> lambda(shape.m(), 0.0);
@@ -139,7 +143,7 @@ TEST_P(EveryScheme, PatternsAreExact) {
 }
 
 TEST(Collocation, PatternsAreSortedAndHaveEachPlaceOnce) {
-  Collocation nlp(with_every_kind_of_term(), {.intervals = 4});
+  Collocation nlp(with_every_kind_of_term(), {.intervals = 4, .evaluation = test::kInterpreted});
   for (const Pattern* pattern : {&nlp.shape().jacobian, &nlp.shape().hessian}) {
     for (std::size_t k = 1; k < pattern->nnz(); ++k) {
       const auto before = std::pair(pattern->row[k - 1], pattern->col[k - 1]);
@@ -153,8 +157,9 @@ TEST(Collocation, GaussNewtonIsTwiceTheSquareOfTheJacobianOfTheResiduals) {
   Problem problem = test::block_move();
   problem.add(running_squares("tracking", [](const auto& s) { return (s.x * 3.0 + s.x.reverse()).eval(); }));
   problem.add(terminal_squares("end", [](const auto& s) { return (s.x[0] - 2.0 * s.x[1]); }));
-  Collocation exact(problem, {.intervals = 3}),
-      squares(problem, {.intervals = 3, .hessian = HessianKind::kGaussNewton});
+  Collocation exact(problem, {.intervals = 3, .evaluation = test::kInterpreted}),
+      squares(problem,
+              {.intervals = 3, .hessian = HessianKind::kGaussNewton, .evaluation = test::kInterpreted});
   ASSERT_EQ(exact.shape().hessian, squares.shape().hessian);
   const std::vector<double> x = random_point(exact, 3), lambda(exact.shape().m(), 1.0);
   std::vector<double> a(exact.shape().hessian.nnz()), b(a.size());
@@ -163,26 +168,33 @@ TEST(Collocation, GaussNewtonIsTwiceTheSquareOfTheJacobianOfTheResiduals) {
   for (std::size_t k = 0; k < a.size(); ++k) EXPECT_NEAR(a[k], b[k], 1e-13) << k;
 }
 
+// By each route and with each kind of Hessian, from the first evaluation on.
 TEST(Collocation, EvaluationsAllocateNothing) {
-  for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
-    Collocation nlp(test::swing_up(1.0), {.intervals = 20, .hessian = kind});
-    std::vector<std::vector<double>> points;
-    for (unsigned seed = 0; seed < 5; ++seed) points.push_back(random_point(nlp, seed));
-    std::vector<double> gradient(nlp.shape().n()), g(nlp.shape().m()), lambda(g.size(), 0.5);
-    std::vector<double> jacobian(nlp.shape().jacobian.nnz()), hessian(nlp.shape().hessian.nnz());
-    double value = 0;
-    const long before = allocations;
-    for (const std::vector<double>& x : points) {
-      ASSERT_TRUE(nlp.objective(x.data(), value) && nlp.constraints(x.data(), g.data()) &&
-                  nlp.gradient(x.data(), gradient.data()) && nlp.jacobian(x.data(), jacobian.data()) &&
-                  nlp.hessian(x.data(), 1, lambda.data(), hessian.data()));
+  const auto cache = std::filesystem::temp_directory_path() / ("dyntape-ocp-" + std::to_string(getpid()));
+  for (EvaluationRoute route : {EvaluationRoute::kInterpreter, EvaluationRoute::kAutomatic}) {
+    for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
+      Collocation nlp(test::swing_up(1.0),
+                      {.intervals = 20, .hessian = kind, .evaluation = {route, cache.string()}});
+      std::vector<std::vector<double>> points;
+      for (unsigned seed = 0; seed < 5; ++seed) points.push_back(random_point(nlp, seed));
+      std::vector<double> gradient(nlp.shape().n()), g(nlp.shape().m()), lambda(g.size(), 0.5);
+      std::vector<double> jacobian(nlp.shape().jacobian.nnz()), hessian(nlp.shape().hessian.nnz());
+      double value = 0;
+      const long before = allocations;
+      for (const std::vector<double>& x : points) {
+        ASSERT_TRUE(nlp.objective(x.data(), value) && nlp.constraints(x.data(), g.data()) &&
+                    nlp.gradient(x.data(), gradient.data()) && nlp.jacobian(x.data(), jacobian.data()) &&
+                    nlp.hessian(x.data(), 1, lambda.data(), hessian.data()));
+      }
+      EXPECT_EQ(allocations - before, 0);
     }
-    EXPECT_EQ(allocations - before, 0);
   }
+  std::filesystem::remove_all(cache);
 }
 
 TEST(Collocation, NamesVariablesAndConstraints) {
-  Collocation nlp(with_every_kind_of_term(), {.scheme = trapezoid(), .intervals = 4});
+  Collocation nlp(with_every_kind_of_term(),
+                  {.scheme = trapezoid(), .intervals = 4, .evaluation = test::kInterpreted});
   EXPECT_EQ(nlp.variable_name(0), "p at point 0 (t = 0 s)");
   EXPECT_EQ(nlp.variable_name(9), "u at point 1 (t = 0.5 s)");
   EXPECT_EQ(nlp.constraint_name(5), "defect of th in interval 1");
@@ -200,8 +212,10 @@ TEST(Collocation, RefusesWhatDoesNotFit) {
     return std::string("nothing thrown");
   };
   Problem p = test::block_move();
-  EXPECT_NE(message(p, {.intervals = 0}).find("at least one interval"), std::string::npos);
-  EXPECT_NE(message(p, {.nodes = {0, 0.5, 0.5, 1}}).find("increasing"), std::string::npos);
+  EXPECT_NE(message(p, {.intervals = 0, .evaluation = test::kInterpreted}).find("at least one interval"),
+            std::string::npos);
+  EXPECT_NE(message(p, {.nodes = {0, 0.5, 0.5, 1}, .evaluation = test::kInterpreted}).find("increasing"),
+            std::string::npos);
   p.start.resize(3);
   EXPECT_NE(message(p, {}).find("the start has 3 entries, expected 2"), std::string::npos);
   p = test::block_move();
@@ -212,7 +226,8 @@ TEST(Collocation, RefusesWhatDoesNotFit) {
   EXPECT_NE(message(p, {}).find("\"two\" has 2 entries, expected a scalar"), std::string::npos);
   p = test::block_move();
   p.add(running_cost("plain", [](const auto& s) { return s.x[0]; }));
-  EXPECT_NE(message(p, {.hessian = HessianKind::kGaussNewton}).find("\"plain\" is a plain cost"),
+  EXPECT_NE(message(p, {.hessian = HessianKind::kGaussNewton, .evaluation = test::kInterpreted})
+                .find("\"plain\" is a plain cost"),
             std::string::npos);
   p = test::block_move();
   p.add(path_inequality(
@@ -224,7 +239,9 @@ TEST(Collocation, RefusesWhatDoesNotFit) {
 class Liar : public Collocation {
  public:
   Liar(bool first, bool second)
-      : Collocation(test::swing_up(), {.intervals = 5}), first_(first), second_(second) {}
+      : Collocation(test::swing_up(), {.intervals = 5, .evaluation = test::kInterpreted}),
+        first_(first),
+        second_(second) {}
   bool jacobian(const double* x, double* nonzeros) override {
     const bool good = Collocation::jacobian(x, nonzeros);
     if (first_) nonzeros[40] += 1e-3;
@@ -256,7 +273,7 @@ TEST(DerivativeCheck, NamesAWrongEntry) {
 
 TEST(Verification, FindsWhatIsViolatedAndWhatTheSchemeCannotSee) {
   const Problem problem = test::swing_up();
-  const Solution s = optimise(problem, {.mesh = {.intervals = 40}});
+  const Solution s = optimise(problem, {.mesh = {.intervals = 40, .evaluation = test::kInterpreted}});
   ASSERT_TRUE(s.success());
   EXPECT_LT(s.verification.violation, 1e-8);
   EXPECT_NEAR(s.verification.cost, s.cost(), 1e-10);
@@ -280,7 +297,8 @@ TEST(Verification, TheMissFallsWithTheFourthPowerOfTheStep) {
   double previous = 0;
   const std::pair<int, double> known[] = {{80, 8.39e-4}, {160, 5.24e-5}};
   for (const auto& [n, miss] : known) {
-    const Solution s = optimise(test::swing_up(), {.mesh = {.intervals = n}, .solver = {.tolerance = 1e-10}});
+    const Solution s = optimise(test::swing_up(), {.mesh = {.intervals = n, .evaluation = test::kInterpreted},
+                                                   .solver = {.tolerance = 1e-10}});
     EXPECT_NEAR(s.verification.miss, miss, 0.01 * miss);
     if (previous > 0) {
       EXPECT_NEAR(previous / s.verification.miss, 16, 0.5);
