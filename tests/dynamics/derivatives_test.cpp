@@ -6,6 +6,7 @@
 
 #include <dyntape/dynamics/float128.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 
@@ -87,7 +88,9 @@ TEST_P(Derivatives, OfInverseDynamics) {
   const MatrixXd dv =
       vector_difference(s.v, [&](const VectorXq& x) { return rnea(exact, *data128, q, x, a); });
   EXPECT_LE(relative_error(data->dtau_dq, dq), 1e-13);
-  EXPECT_LE(relative_error(data->dtau_dv, dv), 1e-13);
+  // A single joint has dtau/dv = 0: its error is held against the torque then.
+  const double scale = std::max(dv.cwiseAbs().maxCoeff(), data->tau.cwiseAbs().maxCoeff());
+  EXPECT_LE((data->dtau_dv - dv).cwiseAbs().maxCoeff(), 1e-13 * scale);
   const MatrixXd M = data->M;
   const VectorXd torque = data->tau;
   EXPECT_LE(relative_error(crba(model, *data, s.q), M), 1e-14);
