@@ -4,7 +4,6 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <spawn.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -50,8 +49,18 @@ std::vector<char*> pointers_to(const std::vector<std::string>& texts) {
   return pointers;
 }
 
+// posix_spawn sets no limits, and to set them once the program runs is too late for what it has started by
+// then.  util-linux's prlimit sets them and becomes the program.
+std::vector<std::string> bounded(const std::vector<std::string>& arguments, std::size_t bytes) {
+  constexpr const char* kPrlimit = "/usr/bin/prlimit";
+  if (access(kPrlimit, X_OK) != 0 || access(arguments[0].c_str(), X_OK) != 0) return arguments;
+  std::vector<std::string> result = {kPrlimit, "--as=" + std::to_string(bytes), "--core=0", "--"};
+  result.insert(result.end(), arguments.begin(), arguments.end());
+  return result;
+}
+
 // 0 and the process, or the error number.
-int start(const Command& command, pid_t& pid) {
+int start(const Command& command, std::size_t bytes, pid_t& pid) {
   posix_spawn_file_actions_t files;
   posix_spawnattr_t attributes;
   posix_spawn_file_actions_init(&files);
@@ -72,16 +81,12 @@ int start(const Command& command, pid_t& pid) {
   posix_spawnattr_setflags(&attributes,
                            POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
   const std::vector<std::string> environment = environment_for(command);
-  const int error = posix_spawn(&pid, command.arguments[0].c_str(), &files, &attributes,
-                                pointers_to(command.arguments).data(), pointers_to(environment).data());
+  const std::vector<std::string> arguments = bounded(command.arguments, bytes);
+  const int error = posix_spawn(&pid, arguments[0].c_str(), &files, &attributes,
+                                pointers_to(arguments).data(), pointers_to(environment).data());
   posix_spawn_file_actions_destroy(&files);
   posix_spawnattr_destroy(&attributes);
   return error;
-}
-
-void bound_memory(pid_t pid, std::size_t bytes) {
-  const rlimit limit{bytes, bytes};
-  prlimit(pid, RLIMIT_AS, &limit, nullptr);
 }
 
 std::string text_of(const std::string& path) {
@@ -123,10 +128,9 @@ std::vector<Outcome> run_all(const std::vector<Command>& commands, const Bounds&
   while (next < commands.size() || !running.empty()) {
     while (next < commands.size() && running.size() < std::max(bounds.jobs, 1u)) {
       Running process{0, next, Clock::now(), false};
-      if (const int error = start(commands[next], process.pid)) {
+      if (const int error = start(commands[next], bounds.bytes, process.pid)) {
         outcomes[next].output = std::strerror(error);
       } else {
-        bound_memory(process.pid, bounds.bytes);
         running.push_back(process);
       }
       ++next;
