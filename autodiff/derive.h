@@ -3,11 +3,10 @@
 // Differentiation, graph to graph: a derivative is a Function like any other, so that derivatives of
 // derivatives, simplification, printing and evaluation need nothing new.
 //
-//   Function d = jvp(f);                    // (x, p, [w, dx]) -> J dx                weights: those of f,
-//   then dx Function g = vjp(f);                    // (x, p, [w, l])  -> J^T l               weights: those
-//   of f, then l Derivatives D = derive(f, Order::kSecond);
-//       D.function: (x, p, [w, l]) -> y | J non-zeros | H non-zeros, D.jacobian and D.hessian say where they
-//       are
+//   Function d = jvp(f);                        // (x, p, [w, dx]) -> J dx     weights: those of f, then dx
+//   Function g = vjp(f);                        // (x, p, [w, l])  -> J^T l    weights: those of f, then l
+//   Derivatives D = derive(f, Order::kSecond);  // (x, p, [w, l])  -> y | J non-zeros | H non-zeros
+//                                               // D.jacobian and D.hessian say where they are
 //
 // J = dy/dx (n_y x n_x); H = sum_i l_i d2y_i/dx2 (n_x x n_x), lower triangle, each entry once.  Parameters
 // are not differentiated; all_as_variables() (function.h) turns them into variables.

@@ -30,9 +30,9 @@ struct NumTraits<dyntape::AD> : NumTraits<double> {
     IsInteger = 0,
     IsSigned = 1,
     RequireInitialization = 1,
-    ReadCost = 1,
-    AddCost = 20,
-    MulCost = 20
+    ReadCost = 1,  // costs as of double: Eigen then unrolls, and so sums, in the same order
+    AddCost = 1,
+    MulCost = 1
   };
   static Real epsilon() { return NumTraits<double>::epsilon(); }
   static Real dummy_precision() { return NumTraits<double>::dummy_precision(); }

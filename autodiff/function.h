@@ -2,8 +2,10 @@
 //
 // A recorded function: a graph, which of its nodes are the outputs, and what the inputs are called.
 //
-//   Function f = record("norm", 3, [](const VectorXad& x) { return VectorXad::Constant(1, sqrt(x.dot(x)));
-//   }); evaluate(f, x)          interpret.h        derive(f, Order::kSecond)      derive.h
+//   Function f = record("norm", 3, [](const VectorXad& x) { return VectorXad::Constant(1, x.norm()); });
+//   evaluate(f, {1, 2, 2})         -> {3}                                                  interpret.h
+//   derive(f, Order::kSecond)      value, Jacobian and Hessian as one function             derive.h
+//   to_text(f)                     one line a node                                         dump.h
 //
 // A Function is a value: stages take it const and return a new one.
 #pragma once

@@ -10,7 +10,7 @@
 // Every sweep over it is a `for` loop, forwards or backwards: an argument always precedes its user.  make()
 // simplifies as it builds, with rewrites that are exact for finite values up to the sign of zero; a
 // *constant* zero or one is structural (x * 0 is 0, as in CppAD), an input that happens to be zero never
-// folds.
+// folds.  Only who asks for the sign of a zero can tell the difference: copysign(1, y), atan2(y, -1), 1 / y.
 //
 // To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation
 // (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print_c.h).

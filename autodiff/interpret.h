@@ -7,8 +7,7 @@
 //
 //   Interpreter run(f);                                          // many evaluations: one workspace a thread
 //   Interpreter::Workspace workspace(run);
-//   std::uint32_t status = run(x, p, w, y, workspace);           // 0, or 1 + index of the first violated
-//   guard
+//   std::uint32_t status = run(x, p, w, y, workspace);           // 0, or 1 + first violated guard
 //
 // evaluate_as<T> runs the same tape in another float type: with a 113-bit T it is the reference for accuracy.
 #pragma once
