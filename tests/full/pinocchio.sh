@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Agreement with Pinocchio on 1000 states, on our robots and on public files that are not ours.
+#   pinocchio.sh DYNTAPE SOURCE_DIR BUILD_DIR
+set -euo pipefail
+dyntape=$1 source=$2 build=$3
+python=$build/peers/bin/python
+if ! "$python" -c 'import numpy, pinocchio' 2>/dev/null; then
+  python3 -m venv "$build/peers"
+  "$python" -m pip install -q pin numpy example-robot-data
+fi
+ours=$source/config/robots
+theirs=$(find "$build/peers/lib" -type d -path '*share/example-robot-data/robots' | head -n 1)
+[ -n "$theirs" ] || { echo "pinocchio.sh: example-robot-data brought no robots" >&2; exit 1; }
+"$python" "$source/tests/full/pinocchio_agreement.py" "$dyntape" --states 1000 \
+  "$ours"/{pendulum,cart_pole,block,arm_2r,double_pendulum,ur5,panda,iiwa14,solo12}.urdf \
+  "$ours"/{solo12,g1,talos,simple_humanoid}.urdf:floating \
+  "$theirs"/panda_description/urdf/panda.urdf "$theirs"/ur_description/urdf/ur5_robot.urdf \
+  "$theirs"/talos_data/robots/talos_reduced.urdf:floating

@@ -1,0 +1,16 @@
+#!/usr/bin/env bash
+# The tests again with the address and undefined-behaviour sanitizers, and those with threads under the thread
+# sanitizer.
+#   sanitized.sh SOURCE_DIR BUILD_DIR
+set -euo pipefail
+source=$1 build=$2
+run() { # name, flags, targets, ctest selection
+  local folder=$build/$1
+  cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=None -DDYNTAPE_TESTS=ON -DCMAKE_CXX_COMPILER_LAUNCHER=ccache \
+    -DCMAKE_CXX_FLAGS="-O1 -g1 $2" >"$folder.log" 2>&1 || { tail -n 40 "$folder.log"; exit 1; }
+  ninja -C "$folder" -j "$(nproc)" $3 >"$folder.log" 2>&1 || { tail -n 40 "$folder.log"; exit 1; }
+  ctest --test-dir "$folder" --output-on-failure -j "$(nproc)" $4
+}
+run sanitized-address "-fsanitize=address,undefined -fno-sanitize-recover=undefined" \
+  "autodiff_tests dynamics_tests codegen_tests" "-L ^(autodiff|dynamics|codegen)$"
+run sanitized-thread "-fsanitize=thread" "autodiff_tests codegen_tests" "-R [Tt]hread"
