@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/interpret.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/dynamics/check_forward_dynamics.h>
 #include <dyntape/interface/function/robot_differences.h>
 #include <dyntape/interface/function/robot_plain.h>
 
@@ -79,6 +80,7 @@ RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, RobotFuncti
     throw ArgumentError(std::string(to_string(function)) + " is a value: the route \"" + to_string(route) +
                         "\" exists for id-derivatives and fd-derivatives only");
   }
+  if (is_forward(function)) dynamics::check_forward_dynamics(model);
   Path& path = *path_;
   switch (route) {
     case RobotRoute::kAnalytic:
