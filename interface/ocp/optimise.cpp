@@ -22,7 +22,9 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
     std::snprintf(numbers, sizeof numbers, " is %.9g, differences give %.9g", m.given, m.difference);
     message += (k == 0 ? " " : "; ") + m.row + " by " + m.variable + numbers;
   }
-  throw NumericalError(message);
+  throw NumericalError(message +
+                       "; a kink (abs, max, select) near the start can look like this: then switch "
+                       "check_derivatives off");
 }
 
 }  // namespace

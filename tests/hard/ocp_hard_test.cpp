@@ -63,6 +63,15 @@ TEST(BlockMoveHard, ProvablyInfeasibleAndBoundedForce) {
   EXPECT_NEAR(s.cost(), 12.090054, 1e-6);
 }
 
+// One interval of the trapezoid rule cannot move and stop: 2 free controls, 4 equalities.
+TEST(BlockMoveHard, OneIntervalIsTooFewForTheTrapezoid) {
+  for (const Scheme& scheme : {trapezoid(), euler()}) {
+    const Solution s = optimise(
+        test::block_move(), {.mesh = {.scheme = scheme, .intervals = 1, .evaluation = test::kInterpreted}});
+    EXPECT_FALSE(s.success()) << scheme.name << ": " << to_string(s.nlp.status);
+  }
+}
+
 // Published for Ipopt 3.14: 12 iterations exact, 38 by L-BFGS, 242 by Gauss-Newton, which ignores the
 // curvature of the dynamics and at weight 0 sees nothing but u^2.
 TEST(CartPoleHard, WhatTheHessianIsWorth) {

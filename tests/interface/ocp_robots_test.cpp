@@ -119,6 +119,63 @@ INSTANTIATE_TEST_SUITE_P(Robots, FullyActuated, ::testing::ValuesIn(cases()), []
   return info.param.robot + (info.param.form == DynamicsForm::kForward ? "_forward" : "_inverse");
 });
 
+// Trapezoid and Euler have closed forms of their own, for the same reason.
+TEST(RobotProblem, OtherSchemesHaveTheirClosedForms) {
+  const RobotScene scene{dynamics::load_urdf(dynamics::robot_file("arm_2r")), {}, {}};
+  for (int n : {5, 10}) {
+    const double trapezoidal = 12.0 * n * n * n / ((n - 1.0) * (n * n + n - 3.0)),
+                 explicit_euler = 12.0 * n * n / (n * n - 1.0);
+    for (const auto& [scheme, value] :
+         {std::pair{trapezoid(), trapezoidal}, std::pair{euler(), explicit_euler}}) {
+      Problem p = robot_problem(scene, {.duration = 1});
+      p.add(squared_accelerations(p, 1));
+      p.start << -0.6, 0.3, 0, 0;
+      p.goal << 0.5, 1.0, 0, 0;
+      OptimiseOptions options;
+      options.mesh = {.scheme = scheme, .intervals = n, .evaluation = {EvaluationRoute::kInterpreter}};
+      options.solver.tolerance = 1e-10;
+      const Solution s = optimise(p, options);
+      EXPECT_NEAR(s.cost() / (value * (1.1 * 1.1 + 0.7 * 0.7)), 1, 1e-9)
+          << scheme.name << ", " << n << " intervals";
+    }
+  }
+}
+
+// Whatever acts on the robot, the torques make up for it: same motion, other torques.
+TEST(RobotProblem, EffectsChangeTheTorquesOnly) {
+  for (DynamicsForm form : {DynamicsForm::kForward, DynamicsForm::kInverse}) {
+    RobotScene scene{dynamics::load_urdf(dynamics::robot_file("arm_2r")), {}, {}};
+    scene.effects.armature = Eigen::Vector2d(0.2, 0.1);
+    scene.effects.damping = Eigen::Vector2d(0.7, 0.4);
+    scene.effects.friction = {Eigen::Vector2d(0.5, 0.3), 0.01};
+    scene.effects.springs = {Eigen::Vector2d(3, 2), Eigen::Vector2d(0.1, -0.2)};
+    Problem p = robot_problem(scene, {.duration = 1, .form = form});
+    p.add(squared_accelerations(p, 1));
+    const Eigen::Vector2d from(-0.6, 0.3), dq(1.1, 0.7);
+    p.start << from, 0, 0;
+    p.goal << from + dq, 0, 0;
+    OptimiseOptions options;
+    options.mesh = {.intervals = 5, .evaluation = {EvaluationRoute::kInterpreter}};
+    options.solver.tolerance = 1e-10;
+    const Solution s = optimise(p, options);
+    EXPECT_NEAR(s.cost() / (12 * dq.squaredNorm()), 1, 1e-9);
+    dynamics::Data<double> data(scene.model);
+    for (int k = 0; k < s.motion.points(); ++k) {
+      const double r = s.motion.t[k];
+      const VectorXd q = from + dq * (3 * r * r - 2 * r * r * r), v = dq * (6 * r - 6 * r * r),
+                     a = dq * (6 - 12 * r);
+      const VectorXd tau = dynamics::rnea(scene.model, data, q, v, a);
+      // Written out: armature a + d v + c tanh(v / w) + k (q - q_rest), on top of the rigid bodies.
+      const VectorXd passive = (Eigen::Array2d(0.2, 0.1) * a.array() + Eigen::Array2d(0.7, 0.4) * v.array() +
+                                Eigen::Array2d(0.5, 0.3) * (v.array() / 0.01).tanh() +
+                                Eigen::Array2d(3, 2) * (q.array() - Eigen::Array2d(0.1, -0.2)))
+                                   .matrix();
+      // tau of rnea has the model's armature, which the file leaves at zero.
+      EXPECT_LT((s.motion.u.col(k) - tau - passive).cwiseAbs().maxCoeff(), 1e-6) << "point " << k;
+    }
+  }
+}
+
 RobotScene cart_pole() { return {dynamics::load_urdf(dynamics::robot_file("cart_pole")), {}, {"slider"}}; }
 
 // The file's cart-pole is the one written by hand.
