@@ -38,15 +38,15 @@ class Peer:
     def blocks(self, function, q, v, w):
         m, d = self.model, self.data
         if function == 'rnea':
-            return [pinocchio.rnea(m, d, q, v, w)]
+            return [pinocchio.rnea(m, d, q, v, w).copy()]
         if function == 'aba':
-            return [pinocchio.aba(m, d, q, v, w, pinocchio.Convention.LOCAL)]
+            return [pinocchio.aba(m, d, q, v, w, pinocchio.Convention.LOCAL).copy()]
         if function == 'crba':
             return [symmetric(pinocchio.crba(m, d, q))]
         if function == 'id-derivatives':
             dq, dv, da = pinocchio.computeRNEADerivatives(m, d, q, v, w)
-            return [dq, dv, symmetric(da)]
-        return list(pinocchio.computeABADerivatives(m, d, q, v, w)[:3])
+            return [dq.copy(), dv.copy(), symmetric(da)]  # the next call overwrites what it returned
+        return [block.copy() for block in pinocchio.computeABADerivatives(m, d, q, v, w)[:3]]
 
 
 def states(peer, count, seed):
