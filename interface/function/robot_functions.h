@@ -21,7 +21,7 @@
 //   differentiated  the value of q (+) d is recorded with d and q as inputs, its Jacobian derived graph to
 //   graph
 //                   at d = 0, where the exponential map folds away
-//   shortest        whichever of the two takes fewer operations
+//   shortest        whichever of the two takes fewer operations; large robots: analytic, which always does
 #pragma once
 
 #include <string>
