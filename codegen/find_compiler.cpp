@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <map>
 #include <mutex>
@@ -145,9 +146,11 @@ std::optional<Compiler> find_compiler(const std::string& wanted, const std::vect
   Compiler compiler;
   compiler.path = program_for(wanted);
   if (compiler.path.empty()) return std::nullopt;
-  compiler.flags = {"-std=c99", "-O2", "-march=native", "-fPIC", "-fvisibility=hidden", "-pipe"};
+  compiler.flags = {"-std=c99", "-march=native", "-fPIC", "-fvisibility=hidden", "-pipe"};
   for (const auto* more : {&user_flags, &contract_flags()})
     compiler.flags.insert(compiler.flags.end(), more->begin(), more->end());
+  compiler.chooses_level = std::none_of(user_flags.begin(), user_flags.end(),
+                                        [](const std::string& flag) { return flag.starts_with("-O"); });
   const Identity identity = identify(compiler.path, compiler.flags, memory);
   compiler.version = identity.version;
   compiler.identity = identity.version + "\n" + identity.text;

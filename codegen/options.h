@@ -47,7 +47,7 @@ struct CodegenOptions {
 
   std::string label;  // name in the generated code; empty: the name of the function
 
-  std::size_t piece_statements = 400;      // longer bodies are cut into functions of about this length
+  std::size_t piece_statements = 250;      // longer bodies are cut into functions of about this length
   unsigned jobs = 0;                       // compilers at a time; 0: one a hardware thread
   double compile_seconds = 900;            // a compiler that takes longer is ended
   std::size_t compile_bytes = 8ull << 30;  // address space of one compiler

@@ -6,7 +6,9 @@
 //   for (const Piece& piece : s.pieces) for (i in piece.begin .. piece.end) print(s.steps[i]);
 //
 // Values that several sections need come first, then those of the value alone, of the Jacobian alone, of the
-// Hessian alone.  A result is stored, and a guard checked, as soon as its value is there.
+// Hessian alone.  A result is stored, and a guard checked, as soon as its value is there.  Within a section
+// the order is the recorded one: it keeps fewer values alive than a depth-first order from the outputs (arm
+// 330 against 538, humanoid 868 against 1351) and runs up to a tenth faster.
 //
 // gcc's time and memory grow faster than a function's length, so a long body is cut into functions of some
 // hundred statements, at places where few values cross.  What crosses lies in the caller's work array; its
