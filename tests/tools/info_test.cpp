@@ -6,10 +6,10 @@
 #include "run.h"
 
 using dyntape::test::config;
-using dyntape::test::dyntape;
+using dyntape::test::run_dyntape;
 
 TEST(Info, TellsIndicesInJson) {
-  const auto run = dyntape({"info", config("robots/solo12.urdf"), "--base", "floating", "--json"});
+  const auto run = run_dyntape({"info", config("robots/solo12.urdf"), "--base", "floating", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   const auto info = nlohmann::json::parse(run.out);
   EXPECT_EQ(info["nq"], 19);
@@ -27,42 +27,42 @@ TEST(Info, TellsIndicesInJson) {
 }
 
 TEST(Info, LocksJoints) {
-  const auto run = dyntape(
+  const auto run = run_dyntape(
       {"info", config("robots/panda.urdf"), "--lock", "panda_finger_joint1,panda_finger_joint2", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_EQ(nlohmann::json::parse(run.out)["nv"], 7);
 }
 
 TEST(Info, PrintsTheTree) {
-  const auto run = dyntape({"info", config("robots/solo12.urdf"), "--base", "floating"});
+  const auto run = run_dyntape({"info", config("robots/solo12.urdf"), "--base", "floating"});
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_NE(run.out.find("├─ FL_HAA"), std::string::npos) << run.out;
   EXPECT_NE(run.out.find("free"), std::string::npos) << run.out;
 }
 
 TEST(Info, SaysWhatIsWrongInOneSentence) {
-  const auto missing = dyntape({"info", "no_such_robot.urdf"});
+  const auto missing = run_dyntape({"info", "no_such_robot.urdf"});
   EXPECT_EQ(missing.status, 1);
   EXPECT_NE(missing.err.find("no_such_robot.urdf"), std::string::npos) << missing.err;
-  const auto joint = dyntape({"info", config("robots/panda.urdf"), "--lock", "panda_finger_join1"});
+  const auto joint = run_dyntape({"info", config("robots/panda.urdf"), "--lock", "panda_finger_join1"});
   EXPECT_EQ(joint.status, 1);
   EXPECT_NE(joint.err.find("panda_finger_joint1"), std::string::npos) << joint.err;  // the nearest name
 }
 
 TEST(CommandLine, RefusesWhatItDoesNotKnow) {
-  EXPECT_EQ(dyntape({"frobnicate"}).status, 2);
-  EXPECT_EQ(dyntape({}).status, 2);
-  EXPECT_EQ(dyntape({"info"}).status, 2);
-  EXPECT_EQ(dyntape({"info", config("robots/panda.urdf"), "--base", "flying"}).status, 2);
-  EXPECT_EQ(dyntape({"info", config("robots/panda.urdf"), "--snap", "-1"}).status, 2);
+  EXPECT_EQ(run_dyntape({"frobnicate"}).status, 2);
+  EXPECT_EQ(run_dyntape({}).status, 2);
+  EXPECT_EQ(run_dyntape({"info"}).status, 2);
+  EXPECT_EQ(run_dyntape({"info", config("robots/panda.urdf"), "--base", "flying"}).status, 2);
+  EXPECT_EQ(run_dyntape({"info", config("robots/panda.urdf"), "--snap", "-1"}).status, 2);
 }
 
 TEST(CommandLine, HelpTeaches) {
-  const auto help = dyntape({"--help"});
+  const auto help = run_dyntape({"--help"});
   EXPECT_EQ(help.status, 0);
   for (const char* command :
        {"info", "eval", "generate", "bench", "solve", "study", "check-config", "cache", "doctor"}) {
     EXPECT_NE(help.out.find(command), std::string::npos) << command;
-    EXPECT_EQ(dyntape({command, "--help"}).status, 0) << command;
+    EXPECT_EQ(run_dyntape({command, "--help"}).status, 0) << command;
   }
 }

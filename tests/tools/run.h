@@ -47,7 +47,7 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-inline Outcome dyntape(const std::vector<std::string>& arguments) {
+inline Outcome run_dyntape(const std::vector<std::string>& arguments) {
   const Scratch scratch;
   const std::string out = scratch / "out", err = scratch / "err";
   std::vector<std::string> words{DYNTAPE_COMMAND};

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The fast profile: fewer operations, values within a stated tolerance, the same bits on every route.
+#include <dyntape/codegen/simplify.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/record.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "random_function.h"
+
+namespace dyntape {
+namespace {
+
+using codegen::simplify;
+using testing::Random;
+
+std::size_t count(const Function& f, Op op) {
+  for (const OperationCount& entry : count_operations(f)) {
+    if (entry.op == op) return entry.count;
+  }
+  return 0;
+}
+
+VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
+
+// Polynomials over a few divisors: what the rewrites look for.
+Function rational(Random& random, std::size_t outputs) {
+  Function f;
+  f.name = "rational";
+  f.inputs = {5, 0, 0};
+  std::vector<NodeId> inputs;
+  for (std::uint32_t i = 0; i < 5; ++i) inputs.push_back(f.graph.input(Block::kVariables, i));
+  for (std::size_t k = 0; k < outputs; ++k) {
+    const auto pick = [&] { return inputs[random.below(inputs.size())]; };
+    std::vector<NodeId> terms;
+    for (int i = 0; i < 6; ++i) {
+      const NodeId product = f.graph.make(Op::Mul, pick(), pick());
+      terms.push_back(random.below(2)
+                          ? product
+                          : f.graph.make(Op::Div, product, random.below(3) ? pick() : f.graph.constant(3)));
+    }
+    while (terms.size() > 1) {
+      const NodeId last = terms.back();
+      terms.pop_back();
+      NodeId& other = terms[random.below(terms.size())];
+      other = f.graph.make(random.below(2) ? Op::Add : Op::Sub, other, last);
+    }
+    f.outputs.push_back(terms[0]);
+  }
+  return compact(f);
+}
+
+TEST(Simplify, StrictChangesNothing) {
+  Random random(51);
+  const Function f = rational(random, 5);
+  EXPECT_EQ(content_hash(simplify(f, Profile::kStrict)), content_hash(f));
+}
+
+TEST(Simplify, ReciprocalsAreShared) {
+  const Function f = record("three", 4, [](const VectorXad& x) {
+    VectorXad y(3);
+    y << x[0] / x[3], x[1] / x[3], x[2] / x[3];
+    return y;
+  });
+  EXPECT_EQ(count(f, Op::Div), 3u);
+  EXPECT_EQ(count(simplify(f, Profile::kFast), Op::Div), 1u);
+  const Function alone = record("alone", 2, [](const VectorXad& x) { return one(x[0] / x[1]); });
+  EXPECT_EQ(count(simplify(alone, Profile::kFast), Op::Div), 1u) << "one division is cheapest as it is";
+  const Function constant = record("constant", 1, [](const VectorXad& x) { return one(x[0] / 3.0); });
+  EXPECT_EQ(count(simplify(constant, Profile::kFast), Op::Div), 0u);
+  const Function tiny = record("tiny", 1, [](const VectorXad& x) { return one(x[0] / 1e-310); });
+  EXPECT_EQ(count(simplify(tiny, Profile::kFast), Op::Div), 1u) << "its reciprocal overflows";
+}
+
+TEST(Simplify, CommonFactorsAreTakenOut) {
+  const Function sum = record("sum", 5, [](const VectorXad& x) {
+    return one(x[0] * x[1] + x[0] * x[2] - x[3] * x[0] + x[0] * x[4]);
+  });
+  EXPECT_EQ(count(sum, Op::Mul), 4u);
+  EXPECT_EQ(count(simplify(sum, Profile::kFast), Op::Mul), 1u);
+  const Function shared = record("shared", 3, [](const VectorXad& x) {
+    VectorXad y(2);
+    y << x[0] * x[1] + x[0] * x[2], x[0] * x[1];
+    return y;
+  });
+  EXPECT_EQ(total_operations(simplify(shared, Profile::kFast)), total_operations(shared))
+      << "the product is needed anyway";
+}
+
+// Values, Jacobian and Hessian in full: fast may find that an entry is zero everywhere and drop it.
+std::vector<double> in_full(const Derivatives& d, const std::vector<double>& out) {
+  std::vector<double> full(out.begin(), out.begin() + std::ptrdiff_t(d.n_y));
+  std::size_t next = d.n_y;
+  for (const Pattern* pattern : {&d.jacobian, &d.hessian}) {
+    const std::size_t offset = full.size();
+    full.resize(offset + pattern->rows * pattern->cols);
+    for (std::size_t k = 0; k < pattern->nnz(); ++k)
+      full[offset + pattern->row[k] * pattern->cols + pattern->col[k]] = out[next++];
+  }
+  return full;
+}
+
+TEST(Simplify, ValuesStayWithinTheTolerance) {
+  for (std::uint64_t seed = 60; seed < 80; ++seed) {
+    Random random(seed);
+    SCOPED_TRACE(random.seed_text());
+    const Function f = rational(random, 20);
+    const Derivatives strict = derive(f, Order::kSecond);
+    const Derivatives fast = simplify(derive(simplify(f, Profile::kFast), Order::kSecond), Profile::kFast);
+    EXPECT_LT(total_operations(fast.function), total_operations(strict.function));
+    for (int k = 0; k < 20; ++k) {
+      const auto x = random.vector(5, 0.5, 2.0), w = random.vector(20, -1, 1);
+      const auto a = in_full(strict, evaluate(strict.function, x, {}, w)),
+                 b = in_full(fast, evaluate(fast.function, x, {}, w));
+      ASSERT_EQ(a.size(), b.size());
+      // Terms are below 8, their derivatives below 200, and sums have some hundred of them.
+      for (std::size_t i = 0; i < a.size(); ++i)
+        ASSERT_NEAR(a[i], b[i], 1e-12 * std::max(1.0, std::abs(a[i]))) << i;
+    }
+  }
+}
+
+TEST(Simplify, EveryRouteAndKernelHasTheSameBits) {
+  Random random(52);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = rational(random, 8);
+  CodegenOptions options;
+  options.order = Order::kSecond;
+  options.profile = Profile::kFast;
+  options.use_cache = false;
+  options.route = Route::kCompiled;
+  const CompiledFunction compiled = CompiledFunction::make(f, options);
+  options.route = Route::kInterpreter;
+  const CompiledFunction interpreted = CompiledFunction::make(f, options);
+  for (int k = 0; k < 50; ++k) {
+    const auto x = random.vector(5, -2, 2), w = random.vector(8, -1, 1);
+    const auto a = compiled.evaluate(Order::kSecond, x, {}, w),
+               b = interpreted.evaluate(Order::kSecond, x, {}, w);
+    EXPECT_EQ(a.y, b.y);
+    EXPECT_EQ(a.jacobian, b.jacobian);
+    EXPECT_EQ(a.hessian, b.hessian);
+    EXPECT_EQ(a.y, compiled.evaluate(Order::kValue, x).y);
+    EXPECT_EQ(a.y, compiled.evaluate(Order::kFirst, x).y);
+  }
+}
+
+TEST(Simplify, NaNAndInfinityAreNotAssumedAway) {
+  const Function f = record("limits", 2, [](const VectorXad& x) {
+    VectorXad y(2);
+    y << x[0] / x[1], 2.0 / x[1] + x[0] * 3.0 - x[0] * 4.0;
+    return y;
+  });
+  const Function fast = simplify(f, Profile::kFast);
+  const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
+  for (const std::vector<double>& x :
+       {std::vector{1.0, 0.0}, {0.0, 0.0}, {inf, 2.0}, {nan, 1.0}, {1.0, nan}, {1.0, inf}}) {
+    const auto a = evaluate(f, x), b = evaluate(fast, x);
+    for (std::size_t i = 0; i < a.size(); ++i)
+      EXPECT_TRUE(testing::same(a[i], b[i])) << x[0] << " " << x[1] << ": " << a[i] << " " << b[i];
+  }
+}
+
+TEST(Simplify, GuardsKeepTheirConditions) {
+  const Function f = record("guarded", 3, [](const VectorXad& x) {
+    const AD ratio = x[0] / x[2] + x[1] / x[2];
+    return one(ratio < 1.0 ? ratio : ratio * 2.0);
+  });
+  const Function fast = simplify(f, Profile::kFast);
+  ASSERT_EQ(fast.guards.size(), 1u);
+  Random random(53);
+  SCOPED_TRACE(random.seed_text());
+  for (int k = 0; k < 2000; ++k) {
+    const auto x = random.vector(2, 0, 1);
+    std::vector<double> at = {x[0], x[1], x[0] + x[1]};  // the ratio is one up to rounding
+    const auto violates = [&](const Function& g) {
+      try {
+        evaluate(g, at);
+      } catch (const GuardViolation&) {
+        return true;
+      }
+      return false;
+    };
+    ASSERT_EQ(violates(f), violates(fast)) << k;
+  }
+}
+
+}  // namespace
+}  // namespace dyntape
