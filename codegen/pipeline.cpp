@@ -13,6 +13,7 @@
 #include <dyntape/codegen/files.h>
 #include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/notice.h>
+#include <dyntape/codegen/simplify.h>
 
 namespace dyntape {
 namespace codegen {
@@ -39,10 +40,11 @@ Key key_of(const std::string& content, const CodegenOptions& options, const Comp
   return make_key(std::move(text));
 }
 
-std::vector<Derivatives> derive_all(const Function& function, Order highest) {
+std::vector<Derivatives> derive_all(const Function& recorded, const CodegenOptions& options) {
+  const Function function = simplify(recorded, options.profile);
   std::vector<Derivatives> derivatives;
-  for (int order = 0; order <= static_cast<int>(highest); ++order)
-    derivatives.push_back(derive(function, static_cast<Order>(order)));
+  for (int order = 0; order <= static_cast<int>(options.order); ++order)
+    derivatives.push_back(simplify(derive(function, static_cast<Order>(order)), options.profile));
   return derivatives;
 }
 
@@ -73,8 +75,7 @@ bool load_entry(const Cache& cache, const Key& key, const Entry& entry, const st
 }
 
 Product interpreted(Product product, const CodegenOptions& options) {
-  product.interpreted =
-      timed(product.timings.derive, [&] { return derive_all(product.function, options.order); });
+  product.interpreted = timed(product.timings.derive, [&] { return derive_all(product.function, options); });
   return product;
 }
 
@@ -156,7 +157,7 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
 
   KernelSets sets = kernel_sets(function, content, options);
   dump.graph("recorded", function);
-  auto derivatives = timed(t.derive, [&] { return derive_all(function, options.order); });
+  auto derivatives = timed(t.derive, [&] { return derive_all(function, options); });
   dump.graphs("derived", derivatives);
   sets.kernels =
       timed(t.schedule, [&] { return schedule_all(std::move(derivatives), options.piece_statements); });
@@ -172,8 +173,7 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
 codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
   const Function function = compact(recorded);
   codegen::KernelSets sets = codegen::kernel_sets(function, content_hash(function), options);
-  sets.kernels =
-      codegen::schedule_all(codegen::derive_all(function, options.order), options.piece_statements);
+  sets.kernels = codegen::schedule_all(codegen::derive_all(function, options), options.piece_statements);
   return codegen::print_c(sets);
 }
 

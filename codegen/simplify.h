@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a profile may do to a graph beyond what recording does already.
+//
+//   Function cheaper = simplify(function, Profile::kFast);              before derivation
+//   Derivatives d = simplify(derive(cheaper, order), Profile::kFast);   after it
+//
+// strict: nothing.  fast: rewrites that are exact over the reals and change rounding,
+//
+//   x / d, y / d          ->  r = 1 / d, x * r, y * r           a reciprocal that several divisions share
+//   x / c                 ->  x * (1 / c)                       c a constant whose reciprocal is normal
+//   a * x + a * y         ->  a * (x + y)                       likewise a difference, and a common divisor
+//
+// each where it takes no more operations.  A result differs from strict by a few units in the last place of
+// the largest intermediate value; where a divisor is so small that its reciprocal overflows (below 6e-309), a
+// quotient is lost.  NaN and infinity are not assumed away, and every evaluation of one graph has the same
+// bits, by whatever route.
+//
+// A pattern may lose an entry that is zero everywhere.
+//
+// Conditions of guards stay as they are, and in a derived function the values too: y has the same bits in all
+// kernels.
+#pragma once
+
+#include <dyntape/codegen/options.h>
+
+namespace dyntape::codegen {
+
+Function simplify(const Function& function, Profile profile);
+Derivatives simplify(Derivatives derivatives, Profile profile);
+
+}  // namespace dyntape::codegen
