@@ -7,13 +7,10 @@
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/cache.h>
-#include <dyntape/codegen/compile.h>
 #include <dyntape/codegen/dump.h>
 #include <dyntape/codegen/files.h>
-#include <dyntape/codegen/flags.h>
-#include <dyntape/codegen/notice.h>
 #include <dyntape/codegen/simplify.h>
+#include <dyntape/codegen/workshop.h>
 
 namespace dyntape {
 namespace codegen {
@@ -30,21 +27,15 @@ auto timed(double& seconds, Stage&& stage) {
   return stage();
 }
 
-Key key_of(const std::string& content, const CodegenOptions& options, const Compiler& compiler) {
-  std::string text = "content " + content + "\norder " + std::to_string(static_cast<int>(options.order)) +
-                     "\nprofile " + to_string(options.profile) + "\ngenerator " + generator_version() + " " +
-                     generator_fingerprint() + "\ninterface " + std::to_string(DYNTAPE_ABI) + "\npieces " +
-                     std::to_string(options.piece_statements) + "\ncompiler " + compiler.path + "\n" +
-                     compiler.identity + "\nflags";
-  for (const std::string& flag : compiler.flags) text += " " + flag;
-  return make_key(std::move(text));
+std::vector<Derivatives> derive_all(const Function& function, Order highest) {
+  std::vector<Derivatives> derivatives;
+  for (int order = 0; order <= static_cast<int>(highest); ++order)
+    derivatives.push_back(derive(function, static_cast<Order>(order)));
+  return derivatives;
 }
 
-std::vector<Derivatives> derive_all(const Function& recorded, const CodegenOptions& options) {
-  const Function function = simplify(recorded, options.profile);
-  std::vector<Derivatives> derivatives;
-  for (int order = 0; order <= static_cast<int>(options.order); ++order)
-    derivatives.push_back(simplify(derive(function, static_cast<Order>(order)), options.profile));
+std::vector<Derivatives> simplify_all(std::vector<Derivatives> derivatives, Profile profile) {
+  for (Derivatives& d : derivatives) d = simplify(std::move(d), profile);
   return derivatives;
 }
 
@@ -60,68 +51,14 @@ std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::
   return plans;
 }
 
-// The loaded library of an entry; none if it turns out not to be usable, and then the entry is gone.
-bool load_entry(const Cache& cache, const Key& key, const Entry& entry, const std::string& content,
-                Product& product) {
-  try {
-    product.library = timed(product.timings.load, [&] { return Library::load(entry.library(), content); });
-  } catch (const ToolError& e) {
-    say_once(e.what());
-    cache.remove(key);
-    return false;
-  }
-  product.source_path = entry.source();
-  return true;
-}
-
-Product interpreted(Product product, const CodegenOptions& options) {
-  product.interpreted = timed(product.timings.derive, [&] { return derive_all(product.function, options); });
-  return product;
-}
-
-// Compiles in a folder of the cache, or else in a temporary one; keeps the source if that fails.
-void compile_and_load(const Source& source, const Compiler& compiler, const std::optional<Cache>& cache,
-                      const Key& key, const std::string& content, const CodegenOptions& options,
-                      Product& product) {
-  std::optional<TemporaryFolder> folder;
-  try {
-    if (cache) folder.emplace(cache->folder(), "build-");
-  } catch (const FileError& e) {
-    say_once("compiled derivatives are not kept: " + std::string(e.what()));
-  }
-  const bool in_cache = folder.has_value();
-  if (!in_cache) folder.emplace(system_temporary_folder(), "dyntape-");
-  const std::string final_folder = in_cache ? cache->folder() + "/" + key.digest : folder->path();
-  timed(product.timings.compile, [&] {
-    write_file(folder->path() + "/" + kSourceFile, source.text);
-    try {
-      compile(compiler, source, options, folder->path(), final_folder);
-    } catch (const ToolError&) {
-      folder->release();  // the message says where the source is
-      throw;
-    }
-  });
-  const Manifest manifest{source.name,
-                          static_cast<int>(options.order),
-                          to_string(options.profile),
-                          generator_version(),
-                          compiler.version,
-                          checksum(source.text)};
-  if (in_cache) {
-    const auto entry = cache->publish(*folder, key, manifest, options.force_rebuild);
-    const bool is_loaded = entry && load_entry(*cache, key, *entry, content, product);
-    cache->sweep_sometimes();  // not earlier: what is loaded may go
-    if (is_loaded) return;
-    // Another process swept it away, or replaced it, at this very moment: without the cache nobody can.
-    if (folder->path().empty())
-      return compile_and_load(source, compiler, std::nullopt, key, content, options, product);
-  }
-  product.library = timed(product.timings.load,
-                          [&] { return Library::load(folder->path() + "/" + kLibraryFile, content); });
-}
-
 KernelSets kernel_sets(const Function& function, const std::string& content, const CodegenOptions& options) {
   return {function, options.label.empty() ? function.name : options.label, content, options.profile, {}};
+}
+
+Product with_library(Product product, Loaded loaded) {
+  product.library = std::move(loaded.library);
+  product.source_path = std::move(loaded.source_path);
+  return product;
 }
 
 }  // namespace
@@ -131,41 +68,34 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
   Timings& t = product.timings;
   const Function& function = product.function = compact(recorded);
   const Dump dump(function.name);
-  if (options.route == Route::kInterpreter) return interpreted(std::move(product), options);
-
-  const auto cache = options.use_cache ? Cache::open(options.cache_folder) : std::nullopt;
-  const auto compiler = timed(t.hash, [&] {
-    return find_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
-  });
-  const auto stop_if_only_cached = [&] {
-    if (options.only_cached) throw NotCached("the cache has no library of \"" + function.name + "\"");
-  };
-  if (!compiler) {
-    stop_if_only_cached();
-    if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
-    say_once(no_compiler(options.compiler) + "; derivatives are interpreted");
-    return interpreted(std::move(product), options);
-  }
-  product.compiler = compiler->version;
-  const std::string content = timed(t.hash, [&] { return content_hash(function); });
-  const Key key = key_of(content, options, *compiler);
-  if (cache && !options.force_rebuild) {
-    const auto entry = timed(t.load, [&] { return cache->find(key); });
-    if (entry && load_entry(*cache, key, *entry, content, product)) return t.cache_hit = true, product;
-  }
-  stop_if_only_cached();
-
-  KernelSets sets = kernel_sets(function, content, options);
   dump.graph("recorded", function);
-  auto derivatives = timed(t.derive, [&] { return derive_all(function, options); });
-  dump.graphs("derived", derivatives);
+
+  std::optional<Workshop> workshop;  // none: interpreted
+  if (options.route != Route::kInterpreter)
+    workshop = timed(t.hash, [&] { return Workshop::open(function, options); });
+  if (workshop) {
+    product.compiler = workshop->compiler().version;
+    if (auto found = timed(t.load, [&] { return workshop->find(); }))
+      return t.cache_hit = true, with_library(std::move(product), std::move(*found));
+  }
+  if (options.only_cached) throw NotCached("the cache has no library of \"" + function.name + "\"");
+
+  const auto value = timed(t.derive, [&] { return simplify(function, options.profile); });
+  auto derived = timed(t.derive, [&] { return derive_all(value, options.order); });
+  derived = timed(t.derive, [&] { return simplify_all(std::move(derived), options.profile); });
+  dump.graphs("derived", derived);
+  if (!workshop) return product.interpreted = std::move(derived), product;
+
+  KernelSets sets = kernel_sets(function, workshop->content(), options);
   sets.kernels =
-      timed(t.schedule, [&] { return schedule_all(std::move(derivatives), options.piece_statements); });
+      timed(t.schedule, [&] { return schedule_all(std::move(derived), options.piece_statements); });
   dump.schedules(sets.kernels);
-  const Source source = timed(t.print, [&] { return print_c(sets); });
+  Source source = timed(t.print, [&] { return print_c(sets); });
   dump.text("c", source.text);
-  compile_and_load(source, *compiler, cache, key, content, options, product);
-  return product;
+  Draft draft = timed(t.compile, [&] { return workshop->compile(std::move(source)); });
+  const auto entry = timed(t.load, [&] { return workshop->publish(draft); });
+  Loaded loaded = timed(t.load, [&] { return workshop->load(draft, entry); });
+  return with_library(std::move(product), std::move(loaded));
 }
 
 }  // namespace codegen
@@ -173,7 +103,9 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
 codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
   const Function function = compact(recorded);
   codegen::KernelSets sets = codegen::kernel_sets(function, content_hash(function), options);
-  sets.kernels = codegen::schedule_all(codegen::derive_all(function, options), options.piece_statements);
+  const Function value = codegen::simplify(function, options.profile);
+  auto derived = codegen::simplify_all(codegen::derive_all(value, options.order), options.profile);
+  sets.kernels = codegen::schedule_all(std::move(derived), options.piece_statements);
   return codegen::print_c(sets);
 }
 

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/workshop.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/notice.h>
+
+namespace dyntape::codegen {
+namespace {
+
+// Everything that decides the library; names of people and of functions do not.
+Key key_of(const std::string& content, const CodegenOptions& options, const Compiler& compiler) {
+  std::string text = "content " + content + "\norder " + std::to_string(static_cast<int>(options.order)) +
+                     "\nprofile " + to_string(options.profile) + "\ngenerator " + generator_version() + " " +
+                     generator_fingerprint() + "\ninterface " + std::to_string(DYNTAPE_ABI) + "\npieces " +
+                     std::to_string(options.piece_statements) + "\ncompiler " + compiler.path + "\n" +
+                     compiler.identity + "\nflags";
+  for (const std::string& flag : compiler.flags) text += " " + flag;
+  return make_key(std::move(text));
+}
+
+}  // namespace
+
+std::optional<Workshop> Workshop::open(const Function& function, const CodegenOptions& options) {
+  auto cache = options.use_cache ? Cache::open(options.cache_folder) : std::nullopt;
+  auto compiler =
+      find_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
+  if (compiler) return Workshop(function, options, std::move(cache), std::move(*compiler));
+  if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
+  say_once(no_compiler(options.compiler) + "; derivatives are interpreted");
+  return std::nullopt;
+}
+
+Workshop::Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
+                   Compiler compiler)
+    : options_(options),
+      cache_(std::move(cache)),
+      compiler_(std::move(compiler)),
+      content_(content_hash(function)),
+      key_(key_of(content_, options, compiler_)) {}
+
+std::optional<Loaded> Workshop::find() const {
+  if (!cache_ || options_.force_rebuild) return std::nullopt;
+  const auto entry = cache_->find(key_);
+  return entry ? load_entry(*entry) : std::nullopt;
+}
+
+// None if it turns out not to be usable, and then the entry is gone.
+std::optional<Loaded> Workshop::load_entry(const Entry& entry) const {
+  try {
+    return Loaded{Library::load(entry.library(), content_), entry.source()};
+  } catch (const ToolError& e) {
+    say_once(e.what());
+    cache_->remove(key_);
+    return std::nullopt;
+  }
+}
+
+Draft Workshop::compile(Source source) const {
+  std::unique_ptr<TemporaryFolder> folder;
+  try {
+    if (cache_) folder = std::make_unique<TemporaryFolder>(cache_->folder(), "build-");
+  } catch (const FileError& e) {
+    say_once("compiled derivatives are not kept: " + std::string(e.what()));
+  }
+  if (folder) return compile_in(std::move(folder), cache_->folder() + "/" + key_.digest, std::move(source));
+  folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
+  const std::string path = folder->path();
+  return compile_in(std::move(folder), path, std::move(source));
+}
+
+Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
+                           Source source) const {
+  write_file(folder->path() + "/" + kSourceFile, source.text);
+  try {
+    codegen::compile(compiler_, source, options_, folder->path(), final_folder);
+  } catch (const ToolError&) {
+    folder->release();  // the message says where the source is
+    throw;
+  }
+  return {std::move(folder), std::move(source)};
+}
+
+std::optional<Entry> Workshop::publish(Draft& draft) const {
+  if (!cache_ || !draft.folder->path().starts_with(cache_->folder() + "/")) return std::nullopt;
+  const Manifest manifest{draft.source.name,           static_cast<int>(options_.order),
+                          to_string(options_.profile), generator_version(),
+                          compiler_.version,           checksum(draft.source.text)};
+  return cache_->publish(*draft.folder, key_, manifest, options_.force_rebuild);
+}
+
+Loaded Workshop::load(Draft& draft, const std::optional<Entry>& entry) const {
+  if (entry) {
+    auto loaded = load_entry(*entry);
+    cache_->sweep_sometimes();  // not earlier: what is loaded may go
+    if (loaded) return *loaded;
+  }
+  if (draft.folder->path().empty()) {
+    // Another process swept it away, or replaced it, at this very moment: outside the cache nobody can.
+    auto folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
+    const std::string path = folder->path();
+    draft = compile_in(std::move(folder), path, std::move(draft.source));
+  }
+  return {Library::load(draft.folder->path() + "/" + kLibraryFile, content_), ""};
+}
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Where the library of one function is found or made: its compiler, its place in the cache, its folder.
+//
+//   std::optional<Workshop> workshop = Workshop::open(function, options);   none: no compiler, interpret
+//   if (auto loaded = workshop->find()) ...                                 a hit: nothing else is done
+//   Draft draft = workshop->compile(source);                                library.so in a folder of its own
+//   std::optional<Entry> entry = workshop->publish(draft);                  into the cache; none: not possible
+//   Loaded loaded = workshop->load(draft, entry);
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include <dyntape/codegen/cache.h>
+#include <dyntape/codegen/compile.h>
+#include <dyntape/codegen/library.h>
+
+namespace dyntape::codegen {
+
+// A compiled library that nobody knows of yet.
+struct Draft {
+  std::unique_ptr<TemporaryFolder> folder;
+  Source source;
+};
+
+struct Loaded {
+  std::shared_ptr<const Library> library;
+  std::string source_path;  // empty: not kept
+};
+
+class Workshop {
+ public:
+  // Says once on stderr why there is none; throws ToolError instead where the compiled route is asked for.
+  static std::optional<Workshop> open(const Function& function, const CodegenOptions& options);
+
+  const std::string& content() const { return content_; }  // hash of the function
+  const Compiler& compiler() const { return compiler_; }
+
+  // From the cache; none: it has to be made.
+  std::optional<Loaded> find() const;
+  // ToolError: the compiler fails.  The source is kept then.
+  Draft compile(Source source) const;
+  std::optional<Entry> publish(Draft& draft) const;
+  // Of the entry, or of the draft where there is none.
+  Loaded load(Draft& draft, const std::optional<Entry>& entry) const;
+
+ private:
+  Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
+           Compiler compiler);
+  Draft compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
+                   Source source) const;
+  std::optional<Loaded> load_entry(const Entry& entry) const;
+
+  CodegenOptions options_;
+  std::optional<Cache> cache_;
+  Compiler compiler_;
+  std::string content_;
+  Key key_;
+};
+
+}  // namespace dyntape::codegen
