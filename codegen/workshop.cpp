@@ -26,6 +26,7 @@ std::optional<Workshop> Workshop::open(const Function& function, const CodegenOp
   auto compiler =
       find_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
   if (compiler) return Workshop(function, options, std::move(cache), std::move(*compiler));
+  if (options.only_cached) return std::nullopt;
   if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
   say_once(no_compiler(options.compiler) + "; derivatives are interpreted");
   return std::nullopt;
