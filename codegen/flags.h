@@ -2,7 +2,7 @@
 //
 // Which flags generated code is compiled with.
 //
-//   contract_flags()                   -ffp-contract=off -fno-builtin-pow -fno-builtin-sin ...
+//   contract_flags()                   -ffp-contract=off -fno-tree-slp-vectorize -fno-builtin-pow ...
 //   accepted_flags({"-O3", "-ffast-math"})        {"-O3"}, and a notice that -ffast-math is left out
 //
 // The contract: no contraction into fma, no relaxed arithmetic, and every elementary function is libm's, once

@@ -3,6 +3,7 @@
 // Generated code against the interpreter, bit for bit: every operator, special values, every optimisation
 // level, cut into pieces or not, and derivatives.
 #include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
 
@@ -86,6 +87,28 @@ TEST_P(Bits, DerivativesOfRandomGraphs) {
   const Function f = testing::random_functions(random, 40, 7);
   const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kSecond);
   EXPECT_GT(expect_same_bits(f, c, Order::kSecond, random, 200), 10000u);
+}
+
+// Products added and subtracted side by side: what gcc's vectoriser turns into vfmaddsub, contraction off or not.
+TEST_P(Bits, ProductsOfComplexNumbers) {
+  Random random(301 + GetParam());
+  SCOPED_TRACE(random.seed_text());
+  const Function f = record("complex", 16, [](const VectorXad& x) {
+    VectorXad y(64);
+    for (int i = 0; i < 4; ++i) {
+      for (int j = 0; j < 4; ++j) {
+        const AD a = x[2 * i], b = x[2 * i + 1], c = x[8 + 2 * j], d = x[9 + 2 * j];
+        const int k = 4 * (4 * i + j);
+        y[k] = a * c - b * d;
+        y[k + 1] = a * d + b * c;
+        y[k + 2] = y[k] * a - d * d;
+        y[k + 3] = y[k] * b + c * c;
+      }
+    }
+    return y;
+  });
+  const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kFirst);
+  EXPECT_GT(expect_same_bits(f, c, Order::kFirst, random, 200), 10000u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Variants, Bits, ::testing::Range(0, int(kVariants.size())));

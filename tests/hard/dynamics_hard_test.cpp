@@ -23,13 +23,16 @@ namespace {
 using dynamics::Model;
 using Values = std::vector<double>;
 
-bool same_bits(const Values& a, const Values& b) {
-  if (a.size() != b.size()) return false;
+::testing::AssertionResult same_bits(const Values& a, const Values& b) {
+  if (a.size() != b.size()) return ::testing::AssertionFailure() << a.size() << " values and " << b.size();
   for (std::size_t i = 0; i < a.size(); ++i) {
     const bool both_nan = std::isnan(a[i]) && std::isnan(b[i]);
-    if (!both_nan && std::bit_cast<std::uint64_t>(a[i]) != std::bit_cast<std::uint64_t>(b[i])) return false;
+    if (!both_nan && std::bit_cast<std::uint64_t>(a[i]) != std::bit_cast<std::uint64_t>(b[i])) {
+      return ::testing::AssertionFailure()
+             << std::hexfloat << a[i] << " and " << b[i] << " at " << i << " of " << a.size();
+    }
   }
-  return true;
+  return ::testing::AssertionSuccess();
 }
 
 // A function by every route: interpreter, C at -O0, C at -O3.
