@@ -1,0 +1,136 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The libraries behind the function class: flags, staleness, reuse.
+#include <gtest/gtest.h>
+#include <xmmintrin.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <thread>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/pipeline.h>
+
+#include "ad_function_fixture.h"
+
+namespace dyntape {
+namespace {
+
+std::string text_of(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST_F(AdFunctionTest, FlagsReachTheCompilerAndFastMathIsLeftOutOnce) {
+  testing::internal::CaptureStderr();
+  std::vector<std::string> manifests;
+  for (int i = 0; i < 2; ++i) {
+    AdFunction f(sample, 3, 2, "flags-" + std::to_string(i), cache_.path());  // OCS2's five flags
+    f.createModels(ApproximationOrder::Zero, false);
+    const auto folder = std::filesystem::path(f.statistics().sourcePath).parent_path();
+    manifests.push_back(text_of(folder / "manifest.json"));
+  }
+  const std::string said = testing::internal::GetCapturedStderr();
+  for (const std::string& manifest : manifests) {
+    for (const char* flag : {"-O3", "-g"}) EXPECT_TRUE(contains(manifest, flag)) << manifest;
+    EXPECT_FALSE(contains(manifest, "-ffast-math"));
+  }
+  const std::size_t first = said.find("-ffast-math");
+  EXPECT_NE(first, std::string::npos) << said;
+  EXPECT_EQ(said.find("-ffast-math", first + 1), std::string::npos) << said;
+}
+
+// A macro on the command line that breaks the text proves that the compilation itself saw it.
+TEST_F(AdFunctionTest, AFlagThatBreaksTheCompilationIsReportedWithTheCompilersWords) {
+  AdFunction f(sample, 3, 2, "broken", cache_.path(), {"-Ddouble=nonsense"});
+  const std::string message = message_of<ToolError>([&] { f.createModels(ApproximationOrder::Zero, false); });
+  EXPECT_TRUE(contains(message, "-Ddouble=nonsense")) << message;
+  EXPECT_TRUE(contains(message, "nonsense")) << message;
+  EXPECT_FALSE(f.hasModel());
+}
+
+TEST_F(AdFunctionTest, TheFloatingPointStateOfTheCallerIsUntouched) {
+  const unsigned before = _mm_getcsr();
+  const AdFunction f = created(sample, 3, 2);
+  f.getJacobian(kX, kP);
+  EXPECT_EQ(_mm_getcsr() & 0x8040u, before & 0x8040u);  // flush to zero, denormals are zero
+  volatile double denormal = 4.9e-324;
+  EXPECT_NE(denormal * 1.0, 0.0);
+  std::thread([&] {
+    volatile double small = 2.2250738585072014e-308;
+    EXPECT_NE(small * 0.5, 0.0);
+  }).join();
+}
+
+// --- 0.3: a library is known by what it computes ---
+
+TEST_F(AdFunctionTest, AStaleLibraryIsImpossible) {
+  for (double factor : {2.0, 14.0, std::nextafter(14.0, 15.0)}) {
+    AdFunction f =
+        make([factor](const ad_vector_t& x, const ad_vector_t&, ad_vector_t& y) { y = x * AD(factor); }, 1, 0,
+             "same");
+    f.loadModelsIfAvailable(ApproximationOrder::Zero, false);
+    EXPECT_FALSE(f.statistics().cacheHit);
+    EXPECT_EQ(f.getFunctionValue(vector_t::Ones(1))[0], factor);
+  }
+}
+
+TEST_F(AdFunctionTest, ChangedDimensionsAndOrdersAreOtherLibraries) {
+  for (std::size_t n : {2u, 3u}) {
+    for (auto order : {ApproximationOrder::First, ApproximationOrder::Second}) {
+      AdFunction f = make(
+          [](const ad_vector_t& x, const ad_vector_t&, ad_vector_t& y) {
+            y.resize(1);
+            y[0] = x[0] * x[1];
+          },
+          n, 0, "product");
+      f.loadModelsIfAvailable(order, false);
+      EXPECT_EQ(f.getJacobian(vector_t::Ones(static_cast<Eigen::Index>(n))).cols(),
+                static_cast<Eigen::Index>(n));
+      if (order == ApproximationOrder::Second) {
+        EXPECT_EQ(f.getHessian(0, vector_t::Ones(static_cast<Eigen::Index>(n)))(0, 1), 1);
+      }
+    }
+  }
+}
+
+TEST_F(AdFunctionTest, ReuseAndForcedRebuild) {
+  AdFunctionSettings settings;
+  settings.folder = cache_.path();
+  const auto create = [&](bool force) {
+    settings.forceRebuild = force;
+    AdFunction f(sample, 3, 2, settings);
+    f.createModels(ApproximationOrder::First, false);
+    EXPECT_TRUE(f.getJacobian(kX, kP).isApprox(sample_jacobian(kX, kP), 1e-14));
+    return f.statistics();
+  };
+  const auto first = create(false), second = create(false), third = create(true);
+  EXPECT_FALSE(first.cacheHit);
+  EXPECT_GT(first.compileSeconds, 0);
+  EXPECT_TRUE(second.cacheHit);
+  EXPECT_EQ(second.compileSeconds, 0);
+  EXPECT_FALSE(third.cacheHit);
+  EXPECT_GT(third.compileSeconds, 0);
+}
+
+TEST_F(AdFunctionTest, LoadModelsTakesTheHighestOrderThatIsThereOrThrows) {
+  AdFunction f = make(sample, 3, 2, "maker");
+  EXPECT_TRUE(contains(message_of<NotCached>([&] { f.loadModels(false); }), "\"maker\""));
+  EXPECT_FALSE(f.hasModel());
+  f.createModels(ApproximationOrder::First, false);
+  AdFunction g = make(sample, 3, 2, "user");  // another name, the same function
+  g.loadModels(false);
+  EXPECT_EQ(g.order(), ApproximationOrder::First);
+  EXPECT_TRUE(g.statistics().cacheHit);
+  EXPECT_EQ(g.getJacobian(kX, kP), f.getJacobian(kX, kP));
+  f.createModels(ApproximationOrder::Second, false);
+  g.loadModels(false);
+  EXPECT_EQ(g.order(), ApproximationOrder::Second);
+}
+
+// --- 0.4, 0.5: exceptions, never exits; a recording always ends ---
+
+}  // namespace
+}  // namespace dyntape
