@@ -3,11 +3,11 @@
 // Factorisations without branches, for any scalar: on a recording they leave no guard, where Eigen's LLT and
 // LDLT compare pivots and so tie the recording to one branch.
 //
-//   MatrixXad L = llt(M);                         // M = L L^T              (n x n), symmetric, lower
-//   triangle read VectorXad x = llt_solve(L, b);                // M x = b                (n) or (n x k) auto
-//   f = ldlt(M);                             // M = L D L^T, L unit lower triangular; no square roots
-//   VectorXad x = ldlt_solve(f, b);
-//   VectorXad u = normalized(v);                  // v / |v|; the zero vector stays zero, with slope zero
+//   MatrixXad L = llt(M);               // M = L L^T, (n x n) symmetric; the lower triangle is read
+//   VectorXad x = llt_solve(L, b);      // M x = b, (n) or (n x k)
+//   auto f = ldlt(M);                   // M = L D L^T, L unit lower triangular; no square roots
+//   VectorXad y = ldlt_solve(f, b);
+//   VectorXad u = normalized(v);        // v / |v|; the zero vector stays zero, with slope zero
 //
 // Without a branch there is no refusal either: where M is not positive definite, llt gives NaN (the square
 // root of a negative pivot) and ldlt a negative entry of D or a division by zero.  Pivots are taken in order;

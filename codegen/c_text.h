@@ -2,9 +2,11 @@
 //
 // Pieces of C text.
 //
-//   append_number(text, 0.1)               0.1        the shortest spelling that reads back as the same
-//   double append_number(text, -0.0)              (-0.0)     inf is HUGE_VAL, a NaN is NAN c_identifier("arm
-//   7-dof")              arm_7_dof c_string("a\"b")                       "a\"b" c_comment("a */ b") a * / b
+//   append_number(text, 0.1)        0.1          the shortest spelling that reads back as the same double
+//   append_number(text, -0.0)       (-0.0)       inf is HUGE_VAL, a NaN is NAN
+//   c_identifier("arm 7-dof")       arm_7_dof
+//   c_string("a\"b")                "a\"b"
+//   c_comment("a */ b")             a * / b
 //
 // Nothing here asks the locale.
 #pragma once

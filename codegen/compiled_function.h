@@ -2,14 +2,18 @@
 //
 // A recorded function with its derivatives, compiled: what the rest of dyntape evaluates.
 //
-//   Function recorded = record("norm2", 3, [](const VectorXad& x) { return VectorXad::Constant(1, x.dot(x));
-//   }); CodegenOptions options; options.order = Order::kSecond; const CompiledFunction f =
-//   CompiledFunction::make(recorded, options); CompiledFunction::Workspace workspace(f); one a thread
+//   Function recorded = record("norm2", 3, [](const VectorXad& x) {
+//     return VectorXad::Constant(1, x.dot(x));
+//   });
+//   CodegenOptions options;
+//   options.order = Order::kSecond;
+//   const CompiledFunction f = CompiledFunction::make(recorded, options);
+//   CompiledFunction::Workspace workspace(f);                    // one a thread
 //
 //   double y[1], J[3], H[3], w[1] = {1};
-//   f.value(x, p, y, workspace);                          y = f(x, p)        a line search pays for values
-//   only f.first_order(x, p, y, J, workspace);                 and dy/dx          f.jacobian_pattern() says
-//   where f.second_order(x, p, w, y, J, H, workspace);          and sum_i w_i d2y_i/dx2, lower triangle
+//   f.value(x, p, y, workspace);                  // y = f(x, p): a line search pays for values only
+//   f.first_order(x, p, y, J, workspace);         // and dy/dx; f.jacobian_pattern() says where
+//   f.second_order(x, p, w, y, J, H, workspace);  // and sum_i w_i d2y_i/dx2, lower triangle
 //
 // Shapes.  x (n_x), p (n_p), w (n_w + n_y: the function's own weights, mostly none, then one an output), y
 // (n_y); J, H: the non-zeros in the order of their patterns.  Empty blocks may be null; outputs that are null

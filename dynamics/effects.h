@@ -11,8 +11,8 @@
 //   M(q) a + armature a + C v + g = tau + tau_passive
 //   tau_passive = - d v                      viscous damping d (N m s/rad or N s/m)
 //                 - c tanh(v / w)            Coulomb friction c (N m or N), smoothed over w (rad/s or m/s)
-//                 - k (q - q_rest)           springs k (N m/rad or N/m); continuous joints: angle in [-pi,
-//                 pi]
+//                 - k (q - q_rest)           springs k (N m/rad or N/m); angles of continuous joints
+//                                            in [-pi, pi]
 // All vectors (nv), q_rest (nq).  Springs act on single joints; entries of a free-flyer are not read.
 #pragma once
 

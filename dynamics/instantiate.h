@@ -2,9 +2,9 @@
 //
 // All algorithms for one more scalar, compiled once, in a unit of its own:
 //
-//   #include "my_scalar.h"                            // arithmetic, sqrt, sin, ..., select, Eigen's
-//   NumTraits #include <dyntape/dynamics/instantiate.h> DYNTAPE_INSTANTIATE_DYNAMICS(my::Scalar)          //
-//   at global scope
+//   #include "my_scalar.h"                      // arithmetic, sqrt, sin, ..., select, Eigen's NumTraits
+//   #include <dyntape/dynamics/instantiate.h>
+//   DYNTAPE_INSTANTIATE_DYNAMICS(my::Scalar)    // at global scope
 //
 // Everybody else includes algorithms.h, configuration.h and effects.h, which only declare.
 #pragma once

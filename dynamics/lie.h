@@ -4,8 +4,7 @@
 //
 //   Placement<double> X1 = X0 * exp(xi);              // xi: displacement in the body frame of X0 (m, rad)
 //   Motion<double>    xi = log(inverse(X0) * X1);     // back again, |angular| <= pi
-//   Matrix6<double>   J  = right_jacobian(xi);        // d(exp(xi)) in the body frame: exp(xi + d) = exp(xi)
-//   exp(J d)
+//   Matrix6<double>   J  = right_jacobian(xi);        // in the body frame: exp(xi + d) = exp(xi) exp(J d)
 //
 // With W = [w]x, z = w.w and the coefficients c_k(z) of stumpff.h:
 //   exp w            = 1 + c_1 W + c_2 W^2                              quaternion (c_1(z/4) w / 2, c_0(z/4))
@@ -13,13 +12,12 @@
 //   Jr(w)^-1         = 1 + W/2 + b W^2,   b = (c_2 - c_3)/(4 c_1) at z/4   = (1 - (t/2) cot(t/2)) / t^2
 //   exp (v, w)       = (exp w, Jl(w) v)
 //   Jr(v, w)         = [Jr(w) Q; 0 Jr(w)],   Q = derivative of Jr at w in direction v, since a screw's
-//   adjoint
-//                      [W V; 0 W] is W + e V with e^2 = 0
+//                      adjoint [W V; 0 W] is W + e V with e^2 = 0
 // They hold from 0 (where they are exact, with exact first and second derivatives) to 2 pi.
 //
 // Quaternions are stored (x y z w).  They need not have unit length: every function divides by the norm on
-// entry, so all routes see the same rotation; q and -q give bit-equal results.  log returns an angle in [0,
-// pi].
+// entry, so all routes see the same rotation; q and -q give bit-equal results.  log returns an angle
+// in [0, pi].
 #pragma once
 
 #include <dyntape/dynamics/spatial.h>

@@ -2,8 +2,7 @@
 //
 // Everything that is checked before urdfdom reads a file.
 //
-//   std::vector<std::string> notes = check_urdf(text);      // FileError "file:line: sentence" on the first
-//   fault
+//   std::vector<std::string> notes = check_urdf(text);   // FileError "file:line: sentence" on the first fault
 //
 // Faults (errors)
 //   names missing or used twice; unknown parent or child; a link with two parents; two roots;

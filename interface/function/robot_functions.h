@@ -19,8 +19,7 @@
 // A derivative can be had in two ways that know nothing of each other:
 //   analytic        the derivative recursion of dynamics/ is recorded
 //   differentiated  the value of q (+) d is recorded with d and q as inputs, its Jacobian derived graph to
-//   graph
-//                   at d = 0, where the exponential map folds away
+//                   graph at d = 0, where the exponential map folds away
 //   shortest        whichever of the two takes fewer operations; large robots: analytic, which always does
 #pragma once
 

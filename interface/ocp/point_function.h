@@ -4,8 +4,7 @@
 //
 //   PointFunction f(function, 81, Order::kSecond);
 //   f.values(z, t, y);                 // z (points x n_x), t (points x n_p) -> y (points x n_y)
-//   f.second(z, t, w, y, J, H);        // w (points x n_y) -> J, H: non-zeros of each point, one after
-//   another
+//   f.second(z, t, w, y, J, H);        // w (points x n_y) -> J, H: non-zeros, point after point
 //
 // Nothing is allocated after construction.  The calls return false where a recorded branch is left; whether
 // results are finite is for the caller to see.  One thread at a time.

@@ -4,9 +4,9 @@
 //
 //   const KktResiduals r = kkt_residuals(nlp, solution);
 //
-//   stationarity     max |grad f + J^T lambda - lower_price + upper_price|     over variables that are not
-//   fixed feasibility      max violation of the bounds of g and x complementarity  max |price * distance to
-//   its bound|, of variables and of constraint rows
+//   stationarity     max |grad f + J^T lambda - lower_price + upper_price|, over variables that are not fixed
+//   feasibility      max violation of the bounds of g and x
+//   complementarity  max |price * distance to its bound|, of variables and of constraint rows
 //
 // J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd edition, theorem 12.1.
 #pragma once
