@@ -5,7 +5,6 @@
 #include <set>
 #include <string_view>
 
-#include <dyntape/autodiff/op.h>
 #include <dyntape/codegen/notice.h>
 
 namespace dyntape::codegen {
@@ -20,19 +19,25 @@ std::string called_function(std::string_view spelling) {
   return end == std::string_view::npos ? "" : std::string(spelling.substr(0, end));
 }
 
-std::vector<std::string> make_contract_flags() {
+std::vector<std::string> make_contract_flags(const std::vector<Op>& operators) {
   // No errno: sqrt need not look for a negative argument.  Values are the same.
   // No vectoriser: gcc 12's makes vfmaddsub of neighbouring a * b + c and a * b - c, contraction off or not.
   std::vector<std::string> flags = {"-ffp-contract=off", "-fno-tree-vectorize", "-fno-tree-slp-vectorize",
                                     "-fno-math-errno"};
   std::set<std::string> functions;
-  for (int op = 0; op < kTableOps; ++op) {
-    const std::string function = called_function(kOpInfo[op].c);
+  for (Op op : operators) {
+    const std::string function = called_function(info(op).c);
     if (!function.empty() && std::find(std::begin(kExact), std::end(kExact), function) == std::end(kExact))
       functions.insert("-fno-builtin-" + function);
   }
   flags.insert(flags.end(), functions.begin(), functions.end());
   return flags;
+}
+
+std::vector<Op> all_operators() {
+  std::vector<Op> operators;
+  for (int op = 0; op < kTableOps; ++op) operators.push_back(static_cast<Op>(op));
+  return operators;
 }
 
 bool starts_with_any(std::string_view flag, std::initializer_list<std::string_view> prefixes) {
@@ -52,8 +57,12 @@ bool is_accepted(std::string_view flag) {
 }  // namespace
 
 const std::vector<std::string>& contract_flags() {
-  static const std::vector<std::string> flags = make_contract_flags();
+  static const std::vector<std::string> flags = make_contract_flags(all_operators());
   return flags;
+}
+
+std::vector<std::string> contract_flags(const std::vector<Op>& operators) {
+  return make_contract_flags(operators);
 }
 
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags) {

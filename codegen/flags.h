@@ -14,9 +14,13 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/op.h>
+
 namespace dyntape::codegen {
 
 const std::vector<std::string>& contract_flags();
+// What of it matters to code with these operators only: shorter, for people.
+std::vector<std::string> contract_flags(const std::vector<Op>& operators);
 
 // The flags of a user that may be passed on, in order; what is left out is said once on stderr.
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags);

@@ -52,7 +52,9 @@ std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::
 }
 
 KernelSets kernel_sets(const Function& function, const std::string& content, const CodegenOptions& options) {
-  return {function, options.label.empty() ? function.name : options.label, content, options.profile, {}};
+  return {function, options.label.empty() ? function.name : options.label,
+          content,  options.profile,
+          {},       options.piece_statements};
 }
 
 Product with_library(Product product, Loaded loaded) {
@@ -91,11 +93,11 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
   sets.kernels =
       timed(t.schedule, [&] { return schedule_all(std::move(derived), options.piece_statements); });
   dump.schedules(sets.kernels);
-  Source source = timed(t.print, [&] { return print_c(sets); });
+  const Source source = timed(t.print, [&] { return print_c(sets); });
   dump.text("c", source.text);
-  Draft draft = timed(t.compile, [&] { return workshop->compile(std::move(source)); });
+  Draft draft = timed(t.compile, [&] { return workshop->compile(source); });
   const auto entry = timed(t.load, [&] { return workshop->publish(draft); });
-  Loaded loaded = timed(t.load, [&] { return workshop->load(draft, entry); });
+  Loaded loaded = timed(t.load, [&] { return workshop->load(std::move(draft), entry, source); });
   return with_library(std::move(product), std::move(loaded));
 }
 

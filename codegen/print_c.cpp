@@ -70,21 +70,41 @@ class Printer {
   }
 
   void add_callee(const Callee& callee) {
+    const std::string name = callee_names_.at(&callee);
     std::string body = "  (void)in;\n  (void)out;\n";
-    std::size_t statements = 1;
     if (callee.recorded) {
       const Function& function = *callee.recorded;
-      const OutputRange all{0, function.n_y()};
-      const Schedule s = schedule(function, {all}, function.graph.size() + function.n_y() + 2);
-      append_piece(body, function, s, 0,
-                   {{"in", "", ""}, {{"out", "out", 0, function.n_y()}}, callee_names_});
-      statements = s.steps.size();
+      const Schedule s = schedule(function, {{0, function.n_y()}}, sets_.piece_statements);
+      const BodyStyle style{{"in", "", ""}, {{"out", "out", 0, function.n_y()}}, callee_names_};
+      if (s.pieces.size() == 1) {
+        append_piece(body, function, s, 0, style);
+      } else {
+        if (s.work) body += "  double work[" + std::to_string(s.work) + "];\n";
+        body += add_pieces(name, function, s, style, "", "  ");
+      }
     } else {
       body += callee.c_body + "\n";
     }
-    add_piece(
-        "void " + callee_names_.at(&callee) + "(\n    const double* DT_RESTRICT in, double* DT_RESTRICT out)",
-        std::move(body), statements);
+    const auto statements = static_cast<std::size_t>(std::count(body.begin(), body.end(), '\n'));
+    add_piece("void " + name + "(\n    const double* DT_RESTRICT in, double* DT_RESTRICT out)",
+              std::move(body), statements);
+  }
+
+  // A function for each piece; returns the text that calls them in order.  The caller's arrays are called as
+  // in the style, with a suffix.
+  std::string add_pieces(const std::string& name, const Function& function, const Schedule& s,
+                         const BodyStyle& style, const std::string& suffix, const std::string& indent) {
+    std::string calls;
+    for (std::size_t k = 0; k < s.pieces.size(); ++k) {
+      const std::string piece = name + "_" + std::to_string(k + 1);
+      std::string body;
+      append_piece(body, function, s, k, style);
+      const auto [parameters, arguments] = signature(s, s.pieces[k], style, suffix);
+      add_piece("void " + piece + "(" + parameters + ")", std::move(body),
+                s.pieces[k].end - s.pieces[k].begin);
+      calls += indent + piece + "(" + arguments + ");\n";
+    }
+    return calls;
   }
 
   // Output arrays of the kernel with their headings.
@@ -112,22 +132,15 @@ class Printer {
     const Function& function = kernel.derivatives.function;
     const BodyStyle style{
         {kInputNames[0], kInputNames[1], kInputNames[2]}, outputs_of(kernel.derivatives), callee_names_};
-    std::string calls;
-    for (std::size_t k = 0; k < kernel.schedule.pieces.size(); ++k) {
-      const Piece& piece = kernel.schedule.pieces[k];
-      std::string name = std::string("dt_") + kKernelNames[order] + "_" + std::to_string(k + 1), body;
-      append_piece(body, function, kernel.schedule, k, style);
-      const auto [parameters, arguments] = signature(kernel, piece, style);
-      add_piece("void " + name + "(" + parameters + ")", std::move(body), piece.end - piece.begin);
-      calls += "    " + name + "(" + arguments + ");\n";
-    }
+    const std::string calls = add_pieces(std::string("dt_") + kKernelNames[order], function, kernel.schedule,
+                                         style, "_lane", "    ");
     source_.operations.push_back(operations(function));
     return entry_point(order, style, calls);
   }
 
-  // Parameters of the function for a piece, and what the entry point passes: only what it uses.
-  static std::pair<std::string, std::string> signature(const KernelPlan& kernel, const Piece& piece,
-                                                       const BodyStyle& style) {
+  // Parameters of the function for a piece, and what its caller passes: only what it uses.
+  static std::pair<std::string, std::string> signature(const Schedule& schedule, const Piece& piece,
+                                                       const BodyStyle& style, const std::string& suffix) {
     std::string parameters, arguments;
     const auto add = [&](const std::string& type, const std::string& name, const std::string& argument) {
       parameters += (parameters.empty() ? "\n    " : ", ") + type + name;
@@ -135,19 +148,19 @@ class Printer {
     };
     for (int block = 0; block < kBlocks; ++block) {
       if (!piece.inputs[block].empty())
-        add("const double* DT_RESTRICT ", kInputNames[block], std::string(kInputNames[block]) + "_lane");
+        add("const double* DT_RESTRICT ", style.inputs[block], style.inputs[block] + suffix);
     }
     std::vector<bool> writes(style.outputs.size(), false);
     bool checks = false;
     for (std::size_t i = piece.begin; i < piece.end; ++i) {
-      const Step& step = kernel.schedule.steps[i];
+      const Step& step = schedule.steps[i];
       checks = checks || step.kind == Step::Kind::kCheck;
       for (std::size_t g = 0; step.kind == Step::Kind::kStore && g < writes.size(); ++g) {
         if (step.index >= style.outputs[g].begin && step.index < style.outputs[g].end) writes[g] = true;
       }
     }
     for (std::size_t g = 0; g < writes.size(); ++g) {
-      if (writes[g]) add("double* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + "_lane");
+      if (writes[g]) add("double* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + suffix);
     }
     if (!piece.loads.empty() || !piece.stores.empty()) add("double* DT_RESTRICT ", "work", "work");
     if (checks) add("uint32_t* ", "guard", "&guard");

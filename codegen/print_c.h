@@ -32,7 +32,8 @@ struct KernelSets {
   std::string name;          // any text
   std::string content_hash;
   Profile profile = Profile::kStrict;
-  std::vector<KernelPlan> kernels;  // by order, from kValue
+  std::vector<KernelPlan> kernels;     // by order, from kValue
+  std::size_t piece_statements = 250;  // of the functions that are called
 };
 
 struct Source {

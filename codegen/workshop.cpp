@@ -57,21 +57,26 @@ std::optional<Loaded> Workshop::load_entry(const Entry& entry) const {
   }
 }
 
-Draft Workshop::compile(Source source) const {
-  std::unique_ptr<TemporaryFolder> folder;
+Draft Workshop::compile(const Source& source) const {
   try {
-    if (cache_) folder = std::make_unique<TemporaryFolder>(cache_->folder(), "build-");
-  } catch (const FileError& e) {
+    if (cache_) {
+      return compile_in(std::make_unique<TemporaryFolder>(cache_->folder(), "build-"),
+                        cache_->folder() + "/" + key_.digest, source);
+    }
+  } catch (const FileError& e) {  // may not be written, is full, ...
     say_once("compiled derivatives are not kept: " + std::string(e.what()));
   }
-  if (folder) return compile_in(std::move(folder), cache_->folder() + "/" + key_.digest, std::move(source));
-  folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
+  return compile_elsewhere(source);
+}
+
+Draft Workshop::compile_elsewhere(const Source& source) const {
+  auto folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
   const std::string path = folder->path();
-  return compile_in(std::move(folder), path, std::move(source));
+  return compile_in(std::move(folder), path, source);
 }
 
 Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
-                           Source source) const {
+                           const Source& source) const {
   write_file(folder->path() + "/" + kSourceFile, source.text);
   try {
     codegen::compile(compiler_, source, options_, folder->path(), final_folder);
@@ -79,18 +84,21 @@ Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::s
     folder->release();  // the message says where the source is
     throw;
   }
-  return {std::move(folder), std::move(source)};
+  return {std::move(folder), source.name, checksum(source.text)};
 }
 
 std::optional<Entry> Workshop::publish(Draft& draft) const {
   if (!cache_ || !draft.folder->path().starts_with(cache_->folder() + "/")) return std::nullopt;
-  const Manifest manifest{draft.source.name,           static_cast<int>(options_.order),
-                          to_string(options_.profile), generator_version(),
-                          compiler_.version,           checksum(draft.source.text)};
+  const Manifest manifest{draft.name,
+                          static_cast<int>(options_.order),
+                          to_string(options_.profile),
+                          generator_version(),
+                          compiler_.version,
+                          draft.text_hash};
   return cache_->publish(*draft.folder, key_, manifest, options_.force_rebuild);
 }
 
-Loaded Workshop::load(Draft& draft, const std::optional<Entry>& entry) const {
+Loaded Workshop::load(Draft draft, const std::optional<Entry>& entry, const Source& source) const {
   if (entry) {
     auto loaded = load_entry(*entry);
     cache_->sweep_sometimes();  // not earlier: what is loaded may go
@@ -98,9 +106,7 @@ Loaded Workshop::load(Draft& draft, const std::optional<Entry>& entry) const {
   }
   if (draft.folder->path().empty()) {
     // Another process swept it away, or replaced it, at this very moment: outside the cache nobody can.
-    auto folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
-    const std::string path = folder->path();
-    draft = compile_in(std::move(folder), path, std::move(draft.source));
+    draft = compile_elsewhere(source);
   }
   return {Library::load(draft.folder->path() + "/" + kLibraryFile, content_), ""};
 }

@@ -6,7 +6,7 @@
 //   if (auto loaded = workshop->find()) ...                                 a hit: nothing else is done
 //   Draft draft = workshop->compile(source);                                library.so in a folder of its own
 //   std::optional<Entry> entry = workshop->publish(draft);                  into the cache; none: not possible
-//   Loaded loaded = workshop->load(draft, entry);
+//   Loaded loaded = workshop->load(std::move(draft), entry, source);
 #pragma once
 
 #include <memory>
@@ -22,7 +22,7 @@ namespace dyntape::codegen {
 // A compiled library that nobody knows of yet.
 struct Draft {
   std::unique_ptr<TemporaryFolder> folder;
-  Source source;
+  std::string name, text_hash;
 };
 
 struct Loaded {
@@ -41,16 +41,17 @@ class Workshop {
   // From the cache; none: it has to be made.
   std::optional<Loaded> find() const;
   // ToolError: the compiler fails.  The source is kept then.
-  Draft compile(Source source) const;
+  Draft compile(const Source& source) const;
   std::optional<Entry> publish(Draft& draft) const;
   // Of the entry, or of the draft where there is none.
-  Loaded load(Draft& draft, const std::optional<Entry>& entry) const;
+  Loaded load(Draft draft, const std::optional<Entry>& entry, const Source& source) const;
 
  private:
   Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
            Compiler compiler);
   Draft compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
-                   Source source) const;
+                   const Source& source) const;
+  Draft compile_elsewhere(const Source& source) const;
   std::optional<Loaded> load_entry(const Entry& entry) const;
 
   CodegenOptions options_;

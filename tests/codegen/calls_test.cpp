@@ -115,6 +115,28 @@ TEST(Calls, EachCalleeIsPrintedOnce) {
   testing::expect_compiles_cleanly({generate_source(f, options).text});
 }
 
+TEST(Calls, LongCalleesAreCutToo) {
+  const auto callee = recorded_callee(record("long", 3, [](const VectorXad& x) {
+    AD a = x[0], b = x[1];
+    for (int i = 0; i < 100; ++i) {
+      const AD next = sin(a) + b * x[2];
+      b = a;
+      a = next;
+    }
+    VectorXad y(2);
+    y << a, b;
+    return y;
+  }));
+  const Function f = record("caller", 3, [&](const VectorXad& x) { return call(callee, x); });
+  CodegenOptions options;
+  options.order = Order::kFirst;
+  options.piece_statements = 40;
+  const std::string text = generate_source(f, options).text;
+  EXPECT_GT(occurrences(text, "DT_PIECE void dt_long"), 20u);
+  testing::expect_compiles_cleanly({text});
+  expect_interpreted_bits(f, 40);
+}
+
 TEST(Calls, OfFunctionsWithoutInputsOrOutputs) {
   Function constant;
   constant.name = "two";

@@ -152,9 +152,14 @@ TEST(Text, GoldenFile) {
   for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
     const std::string path = DYNTAPE_GOLDEN_FOLDER "/" + source.name + suffix;
     if (std::getenv("DYNTAPE_UPDATE_GOLDEN")) codegen::write_file(path, *text);
-    std::ostringstream golden;
-    golden << std::ifstream(path).rdbuf();
-    EXPECT_EQ(golden.str(), *text) << path << " differs; DYNTAPE_UPDATE_GOLDEN=1 writes it anew";
+    std::ifstream golden(path);
+    std::istringstream printed(*text);
+    std::string expected, found;
+    for (int line = 1; std::getline(printed, found); ++line) {
+      ASSERT_TRUE(std::getline(golden, expected)) << path << " ends before line " << line;
+      ASSERT_EQ(found, expected) << path << ":" << line << "; DYNTAPE_UPDATE_GOLDEN=1 writes it anew";
+    }
+    EXPECT_FALSE(std::getline(golden, expected)) << path << " has more lines";
   }
 }
 
