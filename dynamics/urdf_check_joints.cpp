@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string_view>
 
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/dynamics/urdf_check.h>
 
 namespace dyntape::dynamics {
@@ -28,7 +29,7 @@ void check_type(const UrdfText& text, const XMLElement& joint) {
     text.fail(joint, describe(joint) + " is of the unsupported type planar; use two prismatic joints and a " +
                          "continuous one");
   text.fail(joint,
-            describe(joint) + " has the type \"" + type + "\"; " + expected + nearest_name(type, kSupported));
+            describe(joint) + " has the type \"" + type + "\"; " + expected + suggestion(type, kSupported));
 }
 
 void check_axis(const UrdfText& text, const XMLElement& joint, std::vector<std::string>& notes) {
@@ -78,7 +79,7 @@ void check_mimic(const UrdfText& text, const XMLElement& joint, std::vector<std:
   if (!text.find_joint(other)) {
     std::vector<std::string> names;
     for (const XMLElement* j : text.children("joint")) names.emplace_back(j->Attribute("name"));
-    missing = ", and there is no such joint" + nearest_name(other, names);
+    missing = ", and there is no such joint" + suggestion(other, names);
   }
   notes.push_back(text.where(*mimic) + describe(joint) + " mimics \"" + other + "\"" + missing +
                   "; it is read as an independent joint");

@@ -2,6 +2,7 @@
 #include <map>
 #include <set>
 
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/dynamics/urdf_check.h>
 
 namespace dyntape::dynamics {
@@ -39,7 +40,7 @@ const XMLElement* named_link(const UrdfText& text, const XMLElement& joint, cons
   const XMLElement* link = text.find_link(name);
   if (!link)
     text.fail(*element, describe(joint) + " has the " + tag + " \"" + name + "\", and there is no such link" +
-                            nearest_name(name, names_of(text.children("link"))));
+                            suggestion(name, names_of(text.children("link"))));
   return link;
 }
 

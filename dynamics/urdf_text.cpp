@@ -61,21 +61,6 @@ std::string xml_problem(const tinyxml2::XMLDocument& document) {
   }
 }
 
-size_t edits(const std::string& a, const std::string& b) {
-  std::vector<size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), size_t{0});
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t above = row[j];
-      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
-      diagonal = above;
-    }
-  }
-  return row.back();
-}
-
 }  // namespace
 
 UrdfText::UrdfText(std::unique_ptr<tinyxml2::XMLDocument> document, std::string file)
@@ -165,16 +150,6 @@ std::string digits(double x) {
   char buffer[32];
   const auto end = std::to_chars(buffer, buffer + sizeof buffer, x, std::chars_format::general, 4).ptr;
   return std::string(buffer, end);
-}
-
-std::string nearest_name(const std::string& name, const std::vector<std::string>& names) {
-  const std::string* best = nullptr;
-  size_t fewest = std::max<size_t>(2, name.size() / 3) + 1;  // further away than this helps nobody
-  for (const std::string& candidate : names) {
-    const size_t distance = edits(name, candidate);
-    if (distance < fewest) fewest = distance, best = &candidate;
-  }
-  return best ? "; did you mean \"" + *best + "\"?" : "";
 }
 
 }  // namespace dyntape::dynamics

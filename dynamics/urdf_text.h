@@ -60,8 +60,5 @@ std::string describe(const tinyxml2::XMLElement& element);
 // A figure for a message: four significant digits, whatever the locale.
 std::string digits(double x);
 
-// The entry of `names` with the fewest edits from `name`, ready to end a sentence: `; did you mean "arm"?`,
-// or nothing if none is close.
-std::string nearest_name(const std::string& name, const std::vector<std::string>& names);
 
 }  // namespace dyntape::dynamics

@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/file.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/io/suggest.h>
 
 namespace dyntape::io {
 namespace {

@@ -5,9 +5,9 @@
 #include <map>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/file.h>
 #include <dyntape/interface/io/section_state.h>
-#include <dyntape/interface/io/suggest.h>
 
 namespace dyntape::io {
 namespace {

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <set>
 
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/section_state.h>
-#include <dyntape/interface/io/suggest.h>
 
 namespace dyntape::io {
 namespace {

@@ -6,9 +6,9 @@
 #include <sstream>
 #include <type_traits>
 
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/section_state.h>
-#include <dyntape/interface/io/suggest.h>
 
 namespace dyntape::io {
 namespace {

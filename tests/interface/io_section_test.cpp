@@ -4,7 +4,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/model_settings.h>
 #include <dyntape/interface/io/section.h>
-#include <dyntape/interface/io/suggest.h>
+#include <dyntape/autodiff/suggest.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,0 +1,184 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Every command as a user or a script meets it: what it prints, what it writes, how it refuses.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/interface/io/csv.h>
+
+#include "run.h"
+
+namespace {
+
+using dyntape::test::config;
+using dyntape::test::run_dyntape;
+using dyntape::test::Scratch;
+using dyntape::test::slurp;
+using nlohmann::json;
+
+const std::vector<std::string> kArm = {config("robots/panda.urdf"), "--lock",
+                                       "panda_finger_joint1,panda_finger_joint2"};
+
+std::vector<std::string> words(std::vector<std::string> first, const std::vector<std::string>& robot,
+                               const std::vector<std::string>& rest) {
+  first.insert(first.end(), robot.begin(), robot.end());
+  first.insert(first.end(), rest.begin(), rest.end());
+  return first;
+}
+
+// Two states of the arm, all columns of (q, v, third).
+std::string write_states(const Scratch& scratch, const std::string& third) {
+  const std::string path = scratch / "states.csv";
+  std::ofstream file(path);
+  for (const std::string& block : {std::string("q"), std::string("v"), third}) {
+    for (int i = 0; i < 7; ++i) file << (block == "q" && i == 0 ? "" : ",") << block << i;
+  }
+  for (int row = 0; row < 2; ++row) {
+    file << "\n";
+    for (int k = 0; k < 21; ++k) file << (k ? "," : "") << std::sin(1.0 + k + 30.0 * row);
+  }
+  file << "\n";
+  return path;
+}
+
+TEST(Eval, RoutesAgree) {
+  const Scratch scratch;
+  const std::string states = write_states(scratch, "tau");
+  std::vector<dyntape::io::CsvTable> results;
+  for (const char* route : {"analytic", "tape", "generated", "fd-central"}) {
+    const std::string out = scratch / route;
+    const auto run = run_dyntape(
+        words({"eval"}, kArm,
+              {"--function", "fd-derivatives", "--route", route, "--input", states, "--output", out}));
+    ASSERT_EQ(run.status, 0) << run.err;
+    results.push_back(dyntape::io::read_csv(out));
+    EXPECT_EQ(results.back().rows(), 2);
+    EXPECT_EQ(results.back().cols(), 3 * 7 * 7);
+  }
+  double scale = 0;
+  for (double value : results[0].values()) scale = std::max(scale, std::abs(value));
+  for (std::size_t k = 0; k < results[0].values().size(); ++k) {
+    EXPECT_NEAR(results[1].values()[k], results[0].values()[k], 1e-12 * scale);
+    EXPECT_NEAR(results[2].values()[k], results[0].values()[k], 1e-12 * scale);
+    EXPECT_NEAR(results[3].values()[k], results[0].values()[k], 1e-6 * scale);
+  }
+}
+
+TEST(Eval, RefusesAndLeavesNothing) {
+  const Scratch scratch;
+  const std::string states = write_states(scratch, "tau"), out = scratch / "out.csv";
+  const auto columns = run_dyntape(words(
+      {"eval"}, kArm, {"--function", "rnea", "--route", "analytic", "--input", states, "--output", out}));
+  EXPECT_EQ(columns.status, 1);  // tau0.. where a0.. is expected
+  EXPECT_NE(columns.err.find("a0"), std::string::npos) << columns.err;
+  const auto route = run_dyntape(words(
+      {"eval"}, kArm, {"--function", "aba", "--route", "fd-central", "--input", states, "--output", out}));
+  EXPECT_EQ(route.status, 1);  // differences of a value make no sense
+  EXPECT_EQ(run_dyntape(words({"eval"}, kArm,
+                              {"--function", "abba", "--route", "tape", "--input", states, "--output", out}))
+                .status,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(out));
+}
+
+TEST(Generate, WritesCThatCompilesByItself) {
+  const Scratch scratch;
+  const auto run = run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba",
+                                "--order", "2", "--output", scratch / "c", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const json report = json::parse(run.out);
+  EXPECT_EQ(report["kernels"].size(), 3u);
+  ASSERT_EQ(report["files"].size(), 2u);
+  const std::string source = report["files"][0].get<std::string>();
+  const std::string compile = "gcc -std=c99 -Wall -Wextra -Werror -pedantic -c -o /dev/null " + source;
+  EXPECT_EQ(std::system(compile.c_str()), 0);
+}
+
+TEST(Bench, MeasuresEveryRoute) {
+  const auto run = run_dyntape(
+      {"bench", config("robots/pendulum.urdf"), "--function", "id-derivatives", "--states", "5", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const json report = json::parse(run.out);
+  ASSERT_EQ(report["routes"].size(), 5u);
+  for (const auto& row : report["routes"]) {
+    EXPECT_GT(row["time_s"].get<double>(), 0);
+    const bool differences = row["route"].get<std::string>().starts_with("fd-");
+    EXPECT_LE(row["error"].get<double>(), differences ? 1e-5 : 1e-13) << row["route"];
+  }
+}
+
+TEST(Solve, BlockMoveToItsKnownOptimum) {
+  const Scratch scratch;
+  const auto run =
+      run_dyntape({"solve", config("tasks/block_move.info"), "--output", scratch / "out", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  for (const char* file :
+       {"trajectory.csv", "iterations.csv", "report.json", "trajectory.svg", "motion.svg"}) {
+    EXPECT_TRUE(std::filesystem::exists(scratch / ("out/" + std::string(file)))) << file;
+  }
+  EXPECT_NO_THROW(json::parse(run.out));
+}
+
+TEST(Solve, ExplainsWhatIsRecorded) {
+  const auto run = run_dyntape({"solve", config("tasks/arm_reaching.info"), "--explain"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  for (const char* word : {"gravity", "damping", "friction", "armature", "springs", "operations"}) {
+    EXPECT_NE(run.out.find(word), std::string::npos) << word << "\n" << run.out;
+  }
+}
+
+TEST(CheckConfig, FindsEveryProblemWithItsPlace) {
+  const Scratch scratch;
+  const std::string sound = slurp(config("tasks/cart_pole_swing_up.info"));
+  EXPECT_EQ(run_dyntape({"check-config", config("tasks/cart_pole_swing_up.info")}).status, 0);
+  std::string wrong = sound;
+  const auto at = wrong.find("intervals");
+  ASSERT_NE(at, std::string::npos);
+  wrong.replace(at, 9, "intervalls");
+  const std::string path = scratch / "wrong.info";
+  std::ofstream(path) << wrong;
+  const auto run = run_dyntape({"check-config", path});
+  EXPECT_EQ(run.status, 1);
+  EXPECT_NE(run.err.find("intervals"), std::string::npos) << run.err;  // the nearest valid key
+  EXPECT_NE(run.err.find("wrong.info:"), std::string::npos) << run.err;
+}
+
+TEST(CacheCommand, ListsVerifiesAndClears) {
+  const Scratch scratch;
+  const std::string folder = scratch / "cache";
+  setenv("DYNTAPE_CACHE", folder.c_str(), 1);
+  ASSERT_EQ(run_dyntape(
+                {"generate", config("robots/pendulum.urdf"), "--function", "aba", "--output", scratch / "c"})
+                .status,
+            0);
+  const json listed = json::parse(run_dyntape({"cache", "list", "--json"}).out);
+  ASSERT_EQ(listed["entries"].size(), 1u);
+  EXPECT_EQ(run_dyntape({"cache", "verify"}).status, 0);
+  std::filesystem::resize_file(listed["entries"][0]["library"].get<std::string>(), 1000);
+  EXPECT_EQ(run_dyntape({"cache", "verify"}).status, 1);
+  EXPECT_EQ(json::parse(run_dyntape({"cache", "clear", "--json"}).out)["removed"], 1);
+  EXPECT_EQ(json::parse(run_dyntape({"cache", "list", "--json"}).out)["entries"].size(), 0u);
+  unsetenv("DYNTAPE_CACHE");
+}
+
+TEST(Doctor, FindsTheMachineSound) {
+  const auto run = run_dyntape({"doctor", "--json"});
+  EXPECT_EQ(run.status, 0) << run.out;
+  EXPECT_TRUE(json::parse(run.out)["ok"].get<bool>());
+}
+
+TEST(Study, RoutesToCsvAndPicture) {
+  const Scratch scratch;
+  const auto run = run_dyntape({"study", "routes", "--states", "3", "--output", scratch / "study"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const std::string csv = slurp(scratch / "study/routes.csv");
+  for (const char* route : {"fd-forward", "fd-central", "tape", "analytic", "generated"}) {
+    EXPECT_NE(csv.find(route), std::string::npos) << route;
+  }
+  EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes.svg"));
+}
+
+}  // namespace
