@@ -14,6 +14,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <thread>
 
 #include "compilers.h"
 
@@ -225,6 +226,21 @@ TEST_F(CacheFolder, ProcessesMayRace) {
   expect(true, f, options(), "afterwards");
   for (const std::string& name : files_of(cache().folder())) EXPECT_FALSE(name.starts_with("build-")) << name;
   EXPECT_EQ(cache().list().size(), 1u);
+}
+
+TEST_F(CacheFolder, ThreadsMayRace) {
+  std::vector<std::thread> threads;
+  std::vector<int> wrong(6, 1);
+  for (std::size_t i = 0; i < wrong.size(); ++i) {
+    threads.emplace_back([&, i] {
+      const Function f = with_constant(50 + double(i % 3));
+      const CompiledFunction c = CompiledFunction::make(f, options());
+      wrong[i] = c.evaluate(Order::kValue, {0.5, 2.0}).y != evaluate(f, {0.5, 2.0});
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, std::vector<int>(6, 0));
+  EXPECT_EQ(cache().list().size(), 3u);
 }
 
 TEST_F(CacheFolder, WithoutAUsableFolderItWorksAndSaysSoOnce) {
