@@ -2,7 +2,7 @@
 //
 // Prints the statements of a schedule: one `const double tN = ...;` a line.
 //
-//   BodyStyle style = {{"x", "p", "w"}, outputs, callees, guards};
+//   BodyStyle style = {{"x", "p", "w"}, outputs, callees};
 //   append_piece(text, function, schedule, 0, style);
 #pragma once
 

@@ -2,7 +2,7 @@
 //
 // Prints a function and its derivatives as self-contained C.
 //
-//   KernelSets sets = {"arm", content_hash(f), Profile::kStrict, 400, {derive(f, 0), derive(f, 1)}, ...};
+//   KernelSets sets = {function, "arm", content_hash(function), Profile::kStrict, plans};
 //   Source source = print_c(sets);
 //   source.text            C99 that is also C++: no heap, no globals but constant tables, nothing but libm
 //   source.pieces          functions that may be compiled apart: -DDYNTAPE_FIRST=3 -DDYNTAPE_LAST=5 compiles
