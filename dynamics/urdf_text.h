@@ -60,5 +60,4 @@ std::string describe(const tinyxml2::XMLElement& element);
 // A figure for a message: four significant digits, whatever the locale.
 std::string digits(double x);
 
-
 }  // namespace dyntape::dynamics

@@ -2,9 +2,9 @@
 //
 // Typed reading: what is accepted, what is reported, and OCS2's habits in lenient mode.
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/model_settings.h>
 #include <dyntape/interface/io/section.h>
-#include <dyntape/autodiff/suggest.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -135,6 +135,7 @@ TEST(CheckConfig, FindsEveryProblemWithItsPlace) {
   const std::string sound = slurp(config("tasks/cart_pole_swing_up.info"));
   EXPECT_EQ(run_dyntape({"check-config", config("tasks/cart_pole_swing_up.info")}).status, 0);
   std::string wrong = sound;
+  wrong.replace(wrong.find("../robots"), 9, config("robots"));
   const auto at = wrong.find("intervals");
   ASSERT_NE(at, std::string::npos);
   wrong.replace(at, 9, "intervalls");
