@@ -90,7 +90,7 @@ const Fault kFaults[] = {
     {"UnknownType", 3, "<joint name='hip' type='revolut'>",
      "t.urdf:3: joint \"hip\" has the type \"revolut\"; expected revolute, continuous, prismatic or fixed; "
      "did "
-     "you mean \"revolute\"?"},
+     "you mean 'revolute'?"},
     {"Planar", 3, "<joint name='hip' type='planar'>",
      "t.urdf:3: joint \"hip\" is of the unsupported type planar"},
     {"Floating", 3, "<joint name='hip' type='floating'>",
