@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/ocp/solve.h>
 
 #include "commands.h"
@@ -22,7 +23,11 @@ void run(const Options& options) {
     std::cout << explain(task);
     return;
   }
-  const SolveReport report = solve_task(task);
+  const SolveReport report = [&] {
+    io::Progress progress("recording, compiling, solving", 0);
+    progress.update(0, task.name);
+    return solve_task(task);
+  }();
   const std::string no_picture = options.output.empty() ? "" : write_results(task, report, options.output);
   std::cout << (options.json ? report.json() : report.text());
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
