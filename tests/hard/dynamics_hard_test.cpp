@@ -106,7 +106,7 @@ class HardBase : public ::testing::TestWithParam<RobotFunction> {};
 TEST_P(HardBase, FarAwayAndOnBothSheetsTheBitsAreTheSame) {
   const Model<double> model = quadruped();
   const Function f = record_robot_function(model, GetParam());
-  const EveryRoute routes(f, Order::kValue, {"-O0"});  // the code at -O3 is compared in tests/interface
+  const EveryRoute routes(f, Order::kValue);
   Values state = standing(model, GetParam());
   const Values here = routes(state);
   for (double distance : {1e2, 1e4, 1e8}) {
@@ -172,7 +172,7 @@ TEST(HardMasses, RatiosOfABillion) {
 TEST(HardChains, ThreeHundredJoints) {
   const Model<double> model = chain(Values(300, 1.0));
   const Values state = standing(model, RobotFunction::kAba);
-  const EveryRoute routes(record_robot_function(model, RobotFunction::kAba), Order::kValue, {"-O0"});
+  const EveryRoute routes(record_robot_function(model, RobotFunction::kAba), Order::kValue);
   EXPECT_LE(error_against_quad(model, RobotFunction::kAba, state, routes(state)), 1e-12);
 }
 
