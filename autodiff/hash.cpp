@@ -2,6 +2,7 @@
 //
 // The content hash of a function: XXH3-128 over its canonical form.
 #define XXH_INLINE_ALL
+#define XXH_VECTOR XXH_SSE2  // gcc 12 warns about its own AVX-512 header
 #include <xxhash.h>
 
 #include <bit>

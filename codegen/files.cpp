@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#define XXH_VECTOR XXH_SSE2  // gcc 12 warns about its own AVX-512 header
 #include <xxhash.h>
 
 #include <atomic>

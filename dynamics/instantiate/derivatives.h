@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <dyntape/dynamics/detail/derivatives.hxx>
+#include <dyntape/dynamics/instantiate/shorthands.h>
+
+// clang-format off
+#define DYNTAPE_INSTANTIATE_DERIVATIVES(T)                                                                   \
+  namespace dyntape::dynamics {                                                                              \
+  template void id_derivatives(DYNTAPE_MD(T), DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T), const Acting<T>&);   \
+  template void fd_derivatives(DYNTAPE_MD(T), DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T), const Acting<T>&);   \
+  }
+// clang-format on
