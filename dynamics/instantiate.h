@@ -12,6 +12,7 @@
 // (dynamics/CMakeLists.txt): a new part is a file in instantiate/ and a line here.
 #pragma once
 
+#include <dyntape/dynamics/instantiate/centroidal.h>
 #include <dyntape/dynamics/instantiate/configuration.h>
 #include <dyntape/dynamics/instantiate/derivatives.h>
 #include <dyntape/dynamics/instantiate/effects.h>
@@ -20,6 +21,7 @@
 #include <dyntape/dynamics/instantiate/kinematics.h>
 
 #define DYNTAPE_INSTANTIATE_DYNAMICS(T) \
+  DYNTAPE_INSTANTIATE_CENTROIDAL(T) \
   DYNTAPE_INSTANTIATE_CONFIGURATION(T) \
   DYNTAPE_INSTANTIATE_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_EFFECTS(T) \
