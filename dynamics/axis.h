@@ -93,44 +93,53 @@ Matrix3<T> rotate_about(const Matrix3<T>& R, const Axis& axis, const T& c, const
   return Q;
 }
 
-// One column S of a joint's motion subspace, in the moving frame: a unit rotation or translation.  S is
-// constant there for every joint type, hence the bias acceleration is v x S qd and nothing else.
+// One column S of a joint's motion subspace, in the moving frame: a unit translation (axis; 0), a unit
+// rotation (0; axis) or a screw (pitch axis; axis).  S is constant there for every joint type, hence the bias
+// acceleration is v x S qd and nothing else.
 struct Dof {
   int joint = -1;
   bool angular = true;
   Axis axis;
+  double pitch = 0;  // of an angular column, m/rad
 };
 
 template <class T>
 Motion<T> motion(const Dof& S) {
   Motion<T> m;
   (S.angular ? m.angular : m.linear) = vector<T>(S.axis);
+  if (S.pitch != 0) m.linear = m.angular * T(S.pitch);
   return m;
 }
 
 template <class T>
 T dot(const Dof& S, const Force<T>& f) {
-  return dot(S.axis, S.angular ? f.angular : f.linear);
+  const T along = dot(S.axis, S.angular ? f.angular : f.linear);
+  return S.pitch == 0 ? along : T(along + dot(S.axis, f.linear) * T(S.pitch));
 }
 
 // m += S s.
 template <class T>
 void add_along(const Dof& S, const T& s, Motion<T>& m) {
   add_along(S.axis, s, S.angular ? m.angular : m.linear);
+  if (S.pitch != 0) add_along(S.axis, T(s * T(S.pitch)), m.linear);
 }
 
 // m x S.
 template <class T>
 Motion<T> cross(const Motion<T>& m, const Dof& S) {
-  if (S.angular) return {cross(m.linear, S.axis), cross(m.angular, S.axis)};
-  return {cross(m.angular, S.axis), Vector3<T>::Zero()};
+  const Vector3<T> w = cross(m.angular, S.axis);
+  if (!S.angular) return {w, Vector3<T>::Zero()};
+  if (S.pitch == 0) return {cross(m.linear, S.axis), w};
+  return {cross(m.linear, S.axis) + w * T(S.pitch), w};
 }
 
 // S x* f.
 template <class T>
 Force<T> cross(const Dof& S, const Force<T>& f) {
-  if (S.angular) return {-cross(f.linear, S.axis), -cross(f.angular, S.axis)};
-  return {Vector3<T>::Zero(), -cross(f.linear, S.axis)};
+  const Vector3<T> l = cross(f.linear, S.axis);
+  if (!S.angular) return {Vector3<T>::Zero(), -l};
+  if (S.pitch == 0) return {-l, -cross(f.angular, S.axis)};
+  return {-l, -cross(f.angular, S.axis) - l * T(S.pitch)};
 }
 
 }  // namespace dyntape::dynamics

@@ -34,10 +34,16 @@ Force<T> operator*(const Composite<T>& I, const Motion<T>& v) {
 // I S for one column of a motion subspace.
 template <class T>
 Force<T> operator*(const Composite<T>& I, const Dof& S) {
-  if (S.angular) return {-cross(I.h, S.axis), times(I.I_o, S.axis)};
-  Vector3<T> linear = Vector3<T>::Zero();
-  add_along(S.axis, I.mass, linear);
-  return {linear, cross(I.h, S.axis)};
+  if (S.angular && S.pitch == 0) return {-cross(I.h, S.axis), times(I.I_o, S.axis)};
+  const Vector3<T> moment = cross(I.h, S.axis);
+  if (!S.angular) {
+    Vector3<T> linear = Vector3<T>::Zero();
+    add_along(S.axis, I.mass, linear);
+    return {linear, moment};
+  }
+  Vector3<T> linear = -moment;
+  add_along(S.axis, T(I.mass * T(S.pitch)), linear);
+  return {linear, times(I.I_o, S.axis) + moment * T(S.pitch)};
 }
 
 // With g = R h + m t / 2:  I_o' = R I_o R^T + 2 (t.g) 1 - g t^T - t g^T,  h' = R h + m t.
@@ -103,6 +109,7 @@ Vector3<T> twice_b_transposed(const VelocityProduct<T>& b, const Dof& S) {
   if (!S.angular) return cross(b.p, S.axis) * T(2);
   Vector3<T> w = -times(Matrix3<T>(b.U.transpose()), S.axis);
   add_along(S.axis, T(b.U(0, 0) + b.U(1, 1) + b.U(2, 2)), w);
+  if (S.pitch != 0) w += cross(b.p, S.axis) * T(S.pitch);
   return w * T(2);
 }
 
@@ -125,8 +132,11 @@ Force<T> operator*(const Articulated<T>& I, const Motion<T>& m) {
 
 template <class T>
 Force<T> operator*(const Articulated<T>& I, const Dof& S) {
-  if (S.angular) return {times(I.H, S.axis), times(I.J, S.axis)};
-  return {times(I.M, S.axis), times(Matrix3<T>(I.H.transpose()), S.axis)};
+  if (S.angular && S.pitch == 0) return {times(I.H, S.axis), times(I.J, S.axis)};
+  const Force<T> pushed{times(I.M, S.axis), times(Matrix3<T>(I.H.transpose()), S.axis)};
+  if (!S.angular) return pushed;
+  const T h(S.pitch);
+  return {times(I.H, S.axis) + pushed.linear * h, times(I.J, S.axis) + pushed.angular * h};
 }
 
 // I - U U^T / D for U = I S, D = S.U + armature.  Along S what is left is U armature / D, written as such: it
@@ -135,7 +145,7 @@ template <class T>
 Articulated<T> without(const Articulated<T>& I, const Dof& S, const Force<T>& U, const T& D_inverse,
                        const T& armature) {
   const Vector3<T> l = U.linear * D_inverse, n = U.angular * D_inverse;
-  const int k = S.axis.index;
+  const int k = S.pitch == 0 ? S.axis.index : -1;
   const T left = armature * D_inverse;
   Articulated<T> A;
   for (int i = 0; i < 3; ++i) {

@@ -23,7 +23,7 @@ bool is_zero(const AlongJoint& along) {
          along.free <= rounding_of_real * along.stiff || along.stiff <= 0;
 }
 
-AlongJoint single_joint(const Dof& S, const Composite<Real>& stiff, const Articulated<Real>& free,
+AlongJoint along_column(const Dof& S, const Composite<Real>& stiff, const Articulated<Real>& free,
                         const Real& armature) {
   const Real any = S.angular ? Real(stiff.I_o.trace()) : stiff.mass;
   return {dot(S, stiff * S) + armature, dot(S, free * S) + armature, any};
@@ -55,19 +55,23 @@ void judge(const Model<Real>& model, Data<Real>& data, const Acting<Real>& actin
   }
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i];
-    const Dof& S = data.tree.dofs[data.tree.first[i]];
     Articulated<Real> felt = data.articulated[i];
     if (data.tree.count[i] == 6) {
       zero_count[i] += free_flyer_is_zero(data.composites[i], felt);
       felt = {};
     } else {
       const Real armature = detail::armature_at(model, acting, i);
-      const AlongJoint along = single_joint(S, data.composites[i], felt, armature);
-      if (is_zero(along)) {
-        ++zero_count[i];
-      } else {
-        felt = without(felt, S, felt * S, Real(1 / along.free), armature);
+      bool zero = false;
+      for (int k = data.tree.first[i] + data.tree.count[i] - 1; k >= data.tree.first[i]; --k) {
+        const Dof& S = data.tree.dofs[k];
+        const AlongJoint along = along_column(S, data.composites[i], felt, armature);
+        if (is_zero(along)) {
+          zero = true;
+        } else {
+          felt = without(felt, S, felt * S, Real(1 / along.free), armature);
+        }
       }
+      zero_count[i] += zero;
     }
     if (p < 0) continue;
     accumulate(data.X_PB[i], data.composites[i], data.composites[p]);

@@ -10,7 +10,8 @@ struct Row {
 };
 
 // In the order of JointType.
-constexpr Row kRows[] = {{"revolute", 1, 1}, {"continuous", 2, 1}, {"prismatic", 1, 1}, {"free-flyer", 7, 6}};
+constexpr Row kRows[] = {{"revolute", 1, 1},  {"continuous", 2, 1}, {"prismatic", 1, 1}, {"helical", 1, 1},
+                         {"spherical", 4, 3}, {"planar", 4, 3},     {"free-flyer", 7, 6}};
 
 }  // namespace
 

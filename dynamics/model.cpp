@@ -14,16 +14,20 @@ int find_name(const std::string& what, const std::string& model_name, const std:
                       suggestion(wanted, names));
 }
 
-void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, int parent,
-                     int njoints) {
+void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, double pitch,
+                     int parent, int njoints) {
   if (parent < -1 || parent >= njoints) {
     throw ArgumentError("add_joint: joint \"" + name + "\" names parent " + std::to_string(parent) +
                         ", expected -1 (the world) to " + std::to_string(njoints - 1));
   }
   const double length = axis.norm();
-  if (type != JointType::kFreeFlyer && !(std::abs(length - 1) <= 1e-12)) {
+  if (is_single(type) && !(std::abs(length - 1) <= 1e-12)) {
     throw ArgumentError("add_joint: the axis of joint \"" + name + "\" has length " + std::to_string(length) +
                         ", expected 1");
+  }
+  if (type == JointType::kHelical && !std::isfinite(pitch)) {
+    throw ArgumentError("add_joint: the pitch of joint \"" + name + "\" is " + std::to_string(pitch) +
+                        ", expected a finite number of metres per radian");
   }
 }
 

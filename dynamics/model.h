@@ -30,8 +30,14 @@ enum class JointType {
   kRevolute,    // nq 1, nv 1: angle about the axis
   kContinuous,  // nq 2, nv 1: (cos, sin) of an unbounded angle
   kPrismatic,   // nq 1, nv 1: displacement along the axis
-  kFreeFlyer,   // nq 7, nv 6: position, quaternion (x y z w); velocity (linear, angular) in the moving frame
+  kHelical,     // nq 1, nv 1: angle about the axis, with a displacement of pitch times the angle along it
+  kSpherical,   // nq 4, nv 3: quaternion (x y z w); angular velocity in the moving frame
+  kPlanar,  // nq 4, nv 3: x, y, (cos, sin) of the angle about z; velocity (x, y, angular) in the moving frame
+  kFreeFlyer,  // nq 7, nv 6: position, quaternion (x y z w); velocity (linear, angular) in the moving frame
 };
+
+// One column S: the joints that have an axis, limits, an armature, damping and friction.
+constexpr bool is_single(JointType type) { return type <= JointType::kHelical; }
 
 // Names as `info` prints them.
 const char* to_string(JointType type);
@@ -49,12 +55,13 @@ template <class T>
 struct Joint {
   std::string name;
   JointType type = JointType::kRevolute;
-  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit length; unused by the free-flyer
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // unit length; read by single joints only
   int idx_q = 0, idx_v = 0;                         // where this joint's entries start in q and v
   JointLimits limits;
-  T armature = T(0);  // reflected rotor inertia added to the diagonal of M (kg m^2 or kg)
+  T armature = T(0);  // reflected rotor inertia added to the diagonal of M (kg m^2 or kg); single joints only
   T damping = T(0);   // from the file; acts only where an effect asks for it (effects.h)
   T friction = T(0);  // likewise
+  double pitch = 0;   // displacement per angle of a helical joint (m/rad)
 };
 
 // A named place on a body: a URDF link (or joint) frame.
@@ -73,7 +80,7 @@ struct Model {
   std::vector<Placement<T>> X_PJ;    // (njoints) fixed side of joint i in the frame of its parent
   std::vector<Inertia<T>> inertias;  // (njoints) of body i, in frame i
   std::vector<Frame<T>> frames;      // every link of the file, in depth-first order
-  Eigen::Matrix<T, 3, 1> gravity{T(0), T(0), T(-9.81)};  // acceleration of free fall, world frame (m/s^2)
+  Vector3<T> gravity{T(0), T(0), T(-9.81)};  // acceleration of free fall, world frame (m/s^2)
   int nq = 0, nv = 0;
 
   int njoints() const { return static_cast<int>(joints.size()); }
@@ -96,9 +103,9 @@ namespace detail {
 int find_name(const std::string& what, const std::string& model_name, const std::string& wanted,
               const std::vector<std::string>& names);
 
-// What add_joint demands: a parent that exists and an axis of unit length.
-void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, int parent,
-                     int njoints);
+// What add_joint demands: a parent that exists, an axis of unit length, a finite pitch.
+void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, double pitch,
+                     int parent, int njoints);
 
 template <class T>
 std::vector<std::string> names_of(const std::vector<T>& named) {
@@ -122,7 +129,7 @@ int Model<T>::frame_index(const std::string& frame_name) const {
 template <class T>
 int Model<T>::add_joint(int parent_joint, const Joint<T>& joint, const Placement<T>& placement,
                         const Inertia<T>& inertia) {
-  detail::check_new_joint(joint.name, joint.type, joint.axis, parent_joint, njoints());
+  detail::check_new_joint(joint.name, joint.type, joint.axis, joint.pitch, parent_joint, njoints());
   parent.push_back(parent_joint);
   joints.push_back(joint);
   joints.back().idx_q = nq;
@@ -146,7 +153,7 @@ Model<S> Model<T>::cast() const {
   for (int i = 0; i < njoints(); ++i) {
     const Joint<T>& j = joints[i];
     m.joints.push_back({j.name, j.type, j.axis, j.idx_q, j.idx_v, j.limits, static_cast<S>(j.armature),
-                        static_cast<S>(j.damping), static_cast<S>(j.friction)});
+                        static_cast<S>(j.damping), static_cast<S>(j.friction), j.pitch});
     m.X_PJ.push_back(X_PJ[i].template cast<S>());
     m.inertias.push_back(inertias[i].template cast<S>());
   }

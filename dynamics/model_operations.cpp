@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/dynamics/model_operations.h>
 
-#include <Eigen/Geometry>
 #include <set>
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/joints.h>
 
 namespace dyntape::dynamics {
 namespace {
@@ -20,28 +20,17 @@ void check_unit(const std::string& joint, const char* what, double norm) {
 Placement<double> placement_at(const Joint<double>& joint, const Eigen::VectorXd& q) {
   if (!q.allFinite())
     throw ArgumentError("lock_joints: q of joint \"" + joint.name + "\" is not finite, expected a number");
-  Placement<double> X;
-  switch (joint.type) {
-    case JointType::kRevolute:
-      X.R = Eigen::AngleAxisd(q[0], joint.axis).toRotationMatrix();
-      break;
-    case JointType::kContinuous: {
-      check_unit(joint.name, "(cos, sin)", q.norm());
-      const double angle = std::atan2(q[1], q[0]);
-      X.R = Eigen::AngleAxisd(angle, joint.axis).toRotationMatrix();
-      break;
-    }
-    case JointType::kPrismatic:
-      X.p = q[0] * joint.axis;
-      break;
-    case JointType::kFreeFlyer: {
-      check_unit(joint.name, "quaternion", q.tail<4>().norm());
-      X.p = q.head<3>();
-      X.R = Eigen::Quaterniond(Eigen::Vector4d(q.tail<4>())).normalized().toRotationMatrix();
-      break;
-    }
-  }
-  return X;
+  const auto check_quaternion = [&](int at) {
+    check_unit(joint.name, "quaternion", q.segment<4>(at).norm());
+  };
+  const auto check_pair = [&](int at) { check_unit(joint.name, "(cos, sin)", q.segment<2>(at).norm()); };
+  if (joint.type == JointType::kContinuous) check_pair(0);
+  if (joint.type == JointType::kPlanar) check_pair(2);
+  if (joint.type == JointType::kSpherical) check_quaternion(0);
+  if (joint.type == JointType::kFreeFlyer) check_quaternion(3);
+  Joint<double> alone = joint;
+  alone.idx_q = 0;
+  return joint_placement<double>(alone, Axis::from(joint.axis), {}, q);
 }
 
 // Where an old body went: placed by X in the body of a new model (-1: the world).

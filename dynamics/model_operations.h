@@ -23,7 +23,8 @@
 // with_gravity  Acceleration of free fall in the world frame, m/s^2.
 //
 // Errors: ArgumentError for an unknown name (with the nearest), a q of the wrong size or not finite, a
-// quaternion or (cos, sin) pair that is far from unit length (1e-6), change_base on a fixed base.
+// quaternion or (cos, sin) pair that is far from unit length (1e-6), change_base on a fixed base or through a
+// joint of several degrees of freedom (its inverse is no such joint).
 #pragma once
 
 #include <string>

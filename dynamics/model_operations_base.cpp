@@ -46,6 +46,15 @@ void check_floating(const Model<double>& model, const std::string& frame_name, c
                         "\" belongs to the world; expected one of a body");
 }
 
+// The inverse of a joint is the joint about the opposite axis; those of several columns have none.
+void check_reversible(const Model<double>& model, const Joint<double>& joint) {
+  if (is_single(joint.type)) return;
+  throw ArgumentError("change_base: the " + std::string(to_string(joint.type)) + " joint \"" + joint.name +
+                      "\" of model \"" + model.name +
+                      "\" lies between the old and the new base and would change the meaning of q; expected "
+                      "joints of one degree of freedom there");
+}
+
 }  // namespace
 
 Model<double> change_base(const Model<double>& model, const std::string& frame_name, Base base) {
@@ -71,6 +80,7 @@ Model<double> change_base(const Model<double>& model, const std::string& frame_n
     Joint<double> joint = model.joints[step.joint];
     const Placement<double> X_new_old = inverse(X_old_new[step.from]);
     if (reversed) {
+      check_reversible(model, joint);
       joint.axis = -joint.axis + Eigen::Vector3d::Zero();  // the sum turns -0 into 0
       X_old_new[step.body] = model.X_PJ[step.joint];
     }

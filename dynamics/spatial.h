@@ -108,6 +108,11 @@ Force<T> operator-(const Force<T>& a, const Force<T>& b) {
   return {a.linear - b.linear, a.angular - b.angular};
 }
 
+template <class T>
+Force<T> operator*(const Force<T>& f, const T& s) {
+  return {f.linear * s, f.angular * s};
+}
+
 // Power of a force along a motion, both in one frame.
 template <class T>
 T dot(const Motion<T>& m, const Force<T>& f) {

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/configuration.h>
 #include <dyntape/dynamics/model_operations.h>
 #include <dyntape/dynamics/rotation_snap.h>
 #include <dyntape/dynamics/urdf_check.h>
@@ -166,16 +167,6 @@ class TreeReader {
   UrdfRobot robot_;
 };
 
-// Zero, with (1, 0) for (cos, sin) pairs and quaternions.
-Eigen::VectorXd zero_configuration(const Model<double>& model) {
-  Eigen::VectorXd q = Eigen::VectorXd::Zero(model.nq);
-  for (const Joint<double>& joint : model.joints) {
-    if (joint.type == JointType::kContinuous) q[joint.idx_q] = 1;
-    if (joint.type == JointType::kFreeFlyer) q[joint.idx_q + 6] = 1;
-  }
-  return q;
-}
-
 std::string contents_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw FileError(path + ": cannot be opened: " + std::strerror(errno));
@@ -195,8 +186,7 @@ UrdfRobot read_urdf_text(const std::string& text, const std::string& file, const
   notes.insert(notes.end(), dom.notes.begin(), dom.notes.end());
   robot.notes.insert(robot.notes.begin(), notes.begin(), notes.end());
   if (!options.root.empty()) robot.model = change_base(robot.model, options.root, options.base);
-  if (!options.lock.empty())
-    robot.model = lock_joints(robot.model, options.lock, zero_configuration(robot.model));
+  if (!options.lock.empty()) robot.model = lock_joints(robot.model, options.lock, neutral(robot.model));
   return robot;
 }
 

@@ -39,7 +39,7 @@ void check_acting(const char* function, const Model<T>& model, const Acting<T>& 
 // Does an armature enter at joint i?  If so, armature_at gives it.
 template <class T>
 bool has_armature(const Model<T>& model, const Acting<T>& acting, int i) {
-  return acting.armature && model.joints[i].type != JointType::kFreeFlyer;
+  return acting.armature && is_single(model.joints[i].type);
 }
 
 template <class T>
@@ -62,7 +62,7 @@ Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
   const int k = tree.first[i];
   if (tree.count[i] == 6) return {x.template segment<3>(k), x.template segment<3>(k + 3)};
   Motion<T> m;
-  add_along(tree.dofs[k], x[k], m);
+  for (int c = k; c < k + tree.count[i]; ++c) add_along(tree.dofs[c], x[c], m);
   return m;
 }
 
@@ -70,7 +70,7 @@ Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
 template <class T>
 Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v, int i) {
   const Tree& tree = data.tree;
-  if (tree.count[i] == 6) return cross(data.v[i], joint_motion(data, v, i));
+  if (tree.count[i] > 1) return cross(data.v[i], joint_motion(data, v, i));
   const Motion<T> c = cross(data.v[i], tree.dofs[tree.first[i]]);
   const T& s = v[tree.first[i]];
   return {c.linear * s, c.angular * s};

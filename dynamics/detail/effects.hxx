@@ -11,7 +11,7 @@ template <class T, class Field>
 VectorX<T> joint_values(const Model<T>& model, Field field) {
   VectorX<T> values = VectorX<T>::Zero(model.nv);
   for (const Joint<T>& joint : model.joints) {
-    if (joint.type != JointType::kFreeFlyer) values[joint.idx_v] = joint.*field;
+    if (is_single(joint.type)) values[joint.idx_v] = joint.*field;
   }
   return values;
 }
@@ -32,7 +32,7 @@ template <class T, class F>
 void for_each_spring(const Model<T>& model, const Springs<T>& springs, const VectorRef<T>& q, F f) {
   VectorX<T> deflection(model.nv);
   for (const Joint<T>& joint : model.joints) {
-    if (joint.type == JointType::kFreeFlyer) continue;
+    if (!is_single(joint.type)) continue;
     difference<T>(joint, springs.rest, q, deflection);
     f(joint.idx_v, deflection[joint.idx_v]);
   }
@@ -92,7 +92,7 @@ JointTorqueSlopes<T> joint_torque_slopes(const Model<T>& model, const Effects<T>
   if (effects.springs) {
     slopes.dq = VectorX<T>::Zero(model.nv);
     for (const Joint<T>& joint : model.joints) {
-      if (joint.type == JointType::kFreeFlyer) continue;
+      if (!is_single(joint.type)) continue;
       slopes.dq[joint.idx_v] = -effects.springs->stiffness[joint.idx_v];
     }
   }

@@ -18,16 +18,22 @@ Motion<T> motion_of(const Vector6<T>& x) {
   return {x.template head<3>(), x.template tail<3>()};
 }
 
-// What of I is felt by the parent through one joint column; keeps U = I S and 1/D, D = S.U + armature.
+// What of I is felt by the parent through the joint; keeps U = I S and 1/D, D = S.U + armature.  The columns
+// of a joint are eliminated one after the other, the last first, as if massless bodies were between them: a
+// block elimination, exactly.
 template <class T>
 Articulated<T> hinge(const Model<T>& model, Data<T>& data, const Acting<T>& acting, int i) {
-  const int k = data.tree.first[i];
-  const Dof& S = data.tree.dofs[k];
+  const int first = data.tree.first[i];
   const T armature = armature_at(model, acting, i);
-  data.U[k] = data.articulated[i] * S;
-  data.D_inverse[k] = T(1) / (dot(S, data.U[k]) + armature);
-  if (model.parent[i] < 0) return {};
-  return without(data.articulated[i], S, data.U[k], data.D_inverse[k], armature);
+  Articulated<T> felt = data.articulated[i];
+  for (int k = first + data.tree.count[i] - 1; k >= first; --k) {
+    const Dof& S = data.tree.dofs[k];
+    data.U[k] = felt * S;
+    data.D_inverse[k] = T(1) / (dot(S, data.U[k]) + armature);
+    if (k == first && model.parent[i] < 0) return {};
+    felt = without(felt, S, data.U[k], data.D_inverse[k], armature);
+  }
+  return felt;
 }
 
 // Articulated inertias from the leaves to the roots, for placed joints.  A free-flyer hides what is beyond
@@ -66,6 +72,10 @@ void gather_bias(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, co
       if (p >= 0) data.p_A[p] = data.p_A[p] + act(data.X_PB[i], through);
       continue;
     }
+    for (int c = k + tree.count[i] - 1; c > k; --c) {
+      data.u[c] = tau[c] - dot(tree.dofs[c], data.p_A[i]);
+      data.p_A[i] = data.p_A[i] + data.U[c] * T(data.u[c] * data.D_inverse[c]);
+    }
     data.u[k] = tau[k] - dot(tree.dofs[k], data.p_A[i]);
     if (p < 0) continue;
     const T s = data.u[k] * data.D_inverse[k];
@@ -90,8 +100,10 @@ void spread_accelerations(const Model<T>& model, Data<T>& data, const VectorRef<
       data.ddq.template segment<6>(k) = total - a.vector();
       data.a_gf[i] = motion_of<T>(total);
     } else {
-      data.ddq[k] = (data.u[k] - dot(a, data.U[k])) * data.D_inverse[k];
-      add_along(tree.dofs[k], data.ddq[k], a);
+      for (int c = k; c < k + tree.count[i]; ++c) {
+        data.ddq[c] = (data.u[c] - dot(a, data.U[c])) * data.D_inverse[c];
+        add_along(tree.dofs[c], data.ddq[c], a);
+      }
       data.a_gf[i] = a;
     }
   }
@@ -103,6 +115,20 @@ void aba_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, con
   move_bodies(model, data, v);
   gather_bias(model, data, v, tau, acting);
   spread_accelerations(model, data, v, acting);
+}
+
+// A column c of joint i that is not its first: unit torques beyond it pass, its own starts.
+template <class T>
+void resist_inner_column(Data<T>& data, int i, int c) {
+  const Tree& tree = data.tree;
+  const auto pass = [&](int s) {
+    data.Minv(c, s) = -(data.D_inverse[c] * dot(tree.dofs[c], data.F[s]));
+    data.F[s] = data.F[s] + data.U[c] * data.Minv(c, s);
+  };
+  for (int s = c + 1; s < tree.first[i] + tree.count[i]; ++s) pass(s);
+  for (int s : tree.subtree[i]) pass(s);
+  data.Minv(c, c) = data.D_inverse[c];
+  data.F[c] = data.U[c] * data.D_inverse[c];
 }
 
 // Column by column: the bias force F of a unit torque on its way to the root, as far as each joint resists
@@ -126,16 +152,18 @@ void gather_unit_torques(const Model<T>& model, Data<T>& data) {
       }
       continue;
     }
+    for (int c = k + tree.count[i] - 1; c > k; --c) resist_inner_column(data, i, c);
     const T& D_inverse = data.D_inverse[k];
     const Force<T>& U = data.U[k];
     data.Minv(k, k) = D_inverse;
-    if (hung) data.F[k] = act(X, Force<T>{U.linear * D_inverse, U.angular * D_inverse});
-    for (int s : tree.subtree[i]) {
+    if (hung) data.F[k] = act(X, U * D_inverse);
+    const auto pass = [&](int s) {
       const T row = -(D_inverse * dot(tree.dofs[k], data.F[s]));
       data.Minv(k, s) = row;
-      if (!hung) continue;
-      data.F[s] = act(X, Force<T>{data.F[s].linear + U.linear * row, data.F[s].angular + U.angular * row});
-    }
+      if (hung) data.F[s] = act(X, data.F[s] + U * row);
+    };
+    for (int c = k + 1; c < k + tree.count[i]; ++c) pass(c);
+    for (int s : tree.subtree[i]) pass(s);
   }
 }
 
@@ -151,9 +179,13 @@ void respond(const Model<T>& model, Data<T>& data, int i, int j) {
     data.column[i] = m + motion_of<T>(data.Minv.col(j).template segment<6>(k));
     return;
   }
-  if (p >= 0) data.Minv(k, j) -= data.D_inverse[k] * dot(m, data.U[k]);
-  if (i == tree.dofs[j].joint) return;
-  add_along(tree.dofs[k], data.Minv(k, j), m);
+  // Minv(c, j) with c after j waits for its mirror image.
+  const bool own = i == tree.dofs[j].joint;
+  const int end = own ? j + 1 : k + tree.count[i];
+  for (int c = k; c < end; ++c) {
+    if (p >= 0 || c > k) data.Minv(c, j) -= data.D_inverse[c] * dot(m, data.U[c]);
+    if (!own || c < j) add_along(tree.dofs[c], data.Minv(c, j), m);
+  }
   data.column[i] = m;
 }
 

@@ -61,6 +61,7 @@ inline Joint<double> random_joint(Random& random, const std::string& name, Joint
   const int k = random.below(7);
   joint.axis = k < 6 ? Eigen::Vector3d((k < 3 ? 1 : -1) * Eigen::Vector3d::Unit(k % 3))
                      : random.vector3().normalized();
+  joint.pitch = random.uniform(-0.3, 0.3);
   joint.armature = random.uniform(0, 0.3);
   joint.damping = random.uniform(0, 2);
   joint.friction = random.uniform(0, 2);
@@ -73,13 +74,22 @@ inline Model<double> random_tree(Random& random, const TreeShape& shape = {}) {
   model.gravity = random.vector3(10);
   for (int i = 0; i < shape.joints; ++i) {
     const int parent = i == 0 ? -1 : shape.chain ? i - 1 : random.below(i);
-    JointType type = static_cast<JointType>(random.below(shape.inner_free_flyers ? 4 : 3));
+    const int types = static_cast<int>(JointType::kFreeFlyer) + (shape.inner_free_flyers ? 1 : 0);
+    JointType type = static_cast<JointType>(random.below(types));
     if (i == 0 && shape.base == Base::kFloating) type = JointType::kFreeFlyer;
     model.add_joint(parent, random_joint(random, "joint " + std::to_string(i), type),
                     random_placement(random), random_inertia(random));
     model.frames.push_back({"frame " + std::to_string(i), i, random_placement(random)});
   }
   return model;
+}
+
+// The entries of q that a joint reads by their direction: (cos, sin) or a quaternion; none for most.
+inline auto unit_part(const Joint<double>& joint, Eigen::VectorXd& q) {
+  const JointType type = joint.type;
+  const int pair = type == JointType::kContinuous || type == JointType::kPlanar ? 2 : 0;
+  const int size = type == JointType::kSpherical || type == JointType::kFreeFlyer ? 4 : pair;
+  return q.segment(joint.idx_q + nq(type) - size, size);
 }
 
 struct State {

@@ -6,9 +6,7 @@
 //
 // Newton and Euler in the world frame, body by body, with dense vectors: slow and plain.
 //   body k:  f = m (c_dd - g),  n = I w_d + w x I w about its centre of mass c
-//   tau_j  = sum over bodies k beyond j of  axis_j . (n_k + (c_k - o_j) x f_k)   (revolute; prismatic: axis_j
-//   . f_k)
-// The free-flyer's rows are force and moment in the base frame, about its origin.
+//   tau_j  = sum over bodies k beyond j of the power of f_k, n_k on the velocity that joint j alone gives
 #pragma once
 
 #include <dyntape/dynamics/model.h>
@@ -36,31 +34,69 @@ struct BodyState {
   Vector3d acceleration(const Vector3d& r) const { return a + wd.cross(R * r) + w.cross(w.cross(R * r)); }
 };
 
-inline BodyState step(const BodyState& parent, const Joint<double>& joint, const Placement<double>& X,
-                      VectorXd q, VectorXd v, VectorXd a) {
-  BodyState s;
-  const Matrix3d R = parent.R * X.R;
-  const Vector3d axis = R * joint.axis;
-  s = {R, parent.position(X.p), parent.velocity(X.p), parent.acceleration(X.p), parent.w, parent.wd};
-  if (joint.type == JointType::kFreeFlyer) {
-    s.R = R * Eigen::Quaterniond(q[6], q[3], q[4], q[5]).toRotationMatrix();
-    s.p += R * q.head<3>();
-    s.v = s.R * v.head<3>();
-    s.w = s.R * v.tail<3>();
-    s.wd = s.R * a.tail<3>();
-    s.a = s.R * (a.head<3>() + Vector3d(v.tail<3>()).cross(Vector3d(v.head<3>())));
-  } else if (joint.type == JointType::kPrismatic) {
-    const Vector3d r = axis * q[0];
-    s.p += r;
-    s.v += parent.w.cross(r) + axis * v[0];
-    s.a += parent.wd.cross(r) + parent.w.cross(parent.w.cross(r)) + 2 * parent.w.cross(axis) * v[0] +
-           axis * a[0];
-  } else {
-    const double angle = joint.type == JointType::kContinuous ? std::atan2(q[1], q[0]) : q[0];
-    s.R = R * Eigen::AngleAxisd(angle, joint.axis).toRotationMatrix();
-    s.w += axis * v[0];
-    s.wd += axis * a[0] + parent.w.cross(axis * v[0]);
+// Moving side of a joint in its fixed side, for its own entries of q.
+inline Placement<double> joint_pose(const Joint<double>& joint, const VectorXd& q) {
+  const auto about = [&](double angle) { return Eigen::AngleAxisd(angle, joint.axis).toRotationMatrix(); };
+  const auto quaternion = [&](long i) {
+    return Eigen::Quaterniond(q[i + 3], q[i], q[i + 1], q[i + 2]).toRotationMatrix();
+  };
+  switch (joint.type) {
+    case JointType::kRevolute:
+      return {about(q[0]), Vector3d::Zero()};
+    case JointType::kContinuous:
+      return {about(std::atan2(q[1], q[0])), Vector3d::Zero()};
+    case JointType::kPrismatic:
+      return {Matrix3d::Identity(), joint.axis * q[0]};
+    case JointType::kHelical:
+      return {about(q[0]), joint.axis * (joint.pitch * q[0])};
+    case JointType::kSpherical:
+      return {quaternion(0), Vector3d::Zero()};
+    case JointType::kPlanar:
+      return {Eigen::AngleAxisd(std::atan2(q[3], q[2]), Vector3d::UnitZ()).toRotationMatrix(),
+              Vector3d(q[0], q[1], 0)};
+    case JointType::kFreeFlyer:
+      break;
   }
+  return {quaternion(3), q.head<3>()};
+}
+
+// Velocity of the moving side against the fixed side, in the moving frame, for its own entries of v.
+inline Motion<double> joint_velocity(const Joint<double>& joint, const VectorXd& v) {
+  switch (joint.type) {
+    case JointType::kRevolute:
+    case JointType::kContinuous:
+      return {Vector3d::Zero(), joint.axis * v[0]};
+    case JointType::kPrismatic:
+      return {joint.axis * v[0], Vector3d::Zero()};
+    case JointType::kHelical:
+      return {joint.axis * (joint.pitch * v[0]), joint.axis * v[0]};
+    case JointType::kSpherical:
+      return {Vector3d::Zero(), v};
+    case JointType::kPlanar:
+      return {Vector3d(v[0], v[1], 0), Vector3d(0, 0, v[2])};
+    case JointType::kFreeFlyer:
+      break;
+  }
+  return {v.head<3>(), v.tail<3>()};
+}
+
+inline BodyState step(const BodyState& parent, const Joint<double>& joint, const Placement<double>& X,
+                      const VectorXd& q, const VectorXd& v, const VectorXd& a) {
+  const Placement<double> own = joint_pose(joint, q);
+  const Motion<double> rate = joint_velocity(joint, v), faster = joint_velocity(joint, a);
+  BodyState s{parent.R * X.R * own.R,
+              parent.position(X.p),
+              parent.velocity(X.p),
+              parent.acceleration(X.p),
+              parent.w,
+              parent.wd};
+  const Vector3d r = parent.R * X.R * own.p, u = s.R * rate.linear, spin = s.R * rate.angular;
+  s.p += r;
+  s.v += parent.w.cross(r) + u;
+  s.a += parent.wd.cross(r) + parent.w.cross(parent.w.cross(r)) + 2 * parent.w.cross(u) +
+         s.R * (faster.linear + rate.angular.cross(rate.linear));
+  s.w += spin;
+  s.wd += s.R * faster.angular + parent.w.cross(spin);
   return s;
 }
 
@@ -89,12 +125,10 @@ inline VectorXd inverse_dynamics(const Model<double>& m, const VectorXd& q, cons
     for (int j = k; j >= 0; j = m.parent[j]) {
       const Joint<double>& joint = m.joints[j];
       const Vector3d moment = n + (body.position(I.com) - states[j].p).cross(f);
-      const Vector3d axis = states[j].R * joint.axis;
-      if (joint.type == JointType::kFreeFlyer) {
-        tau.segment<3>(joint.idx_v) += states[j].R.transpose() * f;
-        tau.segment<3>(joint.idx_v + 3) += states[j].R.transpose() * moment;
-      } else {
-        tau[joint.idx_v] += axis.dot(joint.type == JointType::kPrismatic ? f : moment);
+      const int n = nv(joint.type);
+      for (int c = 0; c < n; ++c) {
+        const Motion<double> unit = joint_velocity(joint, VectorXd::Unit(n, c));
+        tau[joint.idx_v + c] += (states[j].R * unit.linear).dot(f) + (states[j].R * unit.angular).dot(moment);
       }
     }
   }
@@ -122,7 +156,9 @@ inline VectorXd random_configuration(const Model<double>& m, std::mt19937& rando
   for (double& x : q) x = number(random);
   for (const Joint<double>& j : m.joints) {
     if (j.type == JointType::kFreeFlyer) q.segment<4>(j.idx_q + 3).normalize();
+    if (j.type == JointType::kSpherical) q.segment<4>(j.idx_q).normalize();
     if (j.type == JointType::kContinuous) q.segment<2>(j.idx_q).normalize();
+    if (j.type == JointType::kPlanar) q.segment<2>(j.idx_q + 2).normalize();
   }
   return q;
 }
