@@ -65,7 +65,7 @@ void add_along(const Axis& axis, const T& s, Vector3<T>& x) {
 template <class T>
 Vector3<T> times(const Matrix3<T>& A, const Axis& axis) {
   if (axis.index < 0) return A * vector<T>(axis);
-  const Vector3<T> column = A.col(axis.index);
+  const Vector3<T> column = A.column(axis.index);
   return axis.flipped ? Vector3<T>(-column) : column;
 }
 
@@ -75,20 +75,20 @@ template <class T>
 Matrix3<T> rotate_about(const Matrix3<T>& R, const Axis& axis, const T& c, const T& s) {
   if (axis.index < 0) {
     const Vector3<T> a = vector<T>(axis);
-    Matrix3<T> J = skew(a) * s + (a * a.transpose()) * T(T(1) - c);
+    Matrix3<T> J = skew(a) * s + outer(a, a) * T(T(1) - c);
     for (int k = 0; k < 3; ++k) J(k, k) += c;
     return R * J;
   }
   const int k = axis.index, i = (k + 1) % 3, j = (k + 2) % 3;
   Matrix3<T> Q;
-  Q.col(k) = R.col(k);
-  const Vector3<T> u = R.col(i), v = R.col(j);
+  Q.set_column(k, R.column(k));
+  const Vector3<T> u = R.column(i), v = R.column(j);
   if (axis.flipped) {
-    Q.col(i) = u * c - v * s;
-    Q.col(j) = v * c + u * s;
+    Q.set_column(i, u * c - v * s);
+    Q.set_column(j, v * c + u * s);
   } else {
-    Q.col(i) = u * c + v * s;
-    Q.col(j) = v * c - u * s;
+    Q.set_column(i, u * c + v * s);
+    Q.set_column(j, v * c - u * s);
   }
   return Q;
 }

@@ -82,8 +82,8 @@ VelocityProduct<T> velocity_product(const Composite<T>& I, const Motion<T>& v) {
   Matrix3<T> second_moment = -I.I_o;
   const T half_trace = (I.I_o(0, 0) + I.I_o(1, 1) + I.I_o(2, 2)) * T(0.5);
   for (int k = 0; k < 3; ++k) second_moment(k, k) += half_trace;
-  VelocityProduct<T> w{v.linear * I.mass + v.angular.cross(I.h), v.linear * I.h.transpose()};
-  for (int k = 0; k < 3; ++k) w.U.col(k) += v.angular.cross(Vector3<T>(second_moment.col(k)));
+  VelocityProduct<T> w{v.linear * I.mass + v.angular.cross(I.h), outer(v.linear, I.h)};
+  for (int k = 0; k < 3; ++k) w.U.set_column(k, w.U.column(k) + v.angular.cross(second_moment.column(k)));
   return w;
 }
 
@@ -92,7 +92,7 @@ template <class T>
 void accumulate(const Placement<T>& X_PB, const VelocityProduct<T>& w, VelocityProduct<T>& parent) {
   const Vector3<T> p = X_PB.R * w.p;
   const Matrix3<T> RU = X_PB.R * w.U;
-  parent.U += RU * X_PB.R.transpose() + p * X_PB.p.transpose();
+  parent.U += times_transposed(RU, X_PB.R) + outer(p, X_PB.p);
   parent.p += p;
 }
 
@@ -127,7 +127,7 @@ Articulated<T> articulated(const Inertia<T>& I) {
 
 template <class T>
 Force<T> operator*(const Articulated<T>& I, const Motion<T>& m) {
-  return {I.M * m.linear + I.H * m.angular, I.H.transpose() * m.linear + I.J * m.angular};
+  return {I.M * m.linear + I.H * m.angular, transposed_times(I.H, m.linear) + I.J * m.angular};
 }
 
 template <class T>
@@ -173,7 +173,7 @@ void accumulate(const Placement<T>& X_PB, const Articulated<T>& I, Articulated<T
   const Vector3<T>& t = X_PB.p;
   const Matrix3<T> M = rotate_symmetric(R, I.M), J = rotate_symmetric(R, I.J);
   const Matrix3<T> RH = R * I.H;
-  const Matrix3<T> H = RH * R.transpose();
+  const Matrix3<T> H = times_transposed(RH, R);
   Matrix3<T> shifted, moment;  // H' ;  [t] H + ([t] H' )^T
   for (int i = 0; i < 3; ++i) shifted.row(i) = H.row(i) + t.cross(Vector3<T>(M.row(i))).transpose();
   for (int j = 0; j < 3; ++j) moment.col(j) = t.cross(Vector3<T>(H.col(j)));

@@ -12,12 +12,12 @@
 // plain data.
 #pragma once
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <cmath>
 #include <concepts>
 #include <limits>
 #include <type_traits>
+
+#include <dyntape/dynamics/small.h>
 
 namespace dyntape::dynamics {
 
@@ -44,11 +44,7 @@ template <class T>
 inline constexpr int kDigits = std::numeric_limits<T>::digits > 0 ? std::numeric_limits<T>::digits : 53;
 
 template <class T>
-using Vector3 = Eigen::Matrix<T, 3, 1>;
-template <class T>
 using Vector4 = Eigen::Matrix<T, 4, 1>;
-template <class T>
-using Matrix3 = Eigen::Matrix<T, 3, 3>;
 template <class T>
 using Vector6 = Eigen::Matrix<T, 6, 1>;
 template <class T>

@@ -19,33 +19,12 @@
 
 namespace dyntape::dynamics {
 
-// Matrix of the cross product: skew(a) b = a x b.
-template <class T>
-Matrix3<T> skew(const Vector3<T>& a) {
-  Matrix3<T> m;
-  m << T(0), -a[2], a[1], a[2], T(0), -a[0], -a[1], a[0], T(0);
-  return m;
-}
-
-// R A R^T for a symmetric A: only six entries are computed, so the result is symmetric to the last bit.
-template <class T>
-Matrix3<T> rotate_symmetric(const Matrix3<T>& R, const Matrix3<T>& A) {
-  const Matrix3<T> RA = R * A;
-  Matrix3<T> B;
-  for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j <= i; ++j) B(i, j) = B(j, i) = RA.row(i).dot(R.row(j));
-  }
-  return B;
-}
-
 // |c|^2 1 - c c^T: the rotational inertia of a unit point mass at c, about the origin.
 template <class T>
 Matrix3<T> unit_point_inertia(const Vector3<T>& c) {
   const T xx = c[0] * c[0], yy = c[1] * c[1], zz = c[2] * c[2];
   const T xy = -(c[0] * c[1]), xz = -(c[0] * c[2]), yz = -(c[1] * c[2]);
-  Matrix3<T> m;
-  m << yy + zz, xy, xz, xy, xx + zz, yz, xz, yz, xx + yy;
-  return m;
+  return {yy + zz, xy, xz, xy, xx + zz, yz, xz, yz, xx + yy};
 }
 
 // A rigid placement of one frame in another.
@@ -140,7 +119,7 @@ Motion<T> act(const Placement<T>& X_AB, const Motion<T>& m) {
 // V_B from V_A.
 template <class T>
 Motion<T> act_inverse(const Placement<T>& X_AB, const Motion<T>& m) {
-  return {X_AB.R.transpose() * (m.linear - X_AB.p.cross(m.angular)), X_AB.R.transpose() * m.angular};
+  return {transposed_times(X_AB.R, m.linear - X_AB.p.cross(m.angular)), transposed_times(X_AB.R, m.angular)};
 }
 // F_A from F_B.
 template <class T>
@@ -151,7 +130,7 @@ Force<T> act(const Placement<T>& X_AB, const Force<T>& f) {
 // F_B from F_A.
 template <class T>
 Force<T> act_inverse(const Placement<T>& X_AB, const Force<T>& f) {
-  return {X_AB.R.transpose() * f.linear, X_AB.R.transpose() * (f.angular - X_AB.p.cross(f.linear))};
+  return {transposed_times(X_AB.R, f.linear), transposed_times(X_AB.R, f.angular - X_AB.p.cross(f.linear))};
 }
 
 // Matrix of act(X_AB, motion), linear first (6 x 6).

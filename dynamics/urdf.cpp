@@ -117,8 +117,7 @@ class TreeReader {
     const urdf::Inertial& i = *link.inertial;
     const XMLElement& element = in_text(text_.find_link(link.name), link.name);
     const Placement<double> X = placement(element, *element.FirstChildElement("inertial"), i.origin.position);
-    Eigen::Matrix3d I;
-    I << i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz;
+    const Matrix3<double> I(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
     return {i.mass, X.p, rotate_symmetric(X.R, I)};
   }
 

@@ -18,7 +18,7 @@ namespace dyntape::dynamics {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
+using Vector3d = Vector3<double>;
 using Eigen::VectorXd;
 using MatrixXq = MatrixX<Float128>;
 using VectorXq = VectorX<Float128>;
@@ -100,7 +100,7 @@ TEST_P(CentroidalOf, MomentumIsASumOverBodies) {
     com += model.inertias[i].mass * (X_WB[i].R * model.inertias[i].com + X_WB[i].p);
   }
   com /= mass;
-  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
+  Matrix3<double> inertia = Matrix3<double>::Zero();
   for (int i = 0; i < model.njoints(); ++i) {
     const Inertia<double>& I = model.inertias[i];
     const Vector3d r = X_WB[i].R * I.com + X_WB[i].p - com;
@@ -108,7 +108,7 @@ TEST_P(CentroidalOf, MomentumIsASumOverBodies) {
     p += body_p;
     l += r.cross(body_p) + X_WB[i].R * (I.I_c * body_v[i].angular);
     inertia += X_WB[i].R * I.I_c * X_WB[i].R.transpose() +
-               I.mass * (r.squaredNorm() * Eigen::Matrix3d::Identity() - r * r.transpose());
+               I.mass * (r.squaredNorm() * Matrix3<double>::Identity() - r * r.transpose());
   }
   const Force<double> h = centroidal_momentum(model, *data, *c, s.q, s.v);
   EXPECT_NEAR(c->mass, mass, 1e-14 * mass);
@@ -180,7 +180,7 @@ TEST_P(CentroidalOf, JacobiansOfCentresOfMass) {
   EXPECT_LE(relative_error(J, slopes(com_of_subtree)), 1e-13);
   center_of_mass(model, *data, *c, s.q, s.v, s.a);
   forward_kinematics(model, *data, s.q);
-  const Eigen::Matrix3d R = data->X_WB[body].R;
+  const Matrix3<double> R = data->X_WB[body].R;
   EXPECT_LE(relative_error(R * c->subtree_velocity[body], J * s.v), 1e-13);
   const Float128 h(1e-11);
   const auto velocity = [&](const Float128& t) -> VectorXq {

@@ -11,8 +11,8 @@
 namespace dyntape::dynamics {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
+using Matrix3d = Matrix3<double>;
+using Vector3d = Vector3<double>;
 
 Joint<double> joint(const std::string& name, JointType type = JointType::kRevolute,
                     const Vector3d& axis = Vector3d::UnitZ()) {
@@ -85,7 +85,7 @@ TEST(CheckForwardDynamics, MasslessIntermediateLinksAreFine) {
   model.add_joint(1, joint("roll", JointType::kRevolute, Vector3d::UnitX()), {}, solid());
   EXPECT_EQ(complaint(model), "");
   Data<double> data(model);
-  const Eigen::Vector3d q(0.3, 0.4, 0.5), v(1, 2, 3), a(4, 5, 6), tau = rnea(model, data, q, v, a);
+  const Vector3<double> q(0.3, 0.4, 0.5), v(1, 2, 3), a(4, 5, 6), tau = rnea(model, data, q, v, a);
   EXPECT_LE((aba(model, data, q, v, tau) - a).norm(), 1e-12);
 }
 

@@ -121,7 +121,7 @@ TEST(Hard, SpeedsOfAMillion) {
 TEST(Hard, FarCentreOfMassKeepsTheRotationalInertia) {
   Random random(2);
   const Inertia<double> body = random_inertia(random);
-  const Placement<double> away{exp(random.vector3(3)), Eigen::Vector3d(6e3, -8e3, 1e2)};
+  const Placement<double> away{exp(random.vector3(3)), Vector3<double>(6e3, -8e3, 1e2)};
   const Inertia<double> back = act(inverse(away), act(away, body));
   EXPECT_LE(relative_error(back.I_c, body.I_c), 1e-12);
   EXPECT_LE((back.com - body.com).norm(), 1e-11);
@@ -132,7 +132,7 @@ TEST(Hard, ArmatureThatDominatesLeavesTheLink) {
   Random random(3);
   Model<double> model;
   model.add_joint(-1, random_joint(random, "geared", JointType::kRevolute), {},
-                  {1e-3, Eigen::Vector3d::Zero(), Eigen::Matrix3d::Identity() * 1e-3});
+                  {1e-3, Vector3<double>::Zero(), Matrix3<double>::Identity() * 1e-3});
   model.joints[0].armature = 1e3 * 1e3 * 1e-6;
   Data<double> data(model);
   EXPECT_NEAR(crba(model, data, neutral(model))(0, 0), 1.001, 1e-15);

@@ -140,7 +140,7 @@ TEST_P(Identities, FrameMotionIsTheRateOfItsPlacement) {
   const Motion<double> a = frame_classical_acceleration(model, *data, frame, in);
   const double scale = 1 + a.vector().norm() * 10 + std::pow(v.vector().norm(), 3) * 10;
   EXPECT_LE(((up.p - down.p) / (2 * h) - v.linear).norm(), 1e-6 * scale);
-  EXPECT_LE((log(Eigen::Matrix3d(up.R * down.R.transpose())) / (2 * h) - v.angular).norm(), 1e-6 * scale);
+  EXPECT_LE((log(Matrix3<double>(up.R * down.R.transpose())) / (2 * h) - v.angular).norm(), 1e-6 * scale);
   EXPECT_LE(((up.p - 2 * X0.p + down.p) / (h * h) - a.linear).norm(), 1e-5 * scale);
 }
 
@@ -157,7 +157,7 @@ TEST_P(FloatingIdentities, FreeFallDoesNotFeelGravity) {
 TEST_P(FloatingIdentities, RootPositionEntersNothing) {
   Data<double> far(model);
   VectorXd q = s.q;
-  q.head<3>() += Eigen::Vector3d(1e8, -1e8, 3e7);
+  q.head<3>() += Vector3<double>(1e8, -1e8, 3e7);
   EXPECT_EQ(rnea(model, *data, s.q, s.v, s.a), rnea(model, far, q, s.v, s.a));
   EXPECT_EQ(crba(model, *data, s.q), crba(model, far, q));
   fd_derivatives(model, *data, s.q, s.v, s.tau);

@@ -79,7 +79,7 @@ TEST_P(JointSheet, PlacementIsRigid) {
   for (int n = 0; n < kTries; ++n) {
     next_robot();
     const Placement<double> X = place<double>(integrate(model, q, v));
-    EXPECT_LE((X.R * X.R.transpose() - Eigen::Matrix3d::Identity()).norm(), 3e-15);
+    EXPECT_LE((X.R * X.R.transpose() - Matrix3<double>::Identity()).norm(), 3e-15);
     EXPECT_NEAR(X.R.determinant(), 1, 3e-15);
   }
 }

@@ -13,8 +13,8 @@
 namespace dyntape::dynamics {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
+using Matrix3d = Matrix3<double>;
+using Vector3d = Vector3<double>;
 using Eigen::Vector4d;
 
 constexpr double kEps = 0x1p-52;

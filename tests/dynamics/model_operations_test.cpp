@@ -13,7 +13,7 @@ namespace dyntape::dynamics {
 namespace {
 
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
+using Vector3d = Vector3<double>;
 using Eigen::VectorXd;
 using reference::body_states;
 using reference::BodyState;

@@ -28,7 +28,7 @@ struct Random {
     for (double& value : x) value = uniform(-size, size);
     return x;
   }
-  Eigen::Vector3d vector3(double size = 1) { return vector(3, size); }
+  Vector3<double> vector3(double size = 1) { return vector(3, size); }
   Motion<double> motion(double size = 1) { return {vector3(size), vector3(size)}; }
 
   std::mt19937_64 engine;
@@ -45,7 +45,7 @@ struct TreeShape {
 inline Inertia<double> random_inertia(Random& random) {
   Inertia<double> sum;
   for (int k = 0; k < 5; ++k) {
-    sum = sum + Inertia<double>{random.uniform(0.1, 1), random.vector3(0.3), Eigen::Matrix3d::Zero()};
+    sum = sum + Inertia<double>{random.uniform(0.1, 1), random.vector3(0.3), Matrix3<double>::Zero()};
   }
   return sum;
 }
@@ -59,7 +59,7 @@ inline Joint<double> random_joint(Random& random, const std::string& name, Joint
   joint.name = name;
   joint.type = type;
   const int k = random.below(7);
-  joint.axis = k < 6 ? Eigen::Vector3d((k < 3 ? 1 : -1) * Eigen::Vector3d::Unit(k % 3))
+  joint.axis = k < 6 ? Vector3<double>((k < 3 ? 1 : -1) * Vector3<double>::Unit(k % 3))
                      : random.vector3().normalized();
   joint.pitch = random.uniform(-0.3, 0.3);
   joint.armature = random.uniform(0, 0.3);

@@ -18,9 +18,9 @@
 
 namespace dyntape::dynamics::reference {
 
-using Eigen::Matrix3d;
+using Matrix3d = Matrix3<double>;
 using Eigen::MatrixXd;
-using Eigen::Vector3d;
+using Vector3d = Vector3<double>;
 using Eigen::VectorXd;
 
 // Motion of a body frame in the world: placement, velocity and acceleration of its origin, angular too.

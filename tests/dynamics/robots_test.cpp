@@ -157,7 +157,7 @@ TEST(OwnRobots, CartPole) {
     ASSERT_LT((a - expected).norm(), 1e-12 * (1 + expected.norm())) << "seed 3";
     const auto states = reference::body_states(model, q, v, a);
     const Frame<double>& tip = model.frames[model.frame_index("tip")];
-    ASSERT_LT((states[tip.body].position(tip.X_BF.p) - Eigen::Vector3d(q[0] + l * s, 0, -l * c)).norm(),
+    ASSERT_LT((states[tip.body].position(tip.X_BF.p) - Vector3<double>(q[0] + l * s, 0, -l * c)).norm(),
               1e-14);
   }
 }

@@ -17,8 +17,8 @@
 namespace dyntape::dynamics {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
+using Matrix3d = Matrix3<double>;
+using Vector3d = Vector3<double>;
 
 std::string inertial(double mass, const std::string& origin = "") {
   return "<inertial>" + origin + "<mass value='" + std::to_string(mass) +
