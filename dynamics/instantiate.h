@@ -16,6 +16,7 @@
 #include <dyntape/dynamics/instantiate/configuration.h>
 #include <dyntape/dynamics/instantiate/derivatives.h>
 #include <dyntape/dynamics/instantiate/effects.h>
+#include <dyntape/dynamics/instantiate/energy.h>
 #include <dyntape/dynamics/instantiate/forward_dynamics.h>
 #include <dyntape/dynamics/instantiate/inverse_dynamics.h>
 #include <dyntape/dynamics/instantiate/kinematics.h>
@@ -25,6 +26,7 @@
   DYNTAPE_INSTANTIATE_CONFIGURATION(T) \
   DYNTAPE_INSTANTIATE_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_EFFECTS(T) \
+  DYNTAPE_INSTANTIATE_ENERGY(T) \
   DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_KINEMATICS(T)

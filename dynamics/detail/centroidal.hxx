@@ -2,16 +2,10 @@
 #pragma once
 
 #include <dyntape/dynamics/centroidal.h>
-#include <dyntape/dynamics/detail/checks.hxx>
+#include <dyntape/dynamics/detail/subtree_sums.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {
-
-// 1 / mass, or zero for what weighs nothing.
-template <class T>
-T per_mass(const T& mass) {
-  return select(mass > T(0), T(1) / select(mass > T(0), mass, T(1)), T(0));
-}
 
 // Places the bodies about the origin of the first root: where that one is enters nothing but c.com.
 template <class T>
@@ -26,58 +20,6 @@ void place_about_root(const Model<T>& model, Data<T>& data, Centroidal<T>& c, co
     } else {
       c.X_GB[i] = {data.X_PB[i].R, data.X_PB[i].p - data.X_PB[0].p};
     }
-  }
-}
-
-// Velocity of the parent, seen from body i; data.v.
-template <class T>
-Motion<T> move_body(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, int i) {
-  const int p = model.parent[i];
-  const Motion<T> v_p = p < 0 ? Motion<T>{} : act_inverse(data.X_PB[i], data.v[p]);
-  data.v[i] = v_p + joint_motion(data, v, i);
-  return v_p;
-}
-
-// Acceleration of the parent, seen from body i; data.a, without gravity.
-template <class T>
-Motion<T> accelerate_body(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& a,
-                          int i) {
-  const int p = model.parent[i];
-  const Motion<T> a_p = p < 0 ? Motion<T>{} : act_inverse(data.X_PB[i], data.a[p]);
-  data.a[i] = a_p + bias_motion(data, v, i) + joint_motion(data, a, i);
-  return a_p;
-}
-
-// Mass and first moment of body i and all beyond it: the part of a composite that places its centre of mass.
-template <class T>
-void gather_moments(const Model<T>& model, Data<T>& data, Centroidal<T>& c) {
-  for (int i = 0; i < model.njoints(); ++i) {
-    c.composites[i].mass = model.inertias[i].mass;
-    c.composites[i].h = model.inertias[i].com * model.inertias[i].mass;
-  }
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i];
-    if (p < 0) continue;
-    const Placement<T>& X = data.X_PB[i];
-    c.composites[p].mass += c.composites[i].mass;
-    c.composites[p].h += X.R * c.composites[i].h + X.p * c.composites[i].mass;
-  }
-}
-
-template <class T>
-void gather_composites(const Model<T>& model, Data<T>& data, Centroidal<T>& c) {
-  for (int i = 0; i < model.njoints(); ++i) c.composites[i] = composite(model.inertias[i]);
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i];
-    if (p >= 0) accumulate(data.X_PB[i], c.composites[i], c.composites[p]);
-  }
-}
-
-template <class T>
-void gather(const Model<T>& model, const Data<T>& data, std::vector<Force<T>>& sums) {
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i];
-    if (p >= 0) sums[p] = sums[p] + act(data.X_PB[i], sums[i]);
   }
 }
 
@@ -124,17 +66,6 @@ void sum_force(const Model<T>& model, const Data<T>& data, Centroidal<T>& c) {
   gather(model, data, c.force);
   c.h_dot = total(model, c, c.force);
   c.acceleration = c.h_dot.linear * per_mass(c.mass);
-}
-
-template <class T>
-void sum_velocity_products(const Model<T>& model, const Data<T>& data, Centroidal<T>& c) {
-  for (int i = 0; i < model.njoints(); ++i) {
-    c.velocity_products[i] = velocity_product(composite(model.inertias[i]), data.v[i]);
-  }
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i];
-    if (p >= 0) accumulate(data.X_PB[i], c.velocity_products[i], c.velocity_products[p]);
-  }
 }
 
 // Mass, centre of mass, c.A and c.I, from composites.
@@ -216,7 +147,7 @@ void place_center(const char* function, const Model<T>& model, Data<T>& data, Ce
   check_arguments(function, model, data, q, v, a);
   check(function, "centroidal", model, c.A.cols(), model.nv);
   place_about_root(model, data, c, q);
-  gather_moments(model, data, c);
+  gather_moments(model, data, c.composites);
   center(model, data, c);
   for (int i = 0; i < model.njoints(); ++i) {
     if (v) move_body(model, data, *v, i);
@@ -312,7 +243,7 @@ const Matrix6X<T>& centroidal_matrix(const Model<T>& model, Data<T>& data, Centr
   detail::check_arguments("centroidal_matrix", model, data, q);
   detail::check("centroidal_matrix", "centroidal", model, c.A.cols(), model.nv);
   detail::place_about_root(model, data, c, q);
-  detail::gather_composites(model, data, c);
+  detail::gather_composites(model, data, c.composites);
   detail::fill_matrix(model, data, c);
   return c.A;
 }
@@ -324,7 +255,7 @@ const Matrix6X<T>& centroidal_matrix_rate(const Model<T>& model, Data<T>& data, 
   centroidal_matrix(model, data, c, q);
   for (int i = 0; i < model.njoints(); ++i) detail::move_body(model, data, v, i);
   detail::sum_momentum(model, data, c);
-  detail::sum_velocity_products(model, data, c);
+  detail::gather_velocity_products(model, data, c.velocity_products);
   for (int i = 0; i < model.njoints(); ++i) {
     const Composite<T> I_dot = detail::inertia_rate(c.velocity_products[i]);
     for (int k = data.tree.first[i]; k < data.tree.first[i] + data.tree.count[i]; ++k) {
@@ -353,7 +284,7 @@ void centroidal_derivatives(const Model<T>& model, Data<T>& data, Centroidal<T>&
   }
   detail::sum_momentum(model, data, c);
   detail::sum_force(model, data, c);
-  detail::sum_velocity_products(model, data, c);
+  detail::gather_velocity_products(model, data, c.velocity_products);
   for (int i = 0; i < model.njoints(); ++i) {
     for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
       detail::derivative_columns(model, data, c, i, k);
