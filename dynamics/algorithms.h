@@ -66,15 +66,19 @@ template <class T>
 Motion<T> frame_velocity(const Model<T>& model, const Data<T>& data, int frame, ReferenceFrame in);
 template <class T>
 Motion<T> frame_acceleration(const Model<T>& model, const Data<T>& data, int frame, ReferenceFrame in);
-// Acceleration of the frame's origin as a point (linear: spatial + w x velocity), in the frame or world axes.
+// Acceleration of the point whose velocity frame_velocity gives (linear: spatial + w x velocity): the frame's
+// origin, in the frame or world axes; kWorld: the point of the body that passes the world's origin.
 template <class T>
 Motion<T> frame_classical_acceleration(const Model<T>& model, const Data<T>& data, int frame,
                                        ReferenceFrame in);
 
-// J (6 x nv) with V_F = J v.
+// J (6 x nv) with V_F = J v; of a body: of its frame.  Their derivatives: kinematic_derivatives.h.
 template <class T>
 const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int frame,
                                   ReferenceFrame in);
+template <class T>
+const Matrix6X<T>& body_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int body,
+                                 ReferenceFrame in);
 
 // --- Inverse dynamics ------------------------------------------------------------------------------------
 // tau = M a + h - sum J^T f_ext                                                         data.tau (nv)

@@ -19,6 +19,7 @@
 #include <dyntape/dynamics/instantiate/energy.h>
 #include <dyntape/dynamics/instantiate/forward_dynamics.h>
 #include <dyntape/dynamics/instantiate/inverse_dynamics.h>
+#include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
 #include <dyntape/dynamics/instantiate/kinematics.h>
 
 #define DYNTAPE_INSTANTIATE_DYNAMICS(T) \
@@ -29,4 +30,5 @@
   DYNTAPE_INSTANTIATE_ENERGY(T) \
   DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T) \
-  DYNTAPE_INSTANTIATE_KINEMATICS(T)
+  DYNTAPE_INSTANTIATE_KINEMATICS(T) \
+  DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T)

@@ -25,12 +25,58 @@ const Frame<T>& frame_at(const char* function, const Model<T>& model, int frame)
   return model.frames[frame];
 }
 
+// A place on a body.
+template <class T>
+struct Site {
+  int body = -1;      // -1: fixed to the world
+  Placement<T> X_BF;  // in the body
+};
+
+template <class T>
+Site<T> site_of_frame(const char* function, const Model<T>& model, int frame) {
+  const Frame<T>& F = frame_at(function, model, frame);
+  return {F.body, F.X_BF};
+}
+
+template <class T>
+Site<T> site_of_body(const char* function, const Model<T>& model, int body) {
+  if (body < 0 || body >= model.njoints()) {
+    throw ArgumentError(std::string(function) + ": body " + std::to_string(body) +
+                        " does not exist, model \"" + model.name + "\" has " +
+                        std::to_string(model.njoints()));
+  }
+  return {body, {}};
+}
+
 // A motion of frame F, known in F, in the frame asked for.
 template <class T>
 Motion<T> expressed(const Placement<T>& X_WF, const Motion<T>& m, ReferenceFrame in) {
   if (in == ReferenceFrame::kLocal) return m;
   if (in == ReferenceFrame::kWorld) return act(X_WF, m);
   return {X_WF.R * m.linear, X_WF.R * m.angular};
+}
+
+// Column S_j, seen from F: the placement of F in body j is gathered on the way to the root.
+template <class T>
+const Matrix6X<T>& site_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
+                                 const Site<T>& site, ReferenceFrame in) {
+  data.J.setZero();
+  Placement<T> X_BF = site.X_BF;
+  const Tree& tree = data.tree;
+  for (int i = site.body; i >= 0; i = model.parent[i]) {
+    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
+      data.J.col(k) = act_inverse(X_BF, motion<T>(tree.dofs[k])).vector();
+    }
+    X_BF = joint_placement<T>(model.joints[i], tree.axes[i], model.X_PJ[i], q) * X_BF;
+  }
+  if (in == ReferenceFrame::kLocal) return data.J;
+  for (int i = site.body; i >= 0; i = model.parent[i]) {
+    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
+      const Motion<T> local{data.J.col(k).template head<3>(), data.J.col(k).template tail<3>()};
+      data.J.col(k) = expressed(X_BF, local, in).vector();
+    }
+  }
+  return data.J;
 }
 
 }  // namespace detail
@@ -85,42 +131,26 @@ template <class T>
 Motion<T> frame_classical_acceleration(const Model<T>& model, const Data<T>& data, int frame,
                                        ReferenceFrame in) {
   const Frame<T>& F = detail::frame_at("frame_classical_acceleration", model, frame);
-  if (in == ReferenceFrame::kWorld) {
-    throw ArgumentError(
-        "frame_classical_acceleration: the acceleration of a point is asked for in kWorld, expected kLocal "
-        "or "
-        "kLocalWorldAligned");
-  }
   if (F.body < 0) return {};
-  const Motion<T> v = act_inverse(F.X_BF, data.v[F.body]);
-  Motion<T> a = act_inverse(F.X_BF, data.a[F.body]);
+  const Placement<T> X_WF = frame_placement(model, data, frame);
+  const Motion<T> v = detail::expressed(X_WF, act_inverse(F.X_BF, data.v[F.body]), in);
+  Motion<T> a = detail::expressed(X_WF, act_inverse(F.X_BF, data.a[F.body]), in);
   a.linear += v.angular.cross(v.linear);
-  return detail::expressed(frame_placement(model, data, frame), a, in);
+  return a;
 }
 
-// Column S_j, seen from F: the placement of F in body j is gathered on the way to the root.
 template <class T>
 const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int frame,
                                   ReferenceFrame in) {
   detail::check_arguments("frame_jacobian", model, data, q);
-  const Frame<T>& F = detail::frame_at("frame_jacobian", model, frame);
-  data.J.setZero();
-  Placement<T> X_BF = F.X_BF;
-  const Tree& tree = data.tree;
-  for (int i = F.body; i >= 0; i = model.parent[i]) {
-    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
-      data.J.col(k) = act_inverse(X_BF, motion<T>(tree.dofs[k])).vector();
-    }
-    X_BF = joint_placement<T>(model.joints[i], tree.axes[i], model.X_PJ[i], q) * X_BF;
-  }
-  if (in == ReferenceFrame::kLocal) return data.J;
-  for (int i = F.body; i >= 0; i = model.parent[i]) {
-    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
-      const Motion<T> local{data.J.col(k).template head<3>(), data.J.col(k).template tail<3>()};
-      data.J.col(k) = detail::expressed(X_BF, local, in).vector();
-    }
-  }
-  return data.J;
+  return detail::site_jacobian(model, data, q, detail::site_of_frame("frame_jacobian", model, frame), in);
+}
+
+template <class T>
+const Matrix6X<T>& body_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int body,
+                                 ReferenceFrame in) {
+  detail::check_arguments("body_jacobian", model, data, q);
+  return detail::site_jacobian(model, data, q, detail::site_of_body("body_jacobian", model, body), in);
 }
 
 }  // namespace dyntape::dynamics

@@ -15,5 +15,6 @@
   template Motion<T> frame_acceleration(const Model<T>&, const Data<T>&, int, ReferenceFrame);               \
   template Motion<T> frame_classical_acceleration(const Model<T>&, const Data<T>&, int, ReferenceFrame);     \
   template const Matrix6X<T>& frame_jacobian(DYNTAPE_MD(T), DYNTAPE_V(T), int, ReferenceFrame);              \
+  template const Matrix6X<T>& body_jacobian(DYNTAPE_MD(T), DYNTAPE_V(T), int, ReferenceFrame);               \
   }
 // clang-format on
