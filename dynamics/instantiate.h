@@ -21,6 +21,7 @@
 #include <dyntape/dynamics/instantiate/inverse_dynamics.h>
 #include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
 #include <dyntape/dynamics/instantiate/kinematics.h>
+#include <dyntape/dynamics/instantiate/regressor.h>
 
 #define DYNTAPE_INSTANTIATE_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_CENTROIDAL(T) \
@@ -31,4 +32,8 @@
   DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_KINEMATICS(T) \
+<<<<<<< Updated upstream
   DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T)
+=======
+  DYNTAPE_INSTANTIATE_REGRESSOR(T)
+>>>>>>> Stashed changes
