@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Operators: what they are called, what they compute, how they differentiate.  All of it is read from
-// ops.def, by macros that stand here, in scalar.h and expr.h (overloads by name) and in interpret.cpp (its
+// ops.def, by macros that stand here, in scalar.h, jet.h, expr.h (overloads by name) and in interpret.cpp (its
 // switch); everything else asks the functions below.
 //
 //   evaluate(Op::Mul, 2.0, 3.0, 0.0)            -> 6

@@ -2,7 +2,6 @@
 //
 // A pack of lanes: N numbers that go through the same operations side by side, in one vector register.
 //
-//   using Pack8 = Pack<double, 8>;
 //   Pack8 x = Pack8::load(angles);                       // eight states at once
 //   Pack8 y = select(x < 0.0, -x, x) * sin(x);           // a decision is a selection, lane by lane
 //   y.store(results);
@@ -188,6 +187,9 @@ class Pack<double, N> {
 
   Vector v_;
 };
+
+using Pack4 = Pack<double, 4>;
+using Pack8 = Pack<double, 8>;
 
 namespace detail {
 
