@@ -12,17 +12,29 @@
 #include <dyntape/dynamics/body.h>
 #include <dyntape/dynamics/joints.h>
 #include <dyntape/dynamics/ldlt6.h>
+#include <dyntape/dynamics/detail/lanes.hxx>
 
+#include <algorithm>
 #include <vector>
 
 namespace dyntape::dynamics {
 
 // The shape of a tree: what is known without any number of the state.
 struct Tree {
-  std::vector<Dof> dofs;                  // (nv)
-  std::vector<int> first, count;          // (njoints) dofs of joint i: first[i] ... + count[i]
-  std::vector<Axis> axes;                 // (njoints)
-  std::vector<int> root;                  // (njoints) the joint of the same tree that hangs on the world
+  std::vector<Dof> dofs;          // (nv)
+  std::vector<int> first, count;  // (njoints) dofs of joint i: first[i] ... + count[i]
+  std::vector<Axis> axes;         // (njoints)
+  std::vector<int> root;          // (njoints) the joint of the same tree that hangs on the world
+
+  // Columns in preorder, so that a subtree's stand side by side: the dofs of joint i at begin[i] ...
+  // begin[i] + count[i], with all that is beyond it up to end[i].
+  std::vector<int> preorder;    // (njoints) joints, each before what is beyond it, subtree by subtree
+  std::vector<int> begin, end;  // (njoints)
+  std::vector<int> dof_at;      // (nv) index in v of the column at a place
+  std::vector<int> place_of;    // (nv) and back
+  std::vector<int> depth;       // (njoints) joints between joint i and the world
+  int deepest = 0;
+
   std::vector<std::vector<int>> subtree;  // (njoints) dofs of the joints beyond i, without i's own
 };
 
@@ -30,7 +42,6 @@ template <class T>
 Tree tree_of(const Model<T>& model) {
   Tree tree;
   const int n = model.njoints();
-  tree.subtree.resize(n);
   for (int i = 0; i < n; ++i) {
     const std::vector<Dof> dofs = joint_dofs(model.joints[i], i);
     tree.first.push_back(model.joints[i].idx_v);
@@ -38,9 +49,37 @@ Tree tree_of(const Model<T>& model) {
     tree.axes.push_back(dofs.front().axis);
     tree.root.push_back(model.parent[i] < 0 ? i : tree.root[model.parent[i]]);
     tree.dofs.insert(tree.dofs.end(), dofs.begin(), dofs.end());
-    for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
-      for (int k = 0; k < tree.count[i]; ++k) tree.subtree[p].push_back(tree.first[i] + k);
+    tree.depth.push_back(model.parent[i] < 0 ? 0 : tree.depth[model.parent[i]] + 1);
+    tree.deepest = std::max(tree.deepest, tree.depth.back());
+  }
+  // Sizes from the leaves, then places from the roots: each joint takes the next free place of its parent.
+  std::vector<int> size = tree.count, next(n), next_joint(n), joints_below(n, 1);
+  for (int i = n - 1; i >= 0; --i) {
+    const int p = model.parent[i];
+    if (p >= 0) size[p] += size[i], joints_below[p] += joints_below[i];
+  }
+  int root_place = 0, root_joint = 0;
+  tree.preorder.resize(n);
+  tree.dof_at.resize(model.nv);
+  tree.place_of.resize(model.nv);
+  for (int i = 0; i < n; ++i) {
+    const int p = model.parent[i];
+    int &place = p < 0 ? root_place : next[p], &joint = p < 0 ? root_joint : next_joint[p];
+    tree.begin.push_back(place);
+    tree.end.push_back(place + size[i]);
+    tree.preorder[joint] = i;
+    for (int k = 0; k < tree.count[i]; ++k) {
+      tree.dof_at[place + k] = tree.first[i] + k;
+      tree.place_of[tree.first[i] + k] = place + k;
     }
+    next[i] = place + tree.count[i];
+    next_joint[i] = joint + 1;
+    place += size[i];
+    joint += joints_below[i];
+  }
+  for (int i = 0; i < n; ++i) {
+    tree.subtree.emplace_back(tree.dof_at.begin() + tree.begin[i] + tree.count[i],
+                              tree.dof_at.begin() + tree.end[i]);
   }
   return tree;
 }
@@ -53,12 +92,19 @@ struct Data {
     for (auto* x : {&v, &a, &a_gf}) x->resize(n);
     for (auto* x : {&f, &p_A}) x->resize(n);
     for (auto* x : {&S_dot, &S_ddot, &S_v}) x->resize(nv);
-    column.resize(n);
+    stride = static_cast<int>(detail::whole_lanes<T>(nv));
+    const auto lanes = [&](int quantities) {
+      return detail::LaneArray<T>(std::ptrdiff_t{stride} * quantities);
+    };
+    travellers = lanes(21);
+    rows = lanes(5);
+    responses = lanes(6 * (tree.deepest + 1));
+    upper = columns_of_minverse = lanes(nv);
+    on_path.resize(nv);
     composites.resize(n);
     velocity_products.resize(n);
     articulated.resize(n);
     U.resize(nv);
-    F.resize(nv);
     ldlt.resize(n);
     for (auto* x : {&tau, &ddq, &nle, &g, &D_inverse, &u}) *x = VectorX<T>::Zero(nv);
     for (auto* x : {&M, &Minv, &dtau_dq, &dtau_dv, &ddq_dq, &ddq_dv}) *x = MatrixX<T>::Zero(nv, nv);
@@ -86,13 +132,21 @@ struct Data {
   std::vector<Motion<T>> a_gf;                // acceleration against free fall, in the body frame
   std::vector<Force<T>> f, p_A;               // force through the joint; articulated bias force
   std::vector<Motion<T>> S_dot, S_ddot, S_v;  // (nv) see algorithms.h, derivatives
-  std::vector<Motion<T>> column;              // per body: response to one torque
   std::vector<Composite<T>> composites;
   std::vector<VelocityProduct<T>> velocity_products;
   std::vector<Articulated<T>> articulated;
-  std::vector<Force<T>> U, F;  // (nv) I_A S; force columns on their way up
+  std::vector<Force<T>> U;     // (nv) I_A S
   std::vector<Ldlt6<T>> ldlt;  // of the free-flyers
   VectorX<T> D_inverse, u;     // (nv)
+
+  // Column by column, in the places of the tree, each quantity `stride` apart (detail/columns.hxx).
+  int stride = 0;
+  detail::LaneArray<T> travellers;           // (21) forces on their way to the root
+  detail::LaneArray<T> rows;                 // (5) entries of the joint that they pass
+  detail::LaneArray<T> responses;            // (6) a depth: motions that answer unit torques
+  detail::LaneArray<T> upper;                // (nv) rows of Minv, right of the diagonal
+  detail::LaneArray<T> columns_of_minverse;  // (nv)
+  std::vector<int> on_path;                  // (nv) dofs on one path with another
 };
 
 }  // namespace dyntape::dynamics

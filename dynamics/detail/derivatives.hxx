@@ -41,51 +41,83 @@ void start_bodies(const Model<T>& model, Data<T>& data, const Acting<T>& acting)
   }
 }
 
-// The four vectors of one column on their way to the root.
-template <class T>
-struct Travellers {
-  Force<T> for_a, for_q, for_v;  // S^T of these: entries of the column of M, dtau_dq, dtau_dv
-  Vector3<T> couple;             // angular part of (2 B)^T S: with for_a, entries of the row
-};
+// What travels for each column, in Data::travellers: S^T of the first three are entries of the column of M,
+// dtau_dq and dtau_dv; with the first, the couple (angular part of (2 B)^T S) gives entries of the row.
+enum Traveller { kForA = 0, kForQ = 6, kForV = 12, kCouple = 18, kTravellers = 21 };
 
+// The columns of joint i set out: the block of the joint with itself, and the vectors that leave it.
 template <class T>
-void go_up(const Placement<T>& X_PB, Travellers<T>& t) {
-  t.for_a = act(X_PB, t.for_a);
-  t.for_q = act(X_PB, t.for_q);
-  t.for_v = act(X_PB, t.for_v);
-  t.couple = X_PB.R * t.couple;
-}
-
-// Column k of the bodies beyond its joint; fills the block of the joint with itself.
-template <class T>
-Travellers<T> start_column(Data<T>& data, int i, int k) {
+void start_columns(Data<T>& data, int i) {
   const Tree& tree = data.tree;
   const Composite<T>& I = data.composites[i];
   const VelocityProduct<T>& B = data.velocity_products[i];
-  const Dof& S = tree.dofs[k];
-  Travellers<T> t{I * S, I * data.S_ddot[k] + twice_b(B, data.S_dot[k].angular), I * data.S_v[k],
-                  twice_b_transposed(B, S)};
-  if (S.angular) t.for_v = t.for_v + twice_b(B, vector<T>(S.axis));
-  for (int r = tree.first[i]; r < tree.first[i] + tree.count[i]; ++r) {
-    data.M(r, k) = dot(tree.dofs[r], t.for_a);
-    data.dtau_dq(r, k) = dot(tree.dofs[r], t.for_q);
-    data.dtau_dv(r, k) = dot(tree.dofs[r], t.for_v);
+  const int first = tree.first[i], last = first + tree.count[i];
+  T *M = data.M.data(), *by_q = data.dtau_dq.data(), *by_v = data.dtau_dv.data();
+  const std::ptrdiff_t nv = data.M.rows();
+  for (int k = first; k < last; ++k) {
+    const Dof& S = tree.dofs[k];
+    const Force<T> for_a = I * S;
+    Force<T> for_q = I * data.S_ddot[k] + twice_b(B, data.S_dot[k].angular);
+    Force<T> for_v = I * data.S_v[k];
+    if (S.angular) for_v = for_v + twice_b(B, vector<T>(S.axis));
+    for (int r = first; r < last; ++r) {
+      M[r + k * nv] = dot(tree.dofs[r], for_a);
+      by_q[r + k * nv] = dot(tree.dofs[r], for_q);
+      by_v[r + k * nv] = dot(tree.dofs[r], for_v);
+    }
+    T* t = data.travellers.data();
+    const int place = tree.place_of[k];
+    put_spatial(t + kForA * data.stride, data.stride, place, for_a);
+    put_spatial(t + kForQ * data.stride, data.stride, place, for_q + cross(S, data.f[i]));
+    put_spatial(t + kForV * data.stride, data.stride, place, for_v);
+    put(t + kCouple * data.stride, data.stride, place, twice_b_transposed(B, S));
   }
-  t.for_q = t.for_q + cross(S, data.f[i]);
-  return t;
 }
 
-// Entries (r, k) and (k, r), r a column of an ancestor in whose frame t is.
+// Column r of joint i meets the columns that come from beyond it: entries (r, s) and (s, r).
 template <class T>
-void meet(Data<T>& data, const Travellers<T>& t, int r, int k) {
-  const Dof& S = data.tree.dofs[r];
-  data.M(r, k) = data.M(k, r) = dot(S, t.for_a);
-  data.dtau_dq(r, k) = dot(S, t.for_q);
-  data.dtau_dv(r, k) = dot(S, t.for_v);
-  data.dtau_dq(k, r) = dot(data.S_ddot[r], t.for_a) + data.S_dot[r].angular.dot(t.couple);
-  T dv = dot(data.S_v[r], t.for_a);
-  if (S.angular) dv += dot(S.axis, t.couple);
-  data.dtau_dv(k, r) = dv;
+void meet_columns(Data<T>& data, int i, int r) {
+  const Tree& tree = data.tree;
+  const int begin = tree.begin[i] + tree.count[i], end = tree.end[i];
+  const std::ptrdiff_t stride = data.stride, nv = data.M.rows();
+  const Dof& S = tree.dofs[r];
+  const T* t = data.travellers.data();
+  T *a = data.rows.data(), *q = a + stride, *v = q + stride, *q_below = v + stride,
+    *v_below = q_below + stride;
+  dot_columns(S, t + kForA * stride, stride, begin, end, a);
+  dot_columns(S, t + kForQ * stride, stride, begin, end, q);
+  dot_columns(S, t + kForV * stride, stride, begin, end, v);
+  const Motion<T>&S_v = data.S_v[r], &S_ddot = data.S_ddot[r];
+  const Vector3<T>& turn = data.S_dot[r].angular;
+  dot_columns<T>(S_ddot, t + kForA * stride, stride, begin, end, q_below);
+  dot_columns<T>(S_v, t + kForA * stride, stride, begin, end, v_below);
+  const T* couple = t + kCouple * stride;
+  over<T>(begin, end, [&](int s, auto lanes) {
+    const T* c = couple + s;
+    lanes.store(q_below + s,
+                lanes.load(q_below + s) + (lanes.load(c) * turn.at(0) + lanes.load(c + stride) * turn.at(1) +
+                                           lanes.load(c + 2 * stride) * turn.at(2)));
+  });
+  if (S.angular) dot_columns<true>(S.axis, couple, stride, begin, end, v_below);
+  T *M = data.M.data(), *by_q = data.dtau_dq.data(), *by_v = data.dtau_dv.data();
+  for (int s = begin; s < end; ++s) {
+    const std::ptrdiff_t k = tree.dof_at[s], above = r + k * nv, below = k + r * nv;
+    M[above] = M[below] = a[s];
+    by_q[above] = q[s];
+    by_q[below] = q_below[s];
+    by_v[above] = v[s];
+    by_v[below] = v_below[s];
+  }
+}
+
+template <class T>
+void leave_joint(Data<T>& data, int i) {
+  const std::ptrdiff_t stride = data.stride;
+  const int begin = data.tree.begin[i], end = data.tree.end[i];
+  T* t = data.travellers.data();
+  for (const int force : {kForA, kForQ, kForV})
+    act_columns<T>(data.X_PB[i], t + force * stride, stride, begin, end);
+  rotate_columns<T>(data.X_PB[i].R, t + kCouple * stride, stride, begin, end);
 }
 
 template <class T>
@@ -94,22 +126,18 @@ void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef
   const Tree& tree = data.tree;
   spread_column_motions(model, data, v, a, acting);
   start_bodies(model, data, acting);
-  for (int i = model.njoints() - 1; i >= 0; --i) {
+  for (int at = model.njoints() - 1; at >= 0; --at) {
+    const int i = tree.preorder[at], p = model.parent[i];
+    start_columns(data, i);
     for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
+      meet_columns(data, i, k);
       data.tau[k] = dot(tree.dofs[k], data.f[i]);
-      Travellers<T> t = start_column(data, i, k);
-      if (has_armature(model, acting, i)) {
-        data.M(k, k) += armature_at(model, acting, i);
-        data.tau[k] += armature_at(model, acting, i) * a[k];
-      }
-      for (int j = i; model.parent[j] >= 0;) {
-        go_up(data.X_PB[j], t);
-        j = model.parent[j];
-        for (int r = tree.first[j]; r < tree.first[j] + tree.count[j]; ++r) meet(data, t, r, k);
-      }
+      if (!has_armature(model, acting, i)) continue;
+      data.M(k, k) += armature_at(model, acting, i);
+      data.tau[k] += armature_at(model, acting, i) * a[k];
     }
-    const int p = model.parent[i];
     if (p < 0) continue;
+    leave_joint(data, i);
     accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
     accumulate(data.X_PB[i], data.velocity_products[i], data.velocity_products[p]);
     data.f[p] = data.f[p] + act(data.X_PB[i], data.f[i]);
@@ -118,17 +146,27 @@ void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef
 
 // -Minv D, with only the rows of column j of D that lie on a path with j.
 template <class T>
-void solve_columns(const Model<T>& model, const Data<T>& data, const MatrixX<T>& D, MatrixX<T>& result) {
+void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, MatrixX<T>& result) {
   const Tree& tree = data.tree;
+  const std::ptrdiff_t nv = model.nv, stride = data.stride;
+  const T* Minv = data.columns_of_minverse.data();
+  T* sum = data.rows.data();
   for (int j = 0; j < model.nv; ++j) {
-    auto column = result.col(j);
-    column.setZero();
+    const T* column = D.data() + j * nv;
+    int* on_path = data.on_path.data();
+    int count = 0;
     const int i = tree.dofs[j].joint;
-    for (int k : tree.subtree[i]) column -= data.Minv.col(k) * D(k, j);
-    for (int p = i; p >= 0; p = model.parent[p]) {
-      for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k)
-        column -= data.Minv.col(k) * D(k, j);
+    for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
+      for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k) on_path[count++] = k;
     }
+    for (int s = tree.begin[i]; s < tree.end[i]; ++s) on_path[count++] = tree.dof_at[s];
+    over<T>(0, model.nv, [&](int row, auto lanes) {
+      auto x = -(lanes.load(Minv + on_path[0] * stride + row) * column[on_path[0]]);
+      for (int c = 1; c < count; ++c)
+        x = x - lanes.load(Minv + on_path[c] * stride + row) * column[on_path[c]];
+      lanes.store(sum + row, x);
+    });
+    std::copy(sum, sum + nv, result.data() + j * nv);
   }
 }
 
@@ -152,6 +190,10 @@ void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
   detail::articulate(model, data, acting);
   detail::aba_placed(model, data, v, tau, acting);
   detail::minverse_articulated(model, data);
+  for (int k = 0; k < model.nv; ++k) {
+    std::copy(data.Minv.col(k).data(), data.Minv.col(k).data() + model.nv,
+              data.columns_of_minverse.data() + k * data.stride);
+  }
   detail::id_derivatives_placed<T>(model, data, v, data.ddq, acting);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dyntape/dynamics/detail/checks.hxx>
+#include <dyntape/dynamics/detail/columns.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {
@@ -117,91 +118,136 @@ void aba_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, con
   spread_accelerations(model, data, v, acting);
 }
 
-// A column c of joint i that is not its first: unit torques beyond it pass, its own starts.
+// --- M^-1: the rows right of the diagonal, in the places of the tree (docs/math.md, inverse inertia) ---
+
+// x[s] -= factor y[s].
 template <class T>
-void resist_inner_column(Data<T>& data, int i, int c) {
-  const Tree& tree = data.tree;
-  const auto pass = [&](int s) {
-    data.Minv(c, s) = -(data.D_inverse[c] * dot(tree.dofs[c], data.F[s]));
-    data.F[s] = data.F[s] + data.U[c] * data.Minv(c, s);
-  };
-  for (int s = c + 1; s < tree.first[i] + tree.count[i]; ++s) pass(s);
-  for (int s : tree.subtree[i]) pass(s);
-  data.Minv(c, c) = data.D_inverse[c];
-  data.F[c] = data.U[c] * data.D_inverse[c];
+void subtract_columns(const T* y, const T& factor, int begin, int end, T* x) {
+  over<T>(begin, end,
+          [&](int s, auto lanes) { lanes.store(x + s, lanes.load(x + s) - lanes.load(y + s) * factor); });
 }
 
-// Column by column: the bias force F of a unit torque on its way to the root, as far as each joint resists
-// it.
+// row = 0 from `place` to the end of the tree of joint i.
+template <class T>
+void clear_row(const Tree& tree, int i, int place, T* row) {
+  over<T>(place, tree.end[tree.root[i]], [&](int s, auto lanes) { lanes.store(row + s, lanes.zero()); });
+}
+
+// From the leaves: F_s the bias force of unit torque s, as far as the joints on its way resist it.  At a column
+// with U = I_A S:  row_s = -S.F_s / D,   F_s <- F_s + U row_s.
+template <class T>
+void resist(Data<T>& data, int i, int c, bool felt) {
+  const Tree& tree = data.tree;
+  const int place = tree.begin[i] + c - tree.first[i], end = tree.end[i];
+  const std::ptrdiff_t stride = data.stride;
+  T *F = data.travellers.data(), *along = data.rows.data(), *row = data.upper.data() + place * stride;
+  const T D_inverse = data.D_inverse[c];
+  clear_row(tree, i, place, row);
+  dot_columns(tree.dofs[c], F, stride, place + 1, end, along);
+  over_before<T>(place + 1, end,
+                 [&](int s, auto lanes) { lanes.store(row + s, -(lanes.load(along + s) * D_inverse)); });
+  put_lane(row, place, D_inverse);
+  if (!felt) return;
+  const Force<T>& U = data.U[c];
+  for (int k = 0; k < 6; ++k) {
+    const T u = k < 3 ? U.linear.at(k) : U.angular.at(k - 3);
+    T* f = F + k * stride;
+    put_lane(f, place, T(0));
+    over_before<T>(place, end, [&](int s, auto lanes) {
+      lanes.store(f + s, lanes.load(f + s) + lanes.load(row + s) * u);
+    });
+  }
+}
+
+// A free-flyer resists with all six columns at once, and nothing beyond it is felt by its parent.
+template <class T>
+void resist_freely(Data<T>& data, int i, bool felt) {
+  const Tree& tree = data.tree;
+  const int place = tree.begin[i], beyond = place + 6, end = tree.end[i];
+  const std::ptrdiff_t stride = data.stride;
+  T *F = data.travellers.data(), *row = data.upper.data() + place * stride;
+  const Ldlt6<T>& A = data.ldlt[i];
+  for (int r = 0; r < 6; ++r) {
+    T *f = F + r * stride, *x = row + r * stride;
+    clear_row(tree, i, place, x);
+    over_before<T>(beyond, end, [&](int s, auto lanes) {
+      lanes.store(x + s, -lanes.load(f + s));
+      lanes.store(f + s, lanes.zero());
+    });
+    for (int k = 0; k < r; ++k) subtract_columns(row + k * stride, A.L(r, k), beyond, end, x);
+  }
+  for (int r = 5; r >= 0; --r) {
+    T* x = row + r * stride;
+    over<T>(beyond, end, [&](int s, auto lanes) { lanes.store(x + s, lanes.load(x + s) * A.D_inverse[r]); });
+    for (int k = r + 1; k < 6; ++k) subtract_columns(row + k * stride, A.L(k, r), beyond, end, x);
+  }
+  for (int c = 0; c < 6; ++c) {
+    const Vector6<T> column = A.solve(Vector6<T>::Unit(c));
+    for (int r = 0; r <= c; ++r) put_lane(row + r * stride, place + c, column[r]);
+    for (int r = 0; felt && r < 6; ++r) put_lane(F + r * stride, place + c, r == c ? T(1) : T(0));
+  }
+}
+
 template <class T>
 void gather_unit_torques(const Model<T>& model, Data<T>& data) {
   const Tree& tree = data.tree;
-  for (int i = model.njoints() - 1; i >= 0; --i) {
+  for (int at = model.njoints() - 1; at >= 0; --at) {
+    const int i = tree.preorder[at], k = tree.first[i];
     const bool hung = model.parent[i] >= 0;
-    const int k = tree.first[i];
-    const Placement<T>& X = data.X_PB[i];
     if (tree.count[i] == 6) {
-      for (int s : tree.subtree[i]) {
-        data.Minv.col(s).template segment<6>(k) = -data.ldlt[i].solve(data.F[s].vector());
-        data.F[s] = {};
-      }
-      for (int c = 0; c < 6; ++c) {
-        const Vector6<T> unit = Vector6<T>::Unit(c);
-        data.Minv.col(k + c).template segment<6>(k) = data.ldlt[i].solve(unit);
-        if (hung) data.F[k + c] = act(X, Force<T>{unit.template head<3>(), unit.template tail<3>()});
-      }
-      continue;
+      resist_freely(data, i, hung);
+    } else {
+      for (int c = k + tree.count[i] - 1; c >= k; --c) resist(data, i, c, hung || c > k);
     }
-    for (int c = k + tree.count[i] - 1; c > k; --c) resist_inner_column(data, i, c);
-    const T& D_inverse = data.D_inverse[k];
-    const Force<T>& U = data.U[k];
-    data.Minv(k, k) = D_inverse;
-    if (hung) data.F[k] = act(X, U * D_inverse);
-    const auto pass = [&](int s) {
-      const T row = -(D_inverse * dot(tree.dofs[k], data.F[s]));
-      data.Minv(k, s) = row;
-      if (hung) data.F[s] = act(X, data.F[s] + U * row);
-    };
-    for (int c = k + 1; c < k + tree.count[i]; ++c) pass(c);
-    for (int s : tree.subtree[i]) pass(s);
+    if (hung) act_columns<T>(data.X_PB[i], data.travellers.data(), data.stride, tree.begin[i], tree.end[i]);
   }
 }
 
-// Response of body i, in data.column, to the unit torque j, given the response of its parent.
+// From the roots: m_s the motion with which body i answers unit torque s.
 template <class T>
-void respond(const Model<T>& model, Data<T>& data, int i, int j) {
+void spread_responses(const Model<T>& model, Data<T>& data, int i) {
   const Tree& tree = data.tree;
-  const int p = model.parent[i], k = tree.first[i];
-  Motion<T> m;
-  if (p >= 0) m = act_inverse(data.X_PB[i], data.column[p]);
-  if (tree.count[i] == 6) {
-    if (p >= 0) data.Minv.col(j).template segment<6>(k) -= m.vector();
-    data.column[i] = m + motion_of<T>(data.Minv.col(j).template segment<6>(k));
-    return;
+  const int p = model.parent[i], begin = tree.begin[i], end = tree.end[tree.root[i]];
+  const std::ptrdiff_t stride = data.stride;
+  T *m = data.responses.data() + tree.depth[i] * 6 * stride, *answer = data.rows.data();
+  if (p >= 0) {
+    act_inverse_columns<T>(data.X_PB[i], m - 6 * stride, m, stride, begin, end);
+  } else {
+    for (int k = 0; k < 6; ++k) clear_row(tree, i, begin, m + k * stride);
   }
-  // Minv(c, j) with c after j waits for its mirror image.
-  const bool own = i == tree.dofs[j].joint;
-  const int end = own ? j + 1 : k + tree.count[i];
-  for (int c = k; c < end; ++c) {
-    if (p >= 0 || c > k) data.Minv(c, j) -= data.D_inverse[c] * dot(m, data.U[c]);
-    if (!own || c < j) add_along(tree.dofs[c], data.Minv(c, j), m);
+  for (int c = 0; c < tree.count[i]; ++c) {
+    const int place = begin + c, dof = tree.first[i] + c;
+    T* row = data.upper.data() + place * stride;
+    if (tree.count[i] == 6) {
+      if (p >= 0) subtract_columns(m + c * stride, T(1), place, end, row);
+      continue;
+    }
+    if (p >= 0 || c > 0) {
+      dot_columns(data.U[dof], m, stride, place, end, answer);
+      subtract_columns(answer, data.D_inverse[dof], place, end, row);
+    }
+    add_along_columns<T>(tree.dofs[dof], row, m, stride, place + 1, end);
   }
-  data.column[i] = m;
+  if (tree.count[i] != 6) return;
+  for (int c = 0; c < 6; ++c)
+    subtract_columns(data.upper.data() + (begin + c) * stride, T(-1), begin + 6, end, m + c * stride);
 }
 
 template <class T>
 void minverse_articulated(const Model<T>& model, Data<T>& data) {
-  data.Minv.setZero();
   gather_unit_torques(model, data);
   const Tree& tree = data.tree;
-  for (int j = 0; j < model.nv; ++j) {
-    const int last = tree.dofs[j].joint;
-    for (int i = tree.root[last]; i <= last; ++i) {
-      if (tree.root[i] == tree.root[last]) respond(model, data, i, j);
+  for (int i : tree.preorder) spread_responses(model, data, i);
+  T* Minv = data.Minv.data();
+  const std::ptrdiff_t nv = model.nv;
+  for (int i = 0; i < model.njoints(); ++i) {
+    for (int place = tree.begin[i]; place < tree.begin[i] + tree.count[i]; ++place) {
+      const T* row = data.upper.data() + place * data.stride;
+      const int k = tree.dof_at[place];
+      for (int s = place; s < tree.end[tree.root[i]]; ++s) {
+        Minv[k + tree.dof_at[s] * nv] = Minv[tree.dof_at[s] + k * nv] = row[s];
+      }
     }
-  }
-  for (int j = 0; j < model.nv; ++j) {
-    for (int k = 0; k < j; ++k) data.Minv(j, k) = data.Minv(k, j);
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dyntape/dynamics/detail/checks.hxx>
+#include <dyntape/dynamics/detail/columns.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {
@@ -88,22 +89,25 @@ const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>&
   detail::check_acting("crba", model, acting);
   detail::place_joints(model, data, q);
   const Tree& tree = data.tree;
+  const std::ptrdiff_t nv = model.nv, stride = data.stride;
+  T *M = data.M.data(), *F = data.travellers.data(), *row = data.rows.data();
   for (int i = 0; i < model.njoints(); ++i) data.composites[i] = composite(model.inertias[i]);
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i], end = tree.first[i] + tree.count[i];
-    for (int k = tree.first[i]; k < end; ++k) {
-      Force<T> F = data.composites[i] * tree.dofs[k];
-      for (int r = tree.first[i]; r <= k; ++r) data.M(r, k) = data.M(k, r) = dot(tree.dofs[r], F);
-      if (detail::has_armature(model, acting, i)) data.M(k, k) += detail::armature_at(model, acting, i);
-      for (int j = i; model.parent[j] >= 0;) {
-        F = act(data.X_PB[j], F);
-        j = model.parent[j];
-        for (int r = tree.first[j]; r < tree.first[j] + tree.count[j]; ++r) {
-          data.M(r, k) = data.M(k, r) = dot(tree.dofs[r], F);
-        }
-      }
+  for (int at = model.njoints() - 1; at >= 0; --at) {
+    const int i = tree.preorder[at], p = model.parent[i], first = tree.first[i], last = first + tree.count[i];
+    for (int k = first; k < last; ++k) {
+      const Force<T> own = data.composites[i] * tree.dofs[k];
+      for (int r = first; r <= k; ++r) M[r + k * nv] = M[k + r * nv] = dot(tree.dofs[r], own);
+      if (detail::has_armature(model, acting, i)) M[k + k * nv] += detail::armature_at(model, acting, i);
+      detail::put_spatial(F, stride, tree.place_of[k], own);
     }
-    if (p >= 0) accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
+    const int beyond = tree.begin[i] + tree.count[i], end = tree.end[i];
+    for (int k = first; k < last; ++k) {
+      detail::dot_columns(tree.dofs[k], F, stride, beyond, end, row);
+      for (int s = beyond; s < end; ++s) M[k + tree.dof_at[s] * nv] = M[tree.dof_at[s] + k * nv] = row[s];
+    }
+    if (p < 0) continue;
+    detail::act_columns<T>(data.X_PB[i], F, stride, tree.begin[i], end);
+    accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
   }
   return data.M;
 }

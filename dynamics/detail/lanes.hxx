@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Loops in which one instruction serves several neighbours.
+//
+//   over<T>(begin, end, [&](int s, auto lanes) { lanes.store(y + s, lanes.load(x + s) * a); });
+//
+// Built-in floats go kLanes at a time, other scalars one by one; an entry undergoes the same operations either
+// way, so results have the same bits.  Arrays (LaneArray) begin and end on whole groups of lanes, and a loop
+// runs over whole groups: what is written is read back in the same pieces, which is what a processor likes.
+// `over` may overwrite the neighbours of [begin, end) in its first and last group; `over_before` leaves what is
+// at `end` and behind it alone.
+#pragma once
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+namespace dyntape::dynamics::detail {
+
+template <class T>
+inline constexpr int kLanes = std::is_same_v<T, double>  ? 8
+                              : std::is_same_v<T, float> ? 16
+                                                         : 1;
+
+// n, up to the next whole number of groups.
+template <class T>
+constexpr std::ptrdiff_t whole_lanes(std::ptrdiff_t n) {
+  return (n + kLanes<T> - 1) / kLanes<T> * kLanes<T>;
+}
+
+template <class T, bool = (kLanes<T> > 1)>
+struct Lanes {
+  using Vector = T;
+  static Vector zero() { return T(0); }
+  T load(const T* x) const { return *x; }
+  void store(T* x, const T& v) const { *x = v; }
+};
+
+template <class T>
+struct Lanes<T, true> {
+  typedef T Vector __attribute__((vector_size(kLanes<T> * sizeof(T)), may_alias));
+  using Index = std::conditional_t<sizeof(T) == 8, long long, int>;
+  typedef Index Indices __attribute__((vector_size(kLanes<T> * sizeof(T))));
+
+  static Vector zero() { return Vector{}; }
+  Vector load(const T* x) const { return *reinterpret_cast<const Vector*>(x); }
+  void store(T* x, const Vector& v) const { *reinterpret_cast<Vector*>(x) = v; }
+  static Indices indices() {
+    Indices k;
+    for (int i = 0; i < kLanes<T>; ++i) k[i] = i;
+    return k;
+  }
+};
+
+// The first `count` of a group.
+template <class T>
+struct FirstLanes : Lanes<T> {
+  using Vector = typename Lanes<T>::Vector;
+  explicit FirstLanes(int count) : here(Lanes<T>::indices() < count) {}
+  void store(T* x, const Vector& v) const { Lanes<T>::store(x, here ? v : Vector(this->load(x))); }
+  typename Lanes<T>::Indices here;
+};
+
+template <class T>
+class LaneArray {
+ public:
+  explicit LaneArray(std::ptrdiff_t count = 0)
+      : groups_(static_cast<std::size_t>(whole_lanes<T>(count) / kLanes<T>)) {}
+  T* data() { return groups_.data()->entries; }
+  const T* data() const { return groups_.data()->entries; }
+
+ private:
+  struct alignas(kLanes<T> * sizeof(T) > 64 ? alignof(T) : kLanes<T> * alignof(T)) Group {
+    T entries[kLanes<T>] = {};
+  };
+  std::vector<Group> groups_;
+};
+
+template <class T, class Body>
+void over(int begin, int end, Body body) {
+  for (int s = begin / kLanes<T> * kLanes<T>; s < end; s += kLanes<T>) body(s, Lanes<T>());
+}
+
+template <class T, class Body>
+void over_before(int begin, int end, Body body) {
+  int s = begin / kLanes<T> * kLanes<T>;
+  for (; s + kLanes<T> <= end; s += kLanes<T>) body(s, Lanes<T>());
+  if constexpr (kLanes < T >> 1) {
+    if (s < end) body(s, FirstLanes<T>(end - s));
+  }
+}
+
+// x[at] = value, in a piece that a group can be read back from.
+template <class T>
+void put_lane(T* x, int at, const T& value) {
+  if constexpr (kLanes < T >> 1) {
+    const Lanes<T> lanes;
+    T* group = x + at / kLanes<T> * kLanes<T>;
+    const typename Lanes<T>::Vector before = lanes.load(group);
+    lanes.store(group, Lanes<T>::indices() == at % kLanes<T> ? typename Lanes<T>::Vector{} + value : before);
+  } else {
+    x[at] = value;
+  }
+}
+
+}  // namespace dyntape::dynamics::detail
