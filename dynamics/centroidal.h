@@ -11,8 +11,8 @@
 // a is the derivative of v; gravity does not enter.  Rotors (armature) carry no momentum here.
 //
 // Where the robot stands does not enter: only c.com depends on it, everything else has the same bits at 1e8 m
-// as at the origin.  A column of a derivative with respect to q belongs to an increment in the moving frame of
-// its joint, as everywhere.  Cost: a constant number of operations a body and a column.
+// as at the origin.  A column of a derivative with respect to q belongs to an increment in the moving frame
+// of its joint, as everywhere.  Cost: a constant number of operations a body and a column.
 //
 // Column S of joint j, quantities of the bodies beyond j (with j's own) in frame j, then seen from G:
 //   A         = I S                                     I composite inertia, rate I_dot in a frame at rest
@@ -22,8 +22,8 @@
 //   dh_dot_dv = I S_v + 2 B S
 // with S_dot, S_ddot, S_v, B of algorithms.h (there against free fall, here without gravity).  Derived in
 // docs/math.md (C.1 to C.12).  Related: D. Orin, A. Goswami, S.-H. Lee, Centroidal dynamics of a humanoid
-// robot, Autonomous Robots 2013; P. Wensing, D. Orin, Improved computation of the humanoid centroidal dynamics,
-// IJHR 2016.
+// robot, Autonomous Robots 2013; P. Wensing, D. Orin, Improved computation of the humanoid centroidal
+// dynamics, IJHR 2016.
 #pragma once
 
 #include <dyntape/dynamics/data.h>

@@ -8,15 +8,17 @@
 //   VectorX<double> a = forward_dynamics(model, data, effects, q, v, tau);
 //
 // Equation of motion with effects:
-//   M(q) a + armature a + C v + g = tau + tau_passive
+//   M(q) a + armature a + C v + g = tau + tau_passive + sum of J^T F
 //   tau_passive = - d v                      viscous damping d (N m s/rad or N s/m)
 //                 - c tanh(v / w)            Coulomb friction c (N m or N), smoothed over w (rad/s or m/s)
 //                 - k (q - q_rest)           springs k (N m/rad or N/m); angles of continuous joints
 //                                            in [-pi, pi]
+//   F                                      wrenches from outside, in the body or the world (wrenches.h)
 // All vectors (nv), q_rest (nq).  Springs act on single joints; entries of a free-flyer are not read.
 #pragma once
 
 #include <dyntape/dynamics/algorithms.h>
+#include <dyntape/dynamics/wrenches.h>
 
 #include <optional>
 
@@ -41,6 +43,7 @@ struct Effects {
   std::optional<VectorX<T>> damping;
   std::optional<CoulombFriction<T>> friction;
   std::optional<Springs<T>> springs;
+  std::vector<Wrench<T>> wrenches;
 
   // The part that the recursions take care of; keeps a pointer to `armature`.
   Acting<T> acting() const {
@@ -70,7 +73,8 @@ template <class T>
 JointTorqueSlopes<T> joint_torque_slopes(const Model<T>& model, const Effects<T>& effects,
                                          const VectorRef<T>& q, const VectorRef<T>& v);
 
-// The algorithms of algorithms.h with effects: data.ddq, data.tau.
+// The algorithms of algorithms.h with effects: data.ddq, data.tau.  Those that act on joints or as wrenches
+// take memory in each call; where that matters, add joint_torques and wrench_torques to tau yourself.
 template <class T>
 const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
                                    const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);

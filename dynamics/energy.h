@@ -8,12 +8,12 @@
 //
 // The values are in algorithms.h; the gradient of the potential energy U is generalized_gravity.  Derivatives
 // with respect to q are tangent, as everywhere.  With T the kinetic energy:
-//   dT/dv = M v                 dT/dq_k = S_dot_k . h_j      h_j: momentum of joint j's body and all beyond it
+//   dT/dv = M v                 dT/dq_k = S_dot_k . h_j      h_j: momentum of body j and all beyond it
 //   power:  tau . v = d(T + U)/dt = dT/dq . v + dT/dv . a + g . v                  (J/s, no losses)
-//   dg/dq:  turning the bodies beyond j about column S of j moves their first moment h = m c by S x h, which adds
-//   the couple (S x h) x a to every joint before j, a = -gravity, and no force.
-// dg/dq is the Hessian of U and symmetric, except within one joint of several columns: there two increments do
-// not commute, and the translations of a floating base have rows but no columns.  Nothing depends on where a
+//   dg/dq:  turning the bodies beyond j about column S of j moves their first moment h = m c by S x h, which
+//   adds the couple (S x h) x a to every joint before j, a = -gravity, and no force.
+// dg/dq is the Hessian of U and symmetric, except within one joint of several columns: there two increments
+// do not commute, and the translations of a floating base have rows but no columns.  Nothing depends on where a
 // root is.  Derived in docs/math.md (C.13 to C.18).
 #pragma once
 

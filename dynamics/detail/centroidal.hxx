@@ -129,6 +129,16 @@ void derivative_columns(const Model<T>& model, const Data<T>& data, Centroidal<T
   c.dh_dot_dq.col(k) = df.vector();
 }
 
+// Is joint i a descendant of `body`?  (Parents have smaller indices.)
+template <class T>
+bool is_beyond(const Model<T>& model, int i, int body) {
+  while (i > body) {
+    i = model.parent[i];
+    if (i == body) return true;
+  }
+  return false;
+}
+
 // Position of a centre of mass from the moments, velocity and acceleration from momentum and force.
 template <class T>
 void divide_subtrees(const Model<T>& model, Centroidal<T>& c, bool with_velocity, bool with_acceleration) {
@@ -206,8 +216,9 @@ const Matrix3X<T>& subtree_com_jacobian(const Model<T>& model, Data<T>& data, Ce
   center_of_mass(model, data, c, q);
   c.J.setZero();
   const T scale = detail::per_mass(c.subtree_mass[body]);
-  for (const int k : data.tree.subtree[body]) {
+  for (int k = 0; k < model.nv; ++k) {
     const Dof& S = data.tree.dofs[k];
+    if (!detail::is_beyond(model, S.joint, body)) continue;
     const Composite<T>& moment = c.composites[S.joint];
     c.J.col(k) = c.X_GB[S.joint].R * Vector3<T>((moment * S).linear * scale);
   }

@@ -102,8 +102,18 @@ JointTorqueSlopes<T> joint_torque_slopes(const Model<T>& model, const Effects<T>
 namespace detail {
 
 template <class T>
-bool has_joint_torques(const Effects<T>& effects) {
-  return effects.damping || effects.friction || effects.springs;
+bool adds_torques(const Effects<T>& effects) {
+  return effects.damping || effects.friction || effects.springs || !effects.wrenches.empty();
+}
+
+// What the chosen effects add to the driving torques.
+template <class T>
+VectorX<T> added_torques(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
+                         const VectorRef<T>& q, const VectorRef<T>& v) {
+  VectorX<T> tau = joint_torques(model, effects, q, v);
+  if (effects.wrenches.empty()) return tau;
+  WrenchTorques<T> w(model);
+  return tau + wrench_torques(model, data, w, effects.wrenches, q);
 }
 
 // Driving torque less what the chosen effects add.
@@ -113,6 +123,9 @@ void subtract_slopes(const Model<T>& model, Data<T>& data, const Effects<T>& eff
   const JointTorqueSlopes<T> slopes = joint_torque_slopes(model, effects, q, v);
   for (long k = 0; k < slopes.dq.size(); ++k) data.dtau_dq(k, k) -= slopes.dq[k];
   for (long k = 0; k < slopes.dv.size(); ++k) data.dtau_dv(k, k) -= slopes.dv[k];
+  if (effects.wrenches.empty()) return;
+  WrenchTorques<T> w(model);
+  data.dtau_dq -= wrench_torque_derivatives(model, data, w, effects.wrenches, q);
 }
 
 }  // namespace detail
@@ -121,8 +134,8 @@ template <class T>
 const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
                                    const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau) {
   detail::check_arguments("forward_dynamics", model, data, q, &v, &tau, "tau");
-  if (!detail::has_joint_torques(effects)) return aba(model, data, q, v, tau, effects.acting());
-  const VectorX<T> total = tau + joint_torques(model, effects, q, v);
+  if (!detail::adds_torques(effects)) return aba(model, data, q, v, tau, effects.acting());
+  const VectorX<T> total = tau + detail::added_torques(model, data, effects, q, v);
   return aba<T>(model, data, q, v, total, effects.acting());
 }
 
@@ -130,7 +143,7 @@ template <class T>
 const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
                                    const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a) {
   rnea(model, data, q, v, a, effects.acting());
-  if (detail::has_joint_torques(effects)) data.tau -= joint_torques(model, effects, q, v);
+  if (detail::adds_torques(effects)) data.tau -= detail::added_torques(model, data, effects, q, v);
   return data.tau;
 }
 
@@ -138,8 +151,8 @@ template <class T>
 void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a) {
   id_derivatives(model, data, q, v, a, effects.acting());
-  if (!detail::has_joint_torques(effects)) return;
-  data.tau -= joint_torques(model, effects, q, v);
+  if (!detail::adds_torques(effects)) return;
+  data.tau -= detail::added_torques(model, data, effects, q, v);
   detail::subtract_slopes(model, data, effects, q, v);
 }
 
@@ -148,8 +161,8 @@ void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Ef
                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau) {
   detail::check_arguments("forward_dynamics_derivatives", model, data, q, &v, &tau, "tau");
   const Acting<T> acting = effects.acting();
-  if (!detail::has_joint_torques(effects)) return fd_derivatives(model, data, q, v, tau, acting);
-  const VectorX<T> total = tau + joint_torques(model, effects, q, v);
+  if (!detail::adds_torques(effects)) return fd_derivatives(model, data, q, v, tau, acting);
+  const VectorX<T> total = tau + detail::added_torques(model, data, effects, q, v);
   detail::place_joints(model, data, q);
   detail::articulate(model, data, acting);
   detail::aba_placed<T>(model, data, v, total, acting);

@@ -131,6 +131,7 @@ dynamics::Effects<AD> recorded_effects(const dynamics::Effects<double>& effects)
   if (effects.damping) result.damping = cast(*effects.damping);
   if (effects.friction) result.friction = {cast(effects.friction->torque), AD(effects.friction->smoothing)};
   if (effects.springs) result.springs = {cast(effects.springs->stiffness), cast(effects.springs->rest)};
+  for (const auto& wrench : effects.wrenches) result.wrenches.push_back(wrench.cast<AD>());
   return result;
 }
 

@@ -25,6 +25,7 @@ Effects<AD> taped(const Effects<double>& effects) {
     result.friction = {effects.friction->torque.cast<AD>(), AD(effects.friction->smoothing)};
   if (effects.springs)
     result.springs = {effects.springs->stiffness.cast<AD>(), effects.springs->rest.cast<AD>()};
+  for (const auto& wrench : effects.wrenches) result.wrenches.push_back(wrench.cast<AD>());
   return result;
 }
 

@@ -23,6 +23,10 @@ Effects<double> all_effects(const Model<double>& model, Random& random) {
   effects.friction = CoulombFriction<double>{model_friction(model), 0.3};
   effects.springs =
       Springs<double>{random.vector(model.nv).cwiseAbs(), random_configuration(model, random.engine)};
+  for (const FixedIn fixed_in : {FixedIn::kBody, FixedIn::kWorld}) {
+    effects.wrenches.push_back(wrench_at_frame(model, random.below(model.njoints()), fixed_in,
+                                               {random.vector3(5), random.vector3(5)}));
+  }
   return effects;
 }
 
@@ -34,6 +38,7 @@ Effects<Float128> cast(const Effects<double>& e) {
   c.friction =
       CoulombFriction<Float128>{e.friction->torque.cast<Float128>(), Float128(e.friction->smoothing)};
   c.springs = Springs<Float128>{e.springs->stiffness.cast<Float128>(), e.springs->rest.cast<Float128>()};
+  for (const Wrench<double>& wrench : e.wrenches) c.wrenches.push_back(wrench.cast<Float128>());
   return c;
 }
 
