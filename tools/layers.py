@@ -17,6 +17,7 @@ MAY_INCLUDE = {
     'codegen': ['autodiff'],
     'interface/io': [],
     'interface/function': ['autodiff', 'dynamics', 'codegen', 'interface/io'],
+    'interface/identification': ['autodiff', 'dynamics', 'interface/io', 'interface/function', 'interface/solvers'],
     'interface/ocp': ['autodiff', 'dynamics', 'codegen', 'interface/io', 'interface/function', 'interface/solvers'],
     'interface/solvers': ['autodiff', 'interface/io'],
     'tools': ['autodiff', 'dynamics', 'codegen', 'interface'],
