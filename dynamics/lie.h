@@ -99,10 +99,11 @@ Matrix3<T> exp(const Vector3<T>& w) {
 template <class T>
 Vector3<T> log(const Vector4<T>& q) {
   const T one = T(1), minus = T(-1), zero = T(0);
-  T sheet = one;
-  for (int k = 0; k < 4; ++k) {
-    sheet = select(q[k] < zero, minus, select(q[k] > zero, one, sheet));
-  }
+  const auto sign = [&](const T& x, const T& of_zero) {
+    return select(x < zero, minus, select(x > zero, one, of_zero));
+  };
+  // Not a loop: gcc 12 vectorises it and takes the first sign for the last.
+  const T sheet = sign(q[3], sign(q[2], sign(q[1], sign(q[0], one))));
   const Vector3<T> v = q.template head<3>() * sheet;
   const T s = v.squaredNorm(), w = q[3] * sheet;
   const T d = sqrt(s + w * w) + w;

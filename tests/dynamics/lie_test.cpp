@@ -185,6 +185,20 @@ TEST(Log, OfHalfATurnIsHalfATurn) {
   }
 }
 
+[[gnu::noinline]] Vector3d log_of(const Vector4d& q) { return log(q); }
+
+// Compiled for itself, as the algorithms are, and not folded into a test.
+TEST(Log, OfEverySign) {
+  for (int i = 0; i < 81; ++i) {
+    const Vector4d q(i % 3 - 1, i / 3 % 3 - 1, i / 9 % 3 - 1, i / 27 - 1);
+    if (q.isZero()) continue;
+    const Vector3d w = log_of(q);
+    EXPECT_LE(w.norm(), kPi + 1e-15) << q.transpose();
+    EXPECT_LE((log_of(Vector4d(-q)) - w).norm(), 1e-15) << q.transpose();
+    EXPECT_LE((rotation(q) - exp(w)).norm(), 1e-14) << q.transpose();
+  }
+}
+
 TEST(Quaternions, BothSignsAndAnyLengthAreOneRotation) {
   Random random(4);
   for (int n = 0; n < 500; ++n) {
