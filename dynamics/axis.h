@@ -27,19 +27,19 @@ struct Axis {
 };
 
 template <class T>
-Vector3<T> vector(const Axis& axis) {
+DYNTAPE_INLINE Vector3<T> vector(const Axis& axis) {
   return axis.direction.template cast<T>();
 }
 
 template <class T>
-T dot(const Axis& axis, const Vector3<T>& x) {
+DYNTAPE_INLINE T dot(const Axis& axis, const Vector3<T>& x) {
   if (axis.index < 0) return vector<T>(axis).dot(x);
   return axis.flipped ? T(-x[axis.index]) : x[axis.index];
 }
 
 // x x axis.
 template <class T>
-Vector3<T> cross(const Vector3<T>& x, const Axis& axis) {
+DYNTAPE_INLINE Vector3<T> cross(const Vector3<T>& x, const Axis& axis) {
   if (axis.index < 0) return x.cross(vector<T>(axis));
   const int k = axis.index, i = (k + 1) % 3, j = (k + 2) % 3;
   Vector3<T> y;
@@ -51,7 +51,7 @@ Vector3<T> cross(const Vector3<T>& x, const Axis& axis) {
 
 // x += axis s.
 template <class T>
-void add_along(const Axis& axis, const T& s, Vector3<T>& x) {
+DYNTAPE_INLINE void add_along(const Axis& axis, const T& s, Vector3<T>& x) {
   if (axis.index < 0) {
     x += vector<T>(axis) * s;
   } else if (axis.flipped) {
@@ -63,7 +63,7 @@ void add_along(const Axis& axis, const T& s, Vector3<T>& x) {
 
 // A axis, for a square A.
 template <class T>
-Vector3<T> times(const Matrix3<T>& A, const Axis& axis) {
+DYNTAPE_INLINE Vector3<T> times(const Matrix3<T>& A, const Axis& axis) {
   if (axis.index < 0) return A * vector<T>(axis);
   const Vector3<T> column = A.column(axis.index);
   return axis.flipped ? Vector3<T>(-column) : column;
@@ -72,7 +72,7 @@ Vector3<T> times(const Matrix3<T>& A, const Axis& axis) {
 // R times the rotation by an angle about the axis, given its cosine and sine (Rodrigues' formula
 // c 1 + s [a]x + (1 - c) a a^T; about a coordinate axis only two columns change).
 template <class T>
-Matrix3<T> rotate_about(const Matrix3<T>& R, const Axis& axis, const T& c, const T& s) {
+DYNTAPE_INLINE Matrix3<T> rotate_about(const Matrix3<T>& R, const Axis& axis, const T& c, const T& s) {
   if (axis.index < 0) {
     const Vector3<T> a = vector<T>(axis);
     Matrix3<T> J = skew(a) * s + outer(a, a) * T(T(1) - c);
@@ -104,7 +104,7 @@ struct Dof {
 };
 
 template <class T>
-Motion<T> motion(const Dof& S) {
+DYNTAPE_INLINE Motion<T> motion(const Dof& S) {
   Motion<T> m;
   (S.angular ? m.angular : m.linear) = vector<T>(S.axis);
   if (S.pitch != 0) m.linear = m.angular * T(S.pitch);
@@ -112,21 +112,21 @@ Motion<T> motion(const Dof& S) {
 }
 
 template <class T>
-T dot(const Dof& S, const Force<T>& f) {
+DYNTAPE_INLINE T dot(const Dof& S, const Force<T>& f) {
   const T along = dot(S.axis, S.angular ? f.angular : f.linear);
   return S.pitch == 0 ? along : T(along + dot(S.axis, f.linear) * T(S.pitch));
 }
 
 // m += S s.
 template <class T>
-void add_along(const Dof& S, const T& s, Motion<T>& m) {
+DYNTAPE_INLINE void add_along(const Dof& S, const T& s, Motion<T>& m) {
   add_along(S.axis, s, S.angular ? m.angular : m.linear);
   if (S.pitch != 0) add_along(S.axis, T(s * T(S.pitch)), m.linear);
 }
 
 // m x S.
 template <class T>
-Motion<T> cross(const Motion<T>& m, const Dof& S) {
+DYNTAPE_INLINE Motion<T> cross(const Motion<T>& m, const Dof& S) {
   const Vector3<T> w = cross(m.angular, S.axis);
   if (!S.angular) return {w, Vector3<T>::Zero()};
   if (S.pitch == 0) return {cross(m.linear, S.axis), w};
@@ -135,7 +135,7 @@ Motion<T> cross(const Motion<T>& m, const Dof& S) {
 
 // S x* f.
 template <class T>
-Force<T> cross(const Dof& S, const Force<T>& f) {
+DYNTAPE_INLINE Force<T> cross(const Dof& S, const Force<T>& f) {
   const Vector3<T> l = cross(f.linear, S.axis);
   if (!S.angular) return {Vector3<T>::Zero(), -l};
   if (S.pitch == 0) return {-l, -cross(f.angular, S.axis)};

@@ -22,18 +22,18 @@ struct Composite {
 };
 
 template <class T>
-Composite<T> composite(const Inertia<T>& I) {
+DYNTAPE_INLINE Composite<T> composite(const Inertia<T>& I) {
   return {I.mass, I.com * I.mass, I.I_c + unit_point_inertia(I.com) * I.mass};
 }
 
 template <class T>
-Force<T> operator*(const Composite<T>& I, const Motion<T>& v) {
+DYNTAPE_INLINE Force<T> operator*(const Composite<T>& I, const Motion<T>& v) {
   return {v.linear * I.mass + v.angular.cross(I.h), I.I_o * v.angular + I.h.cross(v.linear)};
 }
 
 // I S for one column of a motion subspace.
 template <class T>
-Force<T> operator*(const Composite<T>& I, const Dof& S) {
+DYNTAPE_INLINE Force<T> operator*(const Composite<T>& I, const Dof& S) {
   if (S.angular && S.pitch == 0) return {-cross(I.h, S.axis), times(I.I_o, S.axis)};
   const Vector3<T> moment = cross(I.h, S.axis);
   if (!S.angular) {
@@ -48,7 +48,7 @@ Force<T> operator*(const Composite<T>& I, const Dof& S) {
 
 // With g = R h + m t / 2:  I_o' = R I_o R^T + 2 (t.g) 1 - g t^T - t g^T,  h' = R h + m t.
 template <class T>
-void accumulate(const Placement<T>& X_PB, const Composite<T>& I, Composite<T>& parent) {
+DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const Composite<T>& I, Composite<T>& parent) {
   const Vector3<T>& t = X_PB.p;
   const Vector3<T> h = X_PB.R * I.h, mt = t * I.mass;
   const Vector3<T> g = h + mt * T(0.5);
@@ -78,7 +78,7 @@ struct VelocityProduct {
 
 // Of one body with velocity (l, w): p = m l + w x h,  U = l h^T + [w]x (tr(I_o)/2 1 - I_o).
 template <class T>
-VelocityProduct<T> velocity_product(const Composite<T>& I, const Motion<T>& v) {
+DYNTAPE_INLINE VelocityProduct<T> velocity_product(const Composite<T>& I, const Motion<T>& v) {
   Matrix3<T> second_moment = -I.I_o;
   const T half_trace = (I.I_o(0, 0) + I.I_o(1, 1) + I.I_o(2, 2)) * T(0.5);
   for (int k = 0; k < 3; ++k) second_moment(k, k) += half_trace;
@@ -89,7 +89,8 @@ VelocityProduct<T> velocity_product(const Composite<T>& I, const Motion<T>& v) {
 
 // u does not depend on where the frame's origin is, r does: U' = R U R^T + (R p) t^T.
 template <class T>
-void accumulate(const Placement<T>& X_PB, const VelocityProduct<T>& w, VelocityProduct<T>& parent) {
+DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const VelocityProduct<T>& w,
+                               VelocityProduct<T>& parent) {
   const Vector3<T> p = X_PB.R * w.p;
   const Matrix3<T> RU = X_PB.R * w.U;
   parent.U += times_transposed(RU, X_PB.R) + outer(p, X_PB.p);
@@ -98,14 +99,14 @@ void accumulate(const Placement<T>& X_PB, const VelocityProduct<T>& w, VelocityP
 
 // 2 B m for a motion with angular part w.
 template <class T>
-Force<T> twice_b(const VelocityProduct<T>& b, const Vector3<T>& w) {
+DYNTAPE_INLINE Force<T> twice_b(const VelocityProduct<T>& b, const Vector3<T>& w) {
   const T trace = b.U(0, 0) + b.U(1, 1) + b.U(2, 2);
   return {w.cross(b.p) * T(2), (w * trace - b.U * w) * T(2)};
 }
 
 // Angular part of (2 B)^T S; its linear part is zero.
 template <class T>
-Vector3<T> twice_b_transposed(const VelocityProduct<T>& b, const Dof& S) {
+DYNTAPE_INLINE Vector3<T> twice_b_transposed(const VelocityProduct<T>& b, const Dof& S) {
   if (!S.angular) return cross(b.p, S.axis) * T(2);
   Vector3<T> w = -times(Matrix3<T>(b.U.transpose()), S.axis);
   add_along(S.axis, T(b.U(0, 0) + b.U(1, 1) + b.U(2, 2)), w);
@@ -120,18 +121,18 @@ struct Articulated {
 };
 
 template <class T>
-Articulated<T> articulated(const Inertia<T>& I) {
+DYNTAPE_INLINE Articulated<T> articulated(const Inertia<T>& I) {
   const Composite<T> c = composite(I);
   return {Matrix3<T>::Identity() * I.mass, skew(Vector3<T>(-c.h)), c.I_o};
 }
 
 template <class T>
-Force<T> operator*(const Articulated<T>& I, const Motion<T>& m) {
+DYNTAPE_INLINE Force<T> operator*(const Articulated<T>& I, const Motion<T>& m) {
   return {I.M * m.linear + I.H * m.angular, transposed_times(I.H, m.linear) + I.J * m.angular};
 }
 
 template <class T>
-Force<T> operator*(const Articulated<T>& I, const Dof& S) {
+DYNTAPE_INLINE Force<T> operator*(const Articulated<T>& I, const Dof& S) {
   if (S.angular && S.pitch == 0) return {times(I.H, S.axis), times(I.J, S.axis)};
   const Force<T> pushed{times(I.M, S.axis), times(Matrix3<T>(I.H.transpose()), S.axis)};
   if (!S.angular) return pushed;
@@ -142,24 +143,28 @@ Force<T> operator*(const Articulated<T>& I, const Dof& S) {
 // I - U U^T / D for U = I S, D = S.U + armature.  Along S what is left is U armature / D, written as such: it
 // is zero where there is no armature, to the last bit and on the tape.
 template <class T>
-Articulated<T> without(const Articulated<T>& I, const Dof& S, const Force<T>& U, const T& D_inverse,
-                       const T& armature) {
+DYNTAPE_INLINE Articulated<T> without(const Articulated<T>& I, const Dof& S, const Force<T>& U,
+                                      const T& D_inverse, const T& armature) {
   const Vector3<T> l = U.linear * D_inverse, n = U.angular * D_inverse;
   const int k = S.pitch == 0 ? S.axis.index : -1;
   const T left = armature * D_inverse;
   Articulated<T> A;
   for (int i = 0; i < 3; ++i) {
-    for (int j = 0; j < 3; ++j) {
-      const bool linear_i = !S.angular && i == k, angular_j = S.angular && j == k;
-      const auto sign = [&](const T& x) { return S.axis.flipped ? T(-x) : x; };
-      A.H(i, j) = angular_j  ? sign(U.linear[i] * left)
-                  : linear_i ? sign(U.angular[j] * left)
-                             : T(I.H(i, j) - U.linear[i] * n[j]);
-      if (j > i) continue;
-      const bool linear = !S.angular && (i == k || j == k), angular = S.angular && (i == k || j == k);
-      const int other = i == k ? j : i;
-      A.M(i, j) = A.M(j, i) = linear ? sign(U.linear[other] * left) : T(I.M(i, j) - U.linear[i] * l[j]);
-      A.J(i, j) = A.J(j, i) = angular ? sign(U.angular[other] * left) : T(I.J(i, j) - U.angular[i] * n[j]);
+    for (int j = 0; j < 3; ++j) A.H.at(i, j) = I.H.at(i, j) - U.linear.at(i) * n.at(j);
+    for (int j = 0; j <= i; ++j) {
+      A.M.at(i, j) = A.M.at(j, i) = I.M.at(i, j) - U.linear.at(i) * l.at(j);
+      A.J.at(i, j) = A.J.at(j, i) = I.J.at(i, j) - U.angular.at(i) * n.at(j);
+    }
+  }
+  if (k < 0) return A;
+  const T along = S.axis.flipped ? T(-left) : left;
+  for (int i = 0; i < 3; ++i) {
+    if (S.angular) {
+      A.H.at(i, k) = U.linear.at(i) * along;
+      A.J.at(i, k) = A.J.at(k, i) = U.angular.at(i) * along;
+    } else {
+      A.H.at(k, i) = U.angular.at(i) * along;
+      A.M.at(i, k) = A.M.at(k, i) = U.linear.at(i) * along;
     }
   }
   return A;
@@ -168,22 +173,27 @@ Articulated<T> without(const Articulated<T>& I, const Dof& S, const Force<T>& U,
 // X^-T I X^-1:  M' = R M R^T,  H' = R H R^T - M' [t],  J' = R J R^T + [t] R H R^T + ([t] R H R^T)^T - [t] M'
 // [t].
 template <class T>
-void accumulate(const Placement<T>& X_PB, const Articulated<T>& I, Articulated<T>& parent) {
+DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const Articulated<T>& I, Articulated<T>& parent) {
   const Matrix3<T>& R = X_PB.R;
   const Vector3<T>& t = X_PB.p;
   const Matrix3<T> M = rotate_symmetric(R, I.M), J = rotate_symmetric(R, I.J);
-  const Matrix3<T> RH = R * I.H;
-  const Matrix3<T> H = times_transposed(RH, R);
-  Matrix3<T> shifted, moment;  // H' ;  [t] H + ([t] H' )^T
-  for (int i = 0; i < 3; ++i) shifted.row(i) = H.row(i) + t.cross(Vector3<T>(M.row(i))).transpose();
-  for (int j = 0; j < 3; ++j) moment.col(j) = t.cross(Vector3<T>(H.col(j)));
-  for (int j = 0; j < 3; ++j) moment.row(j) += t.cross(Vector3<T>(shifted.col(j))).transpose();
+  const Matrix3<T> H = times_transposed(Matrix3<T>(R * I.H), R);
+  Matrix3<T> shifted;  // H'
+  for (int i = 0; i < 3; ++i) {
+    const Vector3<T> row = t.cross(Vector3<T>(M.at(i, 0), M.at(i, 1), M.at(i, 2)));
+    for (int j = 0; j < 3; ++j) shifted.at(i, j) = H.at(i, j) + row.at(j);
+  }
+  Matrix3<T> turned, moved;  // [t] R H R^T,  [t] H'
+  for (int j = 0; j < 3; ++j) {
+    turned.set_column(j, t.cross(H.column(j)));
+    moved.set_column(j, t.cross(shifted.column(j)));
+  }
   parent.M += M;
   parent.H += shifted;
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j <= i; ++j) {
-      parent.J(i, j) += J(i, j) + moment(i, j);
-      parent.J(j, i) = parent.J(i, j);
+      parent.J.at(i, j) += J.at(i, j) + (turned.at(i, j) + moved.at(j, i));
+      parent.J.at(j, i) = parent.J.at(i, j);
     }
   }
 }

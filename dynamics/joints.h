@@ -132,8 +132,8 @@ void put_block(const Joint<T>& joint, const Matrix6<T>& J, MatrixX<T>& result) {
 
 // Placement of the joint's body in its parent: X_PJ X_J(q).
 template <class T>
-Placement<T> joint_placement(const Joint<T>& joint, const Axis& axis, const Placement<T>& X_PJ,
-                             const VectorRef<T>& q) {
+DYNTAPE_INLINE Placement<T> joint_placement(const Joint<T>& joint, const Axis& axis, const Placement<T>& X_PJ,
+                                            const VectorRef<T>& q) {
   const int i = joint.idx_q;
   switch (joint.type) {
     case JointType::kRevolute: {

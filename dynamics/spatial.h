@@ -21,7 +21,7 @@ namespace dyntape::dynamics {
 
 // |c|^2 1 - c c^T: the rotational inertia of a unit point mass at c, about the origin.
 template <class T>
-Matrix3<T> unit_point_inertia(const Vector3<T>& c) {
+DYNTAPE_INLINE Matrix3<T> unit_point_inertia(const Vector3<T>& c) {
   const T xx = c[0] * c[0], yy = c[1] * c[1], zz = c[2] * c[2];
   const T xy = -(c[0] * c[1]), xz = -(c[0] * c[2]), yz = -(c[1] * c[2]);
   return {yy + zz, xy, xz, xy, xx + zz, yz, xz, yz, xx + yy};
@@ -41,13 +41,13 @@ struct Placement {
 
 // X_AC = X_AB * X_BC.
 template <class T>
-Placement<T> operator*(const Placement<T>& a, const Placement<T>& b) {
+DYNTAPE_INLINE Placement<T> operator*(const Placement<T>& a, const Placement<T>& b) {
   return {a.R * b.R, a.p + a.R * b.p};
 }
 
 // X_BA from X_AB.
 template <class T>
-Placement<T> inverse(const Placement<T>& X) {
+DYNTAPE_INLINE Placement<T> inverse(const Placement<T>& X) {
   const Matrix3<T> Rt = X.R.transpose();
   return {Rt, -(Rt * X.p)};
 }
@@ -71,71 +71,71 @@ struct Force {
 };
 
 template <class T>
-Motion<T> operator+(const Motion<T>& a, const Motion<T>& b) {
+DYNTAPE_INLINE Motion<T> operator+(const Motion<T>& a, const Motion<T>& b) {
   return {a.linear + b.linear, a.angular + b.angular};
 }
 template <class T>
-Motion<T> operator-(const Motion<T>& a, const Motion<T>& b) {
+DYNTAPE_INLINE Motion<T> operator-(const Motion<T>& a, const Motion<T>& b) {
   return {a.linear - b.linear, a.angular - b.angular};
 }
 template <class T>
-Force<T> operator+(const Force<T>& a, const Force<T>& b) {
+DYNTAPE_INLINE Force<T> operator+(const Force<T>& a, const Force<T>& b) {
   return {a.linear + b.linear, a.angular + b.angular};
 }
 template <class T>
-Force<T> operator-(const Force<T>& a, const Force<T>& b) {
+DYNTAPE_INLINE Force<T> operator-(const Force<T>& a, const Force<T>& b) {
   return {a.linear - b.linear, a.angular - b.angular};
 }
 
 template <class T>
-Force<T> operator*(const Force<T>& f, const T& s) {
+DYNTAPE_INLINE Force<T> operator*(const Force<T>& f, const T& s) {
   return {f.linear * s, f.angular * s};
 }
 
 // Power of a force along a motion, both in one frame.
 template <class T>
-T dot(const Motion<T>& m, const Force<T>& f) {
+DYNTAPE_INLINE T dot(const Motion<T>& m, const Force<T>& f) {
   return m.linear.dot(f.linear) + m.angular.dot(f.angular);
 }
 
 // a x b: rate of change of a motion b fixed to a body that moves with a.
 template <class T>
-Motion<T> cross(const Motion<T>& a, const Motion<T>& b) {
+DYNTAPE_INLINE Motion<T> cross(const Motion<T>& a, const Motion<T>& b) {
   return {a.angular.cross(b.linear) + a.linear.cross(b.angular), a.angular.cross(b.angular)};
 }
 
 // a x* f: rate of change of a force f fixed to a body that moves with a.
 template <class T>
-Force<T> cross(const Motion<T>& a, const Force<T>& f) {
+DYNTAPE_INLINE Force<T> cross(const Motion<T>& a, const Force<T>& f) {
   return {a.angular.cross(f.linear), a.angular.cross(f.angular) + a.linear.cross(f.linear)};
 }
 
 // V_A from V_B.
 template <class T>
-Motion<T> act(const Placement<T>& X_AB, const Motion<T>& m) {
+DYNTAPE_INLINE Motion<T> act(const Placement<T>& X_AB, const Motion<T>& m) {
   const Vector3<T> w = X_AB.R * m.angular;
   return {X_AB.R * m.linear + X_AB.p.cross(w), w};
 }
 // V_B from V_A.
 template <class T>
-Motion<T> act_inverse(const Placement<T>& X_AB, const Motion<T>& m) {
+DYNTAPE_INLINE Motion<T> act_inverse(const Placement<T>& X_AB, const Motion<T>& m) {
   return {transposed_times(X_AB.R, m.linear - X_AB.p.cross(m.angular)), transposed_times(X_AB.R, m.angular)};
 }
 // F_A from F_B.
 template <class T>
-Force<T> act(const Placement<T>& X_AB, const Force<T>& f) {
+DYNTAPE_INLINE Force<T> act(const Placement<T>& X_AB, const Force<T>& f) {
   const Vector3<T> l = X_AB.R * f.linear;
   return {l, X_AB.R * f.angular + X_AB.p.cross(l)};
 }
 // F_B from F_A.
 template <class T>
-Force<T> act_inverse(const Placement<T>& X_AB, const Force<T>& f) {
+DYNTAPE_INLINE Force<T> act_inverse(const Placement<T>& X_AB, const Force<T>& f) {
   return {transposed_times(X_AB.R, f.linear), transposed_times(X_AB.R, f.angular - X_AB.p.cross(f.linear))};
 }
 
 // Matrix of act(X_AB, motion), linear first (6 x 6).
 template <class T>
-Matrix6<T> action_matrix(const Placement<T>& X_AB) {
+DYNTAPE_INLINE Matrix6<T> action_matrix(const Placement<T>& X_AB) {
   Matrix6<T> m = Matrix6<T>::Zero();
   m.template topLeftCorner<3, 3>() = X_AB.R;
   m.template topRightCorner<3, 3>() = skew(X_AB.p) * X_AB.R;
@@ -159,7 +159,7 @@ struct Inertia {
 // Two bodies welded together, both in one frame.  With d = c_a - c_b and the reduced mass m_a m_b / (m_a +
 // m_b) nothing is subtracted; two massless bodies make a massless body at the origin.
 template <class T>
-Inertia<T> operator+(const Inertia<T>& a, const Inertia<T>& b) {
+DYNTAPE_INLINE Inertia<T> operator+(const Inertia<T>& a, const Inertia<T>& b) {
   const T mass = a.mass + b.mass;
   const T per_mass = select(mass > T(0), T(1) / select(mass > T(0), mass, T(1)), T(0));
   const Vector3<T> com = (a.mass * a.com + b.mass * b.com) * per_mass;
@@ -169,20 +169,20 @@ Inertia<T> operator+(const Inertia<T>& a, const Inertia<T>& b) {
 
 // The same body seen from frame A.
 template <class T>
-Inertia<T> act(const Placement<T>& X_AB, const Inertia<T>& I) {
+DYNTAPE_INLINE Inertia<T> act(const Placement<T>& X_AB, const Inertia<T>& I) {
   return {I.mass, X_AB.R * I.com + X_AB.p, rotate_symmetric(X_AB.R, I.I_c)};
 }
 
 // Momentum I v.
 template <class T>
-Force<T> operator*(const Inertia<T>& I, const Motion<T>& v) {
+DYNTAPE_INLINE Force<T> operator*(const Inertia<T>& I, const Motion<T>& v) {
   const Vector3<T> momentum = (v.linear + v.angular.cross(I.com)) * I.mass;
   return {momentum, I.I_c * v.angular + I.com.cross(momentum)};
 }
 
 // Matrix of I v, linear first, about the frame's origin (6 x 6).
 template <class T>
-Matrix6<T> matrix(const Inertia<T>& I) {
+DYNTAPE_INLINE Matrix6<T> matrix(const Inertia<T>& I) {
   Matrix6<T> m = Matrix6<T>::Zero();
   const Matrix3<T> mc = skew(Vector3<T>(I.com * I.mass));
   m.template topLeftCorner<3, 3>().diagonal().setConstant(I.mass);

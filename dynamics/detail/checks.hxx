@@ -38,12 +38,12 @@ void check_acting(const char* function, const Model<T>& model, const Acting<T>& 
 
 // Does an armature enter at joint i?  If so, armature_at gives it.
 template <class T>
-bool has_armature(const Model<T>& model, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE bool has_armature(const Model<T>& model, const Acting<T>& acting, int i) {
   return acting.armature && is_single(model.joints[i].type);
 }
 
 template <class T>
-T armature_at(const Model<T>& model, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE T armature_at(const Model<T>& model, const Acting<T>& acting, int i) {
   if (!has_armature(model, acting, i)) return T(0);
   return acting.armature_values ? (*acting.armature_values)[model.joints[i].idx_v] : model.joints[i].armature;
 }
@@ -57,7 +57,7 @@ void place_joints(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
 
 // S x: what the joint itself adds to a velocity or an acceleration.
 template <class T>
-Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
+DYNTAPE_INLINE Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
   const Tree& tree = data.tree;
   const int k = tree.first[i];
   if (tree.count[i] == 6) return {x.template segment<3>(k), x.template segment<3>(k + 3)};
@@ -68,7 +68,7 @@ Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
 
 // v_i x S v_i: one column crosses cheaply.
 template <class T>
-Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v, int i) {
+DYNTAPE_INLINE Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v, int i) {
   const Tree& tree = data.tree;
   if (tree.count[i] > 1) return cross(data.v[i], joint_motion(data, v, i));
   const Motion<T> c = cross(data.v[i], tree.dofs[tree.first[i]]);
@@ -78,7 +78,8 @@ Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v, int i) {
 
 // Acceleration of the world against free fall, seen from a root body: only the rotation of the root enters.
 template <class T>
-Motion<T> root_acceleration(const Model<T>& model, const Data<T>& data, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE Motion<T> root_acceleration(const Model<T>& model, const Data<T>& data,
+                                           const Acting<T>& acting, int i) {
   Motion<T> a;
   if (acting.gravity) a.linear = -(data.X_PB[i].R.transpose() * model.gravity);
   return a;

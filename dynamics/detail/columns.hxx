@@ -10,67 +10,108 @@
 namespace dyntape::dynamics::detail {
 
 template <class T>
-void put(T* quantity, std::ptrdiff_t stride, int place, const Vector3<T>& v) {
+DYNTAPE_INLINE void put(T* quantity, std::ptrdiff_t stride, int place, const Vector3<T>& v) {
   for (int k = 0; k < 3; ++k) put_lane(quantity + k * stride, place, v.at(k));
 }
 template <class T, class Spatial>
-void put_spatial(T* quantity, std::ptrdiff_t stride, int place, const Spatial& x) {
+DYNTAPE_INLINE void put_spatial(T* quantity, std::ptrdiff_t stride, int place, const Spatial& x) {
   put(quantity, stride, place, x.linear);
   put(quantity + 3 * stride, stride, place, x.angular);
 }
 
-// row[s] = axis . (three quantities at x), or with kAdd, is increased by it; columns s in [begin, end).
-template <bool kAdd = false, class T>
-void dot_columns(const Axis& axis, const T* x, std::ptrdiff_t stride, int begin, int end, T* row) {
-  const auto result = [&](auto along) {
-    over<T>(begin, end, [&](int s, auto lanes) {
-      const typename Lanes<T>::Vector d = along(s, lanes);
-      lanes.store(row + s, kAdd ? typename Lanes<T>::Vector(lanes.load(row + s) + d) : d);
-    });
-  };
+// S . F_s of one group of columns.
+template <class T, class Group>
+DYNTAPE_INLINE typename Lanes<T>::Vector dot_group(const Axis& axis, const T* x, std::ptrdiff_t stride,
+                                                   const Group& lanes) {
+  using Vector = typename Lanes<T>::Vector;
   if (axis.index >= 0) {
-    const T* entry = x + axis.index * stride;
-    if (axis.flipped) {
-      result([&](int s, auto lanes) { return -lanes.load(entry + s); });
-    } else {
-      result([&](int s, auto lanes) { return lanes.load(entry + s); });
-    }
-    return;
+    const Vector along = lanes.load(x + axis.index * stride);
+    return axis.flipped ? Vector(-along) : along;
   }
   const Vector3<T> a = vector<T>(axis);
-  result([&](int s, auto lanes) {
-    return lanes.load(x + s) * a.at(0) + lanes.load(x + s + stride) * a.at(1) +
-           lanes.load(x + s + 2 * stride) * a.at(2);
-  });
+  return lanes.load(x) * a.at(0) + lanes.load(x + stride) * a.at(1) + lanes.load(x + 2 * stride) * a.at(2);
+}
+template <class T, class Group>
+DYNTAPE_INLINE typename Lanes<T>::Vector dot_group(const Dof& S, const T* F, std::ptrdiff_t stride,
+                                                   const Group& lanes) {
+  using Vector = typename Lanes<T>::Vector;
+  const Vector along = dot_group<T>(S.axis, S.angular ? F + 3 * stride : F, stride, lanes);
+  if (S.pitch == 0) return along;
+  const Vector3<T> a = motion<T>(S).linear;
+  return along +
+         (lanes.load(F) * a.at(0) + lanes.load(F + stride) * a.at(1) + lanes.load(F + 2 * stride) * a.at(2));
 }
 
-// row[s] = S . F_s, six quantities at F: linear, then angular.
+// Six entries of one group of columns.
 template <class T>
-void dot_columns(const Dof& S, const T* F, std::ptrdiff_t stride, int begin, int end, T* row) {
-  dot_columns(S.axis, S.angular ? F + 3 * stride : F, stride, begin, end, row);
-  if (S.pitch == 0) return;
-  const Vector3<T> a = motion<T>(S).linear;
+struct SixLanes {
+  using Vector = typename Lanes<T>::Vector;
+  Vector x[6];
+
+  template <class Group>
+  DYNTAPE_INLINE SixLanes(const T* from, std::ptrdiff_t stride, const Group& lanes) {
+    for (int k = 0; k < 6; ++k) x[k] = lanes.load(from + k * stride);
+  }
+  template <class Group>
+  DYNTAPE_INLINE void store(T* to, std::ptrdiff_t stride, const Group& lanes) const {
+    for (int k = 0; k < 6; ++k) lanes.store(to + k * stride, x[k]);
+  }
+  template <class Spatial>
+  DYNTAPE_INLINE Vector dot(const Spatial& a) const {
+    const Vector3<T>&l = a.linear, &w = a.angular;
+    return (x[0] * l.at(0) + x[1] * l.at(1) + x[2] * l.at(2)) +
+           (x[3] * w.at(0) + x[4] * w.at(1) + x[5] * w.at(2));
+  }
+  // Forces, seen from the parent.
+  DYNTAPE_INLINE void act(const Placement<T>& X_PB) {
+    const Matrix3<T>& R = X_PB.R;
+    const Vector3<T>& p = X_PB.p;
+    rotate(R, 0, false);
+    rotate(R, 3, false);
+    x[3] = x[3] + (x[2] * p.at(1) - x[1] * p.at(2));
+    x[4] = x[4] + (x[0] * p.at(2) - x[2] * p.at(0));
+    x[5] = x[5] + (x[1] * p.at(0) - x[0] * p.at(1));
+  }
+  // Motions of the parent, seen from the body.
+  DYNTAPE_INLINE void act_inverse(const Placement<T>& X_PB) {
+    const Vector3<T>& p = X_PB.p;
+    x[0] = x[0] - (x[5] * p.at(1) - x[4] * p.at(2));
+    x[1] = x[1] - (x[3] * p.at(2) - x[5] * p.at(0));
+    x[2] = x[2] - (x[4] * p.at(0) - x[3] * p.at(1));
+    rotate(X_PB.R, 0, true);
+    rotate(X_PB.R, 3, true);
+  }
+  DYNTAPE_INLINE void rotate(const Matrix3<T>& R, int first, bool back) {
+    const Vector a = x[first], b = x[first + 1], c = x[first + 2];
+    for (int k = 0; k < 3; ++k) {
+      x[first + k] = back ? Vector(a * R.at(0, k) + b * R.at(1, k) + c * R.at(2, k))
+                          : Vector(a * R.at(k, 0) + b * R.at(k, 1) + c * R.at(k, 2));
+    }
+  }
+};
+
+// row[s] = S . F_s: axis and three quantities, or column and six; with kAdd, row[s] is increased by it.
+template <bool kAdd = false, class T, class Direction>
+DYNTAPE_INLINE void dot_columns(const Direction& S, const T* F, std::ptrdiff_t stride, int begin, int end,
+                                T* row) {
   over<T>(begin, end, [&](int s, auto lanes) {
-    lanes.store(row + s,
-                lanes.load(row + s) + (lanes.load(F + s) * a.at(0) + lanes.load(F + s + stride) * a.at(1) +
-                                       lanes.load(F + s + 2 * stride) * a.at(2)));
+    const auto d = dot_group<T>(S, F + s, stride, lanes);
+    lanes.store(row + s, kAdd ? typename Lanes<T>::Vector(lanes.load(row + s) + d) : d);
   });
 }
 
 // row[s] = a . m_s, six quantities at m.
 template <class T, class Spatial>
-void dot_columns(const Spatial& a, const T* m, std::ptrdiff_t stride, int begin, int end, T* row) {
-  const Vector3<T>&l = a.linear, &w = a.angular;
-  over<T>(begin, end, [&](int s, auto lanes) {
-    const auto at = [&](int k) { return lanes.load(m + s + k * stride); };
-    lanes.store(row + s, (at(0) * l.at(0) + at(1) * l.at(1) + at(2) * l.at(2)) +
-                             (at(3) * w.at(0) + at(4) * w.at(1) + at(5) * w.at(2)));
-  });
+DYNTAPE_INLINE void project_columns(const Spatial& a, const T* m, std::ptrdiff_t stride, int begin, int end,
+                                    T* row) {
+  over<T>(begin, end,
+          [&](int s, auto lanes) { lanes.store(row + s, SixLanes<T>(m + s, stride, lanes).dot(a)); });
 }
 
 // m_s += S row[s].
 template <class T>
-void add_along_columns(const Dof& S, const T* row, T* m, std::ptrdiff_t stride, int begin, int end) {
+DYNTAPE_INLINE void add_along_columns(const Dof& S, const T* row, T* m, std::ptrdiff_t stride, int begin,
+                                      int end) {
   const auto add = [&](T* x, double scale) {
     for (int k = 0; k < 3; ++k) {
       const double a = S.axis.direction[k] * scale;
@@ -94,7 +135,7 @@ void add_along_columns(const Dof& S, const T* row, T* m, std::ptrdiff_t stride, 
 
 // Three quantities turned: x_s <- R x_s.
 template <class T>
-void rotate_columns(const Matrix3<T>& R, T* x, std::ptrdiff_t stride, int begin, int end) {
+DYNTAPE_INLINE void rotate_columns(const Matrix3<T>& R, T* x, std::ptrdiff_t stride, int begin, int end) {
   over_before<T>(begin, end, [&](int s, auto lanes) {
     const auto a = lanes.load(x + s), b = lanes.load(x + s + stride), c = lanes.load(x + s + 2 * stride);
     for (int k = 0; k < 3; ++k) {
@@ -105,47 +146,22 @@ void rotate_columns(const Matrix3<T>& R, T* x, std::ptrdiff_t stride, int begin,
 
 // Forces seen from the parent: F_s <- act(X_PB, F_s).
 template <class T>
-void act_columns(const Placement<T>& X_PB, T* F, std::ptrdiff_t stride, int begin, int end) {
-  using Vector = typename Lanes<T>::Vector;
-  const Matrix3<T>& R = X_PB.R;
-  const Vector3<T>& p = X_PB.p;
+DYNTAPE_INLINE void act_columns(const Placement<T>& X_PB, T* F, std::ptrdiff_t stride, int begin, int end) {
   over_before<T>(begin, end, [&](int s, auto lanes) {
-    T* f = F + s;
-    const auto row = [&](int k, const Vector& a, const Vector& b, const Vector& c) -> Vector {
-      return a * R.at(k, 0) + b * R.at(k, 1) + c * R.at(k, 2);
-    };
-    const Vector a = lanes.load(f), b = lanes.load(f + stride), c = lanes.load(f + 2 * stride);
-    const Vector f0 = row(0, a, b, c), f1 = row(1, a, b, c), f2 = row(2, a, b, c);
-    const Vector d = lanes.load(f + 3 * stride), e = lanes.load(f + 4 * stride),
-                 g = lanes.load(f + 5 * stride);
-    lanes.store(f, f0);
-    lanes.store(f + stride, f1);
-    lanes.store(f + 2 * stride, f2);
-    lanes.store(f + 3 * stride, row(0, d, e, g) + (f2 * p.at(1) - f1 * p.at(2)));
-    lanes.store(f + 4 * stride, row(1, d, e, g) + (f0 * p.at(2) - f2 * p.at(0)));
-    lanes.store(f + 5 * stride, row(2, d, e, g) + (f1 * p.at(0) - f0 * p.at(1)));
+    SixLanes<T> f(F + s, stride, lanes);
+    f.act(X_PB);
+    f.store(F + s, stride, lanes);
   });
 }
 
-// Motions of the parent seen from the body: m_s = act_inverse(X_PB, from_s).
+// Motions of the parent seen from the body: to_s = act_inverse(X_PB, from_s).
 template <class T>
-void act_inverse_columns(const Placement<T>& X_PB, const T* from, T* to, std::ptrdiff_t stride, int begin,
-                         int end) {
-  using Vector = typename Lanes<T>::Vector;
-  const Matrix3<T>& R = X_PB.R;
-  const Vector3<T>& p = X_PB.p;
+DYNTAPE_INLINE void act_inverse_columns(const Placement<T>& X_PB, const T* from, T* to, std::ptrdiff_t stride,
+                                        int begin, int end) {
   over<T>(begin, end, [&](int s, auto lanes) {
-    const auto at = [&](int k) -> Vector { return lanes.load(from + s + k * stride); };
-    const auto row = [&](int k, const Vector& a, const Vector& b, const Vector& c) -> Vector {
-      return a * R.at(0, k) + b * R.at(1, k) + c * R.at(2, k);
-    };
-    const Vector w0 = at(3), w1 = at(4), w2 = at(5);
-    const Vector l0 = at(0) - (w2 * p.at(1) - w1 * p.at(2)), l1 = at(1) - (w0 * p.at(2) - w2 * p.at(0)),
-                 l2 = at(2) - (w1 * p.at(0) - w0 * p.at(1));
-    for (int k = 0; k < 3; ++k) {
-      lanes.store(to + s + k * stride, row(k, l0, l1, l2));
-      lanes.store(to + s + (k + 3) * stride, row(k, w0, w1, w2));
-    }
+    SixLanes<T> m(from + s, stride, lanes);
+    m.act_inverse(X_PB);
+    m.store(to + s, stride, lanes);
   });
 }
 

@@ -47,7 +47,7 @@ enum Traveller { kForA = 0, kForQ = 6, kForV = 12, kCouple = 18, kTravellers = 2
 
 // The columns of joint i set out: the block of the joint with itself, and the vectors that leave it.
 template <class T>
-void start_columns(Data<T>& data, int i) {
+DYNTAPE_INLINE void start_columns(Data<T>& data, int i) {
   const Tree& tree = data.tree;
   const Composite<T>& I = data.composites[i];
   const VelocityProduct<T>& B = data.velocity_products[i];
@@ -76,7 +76,7 @@ void start_columns(Data<T>& data, int i) {
 
 // Column r of joint i meets the columns that come from beyond it: entries (r, s) and (s, r).
 template <class T>
-void meet_columns(Data<T>& data, int i, int r) {
+DYNTAPE_INLINE void meet_columns(Data<T>& data, int i, int r) {
   const Tree& tree = data.tree;
   const int begin = tree.begin[i] + tree.count[i], end = tree.end[i];
   const std::ptrdiff_t stride = data.stride, nv = data.M.rows();
@@ -89,8 +89,8 @@ void meet_columns(Data<T>& data, int i, int r) {
   dot_columns(S, t + kForV * stride, stride, begin, end, v);
   const Motion<T>&S_v = data.S_v[r], &S_ddot = data.S_ddot[r];
   const Vector3<T>& turn = data.S_dot[r].angular;
-  dot_columns<T>(S_ddot, t + kForA * stride, stride, begin, end, q_below);
-  dot_columns<T>(S_v, t + kForA * stride, stride, begin, end, v_below);
+  project_columns<T>(S_ddot, t + kForA * stride, stride, begin, end, q_below);
+  project_columns<T>(S_v, t + kForA * stride, stride, begin, end, v_below);
   const T* couple = t + kCouple * stride;
   over<T>(begin, end, [&](int s, auto lanes) {
     const T* c = couple + s;
@@ -111,7 +111,7 @@ void meet_columns(Data<T>& data, int i, int r) {
 }
 
 template <class T>
-void leave_joint(Data<T>& data, int i) {
+DYNTAPE_INLINE void leave_joint(Data<T>& data, int i) {
   const std::ptrdiff_t stride = data.stride;
   const int begin = data.tree.begin[i], end = data.tree.end[i];
   T* t = data.travellers.data();
@@ -144,29 +144,50 @@ void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef
   }
 }
 
+// The dofs on one path with column j, in data.on_path; returns how many.
+template <class T>
+int find_path(const Model<T>& model, Data<T>& data, int j) {
+  const Tree& tree = data.tree;
+  int* next = data.on_path.data();
+  const int i = tree.dofs[j].joint;
+  for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
+    for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k) *next++ = k;
+  }
+  for (int s = tree.begin[i]; s < tree.end[i]; ++s) *next++ = tree.dof_at[s];
+  return static_cast<int>(next - data.on_path.data());
+}
+
+// kGroups groups of rows of  -sum_k Minv_k d_k  over the dofs on the path, summed side by side.
+template <int kGroups, class T>
+DYNTAPE_INLINE void combine_columns(const Data<T>& data, int path, const T* d, int row, T* sum) {
+  const Lanes<T> lanes;
+  const int* on_path = data.on_path.data();
+  const T* Minv = data.columns_of_minverse.data() + row;
+  typename Lanes<T>::Vector x[kGroups];
+  for (int g = 0; g < kGroups; ++g) {
+    x[g] = -(lanes.load(Minv + on_path[0] * data.stride + g * kLanes<T>) * d[on_path[0]]);
+  }
+  for (int c = 1; c < path; ++c) {
+    const T* column = Minv + on_path[c] * std::ptrdiff_t{data.stride};
+    for (int g = 0; g < kGroups; ++g) x[g] = x[g] - lanes.load(column + g * kLanes<T>) * d[on_path[c]];
+  }
+  for (int g = 0; g < kGroups; ++g) lanes.store(sum + row + g * kLanes<T>, x[g]);
+}
+
 // -Minv D, with only the rows of column j of D that lie on a path with j.
 template <class T>
 void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, MatrixX<T>& result) {
-  const Tree& tree = data.tree;
-  const std::ptrdiff_t nv = model.nv, stride = data.stride;
-  const T* Minv = data.columns_of_minverse.data();
+  constexpr int kWide = 4;
   T* sum = data.rows.data();
   for (int j = 0; j < model.nv; ++j) {
-    const T* column = D.data() + j * nv;
-    int* on_path = data.on_path.data();
-    int count = 0;
-    const int i = tree.dofs[j].joint;
-    for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
-      for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k) on_path[count++] = k;
+    const T* column = D.data() + std::ptrdiff_t{j} * model.nv;
+    const int path = find_path(model, data, j);
+    int row = 0;
+    for (; row + kWide * kLanes<T> <= data.stride; row += kWide * kLanes<T>) {
+      combine_columns<kWide>(data, path, column, row, sum);
     }
-    for (int s = tree.begin[i]; s < tree.end[i]; ++s) on_path[count++] = tree.dof_at[s];
-    over<T>(0, model.nv, [&](int row, auto lanes) {
-      auto x = -(lanes.load(Minv + on_path[0] * stride + row) * column[on_path[0]]);
-      for (int c = 1; c < count; ++c)
-        x = x - lanes.load(Minv + on_path[c] * stride + row) * column[on_path[c]];
-      lanes.store(sum + row, x);
-    });
-    std::copy(sum, sum + nv, result.data() + j * nv);
+    for (; row < data.stride; row += kLanes<T>) combine_columns<1>(data, path, column, row, sum);
+    std::copy(sum, sum + model.nv, result.data() + std::ptrdiff_t{j} * model.nv);
   }
 }
 

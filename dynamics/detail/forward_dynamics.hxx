@@ -23,7 +23,7 @@ Motion<T> motion_of(const Vector6<T>& x) {
 // of a joint are eliminated one after the other, the last first, as if massless bodies were between them: a
 // block elimination, exactly.
 template <class T>
-Articulated<T> hinge(const Model<T>& model, Data<T>& data, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE Articulated<T> hinge(const Model<T>& model, Data<T>& data, const Acting<T>& acting, int i) {
   const int first = data.tree.first[i];
   const T armature = armature_at(model, acting, i);
   Articulated<T> felt = data.articulated[i];
@@ -122,41 +122,44 @@ void aba_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, con
 
 // x[s] -= factor y[s].
 template <class T>
-void subtract_columns(const T* y, const T& factor, int begin, int end, T* x) {
+DYNTAPE_INLINE void subtract_columns(const T* y, const T& factor, int begin, int end, T* x) {
   over<T>(begin, end,
           [&](int s, auto lanes) { lanes.store(x + s, lanes.load(x + s) - lanes.load(y + s) * factor); });
 }
 
 // row = 0 from `place` to the end of the tree of joint i.
 template <class T>
-void clear_row(const Tree& tree, int i, int place, T* row) {
+DYNTAPE_INLINE void clear_row(const Tree& tree, int i, int place, T* row) {
   over<T>(place, tree.end[tree.root[i]], [&](int s, auto lanes) { lanes.store(row + s, lanes.zero()); });
 }
 
 // From the leaves: F_s the bias force of unit torque s, as far as the joints on its way resist it.  At a column
-// with U = I_A S:  row_s = -S.F_s / D,   F_s <- F_s + U row_s.
+// with U = I_A S:  row_s = -S.F_s / D,   F_s <- F_s + U row_s.  With the first column of a joint that hangs on
+// another the forces go on to the parent.
 template <class T>
-void resist(Data<T>& data, int i, int c, bool felt) {
+DYNTAPE_INLINE void resist(const Model<T>& model, Data<T>& data, int i, int c) {
+  using Vector = typename Lanes<T>::Vector;
   const Tree& tree = data.tree;
-  const int place = tree.begin[i] + c - tree.first[i], end = tree.end[i];
+  const bool hung = model.parent[i] >= 0, first = c == tree.first[i];
+  const int place = tree.begin[i] + c - tree.first[i];
   const std::ptrdiff_t stride = data.stride;
-  T *F = data.travellers.data(), *along = data.rows.data(), *row = data.upper.data() + place * stride;
+  T *F = data.travellers.data(), *row = data.upper.data() + place * stride;
   const T D_inverse = data.D_inverse[c];
-  clear_row(tree, i, place, row);
-  dot_columns(tree.dofs[c], F, stride, place + 1, end, along);
-  over_before<T>(place + 1, end,
-                 [&](int s, auto lanes) { lanes.store(row + s, -(lanes.load(along + s) * D_inverse)); });
-  put_lane(row, place, D_inverse);
-  if (!felt) return;
   const Force<T>& U = data.U[c];
-  for (int k = 0; k < 6; ++k) {
-    const T u = k < 3 ? U.linear.at(k) : U.angular.at(k - 3);
-    T* f = F + k * stride;
-    put_lane(f, place, T(0));
-    over_before<T>(place, end, [&](int s, auto lanes) {
-      lanes.store(f + s, lanes.load(f + s) + lanes.load(row + s) * u);
-    });
-  }
+  clear_row(tree, i, place, row);
+  over_before<T>(place, tree.end[i], [&](int s, auto lanes) {
+    Vector answer = -(dot_group<T>(tree.dofs[c], F + s, stride, lanes) * D_inverse);
+    answer = with_lane<T>(answer, place - s, D_inverse);
+    lanes.store(row + s, answer);
+    if (!hung && first) return;
+    SixLanes<T> f(F + s, stride, lanes);
+    for (int k = 0; k < 6; ++k) {
+      const T& u = k < 3 ? U.linear.at(k) : U.angular.at(k - 3);
+      f.x[k] = with_lane<T>(f.x[k], place - s, T(0)) + answer * u;
+    }
+    if (first) f.act(data.X_PB[i]);
+    f.store(F + s, stride, lanes);
+  });
 }
 
 // A free-flyer resists with all six columns at once, and nothing beyond it is felt by its parent.
@@ -193,44 +196,56 @@ void gather_unit_torques(const Model<T>& model, Data<T>& data) {
   const Tree& tree = data.tree;
   for (int at = model.njoints() - 1; at >= 0; --at) {
     const int i = tree.preorder[at], k = tree.first[i];
-    const bool hung = model.parent[i] >= 0;
-    if (tree.count[i] == 6) {
-      resist_freely(data, i, hung);
-    } else {
-      for (int c = k + tree.count[i] - 1; c >= k; --c) resist(data, i, c, hung || c > k);
+    if (tree.count[i] < 6) {
+      for (int c = k + tree.count[i] - 1; c >= k; --c) resist(model, data, i, c);
+      continue;
     }
+    const bool hung = model.parent[i] >= 0;
+    resist_freely(data, i, hung);
     if (hung) act_columns<T>(data.X_PB[i], data.travellers.data(), data.stride, tree.begin[i], tree.end[i]);
   }
 }
 
-// From the roots: m_s the motion with which body i answers unit torque s.
+// From the roots: m_s the motion with which body i answers unit torque s.  A column with U has its share
+// row_s <- row_s - U.m_s / D in it and adds S row_s.
 template <class T>
-void spread_responses(const Model<T>& model, Data<T>& data, int i) {
+DYNTAPE_INLINE void spread_responses(const Model<T>& model, Data<T>& data, int i) {
   const Tree& tree = data.tree;
-  const int p = model.parent[i], begin = tree.begin[i], end = tree.end[tree.root[i]];
+  const int p = model.parent[i], begin = tree.begin[i], end = tree.end[tree.root[i]], count = tree.count[i];
   const std::ptrdiff_t stride = data.stride;
-  T *m = data.responses.data() + tree.depth[i] * 6 * stride, *answer = data.rows.data();
-  if (p >= 0) {
-    act_inverse_columns<T>(data.X_PB[i], m - 6 * stride, m, stride, begin, end);
-  } else {
+  T *m = data.responses.data() + tree.depth[i] * 6 * stride, *row = data.upper.data() + begin * stride;
+  if (p < 0) {
     for (int k = 0; k < 6; ++k) clear_row(tree, i, begin, m + k * stride);
+  } else if (count == 1) {
+    const int dof = tree.first[i];
+    const bool leaf = tree.end[i] == begin + 1;
+    over<T>(begin, end, [&](int s, auto lanes) {
+      SixLanes<T> own(m - 6 * stride + s, stride, lanes);
+      own.act_inverse(data.X_PB[i]);
+      lanes.store(row + s, lanes.load(row + s) - own.dot(data.U[dof]) * data.D_inverse[dof]);
+      if (!leaf) own.store(m + s, stride, lanes);
+    });
+    if (!leaf) add_along_columns<T>(tree.dofs[dof], row, m, stride, begin + 1, end);
+    return;
+  } else {
+    act_inverse_columns<T>(data.X_PB[i], m - 6 * stride, m, stride, begin, end);
   }
-  for (int c = 0; c < tree.count[i]; ++c) {
-    const int place = begin + c, dof = tree.first[i] + c;
-    T* row = data.upper.data() + place * stride;
-    if (tree.count[i] == 6) {
-      if (p >= 0) subtract_columns(m + c * stride, T(1), place, end, row);
+  for (int c = 0; c < count; ++c, row += stride) {
+    const int dof = tree.first[i] + c;
+    if (count == 6) {
+      if (p >= 0) subtract_columns(m + c * stride, T(1), begin + c, end, row);
       continue;
     }
     if (p >= 0 || c > 0) {
-      dot_columns(data.U[dof], m, stride, place, end, answer);
-      subtract_columns(answer, data.D_inverse[dof], place, end, row);
+      T* answer = data.rows.data();
+      project_columns(data.U[dof], m, stride, begin + c, end, answer);
+      subtract_columns(answer, data.D_inverse[dof], begin + c, end, row);
     }
-    add_along_columns<T>(tree.dofs[dof], row, m, stride, place + 1, end);
+    add_along_columns<T>(tree.dofs[dof], row, m, stride, begin + c + 1, end);
   }
-  if (tree.count[i] != 6) return;
-  for (int c = 0; c < 6; ++c)
-    subtract_columns(data.upper.data() + (begin + c) * stride, T(-1), begin + 6, end, m + c * stride);
+  if (count != 6) return;
+  row = data.upper.data() + begin * stride;
+  for (int c = 0; c < 6; ++c) subtract_columns(row + c * stride, T(-1), begin + 6, end, m + c * stride);
 }
 
 template <class T>

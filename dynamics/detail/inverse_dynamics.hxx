@@ -94,19 +94,24 @@ const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>&
   for (int i = 0; i < model.njoints(); ++i) data.composites[i] = composite(model.inertias[i]);
   for (int at = model.njoints() - 1; at >= 0; --at) {
     const int i = tree.preorder[at], p = model.parent[i], first = tree.first[i], last = first + tree.count[i];
-    for (int k = first; k < last; ++k) {
+    for (int k = last - 1; k >= first; --k) {
+      const int place = tree.place_of[k], end = tree.end[i];
+      const bool leaves = k == first && p >= 0;
       const Force<T> own = data.composites[i] * tree.dofs[k];
-      for (int r = first; r <= k; ++r) M[r + k * nv] = M[k + r * nv] = dot(tree.dofs[r], own);
+      detail::over_before<T>(place, end, [&](int s, auto lanes) {
+        detail::SixLanes<T> f(F + s, stride, lanes);
+        for (int e = 0; e < 6; ++e) {
+          f.x[e] = detail::with_lane<T>(f.x[e], place - s, e < 3 ? own.linear.at(e) : own.angular.at(e - 3));
+        }
+        lanes.store(row + s, detail::dot_group<T>(tree.dofs[k], F + s, stride, lanes));
+        if (leaves) f.act(data.X_PB[i]);
+        f.store(F + s, stride, lanes);
+      });
+      M[k + k * nv] = dot(tree.dofs[k], own);
       if (detail::has_armature(model, acting, i)) M[k + k * nv] += detail::armature_at(model, acting, i);
-      detail::put_spatial(F, stride, tree.place_of[k], own);
-    }
-    const int beyond = tree.begin[i] + tree.count[i], end = tree.end[i];
-    for (int k = first; k < last; ++k) {
-      detail::dot_columns(tree.dofs[k], F, stride, beyond, end, row);
-      for (int s = beyond; s < end; ++s) M[k + tree.dof_at[s] * nv] = M[tree.dof_at[s] + k * nv] = row[s];
+      for (int s = place + 1; s < end; ++s) M[k + tree.dof_at[s] * nv] = M[tree.dof_at[s] + k * nv] = row[s];
     }
     if (p < 0) continue;
-    detail::act_columns<T>(data.X_PB[i], F, stride, tree.begin[i], end);
     accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
   }
   return data.M;

@@ -11,6 +11,8 @@
 // at `end` and behind it alone.
 #pragma once
 
+#include <dyntape/dynamics/small.h>
+
 #include <cstddef>
 #include <type_traits>
 #include <vector>
@@ -77,12 +79,12 @@ class LaneArray {
 };
 
 template <class T, class Body>
-void over(int begin, int end, Body body) {
+DYNTAPE_INLINE void over(int begin, int end, Body body) {
   for (int s = begin / kLanes<T> * kLanes<T>; s < end; s += kLanes<T>) body(s, Lanes<T>());
 }
 
 template <class T, class Body>
-void over_before(int begin, int end, Body body) {
+DYNTAPE_INLINE void over_before(int begin, int end, Body body) {
   int s = begin / kLanes<T> * kLanes<T>;
   for (; s + kLanes<T> <= end; s += kLanes<T>) body(s, Lanes<T>());
   if constexpr (kLanes < T >> 1) {
@@ -90,17 +92,23 @@ void over_before(int begin, int end, Body body) {
   }
 }
 
+// The group with its entry `at` replaced; nothing where the group has no such entry.
+template <class T>
+DYNTAPE_INLINE typename Lanes<T>::Vector with_lane(const typename Lanes<T>::Vector& group, int at,
+                                                   const T& value) {
+  if constexpr (kLanes < T >> 1) {
+    return Lanes<T>::indices() == at ? typename Lanes<T>::Vector{} + value : group;
+  } else {
+    return at == 0 ? value : group;
+  }
+}
+
 // x[at] = value, in a piece that a group can be read back from.
 template <class T>
-void put_lane(T* x, int at, const T& value) {
-  if constexpr (kLanes < T >> 1) {
-    const Lanes<T> lanes;
-    T* group = x + at / kLanes<T> * kLanes<T>;
-    const typename Lanes<T>::Vector before = lanes.load(group);
-    lanes.store(group, Lanes<T>::indices() == at % kLanes<T> ? typename Lanes<T>::Vector{} + value : before);
-  } else {
-    x[at] = value;
-  }
+DYNTAPE_INLINE void put_lane(T* x, int at, const T& value) {
+  const Lanes<T> lanes;
+  T* group = x + at / kLanes<T> * kLanes<T>;
+  lanes.store(group, with_lane<T>(lanes.load(group), at % kLanes<T>, value));
 }
 
 }  // namespace dyntape::dynamics::detail
