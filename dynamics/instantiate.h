@@ -22,6 +22,7 @@
 #include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
 #include <dyntape/dynamics/instantiate/kinematics.h>
 #include <dyntape/dynamics/instantiate/regressor.h>
+#include <dyntape/dynamics/instantiate/second_order.h>
 #include <dyntape/dynamics/instantiate/wrenches.h>
 
 #define DYNTAPE_INSTANTIATE_DYNAMICS(T) \
@@ -35,4 +36,5 @@
   DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_KINEMATICS(T) \
   DYNTAPE_INSTANTIATE_REGRESSOR(T) \
+  DYNTAPE_INSTANTIATE_SECOND_ORDER(T) \
   DYNTAPE_INSTANTIATE_WRENCHES(T)
