@@ -32,6 +32,7 @@ struct Tree {
   std::vector<int> begin, end;  // (njoints)
   std::vector<int> dof_at;      // (nv) index in v of the column at a place
   std::vector<int> place_of;    // (nv) and back
+  bool in_order = true;         // whether that is the order of v
   std::vector<int> depth;       // (njoints) joints between joint i and the world
   int deepest = 0;
 
@@ -70,6 +71,7 @@ Tree tree_of(const Model<T>& model) {
     tree.preorder[joint] = i;
     for (int k = 0; k < tree.count[i]; ++k) {
       tree.dof_at[place + k] = tree.first[i] + k;
+      tree.in_order = tree.in_order && place == tree.first[i];
       tree.place_of[tree.first[i] + k] = place + k;
     }
     next[i] = place + tree.count[i];

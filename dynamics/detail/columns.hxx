@@ -90,6 +90,19 @@ struct SixLanes {
   }
 };
 
+// A (k, s) = A (s, k) = row[s] for the columns at the places [begin, end).
+template <class T>
+DYNTAPE_INLINE void mirror(const Tree& tree, int k, int begin, int end, const T* row, MatrixX<T>& A) {
+  const std::ptrdiff_t nv = A.rows();
+  T *column = A.data() + k * nv, *across = A.data() + k;
+  if (tree.in_order) {
+    for (std::ptrdiff_t s = begin; s < end; ++s) column[s] = row[s];
+    for (std::ptrdiff_t s = begin; s < end; ++s) across[s * nv] = row[s];
+  } else {
+    for (int s = begin; s < end; ++s) column[tree.dof_at[s]] = across[tree.dof_at[s] * nv] = row[s];
+  }
+}
+
 // row[s] = S . F_s: axis and three quantities, or column and six; with kAdd, row[s] is increased by it.
 template <bool kAdd = false, class T, class Direction>
 DYNTAPE_INLINE void dot_columns(const Direction& S, const T* F, std::ptrdiff_t stride, int begin, int end,

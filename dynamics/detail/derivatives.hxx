@@ -99,10 +99,10 @@ DYNTAPE_INLINE void meet_columns(Data<T>& data, int i, int r) {
                                            lanes.load(c + 2 * stride) * turn.at(2)));
   });
   if (S.angular) dot_columns<true>(S.axis, couple, stride, begin, end, v_below);
-  T *M = data.M.data(), *by_q = data.dtau_dq.data(), *by_v = data.dtau_dv.data();
+  T *by_q = data.dtau_dq.data(), *by_v = data.dtau_dv.data();
+  mirror(tree, r, begin, end, a, data.M);
   for (int s = begin; s < end; ++s) {
     const std::ptrdiff_t k = tree.dof_at[s], above = r + k * nv, below = k + r * nv;
-    M[above] = M[below] = a[s];
     by_q[above] = q[s];
     by_q[below] = q_below[s];
     by_v[above] = v[s];

@@ -162,33 +162,35 @@ DYNTAPE_INLINE void resist(const Model<T>& model, Data<T>& data, int i, int c) {
   });
 }
 
-// A free-flyer resists with all six columns at once, and nothing beyond it is felt by its parent.
+// A free-flyer resists with all six columns at once: rows I_A^-1 for its own, -I_A^-1 F for those beyond it, and
+// nothing of these is felt by its parent.
 template <class T>
-void resist_freely(Data<T>& data, int i, bool felt) {
+DYNTAPE_INLINE void resist_freely(const Model<T>& model, Data<T>& data, int i) {
+  using Vector = typename Lanes<T>::Vector;
   const Tree& tree = data.tree;
-  const int place = tree.begin[i], beyond = place + 6, end = tree.end[i];
+  const int place = tree.begin[i];
   const std::ptrdiff_t stride = data.stride;
   T *F = data.travellers.data(), *row = data.upper.data() + place * stride;
   const Ldlt6<T>& A = data.ldlt[i];
-  for (int r = 0; r < 6; ++r) {
-    T *f = F + r * stride, *x = row + r * stride;
-    clear_row(tree, i, place, x);
-    over_before<T>(beyond, end, [&](int s, auto lanes) {
-      lanes.store(x + s, -lanes.load(f + s));
-      lanes.store(f + s, lanes.zero());
-    });
-    for (int k = 0; k < r; ++k) subtract_columns(row + k * stride, A.L(r, k), beyond, end, x);
-  }
-  for (int r = 5; r >= 0; --r) {
-    T* x = row + r * stride;
-    over<T>(beyond, end, [&](int s, auto lanes) { lanes.store(x + s, lanes.load(x + s) * A.D_inverse[r]); });
-    for (int k = r + 1; k < 6; ++k) subtract_columns(row + k * stride, A.L(k, r), beyond, end, x);
-  }
-  for (int c = 0; c < 6; ++c) {
-    const Vector6<T> column = A.solve(Vector6<T>::Unit(c));
-    for (int r = 0; r <= c; ++r) put_lane(row + r * stride, place + c, column[r]);
-    for (int r = 0; felt && r < 6; ++r) put_lane(F + r * stride, place + c, r == c ? T(1) : T(0));
-  }
+  for (int r = 0; r < 6; ++r) clear_row(tree, i, place, row + r * stride);
+  over_before<T>(place, tree.end[i], [&](int s, auto lanes) {
+    SixLanes<T> x(F + s, stride, lanes), f = x;
+    for (int r = 0; r < 6; ++r) {
+      f.x[r] = with_first_lanes<T>(lanes.zero(), place + 6 - s, place + r - s);
+      x.x[r] = with_first_lanes<T>(Vector(-x.x[r]), place + 6 - s, place + r - s);
+    }
+    for (int r = 1; r < 6; ++r) {
+      for (int k = 0; k < r; ++k) x.x[r] = x.x[r] - x.x[k] * A.L(r, k);
+    }
+    for (int r = 0; r < 6; ++r) x.x[r] = x.x[r] * A.D_inverse[r];
+    for (int r = 4; r >= 0; --r) {
+      for (int k = r + 1; k < 6; ++k) x.x[r] = x.x[r] - x.x[k] * A.L(k, r);
+    }
+    x.store(row + s, stride, lanes);
+    if (model.parent[i] < 0) return;
+    f.act(data.X_PB[i]);
+    f.store(F + s, stride, lanes);
+  });
 }
 
 template <class T>
@@ -200,9 +202,7 @@ void gather_unit_torques(const Model<T>& model, Data<T>& data) {
       for (int c = k + tree.count[i] - 1; c >= k; --c) resist(model, data, i, c);
       continue;
     }
-    const bool hung = model.parent[i] >= 0;
-    resist_freely(data, i, hung);
-    if (hung) act_columns<T>(data.X_PB[i], data.travellers.data(), data.stride, tree.begin[i], tree.end[i]);
+    resist_freely(model, data, i);
   }
 }
 
@@ -253,15 +253,12 @@ void minverse_articulated(const Model<T>& model, Data<T>& data) {
   gather_unit_torques(model, data);
   const Tree& tree = data.tree;
   for (int i : tree.preorder) spread_responses(model, data, i);
-  T* Minv = data.Minv.data();
-  const std::ptrdiff_t nv = model.nv;
   for (int i = 0; i < model.njoints(); ++i) {
     for (int place = tree.begin[i]; place < tree.begin[i] + tree.count[i]; ++place) {
-      const T* row = data.upper.data() + place * data.stride;
+      const T* row = data.upper.data() + place * std::ptrdiff_t{data.stride};
       const int k = tree.dof_at[place];
-      for (int s = place; s < tree.end[tree.root[i]]; ++s) {
-        Minv[k + tree.dof_at[s] * nv] = Minv[tree.dof_at[s] + k * nv] = row[s];
-      }
+      data.Minv.data()[k + std::ptrdiff_t{k} * model.nv] = row[place];
+      mirror(tree, k, place + 1, tree.end[tree.root[i]], row, data.Minv);
     }
   }
 }

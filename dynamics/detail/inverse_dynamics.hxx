@@ -41,6 +41,49 @@ void accelerate_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>*
   }
 }
 
+// Rows of M of a joint with one column, F_s = I^C_s S_s of those beyond it on their way; its own sets out.
+template <class T>
+DYNTAPE_INLINE void cross_single_joint(const Model<T>& model, Data<T>& data, int i) {
+  const Tree& tree = data.tree;
+  const int k = tree.first[i], place = tree.begin[i], end = tree.end[i];
+  const bool hung = model.parent[i] >= 0;
+  const std::ptrdiff_t stride = data.stride;
+  T *F = data.travellers.data(), *row = data.rows.data();
+  const Dof& S = tree.dofs[k];
+  const Force<T> own = data.composites[i] * S;
+  over_before<T>(place, end, [&](int s, auto lanes) {
+    lanes.store(row + s, dot_group<T>(S, F + s, stride, lanes));
+    if (!hung) return;
+    SixLanes<T> f(F + s, stride, lanes);
+    for (int e = 0; e < 6; ++e) {
+      f.x[e] = with_lane<T>(f.x[e], place - s, e < 3 ? own.linear.at(e) : own.angular.at(e - 3));
+    }
+    f.act(data.X_PB[i]);
+    f.store(F + s, stride, lanes);
+  });
+  data.M.data()[k + std::ptrdiff_t{k} * model.nv] = dot(S, own);
+  mirror(tree, k, place + 1, end, row, data.M);
+}
+
+template <class T>
+void cross_joint(const Model<T>& model, Data<T>& data, int i) {
+  const Tree& tree = data.tree;
+  const int first = tree.first[i], last = first + tree.count[i], beyond = tree.begin[i] + tree.count[i];
+  const std::ptrdiff_t stride = data.stride, nv = model.nv;
+  T *M = data.M.data(), *F = data.travellers.data(), *row = data.rows.data();
+  for (int k = first; k < last; ++k) {
+    const Force<T> own = data.composites[i] * tree.dofs[k];
+    for (int r = first; r <= k; ++r) M[r + k * nv] = M[k + r * nv] = dot(tree.dofs[r], own);
+    dot_columns(tree.dofs[k], F, stride, beyond, tree.end[i], row);
+    mirror(tree, k, beyond, tree.end[i], row, data.M);
+  }
+  if (model.parent[i] < 0) return;
+  for (int k = first; k < last; ++k) {
+    put_spatial(F, stride, tree.place_of[k], data.composites[i] * tree.dofs[k]);
+  }
+  act_columns<T>(data.X_PB[i], F, stride, tree.begin[i], tree.end[i]);
+}
+
 }  // namespace detail
 
 template <class T>
@@ -88,31 +131,18 @@ const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>&
   detail::check_arguments("crba", model, data, q);
   detail::check_acting("crba", model, acting);
   detail::place_joints(model, data, q);
-  const Tree& tree = data.tree;
-  const std::ptrdiff_t nv = model.nv, stride = data.stride;
-  T *M = data.M.data(), *F = data.travellers.data(), *row = data.rows.data();
   for (int i = 0; i < model.njoints(); ++i) data.composites[i] = composite(model.inertias[i]);
   for (int at = model.njoints() - 1; at >= 0; --at) {
-    const int i = tree.preorder[at], p = model.parent[i], first = tree.first[i], last = first + tree.count[i];
-    for (int k = last - 1; k >= first; --k) {
-      const int place = tree.place_of[k], end = tree.end[i];
-      const bool leaves = k == first && p >= 0;
-      const Force<T> own = data.composites[i] * tree.dofs[k];
-      detail::over_before<T>(place, end, [&](int s, auto lanes) {
-        detail::SixLanes<T> f(F + s, stride, lanes);
-        for (int e = 0; e < 6; ++e) {
-          f.x[e] = detail::with_lane<T>(f.x[e], place - s, e < 3 ? own.linear.at(e) : own.angular.at(e - 3));
-        }
-        lanes.store(row + s, detail::dot_group<T>(tree.dofs[k], F + s, stride, lanes));
-        if (leaves) f.act(data.X_PB[i]);
-        f.store(F + s, stride, lanes);
-      });
-      M[k + k * nv] = dot(tree.dofs[k], own);
-      if (detail::has_armature(model, acting, i)) M[k + k * nv] += detail::armature_at(model, acting, i);
-      for (int s = place + 1; s < end; ++s) M[k + tree.dof_at[s] * nv] = M[tree.dof_at[s] + k * nv] = row[s];
+    const int i = data.tree.preorder[at], p = model.parent[i];
+    if (data.tree.count[i] == 1) {
+      detail::cross_single_joint(model, data, i);
+    } else {
+      detail::cross_joint(model, data, i);
     }
-    if (p < 0) continue;
-    accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
+    for (int k = data.tree.first[i]; k < data.tree.first[i] + data.tree.count[i]; ++k) {
+      if (detail::has_armature(model, acting, i)) data.M(k, k) += detail::armature_at(model, acting, i);
+    }
+    if (p >= 0) accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
   }
   return data.M;
 }

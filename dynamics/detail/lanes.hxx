@@ -103,6 +103,20 @@ DYNTAPE_INLINE typename Lanes<T>::Vector with_lane(const typename Lanes<T>::Vect
   }
 }
 
+// The group with its first `count` entries replaced by zeros, and a one at `one`.
+template <class T>
+DYNTAPE_INLINE typename Lanes<T>::Vector with_first_lanes(const typename Lanes<T>::Vector& group, int count,
+                                                          int one) {
+  if constexpr (kLanes < T >> 1) {
+    using Vector = typename Lanes<T>::Vector;
+    const auto indices = Lanes<T>::indices();
+    const Vector unit = indices == one ? Vector{} + T(1) : Vector{};
+    return indices < count ? unit : group;
+  } else {
+    return count <= 0 ? group : one == 0 ? T(1) : T(0);
+  }
+}
+
 // x[at] = value, in a piece that a group can be read back from.
 template <class T>
 DYNTAPE_INLINE void put_lane(T* x, int at, const T& value) {
