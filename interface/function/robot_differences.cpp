@@ -5,7 +5,6 @@
 #include <limits>
 
 #include <dyntape/dynamics/configuration.h>
-#include <dyntape/interface/function/robot_plain.h>
 
 namespace dyntape::detail {
 namespace {
@@ -18,11 +17,12 @@ double rounded_step(double x, double step) {
 
 }  // namespace
 
-RobotDifferences::RobotDifferences(const dynamics::Model<double>& model, RobotFunction function, bool central,
-                                   double step)
+RobotDifferences::RobotDifferences(const dynamics::Model<double>& model, const RobotFunction& derivative,
+                                   bool central, double step)
     : model_(model),
-      data_(model),
-      function_(is_forward(function) ? RobotFunction::kAba : RobotFunction::kRnea),
+      work_(model, value_of(derivative)),
+      values_(outputs(model, value_of(derivative))),
+      by_(derived_by(derivative)),
       central_(central),
       step_(step),
       scaled_by_(static_cast<std::size_t>(model.nv), -1) {
@@ -35,40 +35,50 @@ RobotDifferences::RobotDifferences(const dynamics::Model<double>& model, RobotFu
   }
 }
 
-Eigen::VectorXd RobotDifferences::value(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-                                        const Eigen::VectorXd& w) {
-  Eigen::VectorXd y(model_.nv);
-  run<double>(model_, data_, function_, q, v, w, y.data());
+Eigen::VectorXd RobotDifferences::value() {
+  Eigen::VectorXd y(static_cast<Eigen::Index>(work_.n_out()));
+  work_.run();
+  work_.write(y.data());
   return y;
 }
 
-void RobotDifferences::operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
-                                  const Eigen::VectorXd& w, double* blocks) {
+void RobotDifferences::operator()(const double* state, double* blocks) {
+  work_.read(state);
+  const Eigen::VectorXd here = value(), q = work_.state.q;
+  // `place(h)` moves one entry of the state by h.
+  const auto difference = [&](double h, auto place) -> Eigen::VectorXd {
+    place(h);
+    const Eigen::VectorXd ahead = value();
+    if (!central_) return (ahead - here) / h;
+    place(-h);
+    return (ahead - value()) / (2 * h);
+  };
+  const auto slope = [&](int input, int k) {
+    if (input == 0) {
+      const int entry = scaled_by_[static_cast<std::size_t>(k)];
+      const Eigen::VectorXd s = difference(entry < 0 ? step_ : rounded_step(q[entry], step_), [&](double h) {
+        work_.state.q = dynamics::integrate<double>(model_, q, h * Eigen::VectorXd::Unit(model_.nv, k));
+      });
+      work_.state.q = q;
+      return s;
+    }
+    double& x = (input == 1 ? work_.state.v : work_.state.w)[k];
+    const double there = x;
+    const Eigen::VectorXd s = difference(rounded_step(x, step_), [&](double h) { x = there + h; });
+    x = there;
+    return s;
+  };
   const int n = model_.nv;
-  const Eigen::VectorXd here = value(q, v, w);
-  const auto write = [&](int block, int column, const Eigen::VectorXd& slope) {
-    for (int i = 0; i < n; ++i) blocks[(block * n + i) * n + column] = slope[i];
-  };
-  // `at(h)` is the value with one entry moved by h.
-  const auto difference = [&](double h, auto at) -> Eigen::VectorXd {
-    if (central_) return (at(h) - at(-h)) / (2 * h);
-    return (at(h) - here) / h;
-  };
-  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(n);
-  for (int k = 0; k < n; ++k) {
-    const int entry = scaled_by_[static_cast<std::size_t>(k)];
-    const double h_q = entry < 0 ? step_ : rounded_step(q[entry], step_);
-    write(0, k, difference(h_q, [&](double h) {
-            Eigen::VectorXd d = zero;
-            d[k] = h;
-            return value(dynamics::integrate<double>(model_, q, d), v, w);
-          }));
-    const auto moved = [k](Eigen::VectorXd x, double h) {
-      x[k] += h;
-      return x;
-    };
-    write(1, k, difference(rounded_step(v[k], step_), [&](double h) { return value(q, moved(v, h), w); }));
-    write(2, k, difference(rounded_step(w[k], step_), [&](double h) { return value(q, v, moved(w, h)); }));
+  for (std::size_t j = 0; j < by_.size(); ++j) {
+    for (int k = 0; k < n; ++k) {
+      const Eigen::VectorXd column = slope(by_[j], k);
+      int first = 0;
+      for (const RobotBlock& value : values_) {
+        const int block = first * static_cast<int>(by_.size()) + static_cast<int>(j) * value.size();
+        for (int i = 0; i < value.size(); ++i) blocks[(block + i) * n + k] = column[first + i];
+        first += value.size();
+      }
+    }
   }
 }
 

@@ -3,26 +3,26 @@
 // Finite differences of the plain double dynamics, as robot_evaluator.h states them.  Internal.
 #pragma once
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape::detail {
 
 class RobotDifferences {
  public:
-  // step: 0 for the default of the scheme.
-  RobotDifferences(const dynamics::Model<double>& model, RobotFunction function, bool central, double step);
+  // The value that `derivative` is of.  step: 0 for the default of the scheme.
+  RobotDifferences(const dynamics::Model<double>& model, const RobotFunction& derivative, bool central,
+                   double step);
 
-  // (q, v, w) -> three blocks (nv x nv), row by row.
-  void operator()(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& w,
-                  double* blocks);
+  // State -> the blocks of the derivative.
+  void operator()(const double* state, double* blocks);
 
  private:
-  Eigen::VectorXd value(const Eigen::VectorXd& q, const Eigen::VectorXd& v, const Eigen::VectorXd& w);
+  Eigen::VectorXd value();
 
   const dynamics::Model<double>& model_;
-  dynamics::Data<double> data_;
-  RobotFunction function_;  // rnea or aba
+  RobotWork<double> work_;
+  std::vector<RobotBlock> values_;
+  std::vector<int> by_;
   bool central_;
   double step_;
   std::vector<int> scaled_by_;  // (nv) the entry of q that scales the step, or -1

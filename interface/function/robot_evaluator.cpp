@@ -8,7 +8,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/check_forward_dynamics.h>
 #include <dyntape/interface/function/robot_differences.h>
-#include <dyntape/interface/function/robot_plain.h>
+#include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape {
 
@@ -37,35 +37,20 @@ RobotRoute robot_route_from(const std::string& word) {
   throw ArgumentError("there is no route \"" + word + "\"; choose one of " + choices);
 }
 
-bool has_route(RobotFunction function, RobotRoute route) {
+bool has_route(const RobotFunction& function, RobotRoute route) {
   return is_derivative(function) || (route != RobotRoute::kFdForward && route != RobotRoute::kFdCentral);
 }
 
 // One of the four members at the end is there: the way to evaluate.  They refer to each other and to `model`, so
 // a Path does not move.
 struct RobotEvaluator::Path {
-  Path(const dynamics::Model<double>& robot, RobotFunction what) : model(robot), function(what) {
-    n_out = detail::size_of_result(model.nv, function);
-    rest = detail::rest_of_state(model.nv, function) / 2;
-    n_in = static_cast<std::size_t>(model.nq + 2 * rest);
-    q.resize(model.nq);
-    v.resize(rest);
-    w.resize(rest);
-  }
-
-  void read(const double* state) {
-    std::copy(state, state + q.size(), q.data());
-    std::copy(state + q.size(), state + q.size() + rest, v.data());
-    std::copy(state + q.size() + rest, state + n_in, w.data());
-  }
+  Path(const dynamics::Model<double>& robot, const RobotFunction& what) : model(robot), function(what) {}
 
   dynamics::Model<double> model;
   RobotFunction function;
-  std::size_t n_in, n_out;
-  Eigen::Index rest;
-  Eigen::VectorXd q, v, w;
+  std::size_t n_in = 0, n_out = 0;
 
-  std::optional<dynamics::Data<double>> data;
+  std::optional<detail::RobotWork<double>> plain;
   std::optional<detail::RobotDifferences> differences;
   std::optional<Interpreter> tape;
   std::optional<Interpreter::Workspace> tape_workspace;
@@ -73,34 +58,37 @@ struct RobotEvaluator::Path {
   std::optional<CompiledFunction::Workspace> workspace;
 };
 
-RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, RobotFunction function, RobotRoute route,
-                               const RobotEvaluatorOptions& options)
+RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, const RobotFunction& function,
+                               RobotRoute route, const RobotEvaluatorOptions& options)
     : path_(std::make_unique<Path>(model, function)) {
   if (!has_route(function, route)) {
     throw ArgumentError(std::string(to_string(function)) + " is a value: the route \"" + to_string(route) +
-                        "\" exists for id-derivatives and fd-derivatives only");
+                        "\" exists for derivatives only");
   }
   if (is_forward(function)) dynamics::check_forward_dynamics(model);
   Path& path = *path_;
+  path.plain.emplace(path.model, function);
+  path.n_in = path.plain->n_in();
+  path.n_out = path.plain->n_out();
   switch (route) {
     case RobotRoute::kAnalytic:
-      path.data.emplace(path.model);
       return;
     case RobotRoute::kTape:
       path.tape.emplace(record_robot_function(model, function, RobotSource::kDifferentiated));
       path.tape_workspace.emplace(*path.tape);
-      return;
+      break;
     case RobotRoute::kGenerated: {
       CodegenOptions codegen = options.codegen;
       codegen.order = Order::kValue;
       path.compiled = CompiledFunction::make(record_robot_function(model, function), codegen);
       path.workspace.emplace(*path.compiled);
-      return;
+      break;
     }
     case RobotRoute::kFdForward:
     case RobotRoute::kFdCentral:
       path.differences.emplace(path.model, function, route == RobotRoute::kFdCentral, options.step);
   }
+  path.plain.reset();
 }
 
 RobotEvaluator::~RobotEvaluator() = default;
@@ -118,13 +106,10 @@ void RobotEvaluator::evaluate(const double* state, double* result) {
     if (const std::uint32_t status = (*path.tape)(state, nullptr, nullptr, result, *path.tape_workspace)) {
       throw GuardViolation(describe_guard(path.tape->function(), status));
     }
+  } else if (path.differences) {
+    (*path.differences)(state, result);
   } else {
-    path.read(state);
-    if (path.differences) {
-      (*path.differences)(path.q, path.v, path.w, result);
-    } else {
-      detail::run<double>(path.model, *path.data, path.function, path.q, path.v, path.w, result);
-    }
+    path.plain->evaluate(state, result);
   }
 }
 

@@ -3,7 +3,7 @@
 // A robot's functions by every route, with one shape of input and output (robot_functions.h), so that routes
 // can be compared entry by entry.
 //
-//   RobotEvaluator id(arm, RobotFunction::kIdDerivatives, RobotRoute::kGenerated);
+//   RobotEvaluator id(arm, RobotFunction("id-derivatives"), RobotRoute::kGenerated);
 //   Eigen::VectorXd y = id(state);                        // dtau_dq | dtau_dv | dtau_da, row by row
 //
 //   route        value functions                derivatives
@@ -42,7 +42,7 @@ const char* to_string(RobotRoute route);
 RobotRoute robot_route_from(const std::string& word);
 
 // Whether the route is defined for the function: all but the differences of a value.
-bool has_route(RobotFunction function, RobotRoute route);
+bool has_route(const RobotFunction& function, RobotRoute route);
 
 struct RobotEvaluatorOptions {
   CodegenOptions codegen;  // of the generated route
@@ -54,7 +54,7 @@ class CompiledFunction;
 // One thread at a time.
 class RobotEvaluator {
  public:
-  RobotEvaluator(const dynamics::Model<double>& model, RobotFunction function, RobotRoute route,
+  RobotEvaluator(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
                  const RobotEvaluatorOptions& options = {});
   ~RobotEvaluator();
   RobotEvaluator(RobotEvaluator&&) noexcept;

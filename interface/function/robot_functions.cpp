@@ -5,7 +5,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/dynamics/configuration.h>
-#include <dyntape/interface/function/robot_plain.h>
+#include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape {
 namespace {
@@ -14,21 +14,14 @@ using dynamics::Data;
 using dynamics::Model;
 using dynamics::VectorX;
 
-template <class T>
-VectorX<T> run(const Model<T>& model, RobotFunction function, const VectorX<T>& q, const VectorX<T>& rest) {
-  Data<T> data(model);
-  const Eigen::Index n = rest.size() / 2;
-  const VectorX<T> v = rest.head(n), w = rest.tail(n);
-  VectorX<T> y(static_cast<Eigen::Index>(detail::size_of_result(model.nv, function)));
-  detail::run<T>(model, data, function, q, v, w, y.data());
-  return y;
-}
-
-Function record_analytic(const Model<double>& model, RobotFunction function) {
+Function record_analytic(const Model<double>& model, const RobotFunction& function) {
   const Model<AD> taped = model.cast<AD>();
-  const Eigen::Index rest = detail::rest_of_state(model.nv, function);
-  return record(to_string(function), static_cast<std::size_t>(model.nq + rest),
-                [&](const VectorXad& x) { return run<AD>(taped, function, x.head(model.nq), x.tail(rest)); });
+  detail::RobotWork<AD> work(taped, function);
+  return record(to_string(function), work.n_in(), [&](const VectorXad& x) {
+    VectorXad y(static_cast<Eigen::Index>(work.n_out()));
+    work.evaluate(x.data(), y.data());
+    return y;
+  });
 }
 
 // Above so many operations the analytic recording is taken without a look at the other: on every robot of
@@ -48,32 +41,51 @@ Function at_zero_increment(const Function& jacobian, std::uint32_t nq, std::uint
   return result;
 }
 
-// Three square blocks, row by row, from the non-zeros of a Jacobian with respect to (d, v, w).
-std::vector<NodeId> dense_blocks(Graph& graph, const std::vector<NodeId>& entries, const Pattern& pattern) {
-  const std::size_t n = pattern.rows;
-  std::vector<NodeId> dense(3 * n * n, graph.constant(0));
+// The dense blocks of a result from the non-zeros of a Jacobian with respect to (d, v, w): for each block of
+// the value one for each input by which it is derived.
+std::vector<NodeId> dense_blocks(Graph& graph, const std::vector<NodeId>& entries, const Pattern& pattern,
+                                 const std::vector<RobotBlock>& values, const std::vector<int>& by, int nv) {
+  const std::size_t n = static_cast<std::size_t>(nv);
+  std::vector<NodeId> dense(pattern.rows * n * by.size(), graph.constant(0));
+  std::vector<std::size_t> first, size;  // (rows) where the block of a row starts, how many rows it has
+  for (const RobotBlock& value : values) {
+    const std::size_t start = first.size();
+    first.resize(start + static_cast<std::size_t>(value.size()), start);
+    size.resize(first.size(), static_cast<std::size_t>(value.size()));
+  }
   for (std::size_t k = 0; k < entries.size(); ++k) {
-    dense[(pattern.col[k] / n) * n * n + pattern.row[k] * n + pattern.col[k] % n] = entries[k];
+    const std::size_t row = pattern.row[k], input = pattern.col[k] / n;
+    const auto at = std::find(by.begin(), by.end(), static_cast<int>(input));
+    if (at == by.end()) continue;
+    const std::size_t block = first[row] * by.size() + static_cast<std::size_t>(at - by.begin()) * size[row];
+    dense[(block + row - first[row]) * n + pattern.col[k] % n] = entries[k];
   }
   return dense;
 }
 
-Function record_differentiated(const Model<double>& model, RobotFunction function) {
-  const RobotFunction value = is_forward(function) ? RobotFunction::kAba : RobotFunction::kRnea;
+Function record_differentiated(const Model<double>& model, const RobotFunction& function) {
+  const RobotFunction value = value_of(function);
   const Model<AD> taped = model.cast<AD>();
+  detail::RobotWork<AD> work(taped, value);
   const auto nq = static_cast<std::uint32_t>(model.nq), nv = static_cast<std::uint32_t>(model.nv);
-  const Function moved = record(to_string(function), 3 * nv, nq, [&](const VectorXad& x, const VectorXad& q) {
-    const VectorXad d = x.head(nv);
-    return run<AD>(taped, value, dynamics::integrate<AD>(taped, q, d), x.tail(2 * nv));
-  });
+  const auto n_in = static_cast<std::uint32_t>(work.n_in());
+  const Function moved =
+      record(to_string(function), n_in - nq + nv, nq, [&](const VectorXad& x, const VectorXad& q) {
+        const VectorXad d = x.head(nv);
+        VectorXad state(n_in), y(static_cast<Eigen::Index>(work.n_out()));
+        state << dynamics::integrate<AD>(taped, q, d), x.tail(n_in - nq);
+        work.evaluate(state.data(), y.data());
+        return y;
+      });
   const SparseFunction jacobian = sparse_jacobian(moved);
   Function result = at_zero_increment(jacobian.function, nq, nv);
   result.name = to_string(function);
-  result.outputs = dense_blocks(result.graph, result.outputs, jacobian.pattern);
+  result.outputs = dense_blocks(result.graph, result.outputs, jacobian.pattern, outputs(model, value),
+                                detail::derived_by(function), model.nv);
   return compact(result);
 }
 
-Function named(Function f, const Model<double>& model, RobotFunction function) {
+Function named(Function f, const Model<double>& model, const RobotFunction& function) {
   f.name = model.name + "_" + to_string(function);
   f.input_names[0] = input_names(model, function);
   f.output_names = output_names(model, function);
@@ -84,7 +96,7 @@ VectorX<AD> cast(const VectorX<double>& v) { return v.cast<AD>(); }
 
 template <class Algorithm>
 Function record_with_effects(const Model<double>& model, const dynamics::Effects<double>& effects,
-                             RobotFunction like, const char* suffix, Algorithm algorithm) {
+                             const RobotFunction& like, const char* suffix, Algorithm algorithm) {
   const Model<AD> taped = model.cast<AD>();
   const dynamics::Effects<AD> acting = recorded_effects(effects);
   Function f = record(suffix, static_cast<std::size_t>(model.nq + 2 * model.nv), [&](const VectorXad& x) {
@@ -100,17 +112,20 @@ Function record_with_effects(const Model<double>& model, const dynamics::Effects
 
 }  // namespace
 
-Eigen::VectorXd evaluate_analytic(const Model<double>& model, RobotFunction function,
+Eigen::VectorXd evaluate_analytic(const Model<double>& model, const RobotFunction& function,
                                   const Eigen::Ref<const Eigen::VectorXd>& state) {
-  const Eigen::Index rest = detail::rest_of_state(model.nv, function);
-  if (state.size() != model.nq + rest) {
+  detail::RobotWork<double> work(model, function);
+  if (state.size() != static_cast<Eigen::Index>(work.n_in())) {
     throw ArgumentError(std::string(to_string(function)) + ": the state has " + std::to_string(state.size()) +
-                        " entries, model \"" + model.name + "\" expects " + std::to_string(model.nq + rest));
+                        " entries, model \"" + model.name + "\" expects " + std::to_string(work.n_in()));
   }
-  return run<double>(model, function, state.head(model.nq), state.tail(rest));
+  Eigen::VectorXd y(static_cast<Eigen::Index>(work.n_out()));
+  work.evaluate(state.data(), y.data());
+  return y;
 }
 
-Function record_robot_function(const Model<double>& model, RobotFunction function, RobotSource source) {
+Function record_robot_function(const Model<double>& model, const RobotFunction& function,
+                               RobotSource source) {
   if (!is_derivative(function) || source == RobotSource::kAnalytic) {
     return named(record_analytic(model, function), model, function);
   }

@@ -18,7 +18,7 @@
 #include <dyntape/dynamics/configuration.h>
 #include <dyntape/dynamics/urdf.h>
 #include <dyntape/interface/function/robot_evaluator.h>
-#include <dyntape/interface/function/robot_plain.h>
+#include <dyntape/interface/function/robot_rows.h>
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -61,22 +61,27 @@ VectorXd uniform(Eigen::Index n, double bound, std::mt19937_64& random) {
                                [&] { return std::uniform_real_distribution<double>(-bound, bound)(random); });
 }
 
-VectorXd random_state(const Model<double>& model, RobotFunction function, std::mt19937_64& random) {
+VectorXd random_state(const Model<double>& model, const RobotFunction& function, std::mt19937_64& random) {
   const VectorXd q = dynamics::random_configuration<double>(model, random);
-  if (function == RobotFunction::kCrba) return q;
-  VectorXd state(model.nq + 2 * model.nv);
-  state << q, uniform(model.nv, 2, random), uniform(model.nv, 5, random);
+  VectorXd state(static_cast<Eigen::Index>(input_names(model, function).size()));
+  const Eigen::Index rest = state.size() - model.nq, n = std::min<Eigen::Index>(rest, model.nv);
+  state << q, uniform(n, 2, random), uniform(rest - n, 5, random);
   return state;
 }
 
 // The largest error of a block relative to the largest entry of that block: Minv does not hide the others.
-double error(const VectorXd& got, const VectorXd& expected, RobotFunction function) {
-  const Eigen::Index blocks = is_derivative(function) ? 3 : 1, n = expected.size() / blocks;
+double error(const VectorXd& got, const VectorXd& expected, const Model<double>& model,
+             const RobotFunction& function) {
+  Eigen::Index first = 0;
   double worst = 0;
-  for (Eigen::Index b = 0; b < blocks; ++b) {
-    const double scale = std::max(expected.segment(b * n, n).cwiseAbs().maxCoeff(), 1e-300);
-    worst = std::max(worst, (got - expected).segment(b * n, n).cwiseAbs().maxCoeff() / scale);
+  for (const RobotBlock& block : outputs(model, function)) {
+    const auto part = expected.segment(first, block.size());
+    const double scale = std::max(part.cwiseAbs().maxCoeff(), 1e-300);
+    const double e = (got.segment(first, block.size()) - part).cwiseAbs().maxCoeff() / scale;
+    worst = e <= worst ? worst : e;
+    first += block.size();
   }
+  EXPECT_EQ(first, expected.size());
   return worst;
 }
 
@@ -98,20 +103,19 @@ const std::string& shared_cache() {
 
 // The recorded templates on numbers, without a recording: the same sums in the same order.  (Eigen adds doubles in
 // another order where it packs two into a register, so that plain code differs in last bits.)
-VectorXd run_on_numbers(const Model<double>& model, RobotFunction function, const VectorXd& state) {
+VectorXd run_on_numbers(const Model<double>& model, const RobotFunction& function, const VectorXd& state) {
   const Model<AD> numbers = model.cast<AD>();
-  dynamics::Data<AD> data(numbers);
-  const Eigen::Index n = detail::rest_of_state(model.nv, function) / 2;
-  const VectorXad x = state.cast<AD>(), q = x.head(model.nq), v = x.segment(model.nq, n), w = x.tail(n);
-  VectorXad y(static_cast<Eigen::Index>(detail::size_of_result(model.nv, function)));
-  detail::run<AD>(numbers, data, function, q, v, w, y.data());
+  detail::RobotWork<AD> work(numbers, function);
+  const VectorXad x = state.cast<AD>();
+  VectorXad y(static_cast<Eigen::Index>(work.n_out()));
+  work.evaluate(x.data(), y.data());
   return y.unaryExpr([](const AD& a) { return a.value(); }).cast<double>();
 }
 
 TEST(RobotFunctions, AnalyticAndDifferentiatedRecordingsAgreeWithPlainCodeOnAllRobots) {
   for (const Robot& robot : all_robots()) {
     const Model<double> model = load(robot);
-    for (RobotFunction function : kRobotFunctions) {
+    for (const RobotFunction& function : kCoreFunctions) {
       SCOPED_TRACE(std::string(robot.name) + " " + to_string(function) + ", seed 1");
       RobotEvaluator tape(model, function, RobotRoute::kTape);
       const Interpreter analytic(record_robot_function(model, function, RobotSource::kAnalytic));
@@ -121,10 +125,10 @@ TEST(RobotFunctions, AnalyticAndDifferentiatedRecordingsAgreeWithPlainCodeOnAllR
       for (int i = 0; i < (model.nv > 20 ? 3 : 20); ++i) {
         const VectorXd state = random_state(model, function, random);
         const VectorXd plain = evaluate_analytic(model, function, state);
-        EXPECT_LE(error(tape(state), plain, function), tolerance);
+        EXPECT_LE(error(tape(state), plain, model, function), tolerance);
         VectorXd recorded(plain.size());
         analytic(state.data(), nullptr, nullptr, recorded.data(), workspace);
-        EXPECT_LE(error(recorded, plain, function), tolerance);
+        EXPECT_LE(error(recorded, plain, model, function), tolerance);
         EXPECT_TRUE(same_numbers(recorded, run_on_numbers(model, function, state)));
       }
     }
@@ -134,7 +138,7 @@ TEST(RobotFunctions, AnalyticAndDifferentiatedRecordingsAgreeWithPlainCodeOnAllR
 TEST(RobotFunctions, GeneratedCodeHasTheBitsOfTheInterpreter) {
   for (const Robot& robot : kSmall) {
     const Model<double> model = load(robot);
-    for (RobotFunction function : kRobotFunctions) {
+    for (const RobotFunction& function : kCoreFunctions) {
       if (model.nv > 7 && function == RobotFunction::kFdDerivatives)
         continue;  // minutes of gcc, no new operator
       SCOPED_TRACE(std::string(robot.name) + " " + to_string(function) + ", seed 2");
@@ -152,7 +156,7 @@ TEST(RobotFunctions, GeneratedCodeHasTheBitsOfTheInterpreter) {
         VectorXd reference(y.size());
         interpreter(state.data(), nullptr, nullptr, reference.data(), workspace);
         EXPECT_TRUE(same_bits(y, reference));
-        EXPECT_LE(error(y, evaluate_analytic(model, function, state), function), 1e-11);
+        EXPECT_LE(error(y, evaluate_analytic(model, function, state), model, function), 1e-11);
       }
     }
   }
@@ -161,7 +165,7 @@ TEST(RobotFunctions, GeneratedCodeHasTheBitsOfTheInterpreter) {
 TEST(RobotFunctions, DifferencesAreAsAccurateAsTheirOrder) {
   for (const Robot& robot : kSmall) {
     const Model<double> model = load(robot);
-    for (RobotFunction function : {RobotFunction::kIdDerivatives, RobotFunction::kFdDerivatives}) {
+    for (const RobotFunction& function : {RobotFunction::kIdDerivatives, RobotFunction::kFdDerivatives}) {
       SCOPED_TRACE(std::string(robot.name) + " " + to_string(function) + ", seed 3");
       RobotEvaluator forward(model, function, RobotRoute::kFdForward);
       RobotEvaluator central(model, function, RobotRoute::kFdCentral);
@@ -169,8 +173,8 @@ TEST(RobotFunctions, DifferencesAreAsAccurateAsTheirOrder) {
       for (int i = 0; i < 5; ++i) {
         const VectorXd state = random_state(model, function, random);
         const VectorXd exact = evaluate_analytic(model, function, state);
-        const double first = error(forward(state), exact, function),
-                     second = error(central(state), exact, function);
+        const double first = error(forward(state), exact, model, function),
+                     second = error(central(state), exact, model, function);
         EXPECT_LT(first, 1e-3);
         EXPECT_LT(second, 1e-6);
         if (model.nv > 1) {  // differences, not the derivative under another name
@@ -186,7 +190,7 @@ TEST(RobotFunctions, DifferencesAreAsAccurateAsTheirOrder) {
 TEST(RobotFunctions, DifferencesConvergeWithTheirOrder) {
   for (const Robot& robot : {Robot{"ur5", Base::kFixed}, Robot{"solo12", Base::kFloating}}) {
     const Model<double> model = load(robot);
-    for (RobotFunction function : {RobotFunction::kIdDerivatives, RobotFunction::kFdDerivatives}) {
+    for (const RobotFunction& function : {RobotFunction::kIdDerivatives, RobotFunction::kFdDerivatives}) {
       SCOPED_TRACE(std::string(robot.name) + " " + to_string(function) + ", seed 7");
       std::mt19937_64 random(7);
       const VectorXd state = random_state(model, function, random);
@@ -204,7 +208,7 @@ TEST(RobotFunctions, DifferencesConvergeWithTheirOrder) {
 
 TEST(RobotFunctions, NothingDependsOnWhereTheBaseIs) {
   const Model<double> model = load({"solo12", Base::kFloating});
-  for (RobotFunction function : kRobotFunctions) {
+  for (const RobotFunction& function : kCoreFunctions) {
     for (RobotRoute route : kRobotRoutes) {
       if (!has_route(function, route)) continue;
       SCOPED_TRACE(std::string(to_string(function)) + " " + to_string(route) + ", seed 4");
@@ -225,7 +229,7 @@ TEST(RobotFunctions, NothingDependsOnWhereTheBaseIs) {
 
 TEST(RobotFunctions, BothQuaternionsOfARotationGiveTheSameBits) {
   const Model<double> model = load({"solo12", Base::kFloating});
-  for (RobotFunction function : kRobotFunctions) {
+  for (const RobotFunction& function : kCoreFunctions) {
     for (RobotRoute route : {RobotRoute::kAnalytic, RobotRoute::kTape}) {
       SCOPED_TRACE(std::string(to_string(function)) + " " + to_string(route) + ", seed 5");
       RobotEvaluator evaluate(model, function, route);
@@ -274,7 +278,7 @@ TEST(RobotFunctions, OperationCounts) {
   for (const Robot& robot : all_robots()) {
     const Model<double> model = load(robot);
     std::printf("%s, %s base\n", robot.name, robot.base == Base::kFloating ? "floating" : "fixed");
-    for (RobotFunction function : kRobotFunctions) {
+    for (const RobotFunction& function : kCoreFunctions) {
       const std::size_t analytic =
           total_operations(record_robot_function(model, function, RobotSource::kAnalytic));
       if (!is_derivative(function)) {
@@ -303,7 +307,7 @@ TEST(RobotFunctions, OperationBudgets) {
       {{"talos", RobotFunction::kIdDerivatives}, 29000},
   };
   for (const Robot& robot : all_robots()) {
-    for (RobotFunction function : kRobotFunctions) {
+    for (const RobotFunction& function : kCoreFunctions) {
       const auto budget = budgets.find({robot.name, function});
       if (budget == budgets.end()) continue;
       EXPECT_LE(total_operations(record_robot_function(load(robot), function)), budget->second)
@@ -401,13 +405,12 @@ TEST(RobotFunctions, ErrorsSayWhatAndWhichChoices) {
     }
     return "nothing was thrown";
   };
-  EXPECT_EQ(message([] { robot_function_from("rne"); }),
-            "there is no function \"rne\" of a robot; choose one of rnea, aba, crba, id-derivatives, "
-            "fd-derivatives");
+  EXPECT_EQ(message([] { RobotFunction("rne"); }),
+            "there is no function \"rne\" of a robot; did you mean 'rnea'?");
   EXPECT_EQ(message([] { robot_route_from("tap"); }),
             "there is no route \"tap\"; choose one of analytic, tape, generated, fd-forward, fd-central");
   EXPECT_EQ(message([&] { RobotEvaluator(model, RobotFunction::kRnea, RobotRoute::kFdCentral); }),
-            "rnea is a value: the route \"fd-central\" exists for id-derivatives and fd-derivatives only");
+            "rnea is a value: the route \"fd-central\" exists for derivatives only");
   RobotEvaluator rnea(model, RobotFunction::kRnea, RobotRoute::kAnalytic);
   EXPECT_EQ(message([&] { rnea(VectorXd::Zero(5)); }),
             "rnea: the state has 5 entries, model \"" + model.name + "\" expects 6");
@@ -430,11 +433,11 @@ TEST(RobotFunctions, ForwardDynamicsWithoutInertiaNamesTheJoint) {
 
 TEST(RobotFunctions, NamesCountInputsAndOutputs) {
   const Model<double> model = load({"solo12", Base::kFloating});
-  for (RobotFunction function : kRobotFunctions) {
+  for (const RobotFunction& function : kCoreFunctions) {
     const Function f = record_robot_function(model, function);
     EXPECT_EQ(f.n_x(), input_names(model, function).size());
     EXPECT_EQ(f.n_y(), output_names(model, function).size());
-    EXPECT_EQ(robot_function_from(to_string(function)), function);
+    EXPECT_EQ(RobotFunction(to_string(function)), function);
   }
   EXPECT_EQ(output_names(model, RobotFunction::kIdDerivatives)[18 * 18 + 1], "dtau_dv_0_1");
   EXPECT_EQ(input_names(model, RobotFunction::kFdDerivatives)[19 + 18], "tau0");

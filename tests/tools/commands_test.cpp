@@ -3,6 +3,7 @@
 // Every command as a user or a script meets it: what it prints, what it writes, how it refuses.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -110,6 +111,46 @@ TEST(Bench, MeasuresEveryRoute) {
   }
 }
 
+TEST(Eval, TakesEveryFunctionOfTheTable) {
+  const Scratch scratch;
+  const std::string states = write_states(scratch, "a"), out = scratch / "out.csv";
+  const auto run =
+      run_dyntape(words({"eval"}, kArm,
+                        {"--function", "frame-acceleration-derivatives", "--frame", "panda_hand", "--in",
+                         "local", "--route", "tape", "--input", states, "--output", out}));
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_EQ(dyntape::io::read_csv(out).cols(), 6 * 6 * 7);
+  const auto lost = run_dyntape(words({"eval"}, kArm,
+                                      {"--function", "frame-acceleration-derivatives", "--frame",
+                                       "panda_hnad", "--route", "tape", "--input", states, "--output", out}));
+  EXPECT_EQ(lost.status, 1);
+  EXPECT_NE(lost.err.find("panda_hand"), std::string::npos) << lost.err;
+  const std::string help = run_dyntape({"eval", "--help"}).out;
+  for (const char* name : {"rnea", "centroidal-derivatives", "frame-hessian"}) {
+    EXPECT_NE(help.find(name), std::string::npos) << name;
+  }
+}
+
+TEST(Bench, MeasuresEveryFunctionInPlainDouble) {
+  const auto run = run_dyntape({"bench", config("robots/double_pendulum.urdf"), "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const json report = json::parse(run.out);
+  EXPECT_GE(report["functions"].size(), 20u);
+  for (const auto& row : report["functions"]) {
+    EXPECT_GT(row["time_s"].get<double>(), 0) << row;
+    EXPECT_LE(row["error"].get<double>(), 1e-12) << row;
+    EXPECT_FALSE(row.contains("ratio"));
+  }
+}
+
+TEST(Bench, WithoutThePeerSaysWhere) {
+  const Scratch scratch;
+  const auto run =
+      run_dyntape({"bench", config("robots/pendulum.urdf"), "--peer", "--peer-prefix", scratch / "nowhere"});
+  EXPECT_EQ(run.status, 1);
+  EXPECT_NE(run.err.find("include/pinocchio"), std::string::npos) << run.err;
+}
+
 TEST(Solve, BlockMoveToItsKnownOptimum) {
   const Scratch scratch;
   const auto run =
@@ -180,6 +221,16 @@ TEST(Study, RoutesToCsvAndPicture) {
     EXPECT_NE(csv.find(route), std::string::npos) << route;
   }
   EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes.svg"));
+}
+
+TEST(Study, SlopesToCsvAndPicture) {
+  const Scratch scratch;
+  const auto run =
+      run_dyntape({"study", "slopes", "--bodies", "128", "--repeats", "1", "--output", scratch / "study"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto table = slurp(scratch / "study/slopes.csv");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 2 * 6 * 5);  // shapes, functions, sizes
+  EXPECT_TRUE(std::filesystem::exists(scratch / "study/slopes.svg"));
 }
 
 }  // namespace

@@ -11,7 +11,8 @@
 #include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 
-#include "commands.h"
+#include "compare.h"
+#include "function_options.h"
 #include "measure.h"
 
 namespace dyntape::tools {
@@ -19,7 +20,9 @@ namespace {
 
 struct Options {
   RobotOptions robot;
-  std::string function;
+  FunctionOptions function;
+  bool peer = false;
+  std::string peer_prefix;
   int states = 100;
   std::uint64_t seed = 1;
   bool json = false;
@@ -33,7 +36,7 @@ struct Row {
   Timings timings;
 };
 
-Row measure(const dynamics::Model<double>& model, RobotFunction function, RobotRoute route,
+Row measure(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
             const std::vector<Eigen::VectorXd>& states, const std::vector<std::vector<double>>& expected) {
   RobotEvaluatorOptions options;
   options.codegen.use_cache = false;  // cold: what making it costs
@@ -45,7 +48,7 @@ Row measure(const dynamics::Model<double>& model, RobotFunction function, RobotR
   std::vector<double> result(evaluate.n_out());
   for (std::size_t i = 0; i < states.size(); ++i) {
     evaluate.evaluate(states[i].data(), result.data());
-    const double error = relative_error(expected[i], result.data(), is_derivative(function) ? 3 : 1);
+    const double error = relative_error(expected[i], result.data(), outputs(model, function));
     row.error = error <= row.error ? row.error : error;
   }
   row.seconds = median_seconds(
@@ -70,9 +73,26 @@ nlohmann::json to_json(const Row& row) {
   return j;
 }
 
+// Every function of the robot, or the one that was named.
+void run_compare(const dynamics::Model<double>& model, const Options& options) {
+  CompareOptions comparison;
+  for (const RobotFunction& function : robot_functions()) {
+    const std::string name = to_string(function);
+    if (options.function.name.empty() || options.function.name == name) {
+      comparison.functions.push_back(chosen(name, options.function));
+    }
+  }
+  comparison.seed = options.seed;
+  comparison.peer = options.peer;
+  comparison.peer_prefix = options.peer_prefix;
+  comparison.json = options.json;
+  compare(model, comparison);
+}
+
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  const RobotFunction function = robot_function_from(options.function);
+  if (options.peer || options.function.name.empty()) return run_compare(robot.model, options);
+  const RobotFunction function = chosen(options.function.name, options.function);
   const auto states = random_states(robot.model, function, options.states, options.seed);
   std::vector<std::vector<double>> expected;
   for (const auto& state : states) expected.push_back(reference(robot.model, function, state));
@@ -86,7 +106,7 @@ void run(const Options& options) {
     }
   }
   if (options.json) {
-    nlohmann::json report = {{"robot", robot.model.name},  {"function", options.function},
+    nlohmann::json report = {{"robot", robot.model.name},  {"function", options.function.name},
                              {"nv", robot.model.nv},       {"states", options.states},
                              {"seed", options.seed},       {"processor", processor_name()},
                              {"compiler", compiler_name()}};
@@ -94,7 +114,7 @@ void run(const Options& options) {
     std::cout << report.dump(2) << "\n";
     return;
   }
-  std::cout << robot.model.name << " " << options.function << ", nv " << robot.model.nv
+  std::cout << robot.model.name << " " << options.function.name << ", nv " << robot.model.nv
             << ": median time of one "
             << "evaluation, largest error against 113 bits over " << options.states << " states (seed "
             << options.seed << ")\n"
@@ -118,17 +138,21 @@ void run(const Options& options) {
 
 void add_bench(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
-      "bench", "time, operations, generation and compile time, and error against 113 bits, of every route");
+      "bench",
+      "with --function: time, operations, generation and compile time, and error against 113 bits, of every\n"
+      "route to it; without: time and error of every function in plain double; --peer: beside Pinocchio's");
   const auto options = std::make_shared<Options>();
   add_robot_options(*command, options->robot);
-  command->add_option("--function", options->function, "what to measure")
-      ->required()
-      ->check(CLI::IsMember({"rnea", "aba", "crba", "id-derivatives", "fd-derivatives"}))
-      ->type_name("rnea|aba|crba|id-derivatives|fd-derivatives");
+  add_function_options(*command, options->function, "what to measure (default: everything)");
   command->add_option("--states", options->states, "random states")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  command->add_flag("--peer", options->peer, "beside Pinocchio (PyPI `pin`), in the same run");
+  command
+      ->add_option("--peer-prefix", options->peer_prefix,
+                   "where its headers are: a prefix or a virtual environment")
+      ->type_name("DIR");
   command->add_flag("--json", options->json, "for programs");
   command->callback([options] { run(*options); });
 }

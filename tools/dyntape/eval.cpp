@@ -9,14 +9,15 @@
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/progress.h>
 
-#include "commands.h"
+#include "function_options.h"
 
 namespace dyntape::tools {
 namespace {
 
 struct Options {
   RobotOptions robot;
-  std::string function, route, input, output;
+  FunctionOptions function;
+  std::string route, input, output;
 };
 
 // The columns of the state in the order that the function takes them, wherever they stand in the file.
@@ -44,7 +45,7 @@ std::vector<int> columns(const io::CsvTable& table, const std::vector<std::strin
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  const RobotFunction function = robot_function_from(options.function);
+  const RobotFunction function = chosen(options.function.name, options.function);
   RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
   const io::CsvTable states = io::read_csv(options.input);
   const std::vector<int> order = columns(states, input_names(robot.model, function), options.input);
@@ -67,14 +68,11 @@ void add_eval(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "eval",
       "evaluate a function of a robot at given states.\n"
-      "Input: a CSV file with columns q0.. v0.. a0.. (rnea, id-derivatives), q0.. v0.. tau0.. (aba,\n"
-      "fd-derivatives) or q0.. (crba), one state a row.  Output: one row a state, matrices row by row");
+      "Input: a CSV file with columns q0.. v0.. a0.. as the function takes them, one state a row.\n"
+      "Output: one row a state, matrices row by row");
   const auto options = std::make_shared<Options>();
   add_robot_options(*command, options->robot);
-  command->add_option("--function", options->function, "what to evaluate")
-      ->required()
-      ->check(CLI::IsMember({"rnea", "aba", "crba", "id-derivatives", "fd-derivatives"}))
-      ->type_name("rnea|aba|crba|id-derivatives|fd-derivatives");
+  add_function_options(*command, options->function, "what to evaluate")->required();
   command
       ->add_option("--route", options->route,
                    "analytic: plain double code; tape: the recorded value, differentiated and interpreted;\n"

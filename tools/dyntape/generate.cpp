@@ -10,14 +10,15 @@
 #include <dyntape/interface/function/robot_functions.h>
 #include <dyntape/interface/io/table.h>
 
-#include "commands.h"
+#include "function_options.h"
 
 namespace dyntape::tools {
 namespace {
 
 struct Options {
   RobotOptions robot;
-  std::string function, profile = "strict", output;
+  FunctionOptions function;
+  std::string profile = "strict", output;
   int order = 0;
   bool json = false;
 };
@@ -28,12 +29,12 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  const RobotFunction function = robot_function_from(options.function);
+  const RobotFunction function = chosen(options.function.name, options.function);
   CodegenOptions codegen;
   codegen.order = order_from(options.order);
   codegen.profile = profile_from(options.profile);
   codegen.route = Route::kCompiled;
-  codegen.label = robot.model.name + "_" + options.function;
+  codegen.label = robot.model.name + "_" + options.function.name;
 
   const auto start = std::chrono::steady_clock::now();
   const Function recorded = record_robot_function(robot.model, function);
@@ -94,10 +95,7 @@ void add_generate(CLI::App& app) {
       "The derivatives of --order are with respect to the entries of the state (q, v, a | tau)");
   const auto options = std::make_shared<Options>();
   add_robot_options(*command, options->robot);
-  command->add_option("--function", options->function, "what to generate")
-      ->required()
-      ->check(CLI::IsMember({"rnea", "aba", "crba", "id-derivatives", "fd-derivatives"}))
-      ->type_name("rnea|aba|crba|id-derivatives|fd-derivatives");
+  add_function_options(*command, options->function, "what to generate")->required();
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")
       ->check(CLI::Range(0, 2))
       ->type_name("0|1|2")

@@ -9,15 +9,16 @@
 
 #include <dyntape/codegen/compile.h>
 #include <dyntape/dynamics/float128.h>
-#include <dyntape/interface/function/robot_plain.h>
+#include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape::tools {
 
-std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model, RobotFunction function,
-                                           int count, std::uint64_t seed) {
+std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model,
+                                           const RobotFunction& function, int count, std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
-  const Eigen::Index rest = detail::rest_of_state(model.nv, function);
+  Eigen::Index width = 0;
+  for (const RobotBlock& block : inputs(model, function)) width += block.size();
   std::vector<Eigen::VectorXd> states;
   for (int i = 0; i < count; ++i) {
     Eigen::VectorXd q = Eigen::VectorXd::Zero(model.nq);
@@ -26,12 +27,15 @@ std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model,
       auto entries = q.segment(joint.idx_q, dynamics::nq(joint.type));
       switch (joint.type) {
         case JointType::kFreeFlyer:
-          for (int k = 0; k < 7; ++k) entries[k] = normal(random);
+        case JointType::kSpherical:
+          for (double& entry : entries) entry = normal(random);
           entries.tail<4>().normalize();
           break;
+        case JointType::kPlanar:
         case JointType::kContinuous: {
+          for (double& entry : entries.head(entries.size() - 2)) entry = normal(random);
           const double angle = std::uniform_real_distribution<double>(-1.5, 1.5)(random);
-          entries << std::cos(angle), std::sin(angle);
+          entries.tail<2>() << std::cos(angle), std::sin(angle);
           break;
         }
         default: {
@@ -41,41 +45,42 @@ std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model,
         }
       }
     }
-    Eigen::VectorXd state(model.nq + rest);
+    Eigen::VectorXd state(width);
     state.head(model.nq) = q;
-    for (Eigen::Index k = 0; k < rest; ++k) state[model.nq + k] = normal(random);
+    for (Eigen::Index k = model.nq; k < width; ++k) state[k] = normal(random);
     states.push_back(state);
   }
   return states;
 }
 
-std::vector<double> reference(const dynamics::Model<double>& model, RobotFunction function,
+std::vector<double> reference(const dynamics::Model<double>& model, const RobotFunction& function,
                               const Eigen::VectorXd& state) {
   using Quad = dynamics::Float128;
   const dynamics::Model<Quad> exact = model.cast<Quad>();
-  dynamics::Data<Quad> data(exact);
+  detail::RobotWork<Quad> work(exact, function);
   const dynamics::VectorX<Quad> x = state.cast<Quad>();
-  const Eigen::Index rest = detail::rest_of_state(model.nv, function) / 2;
-  const dynamics::VectorX<Quad> q = x.head(model.nq), v = x.segment(model.nq, rest), w = x.tail(rest);
-  std::vector<Quad> y(detail::size_of_result(model.nv, function));
-  detail::run<Quad>(exact, data, function, q, v, w, y.data());
+  std::vector<Quad> y(work.n_out());
+  work.evaluate(x.data(), y.data());
   std::vector<double> rounded;
   for (const Quad& value : y) rounded.push_back(static_cast<double>(value));
   return rounded;
 }
 
-double relative_error(const std::vector<double>& expected, const double* got, int blocks) {
-  const std::size_t size = expected.size() / static_cast<std::size_t>(blocks);
+double relative_error(const std::vector<double>& expected, const double* got,
+                      const std::vector<RobotBlock>& blocks) {
   double worst = 0;
-  for (std::size_t first = 0; first < expected.size(); first += size) {
+  std::size_t first = 0;
+  for (const RobotBlock& block : blocks) {
+    const std::size_t end = first + static_cast<std::size_t>(block.size());
     double error = 0, scale = 0;
-    for (std::size_t i = first; i < first + size; ++i) {
+    for (std::size_t i = first; i < end; ++i) {
       const double e = std::abs(got[i] - expected[i]);
       error = e <= error ? error : e;  // a NaN stays
       scale = std::max(scale, std::abs(expected[i]));
     }
     const double relative = scale > 0 ? error / scale : error;
     worst = relative <= worst ? worst : relative;
+    first = end;
   }
   return worst;
 }

@@ -12,17 +12,18 @@
 
 namespace dyntape::tools {
 
-// Random states of a function, the same for the same seed: joints within +-1.5 and their limits, a random
-// orientation of a free-flyer, v and a | tau standard normal.
-std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model, RobotFunction function,
-                                           int count, std::uint64_t seed);
+// Random states of a function, the same for the same seed: joints within +-1.5 and their limits, orientations
+// uniform, everything behind q standard normal.
+std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model,
+                                           const RobotFunction& function, int count, std::uint64_t seed);
 
 // The function in 113 bits, by the analytic code, rounded to double.
-std::vector<double> reference(const dynamics::Model<double>& model, RobotFunction function,
+std::vector<double> reference(const dynamics::Model<double>& model, const RobotFunction& function,
                               const Eigen::VectorXd& state);
 
-// Largest difference over largest entry, block by block (derivatives have three), the worst block.
-double relative_error(const std::vector<double>& expected, const double* got, int blocks);
+// Largest difference over largest entry, block by block, the worst block.
+double relative_error(const std::vector<double>& expected, const double* got,
+                      const std::vector<RobotBlock>& blocks);
 
 // Median seconds of one call, over at least `repeats` timings, each of as many calls as take a millisecond.
 // `call(i)` evaluates state i of a cycle.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// dyntape study routes: what accuracy costs in time, for every route to the derivatives of forward dynamics.
+// dyntape study: measurements with a picture.  Here: routes, what accuracy costs in time, for every route to the derivatives of forward dynamics.
 #include <cmath>
 #include <filesystem>
 #include <iostream>
@@ -9,15 +9,15 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/function/robot_evaluator.h>
-#include <dyntape/interface/function/robot_plain.h>
+#include <dyntape/interface/function/robot_rows.h>
 #include <dyntape/interface/io/file.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 
-#include "commands.h"
 #include "measure.h"
+#include "study.h"
 
 namespace dyntape::tools {
 namespace {
@@ -39,7 +39,7 @@ struct Sample {
   double seconds = 0, error = 0;
 };
 
-constexpr RobotFunction kFunction = RobotFunction::kFdDerivatives;
+const RobotFunction kFunction = RobotFunction::kFdDerivatives;
 
 // The folder with robots and tasks: beside an installed command, or that of the source tree.
 std::string config_folder(const std::string& wanted) {
@@ -62,12 +62,13 @@ std::vector<Subject> subjects(const std::string& folder) {
 
 // Median over the states of the error; time of one evaluation.
 template <class Evaluate>
-Sample sample(const std::string& route, const std::vector<Eigen::VectorXd>& states,
-              const std::vector<std::vector<double>>& expected, Evaluate&& evaluate) {
+Sample sample(const std::string& route, const dynamics::Model<double>& model,
+              const std::vector<Eigen::VectorXd>& states, const std::vector<std::vector<double>>& expected,
+              Evaluate&& evaluate) {
   std::vector<double> errors, result(expected[0].size());
   for (std::size_t i = 0; i < states.size(); ++i) {
     evaluate(states[i], result.data());
-    errors.push_back(relative_error(expected[i], result.data(), 3));
+    errors.push_back(relative_error(expected[i], result.data(), outputs(model, kFunction)));
   }
   Sample s;
   s.route = route;
@@ -80,15 +81,15 @@ Sample sample(const std::string& route, const std::vector<Eigen::VectorXd>& stat
 Sample single_precision(const dynamics::Model<double>& model, const std::vector<Eigen::VectorXd>& states,
                         const std::vector<std::vector<double>>& expected) {
   const dynamics::Model<float> narrow = model.cast<float>();
-  dynamics::Data<float> data(narrow);
+  detail::RobotWork<float> work(narrow, kFunction);
   Eigen::VectorXf x;
   std::vector<float> y(expected[0].size());
-  return sample("analytic, float", states, expected, [&](const Eigen::VectorXd& state, double* result) {
-    x = state.cast<float>();
-    detail::run<float>(narrow, data, kFunction, x.head(model.nq), x.segment(model.nq, model.nv),
-                       x.tail(model.nv), y.data());
-    std::copy(y.begin(), y.end(), result);
-  });
+  return sample("analytic, float", model, states, expected,
+                [&](const Eigen::VectorXd& state, double* result) {
+                  x = state.cast<float>();
+                  work.evaluate(x.data(), y.data());
+                  std::copy(y.begin(), y.end(), result);
+                });
 }
 
 std::vector<Sample> measure(const dynamics::Model<double>& model, const Options& options,
@@ -102,7 +103,7 @@ std::vector<Sample> measure(const dynamics::Model<double>& model, const Options&
     evaluator.step = step;
     RobotEvaluator evaluate(model, kFunction, route, evaluator);
     samples.push_back(sample(
-        to_string(route), states, expected,
+        to_string(route), model, states, expected,
         [&](const Eigen::VectorXd& state, double* result) { evaluate.evaluate(state.data(), result); }));
     samples.back().step = step;
     progress.update(++done, to_string(route));
@@ -220,7 +221,8 @@ void run(const Options& options) {
 }  // namespace
 
 void add_study(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("study", "measure what accuracy costs in time; CSV and picture");
+  CLI::App* command =
+      app.add_subcommand("study", "measure what accuracy costs, how cost grows; CSV and picture");
   command->require_subcommand(1);
   const auto options = std::make_shared<Options>();
   CLI::App* routes = command->add_subcommand(
@@ -238,6 +240,7 @@ void add_study(CLI::App& app) {
       ->add_option("--config", options->config, "the folder with robots/ (default: the one that came along)")
       ->type_name("DIR");
   routes->callback([options] { run(*options); });
+  add_slopes(*command);
 }
 
 }  // namespace dyntape::tools

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a row of the table of functions says (robot_table.h), and how a row is run.  Internal.
+//
+//   .inputs    what the state holds, in this order: q v (a | tau) mu
+//   .outputs   blocks of the result: name, rows, columns, pages
+//   .of, .by   for a derivative: the row of its value, which takes the same state, and the inputs it is taken by;
+//              its blocks are then, for each block of the value, one for each of these inputs
+//   .needs     what must be told besides
+//   .run       computes; .write gives the result out
+#pragma once
+
+#include <dyntape/interface/function/robot_work.h>
+
+#include <algorithm>
+#include <string>
+
+namespace dyntape::detail {
+
+enum class Extent { kOne, k3, k6, kNv, k3Nv, k10Bodies, kContactRows };
+
+struct BlockShape {
+  const char* name;
+  Extent rows = Extent::kOne, cols = Extent::kOne, pages = Extent::kOne;
+};
+
+enum Need : unsigned { kNothing = 0, kInertia = 1, kFrame = 2, kContacts = 4 };
+
+template <class T>
+struct RobotRow {
+  const char* name;
+  const char* what;
+  const char* inputs;
+  std::vector<BlockShape> outputs;
+  const char* of = "";
+  const char* by = "";
+  unsigned needs = kNothing;
+  void (*run)(RobotWork<T>&, const RobotState<T>&);
+  void (*write)(const RobotWork<T>&, RobotWriter<T>&);
+};
+
+// The table.
+template <class T>
+const std::vector<RobotRow<T>>& robot_rows();
+
+// --- Sizes -----------------------------------------------------------------------------------------------
+
+template <class T>
+int extent(Extent e, const dynamics::Model<T>& model, std::size_t contacts) {
+  switch (e) {
+    case Extent::k3:
+      return 3;
+    case Extent::k6:
+      return 6;
+    case Extent::kNv:
+      return model.nv;
+    case Extent::k3Nv:
+      return 3 * model.nv;
+    case Extent::k10Bodies:
+      return 10 * model.njoints();
+    case Extent::kContactRows:
+      return 3 * static_cast<int>(contacts);
+    case Extent::kOne:
+      break;
+  }
+  return 1;
+}
+
+template <class T>
+int size_of(const BlockShape& shape, const dynamics::Model<T>& model, std::size_t contacts) {
+  return extent(shape.rows, model, contacts) * extent(shape.cols, model, contacts) *
+         extent(shape.pages, model, contacts);
+}
+
+// Number of inputs behind q: 0 to 3.
+inline int inputs_behind_q(const char* inputs) {
+  return static_cast<int>(std::count(inputs, inputs + std::char_traits<char>::length(inputs), ' '));
+}
+
+// Which inputs (0: q) a derivative is taken by.
+std::vector<int> derived_by(const RobotFunction& derivative);
+
+// --- Work ------------------------------------------------------------------------------------------------
+
+template <class T>
+RobotWork<T>::RobotWork(const dynamics::Model<T>& robot, const RobotFunction& function)
+    : model(robot),
+      data(robot),
+      row(robot_rows<T>()[static_cast<std::size_t>(function.row())]),
+      in(function.in) {
+  if (row.needs & (kFrame | kContacts)) {
+    frame = function.frame.empty() ? static_cast<int>(model.frames.size()) - 1
+                                   : model.frame_index(function.frame);
+  }
+  if (row.needs & kContacts) {
+    for (const std::string& name : function.contacts) contacts.push_back(model.frame_index(name));
+    if (contacts.empty()) contacts.push_back(frame);
+  }
+  const int behind = inputs_behind_q(row.inputs);
+  state.q.resize(model.nq);
+  dynamics::VectorX<T>* const rest[] = {&state.v, &state.w, &state.mu};
+  for (int i = 0; i < behind; ++i) rest[i]->resize(model.nv);
+}
+
+template <class T>
+void RobotWork<T>::read(const T* from) {
+  for (dynamics::VectorX<T>* part : {&state.q, &state.v, &state.w, &state.mu}) {
+    std::copy(from, from + part->size(), part->data());
+    from += part->size();
+  }
+}
+
+template <class T>
+void RobotWork<T>::run(const RobotState<T>& at) {
+  row.run(*this, at);
+}
+
+template <class T>
+void RobotWork<T>::write(T* to) const {
+  RobotWriter<T> writer(to);
+  row.write(*this, writer);
+}
+
+template <class T>
+std::size_t RobotWork<T>::n_in() const {
+  return static_cast<std::size_t>(model.nq + inputs_behind_q(row.inputs) * model.nv);
+}
+
+template <class T>
+std::size_t RobotWork<T>::n_out() const {
+  int n = 0;
+  for (const BlockShape& shape : row.outputs) n += size_of(shape, model, contacts.size());
+  return static_cast<std::size_t>(n);
+}
+
+}  // namespace dyntape::detail
+
+#include <dyntape/interface/function/robot_table.h>

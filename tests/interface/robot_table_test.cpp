@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Every row of the table of a robot's functions, held against what knows nothing of it: derivatives against the
+// derived recording of their value, everything against 113 bits, names against sizes.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+#include <set>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/interpret.h>
+#include <dyntape/dynamics/configuration.h>
+#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/urdf.h>
+#include <dyntape/interface/function/robot_evaluator.h>
+#include <dyntape/interface/function/robot_rows.h>
+
+namespace dyntape {
+namespace {
+
+using dynamics::Base;
+using dynamics::Model;
+using dynamics::ReferenceFrame;
+using Eigen::VectorXd;
+
+Model<double> load(const std::string& name, Base base = Base::kFixed) {
+  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  return dynamics::load_urdf((root / "config" / "robots" / (name + ".urdf")).string(), {.base = base});
+}
+
+std::vector<Model<double>> robots() {
+  return {load("cart_pole"), load("ur5"), load("iiwa14", Base::kFloating)};
+}
+
+VectorXd random_state(const Model<double>& model, const RobotFunction& function, std::mt19937_64& random) {
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  VectorXd state = VectorXd::NullaryExpr(static_cast<Eigen::Index>(input_names(model, function).size()),
+                                         [&] { return uniform(random); });
+  state.head(model.nq) = dynamics::random_configuration<double>(model, random);
+  return state;
+}
+
+// Largest difference over largest entry, block by block.
+double error(const VectorXd& got, const VectorXd& expected, const std::vector<RobotBlock>& blocks) {
+  double worst = 0;
+  Eigen::Index first = 0;
+  for (const RobotBlock& block : blocks) {
+    const auto wanted = expected.segment(first, block.size());
+    const double scale = wanted.cwiseAbs().maxCoeff();
+    const double e =
+        (got.segment(first, block.size()) - wanted).cwiseAbs().maxCoeff() / (scale > 0 ? scale : 1);
+    worst = e <= worst ? worst : e;
+    first += block.size();
+  }
+  EXPECT_EQ(first, expected.size());
+  return worst;
+}
+
+template <class Check>
+void for_every_row(Check check) {
+  for (const Model<double>& model : robots()) {
+    for (const RobotFunction& row : robot_functions()) {
+      for (ReferenceFrame in :
+           {ReferenceFrame::kLocal, ReferenceFrame::kWorld, ReferenceFrame::kLocalWorldAligned}) {
+        RobotFunction function = row;
+        function.in = in;
+        SCOPED_TRACE(model.name + " " + to_string(function) + ", frame " +
+                     std::to_string(static_cast<int>(in)));
+        check(model, function);
+        if (!takes_frame(function)) break;
+      }
+    }
+  }
+}
+
+TEST(RobotTable, NamesAndSizesFit) {
+  std::set<std::string> names;
+  for (const RobotFunction& function : robot_functions()) names.insert(to_string(function));
+  EXPECT_EQ(names.size(), robot_functions().size());
+  for_every_row([](const Model<double>& model, const RobotFunction& function) {
+    const detail::RobotWork<double> work(model, function);
+    const auto in = input_names(model, function), out = output_names(model, function);
+    EXPECT_EQ(in.size(), work.n_in());
+    EXPECT_EQ(out.size(), work.n_out());
+    EXPECT_EQ(std::set<std::string>(out.begin(), out.end()).size(), out.size());
+    EXPECT_EQ(RobotFunction(to_string(function)).row(), function.row());
+    if (is_derivative(function)) {
+      EXPECT_EQ(input_names(model, value_of(function)), in);
+      EXPECT_EQ(is_forward(function), is_forward(value_of(function)));
+    }
+  });
+}
+
+// Derivatives: the tape knows the value only.  Values: the recording of the same templates.
+TEST(RobotTable, RecordingsAgreeWithPlainCode) {
+  std::mt19937_64 random(1);
+  for_every_row([&](const Model<double>& model, const RobotFunction& function) {
+    RobotEvaluator plain(model, function, RobotRoute::kAnalytic), tape(model, function, RobotRoute::kTape);
+    for (int i = 0; i < 3; ++i) {
+      const VectorXd state = random_state(model, function, random);
+      EXPECT_LE(error(tape(state), plain(state), outputs(model, function)), 1e-11) << "seed 1";
+    }
+  });
+}
+
+TEST(RobotTable, PlainCodeAgreesWith113Bits) {
+  using Quad = dynamics::Float128;
+  std::mt19937_64 random(2);
+  for_every_row([&](const Model<double>& model, const RobotFunction& function) {
+    const Model<Quad> exact = model.cast<Quad>();
+    detail::RobotWork<Quad> work(exact, function);
+    const VectorXd state = random_state(model, function, random);
+    const dynamics::VectorX<Quad> x = state.cast<Quad>();
+    dynamics::VectorX<Quad> y(static_cast<Eigen::Index>(work.n_out()));
+    work.evaluate(x.data(), y.data());
+    EXPECT_LE(error(evaluate_analytic(model, function, state), y.cast<double>(), outputs(model, function)),
+              1e-12)
+        << "seed 2";
+  });
+}
+
+TEST(RobotTable, DifferencesAgreeWithDerivatives) {
+  std::mt19937_64 random(3);
+  for_every_row([&](const Model<double>& model, const RobotFunction& function) {
+    if (!is_derivative(function)) return;
+    RobotEvaluator plain(model, function, RobotRoute::kAnalytic),
+        central(model, function, RobotRoute::kFdCentral);
+    const VectorXd state = random_state(model, function, random);
+    EXPECT_LE(error(central(state), plain(state), outputs(model, function)), 1e-6) << "seed 3";
+  });
+}
+
+TEST(RobotTable, FramesAreChosenByName) {
+  const Model<double> model = load("ur5");
+  RobotFunction function("frame-jacobian");
+  function.in = ReferenceFrame::kLocal;
+  const VectorXd q = VectorXd::Constant(model.nq, 0.3);
+  const VectorXd last = evaluate_analytic(model, function, q);
+  function.frame = model.frames.back().name;
+  EXPECT_EQ(evaluate_analytic(model, function, q), last);
+  function.frame = model.frames[2].name;
+  EXPECT_NE(evaluate_analytic(model, function, q), last);
+  function.frame = "tol0";
+  EXPECT_THROW(evaluate_analytic(model, function, q), ArgumentError);
+}
+
+}  // namespace
+}  // namespace dyntape

@@ -1,0 +1,215 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "compare.h"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <iostream>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include <dyntape/dynamics/check_forward_dynamics.h>
+#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/table.h>
+
+#include "measure.h"
+#include "peer.h"
+
+namespace dyntape::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Seconds of one evaluation.
+struct Cost {
+  double median = 0;  // over the batches
+  double best = 0;    // of the quickest batch: what other programs on the machine disturb least
+};
+
+struct Row {
+  std::string function;
+  Cost ours, theirs;
+  double error = 0;      // against 113 bits
+  double agreement = 0;  // with the peer
+  bool has_peer = false;
+};
+
+constexpr int kBatches = 60, kCalls = 200, kReferences = 4;
+constexpr double kLongest = 4e-3;  // of a batch, s
+
+// `run(first, calls)` evaluates that many states from `first` on, cyclically.
+using Contender = std::function<void(int first, int calls)>;
+
+// Runs the contenders in turn, a batch each, so that noise hits all alike.
+std::vector<Cost> alternate(const std::vector<Contender>& contenders) {
+  const auto timed = [](const Contender& run, int first, int calls) {
+    const auto start = Clock::now();
+    run(first, calls);
+    return std::chrono::duration<double>(Clock::now() - start).count() / calls;
+  };
+  double slowest = 0;
+  for (const Contender& run : contenders) {
+    timed(run, 0, 50);  // warms up
+    slowest = std::max(slowest, timed(run, 0, 10));
+  }
+  const int calls = std::clamp(static_cast<int>(kLongest / slowest), 5, kCalls);
+  std::vector<std::vector<double>> seconds(contenders.size());
+  for (int batch = 0; batch < kBatches; ++batch) {
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      seconds[i].push_back(timed(contenders[i], batch * calls, calls));
+    }
+  }
+  std::vector<Cost> costs;
+  for (const auto& s : seconds) costs.push_back({median(s), *std::min_element(s.begin(), s.end())});
+  return costs;
+}
+
+double error_of(const dynamics::Model<double>& model, const RobotFunction& function,
+                const std::vector<Eigen::VectorXd>& states) {
+  detail::RobotWork<double> work(model, function);
+  std::vector<double> y(work.n_out());
+  double worst = 0;
+  for (int i = 0; i < kReferences; ++i) {
+    work.evaluate(states[i].data(), y.data());
+    const double error =
+        relative_error(reference(model, function, states[i]), y.data(), outputs(model, function));
+    worst = error <= worst ? worst : error;
+  }
+  return worst;
+}
+
+// Ours and each convention of the peer, in turn; the peer's quickest counts.
+Row measure(const dynamics::Model<double>& model, const RobotFunction& function, Peer* peer,
+            const CompareOptions& options) {
+  const auto states = random_states(model, function, options.states, options.seed);
+  Row row;
+  row.function = to_string(function);
+  row.error = error_of(model, function, states);
+
+  detail::RobotWork<double> work(model, function);
+  std::vector<detail::RobotState<double>> prepared;
+  for (const auto& state : states) {
+    work.read(state.data());
+    prepared.push_back(work.state);
+  }
+  std::vector<Contender> contenders = {[&](int first, int calls) {
+    std::size_t i = static_cast<std::size_t>(first) % prepared.size();
+    for (int k = 0; k < calls; ++k) {
+      work.run(prepared[i]);
+      if (++i == prepared.size()) i = 0;
+    }
+  }};
+  const std::vector<int> theirs = peer ? peer->find(to_string(function)) : std::vector<int>{};
+  if (!theirs.empty()) {
+    peer->choose(model, function);
+    peer->load(states);
+    std::vector<double> y(work.n_out());
+    for (int i = 0; i < kReferences; ++i) {
+      work.evaluate(states[i].data(), y.data());
+      const std::vector<double> result = peer->result(theirs.front(), i, y.size());
+      const double difference =
+          result.empty() ? NAN : relative_error(result, y.data(), outputs(model, function));
+      row.agreement = difference <= row.agreement ? row.agreement : difference;
+    }
+  }
+  for (int index : theirs) {
+    contenders.push_back([peer, index](int first, int calls) { peer->run(index, first, calls); });
+  }
+  const std::vector<Cost> costs = alternate(contenders);
+  row.ours = costs.front();
+  row.has_peer = !theirs.empty();
+  for (std::size_t i = 1; i < costs.size(); ++i) {
+    if (i == 1 || costs[i].median < row.theirs.median) row.theirs = costs[i];
+  }
+  return row;
+}
+
+void print_json(const dynamics::Model<double>& model, const CompareOptions& options, const std::string& peer,
+                const std::vector<Row>& rows) {
+  nlohmann::json report = {{"robot", model.name},
+                           {"nv", model.nv},
+                           {"states", options.states},
+                           {"seed", options.seed},
+                           {"processor", processor_name()},
+                           {"compiler", compiler_name()},
+                           {"peer", peer}};
+  for (const Row& row : rows) {
+    nlohmann::json j = {{"function", row.function},
+                        {"time_s", row.ours.median},
+                        {"quickest_s", row.ours.best},
+                        {"error", row.error}};
+    if (row.has_peer) {
+      j["peer_s"] = row.theirs.median;
+      j["peer_quickest_s"] = row.theirs.best;
+      j["ratio"] = row.ours.median / row.theirs.median;
+      j["ratio_of_quickest"] = row.ours.best / row.theirs.best;
+      j["agreement"] = row.agreement;
+    }
+    report["functions"].push_back(j);
+  }
+  std::cout << report.dump(2) << "\n";
+}
+
+void print(const dynamics::Model<double>& model, const CompareOptions& options, const std::string& peer,
+           const std::vector<Row>& rows) {
+  std::cout << model.name << ", nv " << model.nv << ": median time of one evaluation in plain double over "
+            << options.states << " states (seed " << options.seed << "), error against 113 bits";
+  if (!peer.empty()) {
+    std::cout << ";\n" << peer << " in the same run: ratio of medians, of quickest batches, agreement";
+  }
+  std::cout << "\n" << processor_name() << ", " << compiler_name() << "\n\n";
+  std::vector<io::TextColumn> columns = {
+      {"function"}, {"time", "us", io::Align::kRight}, {"error", "", io::Align::kRight}};
+  if (!peer.empty()) {
+    for (const io::TextColumn& column :
+         {io::TextColumn{"peer", "us", io::Align::kRight}, io::TextColumn{"ratio", "", io::Align::kRight},
+          io::TextColumn{"of quickest", "", io::Align::kRight},
+          io::TextColumn{"agreement", "", io::Align::kRight}}) {
+      columns.push_back(column);
+    }
+  }
+  io::TextTable table(columns);
+  for (const Row& row : rows) {
+    std::vector<std::string> cells = {row.function, io::significant(row.ours.median * 1e6, 3),
+                                      io::scientific(row.error)};
+    if (row.has_peer) {
+      cells.push_back(io::significant(row.theirs.median * 1e6, 3));
+      cells.push_back(io::significant(row.ours.median / row.theirs.median, 3));
+      cells.push_back(io::significant(row.ours.best / row.theirs.best, 3));
+      cells.push_back(io::scientific(row.agreement));
+    }
+    cells.resize(columns.size());
+    table.append(cells);
+  }
+  std::cout << table.text();
+}
+
+}  // namespace
+
+void compare(const dynamics::Model<double>& model, const CompareOptions& options) {
+  std::optional<PeerLibrary> library;
+  std::optional<Peer> peer;
+  if (options.peer) {
+    std::string reason;
+    library = PeerLibrary::open(options.peer_prefix, reason);
+    if (library) {
+      peer.emplace(*library, model);
+    } else {
+      std::cerr << "without the peer: " << reason << "\n";
+    }
+  }
+  std::vector<Row> rows;
+  {
+    io::Progress progress("measuring", static_cast<long>(options.functions.size()));
+    for (const RobotFunction& function : options.functions) {
+      progress.update(static_cast<long>(rows.size()), to_string(function));
+      if (is_forward(function)) dynamics::check_forward_dynamics(model);
+      rows.push_back(measure(model, function, peer ? &*peer : nullptr, options));
+    }
+  }
+  const std::string name = library ? library->table().name : "";
+  (options.json ? print_json : print)(model, options, name, rows);
+}
+
+}  // namespace dyntape::tools

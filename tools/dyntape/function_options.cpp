@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "function_options.h"
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/table.h>
+
+namespace dyntape::tools {
+namespace {
+
+// "tau[nv], M[nv x nv]"
+std::string text_of(const std::vector<RobotBlock>& blocks) {
+  std::string text;
+  for (const RobotBlock& block : blocks) {
+    text += (text.empty() ? "" : ", ") + block.name;
+    if (block.shape != "1") text += "[" + block.shape + "]";
+  }
+  return text;
+}
+
+std::string table_of_functions() {
+  const dynamics::Model<double> none;
+  io::TextTable table({{"function"}, {"state"}, {"what"}, {"result"}});
+  for (const RobotFunction& function : robot_functions()) {
+    std::string state, what = description(function);
+    for (const RobotBlock& block : inputs(none, function)) state += (state.empty() ? "" : " ") + block.name;
+    if (takes_frame(function)) what += takes_contacts(function) ? " (--contacts)" : " (--frame)";
+    table.append({to_string(function), state, what, text_of(outputs(none, function))});
+  }
+  return table.text() + "\nq[nq], v, a, tau, mu[nv]; matrices row by row; derivatives by q are tangent.";
+}
+
+std::string fault(const std::string& name) {
+  try {
+    RobotFunction function(name);
+  } catch (const ArgumentError& e) {
+    return e.what();
+  }
+  return {};
+}
+
+}  // namespace
+
+CLI::Option* add_function_options(CLI::App& command, FunctionOptions& options, const std::string& purpose) {
+  command.add_option("--frame", options.frame, "for functions of a frame: its name (default: the last)")
+      ->type_name("NAME");
+  command
+      .add_option("--in", options.in,
+                  "in which frame: the frame itself, the world, or the world's axes at it")
+      ->check(CLI::IsMember({"local", "world", "aligned"}))
+      ->type_name("local|world|aligned")
+      ->capture_default_str();
+  command
+      .add_option("--contacts", options.contacts, "frames whose origins are held (default: that of --frame)")
+      ->delimiter(',')
+      ->type_name("F1,F2");
+  command.footer(table_of_functions);
+  return command.add_option("--function", options.name, purpose)
+      ->check(CLI::Validator(fault, "", "function"))
+      ->type_name("NAME");
+}
+
+RobotFunction chosen(const std::string& name, const FunctionOptions& options) {
+  RobotFunction function(name);
+  function.frame = options.frame;
+  function.in = options.in == "local"   ? dynamics::ReferenceFrame::kLocal
+                : options.in == "world" ? dynamics::ReferenceFrame::kWorld
+                                        : dynamics::ReferenceFrame::kLocalWorldAligned;
+  function.contacts = options.contacts;
+  return function;
+}
+
+}  // namespace dyntape::tools
