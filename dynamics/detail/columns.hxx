@@ -103,14 +103,11 @@ DYNTAPE_INLINE void mirror(const Tree& tree, int k, int begin, int end, const T*
   }
 }
 
-// row[s] = S . F_s: axis and three quantities, or column and six; with kAdd, row[s] is increased by it.
-template <bool kAdd = false, class T, class Direction>
-DYNTAPE_INLINE void dot_columns(const Direction& S, const T* F, std::ptrdiff_t stride, int begin, int end,
-                                T* row) {
-  over<T>(begin, end, [&](int s, auto lanes) {
-    const auto d = dot_group<T>(S, F + s, stride, lanes);
-    lanes.store(row + s, kAdd ? typename Lanes<T>::Vector(lanes.load(row + s) + d) : d);
-  });
+// row[s] = S . F_s, six quantities at F.
+template <class T>
+DYNTAPE_INLINE void dot_columns(const Dof& S, const T* F, std::ptrdiff_t stride, int begin, int end, T* row) {
+  over<T>(begin, end,
+          [&](int s, auto lanes) { lanes.store(row + s, dot_group<T>(S, F + s, stride, lanes)); });
 }
 
 // row[s] = a . m_s, six quantities at m.

@@ -47,7 +47,7 @@ enum Traveller { kForA = 0, kForQ = 6, kForV = 12, kCouple = 18, kTravellers = 2
 
 // The columns of joint i set out: the block of the joint with itself, and the vectors that leave it.
 template <class T>
-DYNTAPE_INLINE void start_columns(Data<T>& data, int i) {
+DYNTAPE_INLINE void start_columns(Data<T>& data, int i, bool leave) {
   const Tree& tree = data.tree;
   const Composite<T>& I = data.composites[i];
   const VelocityProduct<T>& B = data.velocity_products[i];
@@ -65,6 +65,7 @@ DYNTAPE_INLINE void start_columns(Data<T>& data, int i) {
       by_q[r + k * nv] = dot(tree.dofs[r], for_q);
       by_v[r + k * nv] = dot(tree.dofs[r], for_v);
     }
+    if (!leave) continue;
     T* t = data.travellers.data();
     const int place = tree.place_of[k];
     put_spatial(t + kForA * data.stride, data.stride, place, for_a);
@@ -84,21 +85,21 @@ DYNTAPE_INLINE void meet_columns(Data<T>& data, int i, int r) {
   const T* t = data.travellers.data();
   T *a = data.rows.data(), *q = a + stride, *v = q + stride, *q_below = v + stride,
     *v_below = q_below + stride;
-  dot_columns(S, t + kForA * stride, stride, begin, end, a);
-  dot_columns(S, t + kForQ * stride, stride, begin, end, q);
-  dot_columns(S, t + kForV * stride, stride, begin, end, v);
   const Motion<T>&S_v = data.S_v[r], &S_ddot = data.S_ddot[r];
   const Vector3<T>& turn = data.S_dot[r].angular;
-  project_columns<T>(S_ddot, t + kForA * stride, stride, begin, end, q_below);
-  project_columns<T>(S_v, t + kForA * stride, stride, begin, end, v_below);
-  const T* couple = t + kCouple * stride;
   over<T>(begin, end, [&](int s, auto lanes) {
-    const T* c = couple + s;
+    const T* c = t + kCouple * stride + s;
+    const SixLanes<T> for_a(t + kForA * stride + s, stride, lanes);
+    lanes.store(a + s, dot_group<T>(S, t + kForA * stride + s, stride, lanes));
+    lanes.store(q + s, dot_group<T>(S, t + kForQ * stride + s, stride, lanes));
+    lanes.store(v + s, dot_group<T>(S, t + kForV * stride + s, stride, lanes));
     lanes.store(q_below + s,
-                lanes.load(q_below + s) + (lanes.load(c) * turn.at(0) + lanes.load(c + stride) * turn.at(1) +
-                                           lanes.load(c + 2 * stride) * turn.at(2)));
+                for_a.dot(S_ddot) + (lanes.load(c) * turn.at(0) + lanes.load(c + stride) * turn.at(1) +
+                                     lanes.load(c + 2 * stride) * turn.at(2)));
+    typename Lanes<T>::Vector by_v = for_a.dot(S_v);
+    if (S.angular) by_v = by_v + dot_group<T>(S.axis, c, stride, lanes);
+    lanes.store(v_below + s, by_v);
   });
-  if (S.angular) dot_columns<true>(S.axis, couple, stride, begin, end, v_below);
   T *by_q = data.dtau_dq.data(), *by_v = data.dtau_dv.data();
   mirror(tree, r, begin, end, a, data.M);
   for (int s = begin; s < end; ++s) {
@@ -128,7 +129,7 @@ void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef
   start_bodies(model, data, acting);
   for (int at = model.njoints() - 1; at >= 0; --at) {
     const int i = tree.preorder[at], p = model.parent[i];
-    start_columns(data, i);
+    start_columns(data, i, p >= 0);
     for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
       meet_columns(data, i, k);
       data.tau[k] = dot(tree.dofs[k], data.f[i]);
