@@ -21,6 +21,7 @@
 #include <dyntape/dynamics/instantiate/inverse_dynamics.h>
 #include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
 #include <dyntape/dynamics/instantiate/kinematics.h>
+#include <dyntape/dynamics/instantiate/mimic.h>
 #include <dyntape/dynamics/instantiate/regressor.h>
 #include <dyntape/dynamics/instantiate/second_order.h>
 #include <dyntape/dynamics/instantiate/wrenches.h>
@@ -35,6 +36,7 @@
   DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_KINEMATICS(T) \
+  DYNTAPE_INSTANTIATE_MIMIC(T) \
   DYNTAPE_INSTANTIATE_REGRESSOR(T) \
   DYNTAPE_INSTANTIATE_SECOND_ORDER(T) \
   DYNTAPE_INSTANTIATE_WRENCHES(T)

@@ -75,11 +75,11 @@ struct Frame {
 template <class T>
 struct Model {
   std::string name;
-  std::vector<int> parent;           // (njoints) index of the parent joint, -1 = world
-  std::vector<Joint<T>> joints;      // (njoints)
-  std::vector<Placement<T>> X_PJ;    // (njoints) fixed side of joint i in the frame of its parent
-  std::vector<Inertia<T>> inertias;  // (njoints) of body i, in frame i
-  std::vector<Frame<T>> frames;      // every link of the file, in depth-first order
+  std::vector<int> parent;                   // (njoints) index of the parent joint, -1 = world
+  std::vector<Joint<T>> joints;              // (njoints)
+  std::vector<Placement<T>> X_PJ;            // (njoints) fixed side of joint i in the frame of its parent
+  std::vector<Inertia<T>> inertias;          // (njoints) of body i, in frame i
+  std::vector<Frame<T>> frames;              // every link of the file, in depth-first order
   Vector3<T> gravity{T(0), T(0), T(-9.81)};  // acceleration of free fall, world frame (m/s^2)
   int nq = 0, nv = 0;
 
@@ -91,6 +91,12 @@ struct Model {
 
   // Appends a joint and its body; the one way to grow a model.  Returns its index.
   int add_joint(int parent_joint, const Joint<T>& joint, const Placement<T>& X_PJ, const Inertia<T>& inertia);
+
+  // Appends a universal joint and its body: name_1 turns a massless cross about axis_1, name_2 the body
+  // about axis_2, an axis of the cross.  q and v are the two angles and their rates, and S is constant in the
+  // frame of each.  Parallel axes are an ArgumentError.  Returns the index of the second.
+  int add_universal(int parent_joint, const std::string& joint_name, const Eigen::Vector3d& axis_1,
+                    const Eigen::Vector3d& axis_2, const Placement<T>& X_PJ, const Inertia<T>& inertia);
 
   // The same robot with constants of another scalar.  To double: for scalars that static_cast allows.
   template <class S>
@@ -106,6 +112,7 @@ int find_name(const std::string& what, const std::string& model_name, const std:
 // What add_joint demands: a parent that exists, an axis of unit length, a finite pitch.
 void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, double pitch,
                      int parent, int njoints);
+void check_universal(const std::string& name, const Eigen::Vector3d& axis_1, const Eigen::Vector3d& axis_2);
 
 template <class T>
 std::vector<std::string> names_of(const std::vector<T>& named) {
@@ -139,6 +146,20 @@ int Model<T>::add_joint(int parent_joint, const Joint<T>& joint, const Placement
   nq += dynamics::nq(joint.type);
   nv += dynamics::nv(joint.type);
   return njoints() - 1;
+}
+
+template <class T>
+int Model<T>::add_universal(int parent_joint, const std::string& joint_name, const Eigen::Vector3d& axis_1,
+                            const Eigen::Vector3d& axis_2, const Placement<T>& placement,
+                            const Inertia<T>& inertia) {
+  detail::check_universal(joint_name, axis_1, axis_2);
+  Joint<T> joint;
+  joint.name = joint_name + "_1";
+  joint.axis = axis_1;
+  const int cross = add_joint(parent_joint, joint, placement, {});
+  joint.name = joint_name + "_2";
+  joint.axis = axis_2;
+  return add_joint(cross, joint, {}, inertia);
 }
 
 template <class T>

@@ -7,7 +7,6 @@
 #include <iterator>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/configuration.h>
 #include <dyntape/dynamics/model_operations.h>
 #include <dyntape/dynamics/rotation_snap.h>
 #include <dyntape/dynamics/urdf_check.h>
@@ -27,6 +26,18 @@ void check_options(const UrdfOptions& options) {
 }
 
 Eigen::Vector3d to_eigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
+
+// The shortest rotation from z to the unit vector n = (x, y, z); if n points down, the one to -n after half
+// a turn about x.
+Matrix3<double> rotation_to(const Eigen::Vector3d& n) {
+  const double up = n[2] < 0 ? -1 : 1, x = up * n[0], y = up * n[1], z = up * n[2], k = 1 / (1 + z);
+  const double rows[3][3] = {{1 - x * x * k, -x * y * k, x}, {-x * y * k, 1 - y * y * k, y}, {-x, -y, z}};
+  Matrix3<double> R;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) R(i, j) = j == 0 ? rows[i][j] : up * rows[i][j];
+  }
+  return R;
+}
 
 // Builds the model from urdfdom's tree.  urdfdom gives every rotation as a quaternion, which has lost the
 // digits of the right angles, so rotations come from the text.
@@ -75,13 +86,30 @@ class TreeReader {
           carrier = welded(carrier, act(here.X_BL, inertia(*visit.link)));
         }
       } else {
-        here.body = robot_.model.add_joint(visit.body, joint(*visit.joint, element), fixed_side,
-                                           inertia(*visit.link));
-        here.X_BL = {};
+        const Joint<double> moving = joint(*visit.joint, element);
+        const Placement<double> turned = body_of_link(moving, element);
+        here.X_BL = inverse(turned);
+        here.body = robot_.model.add_joint(visit.body, moving, fixed_side * turned,
+                                           act(here.X_BL, inertia(*visit.link)));
+        if (options_.mimic && visit.joint->mimic) add_mimic(visit.joint->name, *visit.joint->mimic);
       }
     }
     robot_.model.frames.push_back({here.link->name, here.body, here.X_BL});
     return here;
+  }
+
+  void add_mimic(const std::string& name, const urdf::JointMimic& mimic) {
+    robot_.mimics.push_back({name, mimic.joint_name, mimic.multiplier, mimic.offset});
+  }
+
+  // The frame of a body in its link's frame: z along the normal of a planar joint, the link's own for others.
+  Placement<double> body_of_link(const Joint<double>& joint, const XMLElement& element) {
+    const Eigen::Vector3d& n = joint.axis;
+    if (joint.type != JointType::kPlanar || n == Eigen::Vector3d::UnitZ()) return {};
+    robot_.notes.push_back(text_.where(element) + describe(element) + " moves in the plane normal to (" +
+                           digits(n[0]) + " " + digits(n[1]) + " " + digits(n[2]) +
+                           "); the frame of its body is turned so that z is this direction");
+    return {rotation_to(n), {}};
   }
 
   int add_root_joint(const urdf::Link& root) {
@@ -132,7 +160,7 @@ class TreeReader {
     if (source.limits) {
       joint.limits.velocity = source.limits->velocity;
       joint.limits.effort = source.limits->effort;
-      if (source.type != urdf::Joint::CONTINUOUS) {
+      if (source.type != urdf::Joint::CONTINUOUS && source.type != urdf::Joint::PLANAR) {
         joint.limits.lower = source.limits->lower;
         joint.limits.upper = source.limits->upper;
       }
@@ -145,6 +173,7 @@ class TreeReader {
   }
 
   JointType joint_type(const urdf::Joint& source) const {
+    if (source.type == urdf::Joint::PLANAR) return JointType::kPlanar;
     if (source.type == urdf::Joint::PRISMATIC) return JointType::kPrismatic;
     const bool pair =
         source.type == urdf::Joint::CONTINUOUS && options_.continuous == ContinuousJoint::kCosSin;
@@ -166,6 +195,12 @@ class TreeReader {
   UrdfRobot robot_;
 };
 
+// Says where in the text the rule is that cannot be followed.
+void check_mimics(const UrdfText& text, const UrdfRobot& robot) {
+  if (const auto fault = mimic_fault(joint_kinds(robot.model), robot.mimics))
+    text.fail(*text.find_joint(fault->joint)->FirstChildElement("mimic"), fault->sentence);
+}
+
 std::string contents_of(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
   if (!file) throw FileError(path + ": cannot be opened: " + std::strerror(errno));
@@ -179,13 +214,14 @@ std::string contents_of(const std::string& path) {
 UrdfRobot read_urdf_text(const std::string& text, const std::string& file, const UrdfOptions& options) {
   check_options(options);
   const UrdfText positions = parse_urdf_text(text, file);
-  std::vector<std::string> notes = check_urdf(positions, options.accept_nonphysical_inertia);
+  std::vector<std::string> notes = check_urdf(positions, options.accept_nonphysical_inertia, options.mimic);
   const UrdfDom dom = read_with_urdfdom(text, positions, file);
   UrdfRobot robot = TreeReader(positions, options).read(*dom.model);
   notes.insert(notes.end(), dom.notes.begin(), dom.notes.end());
   robot.notes.insert(robot.notes.begin(), notes.begin(), notes.end());
+  check_mimics(positions, robot);
   if (!options.root.empty()) robot.model = change_base(robot.model, options.root, options.base);
-  if (!options.lock.empty()) robot.model = lock_joints(robot.model, options.lock, neutral(robot.model));
+  if (!options.lock.empty()) robot.model = lock_with_followers(robot.model, options.lock, robot.mimics);
   return robot;
 }
 

@@ -11,7 +11,10 @@
 //   fixed base     the root link is the world; its inertia has no effect and is dropped.
 //   floating base  joint 0 is a free-flyer "root_joint" that carries the root link.
 //   continuous     (cos, sin), as Pinocchio, or a plain angle on request; without position limits.
-//   mimic joints   independent joints, as Pinocchio reads them.
+//   planar         in the plane normal to <axis>; if that is not z, the body frame is turned so that its z
+//                  is the axis, and a note says so (Pinocchio takes z whatever the file says).
+//   mimic joints   independent joints, as Pinocchio reads them by default; on request their rules are kept
+//                  beside the model (mimic.h).
 //
 // Right angles written with few digits are made exact (rotation_snap.h).
 //
@@ -26,6 +29,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/dynamics/mimic_rules.h>
 #include <dyntape/dynamics/model.h>
 
 namespace dyntape::dynamics {
@@ -44,11 +48,14 @@ struct UrdfOptions {
   std::string root = {};
   // Reads an inertia that no body has (a principal moment below zero) with a note, not an error.
   bool accept_nonphysical_inertia = false;
+  // Keeps what <mimic> says in UrdfRobot::mimics; without, such joints are independent.
+  bool mimic = false;
 };
 
 // A robot, and what is odd or was corrected in its file: `file:line: sentence`, in no order that matters.
 struct UrdfRobot {
-  Model<double> model;
+  Model<double> model;            // every joint, followers too
+  std::vector<MimicRule> mimics;  // for MimicModel; empty unless asked for
   std::vector<std::string> notes;
 };
 

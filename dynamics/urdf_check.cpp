@@ -146,13 +146,14 @@ void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia,
   }
 }
 
-std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia) {
+std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia,
+                                    bool follow_mimics) {
   std::vector<std::string> notes;
   check_urdf_names(text);
   check_urdf_numbers(text);
   check_urdf_tree(text);
   check_urdf_links(text, accept_nonphysical_inertia, notes);
-  check_urdf_joints(text, notes);
+  check_urdf_joints(text, follow_mimics, notes);
   return notes;
 }
 

@@ -6,15 +6,15 @@
 //
 // Faults (errors)
 //   names missing or used twice; unknown parent or child; a link with two parents; two roots;
-//   a loop; joint types other than revolute, continuous, prismatic and fixed; a zero axis; limits that are
+//   a loop; joint types other than revolute, continuous, prismatic, planar and fixed; a zero axis; limits
 //   missing, negative (velocity, effort) or reversed (lower > upper); numbers that are not finite numbers; a
 //   mass below zero; an inertia tensor with a principal moment below zero by more than rounding: 1e-9 of its
 //   largest entry, or 1e-12 m^2 of its mass.
 // Oddities (notes, `file:line: sentence`)
 //   principal moments a <= b <= c with c > (a + b)(1 + 1e-6): no body has such an inertia, yet public files
 //   contain them; rotational inertia without mass; an axis that is not of unit length; position limits that
-//   are left out (urdfdom reads 0); mimic joints (read as independent); an element given twice (the first
-//   counts).
+//   are left out (urdfdom reads 0); mimic joints (read as independent, unless `follow_mimics`: then
+//   a leader that is missing or fixed is a fault); an element given twice (the first counts).
 //
 // Zero mass and zero inertia are legal: point masses and massless links between joints are common.
 #pragma once
@@ -27,13 +27,14 @@
 namespace dyntape::dynamics {
 
 // `accept_nonphysical_inertia` turns that one fault into a note: public files contain it.
-std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia = false);
+std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia = false,
+                                    bool follow_mimics = false);
 
 // The parts, in the order in which check_urdf calls them.
 void check_urdf_names(const UrdfText& text);
 void check_urdf_numbers(const UrdfText& text);
 void check_urdf_tree(const UrdfText& text);
 void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia, std::vector<std::string>& notes);
-void check_urdf_joints(const UrdfText& text, std::vector<std::string>& notes);
+void check_urdf_joints(const UrdfText& text, bool follow_mimics, std::vector<std::string>& notes);
 
 }  // namespace dyntape::dynamics

@@ -17,17 +17,15 @@ std::string_view type_of(const XMLElement& joint) {
 }
 
 void check_type(const UrdfText& text, const XMLElement& joint) {
-  static const std::vector<std::string> kSupported = {"revolute", "continuous", "prismatic", "fixed"};
+  static const std::vector<std::string> kSupported = {"revolute", "continuous", "prismatic", "planar",
+                                                      "fixed"};
   const std::string type(type_of(joint));
   if (std::find(kSupported.begin(), kSupported.end(), type) != kSupported.end()) return;
-  const std::string expected = "expected revolute, continuous, prismatic or fixed";
+  const std::string expected = "expected revolute, continuous, prismatic, planar or fixed";
   if (type.empty()) text.fail(joint, describe(joint) + " has no type; " + expected);
   if (type == "floating")
     text.fail(joint, describe(joint) + " is of the unsupported type floating; remove it and load with a " +
                          "floating base, or " + expected);
-  if (type == "planar")
-    text.fail(joint, describe(joint) + " is of the unsupported type planar; use two prismatic joints and a " +
-                         "continuous one");
   text.fail(joint,
             describe(joint) + " has the type \"" + type + "\"; " + expected + suggestion(type, kSupported));
 }
@@ -47,7 +45,7 @@ void check_axis(const UrdfText& text, const XMLElement& joint, std::vector<std::
 
 void check_limit(const UrdfText& text, const XMLElement& joint, std::vector<std::string>& notes) {
   const XMLElement* limit = joint.FirstChildElement("limit");
-  const bool bounded = type_of(joint) != "continuous";
+  const bool bounded = type_of(joint) != "continuous" && type_of(joint) != "planar";
   if (!limit && bounded)
     text.fail(joint, describe(joint) + " has no <limit>; a " + std::string(type_of(joint)) +
                          " joint needs lower, upper, velocity and effort");
@@ -70,7 +68,8 @@ void check_limit(const UrdfText& text, const XMLElement& joint, std::vector<std:
                       " limit, which reads as 0");
 }
 
-void check_mimic(const UrdfText& text, const XMLElement& joint, std::vector<std::string>& notes) {
+void check_mimic(const UrdfText& text, const XMLElement& joint, bool follow,
+                 std::vector<std::string>& notes) {
   const XMLElement* mimic = joint.FirstChildElement("mimic");
   if (!mimic) return;
   const char* other = mimic->Attribute("joint");
@@ -81,19 +80,29 @@ void check_mimic(const UrdfText& text, const XMLElement& joint, std::vector<std:
     for (const XMLElement* j : text.children("joint")) names.emplace_back(j->Attribute("name"));
     missing = ", and there is no such joint" + suggestion(other, names);
   }
-  notes.push_back(text.where(*mimic) + describe(joint) + " mimics \"" + other + "\"" + missing +
-                  "; it is read as an independent joint");
+  const std::string subject = describe(joint) + " mimics \"" + other + "\"" + missing;
+  if (!follow) {
+    notes.push_back(text.where(*mimic) + subject + "; it is read as an independent joint");
+  } else if (!missing.empty()) {
+    text.fail(*mimic, subject);
+  } else if (type_of(*text.find_joint(other)) == "fixed") {
+    text.fail(*mimic, subject + ", which is fixed; expected a joint that moves");
+  }
 }
 
 }  // namespace
 
-void check_urdf_joints(const UrdfText& text, std::vector<std::string>& notes) {
+void check_urdf_joints(const UrdfText& text, bool follow_mimics, std::vector<std::string>& notes) {
   for (const XMLElement* joint : text.children("joint")) {
     check_type(text, *joint);
-    if (type_of(*joint) == "fixed") continue;
+    if (type_of(*joint) == "fixed") {
+      const XMLElement* mimic = joint->FirstChildElement("mimic");
+      if (mimic && follow_mimics) text.fail(*mimic, describe(*joint) + " is fixed and cannot mimic another");
+      continue;
+    }
     check_axis(text, *joint, notes);
     check_limit(text, *joint, notes);
-    check_mimic(text, *joint, notes);
+    check_mimic(text, *joint, follow_mimics, notes);
     for (const char* tag : {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic"}) {
       const XMLElement* first = joint->FirstChildElement(tag);
       if (const XMLElement* second = first ? first->NextSiblingElement(tag) : nullptr)

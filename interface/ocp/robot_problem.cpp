@@ -119,7 +119,7 @@ void check_joints(const Model<double>& model) {
     throw ArgumentError(
         "robot \"" + model.name + "\": joint \"" + joint.name + "\" is " + dynamics::to_string(joint.type) +
         (continuous ? " and written as (cos, sin); read the robot with continuous joints as angles"
-                    : "; collocation takes robots with a fixed base only"));
+                    : "; collocation takes robots with a fixed base and joints of one degree of freedom"));
   }
 }
 

@@ -166,7 +166,8 @@ TEST_P(Operations, AnotherBaseIsTheSameRobot) {
 TEST_P(Operations, AnotherBaseFeelsTheSameTorques) {
   const Model<double> old = floating();
   const MatrixXd M = reference::mass_matrix(old, reference::random_configuration(old, random_));
-  if (M.ldlt().rcond() < 1e-12)
+  const VectorXd inertias = M.selfadjointView<Eigen::Lower>().eigenvalues();
+  if (inertias.minCoeff() < 1e-12 * inertias.maxCoeff())
     GTEST_SKIP() << "a free floating base of point masses has no forward dynamics";
   for (size_t f = 0; f < old.frames.size(); f += std::max<size_t>(1, old.frames.size() / 4)) {
     const Model<double> model = change_base(old, old.frames[f].name, Base::kFloating);

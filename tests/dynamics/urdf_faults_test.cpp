@@ -88,11 +88,10 @@ const Fault kFaults[] = {
      "t.urdf:3: joint \"hip\" carries link \"leg\", which hangs on a loop"},
     {"NoType", 3, "<joint name='hip'>", "t.urdf:3: joint \"hip\" has no type"},
     {"UnknownType", 3, "<joint name='hip' type='revolut'>",
-     "t.urdf:3: joint \"hip\" has the type \"revolut\"; expected revolute, continuous, prismatic or fixed; "
+     "t.urdf:3: joint \"hip\" has the type \"revolut\"; expected revolute, continuous, prismatic, planar or "
+     "fixed; "
      "did "
      "you mean 'revolute'?"},
-    {"Planar", 3, "<joint name='hip' type='planar'>",
-     "t.urdf:3: joint \"hip\" is of the unsupported type planar"},
     {"Floating", 3, "<joint name='hip' type='floating'>",
      "t.urdf:3: joint \"hip\" is of the unsupported type floating; remove it and load with a floating base"},
     {"ZeroAxis", 7, "<axis xyz='0 0 0'/>", "t.urdf:7: joint \"hip\" has a zero axis"},

@@ -3,6 +3,8 @@
 // What the URDF reader builds, what it makes exact, and that nothing is printed.
 // Faulty files: urdf_faults_test.cpp.
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/configuration.h>
+#include <dyntape/dynamics/model_operations.h>
 #include <dyntape/dynamics/rotation_snap.h>
 #include <dyntape/dynamics/urdf.h>
 #include <gtest/gtest.h>
@@ -237,6 +239,50 @@ TEST(Urdf, OwnRobotsLoadInSilence) {
                FileError);
   EXPECT_EQ(testing::internal::GetCapturedStdout(), "");
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+// A cart in a plane with an arm on it; `axis` is the normal of the plane.
+std::string cart(const std::string& axis) {
+  return "<robot name='cart'><link name='ground'/>\n<joint name='drive' type='planar'><parent link='ground'/>"
+         "<child link='cart'/><origin xyz='1 2 3' rpy='0.3 0 0.2'/>" +
+         axis + "</joint><link name='cart'>" + inertial(2, "<origin xyz='.1 .2 .3'/>") +
+         "</link><joint name='arm' type='revolute'><parent link='cart'/><child link='tip'/>"
+         "<origin xyz='0 .5 0'/><axis xyz='0 1 0'/><limit lower='-1' upper='1' velocity='1' "
+         "effort='1'/></joint>"
+         "<link name='tip'>" +
+         inertial(1, "<origin xyz='0 0 .4'/>") + "</link></robot>";
+}
+
+// Where a joint's axis is not z the plane is turned, and what hangs on the body stays where it was.
+TEST(Urdf, PlanarJointsAboutAnyAxisCarryTheSameBodies) {
+  const UrdfRobot upright = read_urdf_text(cart("<axis xyz='0 0 1'/>"), "t.urdf");
+  const Model<double>& flat = upright.model;
+  EXPECT_EQ(flat.joints[0].type, JointType::kPlanar);
+  EXPECT_TRUE(upright.notes.empty());
+  for (const std::string axis :
+       {"<axis xyz='1 0 0'/>", "", "<axis xyz='0 0 -1'/>", "<axis xyz='.6 0 -.8'/>"}) {
+    const UrdfRobot robot = read_urdf_text(cart(axis), "t.urdf");
+    const Model<double>& model = robot.model;
+    ASSERT_EQ(model.nq, 5);
+    EXPECT_TRUE(has_note(robot, "t.urdf:2: joint \"drive\" moves in the plane normal to ("));
+    const Model<double> held = lock_joints(model, {"drive"}, neutral(model));
+    const Model<double> held_flat = lock_joints(flat, {"drive"}, neutral(flat));
+    EXPECT_LT((held.X_PJ[0].R - held_flat.X_PJ[0].R).norm(), 1e-15);
+    EXPECT_LT((held.X_PJ[0].p - held_flat.X_PJ[0].p).norm(), 1e-15);
+    EXPECT_LT((held.inertias[0].com - held_flat.inertias[0].com).norm(), 1e-15);
+    const auto com = [](const Model<double>& m) {
+      return Vector3d(m.X_PJ[0].R * m.inertias[0].com + m.X_PJ[0].p);
+    };
+    EXPECT_LT((com(model) - com(flat)).norm(), 1e-15);
+    // The body's z is the axis, in the frame of the joint that the file gives.
+    const Vector3d normal = axis.empty() || axis[11] == '1' ? Vector3d(1, 0, 0)
+                            : axis[11] == '0'               ? Vector3d(0, 0, -1)
+                                                            : Vector3d(.6, 0, -.8);
+    const Matrix3d turned = flat.X_PJ[0].R.transpose() * model.X_PJ[0].R;
+    EXPECT_LT((turned.col(2) - normal).norm(), 1e-15);
+    EXPECT_LT((turned * turned.transpose() - Matrix3d::Identity()).norm(), 1e-15);
+    EXPECT_NEAR(turned.determinant(), 1, 1e-15);
+  }
 }
 
 struct CommaNumbers : std::numpunct<char> {

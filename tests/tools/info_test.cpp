@@ -33,6 +33,24 @@ TEST(Info, LocksJoints) {
   EXPECT_EQ(nlohmann::json::parse(run.out)["nv"], 7);
 }
 
+TEST(Info, FollowersHaveTheEntriesOfTheirLeader) {
+  const std::string panda = config("robots/panda.urdf");
+  const auto run = run_dyntape({"info", panda, "--mimic", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto info = nlohmann::json::parse(run.out);
+  EXPECT_EQ(info["nq"], 8);
+  EXPECT_EQ(info["nv"], 8);
+  const auto& follower = info["joints"].back();
+  EXPECT_EQ(follower["name"], "panda_finger_joint2");
+  EXPECT_EQ(follower["nv"], 0);
+  EXPECT_EQ(follower["idx_v"], 7);
+  EXPECT_EQ(follower["mimic"]["joint"], "panda_finger_joint1");
+  EXPECT_EQ(follower["mimic"]["multiplier"], 1);
+  EXPECT_NE(
+      run_dyntape({"info", panda, "--mimic"}).out.find("mimic: panda_finger_joint2 = panda_finger_joint1"),
+      std::string::npos);
+}
+
 TEST(Info, PrintsTheTree) {
   const auto run = run_dyntape({"info", config("robots/solo12.urdf"), "--base", "floating"});
   ASSERT_EQ(run.status, 0) << run.err;

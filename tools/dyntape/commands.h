@@ -34,6 +34,7 @@ struct RobotOptions {
   std::string base = "fixed";
   std::vector<std::string> lock;
   double snap = 1e-8;
+  bool mimic = false;
 };
 void add_robot_options(CLI::App& command, RobotOptions& options);
 dynamics::UrdfRobot load_robot(const RobotOptions& options);

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include <dyntape/dynamics/mimic.h>
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
@@ -14,6 +15,8 @@ namespace dyntape::tools {
 namespace {
 
 using dynamics::Joint;
+using dynamics::MimicModel;
+using dynamics::MimicRule;
 using dynamics::Model;
 using io::significant;
 
@@ -27,36 +30,51 @@ nlohmann::json limit(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
-nlohmann::json to_json(const dynamics::UrdfRobot& robot) {
-  const Model<double>& model = robot.model;
+// The rule that joint i follows, null for most.
+const MimicRule* rule_of(const MimicModel<double>& robot, int i) {
+  for (const MimicRule& rule : robot.rules) {
+    if (rule.joint == robot.full.joints[i].name) return &rule;
+  }
+  return nullptr;
+}
+
+// A follower's entries are its leader's, and it has none of its own.
+nlohmann::json to_json(const dynamics::UrdfRobot& file) {
+  const MimicModel<double> robot(file.model, file.mimics);
+  const Model<double>& model = robot.full;
   nlohmann::json joints = nlohmann::json::array();
   for (int i = 0; i < model.njoints(); ++i) {
     const Joint<double>& joint = model.joints[i];
+    const MimicRule* rule = rule_of(robot, i);
     joints.push_back({{"name", joint.name},
                       {"type", to_string(joint.type)},
                       {"parent", model.parent[i] < 0 ? "world" : model.joints[model.parent[i]].name},
-                      {"idx_q", joint.idx_q},
-                      {"nq", dynamics::nq(joint.type)},
-                      {"idx_v", joint.idx_v},
-                      {"nv", dynamics::nv(joint.type)},
+                      {"idx_q", robot.q_entries[joint.idx_q].index},
+                      {"nq", rule ? 0 : dynamics::nq(joint.type)},
+                      {"idx_v", robot.v_entries[joint.idx_v].index},
+                      {"nv", rule ? 0 : dynamics::nv(joint.type)},
                       {"axis", {joint.axis[0], joint.axis[1], joint.axis[2]}},
                       {"mass", model.inertias[i].mass},
                       {"lower", limit(joint.limits.lower)},
                       {"upper", limit(joint.limits.upper)},
                       {"velocity", limit(joint.limits.velocity)},
                       {"effort", limit(joint.limits.effort)}});
+    if (rule) {
+      joints.back()["mimic"] = {
+          {"joint", rule->leader}, {"multiplier", rule->multiplier}, {"offset", rule->offset}};
+    }
   }
   nlohmann::json frames = nlohmann::json::array();
   for (const auto& frame : model.frames) {
     frames.push_back(
         {{"name", frame.name}, {"joint", frame.body < 0 ? "world" : model.joints[frame.body].name}});
   }
-  return {{"name", model.name}, {"nq", model.nq},   {"nv", model.nv},      {"mass", total_mass(model)},
-          {"joints", joints},   {"frames", frames}, {"notes", robot.notes}};
+  return {{"name", model.name}, {"nq", robot.nq},   {"nv", robot.nv},     {"mass", total_mass(model)},
+          {"joints", joints},   {"frames", frames}, {"notes", file.notes}};
 }
 
 std::string axis_text(const Joint<double>& joint) {
-  if (joint.type == dynamics::JointType::kFreeFlyer) return "";
+  if (!dynamics::is_single(joint.type)) return "";
   const char* const names[] = {"x", "y", "z"};
   for (int k = 0; k < 3; ++k) {
     if (std::abs(joint.axis[k]) == 1) return (joint.axis[k] < 0 ? "-" : "") + std::string(names[k]);
@@ -67,8 +85,15 @@ std::string axis_text(const Joint<double>& joint) {
 
 std::string range_text(const Joint<double>& joint) {
   const auto bound = [](double b) { return std::isfinite(b) ? significant(b, 4) : std::string("-"); };
-  if (joint.type == dynamics::JointType::kFreeFlyer) return "";
+  if (!dynamics::is_single(joint.type)) return "";
   return bound(joint.limits.lower) + " .. " + bound(joint.limits.upper);
+}
+
+// "finger_1", "-2 x finger_1 + 0.5".
+std::string rule_text(const MimicRule& rule) {
+  const std::string times = rule.multiplier == 1 ? "" : significant(rule.multiplier, 6) + " x ";
+  const std::string sign = rule.offset < 0 ? " - " : " + ";
+  return times + rule.leader + (rule.offset == 0 ? "" : sign + significant(std::abs(rule.offset), 6));
 }
 
 // Children of each joint; the last entry are the joints on the world.
@@ -100,9 +125,10 @@ std::vector<std::string> tree_lines(const Model<double>& model) {
   return line;
 }
 
-void print(const dynamics::UrdfRobot& robot) {
-  const Model<double>& model = robot.model;
-  std::cout << model.name << ": " << model.njoints() << " joints, nq " << model.nq << ", nv " << model.nv
+void print(const dynamics::UrdfRobot& file) {
+  const MimicModel<double> robot(file.model, file.mimics);
+  const Model<double>& model = robot.full;
+  std::cout << model.name << ": " << model.njoints() << " joints, nq " << robot.nq << ", nv " << robot.nv
             << ", " << significant(total_mass(model), 6) << " kg, " << model.frames.size() << " frames\n\n";
   io::TextTable table({{"joint"},
                        {"type"},
@@ -118,13 +144,17 @@ void print(const dynamics::UrdfRobot& robot) {
     const Joint<double>& joint = model.joints[i];
     const auto bound = [](double b) { return std::isfinite(b) ? significant(b, 4) : std::string("-"); };
     table.append({lines[static_cast<std::size_t>(i)], to_string(joint.type), axis_text(joint),
-                  std::to_string(joint.idx_q), std::to_string(joint.idx_v), range_text(joint),
+                  std::to_string(robot.q_entries[joint.idx_q].index),
+                  std::to_string(robot.v_entries[joint.idx_v].index), range_text(joint),
                   bound(joint.limits.velocity), bound(joint.limits.effort),
                   significant(model.inertias[i].mass, 4)});
   }
   std::cout << table.text();
-  if (!robot.notes.empty()) std::cout << "\n";
-  for (const std::string& note : robot.notes) std::cout << "note: " << note << "\n";
+  if (!robot.rules.empty()) std::cout << "\n";
+  for (const MimicRule& rule : robot.rules)
+    std::cout << "mimic: " << rule.joint << " = " << rule_text(rule) << "\n";
+  if (!file.notes.empty()) std::cout << "\n";
+  for (const std::string& note : file.notes) std::cout << "note: " << note << "\n";
 }
 
 }  // namespace
@@ -135,6 +165,8 @@ void add_info(CLI::App& app) {
   const auto options = std::make_shared<RobotOptions>();
   const auto json = std::make_shared<bool>(false);
   add_robot_options(*command, *options);
+  command->add_flag("--mimic", options->mimic,
+                    "joints with <mimic> follow their leader and have no entries of their own");
   command->add_flag("--json", *json,
                     "for programs: nq, nv, mass, joints (name, type, idx_q, idx_v, nv, ...), frames");
   command->callback([options, json] {

@@ -27,6 +27,7 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
   urdf.base = options.base == "floating" ? dynamics::Base::kFloating : dynamics::Base::kFixed;
   urdf.lock = options.lock;
   urdf.snap = options.snap;
+  urdf.mimic = options.mimic;
   return dynamics::read_urdf(options.path, urdf);
 }
 

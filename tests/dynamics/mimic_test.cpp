@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Joints that follow others: the projection against explicit products with G, derivatives against differences in
+// 113 bits, a file against Pinocchio, and every rule that cannot be followed.
+#include <gtest/gtest.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/mimic.h>
+#include <dyntape/dynamics/model_operations.h>
+#include <dyntape/dynamics/urdf.h>
+
+#include "random_robots.h"
+#include "robot_files.h"
+
+namespace dyntape::dynamics {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Vectorq = VectorX<Float128>;
+using Rules = std::vector<MimicRule>;
+
+// Every second joint on a line follows one before it, some of which follow others.
+Rules random_rules(const Model<double>& model, Random& random) {
+  Rules rules;
+  std::vector<std::string> before;
+  for (const Joint<double>& joint : model.joints) {
+    if (nq(joint.type) != 1) continue;
+    if (!before.empty() && random.below(2) == 0) {
+      rules.push_back({joint.name, before[random.below(static_cast<int>(before.size()))],
+                       random.below(3) == 0 ? 1 : random.uniform(-2, 2),
+                       random.below(3) == 0 ? 0 : random.uniform()});
+    }
+    before.push_back(joint.name);
+  }
+  return rules;
+}
+
+class Mimic : public testing::TestWithParam<unsigned long> {
+ protected:
+  static Model<double> tree(Random& random) {
+    return random_tree(random, {10, random.below(2) ? Base::kFloating : Base::kFixed});
+  }
+  Mimic() : random(GetParam()), full(tree(random)), model(full, random_rules(full, random)), data(model) {
+    q = random_configuration(model, random.engine);
+    v = random.vector(model.nv);
+    a = random.vector(model.nv, 3);
+    tau = random.vector(model.nv, 3);
+    q_full = expand_configuration(model, q);
+    v_full = expand_tangent(model, v);
+    a_full = expand_tangent(model, a);
+    G = MatrixXd(full.nv, model.nv);
+    for (int k = 0; k < model.nv; ++k) G.col(k) = expand_tangent(model, VectorXd::Unit(model.nv, k));
+  }
+
+  Random random;
+  Model<double> full;
+  MimicModel<double> model;
+  MimicData<double> data;
+  VectorXd q, v, a, tau, q_full, v_full, a_full;
+  MatrixXd G;
+};
+
+// What the rules say, entry by entry.
+TEST_P(Mimic, FollowersFollow) {
+  EXPECT_EQ(model.nv, full.nv - static_cast<int>(model.rules.size()));
+  EXPECT_EQ(model.nq, full.nq - static_cast<int>(model.rules.size()));
+  for (const MimicRule& rule : model.rules) {
+    const Joint<double>& joint = full.joints[full.joint_index(rule.joint)];
+    const Joint<double>& leader = full.joints[full.joint_index(rule.leader)];
+    EXPECT_NEAR(q_full[joint.idx_q], rule.multiplier * q_full[leader.idx_q] + rule.offset, 1e-15);
+    EXPECT_EQ(v_full[joint.idx_v], rule.multiplier * v_full[leader.idx_v]);
+  }
+  EXPECT_EQ(G.colwise().any().count(), model.nv);
+  EXPECT_LE((G * v - v_full).norm(), 1e-14);
+}
+
+TEST_P(Mimic, TheProjectionIsThatOfTheFullModel) {
+  Data<double> whole(full);
+  const VectorXd tau_full = rnea(full, whole, q_full, v_full, a_full);
+  EXPECT_LE(relative_error(rnea(model, data, q, v, a), G.transpose() * tau_full), 1e-14);
+  const MatrixXd M_full = crba(full, whole, q_full);
+  EXPECT_LE(relative_error(crba(model, data, q), G.transpose() * M_full * G), 1e-14);
+  EXPECT_EQ(data.M, data.M.transpose());
+  EXPECT_LE(relative_error(gather_both(model, M_full), data.M), 1e-15);
+  EXPECT_LE(relative_error(gather_columns(model, M_full), M_full * G), 1e-15);
+  EXPECT_LE(relative_error(gather(model, tau_full), data.tau), 1e-15);
+  const VectorXd h = nonlinear_effects(model, data, q, v), g = generalized_gravity(model, data, q);
+  EXPECT_LE(relative_error(data.M * a + h, data.tau), 1e-13);
+  EXPECT_LE(relative_error(g, nonlinear_effects(model, data, q, VectorXd::Zero(model.nv))), 1e-13);
+  const double energy = kinetic_energy(model, data, q, v);
+  EXPECT_NEAR(energy, 0.5 * v.dot(data.M * v), 1e-14 * energy);
+}
+
+// T and U along a motion of the leaders: what the joints do is what their torques do.
+TEST_P(Mimic, PowerIsTheRateOfEnergy) {
+  const MimicModel<Float128> exact = model.cast<Float128>();
+  MimicData<Float128> data128(exact);
+  const Vectorq x = q.cast<Float128>(), w = v.cast<Float128>(), b = a.cast<Float128>();
+  const Float128 h(1e-11);
+  const auto energy = [&](const Float128& t) {
+    const Vectorq y = integrate<Float128>(exact, x, w * t), u = w + b * t;
+    return Float128(kinetic_energy<Float128>(exact, data128, y, u) +
+                    potential_energy<Float128>(exact, data128, y));
+  };
+  const Float128 rate = (energy(h) - energy(-h)) / (2 * h),
+                 power = rnea<Float128>(exact, data128, x, w, b).dot(w);
+  EXPECT_LE(abs(Float128(rate - power)), 1e-14 * (1 + abs(power)));
+}
+
+TEST_P(Mimic, ForwardDynamicsInvertsInverseDynamics) {
+  const VectorXd torque = rnea(model, data, q, v, a);
+  EXPECT_LE(relative_error(aba(model, data, q, v, torque), a), 1e-11);
+  const MatrixXd M = crba(model, data, q);
+  EXPECT_LE(relative_error(minverse(model, data, q) * M, MatrixXd::Identity(model.nv, model.nv)), 1e-11);
+  EXPECT_EQ(data.Minv, data.Minv.transpose());
+}
+
+TEST_P(Mimic, Derivatives) {
+  const MimicModel<Float128> exact = model.cast<Float128>();
+  MimicData<Float128> data128(exact);
+  const Vectorq x = q.cast<Float128>(), w = v.cast<Float128>(), b = a.cast<Float128>(),
+                t = tau.cast<Float128>();
+  const Float128 h(1e-11);
+  MatrixXd tau_q(model.nv, model.nv), tau_v = tau_q, ddq_q = tau_q, ddq_v = tau_q;
+  for (int k = 0; k < model.nv; ++k) {
+    Vectorq e = Vectorq::Zero(model.nv);
+    e[k] = h;
+    const auto slope = [&](auto f) {
+      return VectorXd(((f(e) - f(Vectorq(-e))) / (2 * h)).template cast<double>());
+    };
+    const auto moved = [&](const Vectorq& d) { return integrate<Float128>(exact, x, d); };
+    tau_q.col(k) =
+        slope([&](const Vectorq& d) { return Vectorq(rnea<Float128>(exact, data128, moved(d), w, b)); });
+    tau_v.col(k) =
+        slope([&](const Vectorq& d) { return Vectorq(rnea<Float128>(exact, data128, x, w + d, b)); });
+    ddq_q.col(k) =
+        slope([&](const Vectorq& d) { return Vectorq(aba<Float128>(exact, data128, moved(d), w, t)); });
+    ddq_v.col(k) =
+        slope([&](const Vectorq& d) { return Vectorq(aba<Float128>(exact, data128, x, w + d, t)); });
+  }
+  id_derivatives(model, data, q, v, a);
+  EXPECT_LE(relative_error(data.dtau_dq, tau_q), 1e-13);
+  EXPECT_LE(relative_error(data.dtau_dv, tau_v), 1e-13);
+  EXPECT_LE(relative_error(data.tau, G.transpose() * rnea(full, data.full, q_full, v_full, a_full)), 1e-13);
+  fd_derivatives(model, data, q, v, tau);
+  EXPECT_LE(relative_error(data.ddq_dq, ddq_q), 1e-10);
+  EXPECT_LE(relative_error(data.ddq_dv, ddq_v), 1e-10);
+  EXPECT_LE(relative_error(data.tau, tau), 1e-11);
+}
+
+TEST_P(Mimic, Configurations) {
+  const VectorXd d = random.vector(model.nv), moved = integrate(model, q, d);
+  EXPECT_LE(relative_error(difference(model, q, moved), d), 1e-13);
+  EXPECT_LE((expand_configuration(model, moved) - integrate(full, q_full, expand_tangent(model, d))).norm(),
+            1e-13);
+  EXPECT_EQ(neutral(model).size(), model.nq);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, Mimic, testing::Range(1UL, 11UL));
+
+TEST(MimicRules, ChainsAreResolvedToTheirFirstLeader) {
+  const Rules rules = resolved({{"c", "b", 2, 1}, {"b", "a", 3, -1}});
+  EXPECT_EQ(rules[0].leader, "a");
+  EXPECT_EQ(rules[0].multiplier, 6);
+  EXPECT_EQ(rules[0].offset, -1);  // 2 (3 a - 1) + 1
+  EXPECT_EQ(rules[1].leader, "a");
+}
+
+Model<double> hand() {
+  Model<double> model;
+  model.name = "hand";
+  Random random(1);
+  for (const auto& [name, type] :
+       std::vector<std::pair<std::string, JointType>>{{"a", JointType::kRevolute},
+                                                      {"b", JointType::kPrismatic},
+                                                      {"c", JointType::kHelical},
+                                                      {"wheel", JointType::kContinuous},
+                                                      {"ball", JointType::kSpherical}})
+    model.add_joint(model.njoints() - 1, random_joint(random, name, type), {}, random_inertia(random));
+  return model;
+}
+
+TEST(MimicRules, WhatCannotBeFollowed) {
+  const auto error = [](const Rules& rules) {
+    try {
+      MimicModel<double>(hand(), rules);
+    } catch (const ArgumentError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const std::string on_a_line = "expected a revolute, prismatic or helical joint",
+                    hand = "model \"hand\": joint ";
+  EXPECT_EQ(error({{"c", "b", -1, 0.5}, {"b", "a"}}), "");
+  EXPECT_EQ(error({{"b", "aa"}}),
+            hand + "\"b\" mimics \"aa\", and no joint that moves has that name; did you mean 'a'?");
+  EXPECT_EQ(error({{"bb", "a"}}),
+            hand + "\"bb\" mimics \"a\", but no joint that moves has its own name; did you mean 'b'?");
+  EXPECT_EQ(error({{"b", "b"}}), hand + "\"b\" mimics itself; expected another joint");
+  EXPECT_EQ(error({{"a", "b"}, {"b", "c"}, {"c", "a"}}),
+            hand + "\"a\" mimics \"b\", which in the end follows itself; expected no circle");
+  EXPECT_EQ(error({{"b", "wheel"}}), hand + "\"b\" mimics \"wheel\", which is continuous; " + on_a_line);
+  EXPECT_EQ(error({{"ball", "a"}}), hand + "\"ball\" mimics \"a\" but is spherical; " + on_a_line);
+  EXPECT_EQ(error({{"b", "a"}, {"b", "c"}}), hand + "\"b\" has two rules to mimic another; expected one");
+  EXPECT_EQ(error({{"b", "a", 1 / 0., 0}}),
+            hand + "\"b\" mimics \"a\" with a multiplier or an offset that is not a finite number");
+}
+
+TEST(MimicRules, FollowersOfAHeldLeaderAreHeld) {
+  Rules rules = {{"c", "b", 2, 0.5}, {"b", "a", 3, -1}};
+  const Model<double> model = lock_with_followers(hand(), {"a"}, rules);
+  EXPECT_TRUE(rules.empty());
+  ASSERT_EQ(model.njoints(), 2);
+  const Model<double> expected =
+      lock_joints(hand(), {"a", "b", "c"}, (VectorXd(9) << 0, -1, -1.5, 1, 0, 0, 0, 0, 1).finished());
+  EXPECT_EQ(model.X_PJ[0].p, expected.X_PJ[0].p);
+  EXPECT_EQ(model.X_PJ[0].R, expected.X_PJ[0].R);
+  rules = {{"b", "a"}};
+  EXPECT_THROW(lock_with_followers(hand(), {"b"}, rules), ArgumentError);
+  EXPECT_EQ(lock_with_followers(hand(), {"wheel"}, rules).njoints(), 4);
+  EXPECT_EQ(rules.size(), 1u);
+}
+
+// Pinocchio 4.1 with mimic = True.
+TEST(MimicFiles, FingersOfThePanda) {
+  const UrdfRobot robot = read_urdf(robot_file("panda"), {.snap = 0, .mimic = true});
+  ASSERT_EQ(robot.mimics.size(), 1u);
+  const MimicModel<double> model(robot.model, robot.mimics);
+  ASSERT_EQ(model.nq, 8);
+  ASSERT_EQ(model.nv, 8);
+  VectorXd q(8), v(8), a(8), expected(8);
+  for (int k = 0; k < 8; ++k) {
+    q[k] = 0.1 * std::sin(k + 1);
+    v[k] = 0.2 * std::cos(k);
+    a[k] = 0.3 * std::sin(2. * k);
+  }
+  expected << 9.7770850014253854e-03, -9.1219159531153302e+00, 6.8414751817239813e-02,
+      -6.0621267341118146e-01, 7.6452691346926976e-02, 1.9340840549697509e+00, 3.2046743771539888e-03,
+      8.7409893971168249e-03;
+  MimicData<double> data(model);
+  EXPECT_LE(relative_error(rnea(model, data, q, v, a), expected), 1e-14);
+  EXPECT_NEAR(crba(model, data, q)(7, 7), 0.03, 1e-16);
+  // Without the option it is two joints and a note.
+  EXPECT_EQ(load_urdf(robot_file("panda")).nq, 9);
+  EXPECT_TRUE(read_urdf(robot_file("panda")).mimics.empty());
+  EXPECT_EQ(read_urdf(robot_file("panda"), {.lock = {"panda_finger_joint1"}, .mimic = true}).model.nv, 7);
+}
+
+// Two joints; the second may mimic.
+std::string two_joints(const std::string& first, const std::string& mimic) {
+  const std::string limit = "<limit lower='-1' upper='1' velocity='1' effort='1'/>";
+  return "<robot name='r'><link name='l0'/>\n<joint name='a' type='" + first +
+         "'><parent link='l0'/><child link='l1'/>" + limit + "</joint><link name='l1'/>\n" +
+         "<joint name='b' type='revolute'><parent link='l1'/><child link='l2'/>" + limit + "\n" + mimic +
+         "</joint><link name='l2'/></robot>";
+}
+
+TEST(MimicFiles, RulesAreReadOrRefusedWithTheirLine) {
+  const auto error = [](const std::string& first, const std::string& mimic) {
+    try {
+      read_urdf_text(two_joints(first, mimic), "t.urdf", {.mimic = true});
+    } catch (const FileError& e) {
+      return std::string(e.what());
+    }
+    return std::string();
+  };
+  const UrdfRobot robot = read_urdf_text(
+      two_joints("revolute", "<mimic joint='a' multiplier='-2' offset='.5'/>"), "t.urdf", {.mimic = true});
+  ASSERT_EQ(robot.mimics.size(), 1u);
+  EXPECT_EQ(robot.mimics[0].multiplier, -2);
+  EXPECT_EQ(robot.mimics[0].offset, 0.5);
+  EXPECT_TRUE(robot.notes.empty());
+  EXPECT_EQ(error("revolute", "<mimic joint='aa'/>"),
+            "t.urdf:4: joint \"b\" mimics \"aa\", and there is no such joint; did you mean 'a'?");
+  EXPECT_EQ(error("fixed", "<mimic joint='a'/>"),
+            "t.urdf:4: joint \"b\" mimics \"a\", which is fixed; expected a joint that moves");
+  EXPECT_EQ(error("continuous", "<mimic joint='a'/>"),
+            "t.urdf:4: joint \"b\" mimics \"a\", which is continuous; expected a revolute, prismatic or "
+            "helical joint");
+  EXPECT_EQ(error("revolute", "<mimic joint='b'/>"),
+            "t.urdf:4: joint \"b\" mimics itself; expected another joint");
+}
+
+}  // namespace
+}  // namespace dyntape::dynamics
