@@ -14,5 +14,6 @@ theirs=$(find "$build/peers/lib" -type d -path '*share/example-robot-data/robots
 "$python" "$source/tests/full/pinocchio_agreement.py" "$dyntape" --states 1000 \
   "$ours"/{pendulum,cart_pole,block,arm_2r,double_pendulum,ur5,panda,iiwa14,solo12}.urdf \
   "$ours"/{solo12,g1,talos,simple_humanoid}.urdf:floating \
+  "$source"/tests/full/planar_cart.urdf{,:floating} \
   "$theirs"/panda_description/urdf/panda.urdf "$theirs"/ur_description/urdf/ur5_robot.urdf \
   "$theirs"/talos_data/robots/talos_reduced.urdf:floating
