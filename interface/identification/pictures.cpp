@@ -26,12 +26,10 @@ void draw_excitation(const dynamics::Model<double>& model, const Excitation& exc
   io::Panel condition{.title = "condition of the base regressor",
                       .x_label = "gradient evaluation",
                       .y_label = "cond(Y_b)",
-                      .horizontal = {{excitation.random_condition, "median of random series"}},
-                      .log_y = true};
+                      .horizontal = {{excitation.random_condition, "median of random series"}}};
   io::Panel error{.title = "mean semi-axis of the confidence ellipsoid",
                   .x_label = "gradient evaluation",
-                  .y_label = "exp(-log det F / 2 r)",
-                  .log_y = true};
+                  .y_label = "exp(-log det F / 2 r)"};
   std::vector<double> count;
   for (std::size_t k = 0; k < excitation.conditions.size(); ++k) count.push_back(static_cast<double>(k));
   condition.series.push_back({.x = count, .y = excitation.conditions});

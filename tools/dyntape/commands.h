@@ -22,6 +22,7 @@ void add_check_config(CLI::App& app);
 void add_cache(CLI::App& app);
 void add_doctor(CLI::App& app);
 void add_study(CLI::App& app);
+void add_identify(CLI::App& app);
 
 // The outcome has been reported already; only the exit status is left.
 struct Failure {

@@ -25,6 +25,7 @@ int main(int argc, char** argv) {
   add_bench(app);
   add_solve(app);
   add_study(app);
+  add_identify(app);
   add_check_config(app);
   add_cache(app);
   add_doctor(app);

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape identify: rank and names, the excitation's files, estimates from a file of samples.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include <dyntape/dynamics/algorithms.h>
+#include <dyntape/dynamics/urdf.h>
+#include <dyntape/interface/identification/base_parameters.h>
+#include <dyntape/interface/io/csv.h>
+
+#include "run.h"
+
+namespace {
+
+using dyntape::test::config;
+using dyntape::test::run_dyntape;
+using dyntape::test::Scratch;
+
+TEST(Identify, PrintsRankAndNames) {
+  const auto run = run_dyntape({"identify", config("robots/ur5.urdf")});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("36 base parameters of 60"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("Izz1 + "), std::string::npos);
+  const auto wider = run_dyntape({"identify", config("robots/ur5.urdf"), "--friction"});
+  EXPECT_NE(wider.out.find("48 base parameters of 72"), std::string::npos) << wider.out;
+}
+
+TEST(Identify, WritesTheMotionThatTellsMost) {
+  const Scratch scratch;
+  const auto run = run_dyntape({"identify", config("robots/arm_2r.urdf"), "--excite", "--iterations", "15",
+                                "--output", scratch / "out"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("errors on average 0."), std::string::npos) << run.out;
+  const auto motion = dyntape::io::read_csv(scratch / "out/excitation.csv");
+  EXPECT_EQ(motion.rows(), 500);
+  EXPECT_EQ(motion.cols(), 1 + 3 * 2);
+  EXPECT_TRUE(std::filesystem::exists(scratch / "out/excitation.svg"));
+}
+
+TEST(Identify, EstimatesFromAFileOfSamples) {
+  const Scratch scratch;
+  const auto arm = dyntape::dynamics::load_urdf(config("robots/arm_2r.urdf"));
+  const auto samples = dyntape::random_samples(arm, 50, 4);
+  dyntape::io::CsvTable table({"q0", "q1", "v0", "v1", "a0", "a1", "tau0", "tau1"});
+  dyntape::dynamics::Data<double> data(arm);
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::VectorXd tau =
+        dyntape::dynamics::rnea(arm, data, samples.q.col(i), samples.v.col(i), samples.a.col(i));
+    table.append({samples.q(0, i), samples.q(1, i), samples.v(0, i), samples.v(1, i), samples.a(0, i),
+                  samples.a(1, i), tau[0], tau[1]});
+  }
+  dyntape::io::write_csv(scratch / "samples.csv", table);
+  const auto run = run_dyntape({"identify", config("robots/arm_2r.urdf"), "--data", scratch / "samples.csv",
+                                "--output", scratch / "out"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto found = dyntape::io::read_csv(scratch / "out/base_parameters.csv");
+  for (int k = 0; k < found.rows(); ++k) EXPECT_NEAR(found(k, 0), found(k, 2), 1e-9);
+}
+
+TEST(Identify, RefusesWhatItCannotDrive) {
+  const auto run = run_dyntape({"identify", config("robots/solo12.urdf"), "--base", "floating", "--excite"});
+  EXPECT_EQ(run.status, 1);
+  EXPECT_NE(run.err.find("one degree of freedom"), std::string::npos) << run.err;
+}
+
+}  // namespace

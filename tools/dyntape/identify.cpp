@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape identify: what a robot's torques can tell about its masses, and the motion that tells most.
+#include <cmath>
+#include <iostream>
+#include <memory>
+
+#include <dyntape/interface/identification/estimator.h>
+#include <dyntape/interface/identification/excitation.h>
+#include <dyntape/interface/identification/pictures.h>
+#include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/table.h>
+
+#include "commands.h"
+
+namespace dyntape::tools {
+namespace {
+
+using io::significant;
+
+struct Options {
+  RobotOptions robot;
+  BaseOptions base;
+  ExcitationOptions excitation;
+  std::string data, output;
+  bool excite = false, condition = false;
+  double noise = 0.1;
+};
+
+// Columns prefix0, prefix1, ... as rows of a matrix.
+Eigen::MatrixXd block(const io::CsvTable& table, const std::string& prefix, int count) {
+  Eigen::MatrixXd m(count, table.rows());
+  for (int k = 0; k < count; ++k) {
+    const std::vector<double> values = table.column(prefix + std::to_string(k));
+    m.row(k) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), table.rows());
+  }
+  return m;
+}
+
+void write_motion(const dynamics::Model<double>& model, const Excitation& e, const std::string& path) {
+  std::vector<std::string> names = {"t"};
+  const auto add = [&](const std::string& prefix, int count) {
+    for (const std::string& name : numbered(prefix, count)) names.push_back(name);
+  };
+  add("q", model.nq), add("v", model.nv), add("a", model.nv);
+  io::CsvTable table(names);
+  const Samples s = sample(model, e.series, times_of_period(e.series.period, 500));
+  for (Eigen::Index i = 0; i < s.count(); ++i) {
+    Eigen::VectorXd row(1 + model.nq + 2 * model.nv);
+    row << s.time[i], s.q.col(i), s.v.col(i), s.a.col(i);
+    table.append(std::span(row.data(), static_cast<std::size_t>(row.size())));
+  }
+  io::write_csv(path, table);
+}
+
+void print(const BaseParameters& base, const Eigen::VectorXd& values, const Eigen::VectorXd* error,
+           const Eigen::VectorXd* nominal) {
+  std::vector<io::TextColumn> columns = {{"value", "", io::Align::kRight}};
+  if (error) columns.push_back({"+-", "", io::Align::kRight});
+  if (nominal) columns.push_back({"file", "", io::Align::kRight});
+  columns.push_back({"base parameter"});
+  io::TextTable table(columns);
+  for (int k = 0; k < base.rank(); ++k) {
+    std::vector<std::string> row = {significant(values[k], 6)};
+    if (error) row.push_back(significant((*error)[k], 2));
+    if (nominal) row.push_back(significant((*nominal)[k], 6));
+    row.push_back(base.names[static_cast<std::size_t>(k)]);
+    table.append(row);
+  }
+  std::cout << "\n" << table.text();
+}
+
+// Logarithm of the ratio of the mean semi-axes of the confidence ellipsoids.
+double mean_gain(const Excitation& e, const BaseParameters& base) {
+  return (e.random_log_det - e.log_det) / (2 * base.rank());
+}
+
+// The motion that tells most; false where the solver did not get there.
+bool excite(const Options& options, const dynamics::Model<double>& model, const BaseParameters& base) {
+  const Excitation e = [&] {
+    io::Progress progress("exciting", 0);
+    return optimal_excitation(model, base, options.excitation);
+  }();
+  std::cout << "\nexcitation of " << significant(e.series.period, 3) << " s, " << e.series.harmonics()
+            << " harmonics: " << to_string(e.status) << " after " << e.iterations << " iterations, "
+            << io::duration(e.seconds) << "\n  condition " << significant(e.condition, 4)
+            << ", of random series " << significant(e.random_condition, 4)
+            << " (median)\n  errors on average " << significant(std::exp(mean_gain(e, base)), 3)
+            << " times those of the best random series\n";
+  const Eigen::VectorXd sigma = Eigen::VectorXd::Constant(model.nv, options.noise);
+  const Eigen::VectorXd error = BaseEstimator(model, base, e.samples, sigma).standard_deviation();
+  const Eigen::VectorXd nominal = base.regrouping * parameter_values(model, base.columns);
+  std::cout << "  errors that remain after " << e.samples.count() << " samples with "
+            << significant(options.noise, 3) << " N m of noise (Cramer-Rao):\n";
+  print(base, nominal, &error, nullptr);
+  if (!options.output.empty()) {
+    write_motion(model, e, options.output + "/excitation.csv");
+    draw_excitation(model, e, options.output + "/excitation.svg");
+  }
+  // A motion within the limits that is better than chance is a result, converged or not.
+  return e.status == SolveStatus::kSolved || e.status == SolveStatus::kAcceptable ||
+         e.status == SolveStatus::kIterationLimit;
+}
+
+void estimate(const Options& options, const dynamics::Model<double>& model, const BaseParameters& base) {
+  const io::CsvTable table = io::read_csv(options.data);
+  const Samples samples{block(table, "q", model.nq),
+                        block(table, "v", model.nv),
+                        block(table, "a", model.nv),
+                        block(table, "tau", model.nv),
+                        {}};
+  const Identification found = identify(model, base, samples);
+  std::cout << "\nfrom " << samples.count() << " samples, condition " << significant(found.condition, 4)
+            << ":\n";
+  const Eigen::VectorXd nominal = base.regrouping * parameter_values(model, base.columns);
+  print(base, found.beta, &found.standard_deviation, &nominal);
+  std::cout << "\nnoise of the torques:";
+  for (double s : found.sigma) std::cout << " " << significant(s, 3);
+  std::cout << "\n";
+  if (options.output.empty()) return;
+  io::CsvTable result({"beta", "standard_deviation", "file"});
+  for (int k = 0; k < base.rank(); ++k)
+    result.append({found.beta[k], found.standard_deviation[k], nominal[k]});
+  io::write_csv(options.output + "/base_parameters.csv", result);
+}
+
+void run(const Options& options) {
+  const auto robot = load_robot(options.robot);
+  const dynamics::Model<double>& model = robot.model;
+  const BaseParameters base = base_parameters(model, options.base);
+  std::cout << model.name << ": " << base.rank() << " base parameters of " << base.regrouping.cols() << ", "
+            << base.unidentifiable.size() << " without any effect; gap " << io::scientific(base.least_kept)
+            << " against " << io::scientific(base.most_dropped) << "\n";
+  bool success = true;
+  if (options.excite) success = excite(options, model, base);
+  if (!options.data.empty()) estimate(options, model, base);
+  if (!options.excite && options.data.empty()) {
+    print(base, base.regrouping * parameter_values(model, base.columns), nullptr, nullptr);
+  }
+  if (!options.output.empty() && (options.excite || !options.data.empty())) {
+    std::cout << "\nresults in " << options.output << "\n";
+  }
+  if (!success) throw Failure{};
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "identify",
+      "base parameters: what torques tell about masses, and with what error.\n"
+      "Alone: rank and base parameters by name.  --excite: the motion that tells most within the limits.\n"
+      "--data: estimates from measured motions, a CSV file with columns q0.. v0.. a0.. tau0..");
+  const auto options = std::make_shared<Options>();
+  add_robot_options(*command, options->robot);
+  command->add_flag("--armature", options->base.columns.armature, "armatures are parameters too");
+  command->add_flag(
+      "--friction",
+      [options](std::int64_t) { options->base.columns.viscous = options->base.columns.coulomb = true; },
+      "viscous and Coulomb friction are parameters too");
+  command->add_flag("--excite", options->excite,
+                    "find the most telling motion; excitation.csv, excitation.svg");
+  command->add_option("--period", options->excitation.period, "of the motion [s]")
+      ->check(CLI::PositiveNumber)
+      ->type_name("S")
+      ->capture_default_str();
+  command->add_option("--harmonics", options->excitation.harmonics, "of each joint's Fourier series")
+      ->check(CLI::Range(2, 50))
+      ->capture_default_str();
+  command->add_option("--samples", options->excitation.samples, "in a period, at which limits are held")
+      ->check(CLI::Range(8, 100000))
+      ->capture_default_str();
+  command->add_option("--iterations", options->excitation.max_iterations, "of the optimiser, at most")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--seed", options->excitation.seed, "of the random series to start from")
+      ->capture_default_str();
+  command->add_flag("--condition", options->condition,
+                    "minimise the condition number rather than the volume of uncertainty");
+  command
+      ->add_option("--noise", options->noise, "standard deviation of measured torques [N m or N], for errors")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--data", options->data, "measured samples")->type_name("samples.csv");
+  command->add_option("--output", options->output, "where results go")->type_name("DIR");
+  command->callback([options] {
+    if (options->condition) options->excitation.criterion = ExcitationCriterion::kCondition;
+    run(*options);
+  });
+}
+
+}  // namespace dyntape::tools
