@@ -58,7 +58,6 @@ inline const RobotFunction RobotFunction::kRnea("rnea"), RobotFunction::kAba("ab
 inline const RobotFunction kCoreFunctions[] = {RobotFunction::kRnea, RobotFunction::kAba,
                                                RobotFunction::kCrba, RobotFunction::kIdDerivatives,
                                                RobotFunction::kFdDerivatives};
-inline const auto& kRobotFunctions = kCoreFunctions;
 // All rows, in their order.
 const std::vector<RobotFunction>& robot_functions();
 

@@ -102,6 +102,20 @@ RobotWork<T>::RobotWork(const dynamics::Model<T>& robot, const RobotFunction& fu
   for (int i = 0; i < behind; ++i) rest[i]->resize(model.nv);
 }
 
+// The origins of the contacts are held where they are: without stabilisation nothing asks where that is.
+template <class T>
+dynamics::ConstraintData<T>& RobotWork<T>::constraints() {
+  if (!constraints_) {
+    std::vector<dynamics::Constraint<T>> held;
+    for (int contact : contacts) {
+      held.push_back(dynamics::point_constraint(model, contact, dynamics::Vector3<T>::Zero()));
+      held.back().kp = held.back().kd = 0;
+    }
+    constraints_ = std::make_unique<dynamics::ConstraintData<T>>(model, held);
+  }
+  return *constraints_;
+}
+
 template <class T>
 void RobotWork<T>::read(const T* from) {
   for (dynamics::VectorX<T>* part : {&state.q, &state.v, &state.w, &state.mu}) {

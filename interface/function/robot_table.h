@@ -315,6 +315,63 @@ const std::vector<RobotRow<T>>& robot_rows() {
              y(c.dh_dot_dq), y(c.dh_dot_dv), y(c.A);
            }},
 
+      // --- Contacts --------------------------------------------------------------------------------------
+      {.name = "constrained-dynamics",
+       .what = "forward dynamics with contacts, and their forces",
+       .inputs = "q v tau",
+       .outputs = {{"ddq", kNv}, {"lambda", kContactRows}},
+       .needs = kInertia | kContacts,
+       .run = [](W& w,
+                 const S& s) { constrained_dynamics<T>(w.model, w.data, w.constraints(), s.q, s.v, s.w); },
+       .write = [](const W& w, Out& y) { y(w.constraints().ddq), y(w.constraints().lambda); }},
+      {.name = "constrained-derivatives",
+       .what = "derivatives of forward dynamics with contacts",
+       .inputs = "q v tau",
+       .outputs = {{"ddq_dq", kNv, kNv},
+                   {"ddq_dv", kNv, kNv},
+                   {"ddq_dtau", kNv, kNv},
+                   {"lambda_dq", kContactRows, kNv},
+                   {"lambda_dv", kContactRows, kNv},
+                   {"lambda_dtau", kContactRows, kNv}},
+       .of = "constrained-dynamics",
+       .by = "q v tau",
+       .needs = kInertia | kContacts,
+       .run =
+           [](W& w, const S& s) {
+             constrained_dynamics_derivatives<T>(w.model, w.data, w.constraints(), s.q, s.v, s.w);
+           },
+       .write =
+           [](const W& w, Out& y) {
+             const ConstraintData<T>& c = w.constraints();
+             y(c.ddq_dq), y(c.ddq_dv), y(c.ddq_dtau), y(c.lambda_dq), y(c.lambda_dv), y(c.lambda_dtau);
+           }},
+      {.name = "impulse-dynamics",
+       .what = "velocities after an impact that sticks, and its impulses",
+       .inputs = "q v",
+       .outputs = {{"v_plus", kNv}, {"impulse", kContactRows}},
+       .needs = kInertia | kContacts,
+       .run = [](W& w, const S& s) { impulse_dynamics<T>(w.model, w.data, w.constraints(), s.q, s.v, T(0)); },
+       .write = [](const W& w, Out& y) { y(w.constraints().v_plus), y(w.constraints().impulse); }},
+      {.name = "impulse-derivatives",
+       .what = "derivatives of an impact that sticks",
+       .inputs = "q v",
+       .outputs = {{"v_plus_dq", kNv, kNv},
+                   {"v_plus_dv", kNv, kNv},
+                   {"impulse_dq", kContactRows, kNv},
+                   {"impulse_dv", kContactRows, kNv}},
+       .of = "impulse-dynamics",
+       .by = "q v",
+       .needs = kInertia | kContacts,
+       .run =
+           [](W& w, const S& s) {
+             impulse_dynamics_derivatives<T>(w.model, w.data, w.constraints(), s.q, s.v, T(0));
+           },
+       .write =
+           [](const W& w, Out& y) {
+             const ConstraintData<T>& c = w.constraints();
+             y(c.v_plus_dq), y(c.v_plus_dv), y(c.impulse_dq), y(c.impulse_dv);
+           }},
+
       // --- Identification --------------------------------------------------------------------------------
       {.name = "torque-regressor",
        .what = "torques as a linear function of the inertial parameters",

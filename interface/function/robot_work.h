@@ -8,6 +8,7 @@
 
 #include <dyntape/dynamics/algorithms.h>
 #include <dyntape/dynamics/centroidal.h>
+#include <dyntape/dynamics/constraints.h>
 #include <dyntape/dynamics/energy.h>
 #include <dyntape/dynamics/kinematic_derivatives.h>
 #include <dyntape/dynamics/regressor.h>
@@ -94,6 +95,7 @@ struct RobotWork {
   dynamics::SecondOrder<T>& second_order() { return of(second_order_); }
   dynamics::ForwardSecondOrder<T>& forward_second_order() { return of(forward_second_order_); }
   dynamics::Hessian<T>& hessian() { return of(hessian_); }
+  dynamics::ConstraintData<T>& constraints();
 
   const dynamics::Centroidal<T>& centroidal() const { return *centroidal_; }
   const dynamics::EnergyGradients<T>& energy() const { return *energy_; }
@@ -103,6 +105,7 @@ struct RobotWork {
   const dynamics::SecondOrder<T>& second_order() const { return *second_order_; }
   const dynamics::ForwardSecondOrder<T>& forward_second_order() const { return *forward_second_order_; }
   const dynamics::Hessian<T>& hessian() const { return *hessian_; }
+  const dynamics::ConstraintData<T>& constraints() const { return *constraints_; }
 
  private:
   template <class Part>
@@ -119,6 +122,7 @@ struct RobotWork {
   std::unique_ptr<dynamics::SecondOrder<T>> second_order_;
   std::unique_ptr<dynamics::ForwardSecondOrder<T>> forward_second_order_;
   std::unique_ptr<dynamics::Hessian<T>> hessian_;
+  std::unique_ptr<dynamics::ConstraintData<T>> constraints_;
 };
 
 }  // namespace dyntape::detail

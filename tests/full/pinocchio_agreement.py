@@ -19,8 +19,14 @@ import numpy as np
 import pinocchio
 
 ROUTES = ('analytic', 'tape', 'generated')
-# Forward-dynamics derivatives: Pinocchio's are themselves off by about 1e-12.
-TOLERANCE = {'rnea': 1e-12, 'aba': 1e-12, 'crba': 1e-12, 'id-derivatives': 1e-12, 'fd-derivatives': 1e-11}
+# By which routes, and how closely, each function must agree.  Forward-dynamics derivatives: Pinocchio's are
+# themselves off by about 1e-12.
+CORE = {'rnea': 1e-12, 'aba': 1e-12, 'crba': 1e-12, 'id-derivatives': 1e-12, 'fd-derivatives': 1e-11}
+PLAIN = {'nonlinear-effects': 1e-12, 'gravity': 1e-12, 'minverse': 1e-11, 'energy': 1e-12, 'gravity-derivatives': 1e-12,
+         'frame-placement': 1e-12, 'frame-velocity': 1e-12, 'frame-acceleration': 1e-12, 'frame-jacobian': 1e-12,
+         'frame-jacobian-rate': 1e-12, 'frame-velocity-derivatives': 1e-12, 'com': 1e-12, 'com-jacobian': 1e-12,
+         'centroidal-momentum': 1e-12, 'centroidal-momentum-rate': 1e-12, 'centroidal-matrix': 1e-12,
+         'centroidal-matrix-rate': 1e-12, 'centroidal-derivatives': 1e-12, 'torque-regressor': 1e-12}
 
 
 def symmetric(upper):
@@ -46,7 +52,55 @@ class Peer:
         if function == 'id-derivatives':
             dq, dv, da = pinocchio.computeRNEADerivatives(m, d, q, v, w)
             return [dq.copy(), dv.copy(), symmetric(da)]  # the next call overwrites what it returned
-        return [block.copy() for block in pinocchio.computeABADerivatives(m, d, q, v, w)[:3]]
+        if function == 'fd-derivatives':
+            return [block.copy() for block in pinocchio.computeABADerivatives(m, d, q, v, w)[:3]]
+        if function.startswith('frame-'):
+            return [np.array(block) for block in self.frame_blocks(function, q, v, w)]
+        return [np.array(block) for block in self.other_blocks(function, q, v, w)]
+
+    def frame_blocks(self, function, q, v, w):
+        """Of the frame that `dyntape eval` takes where none is named, in its default frame."""
+        m, d, f, aligned = self.model, self.data, self.frame, pinocchio.LOCAL_WORLD_ALIGNED
+        if function == 'frame-jacobian':
+            return [pinocchio.computeFrameJacobian(m, d, q, f, aligned)]
+        if function == 'frame-jacobian-rate':
+            pinocchio.computeJointJacobiansTimeVariation(m, d, q, v)
+            return [pinocchio.getFrameJacobianTimeVariation(m, d, f, aligned)]
+        pinocchio.computeForwardKinematicsDerivatives(m, d, q, v, w)
+        if function == 'frame-placement':
+            placement = pinocchio.updateFramePlacement(m, d, f)
+            return [placement.rotation, placement.translation]
+        if function == 'frame-velocity':
+            return [pinocchio.getFrameVelocity(m, d, f, aligned).vector]
+        if function == 'frame-acceleration':
+            return [pinocchio.getFrameAcceleration(m, d, f, aligned).vector,
+                    pinocchio.getFrameClassicalAcceleration(m, d, f, aligned).vector]
+        return pinocchio.getFrameVelocityDerivatives(m, d, f, pinocchio.LOCAL)  # wrong where it is aligned
+
+    def centroidal_rate(self, q, v):
+        """computeCentroidalMapTimeVariation gives a matrix that only times v is right."""
+        pinocchio.dccrba(self.model, self.data, q, v)
+        return self.data.dAg
+
+    def other_blocks(self, function, q, v, w):
+        m, d = self.model, self.data
+        return {
+            'nonlinear-effects': lambda: [pinocchio.nonLinearEffects(m, d, q, v)],
+            'gravity': lambda: [pinocchio.computeGeneralizedGravity(m, d, q)],
+            'minverse': lambda: [symmetric(pinocchio.computeMinverse(m, d, q))],
+            'energy': lambda: [[pinocchio.computeKineticEnergy(m, d, q, v), pinocchio.computePotentialEnergy(m, d, q)]],
+            'gravity-derivatives': lambda: [pinocchio.computeGeneralizedGravityDerivatives(m, d, q)],
+            'com': lambda: [pinocchio.centerOfMass(m, d, q)],
+            'com-jacobian': lambda: [pinocchio.jacobianCenterOfMass(m, d, q)],
+            'centroidal-momentum': lambda: [pinocchio.computeCentroidalMomentum(m, d, q, v).vector],
+            'centroidal-momentum-rate':
+                lambda: [pinocchio.computeCentroidalMomentumTimeVariation(m, d, q, v, w).vector],
+            'centroidal-matrix': lambda: [pinocchio.computeCentroidalMap(m, d, q)],
+            'centroidal-matrix-rate': lambda: [self.centroidal_rate(q, v)],
+            'centroidal-derivatives':
+                lambda: pinocchio.computeCentroidalDynamicsDerivatives(m, d, q, v, w)[1:],
+            'torque-regressor': lambda: [pinocchio.computeJointTorqueRegressor(m, d, q, v, w)],
+        }[function]()
 
 
 def states(peer, count, seed):
@@ -72,12 +126,20 @@ def compare_tree(dyntape, urdf, base, peer):
     skip = 1 if base == 'floating' else 0  # what the root joint is called is free
     if (info['nq'], info['nv'], ours[skip:]) != (peer.model.nq, peer.model.nv, theirs[skip:]):
         raise RuntimeError(f'joints differ: {ours} here, {theirs} there')
+    peer.frame = peer.model.getFrameId(info['frames'][-1]['name'], pinocchio.FrameType.BODY)
 
 
-def compare_function(dyntape, urdf, base, peer, function, samples):
+ONLY_Q = {'crba', 'gravity', 'minverse', 'gravity-derivatives', 'frame-placement', 'frame-jacobian', 'com', 'com-jacobian',
+          'centroidal-matrix'}
+Q_AND_V = {'nonlinear-effects', 'energy', 'frame-velocity', 'frame-jacobian-rate', 'frame-velocity-derivatives',
+           'centroidal-momentum', 'centroidal-matrix-rate'}
+
+
+def compare_function(dyntape, urdf, base, peer, function, samples, routes):
     """Largest relative difference of any block, for each route."""
     third = 'tau' if function in ('aba', 'fd-derivatives') else 'a'
-    parts = [('q', peer.model.nq)] + ([] if function == 'crba' else [('v', peer.model.nv), (third, peer.model.nv)])
+    parts = [('q', peer.model.nq), ('v', peer.model.nv), (third, peer.model.nv)]
+    parts = parts[:1 if function in ONLY_Q else 2 if function in Q_AND_V else 3]
     expected = [peer.blocks(function, *s) for s in samples]
     worst = {}
     with tempfile.TemporaryDirectory() as folder:
@@ -85,8 +147,9 @@ def compare_function(dyntape, urdf, base, peer, function, samples):
         rows = [','.join(f'{name}{i}' for name, n in parts for i in range(n))]
         rows += [','.join(repr(float(x)) for x in np.concatenate(s[:len(parts)])) for s in samples]
         source.write_text('\n'.join(rows) + '\n')
-        for route in ROUTES:
-            run([dyntape, 'eval', urdf, '--base', base, '--snap', 0, '--function', function, '--route', route,
+        for route in routes:
+            frame = 'local' if function == 'frame-velocity-derivatives' else 'aligned'
+            run([dyntape, 'eval', urdf, '--base', base, '--snap', 0, '--function', function, '--in', frame, '--route', route,
                  '--input', source, '--output', result])
             got = np.loadtxt(result, delimiter=',', skiprows=1, ndmin=2)
             worst[route] = 0.0
@@ -118,11 +181,12 @@ def main():
             peer = Peer(urdf, base)
             compare_tree(options.dyntape, urdf, base, peer)
             samples = list(states(peer, options.states, options.seed))
-            for function, tolerance in TOLERANCE.items():
-                worst = compare_function(options.dyntape, urdf, base, peer, function, samples)
+            for function, tolerance in {**CORE, **PLAIN}.items():
+                routes = ROUTES if function in CORE else ROUTES[:1]
+                worst = compare_function(options.dyntape, urdf, base, peer, function, samples, routes)
                 ok = max(worst.values()) <= tolerance
                 failed |= not ok
-                print(f'{label:28} {function:15}', *(f'{r} {worst[r]:.1e}' for r in ROUTES), 'ok' if ok else 'DISAGREES')
+                print(f'{label:28} {function:26}', *(f'{r} {worst[r]:.1e}' for r in routes), 'ok' if ok else 'DISAGREES')
         except RuntimeError as error:
             failed = True
             print(f'{label}: {error}')

@@ -9,6 +9,7 @@
 #include <optional>
 
 #include <dyntape/dynamics/check_forward_dynamics.h>
+#include <dyntape/interface/function/packed_robot.h>
 #include <dyntape/interface/function/robot_rows.h>
 #include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
@@ -29,7 +30,7 @@ struct Cost {
 
 struct Row {
   std::string function;
-  Cost ours, theirs;
+  Cost ours, packed, theirs;
   double error = 0;      // against 113 bits
   double agreement = 0;  // with the peer
   bool has_peer = false;
@@ -53,7 +54,7 @@ std::vector<Cost> alternate(const std::vector<Contender>& contenders) {
     timed(run, 0, 50);  // warms up
     slowest = std::max(slowest, timed(run, 0, 10));
   }
-  const int calls = std::clamp(static_cast<int>(kLongest / slowest), 5, kCalls);
+  const int calls = std::clamp(static_cast<int>(kLongest / slowest) / 8 * 8, 8, kCalls);
   std::vector<std::vector<double>> seconds(contenders.size());
   for (int batch = 0; batch < kBatches; ++batch) {
     for (std::size_t i = 0; i < contenders.size(); ++i) {
@@ -100,6 +101,21 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function,
       if (++i == prepared.size()) i = 0;
     }
   }};
+  // States side by side, as many at a time as there are lanes; the first ones once more behind the last.
+  PackedRobot packed(model, function);
+  const int lanes = packed.lanes();
+  std::vector<double> side_by_side, results(packed.n_out() * static_cast<std::size_t>(lanes));
+  for (std::size_t i = 0; i < states.size() + static_cast<std::size_t>(lanes); ++i) {
+    const Eigen::VectorXd& state = states[i % states.size()];
+    side_by_side.insert(side_by_side.end(), state.begin(), state.end());
+  }
+  contenders.push_back([&](int first, int calls) {
+    for (int k = 0; k < calls; k += lanes) {
+      const std::size_t i = static_cast<std::size_t>(first + k) % states.size();
+      packed.evaluate(side_by_side.data() + i * packed.n_in(), static_cast<std::size_t>(lanes),
+                      results.data());
+    }
+  });
   const std::vector<int> theirs = peer ? peer->find(to_string(function)) : std::vector<int>{};
   if (!theirs.empty()) {
     peer->choose(model, function);
@@ -117,10 +133,11 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function,
     contenders.push_back([peer, index](int first, int calls) { peer->run(index, first, calls); });
   }
   const std::vector<Cost> costs = alternate(contenders);
-  row.ours = costs.front();
+  row.ours = costs[0];
+  row.packed = costs[1];
   row.has_peer = !theirs.empty();
-  for (std::size_t i = 1; i < costs.size(); ++i) {
-    if (i == 1 || costs[i].median < row.theirs.median) row.theirs = costs[i];
+  for (std::size_t i = 2; i < costs.size(); ++i) {
+    if (i == 2 || costs[i].median < row.theirs.median) row.theirs = costs[i];
   }
   return row;
 }
@@ -138,12 +155,16 @@ void print_json(const dynamics::Model<double>& model, const CompareOptions& opti
     nlohmann::json j = {{"function", row.function},
                         {"time_s", row.ours.median},
                         {"quickest_s", row.ours.best},
+                        {"packed_s", row.packed.median},
+                        {"packed_quickest_s", row.packed.best},
                         {"error", row.error}};
     if (row.has_peer) {
       j["peer_s"] = row.theirs.median;
       j["peer_quickest_s"] = row.theirs.best;
       j["ratio"] = row.ours.median / row.theirs.median;
       j["ratio_of_quickest"] = row.ours.best / row.theirs.best;
+      j["packed_ratio"] = row.packed.median / row.theirs.median;
+      j["packed_ratio_of_quickest"] = row.packed.best / row.theirs.best;
       j["agreement"] = row.agreement;
     }
     report["functions"].push_back(j);
@@ -153,30 +174,33 @@ void print_json(const dynamics::Model<double>& model, const CompareOptions& opti
 
 void print(const dynamics::Model<double>& model, const CompareOptions& options, const std::string& peer,
            const std::vector<Row>& rows) {
-  std::cout << model.name << ", nv " << model.nv << ": median time of one evaluation in plain double over "
-            << options.states << " states (seed " << options.seed << "), error against 113 bits";
-  if (!peer.empty()) {
-    std::cout << ";\n" << peer << " in the same run: ratio of medians, of quickest batches, agreement";
-  }
+  std::cout << model.name << ", nv " << model.nv << ": median time of one evaluation over " << options.states
+            << " states (seed " << options.seed << "), in plain double and a state in packs;\n"
+            << "error of plain double against 113 bits";
+  if (!peer.empty()) std::cout << "; " << peer << " in the same run, ratios to it (of the quickest batches)";
   std::cout << "\n" << processor_name() << ", " << compiler_name() << "\n\n";
-  std::vector<io::TextColumn> columns = {
-      {"function"}, {"time", "us", io::Align::kRight}, {"error", "", io::Align::kRight}};
+  using io::TextColumn;
+  std::vector<TextColumn> columns = {{"function"},
+                                     {"time", "us", io::Align::kRight},
+                                     {"packed", "us", io::Align::kRight},
+                                     {"error", "", io::Align::kRight}};
   if (!peer.empty()) {
-    for (const io::TextColumn& column :
-         {io::TextColumn{"peer", "us", io::Align::kRight}, io::TextColumn{"ratio", "", io::Align::kRight},
-          io::TextColumn{"of quickest", "", io::Align::kRight},
-          io::TextColumn{"agreement", "", io::Align::kRight}}) {
-      columns.push_back(column);
+    for (const char* name : {"peer", "ratio", "packed ratio", "agreement"}) {
+      columns.push_back({name, std::string(name) == "peer" ? "us" : "", io::Align::kRight});
     }
   }
+  const auto ratio = [](const Cost& ours, const Cost& theirs) {
+    return io::significant(ours.median / theirs.median, 2) + " (" +
+           io::significant(ours.best / theirs.best, 2) + ")";
+  };
   io::TextTable table(columns);
   for (const Row& row : rows) {
     std::vector<std::string> cells = {row.function, io::significant(row.ours.median * 1e6, 3),
-                                      io::scientific(row.error)};
+                                      io::significant(row.packed.median * 1e6, 3), io::scientific(row.error)};
     if (row.has_peer) {
       cells.push_back(io::significant(row.theirs.median * 1e6, 3));
-      cells.push_back(io::significant(row.ours.median / row.theirs.median, 3));
-      cells.push_back(io::significant(row.ours.best / row.theirs.best, 3));
+      cells.push_back(ratio(row.ours, row.theirs));
+      cells.push_back(ratio(row.packed, row.theirs));
       cells.push_back(io::scientific(row.agreement));
     }
     cells.resize(columns.size());

@@ -63,6 +63,7 @@ std::vector<Function> body_functions() {
          pin::getFrameJacobianTimeVariation(p.model, p.data, p.frame, p.in, p.J);
        },
        [](Peer& p, Writer& to) { to.block(p.J); }},
+      // In the world's axes at the frame its derivatives by q are wrong.
       {"frame-velocity-derivatives",
        [](Peer& p, const State& s) {
          pin::computeForwardKinematicsDerivatives(p.model, p.data, s.q, s.v, Vector::Zero(p.model.nv));
@@ -85,8 +86,8 @@ std::vector<Function> body_functions() {
        [](Peer& p, Writer& to) { to.block(p.data.dhg.toVector()); }},
       {"centroidal-matrix", [](Peer& p, const State& s) { pin::computeCentroidalMap(p.model, p.data, s.q); },
        [](Peer& p, Writer& to) { to.block(p.data.Ag); }},
-      {"centroidal-matrix-rate",
-       [](Peer& p, const State& s) { pin::computeCentroidalMapTimeVariation(p.model, p.data, s.q, s.v); },
+      // Its computeCentroidalMapTimeVariation gives a matrix that only times v is right.
+      {"centroidal-matrix-rate", [](Peer& p, const State& s) { pin::dccrba(p.model, p.data, s.q, s.v); },
        [](Peer& p, Writer& to) { to.block(p.data.dAg); }},
       {"centroidal-derivatives",
        [](Peer& p, const State& s) {
