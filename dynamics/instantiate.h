@@ -14,6 +14,7 @@
 
 #include <dyntape/dynamics/instantiate/centroidal.h>
 #include <dyntape/dynamics/instantiate/configuration.h>
+#include <dyntape/dynamics/instantiate/constraints.h>
 #include <dyntape/dynamics/instantiate/derivatives.h>
 #include <dyntape/dynamics/instantiate/effects.h>
 #include <dyntape/dynamics/instantiate/energy.h>
@@ -29,6 +30,7 @@
 #define DYNTAPE_INSTANTIATE_DYNAMICS(T) \
   DYNTAPE_INSTANTIATE_CENTROIDAL(T) \
   DYNTAPE_INSTANTIATE_CONFIGURATION(T) \
+  DYNTAPE_INSTANTIATE_CONSTRAINTS(T) \
   DYNTAPE_INSTANTIATE_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_EFFECTS(T) \
   DYNTAPE_INSTANTIATE_ENERGY(T) \
