@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Agreement with Pinocchio on 1000 states, on our robots and on public files that are not ours.
+# Agreement with Pinocchio on 1000 states, and times beside it, on our robots and on public files that are not ours.
 #   pinocchio.sh DYNTAPE SOURCE_DIR BUILD_DIR
 set -euo pipefail
 dyntape=$1 source=$2 build=$3
@@ -17,3 +17,6 @@ theirs=$(find "$build/peers/lib" -type d -path '*share/example-robot-data/robots
   "$source"/tests/full/planar_cart.urdf{,:floating} \
   "$theirs"/panda_description/urdf/panda.urdf "$theirs"/ur_description/urdf/ur5_robot.urdf \
   "$theirs"/talos_data/robots/talos_reduced.urdf:floating
+# Both in one process: the peer compiles, agrees and is timed.
+"$dyntape" bench "$ours"/panda.urdf --peer --peer-prefix "$build/peers"
+"$dyntape" bench "$ours"/solo12.urdf --base floating --peer --peer-prefix "$build/peers"
