@@ -166,6 +166,25 @@ TEST_P(CentroidalOf, DerivativesMatchDifferences) {
   EXPECT_LE(relative_error(c->h.vector(), h), 1e-14);
 }
 
+TEST_P(CentroidalOf, AgreesWithItselfIn113Bits) {
+  centroidal_matrix_rate(model, *data, *c, s.q, s.v);
+  centroidal_matrix_rate(exact, *data128, *c128, q, v);
+  const auto off = [](const MatrixXd& x, const MatrixXq& y) { return error(x, y.cast<double>()); };
+  EXPECT_LE(off(c->A, c128->A), 1e-14);
+  EXPECT_LE(off(c->h.vector(), c128->h.vector()), 1e-14);
+  EXPECT_LE(off(c->A_dot, c128->A_dot), 1e-13);
+  centroidal_derivatives(model, *data, *c, s.q, s.v, s.a);
+  centroidal_derivatives(exact, *data128, *c128, q, v, a);
+  EXPECT_LE(off(c->com, c128->com), 1e-14);
+  EXPECT_LE(off(c->velocity, c128->velocity), 1e-14);
+  EXPECT_LE(off(c->acceleration, c128->acceleration), 1e-14);
+  EXPECT_LE(off(c->I, c128->I), 1e-14);
+  EXPECT_LE(off(c->h_dot.vector(), c128->h_dot.vector()), 1e-14);
+  EXPECT_LE(off(c->dh_dq, c128->dh_dq), 1e-13);
+  EXPECT_LE(off(c->dh_dot_dq, c128->dh_dot_dq), 1e-13);
+  EXPECT_LE(off(c->dh_dot_dv, c128->dh_dot_dv), 1e-13);
+}
+
 TEST_P(CentroidalOf, JacobiansOfCentresOfMass) {
   com_jacobian(model, *data, *c, s.q);
   const auto com = [&](const VectorXq& x) -> VectorXq { return center_of_mass(exact, *data128, *c128, x); };
