@@ -74,8 +74,6 @@ struct MovingBodies {
   std::vector<Composite<T>> composites;          // (njoints)
   std::vector<VelocityProduct<T>> products;      // (njoints)
   std::vector<Force<T>> f;                       // (njoints)
-  std::vector<int> preorder;                     // joints, each subtree in one piece
-  std::vector<int> depth;                        // (njoints) joints above
   std::vector<int> above;                        // (njoints) columns above
   int levels = 0, longest_path = 0;              // in joints and in columns
 };
@@ -94,8 +92,9 @@ struct SecondOrder {
   int stride = 0;                    // columns of the longest path, in whole chunks of lanes
   std::vector<detail::Corner> path;  // (stride) the columns from the root to the joint at hand
   std::vector<int> starts, ends;     // (stride) where the joint of each of them starts and ends there
-  VectorX<T> levels;                 // motions of the columns of a path, a level for each depth
-  VectorX<T> fields;                 // their products with one column
+  detail::LaneArray<T> levels;       // motions of the columns of a path, a level for each depth
+  detail::LaneArray<T> fields;       // three-vectors of each with one column, the deepest
+  detail::LaneArray<T> products;     // dot products of those
 };
 
 // Forward dynamics; the tensors of inverse dynamics are at ddq(q, v, tau).
@@ -125,12 +124,11 @@ struct Hessian {
   std::vector<VelocityProduct<T>> m_products;  // (njoints)
   std::vector<Vector3<T>> couples;             // (njoints) int v x m dm
   std::vector<Motion<T>> S_mu;                 // (nv) m_p x S
-  std::vector<int> first, end;                 // (njoints) positions of a subtree's columns
-  std::vector<int> columns;                    // (nv) the column at each position
   int stride = 0;
-  VectorX<T> travellers;  // wrenches and couples of all columns on their way to the root
-  VectorX<T> mu;          // (nv)
-  MatrixX<T> B, E;        // (nv x nv)
+  detail::LaneArray<T> travellers;  // wrenches and couples of all columns on their way to the root
+  detail::LaneArray<T> meetings;    // their products with one column
+  VectorX<T> mu;                    // (nv)
+  MatrixX<T> B, E;                  // (nv x nv)
 };
 
 // Tensors of second derivatives of tau(q, v, a); d2tau/da2 and d2tau/dadv are zero.  O(n d^2) for n columns

@@ -9,8 +9,6 @@
 
 #include <dyntape/dynamics/detail/moving_bodies.hxx>
 
-#include <algorithm>
-
 namespace dyntape::dynamics {
 namespace detail {
 
@@ -55,17 +53,6 @@ Force<T> momentum(const VelocityProduct<T>& m) {
   return {m.p, Vector3<T>(m.U(2, 1) - m.U(1, 2), m.U(0, 2) - m.U(2, 0), m.U(1, 0) - m.U(0, 1))};
 }
 
-template <class T>
-void put(const Vector3<T>& x, T* out, int stride) {
-  for (int r = 0; r < 3; ++r) out[r * stride] = x[r];
-}
-
-template <class T>
-void put(const Force<T>& f, T* out, int stride) {
-  put(f.linear, out, stride);
-  put(f.angular, out + 3 * stride, stride);
-}
-
 // Column k of joint i sets out, from position `at`.
 template <class T>
 void set_out(Hessian<T>& h, int i, int k, int at) {
@@ -73,140 +60,96 @@ void set_out(Hessian<T>& h, int i, int k, int at) {
   const Composite<T>& I = b.composites[i];
   const VelocityProduct<T>& B = b.products[i];
   const Motion<T>& S = b.S[k];
-  T* out = h.travellers.data() + at;
-  const auto row = [&](int r) { return out + r * h.stride; };
-  put(slope_of_force(I, B, b.S_ddot[k], b.S_dot[k].angular) + cross(S, b.f[i]), row(kByQ), h.stride);
-  put(slope_of_force(I, B, b.S_v[k], S.angular), row(kByV), h.stride);
-  put(I * S, row(kByA), h.stride);
-  put(I * h.S_mu[k] + cross(S, momentum(h.m_products[i])), row(kByMu), h.stride);
+  const int stride = h.stride;
+  const auto row = [&](int r) { return h.travellers.data() + r * stride; };
+  put_spatial(row(kByQ), stride, at,
+              slope_of_force(I, B, b.S_ddot[k], b.S_dot[k].angular) + cross(S, b.f[i]));
+  put_spatial(row(kByV), stride, at, slope_of_force(I, B, b.S_v[k], S.angular));
+  put_spatial(row(kByA), stride, at, I * S);
+  put_spatial(row(kByMu), stride, at, I * h.S_mu[k] + cross(S, momentum(h.m_products[i])));
   const Vector3<T> mixed =
       couple_with(B, h.S_mu[k]) - couple_with(h.m_products[i], b.S_dot[k]) + S.angular.cross(h.couples[i]);
-  put(Vector3<T>(mixed * T(2)), row(kMixed), h.stride);
-  put(Vector3<T>(-couple_with(h.m_products[i], S)), row(kWithMu), h.stride);
+  put(row(kMixed), stride, at, Vector3<T>(mixed * T(2)));
+  put(row(kWithMu), stride, at, Vector3<T>(-couple_with(h.m_products[i], S)));
 }
 
-// Travellers at positions first ... end, from the body's frame to the parent's.
-template <class T>
-void raise(const Placement<T>& X, T* travellers, int stride, int first, int end) {
-  constexpr int kLanes = kColumnLanes<T>;
-  const Matrix3<T>& R = X.R;
-  const Vector3<T>& p = X.p;
-  for (int from = first; from < end; from += kLanes) {
-    const int left = end - from;
-    for (int row = 0; row < kTravellerRows; row += row < kMixed ? 6 : 3) {
-      T* f = travellers + row * stride + from;
-      T y[6][kLanes];
-      for (int c = 0; c < kLanes; ++c) {
-        const T a = f[c], b = f[stride + c], d = f[2 * stride + c];
-        y[0][c] = R(0, 0) * a + R(0, 1) * b + R(0, 2) * d;
-        y[1][c] = R(1, 0) * a + R(1, 1) * b + R(1, 2) * d;
-        y[2][c] = R(2, 0) * a + R(2, 1) * b + R(2, 2) * d;
-      }
-      const bool wrench = row < kMixed;
-      if (wrench) {
-        for (int c = 0; c < kLanes; ++c) {
-          const T a = f[3 * stride + c], b = f[4 * stride + c], d = f[5 * stride + c];
-          y[3][c] = (R(0, 0) * a + R(0, 1) * b + R(0, 2) * d) + (p[1] * y[2][c] - p[2] * y[1][c]);
-          y[4][c] = (R(1, 0) * a + R(1, 1) * b + R(1, 2) * d) + (p[2] * y[0][c] - p[0] * y[2][c]);
-          y[5][c] = (R(2, 0) * a + R(2, 1) * b + R(2, 2) * d) + (p[0] * y[1][c] - p[1] * y[0][c]);
-        }
-      }
-      for (int r = 0; r < (wrench ? 6 : 3); ++r) {
-        for (int c = 0; c < kLanes; ++c) f[r * stride + c] = c < left ? y[r][c] : f[r * stride + c];
-      }
-    }
-  }
-}
+// What column b makes of the travellers in its body's frame: rows of `meetings`.  First the variable of b.
+enum MeetingRow { kQQ, kQV, kVQ, kVV, kQA, kAQ, kMeetingRows };
 
 template <class T>
-T dot_rows(const T* f, int stride, const Motion<T>& m) {
-  const T linear = m.linear[0] * f[0] + m.linear[1] * f[stride] + m.linear[2] * f[2 * stride];
-  f += 3 * stride;
-  return linear + (m.angular[0] * f[0] + m.angular[1] * f[stride] + m.angular[2] * f[2 * stride]);
-}
-
-template <class T>
-T dot_rows(const T* f, int stride, const Vector3<T>& x) {
-  return x[0] * f[0] + x[1] * f[stride] + x[2] * f[2 * stride];
-}
-
-// What column b, in its own frame, makes of kColumnLanes travellers.
-template <class T>
-struct Meetings {
-  static constexpr int kLanes = kColumnLanes<T>;
-  T qq[kLanes], q_v[kLanes], v_q[kLanes], vv[kLanes], q_a[kLanes],
-      a_q[kLanes];  // first b, then the traveller
-};
-
-template <class T>
-void meet(const Hessian<T>& h, int b, int from, Meetings<T>& out) {
+void meet(Hessian<T>& h, int b, int begin, int end) {
   const Motion<T>&S = h.bodies.S[b], &S_dot = h.bodies.S_dot[b], &S_ddot = h.bodies.S_ddot[b],
         &S_v = h.bodies.S_v[b], &S_mu = h.S_mu[b];
   const int stride = h.stride;
-  const T* at = h.travellers.data() + from;
-  for (int c = 0; c < Meetings<T>::kLanes; ++c) {
-    const T *by_q = at + kByQ * stride + c, *by_v = at + kByV * stride + c, *by_a = at + kByA * stride + c,
-            *by_mu = at + kByMu * stride + c, *mixed = at + kMixed * stride + c,
-            *with_mu = at + kWithMu * stride + c;
-    out.qq[c] = dot_rows(by_q, stride, S_mu) + dot_rows(by_mu, stride, S_ddot) +
-                dot_rows(mixed, stride, S_dot.angular);
-    out.q_v[c] = dot_rows(by_v, stride, S_mu) + dot_rows(with_mu, stride, S_dot.angular) * T(2);
-    out.v_q[c] = dot_rows(by_mu, stride, S_v) + dot_rows(mixed, stride, S.angular);
-    out.vv[c] = dot_rows(with_mu, stride, S.angular) * T(2);
-    out.q_a[c] = dot_rows(by_a, stride, S_mu);
-    out.a_q[c] = dot_rows(by_mu, stride, S);
-  }
+  const T* travellers = h.travellers.data();
+  T* meetings = h.meetings.data();
+  over<T>(begin, end, [&](int s, auto lanes) {
+    using Vector = typename Lanes<T>::Vector;
+    const auto put = [&](int row, const Vector& x) { lanes.store(meetings + row * stride + s, x); };
+    const auto six = [&](int row) { return SixLanes<T>(travellers + row * stride + s, stride, lanes); };
+    const auto three = [&](int row) { return ThreeLanes<T>(travellers + row * stride + s, stride, lanes); };
+    const SixLanes<T> by_mu = six(kByMu);
+    const ThreeLanes<T> mixed = three(kMixed), with_mu = three(kWithMu);
+    put(kQQ, six(kByQ).dot(S_mu) + by_mu.dot(S_ddot) + mixed.dot(S_dot.angular));
+    put(kQV, six(kByV).dot(S_mu) + with_mu.dot(S_dot.angular) * T(2));
+    put(kVQ, by_mu.dot(S_v) + mixed.dot(S.angular));
+    put(kVV, with_mu.dot(S.angular) * T(2));
+    put(kQA, six(kByA).dot(S_mu));
+    put(kAQ, by_mu.dot(S));
+  });
 }
 
 // Entries of b and of a column a beyond b's joint.
 template <class T>
-void store_beyond(const Meetings<T>& x, int c, int b, int a, int n, MatrixX<T>& H) {
-  H(a, b) = H(b, a) = x.qq[c];
-  H(n + a, b) = H(b, n + a) = x.q_v[c];
-  H(a, n + b) = H(n + b, a) = x.v_q[c];
-  H(n + a, n + b) = H(n + b, n + a) = x.vv[c];
-  H(2 * n + a, b) = H(b, 2 * n + a) = x.q_a[c];
-  H(a, 2 * n + b) = H(2 * n + b, a) = x.a_q[c];
+DYNTAPE_INLINE void store_beyond(const T* x, int stride, int b, int a, int n, MatrixX<T>& H) {
+  H(a, b) = H(b, a) = x[kQQ * stride];
+  H(n + a, b) = H(b, n + a) = x[kQV * stride];
+  H(a, n + b) = H(n + b, a) = x[kVQ * stride];
+  H(n + a, n + b) = H(n + b, n + a) = x[kVV * stride];
+  H(2 * n + a, b) = H(b, 2 * n + a) = x[kQA * stride];
+  H(a, 2 * n + b) = H(2 * n + b, a) = x[kAQ * stride];
 }
 
 // The same where both are on one joint: successive derivatives, of which the mean of both orders counts.
 template <class T>
-void store_beside(const Meetings<T>& x, int c, int b, int a, int n, MatrixX<T>& H) {
-  H(n + a, b) = H(b, n + a) = x.q_v[c];
-  H(2 * n + a, b) = H(b, 2 * n + a) = x.q_a[c];
-  if (a > b) {
-    H(a, b) = x.qq[c];
-    H(n + a, n + b) = x.vv[c];
-  } else if (a < b) {
-    H(a, b) = H(b, a) = (x.qq[c] + H(b, a)) * T(0.5);
-    H(n + a, n + b) = H(n + b, n + a) = (x.vv[c] + H(n + b, n + a)) * T(0.5);
+DYNTAPE_INLINE void store_beside(const T* x, int stride, int b, int a, int n, MatrixX<T>& H) {
+  const T qq = x[kQQ * stride], vv = x[kVV * stride];
+  H(n + a, b) = H(b, n + a) = x[kQV * stride];
+  H(2 * n + a, b) = H(b, 2 * n + a) = x[kQA * stride];
+  if (a >= b) {
+    H(a, b) = qq;
+    H(n + a, n + b) = vv;
   } else {
-    H(a, a) = x.qq[c];
-    H(n + a, n + a) = x.vv[c];
+    H(a, b) = H(b, a) = (qq + H(b, a)) * T(0.5);
+    H(n + a, n + b) = H(n + b, n + a) = (vv + H(n + b, n + a)) * T(0.5);
   }
 }
 
 template <class T>
 void gather_hessian(const Model<T>& model, const Data<T>& data, Hessian<T>& h) {
   const Tree& tree = data.tree;
-  Meetings<T> x;
-  for (auto joint = h.bodies.preorder.rbegin(); joint != h.bodies.preorder.rend(); ++joint) {
-    const int i = *joint, first = h.first[i], own = first + tree.count[i], end = h.end[i];
-    for (int at = first; at < own; ++at) set_out(h, i, h.columns[at], at);
-    for (int at = first; at < own; ++at) {
-      const int b = h.columns[at];
-      for (int from = first; from < end; from += Meetings<T>::kLanes) {
-        meet(h, b, from, x);
-        const int last = std::min(from + Meetings<T>::kLanes, end);
-        for (int l = from; l < std::min(last, own); ++l) {
-          store_beside(x, l - from, b, h.columns[l], model.nv, h.d2tau);
-        }
-        for (int l = std::max(from, own); l < last; ++l) {
-          store_beyond(x, l - from, b, h.columns[l], model.nv, h.d2tau);
-        }
+  const int stride = h.stride;
+  T *travellers = h.travellers.data(), *meetings = h.meetings.data();
+  for (auto joint = tree.preorder.rbegin(); joint != tree.preorder.rend(); ++joint) {
+    const int i = *joint, begin = tree.begin[i], own = begin + tree.count[i], end = tree.end[i];
+    for (int at = begin; at < own; ++at) set_out(h, i, tree.dof_at[at], at);
+    for (int at = begin; at < own; ++at) {
+      const int b = tree.dof_at[at];
+      meet(h, b, begin, end);
+      for (int l = begin; l < own; ++l) {
+        store_beside(meetings + l, stride, b, tree.dof_at[l], model.nv, h.d2tau);
+      }
+      for (int l = own; l < end; ++l) {
+        store_beyond(meetings + l, stride, b, tree.dof_at[l], model.nv, h.d2tau);
       }
     }
-    if (model.parent[i] >= 0) raise(data.X_PB[i], h.travellers.data(), h.stride, first, end);
+    if (model.parent[i] < 0) continue;
+    for (const int wrench : {kByQ, kByV, kByA, kByMu}) {
+      act_columns(data.X_PB[i], travellers + wrench * stride, stride, begin, end);
+    }
+    for (const int couple : {kMixed, kWithMu}) {
+      rotate_columns(data.X_PB[i].R, travellers + couple * stride, stride, begin, end);
+    }
   }
 }
 
@@ -221,16 +164,9 @@ Hessian<T>::Hessian(const Model<T>& model) : bodies(model) {
   m_products.resize(n);
   couples.resize(n);
   S_mu.resize(nv);
-  first.resize(n);
-  end.resize(n);
-  const Tree tree = tree_of(model);
-  for (int i : bodies.preorder) {
-    first[i] = static_cast<int>(columns.size());
-    end[i] = first[i] + tree.count[i] + static_cast<int>(tree.subtree[i].size());
-    for (int k = 0; k < tree.count[i]; ++k) columns.push_back(tree.first[i] + k);
-  }
-  stride = nv + detail::kColumnLanes<T>;
-  travellers = VectorX<T>::Zero(static_cast<long>(detail::kTravellerRows) * stride);
+  stride = static_cast<int>(detail::whole_lanes<T>(nv));
+  travellers = detail::LaneArray<T>(std::ptrdiff_t{stride} * detail::kTravellerRows);
+  meetings = detail::LaneArray<T>(std::ptrdiff_t{stride} * detail::kMeetingRows);
   mu = VectorX<T>::Zero(nv);
   B = E = MatrixX<T>::Zero(nv, nv);
 }

@@ -5,27 +5,24 @@
 
 #include <dyntape/dynamics/second_order.h>
 #include <dyntape/dynamics/detail/checks.hxx>
+#include <dyntape/dynamics/detail/columns.hxx>
 
 #include <algorithm>
-#include <type_traits>
 
 namespace dyntape::dynamics {
 namespace detail {
 
-// Columns that one instruction may treat together: loops run over whole chunks of them, so that the compiler
-// needs no remainder.  Scalars that are no built-in floats go one by one.
+// Three entries of one group of columns.
 template <class T>
-inline constexpr int kColumnLanes = std::is_floating_point_v<T> ? 8 : 1;
+struct ThreeLanes {
+  using Vector = typename Lanes<T>::Vector;
+  Vector x, y, z;
 
-template <class T>
-int whole_chunks(int n) {
-  return (n + kColumnLanes<T> - 1) / kColumnLanes<T> * kColumnLanes<T>;
-}
-
-inline void append_subtree(const std::vector<std::vector<int>>& children, int i, std::vector<int>& order) {
-  order.push_back(i);
-  for (int child : children[i]) append_subtree(children, child, order);
-}
+  template <class Group>
+  DYNTAPE_INLINE ThreeLanes(const T* from, std::ptrdiff_t stride, const Group& lanes)
+      : x(lanes.load(from)), y(lanes.load(from + stride)), z(lanes.load(from + 2 * stride)) {}
+  DYNTAPE_INLINE Vector dot(const Vector3<T>& a) const { return x * a.at(0) + y * a.at(1) + z * a.at(2); }
+};
 
 // S x of joint i.
 template <class T>
@@ -128,17 +125,11 @@ MovingBodies<T>::MovingBodies(const Model<T>& model) {
   f.resize(n);
   const Tree tree = tree_of(model);
   for (int k = 0; k < nv; ++k) S[k] = motion<T>(tree.dofs[k]);
-  std::vector<std::vector<int>> children(n);
   for (int i = 0; i < n; ++i) {
     const int p = model.parent[i];
-    if (p >= 0) children[p].push_back(i);
-    depth.push_back(p < 0 ? 0 : depth[p] + 1);
     above.push_back(p < 0 ? 0 : above[p] + tree.count[p]);
-    levels = std::max(levels, depth[i] + 1);
+    levels = std::max(levels, tree.depth[i] + 1);
     longest_path = std::max(longest_path, above[i] + tree.count[i]);
-  }
-  for (int i = 0; i < n; ++i) {
-    if (model.parent[i] < 0) detail::append_subtree(children, i, preorder);
   }
 }
 

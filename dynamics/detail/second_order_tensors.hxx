@@ -9,8 +9,6 @@
 
 #include <dyntape/dynamics/detail/moving_bodies.hxx>
 
-#include <algorithm>
-
 namespace dyntape::dynamics {
 namespace detail {
 
@@ -35,69 +33,19 @@ struct Moment {
   Matrix3<T> E;
 };
 
-// out = moment of the motions in `in`, for n columns; three rows out of six.
+// out = moment of the motions in `in`, for n columns; three quantities out of six.
 template <class T>
-void apply(const Moment<T>& M, const T* in, T* out, int stride, int n) {
-  const T k0 = M.k[0], k1 = M.k[1], k2 = M.k[2];
-  const T E00 = M.E(0, 0), E01 = M.E(0, 1), E02 = M.E(0, 2), E10 = M.E(1, 0), E11 = M.E(1, 1),
-          E12 = M.E(1, 2), E20 = M.E(2, 0), E21 = M.E(2, 1), E22 = M.E(2, 2);
-  const T *l0 = in, *l1 = in + stride, *l2 = in + 2 * stride;
-  const T *w0 = in + 3 * stride, *w1 = in + 4 * stride, *w2 = in + 5 * stride;
-  T *o0 = out, *o1 = out + stride, *o2 = out + 2 * stride;
-  constexpr int kLanes = kColumnLanes<T>;
-  for (int from = 0; from < n; from += kLanes) {
-    T y0[kLanes], y1[kLanes], y2[kLanes];
-    for (int c = 0; c < kLanes; ++c) {
-      const int s = from + c;
-      y0[c] = (k1 * l2[s] - k2 * l1[s]) + (E00 * w0[s] + E01 * w1[s] + E02 * w2[s]);
-      y1[c] = (k2 * l0[s] - k0 * l2[s]) + (E10 * w0[s] + E11 * w1[s] + E12 * w2[s]);
-      y2[c] = (k0 * l1[s] - k1 * l0[s]) + (E20 * w0[s] + E21 * w1[s] + E22 * w2[s]);
+DYNTAPE_INLINE void apply(const Moment<T>& M, const T* in, T* out, int stride, int n) {
+  over<T>(0, n, [&](int s, auto lanes) {
+    const SixLanes<T> six(in + s, stride, lanes);
+    const auto& m = six.x;
+    for (int r = 0; r < 3; ++r) {
+      const int i = (r + 1) % 3, j = (r + 2) % 3;
+      lanes.store(out + r * stride + s,
+                  (m[j] * M.k.at(i) - m[i] * M.k.at(j)) +
+                      (m[3] * M.E.at(r, 0) + m[4] * M.E.at(r, 1) + m[5] * M.E.at(r, 2)));
     }
-    for (int c = 0; c < kLanes; ++c) {
-      o0[from + c] = y0[c];
-      o1[from + c] = y1[c];
-      o2[from + c] = y2[c];
-    }
-  }
-}
-
-// Motions of n columns, from the parent's frame to the body's.
-template <class T>
-void lower_columns(const Placement<T>& X, const T* in, T* out, int stride, int n) {
-  for (int row = 0; row < kMotionRows; row += 6) {
-    const T *l0 = in + row * stride, *l1 = l0 + stride, *l2 = l1 + stride;
-    const T *w0 = l2 + stride, *w1 = w0 + stride, *w2 = w1 + stride;
-    T* o = out + row * stride;
-    constexpr int kLanes = kColumnLanes<T>;
-    const Matrix3<T>& R = X.R;
-    const Vector3<T>& p = X.p;
-    for (int from = 0; from < n; from += kLanes) {
-      T y[6][kLanes];
-      for (int c = 0; c < kLanes; ++c) {
-        const int s = from + c;
-        const T a = w0[s], b = w1[s], d = w2[s];
-        const T x0 = l0[s] - (p[1] * d - p[2] * b), x1 = l1[s] - (p[2] * a - p[0] * d),
-                x2 = l2[s] - (p[0] * b - p[1] * a);
-        y[0][c] = R(0, 0) * x0 + R(1, 0) * x1 + R(2, 0) * x2;
-        y[1][c] = R(0, 1) * x0 + R(1, 1) * x1 + R(2, 1) * x2;
-        y[2][c] = R(0, 2) * x0 + R(1, 2) * x1 + R(2, 2) * x2;
-        y[3][c] = R(0, 0) * a + R(1, 0) * b + R(2, 0) * d;
-        y[4][c] = R(0, 1) * a + R(1, 1) * b + R(2, 1) * d;
-        y[5][c] = R(0, 2) * a + R(1, 2) * b + R(2, 2) * d;
-      }
-      for (int r = 0; r < 6; ++r) {
-        for (int c = 0; c < kLanes; ++c) o[r * stride + from + c] = y[r][c];
-      }
-    }
-  }
-}
-
-template <class T>
-void put(const Motion<T>& m, T* out, int stride) {
-  for (int r = 0; r < 3; ++r) {
-    out[r * stride] = m.linear[r];
-    out[(r + 3) * stride] = m.angular[r];
-  }
+  });
 }
 
 // [w] A
@@ -189,71 +137,70 @@ void fill_fields(const MovingBodies<T>& b, const Matrix3<T>& sigma, int i, int k
   const T* w = level + (kS + 3) * stride;
   const Vector3<T> c = couple_with(B, D);
   apply(W, level + kSDot * stride, beside, stride, n);
-  constexpr int kLanes = kColumnLanes<T>;
-  for (int from = 0; from < n; from += kLanes) {
+  over<T>(0, n, [&](int s, auto lanes) {
     for (int r = 0; r < 3; ++r) {
-      const int s = (r + 1) % 3, t = (r + 2) % 3;
-      for (int l = from; l < from + kLanes; ++l) {
-        beside[r * stride + l] =
-            (w[s * stride + l] * c[t] - w[t * stride + l] * c[s] - beside[r * stride + l]) * T(2);
-      }
+      const int i = (r + 1) % 3, j = (r + 2) % 3;
+      const auto turned = lanes.load(w + i * stride + s) * c.at(j) - lanes.load(w + j * stride + s) * c.at(i);
+      lanes.store(beside + r * stride + s, (turned - lanes.load(beside + r * stride + s)) * T(2));
     }
-  }
+  });
 }
 
-// Dot products of column m with kColumnLanes columns l.  The names say the entry: row, then derivatives.
-template <class T>
-struct Products {
-  static constexpr int kLanes = kColumnLanes<T>;
-  T lm[kLanes], ml[kLanes];                       // w_l.W_m, w_m.W_l
-  T dot_lm[kLanes], dot_ml[kLanes];               // 2 w'_l.W_m, 2 w'_m.W_l
-  T D_lm[kLanes], m_lD[kLanes], l_mD[kLanes];     // second in q
-  T D_m_l[kLanes], m_D_l[kLanes], l_D_m[kLanes];  // q, v
-  T force_q[kLanes], force_v[kLanes];             // (S_l x S_m).K
+// Rows of the dot products of one column m with all columns l.  The names say the entry: row, then
+// derivatives.
+enum ProductRow {
+  kLM,
+  kML,  // w_l.W_m, w_m.W_l
+  kDotLM,
+  kDotML,  // 2 S_dot_l.W_m, 2 S_dot_m.W_l
+  kD_LM,
+  kM_LD,
+  kL_MD,  // second in q
+  kDqMvL,
+  kMqDvL,
+  kLqDvM,  // q, v
+  kForceQLM,
+  kForceVLM,  // (S_l x S_m).K
+  kProductRows
 };
 
 template <class T>
-T dot3(const T* x, int stride, const T* y) {
-  return x[0] * y[0] + x[stride] * y[1] + x[2 * stride] * y[2];
+DYNTAPE_INLINE Vector3<T> entry(const T* from, std::ptrdiff_t stride, int m) {
+  return {from[m], from[stride + m], from[2 * stride + m]};
 }
 
+// Column m with the columns before `end`.
 template <class T>
-void multiply(const T* level, const T* fields, int stride, int from, int m, Products<T>& out) {
-  T w[3], w_dot[3], w_ddot[3], w_v[3], W[3], W_ddot[3], W_v[3], above[3], beside[3], force_q[3], force_v[3];
-  for (int r = 0; r < 3; ++r) {
-    w[r] = level[(kS + 3 + r) * stride + m];
-    w_dot[r] = level[(kSDot + 3 + r) * stride + m];
-    w_ddot[r] = level[(kSDdot + 3 + r) * stride + m];
-    w_v[r] = level[(kSv + 3 + r) * stride + m];
-    W[r] = fields[(kW + r) * stride + m];
-    W_ddot[r] = fields[(kWDdot + r) * stride + m];
-    W_v[r] = fields[(kWv + r) * stride + m];
-    above[r] = fields[(kAbove + r) * stride + m];
-    beside[r] = fields[(kBeside + r) * stride + m];
-    force_q[r] = fields[(kForceQ + r) * stride + m];
-    force_v[r] = fields[(kForceV + r) * stride + m];
-  }
-  for (int c = 0; c < Products<T>::kLanes; ++c) {
-    const T* x = level + from + c;
-    const T* y = fields + from + c;
-    const T *wl = x + (kS + 3) * stride, *dot = x + (kSDot + 3) * stride, *ddot = x + (kSDdot + 3) * stride;
-    const T ddot_lm = dot3(ddot, stride, W), v_lm = dot3(x + (kSv + 3) * stride, stride, W);
-    const T W_ddot_l = dot3(y + kWDdot * stride, stride, w), W_v_l = dot3(y + kWv * stride, stride, w);
-    out.lm[c] = dot3(wl, stride, W);
-    out.ml[c] = dot3(y + kW * stride, stride, w);
-    out.dot_lm[c] = dot3(dot, stride, W) * T(2);
-    out.dot_ml[c] = dot3(y + kW * stride, stride, w_dot) * T(2);
-    out.D_lm[c] = W_ddot_l - ddot_lm + dot3(dot, stride, beside);
-    out.m_lD[c] = W_ddot_l + ddot_lm + dot3(dot, stride, above);
-    out.l_mD[c] = dot3(y + kW * stride, stride, w_ddot) + dot3(wl, stride, W_ddot) +
-                  dot3(y + kAbove * stride, stride, w_dot);
-    out.D_m_l[c] = W_v_l - v_lm + dot3(wl, stride, beside);
-    out.m_D_l[c] = W_v_l + v_lm + dot3(wl, stride, above);
-    out.l_D_m[c] =
-        dot3(y + kW * stride, stride, w_v) + dot3(wl, stride, W_v) + dot3(y + kAbove * stride, stride, w);
-    out.force_q[c] = dot3(wl, stride, force_q) - dot3(y + kForceQ * stride, stride, w);
-    out.force_v[c] = dot3(wl, stride, force_v) - dot3(y + kForceV * stride, stride, w);
-  }
+void multiply(const T* level, const T* fields, T* products, int stride, int m, int end) {
+  const auto at = [&](const T* from, int row) { return entry(from + row * stride, stride, m); };
+  const Vector3<T> w = at(level, kS + 3), dot = at(level, kSDot + 3), ddot = at(level, kSDdot + 3),
+                   wv = at(level, kSv + 3);
+  const Vector3<T> W = at(fields, kW), W_ddot = at(fields, kWDdot), W_v = at(fields, kWv),
+                   above = at(fields, kAbove), beside = at(fields, kBeside), force_q = at(fields, kForceQ),
+                   force_v = at(fields, kForceV);
+  over<T>(0, end, [&](int s, auto lanes) {
+    using Vector = typename Lanes<T>::Vector;
+    const auto put = [&](int row, const Vector& x) { lanes.store(products + row * stride + s, x); };
+    const auto of = [&](const T* from, int row) {
+      return ThreeLanes<T>(from + row * stride + s, stride, lanes);
+    };
+    const ThreeLanes<T> w_l = of(level, kS + 3), dot_l = of(level, kSDot + 3), ddot_l = of(level, kSDdot + 3),
+                        wv_l = of(level, kSv + 3), W_l = of(fields, kW), above_l = of(fields, kAbove);
+    put(kLM, w_l.dot(W));
+    put(kML, W_l.dot(w));
+    put(kDotLM, dot_l.dot(W) * T(2));
+    put(kDotML, W_l.dot(dot) * T(2));
+    const Vector by_q = of(fields, kWDdot).dot(w), turned_q = ddot_l.dot(W);
+    put(kD_LM, by_q - turned_q + dot_l.dot(beside));
+    put(kM_LD, by_q + turned_q + dot_l.dot(above));
+    put(kL_MD, W_l.dot(ddot) + w_l.dot(W_ddot) + above_l.dot(dot));
+    const Vector by_v = of(fields, kWv).dot(w), turned_v = wv_l.dot(W);
+    put(kDqMvL, by_v - turned_v + w_l.dot(beside));
+    put(kMqDvL, by_v + turned_v + w_l.dot(above));
+    put(kLqDvM, W_l.dot(wv) + w_l.dot(W_v) + above_l.dot(w));
+    put(kForceQLM, w_l.dot(force_q) - of(fields, kForceQ).dot(w));
+    put(kForceVLM, w_l.dot(force_v) - of(fields, kForceV).dot(w));
+  });
 }
 
 template <class T>
@@ -261,49 +208,60 @@ struct Entries {
   T *qq, *qv, *vv, *aq;
 };
 
+// The products of m with column l.
+template <class T>
+struct ProductsOf {
+  const T* x;  // at l
+  int stride;
+  const T& operator[](ProductRow row) const { return x[row * stride]; }
+};
+
 // l on a joint above that of m.  `above`: m is on a joint above that of D; if not, entries of the row l are
 // successive derivatives, first by D.
 template <class T>
-void store_apart(const Entries<T>& e, const Products<T>& x, int c, const Corner& l, const Corner& m,
-                 const Corner& D, bool above) {
+DYNTAPE_INLINE void store_apart(const Entries<T>& e, const ProductsOf<T>& x, const Corner& l, const Corner& m,
+                                const Corner& D, bool above) {
+  const T lm = x[kLM], ml = x[kML], dot_lm = x[kDotLM], dot_ml = x[kDotML];
   const long Dlm = D.i + l.j + m.k, Dml = D.i + m.j + l.k, lmD = l.i + m.j + D.k, lDm = l.i + D.j + m.k;
-  e.vv[Dlm] = e.vv[Dml] = x.lm[c] * T(-2);
-  e.vv[lmD] = x.ml[c] * T(2);
-  e.aq[lDm] = e.aq[Dlm] = x.ml[c] - x.lm[c];
-  e.qq[Dlm] = e.qq[Dml] = x.D_lm[c];
-  e.qq[lmD] = x.l_mD[c] + x.force_q[c];
-  e.qv[Dml] = x.D_m_l[c];
-  e.qv[Dlm] = -x.dot_lm[c];
-  e.qv[lmD] = x.dot_ml[c] + x.force_v[c];
+  e.vv[Dlm] = e.vv[Dml] = lm * T(-2);
+  e.aq[lDm] = e.aq[Dlm] = ml - lm;
+  e.qq[Dlm] = e.qq[Dml] = x[kD_LM];
+  e.qv[Dml] = x[kDqMvL];
+  e.qv[Dlm] = -dot_lm;
+  e.qv[lmD] = dot_ml + x[kForceVLM];
+  const T v_l = ml * T(2), q_l = x[kL_MD] + x[kForceQLM];
+  e.vv[lmD] = v_l;
+  e.qq[lmD] = q_l;
   if (!above) return;
   const long mlD = m.i + l.j + D.k, mDl = m.i + D.j + l.k;
-  e.vv[lDm] = e.vv[lmD];
-  e.qq[lDm] = e.qq[lmD];
-  e.vv[mlD] = e.vv[mDl] = x.lm[c] * T(2);
-  e.aq[lmD] = e.aq[mlD] = x.lm[c] + x.ml[c];
-  e.qq[mlD] = e.qq[mDl] = x.m_lD[c];
-  e.qv[mlD] = x.dot_lm[c];
-  e.qv[lDm] = x.l_D_m[c];
-  e.qv[mDl] = x.m_D_l[c];
+  e.vv[lDm] = v_l;
+  e.qq[lDm] = q_l;
+  e.vv[mlD] = e.vv[mDl] = lm * T(2);
+  e.aq[lmD] = e.aq[mlD] = lm + ml;
+  e.qq[mlD] = e.qq[mDl] = x[kM_LD];
+  e.qv[mlD] = dot_lm;
+  e.qv[lDm] = x[kLqDvM];
+  e.qv[mDl] = x[kMqDvL];
 }
 
 // l and m on one joint; entries of the row D are successive derivatives, first by m.  Zeros are left alone.
 template <class T>
-void store_beside(const Entries<T>& e, const Products<T>& x, int c, const Corner& l, const Corner& m,
-                  const Corner& D, bool above) {
+DYNTAPE_INLINE void store_beside(const Entries<T>& e, const ProductsOf<T>& x, const Corner& l,
+                                 const Corner& m, const Corner& D, bool above) {
   const long Dlm = D.i + l.j + m.k;
-  e.qq[Dlm] = x.D_lm[c];
+  e.qq[Dlm] = x[kD_LM];
   if (l.i != D.i || m.i != D.i) {
-    e.vv[Dlm] = x.lm[c] * T(-2);
-    e.qv[D.i + m.j + l.k] = -x.dot_ml[c];
+    e.vv[Dlm] = x[kLM] * T(-2);
+    e.qv[D.i + m.j + l.k] = -x[kDotML];
   }
   if (!above) return;
   const long lmD = l.i + m.j + D.k, lDm = l.i + D.j + m.k;
-  e.vv[lmD] = e.vv[lDm] = x.ml[c] * T(2);
-  e.aq[lmD] = x.lm[c] + x.ml[c];
-  e.qq[lmD] = e.qq[lDm] = x.l_mD[c];
-  e.qv[lmD] = x.dot_ml[c];
-  e.qv[lDm] = x.l_D_m[c];
+  const T lm = x[kLM], ml = x[kML];
+  e.vv[lmD] = e.vv[lDm] = ml * T(2);
+  e.aq[lmD] = lm + ml;
+  e.qq[lmD] = e.qq[lDm] = x[kL_MD];
+  e.qv[lmD] = x[kDotML];
+  e.qv[lDm] = x[kLqDvM];
 }
 
 // All triples whose deepest column is D, at position `at` of the path; its joint ends with the n-th column.
@@ -312,22 +270,19 @@ void fill_triples(SecondOrder<T>& second, const T* level, int at, int n) {
   const Entries<T> e{second.d2tau_dqdq.values().data(), second.d2tau_dqdv.values().data(),
                      second.d2tau_dvdv.values().data(), second.d2tau_dadq.values().data()};
   const Corner D = second.path[at];
-  const int joint_start = second.starts[at];
-  const T* fields = second.fields.data();
-  Products<T> x;
+  const Corner* path = second.path.data();
+  const int joint_start = second.starts[at], stride = second.stride;
+  T* products = second.products.data();
   for (int m = 0; m < n; ++m) {
     const int start = second.starts[m], end = second.ends[m];
-    const Corner C = second.path[m];
-    const bool above = start < joint_start;
-    for (int from = 0; from < end; from += Products<T>::kLanes) {
-      multiply(level, fields, second.stride, from, m, x);
-      const int last = std::min(from + Products<T>::kLanes, end);
-      for (int l = from; l < std::min(last, start); ++l) {
-        store_apart(e, x, l - from, second.path[l], C, D, above);
-      }
-      for (int l = std::max(from, start); l < last; ++l) {
-        store_beside(e, x, l - from, second.path[l], C, D, above);
-      }
+    const Corner C = path[m];
+    multiply(level, second.fields.data(), products, stride, m, end);
+    if (start < joint_start) {
+      for (int l = 0; l < start; ++l) store_apart<T>(e, {products + l, stride}, path[l], C, D, true);
+      for (int l = start; l < end; ++l) store_beside<T>(e, {products + l, stride}, path[l], C, D, true);
+    } else {
+      for (int l = 0; l < start; ++l) store_apart<T>(e, {products + l, stride}, path[l], C, D, false);
+      for (int l = start; l < end; ++l) store_beside<T>(e, {products + l, stride}, path[l], C, D, false);
     }
   }
 }
@@ -355,12 +310,16 @@ SecondOrder<T>::SecondOrder(const Model<T>& model)
       d2tau_dvdv(model.nv),
       d2tau_dadq(model.nv),
       bodies(model),
-      stride(detail::whole_chunks<T>(bodies.longest_path)) {
+      stride(static_cast<int>(detail::whole_lanes<T>(bodies.longest_path))) {
   path.resize(stride, detail::Corner(0, 0));
   starts.resize(stride);
   ends.resize(stride);
-  levels = VectorX<T>::Zero(static_cast<long>(bodies.levels) * detail::kMotionRows * stride);
-  fields = VectorX<T>::Zero(static_cast<long>(detail::kFieldRows) * stride);
+  const auto lanes = [&](int quantities) {
+    return detail::LaneArray<T>(std::ptrdiff_t{stride} * quantities);
+  };
+  levels = lanes(bodies.levels * detail::kMotionRows);
+  fields = lanes(detail::kFieldRows);
+  products = lanes(detail::kProductRows);
 }
 
 template <class T>
@@ -373,18 +332,22 @@ void id_second_order(const Model<T>& model, Data<T>& data, SecondOrder<T>& secon
   detail::move_and_gather(model, data, b, q, v, a, acting);
   const Tree& tree = data.tree;
   const int stride = second.stride;
-  for (int i : b.preorder) {
-    const int start = b.above[i], count = tree.count[i], n = start + count;
-    T* level = second.levels.data() + static_cast<long>(b.depth[i]) * detail::kMotionRows * stride;
-    detail::lower_columns(data.X_PB[i], level - detail::kMotionRows * stride, level, stride, start);
+  for (int i : tree.preorder) {
+    const int start = b.above[i], n = start + tree.count[i];
+    T* level =
+        second.levels.data() + static_cast<std::ptrdiff_t>(tree.depth[i]) * detail::kMotionRows * stride;
+    for (int row = 0; row < detail::kMotionRows && start > 0; row += 6) {
+      const T* from = level + (row - detail::kMotionRows) * stride;
+      detail::act_inverse_columns(data.X_PB[i], from, level + row * stride, stride, 0, start);
+    }
     for (int at = start, k = tree.first[i]; at < n; ++at, ++k) {
       second.path[at] = detail::Corner(k, model.nv);
       second.starts[at] = start;
       second.ends[at] = n;
-      detail::put(b.S[k], level + detail::kS * stride + at, stride);
-      detail::put(b.S_dot[k], level + detail::kSDot * stride + at, stride);
-      detail::put(b.S_ddot[k], level + detail::kSDdot * stride + at, stride);
-      detail::put(b.S_v[k], level + detail::kSv * stride + at, stride);
+      detail::put_spatial(level + detail::kS * stride, stride, at, b.S[k]);
+      detail::put_spatial(level + detail::kSDot * stride, stride, at, b.S_dot[k]);
+      detail::put_spatial(level + detail::kSDdot * stride, stride, at, b.S_ddot[k]);
+      detail::put_spatial(level + detail::kSv * stride, stride, at, b.S_v[k]);
     }
     const Matrix3<T> sigma = detail::second_moment(b.composites[i]);
     for (int at = start; at < n; ++at) {
