@@ -192,6 +192,20 @@ void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, Ma
   }
 }
 
+// The acceleration under tau, Minv, and the derivatives of inverse dynamics there: what solve_columns combines.
+template <class T>
+void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const VectorRef<T>& v,
+                                 const VectorRef<T>& tau, const Acting<T>& acting) {
+  articulate(model, data, acting);
+  aba_placed(model, data, v, tau, acting);
+  minverse_articulated(model, data);
+  for (int k = 0; k < model.nv; ++k) {
+    std::copy(data.Minv.col(k).data(), data.Minv.col(k).data() + model.nv,
+              data.columns_of_minverse.data() + k * data.stride);
+  }
+  id_derivatives_placed<T>(model, data, v, data.ddq, acting);
+}
+
 }  // namespace detail
 
 template <class T>
@@ -209,14 +223,7 @@ void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
   detail::check_arguments("fd_derivatives", model, data, q, &v, &tau, "tau");
   detail::check_acting("fd_derivatives", model, acting);
   detail::place_joints(model, data, q);
-  detail::articulate(model, data, acting);
-  detail::aba_placed(model, data, v, tau, acting);
-  detail::minverse_articulated(model, data);
-  for (int k = 0; k < model.nv; ++k) {
-    std::copy(data.Minv.col(k).data(), data.Minv.col(k).data() + model.nv,
-              data.columns_of_minverse.data() + k * data.stride);
-  }
-  detail::id_derivatives_placed<T>(model, data, v, data.ddq, acting);
+  detail::derivatives_at_acceleration(model, data, v, tau, acting);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);
 }

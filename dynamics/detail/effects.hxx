@@ -164,10 +164,7 @@ void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Ef
   if (!detail::adds_torques(effects)) return fd_derivatives(model, data, q, v, tau, acting);
   const VectorX<T> total = tau + detail::added_torques(model, data, effects, q, v);
   detail::place_joints(model, data, q);
-  detail::articulate(model, data, acting);
-  detail::aba_placed<T>(model, data, v, total, acting);
-  detail::minverse_articulated(model, data);
-  detail::id_derivatives_placed<T>(model, data, v, data.ddq, acting);
+  detail::derivatives_at_acceleration<T>(model, data, v, total, acting);
   detail::subtract_slopes(model, data, effects, q, v);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);
