@@ -78,7 +78,8 @@ std::pair<T, T> direction(const T& c, const T& s) {
 template <class T>
 void turn(const VectorRef<T>& q, int i, const T& angle, VectorX<T>& q_next) {
   const auto [c, s] = direction<T>(q[i], q[i + 1]);
-  const T dc = cos(angle), ds = sin(angle);
+  T ds, dc;
+  sincos(angle, ds, dc);
   q_next[i] = c * dc - s * ds;
   q_next[i + 1] = s * dc + c * ds;
 }
@@ -137,8 +138,9 @@ DYNTAPE_INLINE Placement<T> joint_placement(const Joint<T>& joint, const Axis& a
   const int i = joint.idx_q;
   switch (joint.type) {
     case JointType::kRevolute: {
-      const T angle = q[i];
-      return {rotate_about(X_PJ.R, axis, T(cos(angle)), T(sin(angle))), X_PJ.p};
+      T c, s;
+      sincos(T(q[i]), s, c);
+      return {rotate_about(X_PJ.R, axis, c, s), X_PJ.p};
     }
     case JointType::kContinuous: {
       const auto [c, s] = detail::direction<T>(q[i], q[i + 1]);
@@ -147,9 +149,9 @@ DYNTAPE_INLINE Placement<T> joint_placement(const Joint<T>& joint, const Axis& a
     case JointType::kPrismatic:
       return {X_PJ.R, X_PJ.p + times(X_PJ.R, axis) * q[i]};
     case JointType::kHelical: {
-      const T angle = q[i];
-      return {rotate_about(X_PJ.R, axis, T(cos(angle)), T(sin(angle))),
-              X_PJ.p + times(X_PJ.R, axis) * T(angle * T(joint.pitch))};
+      T c, s;
+      sincos(T(q[i]), s, c);
+      return {rotate_about(X_PJ.R, axis, c, s), X_PJ.p + times(X_PJ.R, axis) * T(q[i] * T(joint.pitch))};
     }
     case JointType::kSpherical:
       return {X_PJ.R * rotation(Vector4<T>(q.template segment<4>(i))), X_PJ.p};

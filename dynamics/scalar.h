@@ -39,6 +39,13 @@ using std::tanh;
 template <class C, class T>
 requires std::same_as<C, bool> T select(C condition, const T& a, const T& b) { return condition ? a : b; }
 
+// Both at once; scalars that have them together at the price of one bring their own.
+template <class T>
+void sincos(const T& x, T& sine, T& cosine) {
+  sine = sin(x);
+  cosine = cos(x);
+}
+
 // Binary digits a series must resolve for T; scalars that wrap double do not specialise numeric_limits.
 template <class T>
 inline constexpr int kDigits = std::numeric_limits<T>::digits > 0 ? std::numeric_limits<T>::digits : 53;
