@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/identification/estimator.h>
 #include <dyntape/interface/identification/excitation.h>
 #include <dyntape/interface/identification/pictures.h>
@@ -127,6 +128,10 @@ void estimate(const Options& options, const dynamics::Model<double>& model, cons
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
+  if (!robot.mimics.empty()) {
+    throw ArgumentError(
+        "identify: joints that follow others are not known here; leave --mimic out or --lock them");
+  }
   const dynamics::Model<double>& model = robot.model;
   const BaseParameters base = base_parameters(model, options.base);
   std::cout << model.name << ": " << base.rank() << " base parameters of " << base.regrouping.cols() << ", "
