@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The algorithms on packs of one lane: the reference of packed_robot_test.cpp.
+#include <dyntape/autodiff/pack_eigen.h>
+#include <dyntape/dynamics/instantiate.h>
+
+namespace dyntape {
+using Pack1 = Pack<double, 1>;
+}
+DYNTAPE_INSTANTIATE_DYNAMICS(dyntape::Pack1)
