@@ -10,19 +10,28 @@
 namespace dyntape::dynamics {
 namespace detail {
 
-// C += A B, column by column; no memory is taken.
-template <class MA, class MB, class MC>
-void add_product(const MA& A, const MB& B, MC&& C) {
-  const int n = static_cast<int>(B.rows());
-  for (int j = 0; j < static_cast<int>(B.cols()); ++j) {
-    auto column = C.col(j);
+// C += A B for A (n x n), column by column, four of A at a time; no memory is taken.
+template <class T>
+void add_product(const T* A, const T* B, int n, int columns, T* C) {
+  for (int j = 0; j < columns; ++j, B += n, C += n) {
+    T* __restrict c = C;
     int k = 0;
     for (; k + 4 <= n; k += 4) {
-      column += A.col(k) * B(k, j) + A.col(k + 1) * B(k + 1, j) + A.col(k + 2) * B(k + 2, j) +
-                A.col(k + 3) * B(k + 3, j);
+      const T *a0 = A + k * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;
+      const T b0 = B[k], b1 = B[k + 1], b2 = B[k + 2], b3 = B[k + 3];
+      for (int i = 0; i < n; ++i) c[i] += (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3);
     }
-    for (; k < n; ++k) column += A.col(k) * B(k, j);
+    for (; k < n; ++k) {
+      const T* a = A + k * n;
+      const T b = B[k];
+      for (int i = 0; i < n; ++i) c[i] += a[i] * b;
+    }
   }
+}
+
+template <class MA, class MB, class T>
+void add_product(const MA& A, const MB& B, MatrixX<T>& C) {
+  add_product(A.data(), B.data(), static_cast<int>(A.rows()), static_cast<int>(B.cols()), C.data());
 }
 
 }  // namespace detail
@@ -88,7 +97,7 @@ const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& h
   detail::check("fd_hessian", "workspace", model, hessian.mu.size(), model.nv);
   fd_derivatives<T>(model, data, q, v, tau, acting);
   hessian.mu.setZero();
-  detail::add_product(data.Minv, lambda, hessian.mu);
+  detail::add_product(data.Minv.data(), lambda.data(), model.nv, 1, hessian.mu.data());
   id_hessian<T>(model, data, hessian, q, v, data.ddq, hessian.mu, acting);
   const int n = model.nv;
   const MatrixX<T>& G = hessian.d2tau;

@@ -14,7 +14,7 @@ namespace detail {
 
 // Rows of a level: motions of the columns on a path (six rows each, linear first).
 enum MotionRow { kS = 0, kSDot = 6, kSDdot = 12, kSv = 18, kMotionRows = 24 };
-// Rows of the fields: W(X) = int f_D x X dm of four motions, and the moments of (H.7) to (H.9).
+// Rows of the fields: W(X) = int f_D x X dm of four motions, and the moments of (H.8) to (H.10).
 enum FieldRow {
   kW = 0,
   kWDdot = 3,
