@@ -23,6 +23,7 @@
 #include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
 #include <dyntape/dynamics/instantiate/kinematics.h>
 #include <dyntape/dynamics/instantiate/mimic.h>
+#include <dyntape/dynamics/instantiate/operational_space.h>
 #include <dyntape/dynamics/instantiate/regressor.h>
 #include <dyntape/dynamics/instantiate/second_order.h>
 #include <dyntape/dynamics/instantiate/wrenches.h>
@@ -39,6 +40,7 @@
   DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_KINEMATICS(T) \
   DYNTAPE_INSTANTIATE_MIMIC(T) \
+  DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T) \
   DYNTAPE_INSTANTIATE_REGRESSOR(T) \
   DYNTAPE_INSTANTIATE_SECOND_ORDER(T) \
   DYNTAPE_INSTANTIATE_WRENCHES(T)
