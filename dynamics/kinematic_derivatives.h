@@ -21,10 +21,10 @@
 //   kLocal, kWorld:      d/dt V = A        what changes is the motion seen from F, or from the world's origin
 //   kLocalWorldAligned:  d/dt V = C        what changes is the velocity of a point: C, and not A
 //   dA/da = dC/da = J;   d(d/dt V)/dv = J_dot + dV/dq
-// The placement itself, by an increment in its own frame: X_WF(q (+) d) = X_WF exp(J d + O(d^2)), J in kLocal.
+// The placement itself, by an increment in its own frame (J in kLocal): X_WF(q (+) d) = X_WF exp(J d + ...).
 //
-// Formulas (docs/math.md, K).  J_j: column j; i its body, p the parent of i; V, A of the frame; all seen in
-// the frame asked for, (m)l and (m)w linear and angular part:
+// Formulas, docs/math.md (K.6) and (K.8) to (K.12).  J_j: column j; i its body, p the parent of i; V, A of
+// the frame; all seen in the frame asked for, (m)l and (m)w linear and angular part:
 //            kLocal                      kWorld              kLocalWorldAligned
 //   J_dot_j  J_j x (V - V_i)             V_i x J_j           (w_i x l_j + w_j x (V - V_i)l, w_i x w_j)
 //   dV/dq_j  V_p x J_j                   J_j x (V - V_p)     (w_p x l_j + w_j x (V - V_p)l, w_j x (V - V_p)w)
@@ -91,8 +91,8 @@ void body_acceleration_derivatives(const Model<T>& model, const Data<T>& data, K
 //   one joint            0                J_j x J_k        (w_j x l_k, w_j x w_k)
 // Increments of one joint do not commute, nor do the axes of kLocal and kWorld stand still:
 //   H_kj - H_jk = J_k x J_j (kLocal), J_j x J_k (kWorld), (0, w_j x w_k) (kLocalWorldAligned), two joints
-// (one joint: 0 in kLocal).  Linear part in kLocalWorldAligned, two joints: the Hessian of the position of the
-// frame, symmetric.
+// (one joint: 0 in kLocal).  Linear part in kLocalWorldAligned, two joints: the Hessian of the position of
+// the frame, symmetric.
 template <class T>
 struct KinematicHessian {
   explicit KinematicHessian(const Model<T>& model);
@@ -108,8 +108,7 @@ struct KinematicHessian {
   std::vector<Motion<T>> S;  // (nv)
 };
 
-// After forward_kinematics(q).  Cost: one cross product (kLocalWorldAligned: half of one, used twice) a pair of
-// supporting dofs.
+// After forward_kinematics(q).  Cost: one product of motions a pair of supporting dofs, or less.
 template <class T>
 const Matrix6X<T>& frame_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K,
                                  int frame, ReferenceFrame in);

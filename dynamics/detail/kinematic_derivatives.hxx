@@ -96,8 +96,8 @@ Motion<T> column_rate(ReferenceFrame in, const Motion<T>& J, const Motion<T>& V_
   return {V_i.angular.cross(J.linear) + J.angular.cross(beyond.linear), V_i.angular.cross(J.angular)};
 }
 
-// Slope by q_j of a motion m of the frame to which m_p of the parent has been added, seen in the frame asked for:
-// J_j turns what is beyond the joint, and kLocal sees m_p turn the other way.  docs/math.md (K.8)
+// Slope by q_j of a motion m of the frame of which m_p comes from the parent, seen in the frame asked for: J_j
+// turns what is beyond the joint, and kLocal sees m_p turn the other way.  docs/math.md (K.8)
 template <class T>
 Motion<T> slope(ReferenceFrame in, const Motion<T>& J, const Motion<T>& m_p, const Motion<T>& m) {
   if (in == ReferenceFrame::kLocal) return cross(m_p, J);

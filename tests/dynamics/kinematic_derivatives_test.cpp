@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Derivatives of the motion of frames in double, against central differences in 113 bits along q (+) d: a step
-// of 1e-11 leaves an error near 1e-21.  In all three frames, of frames and of bodies.
+// Derivatives of the motion of frames in double, against central differences in 113 bits along q (+) d: a
+// step of 1e-11 leaves an error near 1e-21.  In all three frames, of frames and of bodies.
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
