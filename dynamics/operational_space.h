@@ -11,7 +11,8 @@
 //   x_dd = J a + J_dot v
 // is the rate of x_d in the frame asked for (kinematic_derivatives.h): in kLocalWorldAligned its linear part
 // is the acceleration of the frame's origin.  With the equation of motion of algorithms.h (O. Khatib, A
-// Unified Approach for Motion and Force Control of Robot Manipulators, IEEE J. Robotics and Automation, 1987):
+// Unified Approach for Motion and Force Control of Robot Manipulators, IEEE J. Robotics and Automation,
+// 1987):
 //   Lambda^-1 = J M^-1 J^T                         mobility: acceleration by a unit force (1/kg, 1/(kg m^2))
 //   J_bar     = M^-1 J^T Lambda                    dynamically consistent inverse, J J_bar = 1
 //   tau       = J^T F + tau_0 + h,   F = Lambda (x_dd - J_dot v - J M^-1 tau_0)
