@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// One template, two scalars: what plain double computes and what the interpreter makes of the recording are the same
+// numbers, to the last bit (the sign of zero apart), for every function that needs no decomposition of Eigen's.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <random>
+#include <set>
+
+#include <dyntape/autodiff/interpret.h>
+#include <dyntape/dynamics/configuration.h>
+#include <dyntape/dynamics/urdf.h>
+#include <dyntape/interface/function/robot_functions.h>
+
+namespace dyntape {
+namespace {
+
+using dynamics::Base;
+
+class RobotBits : public testing::TestWithParam<std::pair<const char*, Base>> {};
+
+TEST_P(RobotBits, plain_double_equals_the_recording) {
+  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto model =
+      dynamics::load_urdf((root / "config" / "robots" / (std::string(GetParam().first) + ".urdf")).string(),
+                          {.base = GetParam().second});
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (const char* name : {"rnea", "aba", "crba", "minverse", "nonlinear-effects", "gravity", "energy",
+                           "energy-gradients", "id-derivatives", "fd-derivatives"}) {
+    const RobotFunction function(name);
+    const Function recorded = record_robot_function(model, function, RobotSource::kAnalytic);
+    for (int k = 0; k < 5; ++k) {
+      Eigen::VectorXd state = Eigen::VectorXd::NullaryExpr(
+          static_cast<Eigen::Index>(input_names(model, function).size()), [&] { return uniform(random); });
+      state.head(model.nq) = dynamics::random_configuration<double>(model, random);
+      const Eigen::VectorXd plain = evaluate_analytic(model, function, state);
+      const std::vector<double> tape = evaluate(recorded, {state.begin(), state.end()});
+      ASSERT_EQ(static_cast<std::size_t>(plain.size()), tape.size());
+      int different = 0;
+      for (Eigen::Index i = 0; i < plain.size(); ++i)
+        different += plain[i] != tape[static_cast<std::size_t>(i)];
+      EXPECT_EQ(different, 0) << name << " of " << plain.size();
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, RobotBits,
+                         testing::Values(std::pair{"cart_pole", Base::kFixed}, std::pair{"ur5", Base::kFixed},
+                                         std::pair{"panda", Base::kFixed},
+                                         std::pair{"iiwa14", Base::kFloating},
+                                         std::pair{"solo12", Base::kFloating}));
+
+}  // namespace
+}  // namespace dyntape
