@@ -46,7 +46,7 @@ DYNTAPE_INLINE Force<T> operator*(const Composite<T>& I, const Dof& S) {
   return {linear, times(I.I_o, S.axis) + moment * T(S.pitch)};
 }
 
-// With g = R h + m t / 2:  I_o' = R I_o R^T + 2 (t.g) 1 - g t^T - t g^T,  h' = R h + m t.
+// docs/math.md (S.9).  With g = R h + m t / 2:  I_o' = R I_o R^T + 2 (t.g) 1 - g t^T - t g^T,  h' = R h + m t.
 template <class T>
 DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const Composite<T>& I, Composite<T>& parent) {
   const Vector3<T>& t = X_PB.p;
@@ -104,7 +104,7 @@ DYNTAPE_INLINE Force<T> twice_b(const VelocityProduct<T>& b, const Vector3<T>& w
   return {w.cross(b.p) * T(2), (w * trace - b.U * w) * T(2)};
 }
 
-// Angular part of (2 B)^T S; its linear part is zero.
+// Angular part of (2 B)^T S; its linear part is zero.  docs/math.md (D.15), (D.16).
 template <class T>
 DYNTAPE_INLINE Vector3<T> twice_b_transposed(const VelocityProduct<T>& b, const Dof& S) {
   if (!S.angular) return cross(b.p, S.axis) * T(2);
@@ -170,8 +170,8 @@ DYNTAPE_INLINE Articulated<T> without(const Articulated<T>& I, const Dof& S, con
   return A;
 }
 
-// X^-T I X^-1:  M' = R M R^T,  H' = R H R^T - M' [t],  J' = R J R^T + [t] R H R^T + ([t] R H R^T)^T - [t] M'
-// [t].
+// X^-T I X^-1, docs/math.md (S.10):  M' = R M R^T,  H' = R H R^T - M' [t],
+// J' = R J R^T + ([t] R H R^T)^T + [t] H'.
 template <class T>
 DYNTAPE_INLINE void accumulate(const Placement<T>& X_PB, const Articulated<T>& I, Articulated<T>& parent) {
   const Matrix3<T>& R = X_PB.R;

@@ -7,7 +7,7 @@
 namespace dyntape::dynamics {
 namespace detail {
 
-// From the roots: motions of the bodies, and of each column S the three vectors of algorithms.h.
+// From the roots: motions of the bodies, and of each column S the vectors of docs/math.md (D.12) to (D.14).
 template <class T>
 void spread_column_motions(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& a,
                            const Acting<T>& acting) {
@@ -75,7 +75,7 @@ DYNTAPE_INLINE void start_columns(Data<T>& data, int i, bool leave) {
   }
 }
 
-// Column r of joint i meets the columns that come from beyond it: entries (r, s) and (s, r).
+// Column r of joint i meets the columns that come from beyond it: entries (r, s) and (s, r): docs/math.md (D.17), (D.18).
 template <class T>
 DYNTAPE_INLINE void meet_columns(Data<T>& data, int i, int r) {
   const Tree& tree = data.tree;
@@ -175,7 +175,7 @@ DYNTAPE_INLINE void combine_columns(const Data<T>& data, int path, const T* d, i
   for (int g = 0; g < kGroups; ++g) lanes.store(sum + row + g * kLanes<T>, x[g]);
 }
 
-// -Minv D, with only the rows of column j of D that lie on a path with j.
+// -Minv D, with only the rows of column j of D that lie on a path with j: docs/math.md (D.19).
 template <class T>
 void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, MatrixX<T>& result) {
   constexpr int kWide = 4;

@@ -21,7 +21,7 @@ Motion<T> motion_of(const Vector6<T>& x) {
 
 // What of I is felt by the parent through the joint; keeps U = I S and 1/D, D = S.U + armature.  The columns
 // of a joint are eliminated one after the other, the last first, as if massless bodies were between them: a
-// block elimination, exactly.
+// block elimination, exactly.  docs/math.md (D.7) to (D.9).
 template <class T>
 DYNTAPE_INLINE Articulated<T> hinge(const Model<T>& model, Data<T>& data, const Acting<T>& acting, int i) {
   const int first = data.tree.first[i];
@@ -118,7 +118,7 @@ void aba_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, con
   spread_accelerations(model, data, v, acting);
 }
 
-// --- M^-1: the rows right of the diagonal, in the places of the tree (docs/math.md, inverse inertia) ---
+// --- M^-1: the rows right of the diagonal, in the places of the tree (docs/math.md (D.10), (D.11)) ---
 
 // x[s] -= factor y[s].
 template <class T>

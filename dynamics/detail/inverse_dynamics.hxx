@@ -18,7 +18,7 @@ void gather_forces(const Model<T>& model, Data<T>& data, VectorX<T>& tau) {
   }
 }
 
-// f_i = I a + v x* I v - f_ext; v absent: at rest.
+// f_i = I a + v x* I v - f_ext; v absent: at rest.  docs/math.md (D.4).
 template <class T>
 void body_forces(const Model<T>& model, Data<T>& data, bool moving, const Acting<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) {
