@@ -14,7 +14,7 @@
 //                 - k (q - q_rest)           springs k (N m/rad or N/m); angles of continuous joints
 //                                            in [-pi, pi]
 //   F                                      wrenches from outside, in the body or the world (wrenches.h)
-// All vectors (nv), q_rest (nq).  Springs act on single joints; entries of a free-flyer are not read.
+// All vectors (nv), q_rest (nq).  Springs act on single joints; other entries are not read.
 #pragma once
 
 #include <dyntape/dynamics/algorithms.h>
@@ -51,7 +51,7 @@ struct Effects {
   }
 };
 
-// The values of the model, (nv), zero for free-flyers.
+// The values of the model, (nv), zero for joints of several columns.
 template <class T>
 VectorX<T> model_armature(const Model<T>& model);
 template <class T>

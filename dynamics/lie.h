@@ -25,10 +25,16 @@
 
 namespace dyntape::dynamics {
 
+// |q|^2, summed in one order for every scalar.
+template <class T>
+T squared_length(const Vector4<T>& q) {
+  return (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
+}
+
 // q a quaternion (x y z w), of any length but zero.
 template <class T>
 Matrix3<T> rotation(const Vector4<T>& q) {
-  const T s = T(2) / q.squaredNorm();
+  const T s = T(2) / squared_length(q);
   const T x = q[0] * s, y = q[1] * s, z = q[2] * s;
   const T xx = x * q[0], yy = y * q[1], zz = z * q[2];
   const T xy = x * q[1], xz = x * q[2], yz = y * q[2];
@@ -55,7 +61,7 @@ Vector4<T> conjugate(const Vector4<T>& q) {
 
 template <class T>
 Vector4<T> normalized(const Vector4<T>& q) {
-  return q * T(T(1) / sqrt(q.squaredNorm()));
+  return q * T(T(1) / sqrt(squared_length(q)));
 }
 
 // A quaternion of the rotation R, in the row of 4 q q^T (linear in R) with the largest diagonal: no root of a

@@ -75,7 +75,8 @@ DYNTAPE_INLINE void start_columns(Data<T>& data, int i, bool leave) {
   }
 }
 
-// Column r of joint i meets the columns that come from beyond it: entries (r, s) and (s, r): docs/math.md (D.17), (D.18).
+// Column r of joint i meets the columns that come from beyond it: entries (r, s) and (s, r),
+// docs/math.md (D.17), (D.18).
 template <class T>
 DYNTAPE_INLINE void meet_columns(Data<T>& data, int i, int r) {
   const Tree& tree = data.tree;
