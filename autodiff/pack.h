@@ -197,8 +197,9 @@ namespace detail {
 // units that may have been compiled for different processors.
 #define DYNTAPE_PACK_UNARY(X)                                                                              \
   X(sin)                                                                                                   \
-  X(cos) X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(asinh) X(acosh) X(atanh) X(exp) X(expm1) \
-      X(log) X(log1p) X(log10) X(cbrt) X(erf) X(erfc)
+  X(cos)                                                                                                   \
+  X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(asinh) X(acosh) X(atanh) X(exp) X(expm1) X(log) \
+      X(log1p) X(log10) X(cbrt) X(erf) X(erfc)
 #define DYNTAPE_PACK_BINARY(X) X(atan2) X(pow) X(hypot)
 
 #define DYNTAPE_DECLARE(fn) void pack_##fn(const double* x, double* y, int n);
