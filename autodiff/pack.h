@@ -195,11 +195,11 @@ namespace detail {
 
 // Elementary functions of n lanes, n = 1, 2, 4 or 8.  By address, so that no vector crosses a boundary between
 // units that may have been compiled for different processors.
-#define DYNTAPE_PACK_UNARY(X)                                                                              \
-  X(sin)                                                                                                   \
-  X(cos)                                                                                                   \
-  X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(asinh) X(acosh) X(atanh) X(exp) X(expm1) X(log) \
-      X(log1p) X(log10) X(cbrt) X(erf) X(erfc)
+// clang-format off
+#define DYNTAPE_PACK_UNARY(X)                                                                \
+  X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(asinh) X(acosh)     \
+  X(atanh) X(exp) X(expm1) X(log) X(log1p) X(log10) X(cbrt) X(erf) X(erfc)
+// clang-format on
 #define DYNTAPE_PACK_BINARY(X) X(atan2) X(pow) X(hypot)
 
 #define DYNTAPE_DECLARE(fn) void pack_##fn(const double* x, double* y, int n);
