@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/dynamics/detail/constraint_derivatives.hxx>
 #include <dyntape/dynamics/instantiate/shorthands.h>
+#include <dyntape/dynamics/detail/constraint_derivatives.hxx>
 
 // clang-format off
 #define DYNTAPE_INSTANTIATE_CONSTRAINTS(T)                                                                   \

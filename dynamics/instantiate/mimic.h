@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/dynamics/detail/mimic.hxx>
 #include <dyntape/dynamics/instantiate/shorthands.h>
+#include <dyntape/dynamics/detail/mimic.hxx>
 
 #define DYNTAPE_MIMIC(T) const MimicModel<T>&, MimicData<T>&
 

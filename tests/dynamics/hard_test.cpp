@@ -104,7 +104,8 @@ TEST(Hard, RedundantChainsLoseNoMoreThanTheMassRatio) {
       const State s = random_state(model, random);
       const double ratio = masses == kHeavyLeaf6 || masses == kAlternating6 ? 1e6 : 1e9;
       const double freedom = model.nv / double(n);  // a joint may count for three
-      EXPECT_LE(aba_error(model, s), 10 * freedom * ratio * 0x1p-52) << "seed " << seed << " masses " << masses;
+      EXPECT_LE(aba_error(model, s), 10 * freedom * ratio * 0x1p-52)
+          << "seed " << seed << " masses " << masses;
       EXPECT_LE(scaled_residual(model, s), n * 0x1p-52) << "seed " << seed << " masses " << masses;
     }
   }

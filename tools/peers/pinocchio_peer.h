@@ -20,15 +20,15 @@ extern "C" {
 #endif
 
 typedef struct {
-  const char* type;       /* as dyntape names it: "revolute", "free-flyer", ... */
-  int parent;             /* index of the parent joint, -1: the world */
-  double axis[3];         /* unit length */
-  double pitch;           /* of a helical joint, m/rad */
-  double rotation[9];     /* of the fixed side in the parent, row by row */
+  const char* type;   /* as dyntape names it: "revolute", "free-flyer", ... */
+  int parent;         /* index of the parent joint, -1: the world */
+  double axis[3];     /* unit length */
+  double pitch;       /* of a helical joint, m/rad */
+  double rotation[9]; /* of the fixed side in the parent, row by row */
   double translation[3];
   double mass, com[3];
-  double inertia[6];      /* about the centre of mass: xx, xy, yy, xz, yz, zz */
-  double armature;        /* on every degree of freedom of the joint */
+  double inertia[6]; /* about the centre of mass: xx, xy, yy, xz, yz, zz */
+  double armature;   /* on every degree of freedom of the joint */
 } dyntape_peer_joint;
 
 typedef struct {
@@ -41,7 +41,8 @@ typedef struct {
   void* (*build)(const dyntape_peer_joint* joints, int count, const double* gravity);
   void (*destroy)(void* peer);
   /* in: 0 the frame itself, 1 the world, 2 the world's axes at the frame */
-  void (*choose)(void* peer, const dyntape_peer_frame* frame, int in, const dyntape_peer_frame* contacts, int count);
+  void (*choose)(void* peer, const dyntape_peer_frame* frame, int in, const dyntape_peer_frame* contacts,
+                 int count);
   int (*load)(void* peer, const double* states, int count, int width); /* 0: as the robot has it */
   int (*find)(void* peer, const char* function);
   void (*run)(void* peer, int function, int first, int calls);
