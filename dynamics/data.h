@@ -35,8 +35,6 @@ struct Tree {
   bool in_order = true;         // whether that is the order of v
   std::vector<int> depth;       // (njoints) joints between joint i and the world
   int deepest = 0;
-
-  std::vector<std::vector<int>> subtree;  // (njoints) dofs of the joints beyond i, without i's own
 };
 
 template <class T>
@@ -78,10 +76,6 @@ Tree tree_of(const Model<T>& model) {
     next_joint[i] = joint + 1;
     place += size[i];
     joint += joints_below[i];
-  }
-  for (int i = 0; i < n; ++i) {
-    tree.subtree.emplace_back(tree.dof_at.begin() + tree.begin[i] + tree.count[i],
-                              tree.dof_at.begin() + tree.end[i]);
   }
   return tree;
 }

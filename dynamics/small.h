@@ -16,8 +16,7 @@
 #include <concepts>
 
 // The algebra of three and six entries is worth its place in every loop; left to itself the compiler makes
-// calls of it, which cost twice the time.
-// (not where a sanitizer or a debugger is to see each call: there it would only cost time to compile).
+// calls of it, which cost twice the time.  Sanitizers and debuggers get the calls: they compile sooner.
 #if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define DYNTAPE_INLINE inline __attribute__((always_inline))
 #else

@@ -72,7 +72,7 @@ class LaneArray {
   const T* data() const { return groups_.data()->entries; }
 
  private:
-  struct alignas(kLanes<T> * sizeof(T) > 64 ? alignof(T) : kLanes<T> * alignof(T)) Group {
+  struct alignas(kLanes<T> * alignof(T)) Group {
     T entries[kLanes<T>] = {};
   };
   std::vector<Group> groups_;
