@@ -5,14 +5,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/constraints.h>
-#include <dyntape/dynamics/float128.h>
 #include <dyntape/dynamics/urdf.h>
 
 #include <algorithm>
-#include <functional>
-#include <memory>
-
-#include "random_robots.h"
+#include "exact_robot.h"
 #include "robot_files.h"
 
 namespace dyntape::dynamics {
@@ -20,7 +16,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using VectorXq = VectorX<Float128>;
 using Constraints = std::vector<Constraint<double>>;
 
 double largest(const MatrixXd& x) { return x.size() == 0 ? 0 : x.cwiseAbs().maxCoeff(); }
@@ -83,30 +78,6 @@ std::vector<Constraint<Float128>> exact(const Constraints& list) {
   return result;
 }
 
-// Central differences along the tangent of q, or along a vector.
-using Vectorial = std::function<VectorXq(const VectorXq&)>;
-MatrixXd tangent_difference(const Model<Float128>& model, const VectorXd& q, const Vectorial& f) {
-  const Float128 h(1e-11);
-  const VectorXq q0 = q.cast<Float128>();
-  MatrixXd d(f(q0).size(), model.nv);
-  for (int k = 0; k < model.nv; ++k) {
-    const VectorXq step = VectorXq::Unit(model.nv, k) * h;
-    const VectorXq up = f(integrate<Float128>(model, q0, step));
-    d.col(k) = ((up - f(integrate<Float128>(model, q0, -step))) / (2 * h)).cast<double>();
-  }
-  return d;
-}
-MatrixXd vector_difference(const VectorXd& x, const Vectorial& f) {
-  const Float128 h(1e-11);
-  const VectorXq x0 = x.cast<Float128>();
-  MatrixXd d(f(x0).size(), x.size());
-  for (long k = 0; k < x.size(); ++k) {
-    const VectorXq step = VectorXq::Unit(x.size(), k) * h;
-    d.col(k) = ((f(x0 + step) - f(x0 - step)) / (2 * h)).cast<double>();
-  }
-  return d;
-}
-
 template <class A, class B>
 MatrixX<typename A::Scalar> stacked(const A& x, const B& y) {
   MatrixX<typename A::Scalar> both(x.rows() + y.rows(), x.cols());
@@ -129,9 +100,9 @@ TEST_P(Constrained, DerivativesAgreeWith113Bits) {
   const VectorXq tau = robot.s.tau.cast<Float128>();
   constrained_dynamics_derivatives(robot.model, data, c, robot.s.q, robot.s.v, robot.s.tau);
   EXPECT_LE(relative_error(stacked(c.ddq, c.lambda), f(q, v, tau).cast<double>()), 1e-11);
-  const MatrixXd dq = tangent_difference(model, robot.s.q, [&](const VectorXq& x) { return f(x, v, tau); });
-  const MatrixXd dv = vector_difference(robot.s.v, [&](const VectorXq& x) { return f(q, x, tau); });
-  const MatrixXd dtau = vector_difference(robot.s.tau, [&](const VectorXq& x) { return f(q, v, x); });
+  const MatrixXd dq = tangent_difference(model, q, [&](const VectorXq& x) { return f(x, v, tau); });
+  const MatrixXd dv = vector_difference(v, [&](const VectorXq& x) { return f(q, x, tau); });
+  const MatrixXd dtau = vector_difference(tau, [&](const VectorXq& x) { return f(q, v, x); });
   const long nv = robot.model.nv;
   EXPECT_LE(relative_error(c.ddq_dq, dq.topRows(nv)), 1e-10);
   EXPECT_LE(relative_error(c.ddq_dv, dv.topRows(nv)), 1e-10);
@@ -155,8 +126,8 @@ TEST_P(Constrained, ImpulseDerivativesAgreeWith113Bits) {
   const VectorXq q = robot.s.q.cast<Float128>(), v = robot.s.v.cast<Float128>();
   impulse_dynamics_derivatives(robot.model, data, c, robot.s.q, robot.s.v, 0.3);
   EXPECT_LE(largest(c.J * (c.v_plus + 0.3 * robot.s.v)), 1e-12 * (1 + largest(c.J) * largest(c.v_plus)));
-  const MatrixXd dq = tangent_difference(model, robot.s.q, [&](const VectorXq& x) { return f(x, v); });
-  const MatrixXd dv = vector_difference(robot.s.v, [&](const VectorXq& x) { return f(q, x); });
+  const MatrixXd dq = tangent_difference(model, q, [&](const VectorXq& x) { return f(x, v); });
+  const MatrixXd dv = vector_difference(v, [&](const VectorXq& x) { return f(q, x); });
   EXPECT_LE(relative_error(stacked(c.v_plus_dq, c.impulse_dq), dq), 1e-10);
   EXPECT_LE(relative_error(stacked(c.v_plus_dv, c.impulse_dv), dv), 1e-10);
 }

@@ -4,47 +4,15 @@
 // an error near 1e-21, so that what is seen is the rounding of the double result.
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/float128.h>
-
 #include <algorithm>
-#include <functional>
-#include <memory>
 
-#include "random_robots.h"
+#include "exact_robot.h"
 
 namespace dyntape::dynamics {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using VectorXq = VectorX<Float128>;
-
-// Central differences of f along the tangent of q, or along a vector.
-MatrixXd tangent_difference(const Model<Float128>& model, const VectorXd& q,
-                            const std::function<VectorXq(const VectorXq&)>& f) {
-  MatrixXd d(model.nv, model.nv);
-  const Float128 h(1e-11);
-  for (int k = 0; k < model.nv; ++k) {
-    VectorXq step = VectorXq::Zero(model.nv);
-    step[k] = h;
-    const VectorXq up = f(integrate<Float128>(model, q.cast<Float128>(), step));
-    const VectorXq down = f(integrate<Float128>(model, q.cast<Float128>(), -step));
-    d.col(k) = ((up - down) / (2 * h)).cast<double>();
-  }
-  return d;
-}
-
-MatrixXd vector_difference(const VectorXd& x, const std::function<VectorXq(const VectorXq&)>& f) {
-  MatrixXd d(x.size(), x.size());
-  const Float128 h(1e-11);
-  for (long k = 0; k < x.size(); ++k) {
-    VectorXq up = x.cast<Float128>(), down = up;
-    up[k] += h;
-    down[k] -= h;
-    d.col(k) = ((f(up) - f(down)) / (2 * h)).cast<double>();
-  }
-  return d;
-}
 
 bool on_one_path(const Model<double>& model, int i, int j) {
   for (int p = i; p >= 0; p = model.parent[p]) {
@@ -56,37 +24,16 @@ bool on_one_path(const Model<double>& model, int i, int j) {
   return false;
 }
 
-class Derivatives : public testing::TestWithParam<unsigned long> {
+class Derivatives : public ExactRobot {
  protected:
-  Derivatives() : random(GetParam()) {
-    const TreeShape shape{1 + random.below(7), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 7 == 0};
-    model = random_tree(random, shape);
-    exact = model.cast<Float128>();
-    s = random_state(model, random);
-    q = s.q.cast<Float128>();
-    v = s.v.cast<Float128>();
-    a = s.a.cast<Float128>();
-    tau = s.tau.cast<Float128>();
-    data = std::make_unique<Data<double>>(model);
-    data128 = std::make_unique<Data<Float128>>(exact);
-  }
-
-  Random random;
-  Model<double> model;
-  Model<Float128> exact;
-  State s;
-  VectorXq q, v, a, tau;
-  std::unique_ptr<Data<double>> data;
-  std::unique_ptr<Data<Float128>> data128;
+  Derivatives() : ExactRobot(7, 7) {}
 };
 
 TEST_P(Derivatives, OfInverseDynamics) {
   id_derivatives(model, *data, s.q, s.v, s.a);
   const MatrixXd dq =
-      tangent_difference(exact, s.q, [&](const VectorXq& x) { return rnea(exact, *data128, x, v, a); });
-  const MatrixXd dv =
-      vector_difference(s.v, [&](const VectorXq& x) { return rnea(exact, *data128, q, x, a); });
+      tangent_difference(exact, q, [&](const VectorXq& x) { return rnea(exact, *data128, x, v, a); });
+  const MatrixXd dv = vector_difference(v, [&](const VectorXq& x) { return rnea(exact, *data128, q, x, a); });
   EXPECT_LE(relative_error(data->dtau_dq, dq), 1e-13);
   // A single joint has dtau/dv = 0: its error is held against the torque then.
   const double scale = std::max(dv.cwiseAbs().maxCoeff(), data->tau.cwiseAbs().maxCoeff());
@@ -100,11 +47,11 @@ TEST_P(Derivatives, OfInverseDynamics) {
 TEST_P(Derivatives, OfForwardDynamics) {
   fd_derivatives(model, *data, s.q, s.v, s.tau);
   const MatrixXd dq =
-      tangent_difference(exact, s.q, [&](const VectorXq& x) { return aba(exact, *data128, x, v, tau); });
+      tangent_difference(exact, q, [&](const VectorXq& x) { return aba(exact, *data128, x, v, tau); });
   const MatrixXd dv =
-      vector_difference(s.v, [&](const VectorXq& x) { return aba(exact, *data128, q, x, tau); });
+      vector_difference(v, [&](const VectorXq& x) { return aba(exact, *data128, q, x, tau); });
   const MatrixXd dtau =
-      vector_difference(s.tau, [&](const VectorXq& x) { return aba(exact, *data128, q, v, x); });
+      vector_difference(tau, [&](const VectorXq& x) { return aba(exact, *data128, q, v, x); });
   EXPECT_LE(relative_error(data->ddq_dq, dq), 1e-11);
   EXPECT_LE(relative_error(data->ddq_dv, dv), 1e-11);
   EXPECT_LE(relative_error(data->Minv, dtau), 1e-11);

@@ -5,21 +5,16 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/energy.h>
-#include <dyntape/dynamics/float128.h>
 
 #include <algorithm>
-#include <functional>
-#include <memory>
 
-#include "random_robots.h"
+#include "exact_robot.h"
 
 namespace dyntape::dynamics {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using MatrixXq = MatrixX<Float128>;
-using VectorXq = VectorX<Float128>;
 
 // As relative_error, for what may be zero but for the noise of a difference: sizes here are one and more.
 double error(const MatrixXd& a, const MatrixXd& b) {
@@ -28,39 +23,15 @@ double error(const MatrixXd& a, const MatrixXd& b) {
 
 VectorXq one(const Float128& x) { return VectorXq::Constant(1, x); }
 
-class EnergyOf : public testing::TestWithParam<unsigned long> {
+class EnergyOf : public ExactRobot {
  protected:
-  EnergyOf() : random(GetParam()) {
-    const TreeShape shape{1 + random.below(7), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 7 == 0};
-    model = random_tree(random, shape);
-    exact = model.cast<Float128>();
-    s = random_state(model, random);
-    q = s.q.cast<Float128>();
-    v = s.v.cast<Float128>();
-    data = std::make_unique<Data<double>>(model);
-    data128 = std::make_unique<Data<Float128>>(exact);
-    e = std::make_unique<EnergyGradients<double>>(model);
+  EnergyOf() : ExactRobot(7, 7), e(std::make_unique<EnergyGradients<double>>(model)) {}
+
+  template <class F>
+  MatrixXd slopes(const F& f) const {
+    return tangent_difference(exact, q, f);
   }
 
-  // Central differences of f along the tangent of q, a column for each direction.
-  MatrixXd slopes(const std::function<VectorXq(const VectorXq&)>& f) {
-    const Float128 h(1e-11);
-    MatrixXq d(f(q).size(), model.nv);
-    for (int k = 0; k < model.nv; ++k) {
-      const VectorXq step = VectorXq::Unit(model.nv, k) * h;
-      d.col(k) = (f(integrate<Float128>(exact, q, step)) - f(integrate<Float128>(exact, q, -step))) / (2 * h);
-    }
-    return d.cast<double>();
-  }
-
-  Random random;
-  Model<double> model;
-  Model<Float128> exact;
-  State s;
-  VectorXq q, v;
-  std::unique_ptr<Data<double>> data;
-  std::unique_ptr<Data<Float128>> data128;
   std::unique_ptr<EnergyGradients<double>> e;
 };
 

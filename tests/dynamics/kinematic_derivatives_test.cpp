@@ -5,13 +5,11 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/float128.h>
 #include <dyntape/dynamics/kinematic_derivatives.h>
 
 #include <functional>
-#include <memory>
 
-#include "random_robots.h"
+#include "exact_robot.h"
 
 namespace dyntape::dynamics {
 namespace {
@@ -19,8 +17,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Matrix6Xd = Matrix6X<double>;
-using MatrixXq = MatrixX<Float128>;
-using VectorXq = VectorX<Float128>;
 
 constexpr ReferenceFrame kFrames[] = {ReferenceFrame::kLocal, ReferenceFrame::kWorld,
                                       ReferenceFrame::kLocalWorldAligned};
@@ -29,20 +25,10 @@ const char* name(ReferenceFrame in) {
   return in == ReferenceFrame::kLocal ? "local" : in == ReferenceFrame::kWorld ? "world" : "aligned";
 }
 
-class KinematicDerivativesOf : public testing::TestWithParam<unsigned long> {
+class KinematicDerivativesOf : public ExactRobot {
  protected:
-  KinematicDerivativesOf() : random(GetParam()) {
-    const TreeShape shape{1 + random.below(8), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 3 == 0};
-    model = random_tree(random, shape);
-    exact = model.cast<Float128>();
-    s = random_state(model, random);
-    q = s.q.cast<Float128>();
-    v = s.v.cast<Float128>();
-    a = s.a.cast<Float128>();
+  KinematicDerivativesOf() : ExactRobot(8, 3) {
     frame = random.below(static_cast<int>(model.frames.size()));
-    data = std::make_unique<Data<double>>(model);
-    data128 = std::make_unique<Data<Float128>>(exact);
     K = std::make_unique<KinematicDerivatives<double>>(model);
     forward_kinematics(model, *data, s.q, s.v, s.a);
   }
@@ -90,14 +76,7 @@ class KinematicDerivativesOf : public testing::TestWithParam<unsigned long> {
   }
   static double size(const Motion<double>& m) { return m.vector().cwiseAbs().maxCoeff(); }
 
-  Random random;
-  Model<double> model;
-  Model<Float128> exact;
-  State s;
-  VectorXq q, v, a;
   int frame = 0;
-  std::unique_ptr<Data<double>> data;
-  std::unique_ptr<Data<Float128>> data128;
   std::unique_ptr<KinematicDerivatives<double>> K;
 };
 

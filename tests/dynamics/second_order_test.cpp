@@ -7,14 +7,12 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/float128.h>
 #include <dyntape/dynamics/urdf.h>
 
 #include <algorithm>
 #include <functional>
-#include <memory>
 
-#include "random_robots.h"
+#include "exact_robot.h"
 #include "robot_files.h"
 
 namespace dyntape::dynamics {
@@ -22,8 +20,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using MatrixXq = MatrixX<Float128>;
-using VectorXq = VectorX<Float128>;
 using Slices = std::vector<MatrixXd>;  // of a tensor, by its last index
 
 double tensor_error(const Tensor3<double>& tensor, const Slices& slices, double scale = 0) {
@@ -61,20 +57,9 @@ MatrixXd assembled(const MatrixXd& qq, const MatrixXd& qv, const MatrixXd& vv, c
   return H;
 }
 
-class SecondOrderOf : public testing::TestWithParam<unsigned long> {
+class SecondOrderOf : public ExactRobot {
  protected:
-  SecondOrderOf() : random(GetParam()) {
-    const TreeShape shape{1 + random.below(6), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 4 == 0};
-    model = random_tree(random, shape);
-    exact = model.cast<Float128>();
-    s = random_state(model, random);
-    q = s.q.cast<Float128>();
-    v = s.v.cast<Float128>();
-    u = s.a.cast<Float128>();
-    data = std::make_unique<Data<double>>(model);
-    data128 = std::make_unique<Data<Float128>>(exact);
-  }
+  SecondOrderOf() : ExactRobot(6, 4), u(a) {}
 
   // Slices d results / d(column k), for each result that `call` leaves in data128.
   std::vector<Slices> differences(bool of_q, const std::vector<const MatrixXq*>& results,
@@ -99,13 +84,7 @@ class SecondOrderOf : public testing::TestWithParam<unsigned long> {
     return slices;
   }
 
-  Random random;
-  Model<double> model;
-  Model<Float128> exact;
-  State s;
-  VectorXq q, v, u;  // u: accelerations or torques
-  std::unique_ptr<Data<double>> data;
-  std::unique_ptr<Data<Float128>> data128;
+  VectorXq u;  // accelerations, or the same numbers as torques
 };
 
 TEST_P(SecondOrderOf, InverseDynamics) {
