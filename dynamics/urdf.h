@@ -16,9 +16,9 @@
 //   mimic joints   independent joints, as Pinocchio reads them by default; on request their rules are kept
 //                  beside the model (mimic.h).
 //
-// Right angles written with few digits are made exact (rotation_snap.h).
+// Right angles written with few digits are made exact (urdf/rotation_snap.h).
 //
-// Errors: FileError, `file:line: sentence`, for everything that urdf_check.h lists, for what urdfdom
+// Errors: FileError, `file:line: sentence`, for everything that urdf/check.h lists, for what urdfdom
 // complains about and for a file that cannot be opened; ArgumentError, with the nearest name, for an option
 // that does not fit the file.  Nothing is printed.  Independent of the locale.  Threads may read at the same
 // time.

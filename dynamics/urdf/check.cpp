@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/urdf_check.h>
+#include <dyntape/dynamics/urdf/check.h>
 
 #include <Eigen/Eigenvalues>
 #include <string_view>

@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/urdf_text.h>
+#include <dyntape/dynamics/urdf/text.h>
 
 namespace dyntape::dynamics {
 

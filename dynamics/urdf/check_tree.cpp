@@ -3,7 +3,7 @@
 #include <set>
 
 #include <dyntape/autodiff/suggest.h>
-#include <dyntape/dynamics/urdf_check.h>
+#include <dyntape/dynamics/urdf/check.h>
 
 namespace dyntape::dynamics {
 

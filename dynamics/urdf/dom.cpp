@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/urdf_dom.h>
+#include <dyntape/dynamics/urdf/dom.h>
 
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/urdf_text.h>
+#include <dyntape/dynamics/urdf/text.h>
 
 namespace dyntape::dynamics {
 

@@ -8,9 +8,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/model_operations.h>
-#include <dyntape/dynamics/rotation_snap.h>
-#include <dyntape/dynamics/urdf_check.h>
-#include <dyntape/dynamics/urdf_dom.h>
+#include <dyntape/dynamics/urdf/check.h>
+#include <dyntape/dynamics/urdf/dom.h>
+#include <dyntape/dynamics/urdf/rotation_snap.h>
 
 namespace dyntape::dynamics {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/rotation_snap.h>
+#include <dyntape/dynamics/urdf/rotation_snap.h>
 
 #include <algorithm>
 #include <cmath>

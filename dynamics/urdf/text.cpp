@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/urdf_text.h>
+#include <dyntape/dynamics/urdf/text.h>
 
 #include <algorithm>
 #include <charconv>

@@ -5,8 +5,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/configuration.h>
 #include <dyntape/dynamics/model_operations.h>
-#include <dyntape/dynamics/rotation_snap.h>
 #include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/rotation_snap.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
