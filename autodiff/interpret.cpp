@@ -7,8 +7,16 @@
 #include <dyntape/autodiff/error.h>
 
 namespace dyntape {
+namespace {
 
-Interpreter::Interpreter(Function function) : function_(std::move(function)) {
+inline double evaluate_in_double(Op op, double x, double y, double z) {
+  return evaluate<double>(op, x, y, z);
+}
+
+}  // namespace
+
+Interpreter::Interpreter(Function function, Functions functions)
+    : function_(std::move(function)), functions_(functions) {
   check(function_);
   // Every call keeps its results until its Result nodes have read them, and its arguments while it runs.
   for (const Node& node : function_.graph.nodes()) {
@@ -16,14 +24,31 @@ Interpreter::Interpreter(Function function) : function_(std::move(function)) {
     const Callee& callee = *function_.graph.callees()[node.a];
     call_offset_.push_back(call_space_);
     call_space_ += callee.n_in + callee.n_out;
+    if (functions == Functions::kPortable && callee.recorded)
+      portable_callees_.try_emplace(&callee, *callee.recorded, functions);
   }
 }
 
 Interpreter::Workspace::Workspace(const Interpreter& interpreter)
     : values_(interpreter.function_.graph.size()), call_(interpreter.call_space_) {}
 
+void Interpreter::call(const Callee& callee, const double* in, double* out) const {
+  const auto portable = portable_callees_.find(&callee);
+  if (portable == portable_callees_.end()) return callee.evaluate(in, out);
+  Workspace workspace(portable->second);
+  portable->second(in, nullptr, nullptr, out, workspace);
+}
+
 std::uint32_t Interpreter::operator()(const double* x, const double* p, const double* w, double* y,
                                       Workspace& workspace) const {
+  return functions_ == Functions::kPortable ? run<Functions::kPortable>(x, p, w, y, workspace)
+                                            : run<Functions::kLibm>(x, p, w, y, workspace);
+}
+
+template <Functions F>
+std::uint32_t Interpreter::run(const double* x, const double* p, const double* w, double* y,
+                               Workspace& workspace) const {
+  constexpr auto evaluate = F == Functions::kPortable ? portable_value : evaluate_in_double;
   const Graph& graph = function_.graph;
   const double* const blocks[] = {x, p, w};
   double* const value = workspace.values_.data();
@@ -32,10 +57,10 @@ std::uint32_t Interpreter::operator()(const double* x, const double* p, const do
   for (NodeId id = 0; id < n; ++id) {
     const Node& node = nodes[id];
     switch (node.op) {
-#define OP(name, fn, arity, ...)                                                           \
-  case Op::name:                                                                           \
-    value[id] = evaluate<double>(Op::name, value[node.a], arity > 1 ? value[node.b] : 0.0, \
-                                 arity > 2 ? value[node.c] : 0.0);                         \
+#define OP(name, fn, arity, ...)                                                                             \
+  case Op::name:                                                                                             \
+    value[id] =                                                                                              \
+        evaluate(Op::name, value[node.a], arity > 1 ? value[node.b] : 0.0, arity > 2 ? value[node.c] : 0.0); \
     break;
 #define FN OP
 #include "ops.def"
@@ -51,7 +76,7 @@ std::uint32_t Interpreter::operator()(const double* x, const double* p, const do
         const Callee& callee = *graph.callees()[node.a];
         double* const in = workspace.call_.data() + call_offset_[node.c];
         for (std::size_t i = 0; i < callee.n_in; ++i) in[i] = value[graph.call_arguments()[node.b + i]];
-        callee.evaluate(in, in + callee.n_in);
+        call(callee, in, in + callee.n_in);
         value[id] = 0;
         break;
       }

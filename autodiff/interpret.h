@@ -13,17 +13,19 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
 #include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/function.h>
+#include <dyntape/autodiff/portable.h>
 
 namespace dyntape {
 
 class Interpreter {
  public:
-  explicit Interpreter(Function function);
+  explicit Interpreter(Function function, Functions functions = Functions::kLibm);
 
   // Values of all nodes of one evaluation.
   class Workspace {
@@ -47,7 +49,13 @@ class Interpreter {
   const Function& function() const { return function_; }
 
  private:
+  template <Functions F>
+  std::uint32_t run(const double* x, const double* p, const double* w, double* y, Workspace& workspace) const;
+  void call(const Callee& callee, const double* in, double* out) const;
+
   Function function_;
+  Functions functions_;
+  std::map<const Callee*, Interpreter> portable_callees_;  // recorded ones, where functions are portable
   std::size_t call_space_ = 0;
   std::vector<std::size_t> call_offset_;  // of call number i in Workspace::call_
 };

@@ -27,6 +27,8 @@
 #include <limits>
 #include <type_traits>
 
+#include <dyntape/autodiff/portable.h>
+
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
@@ -195,24 +197,17 @@ namespace detail {
 
 // Elementary functions of n lanes, n = 1, 2, 4 or 8.  By address, so that no vector crosses a boundary between
 // units that may have been compiled for different processors.
-// clang-format off
-#define DYNTAPE_PACK_UNARY(X)                                                                \
-  X(sin) X(cos) X(tan) X(asin) X(acos) X(atan) X(sinh) X(cosh) X(tanh) X(asinh) X(acosh)     \
-  X(atanh) X(exp) X(expm1) X(log) X(log1p) X(log10) X(cbrt) X(erf) X(erfc)
-// clang-format on
-#define DYNTAPE_PACK_BINARY(X) X(atan2) X(pow) X(hypot)
-
-#define DYNTAPE_DECLARE(fn) void pack_##fn(const double* x, double* y, int n);
-DYNTAPE_PACK_UNARY(DYNTAPE_DECLARE)
+#define DYNTAPE_DECLARE(fn, ulp) void pack_##fn(const double* x, double* y, int n);
+DYNTAPE_PORTABLE_UNARY(DYNTAPE_DECLARE)
 #undef DYNTAPE_DECLARE
-#define DYNTAPE_DECLARE(fn) void pack_##fn(const double* x, const double* y, double* z, int n);
-DYNTAPE_PACK_BINARY(DYNTAPE_DECLARE)
+#define DYNTAPE_DECLARE(fn, ulp) void pack_##fn(const double* x, const double* y, double* z, int n);
+DYNTAPE_PORTABLE_BINARY(DYNTAPE_DECLARE)
 #undef DYNTAPE_DECLARE
 void pack_sincos(const double* x, double* sine, double* cosine, int n);
 
 }  // namespace detail
 
-#define DYNTAPE_DEFINE(fn)                       \
+#define DYNTAPE_DEFINE(fn, ulp)                  \
   template <int N>                               \
   Pack<double, N> fn(const Pack<double, N>& x) { \
     alignas(8 * N) double in[N], out[N];         \
@@ -220,9 +215,9 @@ void pack_sincos(const double* x, double* sine, double* cosine, int n);
     detail::pack_##fn(in, out, N);               \
     return Pack<double, N>::load(out);           \
   }
-DYNTAPE_PACK_UNARY(DYNTAPE_DEFINE)
+DYNTAPE_PORTABLE_UNARY(DYNTAPE_DEFINE)
 #undef DYNTAPE_DEFINE
-#define DYNTAPE_DEFINE(fn)                                                 \
+#define DYNTAPE_DEFINE(fn, ulp)                                            \
   template <int N>                                                         \
   Pack<double, N> fn(const Pack<double, N>& x, const Pack<double, N>& y) { \
     alignas(8 * N) double a[N], b[N], out[N];                              \
@@ -239,7 +234,7 @@ DYNTAPE_PACK_UNARY(DYNTAPE_DEFINE)
   Pack<double, N> fn(double x, const Pack<double, N>& y) {                 \
     return fn(Pack<double, N>(x), y);                                      \
   }
-DYNTAPE_PACK_BINARY(DYNTAPE_DEFINE)
+DYNTAPE_PORTABLE_BINARY(DYNTAPE_DEFINE)
 #undef DYNTAPE_DEFINE
 
 // Both at the price of little more than one.  The last bits may differ from those of sin(x) and cos(x).

@@ -68,29 +68,8 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
     DYNTAPE_STEPS(DYNTAPE_BINARY_STEP, fn, ulp)                        \
   }
 
-DYNTAPE_UNARY(sin, u10)
-DYNTAPE_UNARY(cos, u10)
-DYNTAPE_UNARY(tan, u10)
-DYNTAPE_UNARY(asin, u10)
-DYNTAPE_UNARY(acos, u10)
-DYNTAPE_UNARY(atan, u10)
-DYNTAPE_UNARY(sinh, u10)
-DYNTAPE_UNARY(cosh, u10)
-DYNTAPE_UNARY(tanh, u10)
-DYNTAPE_UNARY(asinh, u10)
-DYNTAPE_UNARY(acosh, u10)
-DYNTAPE_UNARY(atanh, u10)
-DYNTAPE_UNARY(exp, u10)
-DYNTAPE_UNARY(expm1, u10)
-DYNTAPE_UNARY(log, u10)
-DYNTAPE_UNARY(log1p, u10)
-DYNTAPE_UNARY(log10, u10)
-DYNTAPE_UNARY(cbrt, u10)
-DYNTAPE_UNARY(erf, u10)
-DYNTAPE_UNARY(erfc, u15)
-DYNTAPE_BINARY(atan2, u10)
-DYNTAPE_BINARY(pow, u10)
-DYNTAPE_BINARY(hypot, u05)
+DYNTAPE_PORTABLE_UNARY(DYNTAPE_UNARY)
+DYNTAPE_PORTABLE_BINARY(DYNTAPE_BINARY)
 
 void pack_sincos(const double* x, double* sine, double* cosine, int n) {
   DYNTAPE_STEPS(DYNTAPE_SINCOS_STEP, sincos, u10)

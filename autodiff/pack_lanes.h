@@ -37,37 +37,54 @@ void transpose(Pack<double, N>* rows) {
 
 }  // namespace detail
 
-// Entry i of x from n entries of `lanes` states, state k at states + k stride, 1 <= lanes <= N.  Lanes beyond
-// the last state repeat it, so that they compute something harmless.
+// A block of N states from n entries of `lanes` of them, state k at states + k stride, 1 <= lanes <= N: entry i
+// of state k goes to block[i N + k].  Lanes beyond the last state repeat it, so that they compute something
+// harmless.  Nothing beyond the n entries of a state is read.
 template <int N>
-void gather_lanes(const double* states, std::size_t stride, int lanes, Pack<double, N>* x, std::size_t n) {
+void gather_lanes(const double* states, std::size_t stride, int lanes, double* block, std::size_t n) {
   const double* from[N];
   for (int k = 0; k < N; ++k) from[k] = states + stride * static_cast<std::size_t>(k < lanes ? k : lanes - 1);
-  std::size_t i = 0;
-  for (; i + N <= n; i += N) {
+  const auto square = [&](std::size_t i) {
     Pack<double, N> rows[N];
     for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(from[k] + i);
     detail::transpose(rows);
-    for (int k = 0; k < N; ++k) x[i + static_cast<std::size_t>(k)] = rows[k];
-  }
+    for (int k = 0; k < N; ++k) rows[k].store(block + (i + static_cast<std::size_t>(k)) * N);
+  };
+  std::size_t i = 0;
+  for (; i + N <= n; i += N) square(i);
+  if (i < n && n >= N) return square(n - N);  // some entries once more: cheaper than one by one
   for (; i < n; ++i) {
-    for (int k = 0; k < N; ++k) x[i].set(k, from[k][i]);
+    for (int k = 0; k < N; ++k) block[i * N + static_cast<std::size_t>(k)] = from[k][i];
   }
 }
 
 // The reverse; lanes beyond the last state are not written.
 template <int N>
-void scatter_lanes(const Pack<double, N>* x, std::size_t n, double* states, std::size_t stride, int lanes) {
-  std::size_t i = 0;
-  for (; i + N <= n; i += N) {
+void scatter_lanes(const double* block, std::size_t n, double* states, std::size_t stride, int lanes) {
+  const auto square = [&](std::size_t i) {
     Pack<double, N> rows[N];
-    for (int k = 0; k < N; ++k) rows[k] = x[i + static_cast<std::size_t>(k)];
+    for (int k = 0; k < N; ++k)
+      rows[k] = Pack<double, N>::load(block + (i + static_cast<std::size_t>(k)) * N);
     detail::transpose(rows);
     for (int k = 0; k < lanes; ++k) rows[k].store(states + stride * static_cast<std::size_t>(k) + i);
-  }
+  };
+  std::size_t i = 0;
+  for (; i + N <= n; i += N) square(i);
+  if (i < n && n >= N) return square(n - N);
   for (; i < n; ++i) {
-    for (int k = 0; k < lanes; ++k) states[stride * static_cast<std::size_t>(k) + i] = x[i][k];
+    for (int k = 0; k < lanes; ++k)
+      states[stride * static_cast<std::size_t>(k) + i] = block[i * N + static_cast<std::size_t>(k)];
   }
+}
+
+// The same between states and packs.
+template <int N>
+void gather_lanes(const double* states, std::size_t stride, int lanes, Pack<double, N>* x, std::size_t n) {
+  if (n > 0) gather_lanes<N>(states, stride, lanes, reinterpret_cast<double*>(x), n);
+}
+template <int N>
+void scatter_lanes(const Pack<double, N>* x, std::size_t n, double* states, std::size_t stride, int lanes) {
+  if (n > 0) scatter_lanes<N>(reinterpret_cast<const double*>(x), n, states, stride, lanes);
 }
 
 }  // namespace dyntape

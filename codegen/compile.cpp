@@ -6,6 +6,7 @@
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/lane_widths.h>
 #include <dyntape/codegen/process.h>
 
 namespace dyntape::codegen {
@@ -53,6 +54,9 @@ std::vector<Unit> units_of(const std::vector<std::size_t>& pieces, unsigned jobs
   if (outcome.status == Outcome::kTimedOut)
     reason = "was ended after " + std::to_string(static_cast<long>(options.compile_seconds)) + " s";
   if (outcome.status == Outcome::kNotStarted) reason = "could not be run";
+  if (outcome.output.find("cannot find -lsleef") != std::string::npos ||
+      outcome.output.find("unable to find library -lsleef") != std::string::npos)
+    reason = "does not find SLEEF (Debian: libsleef-dev), which portable functions need";
   throw ToolError("the compiler " + reason + "; the source is kept in " + source + "\n  " +
                   to_text(command.arguments) + "\n" + outcome.output);
 }
@@ -65,6 +69,18 @@ void run(const std::vector<Command>& commands, const CodegenOptions& options, co
   }
 }
 
+std::vector<std::string> libraries(const CodegenOptions& options) {
+  return options.functions == Functions::kPortable ? std::vector<std::string>{"-lsleef", "-lm"}
+                                                   : std::vector<std::string>{"-lm"};
+}
+
+// The kernels of several lanes that the descriptor is to list.
+std::vector<std::string> listed(const std::vector<unsigned>& widths) {
+  std::vector<std::string> flags;
+  for (unsigned width : widths) flags.push_back("-DDYNTAPE_X" + std::to_string(width));
+  return flags;
+}
+
 }  // namespace
 
 void compile(const Compiler& compiler, const Source& source, const CodegenOptions& options,
@@ -75,28 +91,37 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
   base.insert(base.end(), compiler.flags.begin(), compiler.flags.end());
   // A debugger looks for the source where it will lie.
   if (folder != final_folder) base.push_back("-ffile-prefix-map=" + folder + "=" + final_folder);
-  const auto command = [&](std::initializer_list<std::string> more, const std::string& log) {
+  const auto command = [&](std::vector<std::string> more, const std::string& log) {
     Command c{base, folder + "/" + log, folder};
-    c.arguments.insert(c.arguments.end(), more);
+    c.arguments.insert(c.arguments.end(), more.begin(), more.end());
     return c;
   };
+  const std::vector<unsigned> widths = lane_widths(options.lanes);
   const std::vector<Unit> units = units_of(source.pieces, jobs_of(options));
-  if (units.size() == 1) {
-    run({command({"-shared", "-o", library, text, "-lm"}, "log")}, options, text);
-    return;
+  std::vector<std::string> link = {"-shared", "-o", library};
+  if (units.size() == 1 && widths.empty()) {
+    link.push_back(text);
+  } else {
+    std::vector<Command> commands;
+    const auto add = [&](const Unit& unit, const std::string& kind, std::vector<std::string> flags) {
+      const std::string name = "unit-" + std::to_string(unit.first) + kind,
+                        object = folder + "/" + name + ".o";
+      if (units.size() > 1) {
+        flags.push_back("-DDYNTAPE_FIRST=" + std::to_string(unit.first));
+        flags.push_back("-DDYNTAPE_LAST=" + std::to_string(unit.last));
+      }
+      flags.insert(flags.end(), {"-c", "-o", object, text});
+      commands.push_back(command(std::move(flags), name + ".log"));
+      link.push_back(object);
+    };
+    for (const Unit& unit : units) {
+      add(unit, "", listed(widths));
+      for (unsigned width : widths) add(unit, "-x" + std::to_string(width), lane_flags(width));
+    }
+    run(commands, options, text);
   }
-  std::vector<Command> commands;
-  Command link = command({"-shared", "-o", library}, "log");
-  for (const Unit& unit : units) {
-    const std::string name = "unit-" + std::to_string(unit.first), object = folder + "/" + name + ".o";
-    commands.push_back(command({"-DDYNTAPE_FIRST=" + std::to_string(unit.first),
-                                "-DDYNTAPE_LAST=" + std::to_string(unit.last), "-c", "-o", object, text},
-                               name + ".log"));
-    link.arguments.push_back(object);
-  }
-  link.arguments.push_back("-lm");
-  run(commands, options, text);
-  run({link}, options, text);
+  for (const std::string& name : libraries(options)) link.push_back(name);
+  run({command(std::move(link), "log")}, options, text);
 }
 
 }  // namespace dyntape::codegen

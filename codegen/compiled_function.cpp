@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/lane_widths.h>
 
 namespace dyntape {
 
@@ -14,10 +15,13 @@ struct CompiledFunction::Kernels {
   Pattern jacobian, hessian;
   std::vector<Interpreter> interpreters;  // by order; empty if compiled
   std::vector<dyntape_kernel> compiled;   // by order; empty if interpreted
+  std::vector<dyntape_kernel> wide;       // the same of several lanes; empty if there are none
   std::vector<std::size_t> operations;    // by order
 
   bool is_compiled() const { return !compiled.empty(); }
-  Violation run_compiled(std::size_t order, const Points& points, Workspace& workspace) const;
+  void take_kernels(const dyntape_descriptor& descriptor);
+  codegen::PointSizes sizes(std::size_t order) const;
+  Violation run_compiled(std::size_t order, const Points& points, Workspace& workspace, bool in_lanes) const;
   Violation run_interpreted(std::size_t order, const Points& points, Workspace& workspace) const;
 };
 
@@ -30,9 +34,7 @@ Pattern pattern_from(const dyntape_pattern& p) {
 }
 
 // Distances in doubles from one point to the next where there are no gaps.
-Strides dense(const Function& derived, std::size_t n_y, std::size_t jacobian, std::size_t hessian) {
-  return {derived.n_x(), derived.n_p(), derived.n_w(), n_y, jacobian, hessian};
-}
+Strides dense(const codegen::PointSizes& n) { return {n.x, n.p, n.w, n.y, n.jacobian, n.hessian}; }
 
 void copy_out(const double*& from, std::size_t n, double* to) {
   if (to) std::copy(from, from + n, to);
@@ -53,10 +55,7 @@ CompiledFunction CompiledFunction::make(const Function& function, const CodegenO
   kernels->name = options.label.empty() ? function.name : options.label;
   if (const auto& library = kernels->product.library) {
     const dyntape_descriptor& d = library->descriptor();
-    if (d.n_kernels != static_cast<std::uint32_t>(options.order) + 1)
-      throw ToolError("a library of \"" + kernels->name + "\" has " + std::to_string(d.n_kernels) +
-                      " kernels");
-    kernels->compiled.assign(d.kernels, d.kernels + d.n_kernels);
+    kernels->take_kernels(d);
     kernels->jacobian = pattern_from(d.jacobian);
     kernels->hessian = pattern_from(d.hessian);
     for (const dyntape_kernel& kernel : kernels->compiled) kernels->operations.push_back(kernel.operations);
@@ -65,35 +64,86 @@ CompiledFunction CompiledFunction::make(const Function& function, const CodegenO
       kernels->operations.push_back(total_operations(d.function));
       kernels->jacobian = d.jacobian;
       kernels->hessian = d.hessian;
-      kernels->interpreters.emplace_back(std::move(d.function));
+      kernels->interpreters.emplace_back(std::move(d.function), options.functions);
     }
     kernels->product.interpreted.clear();
   }
   return CompiledFunction(std::move(kernels));
 }
 
+// Those of one point, and of the most lanes that the processor has.
+void CompiledFunction::Kernels::take_kernels(const dyntape_descriptor& descriptor) {
+  for (const dyntape_kernel* k = descriptor.kernels; k != descriptor.kernels + descriptor.n_kernels; ++k) {
+    if (k->lane_width == 1) {
+      compiled.push_back(*k);
+    } else if (k->lane_width <= options.widest_lanes && codegen::has_lanes(k->lane_width)) {
+      if (!wide.empty() && wide.back().lane_width < k->lane_width) wide.clear();
+      wide.push_back(*k);
+    }
+  }
+  const auto orders = static_cast<std::size_t>(options.order) + 1;
+  if (compiled.size() == orders && (wide.empty() || wide.size() == orders)) return;
+  throw ToolError("a library of \"" + name + "\" has " + std::to_string(descriptor.n_kernels) + " kernels");
+}
+
+codegen::PointSizes CompiledFunction::Kernels::sizes(std::size_t order) const {
+  const Function& f = product.function;
+  return {f.n_x(),
+          f.n_p(),
+          f.n_w() + (order > 1 ? f.n_y() : 0),
+          f.n_y(),
+          order > 0 ? jacobian.nnz() : 0,
+          order > 1 ? hessian.nnz() : 0};
+}
+
 CompiledFunction::Workspace::Workspace(const CompiledFunction& function) : owner_(function.kernels_) {
   const Kernels& kernels = *function.kernels_;
-  std::size_t work = 0;
+  std::size_t work = 0, lanes = 0;
   for (const dyntape_kernel& kernel : kernels.compiled) work = std::max(work, kernel.work);
+  for (const dyntape_kernel& kernel : kernels.wide)
+    lanes = std::max(lanes, codegen::room_for_lanes(kernel, kernels.sizes(kernel.order)));
   for (const Interpreter& interpreter : kernels.interpreters) {
     work = std::max(work, interpreter.function().n_y());
     interpreters_.emplace_back(interpreter);
   }
   work_.resize(work);
+  lanes_.resize(lanes);
 }
 
+// `in_lanes`: the points lie in blocks already.  Otherwise a single point, also one that is left over, goes
+// through the kernel of one.
 Violation CompiledFunction::Kernels::run_compiled(std::size_t order, const Points& points,
-                                                  Workspace& workspace) const {
+                                                  Workspace& workspace, bool in_lanes) const {
   std::uint32_t one = 0;
   std::uint32_t* status = points.status;
-  if (!status && !product.function.guards.empty()) {
+  const bool guarded = !product.function.guards.empty();
+  if (!status && guarded) {
     if (points.lanes > workspace.status_.size() && points.lanes > 1) workspace.status_.resize(points.lanes);
     status = points.lanes > 1 ? workspace.status_.data() : &one;
   }
-  compiled[order].run(points.x, points.p, points.w, points.y, points.jacobian, points.hessian,
-                      workspace.work_.data(), points.lanes, points.strides, status);
-  if (product.function.guards.empty()) return {};
+  const auto run = [&](const dyntape_kernel& kernel, std::size_t first, std::size_t count, const Strides& s,
+                       double* work) {
+    kernel.run(advanced(points.x, first * s.x), advanced(points.p, first * s.p),
+               advanced(points.w, first * s.w), advanced(points.y, first * s.y),
+               advanced(points.jacobian, first * s.jacobian), advanced(points.hessian, first * s.hessian),
+               work, count, points.strides, advanced(status, first));
+  };
+  const codegen::PointSizes n = sizes(order);
+  const Strides s = points.strides ? *points.strides : dense(n);
+  if (in_lanes && !wide.empty()) {
+    run(wide[order], 0, points.lanes, s, workspace.lanes_.data());
+  } else {
+    const std::size_t width = wide.empty() ? 1 : wide[order].lane_width,
+                      together = width == 1 ? 0 : points.lanes - (points.lanes % width == 1);
+    if (together) {
+      codegen::run_in_lanes(wide[order], n,
+                            {points.x, points.p, points.w, points.y, points.jacobian, points.hessian}, s,
+                            together, workspace.lanes_.data(), status);
+    }
+    if (together < points.lanes)
+      run(compiled[order], together, points.lanes - together, s, workspace.work_.data());
+  }
+  if (!guarded) return {};
   const auto* found =
       std::find_if(status, status + points.lanes, [](std::uint32_t word) { return word != 0; });
   if (found == status + points.lanes) return {};
@@ -102,19 +152,18 @@ Violation CompiledFunction::Kernels::run_compiled(std::size_t order, const Point
 
 Violation CompiledFunction::Kernels::run_interpreted(std::size_t order, const Points& points,
                                                      Workspace& workspace) const {
-  const std::size_t n_y = product.function.n_y(), n_j = order > 0 ? jacobian.nnz() : 0,
-                    n_h = order > 1 ? hessian.nnz() : 0;
+  const codegen::PointSizes n = sizes(order);
   const Interpreter& interpreter = interpreters[order];
-  const Strides s = points.strides ? *points.strides : dense(interpreter.function(), n_y, n_j, n_h);
+  const Strides s = points.strides ? *points.strides : dense(n);
   Violation first;
   for (std::size_t i = 0; i < points.lanes; ++i) {
     const std::uint32_t status =
         interpreter(advanced(points.x, i * s.x), advanced(points.p, i * s.p), advanced(points.w, i * s.w),
                     workspace.work_.data(), workspace.interpreters_[order]);
     const double* out = workspace.work_.data();
-    copy_out(out, n_y, advanced(points.y, i * s.y));
-    copy_out(out, n_j, advanced(points.jacobian, i * s.jacobian));
-    copy_out(out, n_h, advanced(points.hessian, i * s.hessian));
+    copy_out(out, n.y, advanced(points.y, i * s.y));
+    copy_out(out, n.jacobian, advanced(points.jacobian, i * s.jacobian));
+    copy_out(out, n.hessian, advanced(points.hessian, i * s.hessian));
     if (points.status) points.status[i] = status;
     if (status && !first) first = {status, i};
   }
@@ -126,8 +175,20 @@ Violation CompiledFunction::run(Order order, const Points& points, Workspace& wo
   if (workspace.owner_ != kernels_)
     throw ArgumentError("\"" + name() + "\" is evaluated with the workspace of another function");
   const auto k = static_cast<std::size_t>(order);
-  return kernels_->is_compiled() ? kernels_->run_compiled(k, points, workspace)
+  return kernels_->is_compiled() ? kernels_->run_compiled(k, points, workspace, false)
                                  : kernels_->run_interpreted(k, points, workspace);
+}
+
+Violation CompiledFunction::run_in_lanes(Order order, const Points& points, Workspace& workspace) const {
+  const std::size_t width = lane_width();
+  if (width == 1) return run(order, points, workspace);
+  require(order, "evaluated");
+  if (workspace.owner_ != kernels_)
+    throw ArgumentError("\"" + name() + "\" is evaluated with the workspace of another function");
+  if (points.lanes % width != 0)
+    throw ArgumentError("run_in_lanes: " + std::to_string(points.lanes) + " points, \"" + name() +
+                        "\" expects a multiple of its " + std::to_string(width) + " lanes");
+  return kernels_->run_compiled(static_cast<std::size_t>(order), points, workspace, true);
 }
 
 void CompiledFunction::check(const Violation& violation, std::size_t lanes) const {
@@ -207,6 +268,10 @@ const Pattern& CompiledFunction::jacobian_pattern() const {
 const Pattern& CompiledFunction::hessian_pattern() const {
   require(Order::kSecond, "asked");
   return kernels_->hessian;
+}
+
+std::size_t CompiledFunction::lane_width() const {
+  return kernels_->wide.empty() ? 1 : kernels_->wide.front().lane_width;
 }
 
 Route CompiledFunction::route() const {

@@ -36,6 +36,7 @@
 
 #include <dyntape/autodiff/interpret.h>
 #include <dyntape/codegen/abi.h>
+#include <dyntape/codegen/lanes.h>
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/pipeline.h>
 
@@ -43,7 +44,8 @@ namespace dyntape {
 
 using Strides = dyntape_strides;
 
-// What to evaluate: `lanes` points one after the other.  Null strides: without gaps.
+// What to evaluate: `lanes` points one after the other.  Null strides: without gaps; a stride of 0: one block
+// for all.
 struct Points {
   std::size_t lanes = 1;
   const double *x = nullptr, *p = nullptr, *w = nullptr;
@@ -70,6 +72,7 @@ class CompiledFunction {
     friend class CompiledFunction;
     std::shared_ptr<const void> owner_;
     std::vector<double> work_;
+    codegen::AlignedRoom lanes_;
     std::vector<std::uint32_t> status_;
     std::vector<Interpreter::Workspace> interpreters_;
   };
@@ -95,7 +98,13 @@ class CompiledFunction {
                     double* hessian, Workspace& workspace) const;
 
   // --- the same of many points, and of functions with weights; guards are reported, not thrown ---
+  // With options.lanes several points are evaluated at once, by the widest kernel that the processor runs.
   [[nodiscard]] Violation run(Order order, const Points& points, Workspace& workspace) const;
+  // For those who keep their points in lanes: blocks of lane_width() = W points side by side, entry i of lane l
+  // of block b of an array of n entries a point at [(b n + i) W + l].  points.lanes is a multiple of W; strides
+  // count doubles from one block to the next.  ArgumentError for another number of points.
+  [[nodiscard]] Violation run_in_lanes(Order order, const Points& points, Workspace& workspace) const;
+  std::size_t lane_width() const;  // 1: interpreted, or without options.lanes
   // Throws GuardViolation if there is one, naming the comparison and, of several points, which.
   void check(const Violation& violation, std::size_t lanes = 1) const;
 

@@ -13,12 +13,6 @@ namespace {
 // Correctly rounded or exact in every implementation, and worth an instruction.
 constexpr std::string_view kExact[] = {"sqrt", "fabs", "floor", "ceil", "trunc", "copysign"};
 
-// "atan2($0, $1)" -> "atan2"; empty if the spelling is not a call.
-std::string called_function(std::string_view spelling) {
-  const std::size_t end = spelling.find('(');
-  return end == std::string_view::npos ? "" : std::string(spelling.substr(0, end));
-}
-
 std::vector<std::string> make_contract_flags(const std::vector<Op>& operators) {
   // No errno: sqrt need not look for a negative argument.  Values are the same.
   // No vectoriser: gcc 12's makes vfmaddsub of neighbouring a * b + c and a * b - c, contraction off or not.
@@ -26,7 +20,7 @@ std::vector<std::string> make_contract_flags(const std::vector<Op>& operators) {
                                     "-fno-math-errno"};
   std::set<std::string> functions;
   for (Op op : operators) {
-    const std::string function = called_function(info(op).c);
+    const std::string function(called_function(op));
     if (!function.empty() && std::find(std::begin(kExact), std::end(kExact), function) == std::end(kExact))
       functions.insert("-fno-builtin-" + function);
   }
@@ -55,6 +49,13 @@ bool is_accepted(std::string_view flag) {
 }
 
 }  // namespace
+
+std::string_view called_function(Op op) {
+  const std::string_view spelling = info(op).c;
+  if (spelling.starts_with("dt_")) return {};
+  const std::size_t end = spelling.find('(');
+  return end == std::string_view::npos ? std::string_view() : spelling.substr(0, end);
+}
 
 const std::vector<std::string>& contract_flags() {
   static const std::vector<std::string> flags = make_contract_flags(all_operators());

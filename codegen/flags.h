@@ -12,6 +12,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <dyntape/autodiff/op.h>
@@ -21,6 +22,9 @@ namespace dyntape::codegen {
 const std::vector<std::string>& contract_flags();
 // What of it matters to code with these operators only: shorter, for people.
 std::vector<std::string> contract_flags(const std::vector<Op>& operators);
+
+// The function of libm that the operator's C is a call of: "atan2"; empty for the others.
+std::string_view called_function(Op op);
 
 // The flags of a user that may be passed on, in order; what is left out is said once on stderr.
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags);

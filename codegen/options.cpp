@@ -7,6 +7,8 @@ namespace dyntape {
 
 const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
 
+const char* to_string(Functions functions) { return functions == Functions::kPortable ? "portable" : "libm"; }
+
 const char* to_string(Route route) {
   return route == Route::kCompiled ? "compiled" : route == Route::kInterpreter ? "interpreter" : "automatic";
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/derive.h>
+#include <dyntape/autodiff/portable.h>
 
 namespace dyntape {
 
@@ -23,7 +24,14 @@ enum class Profile { kStrict, kFast };
 // automatic: compiled, or interpreted where there is no compiler (said once on stderr).
 enum class Route { kAutomatic, kInterpreter, kCompiled };
 
+// Which kernels that evaluate several points at once are compiled besides the one of a single point.
+//   kNone     none
+//   kNative   of as many lanes as the registers of this processor hold: 8 with AVX-512, 4 with AVX2, else 2
+//   kAll      of 2, 4 and 8 lanes where there are such processors of this kind; what the processor has is used
+enum class Lanes { kNone, kNative, kAll };
+
 const char* to_string(Profile profile);
+const char* to_string(Functions functions);
 const char* to_string(Route route);
 // Throw ArgumentError for any other word.
 Profile profile_from(const std::string& word);
@@ -33,6 +41,12 @@ struct CodegenOptions {
   Order order = Order::kFirst;  // the highest that will be asked for; lower ones are always there
   Profile profile = Profile::kStrict;
   Route route = Route::kAutomatic;
+  Functions functions = Functions::kLibm;  // kPortable: the same bits everywhere, and much faster in lanes
+
+  // Every kernel of several lanes takes as long to compile as the one of a single point, and evaluates a point
+  // five to eight times faster (CompiledFunction::run).
+  Lanes lanes = Lanes::kNone;
+  std::size_t widest_lanes = 8;  // wider kernels are not used, even if the library has them
 
   // Empty: $DYNTAPE_CACHE, $XDG_CACHE_HOME/dyntape or ~/.cache/dyntape.
   std::string cache_folder;

@@ -52,9 +52,13 @@ std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::
 }
 
 KernelSets kernel_sets(const Function& function, const std::string& content, const CodegenOptions& options) {
-  return {function, options.label.empty() ? function.name : options.label,
-          content,  options.profile,
-          {},       options.piece_statements};
+  return {function,
+          options.label.empty() ? function.name : options.label,
+          content,
+          options.profile,
+          {},
+          options.piece_statements,
+          options.functions};
 }
 
 Product with_library(Product product, Loaded loaded) {

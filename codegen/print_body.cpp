@@ -35,7 +35,7 @@ class BodyPrinter {
       const auto& names = function_.input_names[block];
       if (!piece_.inputs[block].empty()) heading("inputs: " + style_.inputs[block]);
       for (std::uint32_t index : piece_.inputs[block]) {
-        text_ += "  const double ";
+        text_ += "  const real ";
         text_ += kBlockLetter[block];
         append_integer(text_, index);
         text_ += " = " + style_.inputs[block] + "[";
@@ -47,7 +47,7 @@ class BodyPrinter {
     }
     if (!piece_.loads.empty()) heading("from earlier pieces");
     for (const Crossing& load : piece_.loads) {
-      text_ += "  const double ";
+      text_ += "  const real ";
       name(load.node);
       text_ += " = work[";
       append_integer(text_, load.slot);
@@ -79,7 +79,7 @@ class BodyPrinter {
         text_ += "  " + array->name + "[";
         append_integer(text_, k - array->begin);
         text_ += "] = ";
-        name(function_.outputs[k]);
+        value(function_.outputs[k]);
         text_ += ";\n";
         break;
       }
@@ -91,7 +91,7 @@ class BodyPrinter {
   void print_compute(NodeId id) {
     const Node& node = graph_[id];
     if (node.op == Op::Call) return print_call(id);
-    text_ += "  const double ";
+    text_ += "  const real ";
     name(id);
     text_ += " = ";
     if (node.op == Op::Result) {
@@ -128,22 +128,23 @@ class BodyPrinter {
 
   void print_call(NodeId id) {
     const Callee& callee = *graph_.callees()[graph_[id].a];
-    text_ += "  double c";
+    text_ += "  real c";
     append_integer(text_, id);
     text_ += '[' + std::to_string(std::max<std::size_t>(callee.n_out, 1)) + "];\n";
     if (callee.n_in) {
-      text_ += "  const double a";
+      text_ += "  const real a";
       append_integer(text_, id);
       text_ += '[' + std::to_string(callee.n_in) + "] = {";
       bool first = true;
       graph_.for_each_argument(id, [&](NodeId a) {
         if (!first) text_ += ", ";
         first = false;
-        name(a);
+        value(a);
       });
       text_ += "};\n";
     }
-    text_ += "  " + style_.callees.at(&callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
+    text_ += "  DT_NAME(" + style_.callees.at(&callee) + ")(" +
+             (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
     append_integer(text_, id);
     text_ += ");\n";
   }
@@ -151,12 +152,18 @@ class BodyPrinter {
   // Of several violated guards the first is reported, in whatever order they are met.
   void print_check(std::uint32_t k) {
     const Guard& guard = function_.guards[k];
-    const std::string word = std::to_string(k + 1) + "u";
-    text_ += "  if (";
-    name(guard.condition);
-    text_ += std::string(guard.expected ? " == 0.0" : " != 0.0") + " && *guard > " + word +
-             ") *guard = " + word + "; /* " + c_comment(guard.file) + ":" + std::to_string(guard.line) +
-             " */\n";
+    text_ += "  DT_CHECK(";
+    value(guard.condition);
+    text_ += std::string(guard.expected ? " == 0.0, " : " != 0.0, ") + std::to_string(k + 1) + "u); /* " +
+             c_comment(guard.file) + ":" + std::to_string(guard.line) + " */\n";
+  }
+
+  // A constant by itself has to fill the lanes; in an expression C does that.
+  void value(NodeId id) {
+    const bool is_constant = graph_[id].op == Op::Const;
+    if (is_constant) text_ += "DT_ALL(";
+    name(id);
+    if (is_constant) text_ += ')';
   }
 
   void name(NodeId id) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Prints the statements of a schedule: one `const double tN = ...;` a line.
+// Prints the statements of a schedule: one `const real tN = ...;` a line.
+// A real is a number, or a vector with a number a lane (print_lanes.h).
 //
 //   BodyStyle style = {{"x", "p", "w"}, outputs, callees};
 //   append_piece(text, function, schedule, 0, style);

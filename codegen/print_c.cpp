@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/callee.h>
 #include <dyntape/codegen/c_text.h>
 #include <dyntape/codegen/print_body.h>
+#include <dyntape/codegen/print_lanes.h>
 #include <dyntape/codegen/print_tables.h>
 
 namespace dyntape::codegen {
@@ -61,17 +62,21 @@ class Printer {
 
  private:
   struct Definition {
-    std::string head, body;
+    std::string declaration, head, body;
   };
 
-  void add_piece(std::string head, std::string body, std::size_t statements) {
-    definitions_.push_back({std::move(head), std::move(body)});
+  // `head` begins the definition: empty, the same as the declaration.
+  void add_piece(const std::string& declaration, std::string body, std::size_t statements,
+                 const std::string& head = "") {
+    const std::string declared = "DT_PIECE " + declaration;
+    definitions_.push_back({declared, head.empty() ? declared : head, std::move(body)});
     source_.pieces.push_back(statements);
   }
 
   void add_callee(const Callee& callee) {
     const std::string name = callee_names_.at(&callee);
     std::string body = "  (void)in;\n  (void)out;\n";
+    std::string head;
     if (callee.recorded) {
       const Function& function = *callee.recorded;
       const Schedule s = schedule(function, {{0, function.n_y()}}, sets_.piece_statements);
@@ -79,15 +84,17 @@ class Printer {
       if (s.pieces.size() == 1) {
         append_piece(body, function, s, 0, style);
       } else {
-        if (s.work) body += "  double work[" + std::to_string(s.work) + "];\n";
+        if (s.work) body += "  real work[" + std::to_string(s.work) + "];\n";
         body += add_pieces(name, function, s, style, "", "  ");
       }
     } else {
       body += callee.c_body + "\n";
+      head = "DT_KERNEL(" + name + ", " + std::to_string(callee.n_in) + ", " + std::to_string(callee.n_out) +
+             ")";
     }
     const auto statements = static_cast<std::size_t>(std::count(body.begin(), body.end(), '\n'));
-    add_piece("void " + name + "(\n    const double* DT_RESTRICT in, double* DT_RESTRICT out)",
-              std::move(body), statements);
+    add_piece("void DT_NAME(" + name + ")(\n    const reals* DT_RESTRICT in, reals* DT_RESTRICT out)",
+              std::move(body), statements, head);
   }
 
   // A function for each piece; returns the text that calls them in order.  The caller's arrays are called as
@@ -100,9 +107,9 @@ class Printer {
       std::string body;
       append_piece(body, function, s, k, style);
       const auto [parameters, arguments] = signature(s, s.pieces[k], style, suffix);
-      add_piece("void " + piece + "(" + parameters + ")", std::move(body),
+      add_piece("void DT_NAME(" + piece + ")(" + parameters + ")", std::move(body),
                 s.pieces[k].end - s.pieces[k].begin);
-      calls += indent + piece + "(" + arguments + ");\n";
+      calls += indent + "DT_NAME(" + piece + ")(" + arguments + ");\n";
     }
     return calls;
   }
@@ -133,7 +140,7 @@ class Printer {
     const BodyStyle style{
         {kInputNames[0], kInputNames[1], kInputNames[2]}, outputs_of(kernel.derivatives), callee_names_};
     const std::string calls = add_pieces(std::string("dt_") + kKernelNames[order], function, kernel.schedule,
-                                         style, "_lane", "    ");
+                                         style, "_block", "    ");
     source_.operations.push_back(operations(function));
     return entry_point(order, style, calls);
   }
@@ -148,7 +155,7 @@ class Printer {
     };
     for (int block = 0; block < kBlocks; ++block) {
       if (!piece.inputs[block].empty())
-        add("const double* DT_RESTRICT ", style.inputs[block], style.inputs[block] + suffix);
+        add("const reals* DT_RESTRICT ", style.inputs[block], style.inputs[block] + suffix);
     }
     std::vector<bool> writes(style.outputs.size(), false);
     bool checks = false;
@@ -160,25 +167,29 @@ class Printer {
       }
     }
     for (std::size_t g = 0; g < writes.size(); ++g) {
-      if (writes[g]) add("double* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + suffix);
+      if (writes[g]) add("reals* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + suffix);
     }
-    if (!piece.loads.empty() || !piece.stores.empty()) add("double* DT_RESTRICT ", "work", "work");
-    if (checks) add("uint32_t* ", "guard", "&guard");
+    if (!piece.loads.empty() || !piece.stores.empty()) add("reals* DT_RESTRICT ", "work", "work" + suffix);
+    if (checks) add("dt_words* ", "guard", "&guard");
     return {parameters.empty() ? "void" : parameters, arguments};
   }
 
-  // The loop over lanes.  Outputs that are not wanted are written to the work array.
+  // The loop over blocks of lanes.  Outputs that are not wanted are written to the work array.
   std::string entry_point(std::size_t order, const BodyStyle& style, const std::string& calls) const {
     const KernelPlan& kernel = sets_.kernels[order];
-    std::string body = "  size_t lane;\n";
     std::string pointers, unused;
+    const auto offset = [](const std::string& name, std::size_t n) {
+      return name + " + block * (strides ? strides->" + name + " : " + std::to_string(n) +
+             " * DYNTAPE_LANES)";
+    };
     for (int block = 0; block < kBlocks; ++block) {
       const std::string name = kInputNames[block];
-      const bool is_read = calls.find(name + "_lane") != std::string::npos;
-      if (!is_read) unused += "  (void)" + name + ";\n";
-      if (is_read)
-        pointers += "    const double* const " + name + "_lane = " + name + " + lane * (strides ? strides->" +
-                    name + " : " + std::to_string(kernel.derivatives.function.inputs[block]) + ");\n";
+      if (calls.find(name + "_block") == std::string::npos) {
+        unused += "  (void)" + name + ";\n";
+        continue;
+      }
+      pointers += "    const reals* const " + name + "_block = (const reals*)(" +
+                  offset(name, kernel.derivatives.function.inputs[block]) + ");\n";
     }
     std::size_t scratch = kernel.schedule.work;
     for (std::size_t g = 0; g < std::size(kOutputNames); ++g) {
@@ -188,19 +199,21 @@ class Printer {
         unused += "  (void)" + name + ";\n";
         continue;
       }
-      pointers += "    double* const " + name + "_lane = " + name + " ? " + name +
-                  " + lane * (strides ? strides->" + name + " : " + std::to_string(n) + ") : work + " +
-                  std::to_string(scratch) + ";\n";
+      pointers += "    reals* const " + name + "_block = (reals*)(" + name + " ? " + offset(name, n) +
+                  " : work + " + std::to_string(scratch) + " * DYNTAPE_LANES);\n";
       scratch += n;
     }
     if (scratch == 0) unused += "  (void)work;\n";
+    if (kernel.schedule.work) pointers += "    reals* const work_block = (reals*)work;\n";
     if (pointers.empty()) unused += "  (void)strides;\n";
     const bool guarded = !kernel.derivatives.function.guards.empty();
-    return "void " + source_.name + "_" + kKernelNames[order] + "(" + entry_parameters() + ") {\n" + body +
-           unused + "  for (lane = 0; lane < lanes; ++lane) {\n" + pointers +
-           (guarded ? "    uint32_t guard = 0xffffffffu;\n" : "") + calls +
-           "    if (status) status[lane] = " + (guarded ? "guard == 0xffffffffu ? 0u : guard" : "0u") +
-           ";\n  }\n}\n\n";
+    return "void DT_NAME(" + source_.name + "_" + kKernelNames[order] + ")(" + entry_parameters() +
+           ") {\n  size_t block, lane;\n" + unused +
+           "  for (block = 0; block < lanes / DYNTAPE_LANES; ++block) {\n" + pointers +
+           (guarded ? "    dt_words guard = {0};\n" : "") + calls +
+           "    for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)\n"
+           "      status[block * DYNTAPE_LANES + lane] = " +
+           (guarded ? "(uint32_t)((const int64_t*)&guard)[lane]" : "0u") + ";\n  }\n}\n\n";
   }
 
   static std::string entry_parameters() {
@@ -217,7 +230,8 @@ class Printer {
                          kernel.schedule.work + kernel.derivatives.function.n_y(), source_.operations[order],
                          kernel.schedule.live});
     }
-    descriptor_ = entries + descriptor_tables(sets_, source_, kernels);
+    descriptor_ =
+        entries + "#if DYNTAPE_LANES == 1\n" + descriptor_tables(sets_, source_, kernels) + "#endif\n";
   }
 
   std::string entry_declarations() const {
@@ -228,20 +242,29 @@ class Printer {
   }
 
   void assemble() {
+    const Vocabulary words = vocabulary(sets_, callees_);
     std::string& text = source_.text;
     text = banner(sets_, source_) + preamble() + open_c_linkage() + abi_text() + "\n" + export_macro() +
-           piece_macros();
-    for (const Definition& d : definitions_) text += "DT_PIECE " + d.head + ";\n";
+           piece_macros() + real_types(words);
+    // Kernels written by hand come first, and what their functions are called by is not changed yet.
+    for (std::size_t k = 0; k < definitions_.size(); ++k) {
+      if (definitions_[k].head != definitions_[k].declaration) text += piece(k);
+    }
+    text += real_functions(words, sets_.functions) + "\n";
+    for (const Definition& d : definitions_) text += d.declaration + ";\n";
     text += entry_declarations();
     for (std::size_t k = 0; k < definitions_.size(); ++k) {
-      text += "\n" + piece_guard(k + 1) + "DT_PIECE " + definitions_[k].head + " {\n" + definitions_[k].body +
-              "}\n#endif\n";
-      definitions_[k] = {};
+      if (definitions_[k].head == definitions_[k].declaration) text += piece(k);
     }
     text += "\n" + piece_guard(0) + descriptor_ + "#endif\n" + close_c_linkage();
     source_.header = header_banner(sets_, source_) + "#ifndef " + source_.symbol + "_H\n#define " +
                      source_.symbol + "_H\n" + preamble() + open_c_linkage() + abi_text() + "\n" +
                      export_macro() + entry_declarations() + close_c_linkage() + "#endif\n";
+  }
+
+  std::string piece(std::size_t k) const {
+    const Definition& d = definitions_[k];
+    return "\n" + piece_guard(k + 1) + d.head + " {\n" + d.body + "}\n#endif\n";
   }
 
   static std::string piece_guard(std::size_t k) {

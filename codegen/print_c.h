@@ -9,6 +9,9 @@
 //                          pieces 3 to 5 and declares the others; without them it is one translation unit
 //   source.symbol          the exported dyntape_descriptor (abi.h)
 //
+// Compiled with -DDYNTAPE_LANES=4 (2, 8) the text gives the kernels of that many lanes, arm_value_x4, and no
+// descriptor; -DDYNTAPE_X4 where the descriptor is compiled makes it list them (print_lanes.h).
+//
 // Text and time are linear in the graph.  Numbers are printed exactly, whatever the locale.
 #pragma once
 
@@ -34,6 +37,7 @@ struct KernelSets {
   Profile profile = Profile::kStrict;
   std::vector<KernelPlan> kernels;     // by order, from kValue
   std::size_t piece_statements = 250;  // of the functions that are called
+  Functions functions = Functions::kLibm;
 };
 
 struct Source {

@@ -3,6 +3,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/lane_widths.h>
 #include <dyntape/codegen/notice.h>
 
 namespace dyntape::codegen {
@@ -10,11 +11,14 @@ namespace {
 
 // Everything that decides the library; names of people and of functions do not.
 Key key_of(const std::string& content, const CodegenOptions& options, const Compiler& compiler) {
+  std::string lanes;
+  for (unsigned width : lane_widths(options.lanes)) lanes += std::to_string(width) + " ";
   std::string text = "content " + content + "\norder " + std::to_string(static_cast<int>(options.order)) +
-                     "\nprofile " + to_string(options.profile) + "\ngenerator " + generator_version() + " " +
-                     generator_fingerprint() + "\ninterface " + std::to_string(DYNTAPE_ABI) + "\npieces " +
-                     std::to_string(options.piece_statements) + "\ncompiler " + compiler.path + "\n" +
-                     compiler.identity + "\nflags";
+                     "\nprofile " + to_string(options.profile) + "\nfunctions " +
+                     to_string(options.functions) + "\nlanes " + lanes + "\ngenerator " +
+                     generator_version() + " " + generator_fingerprint() + "\ninterface " +
+                     std::to_string(DYNTAPE_ABI) + "\npieces " + std::to_string(options.piece_statements) +
+                     "\ncompiler " + compiler.path + "\n" + compiler.identity + "\nflags";
   for (const std::string& flag : compiler.flags) text += " " + flag;
   return make_key(std::move(text));
 }

@@ -34,31 +34,33 @@ extern "C" {
 #endif
 
 #ifndef DYNTAPE_ABI
-#define DYNTAPE_ABI 1
+#define DYNTAPE_ABI 2
 
-/* Doubles from one lane to the next, for each array. */
+/* Doubles from one point, or block of points, to the next, for each array. */
 typedef struct dyntape_strides {
   size_t x, p, w, y, jacobian, hessian;
 } dyntape_strides;
 
-/* Evaluates `lanes` points, one after the other.
+/* Evaluates `lanes` points, one after the other or, in a kernel of lane width W > 1, in blocks of W: entry i of
+ * lane l of block b of an array of n entries a point is at [(b * n + i) * W + l], and `lanes` is a multiple of W.
  *   x, p, w    variables, parameters, weights; w is the function's own weights and then, for second order,
  *              one weight an output.  A block of no entries may be NULL.
  *   y, jacobian, hessian   outputs: all of y; the non-zeros in the order of the patterns (of the Hessian of
  *              the weighted sum of outputs: the lower triangle).  NULL: not wanted.
  *   work       room for as many doubles as the kernel says, for all lanes together
- *   strides    NULL: the lanes of every array follow each other without gaps
- *   status     one word a lane: 0, or 1 + index of the first violated guard.  NULL: not wanted.
+ *   strides    NULL: the points, or blocks, of every array follow each other without gaps
+ *   status     one word a point: 0, or 1 + index of the first violated guard.  NULL: not wanted.
  * Outputs and work overlap with nothing. */
-typedef void (*dyntape_run)(const double* x, const double* p, const double* w, double* y, double* jacobian,
-                            double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-                            uint32_t* status);
+typedef void dyntape_function(const double* x, const double* p, const double* w, double* y, double* jacobian,
+                              double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+                              uint32_t* status);
+typedef dyntape_function* dyntape_run;
 
 typedef struct dyntape_kernel {
   uint32_t order;      /* 0: y; 1: and Jacobian; 2: and Hessian */
-  uint32_t lane_width; /* lanes side by side in memory: 1 is an array of structures */
+  uint32_t lane_width; /* points side by side in memory: 1 is an array of structures */
   size_t work;         /* doubles */
-  uint32_t operations; /* of one lane */
+  uint32_t operations; /* of one point */
   uint32_t live;       /* most values that are live at once */
   dyntape_run run;
 } dyntape_kernel;
@@ -91,7 +93,7 @@ typedef struct dyntape_descriptor {
   dyntape_pattern jacobian, hessian;
   uint32_t n_guards, n_kernels;
   const dyntape_guard* guards;
-  const dyntape_kernel* kernels; /* by order */
+  const dyntape_kernel* kernels; /* by lane width, then by order; of one lane always */
 } dyntape_descriptor;
 #endif
 
@@ -119,12 +121,62 @@ typedef struct dyntape_descriptor {
 #define DT_RESTRICT
 #endif
 
-DT_PIECE void dt_value_1(
-    const double* DT_RESTRICT x, const double* DT_RESTRICT p, double* DT_RESTRICT y);
-DT_PIECE void dt_first_order_1(
-    const double* DT_RESTRICT x, const double* DT_RESTRICT p, double* DT_RESTRICT y, double* DT_RESTRICT jacobian);
-DT_PIECE void dt_second_order_1(
-    const double* DT_RESTRICT x, const double* DT_RESTRICT p, const double* DT_RESTRICT w, double* DT_RESTRICT y, double* DT_RESTRICT jacobian, double* DT_RESTRICT hessian);
+
+/* A real is a double, or with -DDYNTAPE_LANES=8 (4, 2) a vector with a double of each of eight states: the
+ * statements are the same.  Reals lie in memory at any address. */
+#ifndef DYNTAPE_LANES
+#define DYNTAPE_LANES 1
+#endif
+#if DYNTAPE_LANES == 1
+typedef double real, reals;
+typedef int64_t dt_words;
+#define DT_NAME(name) name
+#define DT_ALL(constant) (constant)
+#else
+typedef double real __attribute__((vector_size(8 * DYNTAPE_LANES)));
+typedef real reals __attribute__((aligned(8)));
+typedef int64_t dt_words __attribute__((vector_size(8 * DYNTAPE_LANES)));
+#define DT_INLINE static __inline__ __attribute__((unused, always_inline))
+#define DT_PASTE(a, b, c) a##b##c
+#define DT_JOIN(a, b, c) DT_PASTE(a, b, c)
+#define DT_NAME(name) DT_JOIN(name, _x, DYNTAPE_LANES)
+DT_INLINE real dt_zero(void) {
+  const real zero = {0};
+  return zero;
+}
+#define DT_ALL(constant) ((constant) - dt_zero())
+#endif
+
+#if DYNTAPE_LANES > 1
+#define DT_EACH_1(f) \
+  static __attribute__((unused)) real dt_##f(real x) { \
+    double a[DYNTAPE_LANES]; \
+    int lane; \
+    *(reals*)a = x; \
+    for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane]); \
+    return *(const reals*)a; \
+  }
+#define DT_EACH_2(f) \
+  static __attribute__((unused)) real dt_##f(real x, real y) { \
+    double a[DYNTAPE_LANES], b[DYNTAPE_LANES]; \
+    int lane; \
+    *(reals*)a = x; \
+    *(reals*)b = y; \
+    for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane], b[lane]); \
+    return *(const reals*)a; \
+  }
+DT_EACH_1(sin)
+DT_EACH_1(cos)
+#define sin(a) dt_sin(DT_ALL(a))
+#define cos(a) dt_cos(DT_ALL(a))
+#endif
+
+DT_PIECE void DT_NAME(dt_value_1)(
+    const reals* DT_RESTRICT x, const reals* DT_RESTRICT p, reals* DT_RESTRICT y);
+DT_PIECE void DT_NAME(dt_first_order_1)(
+    const reals* DT_RESTRICT x, const reals* DT_RESTRICT p, reals* DT_RESTRICT y, reals* DT_RESTRICT jacobian);
+DT_PIECE void DT_NAME(dt_second_order_1)(
+    const reals* DT_RESTRICT x, const reals* DT_RESTRICT p, const reals* DT_RESTRICT w, reals* DT_RESTRICT y, reals* DT_RESTRICT jacobian, reals* DT_RESTRICT hessian);
 void cart_pole_value(const double* x, const double* p, const double* w, double* y,
     double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
     uint32_t* status);
@@ -137,373 +189,377 @@ void cart_pole_second_order(const double* x, const double* p, const double* w, d
 extern DYNTAPE_EXPORT const dyntape_descriptor dyntape_11332c774cc22c25ae259deb407c60ac;
 
 #if DYNTAPE_FIRST <= 1 && 1 <= DYNTAPE_LAST
-DT_PIECE void dt_value_1(
-    const double* DT_RESTRICT x, const double* DT_RESTRICT p, double* DT_RESTRICT y) {
+DT_PIECE void DT_NAME(dt_value_1)(
+    const reals* DT_RESTRICT x, const reals* DT_RESTRICT p, reals* DT_RESTRICT y) {
   /* --- inputs: x --- */
-  const double x1 = x[1]; /* angle */
-  const double x2 = x[2]; /* rate */
-  const double x3 = x[3]; /* force */
+  const real x1 = x[1]; /* angle */
+  const real x2 = x[2]; /* rate */
+  const real x3 = x[3]; /* force */
   /* --- inputs: p --- */
-  const double p0 = p[0]; /* pole mass */
-  const double p1 = p[1]; /* length */
+  const real p0 = p[0]; /* pole mass */
+  const real p1 = p[1]; /* length */
   /* --- value (2) --- */
-  const double t5 = sin(x1);
-  const double t6 = cos(x1);
-  const double t7 = p0 * t5;
-  const double t8 = t5 * t7;
-  const double t10 = t8 + 1.0;
-  const double t12 = t6 * 9.81;
-  const double t13 = x2 * p1;
-  const double t14 = x2 * t13;
-  const double t15 = t12 + t14;
-  const double t16 = t7 * t15;
-  const double t17 = x3 + t16;
-  const double t18 = t17 / t10;
+  const real t5 = sin(x1);
+  const real t6 = cos(x1);
+  const real t7 = p0 * t5;
+  const real t8 = t5 * t7;
+  const real t10 = t8 + 1.0;
+  const real t12 = t6 * 9.81;
+  const real t13 = x2 * p1;
+  const real t14 = x2 * t13;
+  const real t15 = t12 + t14;
+  const real t16 = t7 * t15;
+  const real t17 = x3 + t16;
+  const real t18 = t17 / t10;
   y[0] = t18;
-  const double t19 = p1 * t10;
-  const double t20 = p0 + 1.0;
-  const double t21 = 9.81 * t20;
-  const double t22 = t5 * t21;
-  const double t23 = p0 * p1;
-  const double t24 = x2 * t23;
-  const double t25 = x2 * t24;
-  const double t26 = t6 * t25;
-  const double t27 = t5 * t26;
-  const double t28 = x3 * t6;
-  const double t29 = t27 + t28;
-  const double t30 = t22 + t29;
-  const double t31 = t30 / t19;
-  const double t32 = -t31;
+  const real t19 = p1 * t10;
+  const real t20 = p0 + 1.0;
+  const real t21 = 9.81 * t20;
+  const real t22 = t5 * t21;
+  const real t23 = p0 * p1;
+  const real t24 = x2 * t23;
+  const real t25 = x2 * t24;
+  const real t26 = t6 * t25;
+  const real t27 = t5 * t26;
+  const real t28 = x3 * t6;
+  const real t29 = t27 + t28;
+  const real t30 = t22 + t29;
+  const real t31 = t30 / t19;
+  const real t32 = -t31;
   y[1] = t32;
 }
 #endif
 
 #if DYNTAPE_FIRST <= 2 && 2 <= DYNTAPE_LAST
-DT_PIECE void dt_first_order_1(
-    const double* DT_RESTRICT x, const double* DT_RESTRICT p, double* DT_RESTRICT y, double* DT_RESTRICT jacobian) {
+DT_PIECE void DT_NAME(dt_first_order_1)(
+    const reals* DT_RESTRICT x, const reals* DT_RESTRICT p, reals* DT_RESTRICT y, reals* DT_RESTRICT jacobian) {
   /* --- inputs: x --- */
-  const double x1 = x[1]; /* angle */
-  const double x2 = x[2]; /* rate */
-  const double x3 = x[3]; /* force */
+  const real x1 = x[1]; /* angle */
+  const real x2 = x[2]; /* rate */
+  const real x3 = x[3]; /* force */
   /* --- inputs: p --- */
-  const double p0 = p[0]; /* pole mass */
-  const double p1 = p[1]; /* length */
+  const real p0 = p[0]; /* pole mass */
+  const real p1 = p[1]; /* length */
   /* --- shared (26 steps) --- */
-  const double t5 = sin(x1);
-  const double t6 = cos(x1);
-  const double t7 = p0 * t5;
-  const double t8 = t5 * t7;
-  const double t10 = t8 + 1.0;
-  const double t12 = t6 * 9.81;
-  const double t13 = x2 * p1;
-  const double t14 = x2 * t13;
-  const double t15 = t12 + t14;
-  const double t16 = t7 * t15;
-  const double t17 = x3 + t16;
-  const double t18 = t17 / t10;
+  const real t5 = sin(x1);
+  const real t6 = cos(x1);
+  const real t7 = p0 * t5;
+  const real t8 = t5 * t7;
+  const real t10 = t8 + 1.0;
+  const real t12 = t6 * 9.81;
+  const real t13 = x2 * p1;
+  const real t14 = x2 * t13;
+  const real t15 = t12 + t14;
+  const real t16 = t7 * t15;
+  const real t17 = x3 + t16;
+  const real t18 = t17 / t10;
   y[0] = t18;
-  const double t19 = p1 * t10;
-  const double t20 = p0 + 1.0;
-  const double t21 = 9.81 * t20;
-  const double t22 = t5 * t21;
-  const double t23 = p0 * p1;
-  const double t24 = x2 * t23;
-  const double t25 = x2 * t24;
-  const double t26 = t6 * t25;
-  const double t27 = t5 * t26;
-  const double t28 = x3 * t6;
-  const double t29 = t27 + t28;
-  const double t30 = t22 + t29;
-  const double t31 = t30 / t19;
+  const real t19 = p1 * t10;
+  const real t20 = p0 + 1.0;
+  const real t21 = 9.81 * t20;
+  const real t22 = t5 * t21;
+  const real t23 = p0 * p1;
+  const real t24 = x2 * t23;
+  const real t25 = x2 * t24;
+  const real t26 = t6 * t25;
+  const real t27 = t5 * t26;
+  const real t28 = x3 * t6;
+  const real t29 = t27 + t28;
+  const real t30 = t22 + t29;
+  const real t31 = t30 / t19;
   /* --- value (2) --- */
-  const double t32 = -t31;
+  const real t32 = -t31;
   y[1] = t32;
   /* --- Jacobian (6 of 8 entries) --- */
-  const double t33 = p0 * t6;
-  const double t34 = t6 * t7;
-  const double t35 = t5 * t33;
-  const double t36 = t34 + t35;
-  const double t38 = t5 * (-9.81);
-  const double t39 = t15 * t33;
-  const double t40 = t7 * t38;
-  const double t41 = t39 + t40;
-  const double t42 = t41 / t10;
-  const double t43 = t18 / t10;
-  const double t44 = t36 * t43;
-  const double t45 = t42 - t44;
+  const real t33 = p0 * t6;
+  const real t34 = t6 * t7;
+  const real t35 = t5 * t33;
+  const real t36 = t34 + t35;
+  const real t38 = t5 * (-9.81);
+  const real t39 = t15 * t33;
+  const real t40 = t7 * t38;
+  const real t41 = t39 + t40;
+  const real t42 = t41 / t10;
+  const real t43 = t18 / t10;
+  const real t44 = t36 * t43;
+  const real t45 = t42 - t44;
   jacobian[0] = t45;
-  const double t46 = p1 * t36;
-  const double t47 = t6 * t21;
-  const double t48 = t5 * t25;
-  const double t49 = t6 * t26;
-  const double t50 = t5 * t48;
-  const double t51 = t49 - t50;
-  const double t52 = x3 * t5;
-  const double t53 = t51 - t52;
-  const double t54 = t47 + t53;
-  const double t55 = t54 / t19;
-  const double t56 = t31 / t19;
-  const double t57 = t46 * t56;
-  const double t58 = t57 - t55;
+  const real t46 = p1 * t36;
+  const real t47 = t6 * t21;
+  const real t48 = t5 * t25;
+  const real t49 = t6 * t26;
+  const real t50 = t5 * t48;
+  const real t51 = t49 - t50;
+  const real t52 = x3 * t5;
+  const real t53 = t51 - t52;
+  const real t54 = t47 + t53;
+  const real t55 = t54 / t19;
+  const real t56 = t31 / t19;
+  const real t57 = t46 * t56;
+  const real t58 = t57 - t55;
   jacobian[3] = t58;
-  const double t59 = t13 + t13;
-  const double t60 = t7 * t59;
-  const double t61 = t60 / t10;
+  const real t59 = t13 + t13;
+  const real t60 = t7 * t59;
+  const real t61 = t60 / t10;
   jacobian[1] = t61;
-  const double t62 = t24 + t24;
-  const double t63 = t6 * t62;
-  const double t64 = t5 * t63;
-  const double t65 = t64 / t19;
-  const double t66 = -t65;
+  const real t62 = t24 + t24;
+  const real t63 = t6 * t62;
+  const real t64 = t5 * t63;
+  const real t65 = t64 / t19;
+  const real t66 = -t65;
   jacobian[4] = t66;
-  const double t67 = 1.0 / t10;
+  const real t67 = 1.0 / t10;
   jacobian[2] = t67;
-  const double t68 = t6 / t19;
-  const double t69 = -t68;
+  const real t68 = t6 / t19;
+  const real t69 = -t68;
   jacobian[5] = t69;
 }
 #endif
 
 #if DYNTAPE_FIRST <= 3 && 3 <= DYNTAPE_LAST
-DT_PIECE void dt_second_order_1(
-    const double* DT_RESTRICT x, const double* DT_RESTRICT p, const double* DT_RESTRICT w, double* DT_RESTRICT y, double* DT_RESTRICT jacobian, double* DT_RESTRICT hessian) {
+DT_PIECE void DT_NAME(dt_second_order_1)(
+    const reals* DT_RESTRICT x, const reals* DT_RESTRICT p, const reals* DT_RESTRICT w, reals* DT_RESTRICT y, reals* DT_RESTRICT jacobian, reals* DT_RESTRICT hessian) {
   /* --- inputs: x --- */
-  const double x1 = x[1]; /* angle */
-  const double x2 = x[2]; /* rate */
-  const double x3 = x[3]; /* force */
+  const real x1 = x[1]; /* angle */
+  const real x2 = x[2]; /* rate */
+  const real x3 = x[3]; /* force */
   /* --- inputs: p --- */
-  const double p0 = p[0]; /* pole mass */
-  const double p1 = p[1]; /* length */
+  const real p0 = p[0]; /* pole mass */
+  const real p1 = p[1]; /* length */
   /* --- inputs: w --- */
-  const double w0 = w[0];
-  const double w1 = w[1];
+  const real w0 = w[0];
+  const real w1 = w[1];
   /* --- shared (51 steps) --- */
-  const double t5 = sin(x1);
-  const double t6 = cos(x1);
-  const double t7 = p0 * t5;
-  const double t8 = t5 * t7;
-  const double t10 = t8 + 1.0;
-  const double t12 = t6 * 9.81;
-  const double t13 = x2 * p1;
-  const double t14 = x2 * t13;
-  const double t15 = t12 + t14;
-  const double t16 = t7 * t15;
-  const double t17 = x3 + t16;
-  const double t18 = t17 / t10;
+  const real t5 = sin(x1);
+  const real t6 = cos(x1);
+  const real t7 = p0 * t5;
+  const real t8 = t5 * t7;
+  const real t10 = t8 + 1.0;
+  const real t12 = t6 * 9.81;
+  const real t13 = x2 * p1;
+  const real t14 = x2 * t13;
+  const real t15 = t12 + t14;
+  const real t16 = t7 * t15;
+  const real t17 = x3 + t16;
+  const real t18 = t17 / t10;
   y[0] = t18;
-  const double t19 = p1 * t10;
-  const double t20 = p0 + 1.0;
-  const double t21 = 9.81 * t20;
-  const double t22 = t5 * t21;
-  const double t23 = p0 * p1;
-  const double t24 = x2 * t23;
-  const double t25 = x2 * t24;
-  const double t26 = t6 * t25;
-  const double t27 = t5 * t26;
-  const double t28 = x3 * t6;
-  const double t29 = t27 + t28;
-  const double t30 = t22 + t29;
-  const double t31 = t30 / t19;
-  const double t33 = p0 * t6;
-  const double t34 = t6 * t7;
-  const double t35 = t5 * t33;
-  const double t36 = t34 + t35;
-  const double t38 = t5 * (-9.81);
-  const double t39 = t15 * t33;
-  const double t40 = t7 * t38;
-  const double t41 = t39 + t40;
-  const double t42 = t41 / t10;
-  const double t43 = t18 / t10;
-  const double t44 = t36 * t43;
-  const double t45 = t42 - t44;
+  const real t19 = p1 * t10;
+  const real t20 = p0 + 1.0;
+  const real t21 = 9.81 * t20;
+  const real t22 = t5 * t21;
+  const real t23 = p0 * p1;
+  const real t24 = x2 * t23;
+  const real t25 = x2 * t24;
+  const real t26 = t6 * t25;
+  const real t27 = t5 * t26;
+  const real t28 = x3 * t6;
+  const real t29 = t27 + t28;
+  const real t30 = t22 + t29;
+  const real t31 = t30 / t19;
+  const real t33 = p0 * t6;
+  const real t34 = t6 * t7;
+  const real t35 = t5 * t33;
+  const real t36 = t34 + t35;
+  const real t38 = t5 * (-9.81);
+  const real t39 = t15 * t33;
+  const real t40 = t7 * t38;
+  const real t41 = t39 + t40;
+  const real t42 = t41 / t10;
+  const real t43 = t18 / t10;
+  const real t44 = t36 * t43;
+  const real t45 = t42 - t44;
   jacobian[0] = t45;
-  const double t46 = p1 * t36;
-  const double t47 = t6 * t21;
-  const double t48 = t5 * t25;
-  const double t49 = t6 * t26;
-  const double t50 = t5 * t48;
-  const double t51 = t49 - t50;
-  const double t52 = x3 * t5;
-  const double t53 = t51 - t52;
-  const double t54 = t47 + t53;
-  const double t55 = t54 / t19;
-  const double t56 = t31 / t19;
-  const double t57 = t46 * t56;
+  const real t46 = p1 * t36;
+  const real t47 = t6 * t21;
+  const real t48 = t5 * t25;
+  const real t49 = t6 * t26;
+  const real t50 = t5 * t48;
+  const real t51 = t49 - t50;
+  const real t52 = x3 * t5;
+  const real t53 = t51 - t52;
+  const real t54 = t47 + t53;
+  const real t55 = t54 / t19;
+  const real t56 = t31 / t19;
+  const real t57 = t46 * t56;
   /* --- value (2) --- */
-  const double t32 = -t31;
+  const real t32 = -t31;
   y[1] = t32;
   /* --- Jacobian (6 of 8 entries) --- */
-  const double t59 = t57 - t55;
+  const real t59 = t57 - t55;
   jacobian[3] = t59;
-  const double t60 = t13 + t13;
-  const double t61 = t7 * t60;
-  const double t62 = t61 / t10;
+  const real t60 = t13 + t13;
+  const real t61 = t7 * t60;
+  const real t62 = t61 / t10;
   jacobian[1] = t62;
-  const double t63 = t24 + t24;
-  const double t64 = t6 * t63;
-  const double t65 = t5 * t64;
-  const double t66 = t65 / t19;
-  const double t67 = -t66;
+  const real t63 = t24 + t24;
+  const real t64 = t6 * t63;
+  const real t65 = t5 * t64;
+  const real t66 = t65 / t19;
+  const real t67 = -t66;
   jacobian[4] = t67;
-  const double t68 = 1.0 / t10;
+  const real t68 = 1.0 / t10;
   jacobian[2] = t68;
-  const double t69 = t6 / t19;
-  const double t70 = -t69;
+  const real t69 = t6 / t19;
+  const real t70 = -t69;
   jacobian[5] = t70;
   /* --- lower triangle of the Hessian (4 of 10 entries) --- */
-  const double t58 = t55 - t57;
-  const double t73 = w1 / t19;
-  const double t74 = t56 * w1;
-  const double t75 = t6 * t73;
-  const double t76 = x3 * t73;
-  const double t77 = t26 * t73;
-  const double t78 = t5 * t73;
-  const double t79 = t25 * t78;
-  const double t80 = t76 + t79;
-  const double t81 = t6 * t78;
-  const double t82 = t21 * t73;
-  const double t83 = t77 + t82;
-  const double t84 = p1 * t74;
-  const double t85 = w0 / t10;
-  const double t86 = t43 * w0;
-  const double t87 = t84 - t86;
-  const double t88 = t15 * t85;
-  const double t89 = t7 * t85;
-  const double t90 = 9.81 * t89;
-  const double t91 = t90 - t80;
-  const double t92 = t7 * t87;
-  const double t93 = t92 - t83;
-  const double t94 = t5 * t87;
-  const double t95 = t88 + t94;
-  const double t96 = p0 * t95;
-  const double t97 = t93 + t96;
-  const double t98 = t45 / t10;
-  const double t99 = t43 / t10;
-  const double t100 = t36 * t99;
-  const double t101 = t98 - t100;
-  const double t102 = t58 / t19;
-  const double t103 = t56 / t19;
-  const double t104 = t46 * t103;
-  const double t105 = t102 - t104;
-  const double t106 = t73 / t19;
-  const double t107 = t46 * t106;
-  const double t108 = w1 * t105;
-  const double t109 = t6 * t107;
-  const double t110 = t78 + t109;
-  const double t111 = x3 * t107;
-  const double t112 = t48 * t73;
-  const double t113 = t26 * t107;
-  const double t114 = t112 + t113;
-  const double t115 = t5 * t107;
-  const double t116 = t75 - t115;
-  const double t117 = t25 * t116;
-  const double t118 = t5 * t78;
-  const double t119 = t6 * t116;
-  const double t120 = t119 - t118;
-  const double t121 = t24 * t120;
-  const double t122 = x2 * t120;
-  const double t123 = t23 * t122;
-  const double t124 = t121 + t123;
-  const double t125 = t21 * t107;
-  const double t126 = t114 + t125;
-  const double t127 = p1 * t108;
-  const double t128 = t85 / t10;
-  const double t129 = t36 * t128;
-  const double t130 = w0 * t101;
-  const double t131 = t127 - t130;
-  const double t132 = t110 - t129;
+  const real t58 = t55 - t57;
+  const real t73 = w1 / t19;
+  const real t74 = t56 * w1;
+  const real t75 = t6 * t73;
+  const real t76 = x3 * t73;
+  const real t77 = t26 * t73;
+  const real t78 = t5 * t73;
+  const real t79 = t25 * t78;
+  const real t80 = t76 + t79;
+  const real t81 = t6 * t78;
+  const real t82 = t21 * t73;
+  const real t83 = t77 + t82;
+  const real t84 = p1 * t74;
+  const real t85 = w0 / t10;
+  const real t86 = t43 * w0;
+  const real t87 = t84 - t86;
+  const real t88 = t15 * t85;
+  const real t89 = t7 * t85;
+  const real t90 = 9.81 * t89;
+  const real t91 = t90 - t80;
+  const real t92 = t7 * t87;
+  const real t93 = t92 - t83;
+  const real t94 = t5 * t87;
+  const real t95 = t88 + t94;
+  const real t96 = p0 * t95;
+  const real t97 = t93 + t96;
+  const real t98 = t45 / t10;
+  const real t99 = t43 / t10;
+  const real t100 = t36 * t99;
+  const real t101 = t98 - t100;
+  const real t102 = t58 / t19;
+  const real t103 = t56 / t19;
+  const real t104 = t46 * t103;
+  const real t105 = t102 - t104;
+  const real t106 = t73 / t19;
+  const real t107 = t46 * t106;
+  const real t108 = w1 * t105;
+  const real t109 = t6 * t107;
+  const real t110 = t78 + t109;
+  const real t111 = x3 * t107;
+  const real t112 = t48 * t73;
+  const real t113 = t26 * t107;
+  const real t114 = t112 + t113;
+  const real t115 = t5 * t107;
+  const real t116 = t75 - t115;
+  const real t117 = t25 * t116;
+  const real t118 = t5 * t78;
+  const real t119 = t6 * t116;
+  const real t120 = t119 - t118;
+  const real t121 = t24 * t120;
+  const real t122 = x2 * t120;
+  const real t123 = t23 * t122;
+  const real t124 = t121 + t123;
+  const real t125 = t21 * t107;
+  const real t126 = t114 + t125;
+  const real t127 = p1 * t108;
+  const real t128 = t85 / t10;
+  const real t129 = t36 * t128;
+  const real t130 = w0 * t101;
+  const real t131 = t127 - t130;
+  const real t132 = t110 - t129;
   hessian[3] = t132;
-  const double t133 = t38 * t85;
-  const double t134 = t15 * t129;
-  const double t135 = t133 - t134;
-  const double t136 = t33 * t85;
-  const double t137 = t7 * t129;
-  const double t138 = t136 - t137;
-  const double t139 = t13 * t138;
-  const double t140 = t139 - t124;
-  const double t141 = x2 * t138;
-  const double t142 = p1 * t141;
-  const double t143 = t140 + t142;
+  const real t133 = t38 * t85;
+  const real t134 = t15 * t129;
+  const real t135 = t133 - t134;
+  const real t136 = t33 * t85;
+  const real t137 = t7 * t129;
+  const real t138 = t136 - t137;
+  const real t139 = t13 * t138;
+  const real t140 = t139 - t124;
+  const real t141 = x2 * t138;
+  const real t142 = p1 * t141;
+  const real t143 = t140 + t142;
   hessian[1] = t143;
-  const double t144 = 9.81 * t138;
-  const double t145 = t111 - t117;
-  const double t146 = t144 + t145;
-  const double t147 = t33 * t87;
-  const double t148 = t7 * t131;
-  const double t149 = t147 + t148;
-  const double t150 = t126 + t149;
-  const double t151 = t6 * t87;
-  const double t152 = t5 * t131;
-  const double t153 = t151 + t152;
-  const double t154 = t135 + t153;
-  const double t155 = p0 * t154;
-  const double t156 = t150 + t155;
-  const double t157 = t6 * t91;
-  const double t158 = t5 * t146;
-  const double t159 = t157 + t158;
-  const double t160 = t5 * t97;
-  const double t161 = t6 * t156;
-  const double t162 = t161 - t160;
-  const double t163 = t162 - t159;
+  const real t144 = 9.81 * t138;
+  const real t145 = t111 - t117;
+  const real t146 = t144 + t145;
+  const real t147 = t33 * t87;
+  const real t148 = t7 * t131;
+  const real t149 = t147 + t148;
+  const real t150 = t126 + t149;
+  const real t151 = t6 * t87;
+  const real t152 = t5 * t131;
+  const real t153 = t151 + t152;
+  const real t154 = t135 + t153;
+  const real t155 = p0 * t154;
+  const real t156 = t150 + t155;
+  const real t157 = t6 * t91;
+  const real t158 = t5 * t146;
+  const real t159 = t157 + t158;
+  const real t160 = t5 * t97;
+  const real t161 = t6 * t156;
+  const real t162 = t161 - t160;
+  const real t163 = t162 - t159;
   hessian[0] = t163;
-  const double t164 = t23 * t81;
-  const double t165 = t164 + t164;
-  const double t166 = p1 * t89;
-  const double t167 = t166 - t165;
-  const double t168 = t166 + t167;
+  const real t164 = t23 * t81;
+  const real t165 = t164 + t164;
+  const real t166 = p1 * t89;
+  const real t167 = t166 - t165;
+  const real t168 = t166 + t167;
   hessian[2] = t168;
 }
 #endif
 
 #if DYNTAPE_FIRST <= 0 && 0 <= DYNTAPE_LAST
-void cart_pole_value(const double* x, const double* p, const double* w, double* y,
+void DT_NAME(cart_pole_value)(const double* x, const double* p, const double* w, double* y,
     double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
     uint32_t* status) {
-  size_t lane;
+  size_t block, lane;
   (void)w;
   (void)jacobian;
   (void)hessian;
-  for (lane = 0; lane < lanes; ++lane) {
-    const double* const x_lane = x + lane * (strides ? strides->x : 4);
-    const double* const p_lane = p + lane * (strides ? strides->p : 2);
-    double* const y_lane = y ? y + lane * (strides ? strides->y : 2) : work + 0;
-    dt_value_1(x_lane, p_lane, y_lane);
-    if (status) status[lane] = 0u;
+  for (block = 0; block < lanes / DYNTAPE_LANES; ++block) {
+    const reals* const x_block = (const reals*)(x + block * (strides ? strides->x : 4 * DYNTAPE_LANES));
+    const reals* const p_block = (const reals*)(p + block * (strides ? strides->p : 2 * DYNTAPE_LANES));
+    reals* const y_block = (reals*)(y ? y + block * (strides ? strides->y : 2 * DYNTAPE_LANES) : work + 0 * DYNTAPE_LANES);
+    DT_NAME(dt_value_1)(x_block, p_block, y_block);
+    for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)
+      status[block * DYNTAPE_LANES + lane] = 0u;
   }
 }
 
-void cart_pole_first_order(const double* x, const double* p, const double* w, double* y,
+void DT_NAME(cart_pole_first_order)(const double* x, const double* p, const double* w, double* y,
     double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
     uint32_t* status) {
-  size_t lane;
+  size_t block, lane;
   (void)w;
   (void)hessian;
-  for (lane = 0; lane < lanes; ++lane) {
-    const double* const x_lane = x + lane * (strides ? strides->x : 4);
-    const double* const p_lane = p + lane * (strides ? strides->p : 2);
-    double* const y_lane = y ? y + lane * (strides ? strides->y : 2) : work + 0;
-    double* const jacobian_lane = jacobian ? jacobian + lane * (strides ? strides->jacobian : 6) : work + 2;
-    dt_first_order_1(x_lane, p_lane, y_lane, jacobian_lane);
-    if (status) status[lane] = 0u;
+  for (block = 0; block < lanes / DYNTAPE_LANES; ++block) {
+    const reals* const x_block = (const reals*)(x + block * (strides ? strides->x : 4 * DYNTAPE_LANES));
+    const reals* const p_block = (const reals*)(p + block * (strides ? strides->p : 2 * DYNTAPE_LANES));
+    reals* const y_block = (reals*)(y ? y + block * (strides ? strides->y : 2 * DYNTAPE_LANES) : work + 0 * DYNTAPE_LANES);
+    reals* const jacobian_block = (reals*)(jacobian ? jacobian + block * (strides ? strides->jacobian : 6 * DYNTAPE_LANES) : work + 2 * DYNTAPE_LANES);
+    DT_NAME(dt_first_order_1)(x_block, p_block, y_block, jacobian_block);
+    for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)
+      status[block * DYNTAPE_LANES + lane] = 0u;
   }
 }
 
-void cart_pole_second_order(const double* x, const double* p, const double* w, double* y,
+void DT_NAME(cart_pole_second_order)(const double* x, const double* p, const double* w, double* y,
     double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
     uint32_t* status) {
-  size_t lane;
-  for (lane = 0; lane < lanes; ++lane) {
-    const double* const x_lane = x + lane * (strides ? strides->x : 4);
-    const double* const p_lane = p + lane * (strides ? strides->p : 2);
-    const double* const w_lane = w + lane * (strides ? strides->w : 2);
-    double* const y_lane = y ? y + lane * (strides ? strides->y : 2) : work + 0;
-    double* const jacobian_lane = jacobian ? jacobian + lane * (strides ? strides->jacobian : 6) : work + 2;
-    double* const hessian_lane = hessian ? hessian + lane * (strides ? strides->hessian : 4) : work + 8;
-    dt_second_order_1(x_lane, p_lane, w_lane, y_lane, jacobian_lane, hessian_lane);
-    if (status) status[lane] = 0u;
+  size_t block, lane;
+  for (block = 0; block < lanes / DYNTAPE_LANES; ++block) {
+    const reals* const x_block = (const reals*)(x + block * (strides ? strides->x : 4 * DYNTAPE_LANES));
+    const reals* const p_block = (const reals*)(p + block * (strides ? strides->p : 2 * DYNTAPE_LANES));
+    const reals* const w_block = (const reals*)(w + block * (strides ? strides->w : 2 * DYNTAPE_LANES));
+    reals* const y_block = (reals*)(y ? y + block * (strides ? strides->y : 2 * DYNTAPE_LANES) : work + 0 * DYNTAPE_LANES);
+    reals* const jacobian_block = (reals*)(jacobian ? jacobian + block * (strides ? strides->jacobian : 6 * DYNTAPE_LANES) : work + 2 * DYNTAPE_LANES);
+    reals* const hessian_block = (reals*)(hessian ? hessian + block * (strides ? strides->hessian : 4 * DYNTAPE_LANES) : work + 8 * DYNTAPE_LANES);
+    DT_NAME(dt_second_order_1)(x_block, p_block, w_block, y_block, jacobian_block, hessian_block);
+    for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)
+      status[block * DYNTAPE_LANES + lane] = 0u;
   }
 }
 
+#if DYNTAPE_LANES == 1
 static const uint32_t dt_jacobian_row[6] = {0, 0, 0, 1, 1, 1};
 static const uint32_t dt_jacobian_col[6] = {1, 2, 3, 1, 2, 3};
 static const uint32_t dt_hessian_row[4] = {1, 2, 2, 3};
@@ -511,10 +567,34 @@ static const uint32_t dt_hessian_col[4] = {1, 1, 2, 1};
 static const char* const dt_names_x[4] = {"position", "angle", "rate", "force"};
 static const char* const dt_names_p[2] = {"pole mass", "length"};
 static const char* const dt_names_y[2] = {"cart acceleration", "pole acceleration"};
-static const dyntape_kernel dt_kernels[3] = {
+#ifdef DYNTAPE_X2
+dyntape_function cart_pole_value_x2, cart_pole_first_order_x2, cart_pole_second_order_x2;
+#endif
+#ifdef DYNTAPE_X4
+dyntape_function cart_pole_value_x4, cart_pole_first_order_x4, cart_pole_second_order_x4;
+#endif
+#ifdef DYNTAPE_X8
+dyntape_function cart_pole_value_x8, cart_pole_first_order_x8, cart_pole_second_order_x8;
+#endif
+static const dyntape_kernel dt_kernels[] = {
   {0u, 1u, 2u, 26u, 6u, cart_pole_value},
   {1u, 1u, 8u, 62u, 16u, cart_pole_first_order},
   {2u, 1u, 12u, 159u, 32u, cart_pole_second_order},
+#ifdef DYNTAPE_X2
+  {0u, 2u, 4u, 26u, 6u, cart_pole_value_x2},
+  {1u, 2u, 16u, 62u, 16u, cart_pole_first_order_x2},
+  {2u, 2u, 24u, 159u, 32u, cart_pole_second_order_x2},
+#endif
+#ifdef DYNTAPE_X4
+  {0u, 4u, 8u, 26u, 6u, cart_pole_value_x4},
+  {1u, 4u, 32u, 62u, 16u, cart_pole_first_order_x4},
+  {2u, 4u, 48u, 159u, 32u, cart_pole_second_order_x4},
+#endif
+#ifdef DYNTAPE_X8
+  {0u, 8u, 16u, 26u, 6u, cart_pole_value_x8},
+  {1u, 8u, 64u, 62u, 16u, cart_pole_first_order_x8},
+  {2u, 8u, 96u, 159u, 32u, cart_pole_second_order_x8},
+#endif
 };
 
 const dyntape_descriptor dyntape_11332c774cc22c25ae259deb407c60ac = {
@@ -527,8 +607,9 @@ const dyntape_descriptor dyntape_11332c774cc22c25ae259deb407c60ac = {
   {2u, dt_names_y}, /* y */
   {2u, 4u, 6u, dt_jacobian_row, dt_jacobian_col}, /* jacobian */
   {4u, 4u, 4u, dt_hessian_row, dt_hessian_col}, /* hessian */
-  0u, 3u, NULL, dt_kernels
+  0u, (uint32_t)(sizeof dt_kernels / sizeof *dt_kernels), NULL, dt_kernels
 };
+#endif
 #endif
 
 #ifdef __cplusplus

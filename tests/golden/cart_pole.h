@@ -13,31 +13,33 @@ extern "C" {
 #endif
 
 #ifndef DYNTAPE_ABI
-#define DYNTAPE_ABI 1
+#define DYNTAPE_ABI 2
 
-/* Doubles from one lane to the next, for each array. */
+/* Doubles from one point, or block of points, to the next, for each array. */
 typedef struct dyntape_strides {
   size_t x, p, w, y, jacobian, hessian;
 } dyntape_strides;
 
-/* Evaluates `lanes` points, one after the other.
+/* Evaluates `lanes` points, one after the other or, in a kernel of lane width W > 1, in blocks of W: entry i of
+ * lane l of block b of an array of n entries a point is at [(b * n + i) * W + l], and `lanes` is a multiple of W.
  *   x, p, w    variables, parameters, weights; w is the function's own weights and then, for second order,
  *              one weight an output.  A block of no entries may be NULL.
  *   y, jacobian, hessian   outputs: all of y; the non-zeros in the order of the patterns (of the Hessian of
  *              the weighted sum of outputs: the lower triangle).  NULL: not wanted.
  *   work       room for as many doubles as the kernel says, for all lanes together
- *   strides    NULL: the lanes of every array follow each other without gaps
- *   status     one word a lane: 0, or 1 + index of the first violated guard.  NULL: not wanted.
+ *   strides    NULL: the points, or blocks, of every array follow each other without gaps
+ *   status     one word a point: 0, or 1 + index of the first violated guard.  NULL: not wanted.
  * Outputs and work overlap with nothing. */
-typedef void (*dyntape_run)(const double* x, const double* p, const double* w, double* y, double* jacobian,
-                            double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-                            uint32_t* status);
+typedef void dyntape_function(const double* x, const double* p, const double* w, double* y, double* jacobian,
+                              double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+                              uint32_t* status);
+typedef dyntape_function* dyntape_run;
 
 typedef struct dyntape_kernel {
   uint32_t order;      /* 0: y; 1: and Jacobian; 2: and Hessian */
-  uint32_t lane_width; /* lanes side by side in memory: 1 is an array of structures */
+  uint32_t lane_width; /* points side by side in memory: 1 is an array of structures */
   size_t work;         /* doubles */
-  uint32_t operations; /* of one lane */
+  uint32_t operations; /* of one point */
   uint32_t live;       /* most values that are live at once */
   dyntape_run run;
 } dyntape_kernel;
@@ -70,7 +72,7 @@ typedef struct dyntape_descriptor {
   dyntape_pattern jacobian, hessian;
   uint32_t n_guards, n_kernels;
   const dyntape_guard* guards;
-  const dyntape_kernel* kernels; /* by order */
+  const dyntape_kernel* kernels; /* by lane width, then by order; of one lane always */
 } dyntape_descriptor;
 #endif
 
