@@ -1,48 +1,42 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/portable.h>
 
+#include <array>
+
 #include <dyntape/autodiff/pack.h>
 
 namespace dyntape {
-namespace portable {
+namespace {
 
-// The names that the cells of the table call.  In this namespace they hide <cmath>'s.
-#define DYNTAPE_DEFINE(fn, ulp)   \
-  double fn(double x) {           \
-    double y;                     \
-    detail::pack_##fn(&x, &y, 1); \
-    return y;                     \
-  }
-DYNTAPE_PORTABLE_UNARY(DYNTAPE_DEFINE)
-#undef DYNTAPE_DEFINE
-#define DYNTAPE_DEFINE(fn, ulp)       \
-  double fn(double x, double y) {     \
-    double z;                         \
-    detail::pack_##fn(&x, &y, &z, 1); \
-    return z;                         \
-  }
-DYNTAPE_PORTABLE_BINARY(DYNTAPE_DEFINE)
-#undef DYNTAPE_DEFINE
-using std::abs, std::ceil, std::copysign, std::floor, std::fmod, std::round, std::sqrt, std::trunc;
+// The portable function of an operator; none: evaluated as ever.
+struct Entry {
+  void (*unary)(const double*, double*, int) = nullptr;
+  void (*binary)(const double*, const double*, double*, int) = nullptr;
+};
 
-double value(Op op, double x, double y, double z) {
-  using T = double;
-  (void)y, (void)z;
-  switch (op) {
-#define OP(name, fn, n, value, ...) \
-  case Op::name:                    \
-    return value;
-#define FN OP
-#include "ops.def"
-#undef OP
-#undef FN
-    default:
-      return x;
+constexpr std::array<Entry, kTableOps> kEntries = [] {
+  std::array<Entry, kTableOps> entries{};
+  for (std::size_t op = 0; op < entries.size(); ++op) {
+#define DYNTAPE_ROW(fn, ulp) \
+  if (kOpInfo[op].function == #fn) entries[op].unary = detail::pack_##fn;
+    DYNTAPE_PORTABLE_UNARY(DYNTAPE_ROW)
+#undef DYNTAPE_ROW
+#define DYNTAPE_ROW(fn, ulp) \
+  if (kOpInfo[op].function == #fn) entries[op].binary = detail::pack_##fn;
+    DYNTAPE_PORTABLE_BINARY(DYNTAPE_ROW)
+#undef DYNTAPE_ROW
   }
+  return entries;
+}();
+
+}  // namespace
+
+double portable_value(Op op, double x, double y, double z) {
+  const Entry& entry = kEntries[static_cast<std::size_t>(op)];
+  double result;
+  if (entry.unary) return entry.unary(&x, &result, 1), result;
+  if (entry.binary) return entry.binary(&x, &y, &result, 1), result;
+  return evaluate<double>(op, x, y, z);
 }
-
-}  // namespace portable
-
-double portable_value(Op op, double x, double y, double z) { return portable::value(op, x, y, z); }
 
 }  // namespace dyntape

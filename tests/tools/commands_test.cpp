@@ -99,8 +99,8 @@ TEST(Generate, WritesCThatCompilesByItself) {
 }
 
 TEST(Bench, MeasuresEveryRoute) {
-  const auto run = run_dyntape(
-      {"bench", config("robots/pendulum.urdf"), "--function", "id-derivatives", "--states", "5", "--json"});
+  const auto run = run_dyntape({"bench", config("robots/pendulum.urdf"), "--function", "id-derivatives",
+                                "--states", "5", "--lanes", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   const json report = json::parse(run.out);
   ASSERT_EQ(report["routes"].size(), 5u);
@@ -108,6 +108,11 @@ TEST(Bench, MeasuresEveryRoute) {
     EXPECT_GT(row["time_s"].get<double>(), 0);
     const bool differences = row["route"].get<std::string>().starts_with("fd-");
     EXPECT_LE(row["error"].get<double>(), differences ? 1e-5 : 1e-13) << row["route"];
+  }
+  ASSERT_EQ(report["lanes"].size(), 3u);
+  for (const auto& row : report["lanes"]) {
+    EXPECT_GT(row["time_s"].get<double>(), 0);
+    EXPECT_LE(row["error"].get<double>(), 1e-13) << row["kernel"];
   }
 }
 

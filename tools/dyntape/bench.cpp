@@ -11,6 +11,7 @@
 #include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 
+#include "bench_lanes.h"
 #include "compare.h"
 #include "function_options.h"
 #include "measure.h"
@@ -26,6 +27,7 @@ struct Options {
   int states = 100;
   std::uint64_t seed = 1;
   bool json = false;
+  bool lanes = false;
 };
 
 struct Row {
@@ -105,12 +107,21 @@ void run(const Options& options) {
       if (has_route(function, route)) rows.push_back(measure(robot.model, function, route, states, expected));
     }
   }
+  const auto in_lanes =
+      options.lanes ? measure_lanes(robot.model, function, states, expected) : std::vector<LaneRow>();
   if (options.json) {
     nlohmann::json report = {{"robot", robot.model.name},  {"function", options.function.name},
                              {"nv", robot.model.nv},       {"states", options.states},
                              {"seed", options.seed},       {"processor", processor_name()},
                              {"compiler", compiler_name()}};
     for (const Row& row : rows) report["routes"].push_back(to_json(row));
+    for (const LaneRow& row : in_lanes)
+      report["lanes"].push_back({{"kernel", row.name},
+                                 {"time_s", row.seconds},
+                                 {"error", row.error},
+                                 {"prepare_s", row.prepare},
+                                 {"compile_s", row.compile},
+                                 {"operations", row.operations}});
     std::cout << report.dump(2) << "\n";
     return;
   }
@@ -131,6 +142,10 @@ void run(const Options& options) {
                   row.operations ? io::with_groups(static_cast<long long>(row.operations)) : "",
                   io::duration(row.prepare), generated ? io::duration(row.timings.compile) : ""});
   }
+  for (const LaneRow& row : in_lanes)
+    table.append({row.name, io::significant(row.seconds * 1e6, 3), io::scientific(row.error),
+                  io::with_groups(static_cast<long long>(row.operations)), io::duration(row.prepare),
+                  io::duration(row.compile)});
   std::cout << table.text();
 }
 
@@ -148,6 +163,8 @@ void add_bench(CLI::App& app) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  command->add_flag("--lanes", options->lanes,
+                    "with --function: generated kernels of several states at once as well, a state's share");
   command->add_flag("--peer", options->peer, "beside Pinocchio (PyPI `pin`), in the same run");
   command
       ->add_option("--peer-prefix", options->peer_prefix,

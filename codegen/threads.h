@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The threads of the process: made once, when they are first needed.
+//
+//   run_tasks(4, [&](std::size_t k) { ... });       task 0 to 3, each once, the calling thread helps
+//
+// There are never more threads at work than thread_count(): a call from within a task, or while another thread's
+// tasks are running, does all its tasks itself.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+
+namespace dyntape::codegen {
+
+// $DYNTAPE_THREADS, else what the processor has; ArgumentError if the variable is not a number from 1 to 1024.
+unsigned thread_count();
+
+// Returns when all are done; throws what the first that failed threw.
+void run_tasks(std::size_t n, const std::function<void(std::size_t)>& task);
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Many points in threads: the same bits for any number of them, guards, errors, nesting.
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record.h>
+#include <dyntape/codegen/parallel.h>
+#include <dyntape/codegen/threads.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <thread>
+
+#include "random_function.h"
+
+namespace dyntape {
+namespace {
+
+using testing::Random;
+using testing::same;
+
+CompiledFunction compiled(const Function& f, Route route, Lanes lanes) {
+  CodegenOptions options;
+  options.order = Order::kFirst;
+  options.route = route;
+  options.use_cache = false;
+  options.lanes = lanes;
+  return CompiledFunction::make(f, options);
+}
+
+Function branching() {
+  return record("branching", 2, 1, [](const VectorXad& x, const VectorXad& p) {
+    VectorXad y(2);
+    y << sin(x[0]) * p[0], x[1] / x[0];
+    if (x[0] < 10.0) y[1] += 1.0;
+    return y;
+  });
+}
+
+TEST(ParallelThreads, AnyNumberGivesTheSameBits) {
+  Random random(501);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 6, 6);
+  for (const auto& [route, lanes] :
+       {std::pair(Route::kInterpreter, Lanes::kNone), std::pair(Route::kCompiled, Lanes::kNone),
+        std::pair(Route::kCompiled, Lanes::kNative)}) {
+    const CompiledFunction c = compiled(f, route, lanes);
+    const std::size_t count = 101, nj = c.jacobian_pattern().nnz();
+    const auto x = testing::random_arguments(random, count * f.n_x()),
+               p = testing::random_arguments(random, count * f.n_p());
+    CompiledFunction::Workspace workspace(c);
+    std::vector<double> y(count * f.n_y()), j(count * nj);
+    EXPECT_FALSE(c.run(Order::kFirst,
+                       {.lanes = count, .x = x.data(), .p = p.data(), .y = y.data(), .jacobian = j.data()},
+                       workspace));
+    for (unsigned threads : {1u, 2u, 3u, 7u, 64u}) {
+      auto workspaces = make_workspaces(c, threads);
+      std::vector<double> y2(y.size(), -7), j2(j.size(), -7);
+      for (int repeat = 0; repeat < 3; ++repeat)
+        EXPECT_FALSE(run_parallel(
+            c, Order::kFirst,
+            {.lanes = count, .x = x.data(), .p = p.data(), .y = y2.data(), .jacobian = j2.data()},
+            workspaces));
+      for (std::size_t i = 0; i < y.size(); ++i)
+        ASSERT_TRUE(same(y2[i], y[i])) << threads << " threads, " << i;
+      for (std::size_t i = 0; i < j.size(); ++i)
+        ASSERT_TRUE(same(j2[i], j[i])) << threads << " threads, " << i;
+    }
+  }
+}
+
+TEST(ParallelThreads, TheFirstViolationOfAll) {
+  const CompiledFunction c = compiled(branching(), Route::kCompiled, Lanes::kNative);
+  auto workspaces = make_workspaces(c, 4);
+  const std::size_t count = 90;
+  std::vector<double> x(2 * count, 1.0), p = {2.0}, y(2 * count);
+  const Strides shared{2, 0, 0, 2, 0, 0};
+  const Points points{.lanes = count, .x = x.data(), .p = p.data(), .y = y.data(), .strides = &shared};
+  EXPECT_FALSE(run_parallel(c, Order::kValue, points, workspaces));
+  for (const std::size_t at : {89, 61, 37, 2}) {
+    x[2 * at] = 11;
+    EXPECT_EQ(run_parallel(c, Order::kValue, points, workspaces).lane, at);
+  }
+  std::vector<CompiledFunction::Workspace> none;
+  EXPECT_THROW((void)run_parallel(c, Order::kValue, points, none), ArgumentError);
+  const CompiledFunction other = compiled(branching(), Route::kInterpreter, Lanes::kNone);
+  auto foreign = make_workspaces(other, 4);
+  EXPECT_THROW((void)run_parallel(c, Order::kValue, points, foreign), ArgumentError);
+}
+
+TEST(ParallelThreads, NoPointsAtAll) {
+  const CompiledFunction c = compiled(branching(), Route::kCompiled, Lanes::kNative);
+  auto workspaces = make_workspaces(c);
+  EXPECT_EQ(workspaces.size(), codegen::thread_count());
+  EXPECT_FALSE(run_parallel(c, Order::kFirst, {.lanes = 0}, workspaces));
+}
+
+TEST(Threads, EachTaskOnceAlsoNestedAndFromSeveralThreads) {
+  std::atomic<int> sum = 0;
+  const auto burst = [&] {
+    for (int repeat = 0; repeat < 50; ++repeat)
+      codegen::run_tasks(5, [&](std::size_t k) {
+        codegen::run_tasks(3, [&](std::size_t i) { sum += static_cast<int>(10 * k + i); });
+      });
+  };
+  std::thread a(burst), b(burst);
+  burst();
+  a.join();
+  b.join();
+  EXPECT_EQ(sum, 3 * 50 * (3 * 10 * (0 + 1 + 2 + 3 + 4) + 5 * (0 + 1 + 2)));
+}
+
+TEST(Threads, WhatATaskThrowsReachesTheCaller) {
+  std::atomic<int> done = 0;
+  EXPECT_THROW(codegen::run_tasks(8,
+                                  [&](std::size_t k) {
+                                    ++done;
+                                    if (k == 3) throw ArgumentError("three");
+                                  }),
+               ArgumentError);
+  EXPECT_EQ(done, 8);
+  codegen::run_tasks(2, [&](std::size_t) { ++done; });
+  EXPECT_EQ(done, 10);
+}
+
+TEST(Threads, NoMoreThanTheCount) {
+  std::atomic<unsigned> now = 0, most = 0;
+  codegen::run_tasks(64, [&](std::size_t) {
+    const unsigned at_work = ++now;
+    for (unsigned seen = most; seen < at_work && !most.compare_exchange_weak(seen, at_work);) {
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(200));
+    --now;
+  });
+  EXPECT_GE(most, 1u);
+  EXPECT_LE(most, codegen::thread_count());
+}
+
+TEST(Threads, TheCountIsTheEnvironments) {
+  setenv("DYNTAPE_THREADS", "3", 1);
+  EXPECT_EQ(codegen::thread_count(), 3u);
+  for (const char* wrong : {"0", "-1", "many", "3x", "99999"}) {
+    setenv("DYNTAPE_THREADS", wrong, 1);
+    EXPECT_THROW(codegen::thread_count(), ArgumentError) << wrong;
+  }
+  unsetenv("DYNTAPE_THREADS");
+  EXPECT_GE(codegen::thread_count(), 1u);
+}
+
+}  // namespace
+}  // namespace dyntape

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "bench_lanes.h"
+
+#include <algorithm>
+#include <chrono>
+
+#include <dyntape/codegen/compiled_function.h>
+
+#include "measure.h"
+
+namespace dyntape::tools {
+namespace {
+
+// All states in blocks of `width`, the last one repeated where they do not fill the last block.
+std::vector<double> in_blocks(const std::vector<Eigen::VectorXd>& states, std::size_t n, std::size_t width) {
+  const std::size_t blocks = (states.size() + width - 1) / width;
+  std::vector<double> values(blocks * n * width);
+  for (std::size_t i = 0; i < blocks * width; ++i) {
+    const Eigen::VectorXd& state = states[std::min(i, states.size() - 1)];
+    for (std::size_t k = 0; k < n; ++k)
+      values[(i / width * n + k) * width + i % width] = state[static_cast<Eigen::Index>(k)];
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const RobotFunction& function,
+                                   const std::vector<Eigen::VectorXd>& states,
+                                   const std::vector<std::vector<double>>& expected) {
+  const Function recorded = record_robot_function(model, function);
+  std::vector<LaneRow> rows;
+  for (const Lanes lanes : {Lanes::kNone, Lanes::kNative}) {
+    CodegenOptions options;
+    options.order = Order::kValue;
+    options.route = Route::kCompiled;
+    options.use_cache = false;
+    options.functions = Functions::kPortable;
+    options.lanes = lanes;
+    const auto start = std::chrono::steady_clock::now();
+    const CompiledFunction f = CompiledFunction::make(recorded, options);
+    CompiledFunction::Workspace workspace(f);
+    LaneRow row;
+    row.prepare = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    row.compile = f.timings().compile;
+    row.operations = f.operations(Order::kValue);
+
+    const std::size_t width = f.lane_width(), n = f.n_x(), count = states.size();
+    const std::vector<double> x = in_blocks(states, n, 1), blocks = in_blocks(states, n, width);
+    const std::size_t padded = blocks.size() / std::max<std::size_t>(n, 1);
+    std::vector<double> y(padded * f.n_y());
+    Points points{.lanes = count, .x = x.data(), .y = y.data()};
+    row.name = width == 1 ? "generated, portable" : "generated, " + std::to_string(width) + " lanes";
+    f.check(f.run(Order::kValue, points, workspace), count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double error = relative_error(expected[i], &y[i * f.n_y()], outputs(model, function));
+      row.error = error <= row.error ? row.error : error;
+    }
+    const auto measured = [&](auto&& call, std::size_t evaluated) {
+      return median_seconds([&](std::size_t) { (void)call(); }) / static_cast<double>(evaluated);
+    };
+    row.seconds = measured([&] { return f.run(Order::kValue, points, workspace); }, count);
+    rows.push_back(row);
+    if (width == 1) continue;
+    points.lanes = padded, points.x = blocks.data();
+    row.name = "the same, kept in lanes";
+    row.seconds = measured([&] { return f.run_in_lanes(Order::kValue, points, workspace); }, padded);
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+}  // namespace dyntape::tools
