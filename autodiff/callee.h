@@ -40,6 +40,8 @@ struct Callee {
   // stands between the braces of `static void name(const double* in, double* out)`.
   std::function<void(const double* in, double* out)> evaluate;
   std::string c_body;
+  // The kernel once more as a recorded function, made when number types other than double ask for it.
+  std::function<std::shared_ptr<const Function>()> unrolled;
 
   // Derivative callees, made when a derivation meets the call; they may call this kernel again.  A kernel
   // without them throws when it is differentiated.

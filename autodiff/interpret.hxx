@@ -24,12 +24,13 @@ std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, co
         break;
       case Op::Call: {
         const Callee& callee = *graph.callees()[node.a];
-        if (!callee.recorded)
+        const auto recorded = callee.recorded || !callee.unrolled ? callee.recorded : callee.unrolled();
+        if (!recorded)
           throw ArgumentError("evaluate_as: kernel \"" + callee.name + "\" exists in double only");
         std::vector<T> arguments;
         graph.for_each_argument(id, [&](NodeId a) { arguments.push_back(value[a]); });
         results.resize(std::max<std::size_t>(results.size(), node.c + 1));
-        results[node.c] = evaluate_as<T>(*callee.recorded, arguments);
+        results[node.c] = evaluate_as<T>(*recorded, arguments);
         break;
       }
       case Op::Result:

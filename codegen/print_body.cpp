@@ -73,13 +73,11 @@ class BodyPrinter {
         print_compute(step.index);
         break;
       case Step::Kind::kStore: {
-        const auto k = std::size_t{step.index};
-        const auto array = std::find_if(style_.outputs.begin(), style_.outputs.end(),
-                                        [&](const OutputArray& a) { return k >= a.begin && k < a.end; });
-        text_ += "  " + array->name + "[";
-        append_integer(text_, k - array->begin);
+        const OutputArray& array = array_of(step.index);
+        text_ += "  " + array.name + "[";
+        append_integer(text_, step.index - array.begin);
         text_ += "] = ";
-        value(function_.outputs[k]);
+        value(function_.outputs[step.index]);
         text_ += ";\n";
         break;
       }
@@ -94,7 +92,12 @@ class BodyPrinter {
     text_ += "  const real ";
     name(id);
     text_ += " = ";
-    if (node.op == Op::Result) {
+    const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
+    if (place) {
+      text_ += "work[";
+      append_integer(text_, place->out + node.b);
+      text_ += ']';
+    } else if (node.op == Op::Result) {
       text_ += 'c';
       append_integer(text_, node.a);
       text_ += '[';
@@ -104,13 +107,16 @@ class BodyPrinter {
       expression(node);
     }
     text_ += ";\n";
-    const auto store = std::lower_bound(piece_.stores.begin(), piece_.stores.end(), id,
-                                        [](const Crossing& c, NodeId key) { return c.node < key; });
-    if (store == piece_.stores.end() || store->node != id) return;
+    auto store = std::lower_bound(piece_.stores.begin(), piece_.stores.end(), id,
+                                  [](const Crossing& c, NodeId key) { return c.node < key; });
+    for (; store != piece_.stores.end() && store->node == id; ++store) print_work(store->slot, id);
+  }
+
+  void print_work(std::uint32_t slot, NodeId id) {
     text_ += "  work[";
-    append_integer(text_, store->slot);
+    append_integer(text_, slot);
     text_ += "] = ";
-    name(id);
+    value(id);
     text_ += ";\n";
   }
 
@@ -126,7 +132,33 @@ class BodyPrinter {
     }
   }
 
+  // Its arguments and results are in their places, but for what no piece computes.
+  void print_long_call(NodeId id, const CallPlace& place) {
+    std::uint32_t slot = place.in;
+    graph_.for_each_argument(id, [&](NodeId a) {
+      if (graph_[a].op == Op::Const || graph_[a].op == Op::Input) print_work(slot, a);
+      ++slot;
+    });
+    text_ += "  DT_NAME(" + style_.callees.at(graph_.callees()[graph_[id].a].get()) + ")(work + ";
+    append_integer(text_, place.in);
+    if (place.outputs == CallPlace::kInWork) {
+      text_ += ", work + ";
+      append_integer(text_, place.out);
+    } else {
+      const OutputArray& array = array_of(place.outputs);
+      text_ += ", " + array.name + " + ";
+      append_integer(text_, place.outputs - array.begin);
+    }
+    text_ += ");\n";
+  }
+
+  const OutputArray& array_of(std::size_t k) const {
+    return *std::find_if(style_.outputs.begin(), style_.outputs.end(),
+                         [&](const OutputArray& a) { return k >= a.begin && k < a.end; });
+  }
+
   void print_call(NodeId id) {
+    if (const CallPlace* place = schedule_.long_call(id)) return print_long_call(id, *place);
     const Callee& callee = *graph_.callees()[graph_[id].a];
     text_ += "  real c";
     append_integer(text_, id);

@@ -81,10 +81,10 @@ class Printer {
       const Function& function = *callee.recorded;
       const Schedule s = schedule(function, {{0, function.n_y()}}, sets_.piece_statements);
       const BodyStyle style{{"in", "", ""}, {{"out", "out", 0, function.n_y()}}, callee_names_};
+      if (s.work) body += "  real work[" + std::to_string(s.work) + "];\n";
       if (s.pieces.size() == 1) {
         append_piece(body, function, s, 0, style);
       } else {
-        if (s.work) body += "  real work[" + std::to_string(s.work) + "];\n";
         body += add_pieces(name, function, s, style, "", "  ");
       }
     } else {
@@ -158,18 +158,22 @@ class Printer {
         add("const reals* DT_RESTRICT ", style.inputs[block], style.inputs[block] + suffix);
     }
     std::vector<bool> writes(style.outputs.size(), false);
-    bool checks = false;
+    bool checks = false, works = !piece.loads.empty() || !piece.stores.empty();
     for (std::size_t i = piece.begin; i < piece.end; ++i) {
       const Step& step = schedule.steps[i];
       checks = checks || step.kind == Step::Kind::kCheck;
-      for (std::size_t g = 0; step.kind == Step::Kind::kStore && g < writes.size(); ++g) {
-        if (step.index >= style.outputs[g].begin && step.index < style.outputs[g].end) writes[g] = true;
+      const CallPlace* place = step.kind == Step::Kind::kCompute ? schedule.long_call(step.index) : nullptr;
+      works = works || place;
+      if (step.kind != Step::Kind::kStore && !place) continue;
+      const std::size_t output = place ? place->outputs : step.index;
+      for (std::size_t g = 0; g < writes.size(); ++g) {
+        if (output >= style.outputs[g].begin && output < style.outputs[g].end) writes[g] = true;
       }
     }
     for (std::size_t g = 0; g < writes.size(); ++g) {
       if (writes[g]) add("reals* DT_RESTRICT ", style.outputs[g].name, style.outputs[g].name + suffix);
     }
-    if (!piece.loads.empty() || !piece.stores.empty()) add("reals* DT_RESTRICT ", "work", "work" + suffix);
+    if (works) add("reals* DT_RESTRICT ", "work", "work" + suffix);
     if (checks) add("dt_words* ", "guard", "&guard");
     return {parameters.empty() ? "void" : parameters, arguments};
   }

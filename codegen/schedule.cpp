@@ -46,6 +46,10 @@ std::vector<std::uint8_t> groups_of_nodes(const Function& function, const std::v
   return mask;
 }
 
+bool is_result_of_long_call(const Schedule& s, const Node& node) {
+  return node.op == Op::Result && s.long_call(node.a);
+}
+
 // Fills steps and sections.
 class Ordering {
  public:
@@ -105,6 +109,8 @@ class Ordering {
   void add_node(NodeId id) {
     add_value(id);
     if (function_.graph[id].op != Op::Call) return;
+    const CallPlace* place = schedule_.long_call(id);
+    if (place && place->outputs != CallPlace::kInWork) return;  // it writes them itself
     for (auto r = results_.begin(id); r != results_.end(id); ++r) {
       if (mask_[result_nodes_[*r]]) add_value(result_nodes_[*r]);
     }
@@ -126,11 +132,16 @@ class Ordering {
   ByNode outputs_, checks_, results_;
 };
 
-// Calls visit(node) for every node whose value a step reads.
+// Calls visit(node) for every node whose value a step reads; a long call finds what is computed in its place.
 template <class Visit>
-void for_each_use(const Function& function, const Step& step, Visit&& visit) {
+void for_each_use(const Function& function, const Schedule& s, const Step& step, Visit&& visit) {
+  const Graph& graph = function.graph;
   if (step.kind == Step::Kind::kCompute) {
-    if (function.graph[step.index].op != Op::Result) function.graph.for_each_argument(step.index, visit);
+    if (graph[step.index].op == Op::Result) return;
+    const bool is_long = s.long_call(step.index);
+    graph.for_each_argument(step.index, [&](NodeId a) {
+      if (!is_long || is_leaf(graph[a].op)) visit(a);
+    });
   } else {
     visit(step.kind == Step::Kind::kStore ? function.outputs[step.index]
                                           : function.guards[step.index].condition);
@@ -142,7 +153,7 @@ std::vector<std::uint32_t> crossings(const Function& function, const Schedule& s
   constexpr std::uint32_t kNever = 0xffffffffu;
   std::vector<std::uint32_t> defined(function.graph.size(), kNever), last(function.graph.size(), 0);
   for (std::uint32_t i = 0; i < s.steps.size(); ++i) {
-    for_each_use(function, s.steps[i], [&](NodeId a) { last[a] = i; });
+    for_each_use(function, s, s.steps[i], [&](NodeId a) { last[a] = i; });
     if (s.steps[i].kind == Step::Kind::kCompute) defined[s.steps[i].index] = i;
   }
   std::vector<std::uint32_t> crossing(s.steps.size() + 1, 0);  // differences first, wrapping
@@ -189,6 +200,7 @@ class Crossings {
         seen_(function.graph.size(), 0) {}
 
   void run() {
+    place_arguments();
     for (std::uint32_t k = 0; k < schedule_.pieces.size(); ++k) find_uses(k);
     std::vector<std::uint32_t> free;
     std::vector<std::vector<std::uint32_t>> ends(schedule_.pieces.size());  // slots free from that piece on
@@ -200,11 +212,24 @@ class Crossings {
   }
 
  private:
+  // What goes into the places of long calls.
+  void place_arguments() {
+    std::vector<NodeId> arguments;
+    for (const CallPlace& place : schedule_.calls) {
+      std::uint32_t slot = place.in;
+      function_.graph.for_each_argument(place.call, [&](NodeId a) {
+        arguments.push_back(a);
+        argument_slots_.push_back(slot++);
+      });
+    }
+    arguments_ = ByNode(schedule_.calls.empty() ? 0 : function_.graph.size(), arguments);
+  }
+
   void find_uses(std::uint32_t k) {
     Piece& piece = schedule_.pieces[k];
     for (std::size_t i = piece.begin; i < piece.end; ++i) {
       const Step& step = schedule_.steps[i];
-      for_each_use(function_, step, [&](NodeId a) {
+      for_each_use(function_, schedule_, step, [&](NodeId a) {
         if (seen_[a] == k + 1) return;
         seen_[a] = k + 1;
         last_piece_[a] = k;
@@ -225,27 +250,46 @@ class Crossings {
               [](const Crossing& a, const Crossing& b) { return a.slot < b.slot; });
     for (std::size_t i = piece.begin; i < piece.end; ++i) {
       const Step& step = schedule_.steps[i];
-      if (step.kind != Step::Kind::kCompute || last_piece_[step.index] <= k) continue;
+      if (step.kind != Step::Kind::kCompute) continue;
+      if (!schedule_.calls.empty()) {
+        for (auto n = arguments_.begin(step.index); n != arguments_.end(step.index); ++n)
+          piece.stores.push_back({step.index, argument_slots_[*n]});
+      }
+      if (last_piece_[step.index] <= k) continue;
+      const Node& node = function_.graph[step.index];
+      if (is_result_of_long_call(schedule_, node)) {  // it lies in the work array already
+        slot_[step.index] = schedule_.long_call(node.a)->out + node.b;
+        continue;
+      }
       if (free.empty()) free.push_back(static_cast<std::uint32_t>(schedule_.work++));
       slot_[step.index] = free.back();
       free.pop_back();
       ends[last_piece_[step.index]].push_back(slot_[step.index]);
       piece.stores.push_back({step.index, slot_[step.index]});
     }
-    std::sort(piece.stores.begin(), piece.stores.end(),
-              [](const Crossing& a, const Crossing& b) { return a.node < b.node; });
+    std::stable_sort(piece.stores.begin(), piece.stores.end(),
+                     [](const Crossing& a, const Crossing& b) { return a.node < b.node; });
   }
 
   const Function& function_;
   Schedule& schedule_;
   std::vector<std::uint32_t> slot_, last_piece_, seen_;
+  ByNode arguments_{0, {}};                    // of long calls
+  std::vector<std::uint32_t> argument_slots_;  // of each
 };
 
 }  // namespace
 
+const CallPlace* Schedule::long_call(NodeId id) const {
+  const auto place = std::lower_bound(calls.begin(), calls.end(), id,
+                                      [](const CallPlace& c, NodeId key) { return c.call < key; });
+  return place != calls.end() && place->call == id ? &*place : nullptr;
+}
+
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
                   std::size_t piece_statements) {
   Schedule result;
+  result.calls = place_calls(function, groups, result.work);
   Ordering(function, groups, result).run();
   const std::vector<std::uint32_t> crossing = crossings(function, result);
   result.live = *std::max_element(crossing.begin(), crossing.end());

@@ -20,17 +20,13 @@
 #include <vector>
 
 #include <dyntape/autodiff/function.h>
+#include <dyntape/codegen/call_places.h>
 
 namespace dyntape::codegen {
 
 struct Step {
   enum class Kind : std::uint8_t { kCompute, kStore, kCheck } kind;
   std::uint32_t index;  // the node, the output or the guard
-};
-
-// A range of outputs that belong together: the value, the Jacobian, the Hessian.
-struct OutputRange {
-  std::size_t begin, end;
 };
 
 // Steps [begin, end) under one heading.  `shared` is the number of the group, or kShared.
@@ -46,18 +42,22 @@ struct Crossing {
 };
 
 struct Piece {
-  std::size_t begin, end;                                  // of steps
-  std::vector<Crossing> loads;                             // values of earlier pieces that this one uses
-  std::vector<Crossing> stores;                            // values that later pieces use, sorted by node
+  std::size_t begin, end;        // of steps
+  std::vector<Crossing> loads;   // values of earlier pieces that this one uses
+  std::vector<Crossing> stores;  // values that later pieces or long calls read, by node
   std::array<std::vector<std::uint32_t>, kBlocks> inputs;  // entries of x, p, w that it reads, sorted
 };
 
 struct Schedule {
   std::vector<Step> steps;
   std::vector<Section> sections;
-  std::vector<Piece> pieces;  // at least one
-  std::size_t work = 0;       // slots
-  std::size_t live = 0;       // most values that are live at once
+  std::vector<Piece> pieces;     // at least one
+  std::vector<CallPlace> calls;  // the long ones, by node
+  std::size_t work = 0;          // slots
+  std::size_t live = 0;          // most values that are live at once
+
+  // The place of a long call; null for any other node.
+  const CallPlace* long_call(NodeId id) const;
 };
 
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,

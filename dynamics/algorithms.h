@@ -130,6 +130,10 @@ void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 template <class T>
 void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                     const VectorRef<T>& tau, const Acting<T>& acting = {});
+// The same but for ddq_dq and ddq_dv, which the caller solves for.
+template <class T>
+void id_derivatives_under(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
+                          const VectorRef<T>& tau, const Acting<T>& acting = {});
 
 // --- Energy ----------------------------------------------------------------------------------------------
 // 1/2 v^T M v, with armature where it acts (J)

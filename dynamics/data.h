@@ -35,6 +35,11 @@ struct Tree {
   bool in_order = true;         // whether that is the order of v
   std::vector<int> depth;       // (njoints) joints between joint i and the world
   int deepest = 0;
+
+  // The dofs on one path with dof j: towards the root first, then those of its joint and all that is beyond.
+  // They stand at path_begin(j) ... path_end[j] of path.
+  std::vector<int> path, path_end;
+  int path_begin(int j) const { return j == 0 ? 0 : path_end[j - 1]; }
 };
 
 template <class T>
@@ -77,6 +82,14 @@ Tree tree_of(const Model<T>& model) {
     place += size[i];
     joint += joints_below[i];
   }
+  for (int j = 0; j < model.nv; ++j) {
+    const int i = tree.dofs[j].joint;
+    for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
+      for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k) tree.path.push_back(k);
+    }
+    for (int at = tree.begin[i]; at < tree.end[i]; ++at) tree.path.push_back(tree.dof_at[at]);
+    tree.path_end.push_back(static_cast<int>(tree.path.size()));
+  }
   return tree;
 }
 
@@ -96,7 +109,6 @@ struct Data {
     rows = lanes(5);
     responses = lanes(6 * (tree.deepest + 1));
     upper = columns_of_minverse = lanes(nv);
-    on_path.resize(nv);
     composites.resize(n);
     velocity_products.resize(n);
     articulated.resize(n);
@@ -142,7 +154,6 @@ struct Data {
   detail::LaneArray<T> responses;            // (6) a depth: motions that answer unit torques
   detail::LaneArray<T> upper;                // (nv) rows of Minv, right of the diagonal
   detail::LaneArray<T> columns_of_minverse;  // (nv)
-  std::vector<int> on_path;                  // (nv) dofs on one path with another
 };
 
 }  // namespace dyntape::dynamics

@@ -146,32 +146,19 @@ void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef
   }
 }
 
-// The dofs on one path with column j, in data.on_path; returns how many.
-template <class T>
-int find_path(const Model<T>& model, Data<T>& data, int j) {
-  const Tree& tree = data.tree;
-  int* next = data.on_path.data();
-  const int i = tree.dofs[j].joint;
-  for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
-    for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k) *next++ = k;
-  }
-  for (int s = tree.begin[i]; s < tree.end[i]; ++s) *next++ = tree.dof_at[s];
-  return static_cast<int>(next - data.on_path.data());
-}
-
-// kGroups groups of rows of  -sum_k Minv_k d_k  over the dofs on the path, summed side by side.
+// kGroups groups of rows of  -sum_k Minv_k d_k  over the `count` dofs of a path, summed side by side.
 template <int kGroups, class T>
-DYNTAPE_INLINE void combine_columns(const Data<T>& data, int path, const T* d, int row, T* sum) {
+DYNTAPE_INLINE void combine_columns(const Data<T>& data, const int* path, int count, const T* d, int row,
+                                    T* sum) {
   const Lanes<T> lanes;
-  const int* on_path = data.on_path.data();
   const T* Minv = data.columns_of_minverse.data() + row;
   typename Lanes<T>::Vector x[kGroups];
   for (int g = 0; g < kGroups; ++g) {
-    x[g] = -(lanes.load(Minv + on_path[0] * data.stride + g * kLanes<T>) * d[on_path[0]]);
+    x[g] = -(lanes.load(Minv + path[0] * data.stride + g * kLanes<T>) * d[path[0]]);
   }
-  for (int c = 1; c < path; ++c) {
-    const T* column = Minv + on_path[c] * std::ptrdiff_t{data.stride};
-    for (int g = 0; g < kGroups; ++g) x[g] = x[g] - lanes.load(column + g * kLanes<T>) * d[on_path[c]];
+  for (int c = 1; c < count; ++c) {
+    const T* column = Minv + path[c] * std::ptrdiff_t{data.stride};
+    for (int g = 0; g < kGroups; ++g) x[g] = x[g] - lanes.load(column + g * kLanes<T>) * d[path[c]];
   }
   for (int g = 0; g < kGroups; ++g) lanes.store(sum + row + g * kLanes<T>, x[g]);
 }
@@ -180,20 +167,22 @@ DYNTAPE_INLINE void combine_columns(const Data<T>& data, int path, const T* d, i
 template <class T>
 void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, MatrixX<T>& result) {
   constexpr int kWide = 4;
+  const Tree& tree = data.tree;
   T* sum = data.rows.data();
   for (int j = 0; j < model.nv; ++j) {
     const T* column = D.data() + std::ptrdiff_t{j} * model.nv;
-    const int path = find_path(model, data, j);
+    const int* path = tree.path.data() + tree.path_begin(j);
+    const int count = tree.path_end[j] - tree.path_begin(j);
     int row = 0;
     for (; row + kWide * kLanes<T> <= data.stride; row += kWide * kLanes<T>) {
-      combine_columns<kWide>(data, path, column, row, sum);
+      combine_columns<kWide>(data, path, count, column, row, sum);
     }
-    for (; row < data.stride; row += kLanes<T>) combine_columns<1>(data, path, column, row, sum);
+    for (; row < data.stride; row += kLanes<T>) combine_columns<1>(data, path, count, column, row, sum);
     std::copy(sum, sum + model.nv, result.data() + std::ptrdiff_t{j} * model.nv);
   }
 }
 
-// The acceleration under tau, Minv, and the derivatives of inverse dynamics there: what solve_columns combines.
+// What solve_columns combines: the acceleration under tau, Minv, and the derivatives of inverse dynamics there.
 template <class T>
 void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const VectorRef<T>& v,
                                  const VectorRef<T>& tau, const Acting<T>& acting) {
@@ -219,12 +208,18 @@ void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 }
 
 template <class T>
-void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                    const VectorRef<T>& tau, const Acting<T>& acting) {
+void id_derivatives_under(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
+                          const VectorRef<T>& tau, const Acting<T>& acting) {
   detail::check_arguments("fd_derivatives", model, data, q, &v, &tau, "tau");
   detail::check_acting("fd_derivatives", model, acting);
   detail::place_joints(model, data, q);
   detail::derivatives_at_acceleration(model, data, v, tau, acting);
+}
+
+template <class T>
+void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
+                    const VectorRef<T>& tau, const Acting<T>& acting) {
+  id_derivatives_under(model, data, q, v, tau, acting);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);
 }

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/dynamics/configuration.h>
+#include <dyntape/interface/function/minverse_product.h>
 #include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape {
@@ -14,7 +15,7 @@ using dynamics::Data;
 using dynamics::Model;
 using dynamics::VectorX;
 
-Function record_analytic(const Model<double>& model, const RobotFunction& function) {
+Function record_row(const Model<double>& model, const RobotFunction& function) {
   const Model<AD> taped = model.cast<AD>();
   detail::RobotWork<AD> work(taped, function);
   return record(to_string(function), work.n_in(), [&](const VectorXad& x) {
@@ -22,6 +23,30 @@ Function record_analytic(const Model<double>& model, const RobotFunction& functi
     work.evaluate(x.data(), y.data());
     return y;
   });
+}
+
+// From so many multiplications on, the product with the inverse inertia is called as a loop.
+constexpr std::size_t kWorthLooping = 5000;
+
+Function record_analytic_with_loop(const Model<double>& model) {
+  const Model<AD> taped = model.cast<AD>();
+  Data<AD> data(taped);
+  const MinverseProduct product(data.tree);
+  const auto n = static_cast<std::size_t>(model.nq + 2 * model.nv);
+  return record(to_string(RobotFunction::kFdDerivatives), n, [&](const VectorXad& x) {
+    dynamics::id_derivatives_under<AD>(taped, data, x.head(model.nq), x.segment(model.nq, model.nv),
+                                       x.tail(model.nv));
+    VectorXad y(3 * model.nv * model.nv);
+    const VectorXad in = product.arguments(data.Minv, data.dtau_dq, data.dtau_dv);
+    y << call(product.callee(), in), in.head(model.nv * model.nv);
+    return y;
+  });
+}
+
+Function record_analytic(const Model<double>& model, const RobotFunction& function) {
+  const bool loops = function == RobotFunction::kFdDerivatives &&
+                     MinverseProduct(dynamics::tree_of(model)).size() >= kWorthLooping;
+  return loops ? record_analytic_with_loop(model) : record_row(model, function);
 }
 
 // Above so many operations the analytic recording is taken without a look at the other: on every robot of

@@ -23,9 +23,9 @@ std::size_t occurrences(const std::string& text, const std::string& what) {
   return count;
 }
 
-void expect_interpreted_bits(const Function& f, std::size_t piece_statements) {
+void expect_interpreted_bits(const Function& f, std::size_t piece_statements, Order order = Order::kSecond) {
   CodegenOptions options;
-  options.order = Order::kSecond;
+  options.order = order;
   options.use_cache = false;
   options.route = Route::kCompiled;
   options.piece_statements = piece_statements;
@@ -35,9 +35,9 @@ void expect_interpreted_bits(const Function& f, std::size_t piece_statements) {
   Random random(31);
   SCOPED_TRACE(random.seed_text());
   for (int k = 0; k < 50; ++k) {
-    const auto x = random.vector(f.n_x(), -1, 1), w = random.vector(f.n_y(), -1, 1);
-    const auto a = compiled.evaluate(Order::kSecond, x, {}, w),
-               b = interpreted.evaluate(Order::kSecond, x, {}, w);
+    const auto x = random.vector(f.n_x(), -1, 1),
+               w = random.vector(order == Order::kSecond ? f.n_y() : 0, -1, 1);
+    const auto a = compiled.evaluate(order, x, {}, w), b = interpreted.evaluate(order, x, {}, w);
     EXPECT_EQ(a.y, b.y);
     EXPECT_EQ(a.jacobian, b.jacobian);
     EXPECT_EQ(a.hessian, b.hessian);
@@ -84,6 +84,75 @@ TEST(Calls, LongCalleesAreCutToo) {
   EXPECT_GT(occurrences(text, "DT_PIECE void DT_NAME(dt_long"), 20u);
   testing::expect_compiles_cleanly({text});
   expect_interpreted_bits(f, 40);
+}
+
+// A u for a matrix A, row by row, and a vector u, by a loop.
+std::shared_ptr<const Callee> matrix_times_vector(int n) {
+  const auto multiply = [n](const auto* in, auto* out) {
+    for (int i = 0; i < n; ++i) {
+      auto sum = in[i * n] * in[n * n];
+      for (int j = 1; j < n; ++j) sum = sum + in[i * n + j] * in[n * n + j];
+      out[i] = sum;
+    }
+  };
+  auto callee = std::make_shared<Callee>();
+  callee->name = "matrix_times_vector";
+  callee->n_in = static_cast<std::size_t>(n * n + n);
+  callee->n_out = static_cast<std::size_t>(n);
+  callee->evaluate = multiply;
+  const std::string N = std::to_string(n);
+  callee->c_body = "int i, j;\nfor (i = 0; i < " + N + "; ++i) {\n  out[i] = in[i * " + N + "] * in[" + N +
+                   " * " + N + "];\n  for (j = 1; j < " + N + "; ++j) out[i] = out[i] + in[i * " + N +
+                   " + j] * in[" + N + " * " + N + " + j];\n}\n";
+  callee->unrolled = [multiply, n] {
+    return std::make_shared<const Function>(record("unrolled", n * n + n, [&](const VectorXad& in) {
+      VectorXad out(n);
+      multiply(in.data(), out.data());
+      return out;
+    }));
+  };
+  callee->jvp = [unrolled = callee->unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
+  callee->vjp = [unrolled = callee->unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
+  return callee;
+}
+
+// Arguments and results of a long call stay in one place: whatever is computed where, read twice, an input, a
+// constant; results that are outputs in their order, read by others, or left out.
+TEST(Calls, LongOnesCopyNothing) {
+  const int n = 8;
+  const auto product = matrix_times_vector(n);
+  for (const int variant : {0, 1, 2, 3}) {
+    SCOPED_TRACE(variant);
+    const Function f = record("long_calls", 4, [&](const VectorXad& x) {
+      VectorXad in(n * n + n);
+      for (int i = 0; i < in.size(); ++i) {
+        in[i] = i % 7 == 0   ? AD(0.25 * i)
+                : i % 5 == 0 ? x[i % 4]
+                             : sin(x[i % 4] * (1 + i % 3)) + x[(i + 1) % 4];
+      }
+      const VectorXad first = call(product, in);
+      if (variant == 0) return first;
+      VectorXad again = in;
+      again.tail(n) = first;
+      const VectorXad second = call(product, again);
+      VectorXad y(2 * n);
+      if (variant == 1) y << second, first;
+      if (variant == 2) y << first.reverse(), second.array().sin().matrix();
+      if (variant == 3) y << second.head(n - 1), first[0], second.head(n - 1), x[2];
+      return y;
+    });
+    expect_interpreted_bits(f, 400, Order::kFirst);
+    expect_interpreted_bits(f, 30, Order::kFirst);
+    CodegenOptions options;
+    options.order = Order::kValue;
+    const std::string text = generate_source(f, options).text;
+    EXPECT_EQ(occurrences(text, ", y + 0);"), variant < 2 ? 1u : 0u) << text;
+    testing::expect_compiles_cleanly({text});
+    const auto exact = evaluate_as<long double>(f, {0.25L, -0.5L, 0.75L, 1});
+    const auto y = evaluate(f, {0.25, -0.5, 0.75, 1});
+    for (std::size_t i = 0; i < y.size(); ++i)
+      EXPECT_NEAR(y[i], static_cast<double>(exact[i]), 1e-14 * (1 + std::abs(y[i])));
+  }
 }
 
 TEST(Calls, OfFunctionsWithoutInputsOrOutputs) {

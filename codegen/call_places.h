@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Where the arguments and the results of long calls lie, such as loops over matrices: the arguments side by side
+// in the work array, into which they are stored as they are computed; the results there as well or, where they
+// are outputs in their order and nothing else, in the output array.  Nothing is copied for the call.
+//
+//   std::vector<CallPlace> places = place_calls(function, {{0, n_y}}, work);       // work grows by what they take
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include <dyntape/autodiff/function.h>
+
+namespace dyntape::codegen {
+
+// A range of outputs that belong together: the value, the Jacobian, the Hessian.
+struct OutputRange {
+  std::size_t begin, end;
+};
+
+struct CallPlace {
+  static constexpr std::size_t kInWork = static_cast<std::size_t>(-1);
+  NodeId call;
+  std::uint32_t in = 0, out = 0;  // the first slots; no `out` where the results are outputs
+  std::size_t outputs = kInWork;  // or the first of these
+};
+
+// Of every call with more than 64 arguments and results, by node.
+std::vector<CallPlace> place_calls(const Function& function, const std::vector<OutputRange>& groups,
+                                   std::size_t& work);
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The dense end of the derivatives of forward dynamics as a loop: in straight-line code it is two thirds of a
+// humanoid's operations and a megabyte, so that fetching the code costs more than the arithmetic.
+//
+//   const MinverseProduct product(data.tree);
+//   VectorXad ddq_dq_and_dv = call(product.callee(), product.arguments(Minv, dtau_dq, dtau_dv));
+//
+// Results: -Minv dtau_dq, then -Minv dtau_dv (nv x nv each), row by row.  Of dtau_dq and dtau_dv only what can
+// differ from zero is read: column j has entries in the rows that lie on one path with j, docs/math.md (D.19).
+// The sums run in the order of dynamics::fd_derivatives and have its bits.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <dyntape/autodiff/callee.h>
+#include <dyntape/autodiff/eigen.h>
+#include <dyntape/dynamics/data.h>
+
+namespace dyntape {
+
+class MinverseProduct {
+ public:
+  explicit MinverseProduct(const dynamics::Tree& tree);
+
+  // Multiplications of one call.
+  std::size_t size() const { return 2 * path_.size() * static_cast<std::size_t>(nv_); }
+
+  std::shared_ptr<const Callee> callee() const;
+  VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv) const;
+
+ private:
+  template <class T>
+  void run(const T* in, T* out) const;
+  std::string c_body() const;
+
+  int nv_;
+  std::vector<int> path_;  // the rows of each column, one after the other
+  std::vector<int> end_;   // where those of a column end
+};
+
+}  // namespace dyntape
