@@ -40,6 +40,8 @@ struct Callee {
   // stands between the braces of `static void name(const double* in, double* out)`.
   std::function<void(const double* in, double* out)> evaluate;
   std::string c_body;
+  // The same over arrays of `reals`, several lanes at once; empty: c_body runs lane by lane.
+  std::string c_body_of_lanes;
   // The kernel once more as a recorded function, made when number types other than double ask for it.
   std::function<std::shared_ptr<const Function>()> unrolled;
 

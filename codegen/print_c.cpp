@@ -87,6 +87,8 @@ class Printer {
       } else {
         body += add_pieces(name, function, s, style, "", "  ");
       }
+    } else if (!callee.c_body_of_lanes.empty()) {
+      body += "#if DYNTAPE_LANES == 1\n" + callee.c_body + "#else\n" + callee.c_body_of_lanes + "#endif\n";
     } else {
       body += callee.c_body + "\n";
       head = "DT_KERNEL(" + name + ", " + std::to_string(callee.n_in) + ", " + std::to_string(callee.n_out) +

@@ -198,7 +198,7 @@ Vocabulary vocabulary(const KernelSets& sets, const std::vector<const Callee*>& 
   for (const KernelPlan& kernel : sets.kernels) add(kernel.derivatives.function);
   for (const Callee* callee : callees) {
     if (callee->recorded) add(*callee->recorded);
-    words.kernels = words.kernels || !callee->recorded;
+    words.kernels = words.kernels || (!callee->recorded && callee->c_body_of_lanes.empty());
   }
   for (int op = 0; op < kTableOps; ++op) {
     if (used[static_cast<std::size_t>(op)]) words.operators.push_back(static_cast<Op>(op));

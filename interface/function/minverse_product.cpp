@@ -9,6 +9,8 @@
 namespace dyntape {
 namespace {
 
+constexpr int kStep = 8;  // rows at once
+
 std::string table(const char* name, const std::vector<int>& values) {
   std::string text = std::string("static const int ") + name + "[] = {";
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -21,6 +23,11 @@ std::string table(const char* name, const std::vector<int>& values) {
 
 MinverseProduct::MinverseProduct(const dynamics::Tree& tree)
     : nv_(static_cast<int>(tree.dofs.size())), path_(tree.path), end_(tree.path_end) {}
+
+bool MinverseProduct::is_worth_a_loop() const {
+  constexpr std::size_t kMultiplications = 5000;  // below, straight-line code is as quick
+  return nv_ >= kStep && 2 * path_.size() * static_cast<std::size_t>(nv_) >= kMultiplications;
+}
 
 VectorXad MinverseProduct::arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq,
                                      const MatrixXad& dtau_dv) const {
@@ -52,24 +59,26 @@ void MinverseProduct::run(const T* in, T* out) const {
   }
 }
 
-// Eight rows side by side, and as many groups of them at once as stay in registers.  The last group ends with the
-// last row, so that it may do some rows of the group before once more.
-std::string MinverseProduct::c_body() const {
-  constexpr int kStep = 8, kAtOnce = 6;
-  const std::string n = std::to_string(nv_);
+// Eight rows at once: in one lane groups of eight entries, as many as stay in registers; in several lanes eight
+// vectors.  The last group ends with the last row, and may do some rows of the group before once more.
+std::string MinverseProduct::c_loops(const std::string& real, const std::string& body) const {
+  const std::string n = std::to_string(nv_), block = std::to_string(nv_ * nv_);
   std::vector<int> row_starts;
   for (const int row : path_) row_starts.push_back(row * nv_);
-  std::string text = "typedef double group __attribute__((vector_size(64), aligned(8), may_alias));\n" +
-                     table("row", row_starts) + table("end", end_) + "const double *m, *d = in + " +
-                     std::to_string(nv_ * nv_) + ";\ndouble x[" + n +
-                     "], e;\nint block, j, c, r, begin;\nfor (block = 0; block < 2; ++block, out += " +
-                     std::to_string(nv_ * nv_) + ") {\n  for (j = 0, begin = 0; j < " + n +
-                     "; d += end[j] - begin, begin = end[j++]) {\n";
+  return table("row", row_starts) + table("end", end_) + "const " + real + " *m, *d = in + " + block +
+         ";\nint block, j, c, r, begin;\nfor (block = 0; block < 2; ++block, out += " + block +
+         ") {\n  for (j = 0, begin = 0; j < " + n + "; d += end[j] - begin, begin = end[j++]) {\n" + body +
+         "  }\n}\n";
+}
+
+std::string MinverseProduct::c_body() const {
+  constexpr int kAtOnce = 6;
   const int groups = (nv_ + kStep - 1) / kStep;
+  const std::string n = std::to_string(nv_);
+  std::string body = "    double x[" + n + "], e;\n";
   for (int first = 0; first < groups; first += kAtOnce) {
-    const int last = std::min(groups, first + kAtOnce);
     std::string declared, started, summed, stored;
-    for (int g = first; g < last; ++g) {
+    for (int g = first; g < std::min(groups, first + kAtOnce); ++g) {
       const std::string x = "x" + std::to_string(g), at = std::to_string(std::min(g * kStep, nv_ - kStep));
       const std::string m = "*(const group*)(m + " + at + ") * e";
       declared += (g == first ? "" : ", ") + x;
@@ -77,11 +86,31 @@ std::string MinverseProduct::c_body() const {
       summed += "        " + x + " = " + x + " - " + m + ";\n";
       stored += "      *(group*)(x + " + at + ") = " + x + ";\n";
     }
-    text += "    {\n      group " + declared + ";\n      m = in + row[begin], e = d[0];\n" + started +
+    body += "    {\n      group " + declared + ";\n      m = in + row[begin], e = d[0];\n" + started +
             "      for (c = begin + 1; c < end[j]; ++c) {\n        m = in + row[c], e = d[c - begin];\n" +
             summed + "      }\n" + stored + "    }\n";
   }
-  return text + "    for (r = 0; r < " + n + "; ++r) out[r * " + n + " + j] = x[r];\n  }\n}\n";
+  return "typedef double group __attribute__((vector_size(64), aligned(8), may_alias));\n" +
+         c_loops("double", body + "    for (r = 0; r < " + n + "; ++r) out[r * " + n + " + j] = x[r];\n");
+}
+
+std::string MinverseProduct::c_body_of_lanes() const {
+  const std::string n = std::to_string(nv_);
+  std::string declared, started, summed, stored;
+  for (int k = 0; k < kStep; ++k) {
+    const std::string x = "x" + std::to_string(k), m = "m[" + std::to_string(k) + "] * e";
+    declared += ", " + x;
+    started += "      " + x + " = -(" + m + ");\n";
+    summed += "        " + x + " = " + x + " - " + m + ";\n";
+    stored += "      out[(at + " + std::to_string(k) + ") * " + n + " + j] = " + x + ";\n";
+  }
+  return c_loops("reals", "    for (r = 0; r < " + n + "; r += " + std::to_string(kStep) +
+                              ") {\n      const int at = r < " + std::to_string(nv_ - kStep) +
+                              " ? r : " + std::to_string(nv_ - kStep) + ";\n      real e" + declared +
+                              ";\n      m = in + row[begin] + at, e = d[0];\n" + started +
+                              "      for (c = begin + 1; c < end[j]; ++c) {\n" +
+                              "        m = in + row[c] + at, e = d[c - begin];\n" + summed + "      }\n" +
+                              stored + "    }\n");
 }
 
 std::shared_ptr<const Callee> MinverseProduct::callee() const {
@@ -91,6 +120,7 @@ std::shared_ptr<const Callee> MinverseProduct::callee() const {
   callee->n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
   callee->evaluate = [self = *this](const double* in, double* out) { self.run(in, out); };
   callee->c_body = c_body();
+  callee->c_body_of_lanes = c_body_of_lanes();
   callee->unrolled = [self = *this, n_in = callee->n_in, n_out = callee->n_out] {
     return std::make_shared<const Function>(record("minus_minverse_times", n_in, [&](const VectorXad& in) {
       VectorXad out(static_cast<Eigen::Index>(n_out));

@@ -12,6 +12,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 #include <vector>
 
 #include <dyntape/autodiff/callee.h>
@@ -24,8 +25,8 @@ class MinverseProduct {
  public:
   explicit MinverseProduct(const dynamics::Tree& tree);
 
-  // Multiplications of one call.
-  std::size_t size() const { return 2 * path_.size() * static_cast<std::size_t>(nv_); }
+  // Whether a loop beats straight-line code; callee() is for robots where it does.
+  bool is_worth_a_loop() const;
 
   std::shared_ptr<const Callee> callee() const;
   VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv) const;
@@ -33,7 +34,9 @@ class MinverseProduct {
  private:
   template <class T>
   void run(const T* in, T* out) const;
+  std::string c_loops(const std::string& real, const std::string& body) const;
   std::string c_body() const;
+  std::string c_body_of_lanes() const;
 
   int nv_;
   std::vector<int> path_;  // the rows of each column, one after the other

@@ -25,9 +25,7 @@ Function record_row(const Model<double>& model, const RobotFunction& function) {
   });
 }
 
-// From so many multiplications on, the product with the inverse inertia is called as a loop.
-constexpr std::size_t kWorthLooping = 5000;
-
+// fd-derivatives with the product of the inverse inertia as a loop.
 Function record_analytic_with_loop(const Model<double>& model) {
   const Model<AD> taped = model.cast<AD>();
   Data<AD> data(taped);
@@ -45,7 +43,7 @@ Function record_analytic_with_loop(const Model<double>& model) {
 
 Function record_analytic(const Model<double>& model, const RobotFunction& function) {
   const bool loops = function == RobotFunction::kFdDerivatives &&
-                     MinverseProduct(dynamics::tree_of(model)).size() >= kWorthLooping;
+                     MinverseProduct(dynamics::tree_of(model)).is_worth_a_loop();
   return loops ? record_analytic_with_loop(model) : record_row(model, function);
 }
 

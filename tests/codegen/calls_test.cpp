@@ -86,61 +86,12 @@ TEST(Calls, LongCalleesAreCutToo) {
   expect_interpreted_bits(f, 40);
 }
 
-// A u for a matrix A, row by row, and a vector u, by a loop.
-std::shared_ptr<const Callee> matrix_times_vector(int n) {
-  const auto multiply = [n](const auto* in, auto* out) {
-    for (int i = 0; i < n; ++i) {
-      auto sum = in[i * n] * in[n * n];
-      for (int j = 1; j < n; ++j) sum = sum + in[i * n + j] * in[n * n + j];
-      out[i] = sum;
-    }
-  };
-  auto callee = std::make_shared<Callee>();
-  callee->name = "matrix_times_vector";
-  callee->n_in = static_cast<std::size_t>(n * n + n);
-  callee->n_out = static_cast<std::size_t>(n);
-  callee->evaluate = multiply;
-  const std::string N = std::to_string(n);
-  callee->c_body = "int i, j;\nfor (i = 0; i < " + N + "; ++i) {\n  out[i] = in[i * " + N + "] * in[" + N +
-                   " * " + N + "];\n  for (j = 1; j < " + N + "; ++j) out[i] = out[i] + in[i * " + N +
-                   " + j] * in[" + N + " * " + N + " + j];\n}\n";
-  callee->unrolled = [multiply, n] {
-    return std::make_shared<const Function>(record("unrolled", n * n + n, [&](const VectorXad& in) {
-      VectorXad out(n);
-      multiply(in.data(), out.data());
-      return out;
-    }));
-  };
-  callee->jvp = [unrolled = callee->unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
-  callee->vjp = [unrolled = callee->unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
-  return callee;
-}
-
 // Arguments and results of a long call stay in one place: whatever is computed where, read twice, an input, a
 // constant; results that are outputs in their order, read by others, or left out.
 TEST(Calls, LongOnesCopyNothing) {
-  const int n = 8;
-  const auto product = matrix_times_vector(n);
   for (const int variant : {0, 1, 2, 3}) {
     SCOPED_TRACE(variant);
-    const Function f = record("long_calls", 4, [&](const VectorXad& x) {
-      VectorXad in(n * n + n);
-      for (int i = 0; i < in.size(); ++i) {
-        in[i] = i % 7 == 0   ? AD(0.25 * i)
-                : i % 5 == 0 ? x[i % 4]
-                             : sin(x[i % 4] * (1 + i % 3)) + x[(i + 1) % 4];
-      }
-      const VectorXad first = call(product, in);
-      if (variant == 0) return first;
-      VectorXad again = in;
-      again.tail(n) = first;
-      const VectorXad second = call(product, again);
-      VectorXad y(2 * n);
-      if (variant == 1) y << second, first;
-      if (variant == 2) y << first.reverse(), second.array().sin().matrix();
-      if (variant == 3) y << second.head(n - 1), first[0], second.head(n - 1), x[2];
-      return y;
-    });
+    const Function f = testing::with_long_calls(variant);
     expect_interpreted_bits(f, 400, Order::kFirst);
     expect_interpreted_bits(f, 30, Order::kFirst);
     CodegenOptions options;

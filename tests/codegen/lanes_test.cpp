@@ -169,6 +169,9 @@ TEST_P(LanesOf, Calls) {
     options.piece_statements = pieces;
     expect_lanes_are_points(testing::with_calls(kernel), options, random);
   }
+  for (const int variant : {0, 3}) {
+    expect_lanes_are_points(testing::with_long_calls(variant), in_lanes(Order::kValue, GetParam()), random);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Functions, LanesOf, ::testing::Values(Functions::kLibm, Functions::kPortable),
