@@ -42,7 +42,7 @@ Function record_analytic_with_loop(const Model<double>& model) {
 }
 
 Function record_analytic(const Model<double>& model, const RobotFunction& function) {
-  const bool loops = function == RobotFunction::kFdDerivatives &&
+  const bool loops = function.row() == RobotFunction::kFdDerivatives.row() && function.mimics.empty() &&
                      MinverseProduct(dynamics::tree_of(model)).is_worth_a_loop();
   return loops ? record_analytic_with_loop(model) : record_row(model, function);
 }
