@@ -11,14 +11,15 @@
 #include <dyntape/dynamics/urdf.h>
 #include <dyntape/interface/function/robot_functions.h>
 
+#include <filesystem>
 #include <random>
 
 namespace dyntape {
 namespace {
 
-dynamics::Model<double> robot(const char* name) {
-  return dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/" + name + ".urdf",
-                             {.base = dynamics::Base::kFloating});
+dynamics::Model<double> robot(const char* name, dynamics::Base base = dynamics::Base::kFloating) {
+  const auto folder = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
+  return dynamics::load_urdf((folder / name).replace_extension("urdf").string(), {.base = base});
 }
 
 std::vector<double> random_numbers(std::size_t n, unsigned seed) {
@@ -43,7 +44,7 @@ TEST(MinverseProduct, IsTheUnrolledRecordingAsALoop) {
 }
 
 TEST(MinverseProduct, SmallRobotsStayStraight) {
-  const auto arm = dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/panda.urdf");
+  const auto arm = robot("panda", dynamics::Base::kFixed);
   EXPECT_FALSE(MinverseProduct(dynamics::tree_of(arm)).is_worth_a_loop());
   EXPECT_TRUE(record_robot_function(arm, RobotFunction::kFdDerivatives).graph.callees().empty());
 }
