@@ -31,7 +31,7 @@
 // and 11; J. Baumgarte, Computer Methods in Applied Mechanics and Engineering 1, 1972.
 #pragma once
 
-#include <dyntape/dynamics/algorithms.h>
+#include <dyntape/dynamics/effects.h>
 #include <dyntape/dynamics/semidefinite.h>
 
 #include <string>
@@ -133,6 +133,17 @@ template <class T>
 void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
                                       const Acting<T>& acting = {});
+
+// Both with effects (effects.h): armature, damping, friction, springs, wrenches.  An impact sees only the
+// armature of them: pass effects.acting().
+template <class T>
+const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                                       EffectTorques<T>& torques, const Effects<T>& effects,
+                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);
+template <class T>
+void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                                      EffectTorques<T>& torques, const Effects<T>& effects,
+                                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);
 
 // Velocities after an impact with coefficient `restitution` (0: the constraint sticks; 1: elastic).  Returns
 // c.v_plus; c.impulse (N s, N m s).

@@ -10,11 +10,13 @@
 #pragma once
 
 #include <dyntape/dynamics/body.h>
+#include <dyntape/dynamics/following.h>
 #include <dyntape/dynamics/joints.h>
 #include <dyntape/dynamics/ldlt6.h>
 #include <dyntape/dynamics/detail/lanes.hxx>
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace dyntape::dynamics {
@@ -108,6 +110,8 @@ struct Data {
   }
 
   Tree tree;
+  // Joints that follow others, for forward dynamics (following.h); none unless set.
+  std::optional<Following<T>> following;
 
   // Kinematics, per body.
   std::vector<Placement<T>> X_PB;  // body in its parent (for a root: in the world)

@@ -5,7 +5,8 @@
 //   Effects<double> effects;                                   // gravity alone
 //   effects.damping = model_damping(model);                    // the file's values
 //   effects.friction = CoulombFriction<double>{model_friction(model), 0.01};
-//   VectorX<double> a = forward_dynamics(model, data, effects, q, v, tau);
+//   EffectTorques<double> torques(model);                      // results and working memory, beside Data
+//   VectorX<double> a = forward_dynamics(model, data, torques, effects, q, v, tau);
 //
 // Equation of motion with effects:
 //   M(q) a + armature a + C v + g = tau + tau_passive + sum of J^T F
@@ -59,35 +60,46 @@ VectorX<T> model_damping(const Model<T>& model);
 template <class T>
 VectorX<T> model_friction(const Model<T>& model);
 
-// tau_passive (nv), added to the driving torques.
+// What effects add to the driving torques: results and working memory, beside Data.
 template <class T>
-VectorX<T> joint_torques(const Model<T>& model, const Effects<T>& effects, const VectorRef<T>& q,
-                         const VectorRef<T>& v);
+struct EffectTorques {
+  explicit EffectTorques(const Model<T>& model);
 
-// Its derivatives are diagonal; empty where no chosen effect depends on that variable.
-template <class T>
-struct JointTorqueSlopes {
-  VectorX<T> dq, dv;  // (nv) or (0)
+  VectorX<T> tau;               // (nv) tau_passive
+  VectorX<T> dtau_dq, dtau_dv;  // (nv) its derivatives, which are diagonal
+  WrenchTorques<T> of_wrenches;
+
+  // Working memory.
+  VectorX<T> total, deflection;  // (nv)
 };
-template <class T>
-JointTorqueSlopes<T> joint_torque_slopes(const Model<T>& model, const Effects<T>& effects,
-                                         const VectorRef<T>& q, const VectorRef<T>& v);
 
-// The algorithms of algorithms.h with effects: data.ddq, data.tau.  Those that act on joints or as wrenches
-// take memory in each call; where that matters, add joint_torques and wrench_torques to tau yourself.
+// torques.tau, to be added to the driving torques.
 template <class T>
-const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);
+const VectorX<T>& joint_torques(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
+                                const VectorRef<T>& q, const VectorRef<T>& v);
+// torques.dtau_dq and dtau_dv.
 template <class T>
-const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a);
+void joint_torque_slopes(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
+                         const VectorRef<T>& q, const VectorRef<T>& v);
+
+// The algorithms of algorithms.h with effects: data.ddq, data.tau.  Nothing is allocated.
+template <class T>
+const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const VectorRef<T>& tau);
+template <class T>
+const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const VectorRef<T>& a);
 
 // data.ddq, ddq_dq, ddq_dv, Minv; and data.tau, dtau_dq, dtau_dv, M: as fd_derivatives and id_derivatives.
 template <class T>
-void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau);
+void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                  const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                  const VectorRef<T>& tau);
 template <class T>
-void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a);
+void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                  const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                  const VectorRef<T>& a);
 
 }  // namespace dyntape::dynamics

@@ -21,7 +21,7 @@
 // Followers and leaders have one entry in q on a line: revolute, prismatic or helical.  A leader may follow
 // another; chains are resolved to their first leader.  In `acting` everything is of the full model: external
 // forces a body, armature values a joint.  What this header does not name is a call away: expand the
-// arguments, call the full model, gather the result.
+// arguments, call the full model with data.full (following.h), gather the result.
 #pragma once
 
 #include <dyntape/dynamics/algorithms.h>
@@ -35,25 +35,25 @@ struct MimicModel {
   // ArgumentError for rules that check_mimic_rules refuses.
   MimicModel(const Model<T>& model, const std::vector<MimicRule>& rules);
 
-  // An entry of a full vector: factor x[index] + offset.
-  struct Entry {
-    int index = 0;
-    double factor = 1, offset = 0;
-  };
-
   Model<T> full;
   std::vector<MimicRule> rules;  // each to the first leader of its chain
   std::string name;
   int nq = 0, nv = 0;
-  std::vector<Entry> q_entries;         // (full.nq)
-  std::vector<Entry> v_entries;         // (full.nv), offsets zero: the rows of G
-  std::vector<int> q_owners, v_owners;  // (nq), (nv) the full entry that an entry is
+  std::vector<FollowedEntry> q_entries;  // (full.nq)
+  std::vector<FollowedEntry> v_entries;  // (full.nv), offsets zero: the rows of G
+  std::vector<int> q_owners, v_owners;   // (nq), (nv) the full entry that an entry is
 
   template <class S>
   MimicModel<S> cast() const {
     return {full.template cast<S>(), rules};
   }
 };
+
+// For Data::following of the full model: its forward dynamics is then that of the short vectors.
+template <class T>
+Following<T> following(const MimicModel<T>& model) {
+  return {model.v_entries, model.nv};
+}
 
 // Full vectors from short ones, and back: expand applies G (and offsets to a configuration), gather G^T.
 template <class T>
@@ -71,7 +71,7 @@ template <class T>
 struct MimicData {
   explicit MimicData(const MimicModel<T>& model);
 
-  Data<T> full;  // of the full model; its results are those of the last call
+  Data<T> full;  // of the full model, with `following`; its results are those of the last call
 
   // Results, as Data's.
   VectorX<T> tau, ddq, nle, g;                  // (nv)
@@ -81,8 +81,6 @@ struct MimicData {
 
   // Working memory.
   VectorX<T> q_full, v_full, w_full;
-  MatrixX<T> L;          // (nv x nv) unit lower triangle of M = L^T D L
-  VectorX<T> D_inverse;  // (nv)
 };
 
 // As algorithms.h and configuration.h.

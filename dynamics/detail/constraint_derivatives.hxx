@@ -114,6 +114,22 @@ void respond_to(const ConstraintData<T>& c, const MatrixX<T>& Y, const MatrixX<T
   df.noalias() -= c.G_inverse * A;
 }
 
+// After constrained_dynamics; `subtract` takes from data.dtau_dq and dtau_dv what others than `acting` add.
+template <class T, class Subtract>
+void differentiate_constrained(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                               const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting,
+                               Subtract subtract) {
+  for (std::size_t i = 0; i < c.chains.size(); ++i) differentiate_acceleration<T>(c, i, v, c.ddq);
+  id_derivatives<T>(model, data, q, v, c.ddq, acting);
+  subtract();
+  c.P = data.dtau_dq;
+  subtract_turning_forces(c, c.lambda, c.P);
+  invert_constrained_motion(data, c, c.ddq_dtau);
+  c.lambda_dtau = -c.Z.transpose();
+  respond_to(c, c.ddq_dtau, c.P, c.A_dq, c.ddq_dq, c.lambda_dq);
+  respond_to(c, c.ddq_dtau, data.dtau_dv, c.A_dv, c.ddq_dv, c.lambda_dv);
+}
+
 }  // namespace detail
 
 template <class T>
@@ -121,16 +137,17 @@ void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, Cons
                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
                                       const Acting<T>& acting) {
   constrained_dynamics(model, data, c, q, v, tau, acting);
-  for (std::size_t i = 0; i < c.chains.size(); ++i) {
-    detail::differentiate_acceleration<T>(c, i, v, c.ddq);
-  }
-  id_derivatives<T>(model, data, q, v, c.ddq, acting);
-  c.P = data.dtau_dq;
-  detail::subtract_turning_forces(c, c.lambda, c.P);
-  detail::invert_constrained_motion(data, c, c.ddq_dtau);
-  c.lambda_dtau = -c.Z.transpose();
-  detail::respond_to(c, c.ddq_dtau, c.P, c.A_dq, c.ddq_dq, c.lambda_dq);
-  detail::respond_to(c, c.ddq_dtau, data.dtau_dv, c.A_dv, c.ddq_dv, c.lambda_dv);
+  detail::differentiate_constrained(model, data, c, q, v, acting, [] {});
+}
+
+template <class T>
+void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                                      EffectTorques<T>& torques, const Effects<T>& effects,
+                                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau) {
+  constrained_dynamics(model, data, c, torques, effects, q, v, tau);
+  detail::differentiate_constrained(model, data, c, q, v, effects.acting(), [&] {
+    if (detail::adds_torques(effects)) detail::subtract_slopes(model, data, torques, effects, q, v);
+  });
 }
 
 template <class T>

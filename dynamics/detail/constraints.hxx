@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/detail/added_torques.hxx>
 #include <dyntape/dynamics/detail/constraint_chains.hxx>
 #include <dyntape/dynamics/detail/kinematics.hxx>
 
@@ -180,6 +181,19 @@ const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, Con
   detail::demand_acceleration(c);
   detail::meet_constraints(c, c.ddq, c.lambda);
   return c.ddq;
+}
+
+template <class T>
+const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                                       EffectTorques<T>& torques, const Effects<T>& effects,
+                                       const VectorRef<T>& q, const VectorRef<T>& v,
+                                       const VectorRef<T>& tau) {
+  detail::check_arguments("constrained_dynamics", model, data, q, &v, &tau, "tau");
+  if (!detail::adds_torques(effects))
+    return constrained_dynamics(model, data, c, q, v, tau, effects.acting());
+  return constrained_dynamics<T>(model, data, c, q, v,
+                                 detail::total_torques(model, data, torques, effects, q, v, tau),
+                                 effects.acting());
 }
 
 template <class T>

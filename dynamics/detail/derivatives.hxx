@@ -195,11 +195,17 @@ void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, Ma
 
 // The acceleration under tau, Minv, and the derivatives of inverse dynamics there: what solve_columns combines.
 template <class T>
-void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const VectorRef<T>& v,
-                                 const VectorRef<T>& tau, const Acting<T>& acting) {
-  articulate(model, data, acting);
-  aba_placed(model, data, v, tau, acting);
-  minverse_articulated(model, data);
+void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
+                                 const VectorRef<T>& v, const VectorRef<T>& tau, const Acting<T>& acting) {
+  if (data.following) {
+    minverse(model, data, q, acting);
+    accelerate_following(model, data, q, v, tau, acting);
+  } else {
+    place_joints(model, data, q);
+    articulate(model, data, acting);
+    aba_placed(model, data, v, tau, acting);
+    minverse_articulated(model, data);
+  }
   for (int k = 0; k < model.nv; ++k) {
     std::copy(data.Minv.col(k).data(), data.Minv.col(k).data() + model.nv,
               data.columns_of_minverse.data() + k * data.stride);
@@ -223,8 +229,7 @@ void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
                     const VectorRef<T>& tau, const Acting<T>& acting) {
   detail::check_arguments("fd_derivatives", model, data, q, &v, &tau, "tau");
   detail::check_acting("fd_derivatives", model, acting);
-  detail::place_joints(model, data, q);
-  detail::derivatives_at_acceleration(model, data, v, tau, acting);
+  detail::derivatives_at_acceleration(model, data, q, v, tau, acting);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);
 }

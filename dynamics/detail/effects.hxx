@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/dynamics/effects.h>
+#include <dyntape/dynamics/detail/added_torques.hxx>
 #include <dyntape/dynamics/detail/derivatives.hxx>
 
 namespace dyntape::dynamics {
@@ -27,15 +27,9 @@ void check_effects(const Model<T>& model, const Effects<T>& effects) {
   check(who, "spring rest", model, effects.springs->rest.size(), model.nq);
 }
 
-// Calls f(index in v, deflection) for every spring.
-template <class T, class F>
-void for_each_spring(const Model<T>& model, const Springs<T>& springs, const VectorRef<T>& q, F f) {
-  VectorX<T> deflection(model.nv);
-  for (const Joint<T>& joint : model.joints) {
-    if (!is_single(joint.type)) continue;
-    difference<T>(joint, springs.rest, q, deflection);
-    f(joint.idx_v, deflection[joint.idx_v]);
-  }
+template <class T>
+void check_torques(const char* function, const Model<T>& model, const EffectTorques<T>& torques) {
+  check(function, "torques", model, torques.tau.size(), model.nv);
 }
 
 }  // namespace detail
@@ -54,12 +48,19 @@ VectorX<T> model_friction(const Model<T>& model) {
 }
 
 template <class T>
-VectorX<T> joint_torques(const Model<T>& model, const Effects<T>& effects, const VectorRef<T>& q,
-                         const VectorRef<T>& v) {
+EffectTorques<T>::EffectTorques(const Model<T>& model) : of_wrenches(model) {
+  for (auto* x : {&tau, &dtau_dq, &dtau_dv, &total, &deflection}) *x = VectorX<T>::Zero(model.nv);
+}
+
+template <class T>
+const VectorX<T>& joint_torques(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
+                                const VectorRef<T>& q, const VectorRef<T>& v) {
   detail::check("joint_torques", "q", model, q.size(), model.nq);
   detail::check("joint_torques", "v", model, v.size(), model.nv);
   detail::check_effects(model, effects);
-  VectorX<T> tau = VectorX<T>::Zero(model.nv);
+  detail::check_torques("joint_torques", model, torques);
+  VectorX<T>& tau = torques.tau;
+  tau.setZero();
   if (effects.damping) tau -= effects.damping->cwiseProduct(v);
   if (effects.friction) {
     for (int k = 0; k < model.nv; ++k) {
@@ -67,105 +68,78 @@ VectorX<T> joint_torques(const Model<T>& model, const Effects<T>& effects, const
     }
   }
   if (effects.springs) {
-    detail::for_each_spring(model, *effects.springs, q,
-                            [&](int k, const T& x) { tau[k] -= effects.springs->stiffness[k] * x; });
+    for (const Joint<T>& joint : model.joints) {
+      if (!is_single(joint.type)) continue;
+      difference<T>(joint, effects.springs->rest, q, torques.deflection);
+      tau[joint.idx_v] -= effects.springs->stiffness[joint.idx_v] * torques.deflection[joint.idx_v];
+    }
   }
   return tau;
 }
 
 template <class T>
-JointTorqueSlopes<T> joint_torque_slopes(const Model<T>& model, const Effects<T>& effects,
-                                         const VectorRef<T>& q, const VectorRef<T>& v) {
+void joint_torque_slopes(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
+                         const VectorRef<T>& q, const VectorRef<T>& v) {
   detail::check("joint_torque_slopes", "q", model, q.size(), model.nq);
   detail::check("joint_torque_slopes", "v", model, v.size(), model.nv);
   detail::check_effects(model, effects);
-  JointTorqueSlopes<T> slopes;
-  if (effects.damping || effects.friction) slopes.dv = VectorX<T>::Zero(model.nv);
-  if (effects.damping) slopes.dv -= *effects.damping;
+  detail::check_torques("joint_torque_slopes", model, torques);
+  torques.dtau_dq.setZero();
+  torques.dtau_dv.setZero();
+  if (effects.damping) torques.dtau_dv -= *effects.damping;
   if (effects.friction) {
     const T& w = effects.friction->smoothing;
     for (int k = 0; k < model.nv; ++k) {
       const T t = tanh(v[k] / w);
-      slopes.dv[k] -= effects.friction->torque[k] * ((T(1) - t * t) / w);
+      torques.dtau_dv[k] -= effects.friction->torque[k] * ((T(1) - t * t) / w);
     }
   }
-  if (effects.springs) {
-    slopes.dq = VectorX<T>::Zero(model.nv);
-    for (const Joint<T>& joint : model.joints) {
-      if (!is_single(joint.type)) continue;
-      slopes.dq[joint.idx_v] = -effects.springs->stiffness[joint.idx_v];
-    }
+  if (!effects.springs) return;
+  for (const Joint<T>& joint : model.joints) {
+    if (!is_single(joint.type)) continue;
+    torques.dtau_dq[joint.idx_v] = -effects.springs->stiffness[joint.idx_v];
   }
-  return slopes;
 }
 
-namespace detail {
-
 template <class T>
-bool adds_torques(const Effects<T>& effects) {
-  return effects.damping || effects.friction || effects.springs || !effects.wrenches.empty();
-}
-
-// What the chosen effects add to the driving torques.
-template <class T>
-VectorX<T> added_torques(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                         const VectorRef<T>& q, const VectorRef<T>& v) {
-  VectorX<T> tau = joint_torques(model, effects, q, v);
-  if (effects.wrenches.empty()) return tau;
-  WrenchTorques<T> w(model);
-  return tau + wrench_torques(model, data, w, effects.wrenches, q);
-}
-
-// Driving torque less what the chosen effects add.
-template <class T>
-void subtract_slopes(const Model<T>& model, Data<T>& data, const Effects<T>& effects, const VectorRef<T>& q,
-                     const VectorRef<T>& v) {
-  const JointTorqueSlopes<T> slopes = joint_torque_slopes(model, effects, q, v);
-  for (long k = 0; k < slopes.dq.size(); ++k) data.dtau_dq(k, k) -= slopes.dq[k];
-  for (long k = 0; k < slopes.dv.size(); ++k) data.dtau_dv(k, k) -= slopes.dv[k];
-  if (effects.wrenches.empty()) return;
-  WrenchTorques<T> w(model);
-  data.dtau_dq -= wrench_torque_derivatives(model, data, w, effects.wrenches, q);
-}
-
-}  // namespace detail
-
-template <class T>
-const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau) {
+const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const VectorRef<T>& tau) {
   detail::check_arguments("forward_dynamics", model, data, q, &v, &tau, "tau");
   if (!detail::adds_torques(effects)) return aba(model, data, q, v, tau, effects.acting());
-  const VectorX<T> total = tau + detail::added_torques(model, data, effects, q, v);
-  return aba<T>(model, data, q, v, total, effects.acting());
+  return aba<T>(model, data, q, v, detail::total_torques(model, data, torques, effects, q, v, tau),
+                effects.acting());
 }
 
 template <class T>
-const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                   const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a) {
+const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const VectorRef<T>& a) {
   rnea(model, data, q, v, a, effects.acting());
-  if (detail::adds_torques(effects)) data.tau -= detail::added_torques(model, data, effects, q, v);
+  if (detail::adds_torques(effects)) data.tau -= detail::added_torques(model, data, torques, effects, q, v);
   return data.tau;
 }
 
 template <class T>
-void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& a) {
+void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                  const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                  const VectorRef<T>& a) {
   id_derivatives(model, data, q, v, a, effects.acting());
   if (!detail::adds_torques(effects)) return;
-  data.tau -= detail::added_torques(model, data, effects, q, v);
-  detail::subtract_slopes(model, data, effects, q, v);
+  data.tau -= detail::added_torques(model, data, torques, effects, q, v);
+  detail::subtract_slopes(model, data, torques, effects, q, v);
 }
 
 template <class T>
-void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
-                                  const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau) {
+void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                  const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                  const VectorRef<T>& tau) {
   detail::check_arguments("forward_dynamics_derivatives", model, data, q, &v, &tau, "tau");
   const Acting<T> acting = effects.acting();
   if (!detail::adds_torques(effects)) return fd_derivatives(model, data, q, v, tau, acting);
-  const VectorX<T> total = tau + detail::added_torques(model, data, effects, q, v);
-  detail::place_joints(model, data, q);
-  detail::derivatives_at_acceleration<T>(model, data, v, total, acting);
-  detail::subtract_slopes(model, data, effects, q, v);
+  detail::total_torques(model, data, torques, effects, q, v, tau);
+  detail::derivatives_at_acceleration<T>(model, data, q, v, torques.total, acting);
+  detail::subtract_slopes(model, data, torques, effects, q, v);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);
 }

@@ -3,6 +3,7 @@
 
 #include <dyntape/dynamics/detail/checks.hxx>
 #include <dyntape/dynamics/detail/columns.hxx>
+#include <dyntape/dynamics/detail/following.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {
@@ -270,6 +271,11 @@ const VectorX<T>& aba(const Model<T>& model, Data<T>& data, const VectorRef<T>& 
                       const VectorRef<T>& tau, const Acting<T>& acting) {
   detail::check_arguments("aba", model, data, q, &v, &tau, "tau");
   detail::check_acting("aba", model, acting);
+  if (data.following) {
+    detail::factorise(*data.following, crba<T>(model, data, q, acting));
+    detail::accelerate_following(model, data, q, v, tau, acting);
+    return data.ddq;
+  }
   detail::place_joints(model, data, q);
   detail::articulate(model, data, acting);
   detail::aba_placed(model, data, v, tau, acting);
@@ -281,6 +287,11 @@ const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef
                            const Acting<T>& acting) {
   detail::check_arguments("minverse", model, data, q);
   detail::check_acting("minverse", model, acting);
+  if (data.following) {
+    detail::factorise(*data.following, crba<T>(model, data, q, acting));
+    detail::invert_following(data);
+    return data.Minv;
+  }
   detail::place_joints(model, data, q);
   detail::articulate(model, data, acting);
   detail::minverse_articulated(model, data);

@@ -2,52 +2,26 @@
 #pragma once
 
 #include <dyntape/dynamics/mimic.h>
-#include <dyntape/dynamics/detail/checks.hxx>
+#include <dyntape/dynamics/detail/following.hxx>
 
 #include <algorithm>
 
 namespace dyntape::dynamics {
 namespace detail {
 
-// Structure is decided on plain numbers: a factor of one leaves no product.
-template <class T>
-T scaled(const T& x, double factor) {
-  return factor == 1 ? x : T(x * T(factor));
-}
-
-template <class T>
-void expand(const std::vector<typename MimicModel<T>::Entry>& entries, const VectorRef<T>& x,
-            VectorX<T>& full) {
-  for (size_t k = 0; k < entries.size(); ++k) {
-    full[k] = scaled<T>(x[entries[k].index], entries[k].factor);
-    if (entries[k].offset != 0) full[k] += T(entries[k].offset);
+// `count` full entries from `first` on follow nobody.
+inline void own(int first, int count, std::vector<FollowedEntry>& entries, std::vector<int>& owners) {
+  for (int k = first; k < first + count; ++k) {
+    entries[k].index = static_cast<int>(owners.size());
+    owners.push_back(k);
   }
 }
 
 template <class T>
-void gather_into(const MimicModel<T>& model, const VectorRef<T>& full, VectorX<T>& result) {
-  result.setZero();
-  for (int k = 0; k < model.full.nv; ++k) {
-    result[model.v_entries[k].index] += scaled<T>(full[k], model.v_entries[k].factor);
-  }
-}
-
-template <class T>
-void gather_into(const MimicModel<T>& model, const MatrixX<T>& full, MatrixX<T>& result) {
-  result.setZero();
-  for (int c = 0; c < model.full.nv; ++c) {
-    for (int r = 0; r < model.full.nv; ++r) {
-      const auto &row = model.v_entries[r], &column = model.v_entries[c];
-      result(row.index, column.index) += scaled<T>(full(r, c), row.factor * column.factor);
-    }
-  }
-}
-
-template <class T>
-void make_symmetric(MatrixX<T>& M) {
-  for (int c = 0; c < M.cols(); ++c) {
-    for (int r = 0; r < c; ++r) M(c, r) = M(r, c);
-  }
+VectorX<T> expanded(const std::vector<FollowedEntry>& entries, const VectorRef<T>& x) {
+  VectorX<T> full(entries.size());
+  expand<T>(entries, x, full);
+  return full;
 }
 
 // The entries of joints that follow nobody.
@@ -76,64 +50,39 @@ void expand_arguments(const MimicModel<T>& model, MimicData<T>& data, const Vect
   if (w) expand<T>(model.v_entries, *w, data.w_full);
 }
 
-// M = L^T D L, from the last row to the first (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, 6.3).
+// Torques of the leaders, none on followers.
 template <class T>
-void factorise(MimicData<T>& data) {
-  data.L = data.M;
-  MatrixX<T>& L = data.L;
-  for (int k = static_cast<int>(L.rows()) - 1; k >= 0; --k) {
-    data.D_inverse[k] = T(1) / L(k, k);
-    for (int i = k - 1; i >= 0; --i) {
-      const T a = L(k, i) * data.D_inverse[k];
-      for (int j = i; j >= 0; --j) L(i, j) -= a * L(k, j);
-      L(k, i) = a;
+void scatter_torques(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& tau) {
+  data.w_full.setZero();
+  for (int k = 0; k < model.nv; ++k) data.w_full[model.v_owners[k]] = tau[k];
+}
+
+// The rows and columns of leaders.
+template <class T>
+void keep_owned(const MimicModel<T>& model, const MatrixX<T>& full, MatrixX<T>& result) {
+  for (int c = 0; c < model.nv; ++c) {
+    for (int r = 0; r < model.nv; ++r) result(r, c) = full(model.v_owners[r], model.v_owners[c]);
+  }
+}
+
+// The rows of leaders, columns times G.
+template <class T>
+void keep_owned_rows(const MimicModel<T>& model, const MatrixX<T>& full, MatrixX<T>& result) {
+  result.setZero();
+  for (int c = 0; c < model.full.nv; ++c) {
+    const FollowedEntry& column = model.v_entries[c];
+    for (int r = 0; r < model.nv; ++r) {
+      result(r, column.index) += scaled<T>(full(model.v_owners[r], c), column.factor);
     }
   }
 }
 
-// x becomes M^-1 x.
-template <class T, class Column>
-void solve(const MimicData<T>& data, Column&& x) {
-  const int n = static_cast<int>(data.D_inverse.size());
-  for (int i = n - 1; i >= 0; --i) {
-    for (int j = 0; j < i; ++j) x[j] -= data.L(i, j) * x[i];
-  }
-  for (int i = 0; i < n; ++i) {
-    x[i] *= data.D_inverse[i];
-    for (int j = 0; j < i; ++j) x[i] -= data.L(i, j) * x[j];
-  }
-}
-
-template <class T>
-void factorise_mass(const MimicModel<T>& model, MimicData<T>& data, const Acting<T>& acting) {
-  gather_into(model, crba<T>(model.full, data.full, data.q_full, acting), data.M);
-  make_symmetric(data.M);
-  factorise(data);
-}
-
-template <class T>
-void invert(MimicData<T>& data) {
-  data.Minv.setIdentity();
-  for (int c = 0; c < data.Minv.cols(); ++c) solve(data, data.Minv.col(c));
-  make_symmetric(data.Minv);
-}
-
-// data.ddq from the mass matrix's factors and the bias at (q_full, v_full).
-template <class T>
-void accelerate(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& tau,
-                const Acting<T>& acting) {
-  gather_into<T>(model, nonlinear_effects<T>(model.full, data.full, data.q_full, data.v_full, acting),
-                 data.nle);
-  data.ddq = tau - data.nle;
-  solve(data, data.ddq);
-}
-
 template <class T>
 void gather_derivatives(const MimicModel<T>& model, MimicData<T>& data) {
-  gather_into<T>(model, data.full.tau, data.tau);
-  gather_into(model, data.full.dtau_dq, data.dtau_dq);
-  gather_into(model, data.full.dtau_dv, data.dtau_dv);
-  gather_into(model, data.full.M, data.M);
+  gather_into<T>(model.v_entries, data.full.tau, data.tau);
+  gather_into(model.v_entries, data.full.dtau_dq, data.dtau_dq);
+  gather_into(model.v_entries, data.full.dtau_dv, data.dtau_dv);
+  gather_into(model.v_entries, data.full.M, data.M);
   make_symmetric(data.M);
 }
 
@@ -152,15 +101,11 @@ MimicModel<T>::MimicModel(const Model<T>& model, const std::vector<MimicRule>& g
   v_entries.resize(full.nv);
   for (const Joint<T>& joint : full.joints) {
     if (rule_of(joint.name) != rules.end()) continue;
-    for (int k = joint.idx_q; k < joint.idx_q + dynamics::nq(joint.type); ++k) {
-      q_entries[k].index = nq++;
-      q_owners.push_back(k);
-    }
-    for (int k = joint.idx_v; k < joint.idx_v + dynamics::nv(joint.type); ++k) {
-      v_entries[k].index = nv++;
-      v_owners.push_back(k);
-    }
+    detail::own(joint.idx_q, dynamics::nq(joint.type), q_entries, q_owners);
+    detail::own(joint.idx_v, dynamics::nv(joint.type), v_entries, v_owners);
   }
+  nq = static_cast<int>(q_owners.size());
+  nv = static_cast<int>(v_owners.size());
   for (const Joint<T>& joint : full.joints) {
     const auto rule = rule_of(joint.name);
     if (rule == rules.end()) continue;
@@ -172,9 +117,10 @@ MimicModel<T>::MimicModel(const Model<T>& model, const std::vector<MimicRule>& g
 
 template <class T>
 MimicData<T>::MimicData(const MimicModel<T>& model) : full(model.full) {
+  full.following = following(model);
   const int n = model.nv;
-  for (auto* x : {&tau, &ddq, &nle, &g, &D_inverse}) *x = VectorX<T>::Zero(n);
-  for (auto* x : {&M, &Minv, &dtau_dq, &dtau_dv, &ddq_dq, &ddq_dv, &L}) *x = MatrixX<T>::Zero(n, n);
+  for (auto* x : {&tau, &ddq, &nle, &g}) *x = VectorX<T>::Zero(n);
+  for (auto* x : {&M, &Minv, &dtau_dq, &dtau_dv, &ddq_dq, &ddq_dv}) *x = MatrixX<T>::Zero(n, n);
   q_full = VectorX<T>::Zero(model.full.nq);
   for (auto* x : {&v_full, &w_full}) *x = VectorX<T>::Zero(model.full.nv);
 }
@@ -182,24 +128,20 @@ MimicData<T>::MimicData(const MimicModel<T>& model) : full(model.full) {
 template <class T>
 VectorX<T> expand_configuration(const MimicModel<T>& model, const VectorRef<T>& q) {
   detail::check("expand_configuration", "q", model.full, q.size(), model.nq);
-  VectorX<T> full(model.full.nq);
-  detail::expand<T>(model.q_entries, q, full);
-  return full;
+  return detail::expanded<T>(model.q_entries, q);
 }
 
 template <class T>
 VectorX<T> expand_tangent(const MimicModel<T>& model, const VectorRef<T>& v) {
   detail::check("expand_tangent", "v", model.full, v.size(), model.nv);
-  VectorX<T> full(model.full.nv);
-  detail::expand<T>(model.v_entries, v, full);
-  return full;
+  return detail::expanded<T>(model.v_entries, v);
 }
 
 template <class T>
 VectorX<T> gather(const MimicModel<T>& model, const VectorRef<T>& tau_full) {
   detail::check("gather", "tau", model.full, tau_full.size(), model.full.nv);
   VectorX<T> tau(model.nv);
-  detail::gather_into<T>(model, tau_full, tau);
+  detail::gather_into<T>(model.v_entries, tau_full, tau);
   return tau;
 }
 
@@ -219,7 +161,7 @@ MatrixX<T> gather_both(const MimicModel<T>& model, const MatrixX<T>& D_full) {
   detail::check("gather_both", "D", model.full, D_full.rows(), model.full.nv);
   detail::check("gather_both", "D", model.full, D_full.cols(), model.full.nv);
   MatrixX<T> D(model.nv, model.nv);
-  detail::gather_into(model, D_full, D);
+  detail::gather_into(model.v_entries, D_full, D);
   return D;
 }
 
@@ -228,7 +170,8 @@ const VectorX<T>& rnea(const MimicModel<T>& model, MimicData<T>& data, const Vec
                        const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting) {
   detail::check_arguments("rnea", model, data, q, &v, &a);
   detail::expand_arguments(model, data, q, &v, &a);
-  detail::gather_into<T>(model, rnea<T>(model.full, data.full, data.q_full, data.v_full, data.w_full, acting),
+  detail::gather_into<T>(model.v_entries,
+                         rnea<T>(model.full, data.full, data.q_full, data.v_full, data.w_full, acting),
                          data.tau);
   return data.tau;
 }
@@ -238,7 +181,8 @@ const VectorX<T>& nonlinear_effects(const MimicModel<T>& model, MimicData<T>& da
                                     const VectorRef<T>& v, const Acting<T>& acting) {
   detail::check_arguments("nonlinear_effects", model, data, q, &v);
   detail::expand_arguments(model, data, q, &v);
-  detail::gather_into<T>(model, nonlinear_effects<T>(model.full, data.full, data.q_full, data.v_full, acting),
+  detail::gather_into<T>(model.v_entries,
+                         nonlinear_effects<T>(model.full, data.full, data.q_full, data.v_full, acting),
                          data.nle);
   return data.nle;
 }
@@ -247,7 +191,7 @@ template <class T>
 const VectorX<T>& generalized_gravity(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q) {
   detail::check_arguments("generalized_gravity", model, data, q);
   detail::expand_arguments(model, data, q);
-  detail::gather_into<T>(model, generalized_gravity<T>(model.full, data.full, data.q_full), data.g);
+  detail::gather_into<T>(model.v_entries, generalized_gravity<T>(model.full, data.full, data.q_full), data.g);
   return data.g;
 }
 
@@ -256,7 +200,7 @@ const MatrixX<T>& crba(const MimicModel<T>& model, MimicData<T>& data, const Vec
                        const Acting<T>& acting) {
   detail::check_arguments("crba", model, data, q);
   detail::expand_arguments(model, data, q);
-  detail::gather_into(model, crba<T>(model.full, data.full, data.q_full, acting), data.M);
+  detail::gather_into(model.v_entries, crba<T>(model.full, data.full, data.q_full, acting), data.M);
   detail::make_symmetric(data.M);
   return data.M;
 }
@@ -266,8 +210,9 @@ const VectorX<T>& aba(const MimicModel<T>& model, MimicData<T>& data, const Vect
                       const VectorRef<T>& v, const VectorRef<T>& tau, const Acting<T>& acting) {
   detail::check_arguments("aba", model, data, q, &v, &tau, "tau");
   detail::expand_arguments(model, data, q, &v);
-  detail::factorise_mass(model, data, acting);
-  detail::accelerate(model, data, tau, acting);
+  detail::scatter_torques(model, data, tau);
+  aba<T>(model.full, data.full, data.q_full, data.v_full, data.w_full, acting);
+  for (int k = 0; k < model.nv; ++k) data.ddq[k] = data.full.ddq[model.v_owners[k]];
   return data.ddq;
 }
 
@@ -276,8 +221,7 @@ const MatrixX<T>& minverse(const MimicModel<T>& model, MimicData<T>& data, const
                            const Acting<T>& acting) {
   detail::check_arguments("minverse", model, data, q);
   detail::expand_arguments(model, data, q);
-  detail::factorise_mass(model, data, acting);
-  detail::invert(data);
+  detail::keep_owned(model, minverse<T>(model.full, data.full, data.q_full, acting), data.Minv);
   return data.Minv;
 }
 
@@ -295,18 +239,13 @@ void fd_derivatives(const MimicModel<T>& model, MimicData<T>& data, const Vector
                     const VectorRef<T>& v, const VectorRef<T>& tau, const Acting<T>& acting) {
   detail::check_arguments("fd_derivatives", model, data, q, &v, &tau, "tau");
   detail::expand_arguments(model, data, q, &v);
-  detail::factorise_mass(model, data, acting);
-  detail::invert(data);
-  detail::accelerate(model, data, tau, acting);
-  detail::expand<T>(model.v_entries, data.ddq, data.w_full);
-  id_derivatives<T>(model.full, data.full, data.q_full, data.v_full, data.w_full, acting);
+  detail::scatter_torques(model, data, tau);
+  fd_derivatives<T>(model.full, data.full, data.q_full, data.v_full, data.w_full, acting);
+  for (int k = 0; k < model.nv; ++k) data.ddq[k] = data.full.ddq[model.v_owners[k]];
+  detail::keep_owned(model, data.full.Minv, data.Minv);
+  detail::keep_owned_rows(model, data.full.ddq_dq, data.ddq_dq);
+  detail::keep_owned_rows(model, data.full.ddq_dv, data.ddq_dv);
   detail::gather_derivatives(model, data);
-  data.ddq_dq = -data.dtau_dq;
-  data.ddq_dv = -data.dtau_dv;
-  for (int c = 0; c < model.nv; ++c) {
-    detail::solve(data, data.ddq_dq.col(c));
-    detail::solve(data, data.ddq_dv.col(c));
-  }
 }
 
 template <class T>

@@ -16,6 +16,10 @@
       DYNTAPE_V(T), DYNTAPE_V(T), const Acting<T>&);                                                         \
   template void constrained_dynamics_derivatives(DYNTAPE_MD(T), ConstraintData<T>&, DYNTAPE_V(T),            \
       DYNTAPE_V(T), DYNTAPE_V(T), const Acting<T>&);                                                         \
+  template const VectorX<T>& constrained_dynamics(DYNTAPE_MD(T), ConstraintData<T>&, EffectTorques<T>&,      \
+      const Effects<T>&, DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T));                                          \
+  template void constrained_dynamics_derivatives(DYNTAPE_MD(T), ConstraintData<T>&, EffectTorques<T>&,       \
+      const Effects<T>&, DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T));                                          \
   template const VectorX<T>& impulse_dynamics(DYNTAPE_MD(T), ConstraintData<T>&, DYNTAPE_V(T),               \
       DYNTAPE_V(T), const T&, const Acting<T>&);                                                             \
   template void impulse_dynamics_derivatives(DYNTAPE_MD(T), ConstraintData<T>&, DYNTAPE_V(T),                \

@@ -101,8 +101,9 @@ Function record_with_effects(const Model<double>& model, const dynamics::Effects
   const dynamics::Effects<AD> acting = recorded_effects(effects);
   Function f = record(suffix, static_cast<std::size_t>(model.nq + 2 * model.nv), [&](const VectorXad& x) {
     Data<AD> data(taped);
+    dynamics::EffectTorques<AD> torques(taped);
     const VectorXad q = x.head(model.nq), v = x.segment(model.nq, model.nv), w = x.tail(model.nv);
-    return VectorXad(algorithm(taped, data, acting, q, v, w));
+    return VectorXad(algorithm(taped, data, torques, acting, q, v, w));
   });
   f.name = model.name + "_" + suffix;
   f.input_names[0] = input_names(model, like);

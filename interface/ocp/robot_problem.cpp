@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/function/robot_functions.h>
 
 namespace dyntape {
 
@@ -16,19 +17,6 @@ using dynamics::Model;
 template <class T>
 using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
 
-Effects<AD> taped(const Effects<double>& effects) {
-  Effects<AD> result;
-  result.gravity = effects.gravity;
-  if (effects.armature) result.armature = effects.armature->cast<AD>();
-  if (effects.damping) result.damping = effects.damping->cast<AD>();
-  if (effects.friction)
-    result.friction = {effects.friction->torque.cast<AD>(), AD(effects.friction->smoothing)};
-  if (effects.springs)
-    result.springs = {effects.springs->stiffness.cast<AD>(), effects.springs->rest.cast<AD>()};
-  for (const auto& wrench : effects.wrenches) result.wrenches.push_back(wrench.cast<AD>());
-  return result;
-}
-
 // The robot in one scalar, with its working memory; one thread at a time.
 template <class T>
 struct Plant {
@@ -36,12 +24,14 @@ struct Plant {
       : model(std::move(m)),
         effects(std::move(e)),
         data(model),
+        torques(model),
         dofs(std::move(driven)),
         gain(std::move(gains)) {}
 
   Model<T> model;
   Effects<T> effects;
   Data<T> data;
+  dynamics::EffectTorques<T> torques;
   std::vector<int> dofs;
   Eigen::VectorXd gain;  // of each control: torque = gain u
 
@@ -54,10 +44,10 @@ struct Plant {
   Vector<T> v(const Stage<T>& s) const { return s.x.tail(model.nv); }
 
   Vector<T> forward(const Stage<T>& s) {
-    return dynamics::forward_dynamics(model, data, effects, q(s), v(s), torque(s));
+    return dynamics::forward_dynamics(model, data, torques, effects, q(s), v(s), torque(s));
   }
   Vector<T> inverse(const Stage<T>& s) {
-    return dynamics::inverse_dynamics(model, data, effects, q(s), v(s), Vector<T>(s.a));
+    return dynamics::inverse_dynamics(model, data, torques, effects, q(s), v(s), Vector<T>(s.a));
   }
 };
 
@@ -82,7 +72,7 @@ struct Plants {
         gain(std::move(gains)),
         plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {}
 
-  Plant<AD> recorded() const { return {scene.model.cast<AD>(), taped(scene.effects), dofs, gain}; }
+  Plant<AD> recorded() const { return {scene.model.cast<AD>(), recorded_effects(scene.effects), dofs, gain}; }
 };
 
 StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
@@ -180,8 +170,9 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
 
 Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q) {
   Data<double> data(scene.model);
+  dynamics::EffectTorques<double> torques(scene.model);
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(scene.model.nv);
-  return dynamics::inverse_dynamics(scene.model, data, scene.effects, q, zero, zero);
+  return dynamics::inverse_dynamics(scene.model, data, torques, scene.effects, q, zero, zero);
 }
 
 void limit_positions(Problem& problem, const RobotScene& scene) {

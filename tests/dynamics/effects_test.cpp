@@ -49,6 +49,7 @@ class EffectsOn : public testing::TestWithParam<unsigned long> {
     s = random_state(model, random);
     effects = all_effects(model, random);
     data = std::make_unique<Data<double>>(model);
+    torques = std::make_unique<EffectTorques<double>>(model);
   }
 
   Random random;
@@ -56,20 +57,22 @@ class EffectsOn : public testing::TestWithParam<unsigned long> {
   State s;
   Effects<double> effects;
   std::unique_ptr<Data<double>> data;
+  std::unique_ptr<EffectTorques<double>> torques;
 };
 
 TEST_P(EffectsOn, ForwardInvertsInverse) {
-  const VectorXd tau = inverse_dynamics(model, *data, effects, s.q, s.v, s.a);
-  EXPECT_LE(relative_error(forward_dynamics(model, *data, effects, s.q, s.v, tau), s.a), 1e-11);
+  const VectorXd tau = inverse_dynamics(model, *data, *torques, effects, s.q, s.v, s.a);
+  EXPECT_LE(relative_error(forward_dynamics(model, *data, *torques, effects, s.q, s.v, tau), s.a), 1e-11);
 }
 
 TEST_P(EffectsOn, DerivativesMatchDifferences) {
   const Model<Float128> exact = model.cast<Float128>();
   const Effects<Float128> e = cast(effects);
   Data<Float128> data128(exact);
+  EffectTorques<Float128> torques128(exact);
   const VectorXq q = s.q.cast<Float128>(), v = s.v.cast<Float128>(), tau = s.tau.cast<Float128>();
-  forward_dynamics_derivatives(model, *data, effects, s.q, s.v, s.tau);
-  inverse_dynamics_derivatives(model, *data, effects, s.q, s.v, s.tau);
+  forward_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
+  inverse_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
   const Float128 h(1e-11);
   MatrixXd fq(model.nv, model.nv), fv = fq, iq = fq, iv = fq;
   const auto fill = [&](MatrixXd& d, int k, auto f) {
@@ -80,16 +83,18 @@ TEST_P(EffectsOn, DerivativesMatchDifferences) {
   };
   for (int k = 0; k < model.nv; ++k) {
     fill(fq, k, [&](const VectorXq& x) -> VectorXq {
-      return forward_dynamics<Float128>(exact, data128, e, integrate<Float128>(exact, q, x), v, tau);
+      return forward_dynamics<Float128>(exact, data128, torques128, e, integrate<Float128>(exact, q, x), v,
+                                        tau);
     });
     fill(fv, k, [&](const VectorXq& x) -> VectorXq {
-      return forward_dynamics<Float128>(exact, data128, e, q, v + x, tau);
+      return forward_dynamics<Float128>(exact, data128, torques128, e, q, v + x, tau);
     });
     fill(iq, k, [&](const VectorXq& x) -> VectorXq {
-      return inverse_dynamics<Float128>(exact, data128, e, integrate<Float128>(exact, q, x), v, tau);
+      return inverse_dynamics<Float128>(exact, data128, torques128, e, integrate<Float128>(exact, q, x), v,
+                                        tau);
     });
     fill(iv, k, [&](const VectorXq& x) -> VectorXq {
-      return inverse_dynamics<Float128>(exact, data128, e, q, v + x, tau);
+      return inverse_dynamics<Float128>(exact, data128, torques128, e, q, v + x, tau);
     });
   }
   EXPECT_LE(relative_error(data->ddq_dq, fq), 1e-11);
@@ -104,20 +109,23 @@ TEST_P(EffectsOn, NothingChosenIsThePlainAlgorithm) {
   Acting<double> acting;
   acting.armature = false;
   Data<double> plain(model);
-  EXPECT_EQ(forward_dynamics(model, *data, none, s.q, s.v, s.tau),
+  EXPECT_EQ(forward_dynamics(model, *data, *torques, none, s.q, s.v, s.tau),
             aba(model, plain, s.q, s.v, s.tau, acting));
-  EXPECT_EQ(inverse_dynamics(model, *data, none, s.q, s.v, s.a), rnea(model, plain, s.q, s.v, s.a, acting));
-  EXPECT_EQ(joint_torques(model, none, s.q, s.v), VectorXd::Zero(model.nv));
-  EXPECT_EQ(joint_torque_slopes(model, none, s.q, s.v).dq.size(), 0);
+  EXPECT_EQ(inverse_dynamics(model, *data, *torques, none, s.q, s.v, s.a),
+            rnea(model, plain, s.q, s.v, s.a, acting));
+  EXPECT_EQ(joint_torques(model, *torques, none, s.q, s.v), VectorXd::Zero(model.nv));
+  joint_torque_slopes(model, *torques, none, s.q, s.v);
+  EXPECT_EQ(torques->dtau_dq, VectorXd::Zero(model.nv));
+  EXPECT_EQ(torques->dtau_dv, VectorXd::Zero(model.nv));
   none.gravity = false;
   const VectorXd zero = VectorXd::Zero(model.nv);
-  EXPECT_EQ(inverse_dynamics(model, *data, none, s.q, zero, zero), zero);
+  EXPECT_EQ(inverse_dynamics(model, *data, *torques, none, s.q, zero, zero), zero);
 }
 
 // Damping and friction only take energy out.
 TEST_P(EffectsOn, DampingAndFrictionDissipate) {
   effects.springs.reset();
-  EXPECT_LE(joint_torques(model, effects, s.q, s.v).dot(s.v), 0);
+  EXPECT_LE(joint_torques(model, *torques, effects, s.q, s.v).dot(s.v), 0);
 }
 
 TEST_P(EffectsOn, ArmatureIsOnTheDiagonal) {
@@ -136,27 +144,30 @@ TEST(Effects, FrictionHasItsSlopeAtRestAndItsLevelBeyond) {
   model.add_joint(-1, random_joint(random, "slide", JointType::kPrismatic), {}, random_inertia(random));
   Effects<double> effects;
   effects.friction = CoulombFriction<double>{VectorXd::Constant(1, 5), 0.01};
+  EffectTorques<double> torques(model);
   const VectorXd q = VectorXd::Zero(1);
   const auto torque = [&](double v) {
-    return joint_torques<double>(model, effects, q, VectorXd::Constant(1, v))[0];
+    return joint_torques<double>(model, torques, effects, q, VectorXd::Constant(1, v))[0];
   };
   EXPECT_EQ(torque(1e6), -5);
   EXPECT_EQ(torque(-1e6), 5);
   EXPECT_EQ(torque(0), 0);
-  EXPECT_EQ(joint_torque_slopes<double>(model, effects, q, q).dv[0], -500);
+  joint_torque_slopes<double>(model, torques, effects, q, q);
+  EXPECT_EQ(torques.dtau_dv[0], -500);
 }
 
 TEST(Effects, WrongSizesAreNamed) {
   Random random(1);
   const Model<double> model = random_tree(random);
   Data<double> data(model);
+  EffectTorques<double> torques(model);
   const VectorXd q = neutral(model), v = VectorXd::Zero(model.nv);
   Effects<double> effects;
   effects.damping = VectorXd::Zero(model.nv + 1);
-  EXPECT_THROW(forward_dynamics(model, data, effects, q, v, v), ArgumentError);
+  EXPECT_THROW(forward_dynamics(model, data, torques, effects, q, v, v), ArgumentError);
   effects.damping.reset();
   effects.armature = VectorXd::Zero(model.nv - 1);
-  EXPECT_THROW(inverse_dynamics(model, data, effects, q, v, v), ArgumentError);
+  EXPECT_THROW(inverse_dynamics(model, data, torques, effects, q, v, v), ArgumentError);
 }
 
 }  // namespace

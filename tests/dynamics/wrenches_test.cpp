@@ -158,11 +158,12 @@ TEST_P(WrenchesOn, RootPositionEntersNothing) {
 
 TEST_P(WrenchesOn, DerivativesOfDynamicsDifferByTheirs) {
   Effects<double> effects;
-  inverse_dynamics_derivatives(model, *data, effects, s.q, s.v, s.a);
+  EffectTorques<double> torques(model);
+  inverse_dynamics_derivatives(model, *data, torques, effects, s.q, s.v, s.a);
   const VectorXd tau = data->tau;
   const MatrixXd dq = data->dtau_dq, dv = data->dtau_dv;
   effects.wrenches = wrenches;
-  inverse_dynamics_derivatives(model, *data, effects, s.q, s.v, s.a);
+  inverse_dynamics_derivatives(model, *data, torques, effects, s.q, s.v, s.a);
   const MatrixXd D = wrench_torque_derivatives(model, *data, *w, wrenches, s.q);
   EXPECT_EQ(data->tau, tau - w->tau);
   EXPECT_EQ(data->dtau_dq, dq - D);
@@ -202,8 +203,9 @@ TEST(Wrenches, WrongArgumentsAreNamed) {
   EXPECT_THROW(wrench_torques<double>(model, data, w, lost, q), ArgumentError);
   EXPECT_THROW(wrench_at_frame(model, 99, FixedIn::kBody, Force<double>()), ArgumentError);
   Effects<double> effects;
+  EffectTorques<double> torques(model);
   effects.wrenches = lost;
-  EXPECT_THROW(forward_dynamics(model, data, effects, q, v, v), ArgumentError);
+  EXPECT_THROW(forward_dynamics(model, data, torques, effects, q, v, v), ArgumentError);
 }
 
 }  // namespace

@@ -136,6 +136,7 @@ TEST(PackedRobot, ConfigurationsEffectsAndKinematicsHaveTheBitsOfOneLane) {
       using P = decltype(zero);
       const Model<P> m = model.cast<P>();
       Data<P> data(m);
+      EffectTorques<P> torques(m);
       VectorX<P> q(model.nq), q1(model.nq), v(model.nv), a(model.nv);
       for (int k = 0; k < P::kLanes; ++k) {
         for (int i = 0; i < model.nq; ++i) q[i].set(k, states[k].q[i]), q1[i].set(k, states[k + 8].q[i]);
@@ -155,8 +156,8 @@ TEST(PackedRobot, ConfigurationsEffectsAndKinematicsHaveTheBitsOfOneLane) {
       keep(difference<P>(m, q, q1));
       keep(integrate_jacobians<P>(m, v).second);
       keep(difference_jacobians<P>(m, v).second);
-      keep(forward_dynamics<P>(m, data, effects, q, v, a));
-      forward_dynamics_derivatives<P>(m, data, effects, q, v, a);
+      keep(forward_dynamics<P>(m, data, torques, effects, q, v, a));
+      forward_dynamics_derivatives<P>(m, data, torques, effects, q, v, a);
       keep(data.ddq_dq);
       keep(data.ddq_dv);
       forward_kinematics<P>(m, data, q, v, a);

@@ -384,15 +384,16 @@ TEST(RobotFunctions, RecordedEffectsAreTheEffects) {
   const VectorXd state = random_state(model, RobotFunction::kRnea, random);
   const VectorXd q = state.head(model.nq), v = state.segment(model.nq, model.nv), w = state.tail(model.nv);
   dynamics::Data<double> data(model);
+  dynamics::EffectTorques<double> torques(model);
   const std::vector<double> x(state.begin(), state.end());
   const auto check = [&](const Function& f, const VectorXd& expected) {
     const std::vector<double> y = evaluate(f, x);
     EXPECT_TRUE(same_numbers(Eigen::Map<const VectorXd>(y.data(), model.nv), expected)) << "seed 6";
   };
   check(record_forward_dynamics(model, effects),
-        dynamics::forward_dynamics<double>(model, data, effects, q, v, w));
+        dynamics::forward_dynamics<double>(model, data, torques, effects, q, v, w));
   check(record_inverse_dynamics(model, effects),
-        dynamics::inverse_dynamics<double>(model, data, effects, q, v, w));
+        dynamics::inverse_dynamics<double>(model, data, torques, effects, q, v, w));
 }
 
 TEST(RobotFunctions, ErrorsSayWhatAndWhichChoices) {
