@@ -8,6 +8,7 @@
 // Rules name joints, so that they outlive operations on a model (model_operations.h).
 #pragma once
 
+#include <compare>
 #include <optional>
 #include <string>
 #include <vector>
@@ -19,6 +20,8 @@ namespace dyntape::dynamics {
 struct MimicRule {
   std::string joint, leader;
   double multiplier = 1, offset = 0;  // rad/rad, m/rad, ...; rad or m
+
+  auto operator<=>(const MimicRule&) const = default;
 };
 
 // What rules need to know of a joint.

@@ -17,6 +17,7 @@
 //   J_bar     = M^-1 J^T Lambda                    dynamically consistent inverse, J J_bar = 1
 //   tau       = J^T F + tau_0 + h,   F = Lambda (x_dd - J_dot v - J M^-1 tau_0)
 //             = J^T Lambda (x_dd - J_dot v) + (1 - J^T J_bar^T) tau_0 + h
+// and, what F must overcome besides, mu = Lambda (J M^-1 h - J_dot v):  Lambda x_dd + mu = F under tau = J^T F.
 // x_dd is exact for any tau_0.  Torques act on all dofs: those of a free-flyer are a wrench that somebody
 // must supply.
 //
@@ -53,7 +54,7 @@ struct OperationalSpace {
   MatrixX<T> Lambda;          // (m x m)
   MatrixX<T> J_bar;           // (nv x m)
   T phi = T(0);               // in [0, 1): how much of the damping acts
-  VectorX<T> F;               // (m)
+  VectorX<T> F, mu;           // (m)
   VectorX<T> tau;             // (nv)
 
   // Working memory.
@@ -81,5 +82,11 @@ template <class T>
 const VectorX<T>& operational_torque(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
                                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& x_dd,
                                      const VectorX<T>* tau_0 = nullptr, const Acting<T>& acting = {});
+
+// After operational_space at this q and v: space.mu, and data.nle (= h).
+template <class T>
+const VectorX<T>& operational_bias(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
+                                   const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const Acting<T>& acting = {});
 
 }  // namespace dyntape::dynamics

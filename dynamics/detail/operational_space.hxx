@@ -116,7 +116,7 @@ OperationalSpace<T>::OperationalSpace(const Model<T>& model, const std::vector<i
   J = MatrixX<T>::Zero(m, model.nv);
   J_bar = MatrixX<T>::Zero(model.nv, m);
   for (auto* x : {&Lambda_inverse, &Lambda, &A, &L, &A_inverse}) *x = MatrixX<T>::Zero(m, m);
-  for (auto* x : {&J_dot_v, &F, &D, &D_inverse}) *x = VectorX<T>::Zero(m);
+  for (auto* x : {&J_dot_v, &F, &mu, &D, &D_inverse}) *x = VectorX<T>::Zero(m);
   tau = VectorX<T>::Zero(model.nv);
   J_Minv = Matrix6X<T>::Zero(6, model.nv);
   mobility.setZero();
@@ -178,6 +178,19 @@ const VectorX<T>& operational_torque(const Model<T>& model, Data<T>& data, Opera
     space.tau[k] = sum;
   }
   return space.tau;
+}
+
+template <class T>
+const VectorX<T>& operational_bias(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
+                                   const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting) {
+  detail::check("operational_bias", "workspace", model, space.tau.size(), model.nv);
+  nonlinear_effects(model, data, q, v, acting);
+  for (int i = 0; i < space.size(); ++i) {
+    space.mu[i] = -space.J_dot_v[i];
+    for (int k = 0; k < model.nv; ++k) space.mu[i] += space.J_Minv(space.rows[i], k) * data.nle[k];
+  }
+  detail::solve_mobility(space, space.mu);
+  return space.mu;
 }
 
 }  // namespace dyntape::dynamics

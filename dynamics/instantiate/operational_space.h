@@ -12,5 +12,7 @@
       ReferenceFrame, const OperationalOptions&, const Acting<T>&);                                          \
   template const VectorX<T>& operational_torque(DYNTAPE_MD(T), OperationalSpace<T>&, DYNTAPE_V(T),           \
       DYNTAPE_V(T), DYNTAPE_V(T), const VectorX<T>*, const Acting<T>&);                                      \
+  template const VectorX<T>& operational_bias(DYNTAPE_MD(T), OperationalSpace<T>&, DYNTAPE_V(T),             \
+      DYNTAPE_V(T), const Acting<T>&);                                                                       \
   }
 // clang-format on

@@ -19,19 +19,23 @@ double rounded_step(double x, double step) {
 
 RobotDifferences::RobotDifferences(const dynamics::Model<double>& model, const RobotFunction& derivative,
                                    bool central, double step)
-    : model_(model),
-      work_(model, value_of(derivative)),
+    : work_(model, value_of(derivative)),
       values_(outputs(model, value_of(derivative))),
       by_(derived_by(derivative)),
       central_(central),
       step_(step),
-      scaled_by_(static_cast<std::size_t>(model.nv), -1) {
+      scaled_by_(static_cast<std::size_t>(work_.sizes.nv), -1) {
   const double eps = std::numeric_limits<double>::epsilon();
   if (step_ == 0) step_ = central ? std::cbrt(eps) : std::sqrt(eps);
   for (const auto& joint : model.joints) {
     const bool on_a_line =
         joint.type == dynamics::JointType::kRevolute || joint.type == dynamics::JointType::kPrismatic;
-    if (on_a_line) scaled_by_[static_cast<std::size_t>(joint.idx_v)] = joint.idx_q;
+    if (!on_a_line) continue;
+    const auto* mimic = work_.mimic();
+    const auto idx_q = static_cast<std::size_t>(joint.idx_q), idx_v = static_cast<std::size_t>(joint.idx_v);
+    const int q = mimic ? mimic->q_entries[idx_q].index : joint.idx_q;
+    const int v = mimic ? mimic->v_entries[idx_v].index : joint.idx_v;
+    scaled_by_[static_cast<std::size_t>(v)] = q;  // a follower's are its leader's
   }
 }
 
@@ -43,6 +47,7 @@ Eigen::VectorXd RobotDifferences::value() {
 }
 
 void RobotDifferences::operator()(const double* state, double* blocks) {
+  const int n = work_.sizes.nv;
   work_.read(state);
   const Eigen::VectorXd here = value(), q = work_.state.q;
   // `place(h)` moves one entry of the state by h.
@@ -57,7 +62,7 @@ void RobotDifferences::operator()(const double* state, double* blocks) {
     if (input == 0) {
       const int entry = scaled_by_[static_cast<std::size_t>(k)];
       const Eigen::VectorXd s = difference(entry < 0 ? step_ : rounded_step(q[entry], step_), [&](double h) {
-        work_.state.q = dynamics::integrate<double>(model_, q, h * Eigen::VectorXd::Unit(model_.nv, k));
+        work_.state.q = work_.integrate(q, h * Eigen::VectorXd::Unit(n, k));
       });
       work_.state.q = q;
       return s;
@@ -68,7 +73,7 @@ void RobotDifferences::operator()(const double* state, double* blocks) {
     x = there;
     return s;
   };
-  const int n = model_.nv;
+
   for (std::size_t j = 0; j < by_.size(); ++j) {
     for (int k = 0; k < n; ++k) {
       const Eigen::VectorXd column = slope(by_[j], k);

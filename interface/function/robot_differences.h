@@ -19,7 +19,6 @@ class RobotDifferences {
  private:
   Eigen::VectorXd value();
 
-  const dynamics::Model<double>& model_;
   RobotWork<double> work_;
   std::vector<RobotBlock> values_;
   std::vector<int> by_;

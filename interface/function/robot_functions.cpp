@@ -67,13 +67,13 @@ Function record_differentiated(const Model<double>& model, const RobotFunction& 
   const RobotFunction value = value_of(function);
   const Model<AD> taped = model.cast<AD>();
   detail::RobotWork<AD> work(taped, value);
-  const auto nq = static_cast<std::uint32_t>(model.nq), nv = static_cast<std::uint32_t>(model.nv);
+  const auto nq = static_cast<std::uint32_t>(work.sizes.nq), nv = static_cast<std::uint32_t>(work.sizes.nv);
   const auto n_in = static_cast<std::uint32_t>(work.n_in());
   const Function moved =
       record(to_string(function), n_in - nq + nv, nq, [&](const VectorXad& x, const VectorXad& q) {
         const VectorXad d = x.head(nv);
         VectorXad state(n_in), y(static_cast<Eigen::Index>(work.n_out()));
-        state << dynamics::integrate<AD>(taped, q, d), x.tail(n_in - nq);
+        state << work.integrate(q, d), x.tail(n_in - nq);
         work.evaluate(state.data(), y.data());
         return y;
       });
@@ -81,7 +81,7 @@ Function record_differentiated(const Model<double>& model, const RobotFunction& 
   Function result = at_zero_increment(jacobian.function, nq, nv);
   result.name = to_string(function);
   result.outputs = dense_blocks(result.graph, result.outputs, jacobian.pattern, outputs(model, value),
-                                detail::derived_by(function), model.nv);
+                                detail::derived_by(function), work.sizes.nv);
   return compact(result);
 }
 

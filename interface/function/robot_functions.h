@@ -26,6 +26,7 @@
 #include <dyntape/autodiff/function.h>
 #include <dyntape/dynamics/algorithms.h>
 #include <dyntape/dynamics/effects.h>
+#include <dyntape/dynamics/mimic_rules.h>
 
 namespace dyntape {
 
@@ -40,6 +41,9 @@ class RobotFunction {
   dynamics::ReferenceFrame in = dynamics::ReferenceFrame::kLocalWorldAligned;
   // For constrained dynamics: frames whose origins are held where they are (none: `frame` is).
   std::vector<std::string> contacts;
+  // Joints that follow others (dynamics/mimic.h): states and results are then those of the others, nq and nv
+  // count these only, and torques act on them.
+  std::vector<dynamics::MimicRule> mimics;
 
   int row() const { return row_; }
   auto operator<=>(const RobotFunction&) const = default;

@@ -26,8 +26,10 @@ const char* word(Extent extent) {
     case Extent::k6:
       return "6";
     case Extent::kNv:
+    case Extent::kNvMoved:
       return "nv";
     case Extent::k3Nv:
+    case Extent::k3NvMoved:
       return "3 nv";
     case Extent::k10Bodies:
       return "10 bodies";
@@ -99,25 +101,27 @@ RobotFunction value_of(const RobotFunction& derivative) {
   value.frame = derivative.frame;
   value.in = derivative.in;
   value.contacts = derivative.contacts;
+  value.mimics = derivative.mimics;
   return value;
 }
 
 std::vector<RobotBlock> inputs(const Model<double>& model, const RobotFunction& function) {
   std::istringstream words(row_of(function).inputs);
+  const detail::RobotSizes sizes = detail::sizes_of(model, function);
   std::vector<RobotBlock> blocks;
   for (std::string name; words >> name;) {
     const bool is_q = name == "q";
-    blocks.push_back({name, is_q ? "nq" : "nv", is_q ? model.nq : model.nv});
+    blocks.push_back({name, is_q ? "nq" : "nv", is_q ? sizes.nq : sizes.nv});
   }
   return blocks;
 }
 
 std::vector<RobotBlock> outputs(const Model<double>& model, const RobotFunction& function) {
-  const std::size_t contacts = std::max<std::size_t>(1, function.contacts.size());
+  const detail::RobotSizes sizes = detail::sizes_of(model, function);
   std::vector<RobotBlock> blocks;
   for (const auto& shape : row_of(function).outputs) {
-    blocks.push_back({shape.name, shape_text(shape), extent(shape.rows, model, contacts),
-                      extent(shape.cols, model, contacts), extent(shape.pages, model, contacts)});
+    blocks.push_back({shape.name, shape_text(shape), extent(shape.rows, sizes), extent(shape.cols, sizes),
+                      extent(shape.pages, sizes)});
   }
   return blocks;
 }

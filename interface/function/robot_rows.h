@@ -17,7 +17,9 @@
 
 namespace dyntape::detail {
 
-enum class Extent { kOne, k3, k6, kNv, k3Nv, k10Bodies, kContactRows };
+// kNv: torques, and derivatives by q, v and a; kNvMoved: velocities and accelerations, and derivatives by torques.
+// The two part ways where joints follow others (robot_reduction.h); k3Nv, k3NvMoved: q, v and a | tau together.
+enum class Extent { kOne, k3, k6, kNv, kNvMoved, k3Nv, k3NvMoved, k10Bodies, kContactRows };
 
 struct BlockShape {
   const char* name;
@@ -46,30 +48,36 @@ const std::vector<RobotRow<T>>& robot_rows();
 // --- Sizes -----------------------------------------------------------------------------------------------
 
 template <class T>
-int extent(Extent e, const dynamics::Model<T>& model, std::size_t contacts) {
+RobotSizes sizes_of(const dynamics::Model<T>& model, const RobotFunction& function) {
+  const int followers = static_cast<int>(function.mimics.size());
+  return {model.nq - followers, model.nv - followers, model.njoints(),
+          std::max(1, static_cast<int>(function.contacts.size()))};
+}
+
+inline int extent(Extent e, const RobotSizes& sizes) {
   switch (e) {
     case Extent::k3:
       return 3;
     case Extent::k6:
       return 6;
     case Extent::kNv:
-      return model.nv;
+    case Extent::kNvMoved:
+      return sizes.nv;
     case Extent::k3Nv:
-      return 3 * model.nv;
+    case Extent::k3NvMoved:
+      return 3 * sizes.nv;
     case Extent::k10Bodies:
-      return 10 * model.njoints();
+      return 10 * sizes.bodies;
     case Extent::kContactRows:
-      return 3 * static_cast<int>(contacts);
+      return 3 * sizes.contacts;
     case Extent::kOne:
       break;
   }
   return 1;
 }
 
-template <class T>
-int size_of(const BlockShape& shape, const dynamics::Model<T>& model, std::size_t contacts) {
-  return extent(shape.rows, model, contacts) * extent(shape.cols, model, contacts) *
-         extent(shape.pages, model, contacts);
+inline int size_of(const BlockShape& shape, const RobotSizes& sizes) {
+  return extent(shape.rows, sizes) * extent(shape.cols, sizes) * extent(shape.pages, sizes);
 }
 
 // Number of inputs behind q: 0 to 3.
@@ -87,7 +95,12 @@ RobotWork<T>::RobotWork(const dynamics::Model<T>& robot, const RobotFunction& fu
     : model(robot),
       data(robot),
       row(robot_rows<T>()[static_cast<std::size_t>(function.row())]),
+      sizes(sizes_of(robot, function)),
       in(function.in) {
+  if (!function.mimics.empty()) {
+    reduction_ = std::make_unique<RobotReduction<T>>(robot, function.mimics, row, sizes);
+    data.following = following(*mimic());
+  }
   if (row.needs & (kFrame | kContacts)) {
     frame = function.frame.empty() ? static_cast<int>(model.frames.size()) - 1
                                    : model.frame_index(function.frame);
@@ -97,9 +110,9 @@ RobotWork<T>::RobotWork(const dynamics::Model<T>& robot, const RobotFunction& fu
     if (contacts.empty()) contacts.push_back(frame);
   }
   const int behind = inputs_behind_q(row.inputs);
-  state.q.resize(model.nq);
+  state.q.resize(sizes.nq);
   dynamics::VectorX<T>* const rest[] = {&state.v, &state.w, &state.mu};
-  for (int i = 0; i < behind; ++i) rest[i]->resize(model.nv);
+  for (int i = 0; i < behind; ++i) rest[i]->resize(sizes.nv);
 }
 
 // The origins of the contacts are held where they are: without stabilisation nothing asks where that is.
@@ -126,27 +139,40 @@ void RobotWork<T>::read(const T* from) {
 
 template <class T>
 void RobotWork<T>::run(const RobotState<T>& at) {
-  row.run(*this, at);
+  row.run(*this, reduction_ ? reduction_->expanded(at) : at);
 }
 
 template <class T>
-void RobotWork<T>::write(T* to) const {
-  RobotWriter<T> writer(to);
+void RobotWork<T>::write(T* to) {
+  RobotWriter<T> writer(reduction_ ? reduction_->full_result() : to);
   row.write(*this, writer);
+  if (reduction_) reduction_->reduce(to);
+}
+
+template <class T>
+const dynamics::MimicModel<T>* RobotWork<T>::mimic() const {
+  return reduction_ ? &reduction_->mimic() : nullptr;
+}
+
+template <class T>
+dynamics::VectorX<T> RobotWork<T>::integrate(const dynamics::VectorX<T>& q,
+                                             const dynamics::VectorX<T>& d) const {
+  return reduction_ ? dynamics::integrate<T>(*mimic(), q, d) : dynamics::integrate<T>(model, q, d);
 }
 
 template <class T>
 std::size_t RobotWork<T>::n_in() const {
-  return static_cast<std::size_t>(model.nq + inputs_behind_q(row.inputs) * model.nv);
+  return static_cast<std::size_t>(sizes.nq + inputs_behind_q(row.inputs) * sizes.nv);
 }
 
 template <class T>
 std::size_t RobotWork<T>::n_out() const {
   int n = 0;
-  for (const BlockShape& shape : row.outputs) n += size_of(shape, model, contacts.size());
+  for (const BlockShape& shape : row.outputs) n += size_of(shape, sizes);
   return static_cast<std::size_t>(n);
 }
 
 }  // namespace dyntape::detail
 
+#include <dyntape/interface/function/robot_reduction.h>
 #include <dyntape/interface/function/robot_table.h>

@@ -26,7 +26,7 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "aba",
        .what = "forward dynamics",
        .inputs = "q v tau",
-       .outputs = {{"ddq", kNv}},
+       .outputs = {{"ddq", kNvMoved}},
        .needs = kInertia,
        .run = [](W& w, const S& s) { aba<T>(w.model, w.data, s.q, s.v, s.w); },
        .write = [](const W& w, Out& y) { y(w.data.ddq); }},
@@ -47,7 +47,7 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "fd-derivatives",
        .what = "derivatives of forward dynamics",
        .inputs = "q v tau",
-       .outputs = {{"ddq_dq", kNv, kNv}, {"ddq_dv", kNv, kNv}, {"ddq_dtau", kNv, kNv}},
+       .outputs = {{"ddq_dq", kNvMoved, kNv}, {"ddq_dv", kNvMoved, kNv}, {"ddq_dtau", kNvMoved, kNvMoved}},
        .of = "aba",
        .by = "q v tau",
        .needs = kInertia,
@@ -56,7 +56,7 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "minverse",
        .what = "inverse of the mass matrix",
        .inputs = "q",
-       .outputs = {{"Minv", kNv, kNv}},
+       .outputs = {{"Minv", kNvMoved, kNvMoved}},
        .needs = kInertia,
        .run = [](W& w, const S& s) { minverse<T>(w.model, w.data, s.q); },
        .write = [](const W& w, Out& y) { y(w.data.Minv); }},
@@ -130,10 +130,10 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "fd-second-derivatives",
        .what = "second derivatives of forward dynamics, symmetric",
        .inputs = "q v tau",
-       .outputs = {{"d2ddq_dqdq", kNv, kNv, kNv},
-                   {"d2ddq_dqdv", kNv, kNv, kNv},
-                   {"d2ddq_dvdv", kNv, kNv, kNv},
-                   {"d2ddq_dtaudq", kNv, kNv, kNv}},
+       .outputs = {{"d2ddq_dqdq", kNvMoved, kNv, kNv},
+                   {"d2ddq_dqdv", kNvMoved, kNv, kNv},
+                   {"d2ddq_dvdv", kNvMoved, kNv, kNv},
+                   {"d2ddq_dtaudq", kNvMoved, kNvMoved, kNv}},
        .needs = kInertia,
        .run =
            [](W& w, const S& s) {
@@ -153,7 +153,7 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "fd-hessian",
        .what = "Hessian of mu^T ddq over (q, v, tau)",
        .inputs = "q v tau mu",
-       .outputs = {{"H", k3Nv, k3Nv}},
+       .outputs = {{"H", k3NvMoved, k3NvMoved}},
        .needs = kInertia,
        .run = [](W& w, const S& s) { fd_hessian<T>(w.model, w.data, w.hessian(), s.q, s.v, s.w, s.mu); },
        .write = [](const W& w, Out& y) { y(w.hessian().d2ddq); }},
@@ -261,6 +261,24 @@ const std::vector<RobotRow<T>>& robot_rows() {
              }
            }},
 
+      // Of all six directions; the damping acts only where the frame can hardly move in one of them.
+      {.name = "operational-space",
+       .what = "mobility, inertia, bias wrench of a frame, and the consistent inverse of its Jacobian",
+       .inputs = "q v",
+       .outputs = {{"Lambda_inverse", k6, k6}, {"Lambda", k6, k6}, {"mu", k6}, {"J_bar", kNvMoved, k6}},
+       .needs = kInertia | kFrame,
+       .run =
+           [](W& w, const S& s) {
+             const OperationalOptions options{.damping = 1e-3};
+             operational_space<T>(w.model, w.data, w.operational_space(), s.q, s.v, w.frame, w.in, options);
+             operational_bias<T>(w.model, w.data, w.operational_space(), s.q, s.v);
+           },
+       .write =
+           [](const W& w, Out& y) {
+             const OperationalSpace<T>& o = w.operational_space();
+             y(o.Lambda_inverse), y(o.Lambda), y(o.mu), y(o.J_bar);
+           }},
+
       // --- The robot as a whole --------------------------------------------------------------------------
       {.name = "com",
        .what = "centre of mass in the world",
@@ -319,7 +337,7 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "constrained-dynamics",
        .what = "forward dynamics with contacts, and their forces",
        .inputs = "q v tau",
-       .outputs = {{"ddq", kNv}, {"lambda", kContactRows}},
+       .outputs = {{"ddq", kNvMoved}, {"lambda", kContactRows}},
        .needs = kInertia | kContacts,
        .run = [](W& w,
                  const S& s) { constrained_dynamics<T>(w.model, w.data, w.constraints(), s.q, s.v, s.w); },
@@ -327,12 +345,12 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "constrained-derivatives",
        .what = "derivatives of forward dynamics with contacts",
        .inputs = "q v tau",
-       .outputs = {{"ddq_dq", kNv, kNv},
-                   {"ddq_dv", kNv, kNv},
-                   {"ddq_dtau", kNv, kNv},
+       .outputs = {{"ddq_dq", kNvMoved, kNv},
+                   {"ddq_dv", kNvMoved, kNv},
+                   {"ddq_dtau", kNvMoved, kNvMoved},
                    {"lambda_dq", kContactRows, kNv},
                    {"lambda_dv", kContactRows, kNv},
-                   {"lambda_dtau", kContactRows, kNv}},
+                   {"lambda_dtau", kContactRows, kNvMoved}},
        .of = "constrained-dynamics",
        .by = "q v tau",
        .needs = kInertia | kContacts,
@@ -348,15 +366,15 @@ const std::vector<RobotRow<T>>& robot_rows() {
       {.name = "impulse-dynamics",
        .what = "velocities after an impact that sticks, and its impulses",
        .inputs = "q v",
-       .outputs = {{"v_plus", kNv}, {"impulse", kContactRows}},
+       .outputs = {{"v_plus", kNvMoved}, {"impulse", kContactRows}},
        .needs = kInertia | kContacts,
        .run = [](W& w, const S& s) { impulse_dynamics<T>(w.model, w.data, w.constraints(), s.q, s.v, T(0)); },
        .write = [](const W& w, Out& y) { y(w.constraints().v_plus), y(w.constraints().impulse); }},
       {.name = "impulse-derivatives",
        .what = "derivatives of an impact that sticks",
        .inputs = "q v",
-       .outputs = {{"v_plus_dq", kNv, kNv},
-                   {"v_plus_dv", kNv, kNv},
+       .outputs = {{"v_plus_dq", kNvMoved, kNv},
+                   {"v_plus_dv", kNvMoved, kNv},
                    {"impulse_dq", kContactRows, kNv},
                    {"impulse_dv", kContactRows, kNv}},
        .of = "impulse-dynamics",

@@ -11,6 +11,8 @@
 #include <dyntape/dynamics/constraints.h>
 #include <dyntape/dynamics/energy.h>
 #include <dyntape/dynamics/kinematic_derivatives.h>
+#include <dyntape/dynamics/mimic.h>
+#include <dyntape/dynamics/operational_space.h>
 #include <dyntape/dynamics/regressor.h>
 #include <dyntape/dynamics/second_order.h>
 #include <dyntape/interface/function/robot_functions.h>
@@ -61,6 +63,12 @@ class RobotWriter {
 
 template <class T>
 struct RobotRow;
+template <class T>
+class RobotReduction;
+
+struct RobotSizes {
+  int nq = 0, nv = 0, bodies = 0, contacts = 0;
+};
 
 // One thread at a time.  Working memory of a part of dynamics/ is there once a row has asked for it.
 template <class T>
@@ -70,7 +78,7 @@ struct RobotWork {
   void read(const T* from);
   void run() { run(state); }
   void run(const RobotState<T>& at);
-  void write(T* to) const;
+  void write(T* to);
   void evaluate(const T* from, T* to) {
     read(from);
     run();
@@ -78,11 +86,16 @@ struct RobotWork {
   }
   std::size_t n_in() const;
   std::size_t n_out() const;
+  // The rules that joints follow; null for most robots.
+  const dynamics::MimicModel<T>* mimic() const;
+  // q (+) d in the entries that a state has.
+  dynamics::VectorX<T> integrate(const dynamics::VectorX<T>& q, const dynamics::VectorX<T>& d) const;
 
   const dynamics::Model<T>& model;  // the caller keeps it
   dynamics::Data<T> data;
   RobotState<T> state;
   const RobotRow<T>& row;
+  RobotSizes sizes;  // of what goes in and out: without joints that follow others
   int frame = -1;
   dynamics::ReferenceFrame in;
   std::vector<int> contacts;
@@ -95,6 +108,7 @@ struct RobotWork {
   dynamics::SecondOrder<T>& second_order() { return of(second_order_); }
   dynamics::ForwardSecondOrder<T>& forward_second_order() { return of(forward_second_order_); }
   dynamics::Hessian<T>& hessian() { return of(hessian_); }
+  dynamics::OperationalSpace<T>& operational_space() { return of(operational_space_); }
   dynamics::ConstraintData<T>& constraints();
 
   const dynamics::Centroidal<T>& centroidal() const { return *centroidal_; }
@@ -105,6 +119,7 @@ struct RobotWork {
   const dynamics::SecondOrder<T>& second_order() const { return *second_order_; }
   const dynamics::ForwardSecondOrder<T>& forward_second_order() const { return *forward_second_order_; }
   const dynamics::Hessian<T>& hessian() const { return *hessian_; }
+  const dynamics::OperationalSpace<T>& operational_space() const { return *operational_space_; }
   const dynamics::ConstraintData<T>& constraints() const { return *constraints_; }
 
  private:
@@ -114,6 +129,7 @@ struct RobotWork {
     return *part;
   }
 
+  std::unique_ptr<RobotReduction<T>> reduction_;  // where joints follow others
   std::unique_ptr<dynamics::Centroidal<T>> centroidal_;
   std::unique_ptr<dynamics::EnergyGradients<T>> energy_;
   std::unique_ptr<dynamics::KinematicDerivatives<T>> kinematics_;
@@ -122,6 +138,7 @@ struct RobotWork {
   std::unique_ptr<dynamics::SecondOrder<T>> second_order_;
   std::unique_ptr<dynamics::ForwardSecondOrder<T>> forward_second_order_;
   std::unique_ptr<dynamics::Hessian<T>> hessian_;
+  std::unique_ptr<dynamics::OperationalSpace<T>> operational_space_;
   std::unique_ptr<dynamics::ConstraintData<T>> constraints_;
 };
 

@@ -21,22 +21,6 @@ using Eigen::VectorXd;
 using Vectorq = VectorX<Float128>;
 using Rules = std::vector<MimicRule>;
 
-// Every second joint on a line follows one before it, some of which follow others.
-Rules random_rules(const Model<double>& model, Random& random) {
-  Rules rules;
-  std::vector<std::string> before;
-  for (const Joint<double>& joint : model.joints) {
-    if (nq(joint.type) != 1) continue;
-    if (!before.empty() && random.below(2) == 0) {
-      rules.push_back({joint.name, before[random.below(static_cast<int>(before.size()))],
-                       random.below(3) == 0 ? 1 : random.uniform(-2, 2),
-                       random.below(3) == 0 ? 0 : random.uniform()});
-    }
-    before.push_back(joint.name);
-  }
-  return rules;
-}
-
 class Mimic : public testing::TestWithParam<unsigned long> {
  protected:
   static Model<double> tree(Random& random) {

@@ -9,6 +9,7 @@
 
 #include <dyntape/dynamics/algorithms.h>
 #include <dyntape/dynamics/configuration.h>
+#include <dyntape/dynamics/mimic_rules.h>
 
 #include <Eigen/Dense>
 #include <random>
@@ -82,6 +83,22 @@ inline Model<double> random_tree(Random& random, const TreeShape& shape = {}) {
     model.frames.push_back({"frame " + std::to_string(i), i, random_placement(random)});
   }
   return model;
+}
+
+// Every second joint on a line follows one before it, some of which follow others.
+inline std::vector<MimicRule> random_rules(const Model<double>& model, Random& random) {
+  std::vector<MimicRule> rules;
+  std::vector<std::string> before;
+  for (const Joint<double>& joint : model.joints) {
+    if (nq(joint.type) != 1) continue;
+    if (!before.empty() && random.below(2) == 0) {
+      rules.push_back({joint.name, before[random.below(static_cast<int>(before.size()))],
+                       random.below(3) == 0 ? 1 : random.uniform(-2, 2),
+                       random.below(3) == 0 ? 0 : random.uniform()});
+    }
+    before.push_back(joint.name);
+  }
+  return rules;
 }
 
 // The entries of q that a joint reads by their direction: (cos, sin) or a quaternion; none for most.
