@@ -6,7 +6,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/configuration.h>
+#include <dyntape/dynamics/mimic.h>
 #include <dyntape/interface/identification/rank_revealing_qr.h>
 
 namespace dyntape {
@@ -14,25 +14,34 @@ namespace {
 
 using dynamics::Data;
 using dynamics::JointColumns;
+using dynamics::MimicModel;
+using dynamics::MimicRule;
 using dynamics::Model;
 using dynamics::RegressorData;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // Regressors of all samples, one below the other, `columns` of them.
-MatrixXd stack(const Model<double>& model, const JointColumns& joint_columns, const Samples& samples,
+MatrixXd stack(const Model<double>& model, const JointColumns& joint_columns,
+               const std::vector<MimicRule>& mimics, const Samples& samples,
                const std::vector<int>* columns) {
+  const MimicModel<double> leaders(model, mimics);
   Data<double> data(model);
   RegressorData<double> regressor(model, joint_columns);
   const Eigen::Index width = columns ? static_cast<Eigen::Index>(columns->size()) : regressor.Y.cols();
-  MatrixXd W(samples.count() * model.nv, width);
+  MatrixXd W = MatrixXd::Zero(samples.count() * leaders.nv, width);
   for (Eigen::Index i = 0; i < samples.count(); ++i) {
-    dynamics::torque_regressor(model, data, regressor, samples.q.col(i), samples.v.col(i), samples.a.col(i));
-    auto rows = W.middleRows(i * model.nv, model.nv);
-    if (columns) {
-      rows = regressor.Y(Eigen::all, *columns);
-    } else {
-      rows = regressor.Y;
+    dynamics::torque_regressor<double>(
+        model, data, regressor, expand_configuration<double>(leaders, samples.q.col(i)),
+        expand_tangent<double>(leaders, samples.v.col(i)), expand_tangent<double>(leaders, samples.a.col(i)));
+    auto rows = W.middleRows(i * leaders.nv, leaders.nv);
+    for (int k = 0; k < model.nv; ++k) {  // G^T Y
+      const dynamics::FollowedEntry& entry = leaders.v_entries[static_cast<std::size_t>(k)];
+      if (columns) {
+        rows.row(entry.index) += entry.factor * regressor.Y(k, *columns);
+      } else {
+        rows.row(entry.index) += entry.factor * regressor.Y.row(k);
+      }
     }
   }
   return W;
@@ -86,14 +95,17 @@ VectorXd parameter_values(const Model<double>& model, const JointColumns& column
   return Eigen::Map<const VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-Samples random_samples(const Model<double>& model, int count, unsigned long seed) {
+Samples random_samples(const Model<double>& model, int count, unsigned long seed,
+                       const std::vector<MimicRule>& mimics) {
+  const MimicModel<double> leaders(model, mimics);
   std::mt19937_64 random(seed);
   const auto uniform = [&](double bound) {
     return bound * (2 * static_cast<double>(random() >> 11) * 0x1p-53 - 1);
   };
-  Samples samples{MatrixXd(model.nq, count), MatrixXd(model.nv, count), MatrixXd(model.nv, count), {}, {}};
+  Samples samples{
+      MatrixXd(leaders.nq, count), MatrixXd(leaders.nv, count), MatrixXd(leaders.nv, count), {}, {}};
   for (int i = 0; i < count; ++i) {
-    samples.q.col(i) = dynamics::random_configuration(model, random);
+    samples.q.col(i) = random_configuration(leaders, random);
     for (double& v : samples.v.col(i)) v = uniform(2);
     for (double& a : samples.a.col(i)) a = uniform(5);
   }
@@ -105,12 +117,15 @@ BaseParameters base_parameters(const Model<double>& model, const BaseOptions& op
   const std::vector<std::string> names = parameter_names(model, options.columns);
   const auto n = static_cast<Eigen::Index>(names.size());
   // Twice as many rows as columns: a random state leaves no direction out by accident.
-  const int states = static_cast<int>(2 * n / model.nv) + 10;
-  const MatrixXd W = stack(model, options.columns, random_samples(model, states, options.seed), nullptr);
+  const int rows = model.nv - static_cast<int>(options.mimics.size());
+  const int states = static_cast<int>(2 * n / rows) + 10;
+  const MatrixXd W = stack(model, options.columns, options.mimics,
+                           random_samples(model, states, options.seed, options.mimics), nullptr);
   const ColumnSpace space = column_space(W, options.tolerance);
 
   BaseParameters base;
   base.columns = options.columns;
+  base.mimics = options.mimics;
   base.independent = space.independent;
   base.least_kept = space.least_kept;
   base.most_dropped = space.most_dropped;
@@ -149,7 +164,7 @@ MatrixXd stacked_base_regressor(const Model<double>& model, const BaseParameters
                         std::to_string(samples.v.cols()) + ", a " + std::to_string(samples.a.cols()) +
                         "; expected as many of each");
   }
-  return stack(model, base.columns, samples, &base.independent);
+  return stack(model, base.columns, base.mimics, samples, &base.independent);
 }
 
 }  // namespace dyntape

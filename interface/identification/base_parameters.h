@@ -19,13 +19,14 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/dynamics/mimic_rules.h>
 #include <dyntape/dynamics/regressor.h>
 
 namespace dyntape {
 
 // States and, where they are known, driving torques; one a column.
 struct Samples {
-  Eigen::MatrixXd q, v, a;  // (nq x N), (nv x N), (nv x N)
+  Eigen::MatrixXd q, v, a;  // (nq x N), (nv x N), (nv x N), without joints that follow others
   Eigen::MatrixXd tau;      // (nv x N), or empty
   Eigen::VectorXd time;     // (N), or empty; s
 
@@ -35,11 +36,14 @@ struct Samples {
 struct BaseOptions {
   dynamics::JointColumns columns;  // armature and friction among the parameters
   unsigned long seed = 1;          // of the random states
-  double tolerance = 1e-9;         // below it a column counts as dependent (rank_revealing_qr.h)
+  // Joints that follow others (dynamics/mimic.h): samples are then those of the others.
+  std::vector<dynamics::MimicRule> mimics;
+  double tolerance = 1e-9;  // below it a column counts as dependent (rank_revealing_qr.h)
 };
 
 struct BaseParameters {
   dynamics::JointColumns columns;
+  std::vector<dynamics::MimicRule> mimics;
   std::vector<int> independent;     // (rank) columns of Y that stay
   std::vector<int> unidentifiable;  // columns of Y that are zero at every state
   Eigen::MatrixXd regrouping;       // (rank x columns of Y): beta = regrouping theta
@@ -48,6 +52,8 @@ struct BaseParameters {
   double least_kept, most_dropped;  // the gap at which the rank is read off
 
   int rank() const { return static_cast<int>(independent.size()); }
+  // Torques of a sample.
+  int nv(const dynamics::Model<double>& model) const { return model.nv - static_cast<int>(mimics.size()); }
 };
 
 BaseParameters base_parameters(const dynamics::Model<double>& model, const BaseOptions& options = {});
@@ -67,6 +73,7 @@ std::vector<std::string> parameter_names(const dynamics::Model<double>& model,
 Eigen::VectorXd parameter_values(const dynamics::Model<double>& model, const dynamics::JointColumns& columns);
 
 // Random states: q within its limits, |v| <= 2, |a| <= 5 (rad or m, s).
-Samples random_samples(const dynamics::Model<double>& model, int count, unsigned long seed);
+Samples random_samples(const dynamics::Model<double>& model, int count, unsigned long seed,
+                       const std::vector<dynamics::MimicRule>& mimics = {});
 
 }  // namespace dyntape

@@ -30,8 +30,8 @@ void check_torques(const MatrixXd& tau, Eigen::Index nv, Eigen::Index count) {
 BaseEstimator::BaseEstimator(const Model<double>& model, const BaseParameters& base, const Samples& samples,
                              const VectorXd& sigma)
     : W_(stacked_base_regressor(model, base, samples)), sigma_(sigma) {
-  if (sigma.size() != model.nv || !(sigma.array() > 0).all() || !sigma.allFinite()) {
-    throw ArgumentError("estimator: sigma needs " + std::to_string(model.nv) +
+  if (sigma.size() != base.nv(model) || !(sigma.array() > 0).all() || !sigma.allFinite()) {
+    throw ArgumentError("estimator: sigma needs " + std::to_string(base.nv(model)) +
                         " positive entries, one a torque of model \"" + model.name + "\"");
   }
   if (W_.rows() < W_.cols()) {
@@ -40,7 +40,7 @@ BaseEstimator::BaseEstimator(const Model<double>& model, const BaseParameters& b
                         " base parameters");
   }
   for (Eigen::Index t = 0; t < samples.count(); ++t) {
-    W_.middleRows(t * model.nv, model.nv).array().colwise() /= sigma.array();
+    W_.middleRows(t * base.nv(model), base.nv(model)).array().colwise() /= sigma.array();
   }
   length_ = W_.colwise().norm();
   for (double& x : length_) x = x > 0 ? x : 1;
@@ -89,10 +89,10 @@ double BaseEstimator::raw_condition() const {
 }
 
 Identification identify(const Model<double>& model, const BaseParameters& base, const Samples& samples) {
-  const BaseEstimator unweighted(model, base, samples, VectorXd::Ones(model.nv));
+  const BaseEstimator unweighted(model, base, samples, VectorXd::Ones(base.nv(model)));
   const MatrixXd left = unweighted.residuals(unweighted.estimate(samples.tau), samples.tau);
   const double freedom = static_cast<double>(left.size() - base.rank()) /
-                         static_cast<double>(model.nv);  // of each joint, on average
+                         static_cast<double>(base.nv(model));  // of each joint, on average
   if (!(freedom > 0)) {
     throw ArgumentError("identify: " + std::to_string(samples.count()) +
                         " samples leave no residual to tell the noise from");

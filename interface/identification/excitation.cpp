@@ -27,6 +27,11 @@ double condition(const Model<double>& model, const BaseParameters& base, const S
 
 Excitation optimal_excitation(const Model<double>& model, const BaseParameters& base,
                               const ExcitationOptions& options) {
+  if (!base.mimics.empty()) {
+    throw ArgumentError(
+        "excitation of \"" + model.name +
+        "\": every joint moves by itself; expected base parameters without joints that follow others");
+  }
   detail::excitation_limits(model, options);  // its complaints ahead of any work
   if (static_cast<Eigen::Index>(options.samples) * model.nv < base.rank()) {
     throw ArgumentError("excitation: " + std::to_string(options.samples) + " samples are too few for " +

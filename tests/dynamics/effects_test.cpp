@@ -3,11 +3,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/effects.h>
-#include <dyntape/dynamics/float128.h>
 
 #include <memory>
 
-#include "random_robots.h"
+#include "all_effects.h"
 
 namespace dyntape::dynamics {
 namespace {
@@ -15,32 +14,6 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using VectorXq = VectorX<Float128>;
-
-Effects<double> all_effects(const Model<double>& model, Random& random) {
-  Effects<double> effects;
-  effects.armature = model_armature(model);
-  effects.damping = model_damping(model);
-  effects.friction = CoulombFriction<double>{model_friction(model), 0.3};
-  effects.springs =
-      Springs<double>{random.vector(model.nv).cwiseAbs(), random_configuration(model, random.engine)};
-  for (const FixedIn fixed_in : {FixedIn::kBody, FixedIn::kWorld}) {
-    effects.wrenches.push_back(wrench_at_frame(model, random.below(model.njoints()), fixed_in,
-                                               {random.vector3(5), random.vector3(5)}));
-  }
-  return effects;
-}
-
-Effects<Float128> cast(const Effects<double>& e) {
-  Effects<Float128> c;
-  c.gravity = e.gravity;
-  c.armature = e.armature->cast<Float128>();
-  c.damping = e.damping->cast<Float128>();
-  c.friction =
-      CoulombFriction<Float128>{e.friction->torque.cast<Float128>(), Float128(e.friction->smoothing)};
-  c.springs = Springs<Float128>{e.springs->stiffness.cast<Float128>(), e.springs->rest.cast<Float128>()};
-  for (const Wrench<double>& wrench : e.wrenches) c.wrenches.push_back(wrench.cast<Float128>());
-  return c;
-}
 
 class EffectsOn : public testing::TestWithParam<unsigned long> {
  protected:
@@ -67,7 +40,7 @@ TEST_P(EffectsOn, ForwardInvertsInverse) {
 
 TEST_P(EffectsOn, DerivativesMatchDifferences) {
   const Model<Float128> exact = model.cast<Float128>();
-  const Effects<Float128> e = cast(effects);
+  const Effects<Float128> e = exact_effects(effects);
   Data<Float128> data128(exact);
   EffectTorques<Float128> torques128(exact);
   const VectorXq q = s.q.cast<Float128>(), v = s.v.cast<Float128>(), tau = s.tau.cast<Float128>();

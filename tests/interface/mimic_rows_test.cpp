@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include <Eigen/Dense>
-#include <unsupported/Eigen/KroneckerProduct>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/float128.h>
@@ -43,7 +42,7 @@ Vectorq run(const Model<Quad>& model, const RobotFunction& function, const Vecto
 class MimicRows : public testing::TestWithParam<unsigned long> {
  protected:
   MimicRows() : random(GetParam()) {
-    full = random_tree(random, {.joints = 9, .base = GetParam() % 2 ? Base::kFloating : Base::kFixed});
+    full = random_tree(random, {.joints = 8, .base = GetParam() % 2 ? Base::kFloating : Base::kFixed});
     rules = random_rules(full, random);
     exact = full.cast<Quad>();
     const MimicModel<double> mimic(full, rules);
@@ -118,35 +117,54 @@ class MimicRows : public testing::TestWithParam<unsigned long> {
   double cond = 1;
 };
 
+// The n rows of x, each of `size` numbers, gathered by G^T: row r of G says where row r goes.
+std::vector<Quad> gathered(const std::vector<Quad>& x, const Matrixq& map) {
+  const auto n = static_cast<std::size_t>(map.rows()), size = x.size() / n;
+  std::vector<Quad> y(static_cast<std::size_t>(map.cols()) * size, Quad(0));
+  for (std::size_t r = 0; r < n; ++r) {
+    for (std::size_t c = 0; c < static_cast<std::size_t>(map.cols()); ++c) {
+      const Quad& factor = map(static_cast<long>(r), static_cast<long>(c));
+      if (factor == 0) continue;
+      for (std::size_t k = 0; k < size; ++k) y[c * size + k] += factor * x[r * size + k];
+    }
+  }
+  return y;
+}
+
+// (i, rest) -> (rest, i)
+std::vector<Quad> turned(const std::vector<Quad>& x, std::size_t rows) {
+  std::vector<Quad> y;
+  for (std::size_t k = 0; k < x.size() / rows; ++k) {
+    for (std::size_t i = 0; i < rows; ++i) y.push_back(x[i * (x.size() / rows) + k]);
+  }
+  return y;
+}
+
 // Along each dimension of a block, by what its shape says: entries times G^T.
 Vectorq projected(const Vectorq& y, const std::vector<RobotBlock>& blocks, const Matrixq& G) {
+  Matrixq three = Matrixq::Zero(3 * G.rows(), 3 * G.cols());
+  for (int i = 0; i < 3; ++i) three.block(i * G.rows(), i * G.cols(), G.rows(), G.cols()) = G;
   std::vector<Quad> out;
-  Eigen::Index first = 0;
+  const Quad* from = y.data();
   for (const RobotBlock& block : blocks) {
-    std::vector<Matrixq> maps;
+    std::vector<Quad> x(from, from + block.size());
+    from += block.size();
     std::string shape = block.shape;
-    for (std::size_t x; (x = shape.find(" x ")) != std::string::npos;) shape.replace(x, 3, "|");
+    for (std::size_t at; (at = shape.find(" x ")) != std::string::npos;) shape.replace(at, 3, "|");
     std::istringstream words(shape);
-    for (std::string word; std::getline(words, word, '|');) {
-      const int size = maps.empty() ? block.rows : maps.size() == 1 ? block.cols : block.pages;
-      if (word == "nv") {
-        maps.push_back(G);
-      } else if (word == "3 nv") {
-        Matrixq three = Matrixq::Zero(3 * G.rows(), 3 * G.cols());
-        for (int i = 0; i < 3; ++i) three.block(i * G.rows(), i * G.cols(), G.rows(), G.cols()) = G;
-        maps.push_back(three);
-      } else {
-        maps.push_back(Matrixq::Identity(size, size));
+    for (int size : {block.rows, block.cols, block.pages}) {  // once around
+      std::string word;
+      std::getline(words, word, '|');
+      if (word == "nv" || word == "3 nv") {
+        const Matrixq& map = word == "nv" ? G : three;
+        x = gathered(x, map);
+        size = static_cast<int>(map.cols());
       }
+      x = turned(x, static_cast<std::size_t>(size));
     }
-    while (maps.size() < 3) maps.push_back(Matrixq::Identity(1, 1));
-    const Matrixq two = Eigen::kroneckerProduct(maps[1], maps[2]);
-    const Matrixq given = Eigen::Map<const Matrixq>(y.data() + first, block.rows, block.cols * block.pages);
-    const Matrixq result = maps[0].transpose() * given * two;
-    out.insert(out.end(), result.data(), result.data() + result.size());
-    first += block.size();
+    out.insert(out.end(), x.begin(), x.end());
   }
-  EXPECT_EQ(first, y.size());
+  EXPECT_EQ(from, y.data() + y.size());
   return Eigen::Map<const Vectorq>(out.data(), static_cast<Eigen::Index>(out.size()));
 }
 
@@ -175,7 +193,8 @@ TEST_P(MimicRows, ForwardDynamicsSolvesTheProjectedEquations) {
   const Vectorq bias = on_full("frame-acceleration", ReferenceFrame::kLocal, Vectorq::Zero(full.nv));
   const Matrixq mobility = J * solver.solve(Matrixq(J.transpose()));
   const VectorXd s = Eigen::JacobiSVD<MatrixXd>(mobility.cast<double>()).singularValues();
-  if (s[2] < 1e-3 * s[0]) return;  // rows that hang together: forces are not unique
+  // Rows that hang together have forces that are not unique; most seeds have none.
+  if (s[2] < 1e-3 * s[0]) GTEST_SKIP() << "the last frame moves in few directions";
   const double bound = 100 * kEps * cond * s[0] / s[2];
   Matrixq K = Matrixq::Zero(nv + 3, nv + 3);
   K.topLeftCorner(nv, nv) = mass;

@@ -45,6 +45,39 @@ std::string write_states(const Scratch& scratch, const std::string& third) {
   return path;
 }
 
+// One joint fewer than the file has, by every command; what torques of the fingers there are acts on one.
+TEST(Mimic, FollowersAreNoColumns) {
+  const Scratch scratch;
+  const std::string panda = config("robots/panda.urdf"), states = scratch / "states.csv";
+  {
+    std::ofstream file(states);
+    for (int i = 0; i < 8; ++i) file << (i ? "," : "") << "q" << i;
+    file << "\n.1,.2,.3,.4,.5,.6,.7,.02\n";
+  }
+  std::vector<dyntape::io::CsvTable> masses;
+  for (const char* route : {"analytic", "tape"}) {
+    const auto run = run_dyntape({"eval", panda, "--mimic", "--function", "crba", "--route", route, "--input",
+                                  states, "--output", scratch / route});
+    ASSERT_EQ(run.status, 0) << run.err;
+    masses.push_back(dyntape::io::read_csv(scratch / route));
+    ASSERT_EQ(masses.back().cols(), 64);
+  }
+  for (int k = 0; k < 64; ++k) EXPECT_NEAR(masses[0](0, k), masses[1](0, k), 1e-14);
+  EXPECT_NEAR(masses[0](0, 63), 0.03, 1e-15);  // 15 g each
+  const auto whole = run_dyntape({"eval", panda, "--function", "crba", "--route", "analytic", "--input",
+                                  states, "--output", scratch / "w"});
+  EXPECT_NE(whole.err.find("no column \"q8\""), std::string::npos) << whole.err;
+  const auto made = run_dyntape(
+      {"generate", panda, "--mimic", "--function", "gravity", "--output", scratch / "c", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(json::parse(made.out)["kernels"][0]["non_zeros"], 8);
+  const auto bench = run_dyntape({"bench", panda, "--mimic", "--function", "aba", "--states", "2", "--json"});
+  ASSERT_EQ(bench.status, 0) << bench.err;
+  const json report = json::parse(bench.out);
+  EXPECT_EQ(report["nv"], 8);
+  for (const json& route : report["routes"]) EXPECT_LE(route["error"].get<double>(), 1e-10);
+}
+
 TEST(Eval, RoutesAgree) {
   const Scratch scratch;
   const std::string states = write_states(scratch, "tau");

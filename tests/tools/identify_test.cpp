@@ -27,6 +27,18 @@ TEST(Identify, PrintsRankAndNames) {
   EXPECT_NE(wider.out.find("48 base parameters of 72"), std::string::npos) << wider.out;
 }
 
+// Fingers that move as one: what each would tell by itself is told as a sum.
+TEST(Identify, KnowsWhatFollows) {
+  const std::string panda = config("robots/panda.urdf");
+  const auto both = run_dyntape({"identify", panda}), one = run_dyntape({"identify", panda, "--mimic"});
+  EXPECT_NE(both.out.find("51 base parameters of 90"), std::string::npos) << both.out;
+  ASSERT_EQ(one.status, 0) << one.err;
+  EXPECT_EQ(one.out.find("51 base parameters"), std::string::npos) << one.out;
+  const auto excite = run_dyntape({"identify", panda, "--mimic", "--excite"});
+  EXPECT_EQ(excite.status, 1);
+  EXPECT_NE(excite.err.find("every joint moves by itself"), std::string::npos) << excite.err;
+}
+
 TEST(Identify, WritesTheMotionThatTellsMost) {
   const Scratch scratch;
   const auto run = run_dyntape({"identify", config("robots/arm_2r.urdf"), "--excite", "--iterations", "15",

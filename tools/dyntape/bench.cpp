@@ -74,29 +74,30 @@ nlohmann::json to_json(const Row& row) {
 }
 
 // Every function of the robot, or the one that was named.
-void run_compare(const dynamics::Model<double>& model, const Options& options) {
+void run_compare(const dynamics::UrdfRobot& robot, const Options& options) {
   CompareOptions comparison;
   for (const RobotFunction& function : robot_functions()) {
     const std::string name = to_string(function);
     if (options.function.name.empty() || options.function.name == name) {
-      comparison.functions.push_back(chosen(name, options.function));
+      comparison.functions.push_back(chosen(name, options.function, robot));
     }
   }
   comparison.seed = options.seed;
   comparison.peer = options.peer;
   comparison.peer_prefix = options.peer_prefix;
   comparison.json = options.json;
-  compare(model, comparison);
+  compare(robot.model, comparison);
 }
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  if (options.peer || options.function.name.empty()) return run_compare(robot.model, options);
-  const RobotFunction function = chosen(options.function.name, options.function);
+  if (options.peer || options.function.name.empty()) return run_compare(robot, options);
+  const RobotFunction function = chosen(options.function.name, options.function, robot);
   const auto states = random_states(robot.model, function, options.states, options.seed);
   std::vector<std::vector<double>> expected;
   for (const auto& state : states) expected.push_back(reference(robot.model, function, state));
 
+  const int nv = robot.model.nv - static_cast<int>(robot.mimics.size());
   std::vector<Row> rows;
   {
     io::Progress progress("measuring", std::size(kRobotRoutes));
@@ -106,16 +107,18 @@ void run(const Options& options) {
     }
   }
   if (options.json) {
-    nlohmann::json report = {{"robot", robot.model.name},  {"function", options.function.name},
-                             {"nv", robot.model.nv},       {"states", options.states},
-                             {"seed", options.seed},       {"processor", processor_name()},
+    nlohmann::json report = {{"robot", robot.model.name},
+                             {"function", options.function.name},
+                             {"nv", nv},
+                             {"states", options.states},
+                             {"seed", options.seed},
+                             {"processor", processor_name()},
                              {"compiler", compiler_name()}};
     for (const Row& row : rows) report["routes"].push_back(to_json(row));
     std::cout << report.dump(2) << "\n";
     return;
   }
-  std::cout << robot.model.name << " " << options.function.name << ", nv " << robot.model.nv
-            << ": median time of one "
+  std::cout << robot.model.name << " " << options.function.name << ", nv " << nv << ": median time of one "
             << "evaluation, largest error against 113 bits over " << options.states << " states (seed "
             << options.seed << ")\n"
             << processor_name() << ", " << compiler_name() << "\n\n";

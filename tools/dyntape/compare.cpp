@@ -30,6 +30,7 @@ struct Cost {
 
 struct Row {
   std::string function;
+  bool in_frame = false;  // in the frame itself, for the peer's sake
   Cost ours, packed, theirs;
   double error = 0;      // against 113 bits
   double agreement = 0;  // with the peer
@@ -80,12 +81,23 @@ double error_of(const dynamics::Model<double>& model, const RobotFunction& funct
   return worst;
 }
 
+// Derivatives of a frame in the frame itself: in the world's axes at it Pinocchio's are wrong
+// (stack-of-tasks/pinocchio, issue 2702).
+RobotFunction comparable(RobotFunction function) {
+  if (is_derivative(function) && takes_frame(function) && !takes_contacts(function)) {
+    function.in = dynamics::ReferenceFrame::kLocal;
+  }
+  return function;
+}
+
 // Ours and each convention of the peer, in turn; the peer's quickest counts.
-Row measure(const dynamics::Model<double>& model, const RobotFunction& function, Peer* peer,
+Row measure(const dynamics::Model<double>& model, const RobotFunction& chosen, Peer* peer,
             const CompareOptions& options) {
+  const RobotFunction function = peer ? comparable(chosen) : chosen;
   const auto states = random_states(model, function, options.states, options.seed);
   Row row;
   row.function = to_string(function);
+  row.in_frame = function.in != chosen.in;
   row.error = error_of(model, function, states);
 
   detail::RobotWork<double> work(model, function);
@@ -142,17 +154,19 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function,
   return row;
 }
 
+int nv_of(const dynamics::Model<double>& model, const CompareOptions& options) {
+  return model.nv - static_cast<int>(options.functions.front().mimics.size());
+}
+
 void print_json(const dynamics::Model<double>& model, const CompareOptions& options, const std::string& peer,
                 const std::vector<Row>& rows) {
-  nlohmann::json report = {{"robot", model.name},
-                           {"nv", model.nv},
-                           {"states", options.states},
-                           {"seed", options.seed},
-                           {"processor", processor_name()},
-                           {"compiler", compiler_name()},
-                           {"peer", peer}};
+  nlohmann::json report = {
+      {"robot", model.name},  {"nv", nv_of(model, options)},   {"states", options.states},
+      {"seed", options.seed}, {"processor", processor_name()}, {"compiler", compiler_name()},
+      {"peer", peer}};
   for (const Row& row : rows) {
     nlohmann::json j = {{"function", row.function},
+                        {"in_frame", row.in_frame},
                         {"time_s", row.ours.median},
                         {"quickest_s", row.ours.best},
                         {"packed_s", row.packed.median},
@@ -174,8 +188,9 @@ void print_json(const dynamics::Model<double>& model, const CompareOptions& opti
 
 void print(const dynamics::Model<double>& model, const CompareOptions& options, const std::string& peer,
            const std::vector<Row>& rows) {
-  std::cout << model.name << ", nv " << model.nv << ": median time of one evaluation over " << options.states
-            << " states (seed " << options.seed << "), in plain double and a state in packs;\n"
+  std::cout << model.name << ", nv " << nv_of(model, options) << ": median time of one evaluation over "
+            << options.states << " states (seed " << options.seed
+            << "), in plain double and a state in packs;\n"
             << "error of plain double against 113 bits";
   if (!peer.empty()) std::cout << "; " << peer << " in the same run, ratios to it (of the quickest batches)";
   std::cout << "\n" << processor_name() << ", " << compiler_name() << "\n\n";
@@ -195,7 +210,8 @@ void print(const dynamics::Model<double>& model, const CompareOptions& options, 
   };
   io::TextTable table(columns);
   for (const Row& row : rows) {
-    std::vector<std::string> cells = {row.function, io::significant(row.ours.median * 1e6, 3),
+    std::vector<std::string> cells = {row.function + (row.in_frame ? " (local)" : ""),
+                                      io::significant(row.ours.median * 1e6, 3),
                                       io::significant(row.packed.median * 1e6, 3), io::scientific(row.error)};
     if (row.has_peer) {
       cells.push_back(io::significant(row.theirs.median * 1e6, 3));
@@ -216,7 +232,12 @@ void compare(const dynamics::Model<double>& model, const CompareOptions& options
   std::optional<Peer> peer;
   if (options.peer) {
     std::string reason;
-    library = PeerLibrary::open(options.peer_prefix, reason);
+    const bool follows = !options.functions.empty() && !options.functions.front().mimics.empty();
+    if (follows) {
+      reason = "it is built without joints that follow others; leave --mimic out";
+    } else {
+      library = PeerLibrary::open(options.peer_prefix, reason);
+    }
     if (library) {
       peer.emplace(*library, model);
     } else {

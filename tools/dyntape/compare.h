@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape bench without routes: functions in plain double, their errors against 113 bits, and beside them a
-// peer that runs in the same process.
+// peer that runs in the same process.  Beside a peer, derivatives of a frame are those in the frame itself.
 #pragma once
 
 #include <dyntape/interface/function/robot_functions.h>

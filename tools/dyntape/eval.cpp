@@ -45,7 +45,7 @@ std::vector<int> columns(const io::CsvTable& table, const std::vector<std::strin
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  const RobotFunction function = chosen(options.function.name, options.function);
+  const RobotFunction function = chosen(options.function.name, options.function, robot);
   RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
   const io::CsvTable states = io::read_csv(options.input);
   const std::vector<int> order = columns(states, input_names(robot.model, function), options.input);

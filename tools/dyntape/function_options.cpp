@@ -59,13 +59,15 @@ CLI::Option* add_function_options(CLI::App& command, FunctionOptions& options, c
       ->type_name("NAME");
 }
 
-RobotFunction chosen(const std::string& name, const FunctionOptions& options) {
+RobotFunction chosen(const std::string& name, const FunctionOptions& options,
+                     const dynamics::UrdfRobot& robot) {
   RobotFunction function(name);
   function.frame = options.frame;
   function.in = options.in == "local"   ? dynamics::ReferenceFrame::kLocal
                 : options.in == "world" ? dynamics::ReferenceFrame::kWorld
                                         : dynamics::ReferenceFrame::kLocalWorldAligned;
   function.contacts = options.contacts;
+  function.mimics = robot.mimics;
   return function;
 }
 

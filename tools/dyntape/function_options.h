@@ -17,7 +17,8 @@ struct FunctionOptions {
 // `purpose`: what the help says of --function.  The help ends with the table of functions.
 CLI::Option* add_function_options(CLI::App& command, FunctionOptions& options, const std::string& purpose);
 
-// The function of that name with the frame and contacts chosen.
-RobotFunction chosen(const std::string& name, const FunctionOptions& options);
+// The function of that name with the frame and contacts chosen, and the robot's followers.
+RobotFunction chosen(const std::string& name, const FunctionOptions& options,
+                     const dynamics::UrdfRobot& robot);
 
 }  // namespace dyntape::tools

@@ -29,7 +29,7 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  const RobotFunction function = chosen(options.function.name, options.function);
+  const RobotFunction function = chosen(options.function.name, options.function, robot);
   CodegenOptions codegen;
   codegen.order = order_from(options.order);
   codegen.profile = profile_from(options.profile);

@@ -106,11 +106,9 @@ bool excite(const Options& options, const dynamics::Model<double>& model, const 
 
 void estimate(const Options& options, const dynamics::Model<double>& model, const BaseParameters& base) {
   const io::CsvTable table = io::read_csv(options.data);
-  const Samples samples{block(table, "q", model.nq),
-                        block(table, "v", model.nv),
-                        block(table, "a", model.nv),
-                        block(table, "tau", model.nv),
-                        {}};
+  const int nv = base.nv(model), nq = model.nq - (model.nv - nv);
+  const Samples samples{
+      block(table, "q", nq), block(table, "v", nv), block(table, "a", nv), block(table, "tau", nv), {}};
   const Identification found = identify(model, base, samples);
   std::cout << "\nfrom " << samples.count() << " samples, condition " << significant(found.condition, 4)
             << ":\n";
@@ -128,12 +126,10 @@ void estimate(const Options& options, const dynamics::Model<double>& model, cons
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
-  if (!robot.mimics.empty()) {
-    throw ArgumentError(
-        "identify: joints that follow others are not known here; leave --mimic out or --lock them");
-  }
   const dynamics::Model<double>& model = robot.model;
-  const BaseParameters base = base_parameters(model, options.base);
+  BaseOptions base_options = options.base;
+  base_options.mimics = robot.mimics;
+  const BaseParameters base = base_parameters(model, base_options);
   std::cout << model.name << ": " << base.rank() << " base parameters of " << base.regrouping.cols() << ", "
             << base.unidentifiable.size() << " without any effect; gap " << io::scientific(base.least_kept)
             << " against " << io::scientific(base.most_dropped) << "\n";

@@ -165,8 +165,6 @@ void add_info(CLI::App& app) {
   const auto options = std::make_shared<RobotOptions>();
   const auto json = std::make_shared<bool>(false);
   add_robot_options(*command, *options);
-  command->add_flag("--mimic", options->mimic,
-                    "joints with <mimic> follow their leader and have no entries of their own");
   command->add_flag("--json", *json,
                     "for programs: nq, nv, mass, joints (name, type, idx_q, idx_v, nv, ...), frames");
   command->callback([options, json] {

@@ -9,6 +9,7 @@
 
 #include <dyntape/codegen/compile.h>
 #include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/mimic.h>
 #include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape::tools {
@@ -45,9 +46,13 @@ std::vector<Eigen::VectorXd> random_states(const dynamics::Model<double>& model,
         }
       }
     }
+    if (!function.mimics.empty()) {
+      const dynamics::MimicModel<double> mimic(model, function.mimics);
+      q = Eigen::VectorXd(q(mimic.q_owners));
+    }
     Eigen::VectorXd state(width);
-    state.head(model.nq) = q;
-    for (Eigen::Index k = model.nq; k < width; ++k) state[k] = normal(random);
+    state.head(q.size()) = q;
+    for (Eigen::Index k = q.size(); k < width; ++k) state[k] = normal(random);
     states.push_back(state);
   }
   return states;

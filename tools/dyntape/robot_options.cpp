@@ -20,6 +20,8 @@ void add_robot_options(CLI::App& command, RobotOptions& options) {
       ->check(CLI::NonNegativeNumber)
       ->type_name("RAD")
       ->capture_default_str();
+  command.add_flag("--mimic", options.mimic,
+                   "joints with <mimic> follow their leader and have no entries of their own");
 }
 
 dynamics::UrdfRobot load_robot(const RobotOptions& options) {

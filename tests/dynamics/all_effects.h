@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Every effect at once on a random robot, in double and in 113 bits.
+#pragma once
+
+#include <dyntape/dynamics/effects.h>
+#include <dyntape/dynamics/float128.h>
+
+#include "random_robots.h"
+
+namespace dyntape::dynamics {
+
+inline Effects<double> all_effects(const Model<double>& model, Random& random) {
+  Effects<double> effects;
+  effects.armature = model_armature(model);
+  effects.damping = model_damping(model);
+  effects.friction = CoulombFriction<double>{model_friction(model), 0.3};
+  effects.springs =
+      Springs<double>{random.vector(model.nv).cwiseAbs(), random_configuration(model, random.engine)};
+  for (const FixedIn fixed_in : {FixedIn::kBody, FixedIn::kWorld}) {
+    effects.wrenches.push_back(wrench_at_frame(model, random.below(model.njoints()), fixed_in,
+                                               {random.vector3(5), random.vector3(5)}));
+  }
+  return effects;
+}
+
+inline Effects<Float128> exact_effects(const Effects<double>& e) {
+  Effects<Float128> c;
+  c.gravity = e.gravity;
+  c.armature = e.armature->cast<Float128>();
+  c.damping = e.damping->cast<Float128>();
+  c.friction =
+      CoulombFriction<Float128>{e.friction->torque.cast<Float128>(), Float128(e.friction->smoothing)};
+  c.springs = Springs<Float128>{e.springs->stiffness.cast<Float128>(), e.springs->rest.cast<Float128>()};
+  for (const Wrench<double>& wrench : e.wrenches) c.wrenches.push_back(wrench.cast<Float128>());
+  return c;
+}
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Constrained dynamics with every effect: its equations, and derivatives against 113 bits.
+#include <gtest/gtest.h>
+
+#include <dyntape/dynamics/constraints.h>
+
+#include "all_effects.h"
+#include "exact_robot.h"
+
+namespace dyntape::dynamics {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+// One point of the last body, whose rows are independent.
+class ConstrainedWithEffects : public ExactRobot {
+ protected:
+  ConstrainedWithEffects()
+      : ExactRobot(6, 7),
+        effects(all_effects(model, random)),
+        torques(model),
+        c(model, {point_constraint(model, static_cast<int>(model.frames.size()) - 1, random.vector3())}) {
+    constraint_kinematics(model, *data, c, s.q, s.v);
+    const Eigen::JacobiSVD<MatrixXd> svd(c.J);
+    const VectorXd values = svd.singularValues();
+    skip = model.nv < 5 || values[2] < 0.05 * values[0];
+  }
+
+  Effects<double> effects;
+  EffectTorques<double> torques;
+  ConstraintData<double> c;
+  bool skip = false;
+};
+
+TEST_P(ConstrainedWithEffects, InverseDynamicsGivesTheTorquesBack) {
+  if (skip) GTEST_SKIP() << "rows that hang together";
+  const VectorXd a = constrained_dynamics(model, *data, c, torques, effects, s.q, s.v, s.tau);
+  const VectorXd needed = inverse_dynamics(model, *data, torques, effects, s.q, s.v, a);
+  const VectorXd given = s.tau + c.J.transpose() * c.lambda;
+  EXPECT_LE((needed - given).norm(), 1e-11 * (given.norm() + a.norm())) << "seed " << GetParam();
+  EXPECT_LE(c.residual.norm(), 1e-11 * (1 + a.norm()));
+}
+
+TEST_P(ConstrainedWithEffects, DerivativesAgreeWith113Bits) {
+  if (skip) GTEST_SKIP() << "rows that hang together";
+  const Effects<Float128> all = exact_effects(effects);
+  Data<Float128> data128(exact);
+  EffectTorques<Float128> torques128(exact);
+  ConstraintData<Float128> c128(exact, {c.constraints[0].cast<Float128>()});
+  const auto f = [&](const VectorXq& x, const VectorXq& w) {
+    constrained_dynamics<Float128>(exact, data128, c128, torques128, all, x, w, s.tau.cast<Float128>());
+    VectorXq y(model.nv + 3);
+    y << c128.ddq, c128.lambda;
+    return y;
+  };
+  constrained_dynamics_derivatives(model, *data, c, torques, effects, s.q, s.v, s.tau);
+  MatrixXd by_q(model.nv + 3, model.nv), by_v = by_q;
+  by_q << c.ddq_dq, c.lambda_dq;
+  by_v << c.ddq_dv, c.lambda_dv;
+  EXPECT_LE(relative_error(by_q, tangent_difference(exact, q, [&](const VectorXq& x) { return f(x, v); })),
+            1e-10);
+  EXPECT_LE(relative_error(by_v, vector_difference(v, [&](const VectorXq& x) { return f(q, x); })), 1e-10);
+}
+
+TEST_P(ConstrainedWithEffects, NothingChosenIsThePlainAlgorithm) {
+  const Effects<double> none;
+  constrained_dynamics_derivatives(model, *data, c, torques, none, s.q, s.v, s.tau);
+  Data<double> plain_data(model);
+  ConstraintData<double> plain(model, c.constraints);
+  constrained_dynamics_derivatives(model, plain_data, plain, s.q, s.v, s.tau, none.acting());
+  EXPECT_EQ(c.ddq, plain.ddq);
+  EXPECT_EQ(c.ddq_dq, plain.ddq_dq);
+  EXPECT_EQ(c.lambda_dv, plain.lambda_dv);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedWithEffects, testing::Range(1UL, 16UL));
+
+}  // namespace
+}  // namespace dyntape::dynamics
