@@ -8,6 +8,7 @@
 //              its blocks are then, for each block of the value, one for each of these inputs
 //   .needs     what must be told besides
 //   .run       computes; .write gives the result out
+// Rows know nothing of joints that follow others: they see full vectors, and a Data that is told (following.h).
 #pragma once
 
 #include <dyntape/interface/function/robot_work.h>
