@@ -36,9 +36,9 @@ struct Samples {
 struct BaseOptions {
   dynamics::JointColumns columns;  // armature and friction among the parameters
   unsigned long seed = 1;          // of the random states
+  double tolerance = 1e-9;         // below it a column counts as dependent (rank_revealing_qr.h)
   // Joints that follow others (dynamics/mimic.h): samples are then those of the others.
-  std::vector<dynamics::MimicRule> mimics;
-  double tolerance = 1e-9;  // below it a column counts as dependent (rank_revealing_qr.h)
+  std::vector<dynamics::MimicRule> mimics = {};
 };
 
 struct BaseParameters {
