@@ -36,14 +36,14 @@ struct Samples {
 struct BaseOptions {
   dynamics::JointColumns columns;  // armature and friction among the parameters
   unsigned long seed = 1;          // of the random states
+  double tolerance = 1e-9;         // below it a column counts as dependent (rank_revealing_qr.h)
   // Joints that follow others (dynamics/mimic.h): samples are then those of the others.
   std::vector<dynamics::MimicRule> mimics = {};
-  double tolerance = 1e-9;  // below it a column counts as dependent (rank_revealing_qr.h)
 };
 
 struct BaseParameters {
   dynamics::JointColumns columns;
-  std::vector<dynamics::MimicRule> mimics = {};
+  std::vector<dynamics::MimicRule> mimics;
   std::vector<int> independent;     // (rank) columns of Y that stay
   std::vector<int> unidentifiable;  // columns of Y that are zero at every state
   Eigen::MatrixXd regrouping;       // (rank x columns of Y): beta = regrouping theta
