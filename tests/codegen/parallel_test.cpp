@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdlib>
+#include <string>
 #include <thread>
 
 #include "random_function.h"
@@ -137,6 +138,8 @@ TEST(Threads, NoMoreThanTheCount) {
 }
 
 TEST(Threads, TheCountIsTheEnvironments) {
+  const char* const found = std::getenv("DYNTAPE_THREADS");
+  const std::string before = found ? found : "";
   setenv("DYNTAPE_THREADS", "3", 1);
   EXPECT_EQ(codegen::thread_count(), 3u);
   for (const char* wrong : {"0", "-1", "many", "3x", "99999"}) {
@@ -145,6 +148,7 @@ TEST(Threads, TheCountIsTheEnvironments) {
   }
   unsetenv("DYNTAPE_THREADS");
   EXPECT_GE(codegen::thread_count(), 1u);
+  if (found) setenv("DYNTAPE_THREADS", before.c_str(), 1);
 }
 
 }  // namespace
