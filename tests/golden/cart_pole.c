@@ -121,7 +121,6 @@ typedef struct dyntape_descriptor {
 #define DT_RESTRICT
 #endif
 
-
 /* A real is a double, or with -DDYNTAPE_LANES=8 (4, 2) a vector with a double of each of eight states: the
  * statements are the same.  Reals lie in memory at any address. */
 #ifndef DYNTAPE_LANES
