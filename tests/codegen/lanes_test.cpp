@@ -160,6 +160,21 @@ TEST_P(LanesOf, DerivativesInPieces) {
   expect_lanes_are_points(testing::random_functions(random, 6, 7), options, random);
 }
 
+TEST_P(LanesOf, AnyLevelAndCompiler) {
+  Random random(410);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 30, 8);
+  CodegenOptions options = in_lanes(Order::kValue, GetParam());
+  for (const char* level : {"-O0", "-O3"}) {
+    options.flags = {level};
+    expect_lanes_are_points(f, options, random);
+  }
+  options.flags.clear();
+  options.compiler = testing::program("clang");
+  if (options.compiler.empty()) GTEST_SKIP() << "clang is not installed";
+  expect_lanes_are_points(f, options, random);
+}
+
 TEST_P(LanesOf, Calls) {
   Random random(403);
   SCOPED_TRACE(random.seed_text());
