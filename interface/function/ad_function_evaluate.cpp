@@ -61,11 +61,8 @@ std::string bad_input(const char* what, const VectorRef& v) {
 // The first operation, of the recording and then of its derivatives, that made something not finite.
 std::string culprit(const CompiledFunction& f, Order highest, const Call& call) {
   for (int order = 0; order <= static_cast<int>(highest); ++order) {
-    const Interpreter run(derive(f.function(), static_cast<Order>(order)).function);
-    Interpreter::Workspace workspace(run);
-    std::vector<double> y(run.function().n_y());
-    run(call.x.data(), call.p.data(), call.weights, y.data(), workspace);
-    const std::string first = run.first_not_finite(workspace);
+    const Function derived = derive(f.function(), static_cast<Order>(order)).function;
+    const std::string first = first_not_finite(derived, call.x.data(), call.p.data(), call.weights);
     if (!first.empty()) return (order == 0 ? "" : "in the derivative, ") + first;
   }
   return "";
