@@ -52,6 +52,7 @@ std::vector<Unit> units_of(const std::vector<std::size_t>& pieces, unsigned jobs
   std::string reason = "ended with exit status " + std::to_string(outcome.status);
   if (outcome.status == Outcome::kTimedOut)
     reason = "was ended after " + std::to_string(static_cast<long>(options.compile_seconds)) + " s";
+  if (outcome.status == Outcome::kStopped) reason = "was told to stop";
   if (outcome.status == Outcome::kNotStarted) reason = "could not be run";
   throw ToolError("the compiler " + reason + "; the source is kept in " + source + "\n  " +
                   to_text(command.arguments) + "\n" + outcome.output);
@@ -59,7 +60,7 @@ std::vector<Unit> units_of(const std::vector<std::size_t>& pieces, unsigned jobs
 
 void run(const std::vector<Command>& commands, const CodegenOptions& options, const std::string& source) {
   const std::vector<Outcome> outcomes =
-      run_all(commands, {jobs_of(options), options.compile_seconds, options.compile_bytes});
+      run_all(commands, {jobs_of(options), options.compile_seconds, options.compile_bytes, options.stop});
   for (std::size_t i = 0; i < commands.size(); ++i) {
     if (outcomes[i].status != 0) fail(commands[i], outcomes[i], options, source);
   }

@@ -33,6 +33,10 @@ inline constexpr char kLibraryFile[] = "library.so";
 std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
                                       const std::string& memory = "");
 
+// Whether find_compiler() answers without asking a compiler, which takes tens of milliseconds.
+bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                       const std::string& memory = "");
+
 // The sentence for "there is none".
 std::string no_compiler(const std::string& wanted);
 

@@ -49,10 +49,14 @@ T* advanced(T* pointer, std::size_t by) {
 }  // namespace
 
 CompiledFunction CompiledFunction::make(const Function& function, const CodegenOptions& options) {
+  return from(codegen::produce(function, options), options);
+}
+
+CompiledFunction CompiledFunction::from(codegen::Product product, const CodegenOptions& options) {
   auto kernels = std::make_shared<Kernels>();
-  kernels->product = codegen::produce(function, options);
+  kernels->product = std::move(product);
   kernels->options = options;
-  kernels->name = options.label.empty() ? function.name : options.label;
+  kernels->name = options.label.empty() ? kernels->product.function.name : options.label;
   if (const auto& library = kernels->product.library) {
     const dyntape_descriptor& d = library->descriptor();
     if (d.n_kernels != static_cast<std::uint32_t>(options.order) + 1)

@@ -8,7 +8,8 @@ namespace dyntape {
 const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
 
 const char* to_string(Route route) {
-  return route == Route::kCompiled ? "compiled" : route == Route::kInterpreter ? "interpreter" : "automatic";
+  constexpr const char* kNames[] = {"automatic", "interpreter", "compiled", "tiered"};
+  return kNames[static_cast<int>(route)];
 }
 
 Profile profile_from(const std::string& word) {
