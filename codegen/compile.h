@@ -22,7 +22,7 @@ struct Compiler {
   std::string version;             // "gcc version 12.2.0 (Debian 12.2.0-14)"
   std::string identity;            // version, and the processor and features that the flags resolve to here
   std::vector<std::string> flags;  // all but those of input and output, and perhaps the level
-  bool chooses_level = true;       // no -O among the user's flags: compile() decides by size
+  bool chooses_level = true;       // no -O among the user's flags: compile() decides
 };
 
 inline constexpr char kSourceFile[] = "source.c";

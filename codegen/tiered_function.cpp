@@ -133,9 +133,9 @@ struct TieredFunction::Builder {
     if (product.library) return serve(Tier::kFinal, std::move(product));
     if (!workshop || stop.stop_requested()) return;
     const codegen::Source source = codegen::print(product, std::move(derived), *workshop, options);
-    if (is_worth_a_quick_tier(source)) {
+    if (const auto quick = workshop->quick(); quick && is_worth_a_quick_tier(source)) {
       const Turn turn(options.stop);
-      if (!stop.stop_requested()) serve(Tier::kQuick, codegen::make(product, source, workshop->quick()));
+      if (!stop.stop_requested()) serve(Tier::kQuick, codegen::make(product, source, *quick));
     }
     const Turn turn(options.stop);
     if (!stop.stop_requested()) serve(Tier::kFinal, codegen::make(std::move(product), source, *workshop));
@@ -145,7 +145,7 @@ struct TieredFunction::Builder {
     tiers->publish(tier, CompiledFunction::from(std::move(made), options));
   }
 
-  // Short functions are optimised as soon as the other is compiled.
+  // Short ones are compiled at any level before anybody notices.
   static bool is_worth_a_quick_tier(const codegen::Source& source) {
     constexpr std::size_t kShort = 2000;  // statements
     return std::accumulate(source.pieces.begin(), source.pieces.end(), std::size_t{0}) > kShort;
@@ -279,7 +279,7 @@ std::string TieredFunction::trouble() const {
 }
 
 const char* to_string(TieredFunction::Tier tier) {
-  constexpr const char* kNames[] = {"interpreted", "compiled without optimisation", "compiled"};
+  constexpr const char* kNames[] = {"interpreted", "compiled at -O1", "compiled"};
   return kNames[static_cast<int>(tier)];
 }
 

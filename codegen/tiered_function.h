@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A function that answers at once and gets faster: interpreted while a thread compiles it in the background,
-// first without optimisation, then with it.
+// A function that answers at once and gets faster: interpreted while a thread compiles it in the background.
 //
 //   const TieredFunction f = TieredFunction::make(recorded, options);   // back before a compiler has started
 //   TieredFunction::Workspace workspace(f);                             // one a thread
@@ -14,7 +13,9 @@
 // allocate, and in the strict profile their results have the same bits whoever computes them.
 //
 // What the cache has is used at once and for good.  Where there is no compiler, or the route is kInterpreter,
-// the interpreter is the only tier.  What is compiled without optimisation does not enter the cache.
+// the interpreter is the only tier.  Where options.flags ask for more than -O1, a long function is compiled at
+// -O1 first, which is soon done; that library does not enter the cache.  There is no tier at -O0: such code
+// runs at the speed of the interpreter.
 //
 // If the compiler fails, the tier that serves goes on serving: it is said once on stderr, trouble() has the
 // reason, wait() throws it.  make() itself throws what it meets before (ArgumentError, RecordingError), and
@@ -35,7 +36,7 @@ class TieredFunction {
  public:
   enum class Tier {
     kInterpreted,
-    kQuick,  // compiled without optimisation
+    kQuick,  // compiled at -O1, where the options ask for more
     kFinal   // compiled as the options say, or from the cache
   };
 

@@ -37,11 +37,16 @@ bool Workshop::opens_at_once(const CodegenOptions& options) {
   return is_known_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
 }
 
-Workshop Workshop::quick() const {
+std::optional<Workshop> Workshop::quick() const {
+  std::string level;
+  for (const std::string& flag : compiler_.flags) {
+    if (flag.starts_with("-O")) level = flag;
+  }
+  if (level.empty() || level == "-O" || level == "-O0" || level == "-O1" || level == "-Og")
+    return std::nullopt;
   Workshop other = *this;
   other.cache_.reset();
-  other.compiler_.flags.push_back("-O0");
-  other.compiler_.chooses_level = false;
+  other.compiler_.flags.push_back("-O1");
   return other;
 }
 

@@ -38,8 +38,8 @@ class Workshop {
   // Whether open() answers at once: it need not ask a compiler what it is.
   static bool opens_at_once(const CodegenOptions& options);
 
-  // The same compiler without optimisation and without cache: soon done, half as fast.
-  Workshop quick() const;
+  // The same compiler at -O1 and without the cache, where the options ask for more; none: they do not.
+  std::optional<Workshop> quick() const;
 
   const std::string& content() const { return content_; }  // hash of the function
   const Compiler& compiler() const { return compiler_; }

@@ -42,10 +42,10 @@ using testing::Scratch;
 using Tier = TieredFunction::Tier;
 using Clock = std::chrono::steady_clock;
 
-// Enough statements for a tier without optimisation.
+// Enough statements for a quick tier.
 Function large() {
   Random random(5);
-  return testing::random_functions(random, 220, 16);
+  return testing::random_functions(random, 140, 17);
 }
 
 Function small() {
@@ -62,6 +62,7 @@ class Tiered : public ::testing::Test {
     CodegenOptions o;
     o.order = order;
     o.cache_folder = scratch_ / "cache";
+    o.flags = {"-O2"};  // more than the quick tier has
     return o;
   }
   // What stands in a file that the fake compiler writes; waits for it.
@@ -79,7 +80,7 @@ class Tiered : public ::testing::Test {
 TEST_F(Tiered, EveryTierHasTheBitsOfTheInterpreter) {
   Random random(1);
   SCOPED_TRACE(random.seed_text());
-  const Function f = large();
+  const Function f = testing::random_functions(random, 60, 9);
   CodegenOptions interpreted = options(Order::kFirst);
   interpreted.route = Route::kInterpreter;
   const CompiledFunction reference = CompiledFunction::make(f, interpreted);
@@ -193,7 +194,7 @@ TEST_F(Tiered, WhatTheCacheHasIsUsedAtOnce) {
   const TieredFunction cold = TieredFunction::make(f, options());
   cold.wait();
   const auto entries = codegen::Cache::open(scratch_ / "cache")->list();
-  EXPECT_EQ(entries.size(), 1u) << "what is not optimised is not kept";
+  EXPECT_EQ(entries.size(), 1u) << "the quick one is not kept";
   const TieredFunction warm = TieredFunction::make(f, options());
   EXPECT_TRUE(warm.is_settled());
   EXPECT_EQ(warm.tier(), Tier::kFinal);
@@ -210,14 +211,22 @@ TEST_F(Tiered, OnlyCached) {
   EXPECT_EQ(TieredFunction::make(small(), o).tier(), Tier::kFinal);
 }
 
-TEST_F(Tiered, ASmallFunctionIsCompiledOnce) {
+TEST_F(Tiered, SmallFunctionsAndThoseWithoutALevelAreCompiledOnce) {
   CodegenOptions o = options();
-  o.compiler = fake_compiler(scratch_, "echo run >> '" + scratch_ / "runs" + "'; exec cc \"$@\"");
-  const TieredFunction t = TieredFunction::make(small(), o);
-  t.wait();
-  EXPECT_EQ(t.tier(), Tier::kFinal);
-  std::ifstream runs(scratch_ / "runs");
-  EXPECT_EQ(std::distance(std::istream_iterator<std::string>(runs), {}), 1);
+  o.compiler = fake_compiler(scratch_, "echo \"$@\" >> '" + scratch_ / "runs" + "'; exec cc \"$@\"");
+  const auto libraries_after = [&](const Function& f) {
+    const TieredFunction t = TieredFunction::make(f, o);
+    t.wait();
+    EXPECT_EQ(t.tier(), Tier::kFinal);
+    std::ifstream file(scratch_ / "runs");
+    std::size_t count = 0;
+    for (std::string line; std::getline(file, line);) count += line.find("-shared") != std::string::npos;
+    return count;
+  };
+  EXPECT_EQ(libraries_after(small()), 1u);
+  EXPECT_EQ(libraries_after(large()), 3u) << "at -O1, then at -O2";
+  o.flags.clear();
+  EXPECT_EQ(libraries_after(large()), 4u);
 }
 
 TEST_F(Tiered, WithoutCompilerItIsInterpretedForGood) {
