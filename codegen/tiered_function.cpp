@@ -147,7 +147,7 @@ struct TieredFunction::Builder {
 
   // Short ones are compiled at any level before anybody notices.
   static bool is_worth_a_quick_tier(const codegen::Source& source) {
-    constexpr std::size_t kShort = 2000;  // statements
+    constexpr std::size_t kShort = 1000;  // statements
     return std::accumulate(source.pieces.begin(), source.pieces.end(), std::size_t{0}) > kShort;
   }
 };

@@ -9,7 +9,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
+#include <optional>
 #include <random>
 
 #include <dyntape/autodiff/interpret.h>
@@ -65,15 +65,19 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function)
                           }) /
             kPoints;
 
-  row.first = least_seconds(5, [&] {
+  row.first = 1e9;
+  for (int i = 0; i < 5; ++i) {
     const codegen::TemporaryFolder cold(codegen::system_temporary_folder(), "dyntape-");
     CodegenOptions options;
     options.order = Order::kValue;
     options.cache_folder = cold.path();
-    const TieredFunction tiers = TieredFunction::make(f, options);
-    TieredFunction::Workspace room(tiers);
-    tiers.value(x.data(), nullptr, y.data(), room);
-  });
+    std::optional<TieredFunction> tiers;  // to end the compiler is not part of it
+    row.first = std::min(row.first, least_seconds(1, [&] {
+                           tiers = TieredFunction::make(f, options);
+                           TieredFunction::Workspace room(*tiers);
+                           tiers->value(x.data(), nullptr, y.data(), room);
+                         }));
+  }
   return row;
 }
 

@@ -80,7 +80,7 @@ class Tiered : public ::testing::Test {
 TEST_F(Tiered, EveryTierHasTheBitsOfTheInterpreter) {
   Random random(1);
   SCOPED_TRACE(random.seed_text());
-  const Function f = testing::random_functions(random, 60, 9);
+  const Function f = testing::random_functions(random, 120, 9);
   CodegenOptions interpreted = options(Order::kFirst);
   interpreted.route = Route::kInterpreter;
   const CompiledFunction reference = CompiledFunction::make(f, interpreted);
