@@ -2,6 +2,7 @@
 #include <dyntape/autodiff/callee.h>
 
 #include <mutex>
+#include <optional>
 
 #include <dyntape/autodiff/derive.h>
 #include <dyntape/autodiff/error.h>
@@ -26,6 +27,12 @@ std::shared_ptr<const Callee> made_once(std::weak_ptr<const Callee>& made, const
   return result;
 }
 
+// Whoever interprets the caller does without it: the callee is then part of the caller's program.
+struct OnRequest {
+  std::once_flag once;
+  std::optional<Interpreter> run;
+};
+
 }  // namespace
 
 std::shared_ptr<const Callee> recorded_callee(const Function& function) {
@@ -46,9 +53,10 @@ std::shared_ptr<const Callee> recorded_callee(const Function& function) {
   callee->n_out = recorded->n_y();
   callee->recorded = recorded;
   callee->pattern = jacobian_sparsity(*recorded);
-  callee->evaluate = [run = std::make_shared<const Interpreter>(*recorded)](const double* in, double* out) {
-    Interpreter::Workspace workspace(*run);
-    (*run)(in, nullptr, nullptr, out, workspace);
+  callee->evaluate = [made = std::make_shared<OnRequest>(), recorded](const double* in, double* out) {
+    std::call_once(made->once, [&] { made->run.emplace(*recorded); });
+    Interpreter::Workspace workspace(*made->run);
+    (*made->run)(in, nullptr, nullptr, out, workspace);
   };
   callee->jvp = [recorded] { return recorded_callee(all_as_variables(jvp(*recorded))); };
   callee->vjp = [recorded] { return recorded_callee(all_as_variables(vjp(*recorded))); };

@@ -1,129 +1,87 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/interpret.h>
 
-#include <cmath>
-#include <sstream>
+#include <algorithm>
 
 #include <dyntape/autodiff/error.h>
 
 namespace dyntape {
-namespace {
-
-inline double evaluate_in_double(Op op, double x, double y, double z) {
-  return evaluate<double>(op, x, y, z);
-}
-
-}  // namespace
-
 Interpreter::Interpreter(Function function, Functions functions)
     : function_(std::move(function)), functions_(functions) {
   check(function_);
-  // Every call keeps its results until its Result nodes have read them, and its arguments while it runs.
-  for (const Node& node : function_.graph.nodes()) {
-    if (node.op != Op::Call) continue;
-    const Callee& callee = *function_.graph.callees()[node.a];
-    call_offset_.push_back(call_space_);
-    call_space_ += callee.n_in + callee.n_out;
-    if (functions == Functions::kPortable && callee.recorded)
-      portable_callees_.try_emplace(&callee, *callee.recorded, functions);
-  }
+  std::map<const Callee*, std::size_t> known;
+  link(function_, known);
 }
 
-Interpreter::Workspace::Workspace(const Interpreter& interpreter)
-    : values_(interpreter.function_.graph.size()), call_(interpreter.call_space_) {}
+// Appends the programs of the recorded callees, each once, and that of the function; its number.
+std::size_t Interpreter::link(const Function& function, std::map<const Callee*, std::size_t>& known) {
+  std::vector<std::size_t> callees;
+  std::size_t call_space = 0;
+  for (const auto& callee : function.graph.callees()) {
+    call_space = std::max(call_space, callee->n_in + callee->n_out);
+    auto found = known.find(callee.get());
+    if (found == known.end()) {
+      const std::size_t number =
+          callee->recorded ? link(*callee->recorded, known) : detail::LinkedProgram::kKernel;
+      found = known.emplace(callee.get(), number).first;
+    }
+    callees.push_back(found->second);
+  }
+  programs_.push_back({detail::Program(function), std::move(callees), call_space});
+  return programs_.size() - 1;
+}
 
-void Interpreter::call(const Callee& callee, const double* in, double* out) const {
-  const auto portable = portable_callees_.find(&callee);
-  if (portable == portable_callees_.end()) return callee.evaluate(in, out);
-  Workspace workspace(portable->second);
-  portable->second(in, nullptr, nullptr, out, workspace);
+Interpreter::Workspace::Workspace(const Interpreter& interpreter, std::size_t points)
+    : one_(interpreter.programs_.begin(), interpreter.programs_.end()) {
+  if (points > 1) many_ = {interpreter.programs_.begin(), interpreter.programs_.end()};
 }
 
 std::uint32_t Interpreter::operator()(const double* x, const double* p, const double* w, double* y,
                                       Workspace& workspace) const {
-  return functions_ == Functions::kPortable ? run<Functions::kPortable>(x, p, w, y, workspace)
-                                            : run<Functions::kLibm>(x, p, w, y, workspace);
+  const detail::LaneView<const double> inputs[kBlocks] = {{x, 1, 0}, {p, 1, 0}, {w, 1, 0}};
+  std::uint32_t status = 0;
+  detail::run<1>(functions_, programs_, programs_.size() - 1, inputs, {y, 1, 0}, workspace.one_, 1, &status);
+  return status;
 }
 
-template <Functions F>
-std::uint32_t Interpreter::run(const double* x, const double* p, const double* w, double* y,
-                               Workspace& workspace) const {
-  constexpr auto evaluate = F == Functions::kPortable ? portable_value : evaluate_in_double;
-  const Graph& graph = function_.graph;
-  const double* const blocks[] = {x, p, w};
-  double* const value = workspace.values_.data();
-  const Node* const nodes = graph.nodes().data();
-  const auto n = static_cast<NodeId>(graph.size());
-  for (NodeId id = 0; id < n; ++id) {
-    const Node& node = nodes[id];
-    switch (node.op) {
-#define OP(name, fn, arity, ...)                                                                             \
-  case Op::name:                                                                                             \
-    value[id] =                                                                                              \
-        evaluate(Op::name, value[node.a], arity > 1 ? value[node.b] : 0.0, arity > 2 ? value[node.c] : 0.0); \
-    break;
-#define FN OP
-#include "ops.def"
-#undef OP
-#undef FN
-      case Op::Const:
-        value[id] = graph.constants()[node.a];
-        break;
-      case Op::Input:
-        value[id] = blocks[node.a][node.b];
-        break;
-      case Op::Call: {
-        const Callee& callee = *graph.callees()[node.a];
-        double* const in = workspace.call_.data() + call_offset_[node.c];
-        for (std::size_t i = 0; i < callee.n_in; ++i) in[i] = value[graph.call_arguments()[node.b + i]];
-        call(callee, in, in + callee.n_in);
-        value[id] = 0;
-        break;
-      }
-      case Op::Result: {
-        const Node& call = nodes[node.a];
-        value[id] = workspace.call_[call_offset_[call.c] + graph.callees()[call.a]->n_in + node.b];
-        break;
-      }
-    }
-  }
-  for (std::size_t i = 0; i < function_.outputs.size(); ++i) y[i] = value[function_.outputs[i]];
-  for (std::size_t i = 0; i < function_.guards.size(); ++i) {
-    const Guard& guard = function_.guards[i];
-    if ((value[guard.condition] != 0) != guard.expected) return static_cast<std::uint32_t>(i + 1);
-  }
-  return 0;
+namespace {
+
+// Below so many points it is cheaper to take them one by one than to fill up the lanes.
+constexpr std::size_t kWorthLanes = 3;
+
+std::size_t stride(std::size_t given, std::size_t entries) {
+  return given == PointRange::kDense ? entries : given;
 }
 
-std::string Interpreter::first_not_finite(const Workspace& workspace) const {
-  const Graph& graph = function_.graph;
-  for (NodeId id = 0; id < graph.size(); ++id) {
-    const Node& node = graph[id];
-    if (node.op == Op::Call || node.op == Op::Const || std::isfinite(workspace.values_[id])) continue;
-    std::ostringstream text;
-    text.precision(17);
-    text << "node " << id << " (" << info(node.op).name << ")";
-    if (node.op == Op::Input) {
-      const auto& names = function_.input_names[node.a];
-      const char* const blocks[] = {"variable", "parameter", "weight"};
-      text << ": " << blocks[node.a] << " " << node.b;
-      if (node.b < names.size()) text << " (" << names[node.b] << ")";
-      text << " = " << workspace.values_[id];
-      return text.str();
-    }
-    if (node.op == Op::Result) text << ": " << graph.callees()[graph[node.a].a]->name;
-    text << ": of (";
-    bool finite = true, first = true;
-    graph.for_each_argument(node.op == Op::Result ? node.a : id, [&](NodeId a) {
-      const double argument = workspace.values_[a];
-      finite = finite && std::isfinite(argument);
-      text << (first ? "" : ", ") << argument;
-      first = false;
-    });
-    text << ") = " << workspace.values_[id];
-    if (finite) return text.str();
+template <class T>
+T* advanced(T* data, std::size_t by) {
+  return data ? data + by : nullptr;
+}
+
+}  // namespace
+
+void Interpreter::operator()(const PointRange& range, Workspace& workspace) const {
+  std::size_t i = 0;
+  while (!workspace.many_.empty() && range.points - i >= kWorthLanes) {
+    const std::size_t lanes = std::min<std::size_t>(range.points - i, detail::kLanes);
+    run_lanes(range, i, static_cast<int>(lanes), workspace.many_);
+    i += lanes;
   }
-  return {};
+  for (; i < range.points; ++i) run_lanes(range, i, 1, workspace.one_);
+}
+
+template <int N>
+void Interpreter::run_lanes(const PointRange& range, std::size_t first, int lanes,
+                            std::vector<detail::LaneRoom<N>>& rooms) const {
+  const std::size_t x = stride(range.stride_x, function_.n_x()), p = stride(range.stride_p, function_.n_p()),
+                    w = stride(range.stride_w, function_.n_w()), y = stride(range.stride_y, function_.n_y());
+  const detail::LaneView<const double> inputs[kBlocks] = {{advanced(range.x, first * x), 1, x},
+                                                          {advanced(range.p, first * p), 1, p},
+                                                          {advanced(range.w, first * w), 1, w}};
+  std::uint32_t status[N];
+  detail::run<N>(functions_, programs_, programs_.size() - 1, inputs, {advanced(range.y, first * y), 1, y},
+                 rooms, lanes, status);
+  if (range.status) std::copy_n(status, lanes, range.status + first);
 }
 
 std::string describe_guard(const Function& function, std::uint32_t status) {

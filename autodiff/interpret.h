@@ -6,8 +6,12 @@
 //   std::vector<double> y = evaluate(f, x, p);                   // checks sizes, throws GuardViolation
 //
 //   Interpreter run(f);                                          // many evaluations: one workspace a thread
-//   Interpreter::Workspace workspace(run);
+//   Interpreter::Workspace workspace(run, 100);
 //   std::uint32_t status = run(x, p, w, y, workspace);           // 0, or 1 + first violated guard
+//   run({.points = 100, .x = x, .y = y}, workspace);             // one point after the other
+//
+// Many points go eight at a time, side by side through each operation: three to five times as fast as one by
+// one, with the same bits.  No evaluation allocates.
 //
 // evaluate_as<T> runs the same tape in another float type: with a 113-bit T it is the reference for accuracy.
 #pragma once
@@ -19,50 +23,63 @@
 
 #include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/function.h>
+#include <dyntape/autodiff/interpret_lanes.h>
 #include <dyntape/autodiff/portable.h>
 
 namespace dyntape {
+
+// What to evaluate: point i reads x + i * stride_x, ...  A stride of 0 is the same block for all points.
+struct PointRange {
+  static constexpr std::size_t kDense = SIZE_MAX;  // the points follow each other without gaps
+  std::size_t points = 1;
+  const double *x = nullptr, *p = nullptr, *w = nullptr;
+  double* y = nullptr;
+  std::size_t stride_x = kDense, stride_p = kDense, stride_w = kDense, stride_y = kDense;
+  std::uint32_t* status = nullptr;  // a word a point; null: not wanted
+};
 
 class Interpreter {
  public:
   explicit Interpreter(Function function, Functions functions = Functions::kLibm);
 
-  // Values of all nodes of one evaluation.
+  // Room for one evaluation at a time: of one point, or of several side by side if `points` is more than 1.
   class Workspace {
    public:
-    explicit Workspace(const Interpreter& interpreter);
+    explicit Workspace(const Interpreter& interpreter, std::size_t points = 1);
 
    private:
     friend class Interpreter;
-    std::vector<double> values_, call_;
+    std::vector<detail::LaneRoom<1>> one_;
+    std::vector<detail::LaneRoom<detail::kLanes>> many_;
   };
 
   // x (n_x), p (n_p), w (n_w) -> y (n_y).  Unused blocks may be null; y may be x.  Thread-safe on separate
   // workspaces.
   std::uint32_t operator()(const double* x, const double* p, const double* w, double* y,
                            Workspace& workspace) const;
-
-  // The first node whose value is not finite although all its arguments are, after an evaluation with this
-  // workspace: "node 17 (Log): log(-1) = nan"; empty if there is none.
-  std::string first_not_finite(const Workspace& workspace) const;
+  // Many points; y overlaps with nothing.  A workspace of one point will do, and is slower.
+  void operator()(const PointRange& range, Workspace& workspace) const;
 
   const Function& function() const { return function_; }
 
  private:
-  template <Functions F>
-  std::uint32_t run(const double* x, const double* p, const double* w, double* y, Workspace& workspace) const;
-  void call(const Callee& callee, const double* in, double* out) const;
+  std::size_t link(const Function& function, std::map<const Callee*, std::size_t>& known);
+  template <int N>
+  void run_lanes(const PointRange& range, std::size_t first, int lanes,
+                 std::vector<detail::LaneRoom<N>>& rooms) const;
 
   Function function_;
   Functions functions_;
-  std::map<const Callee*, Interpreter> portable_callees_;  // recorded ones, where functions are portable
-  std::size_t call_space_ = 0;
-  std::vector<std::size_t> call_offset_;  // of call number i in Workspace::call_
+  std::vector<detail::LinkedProgram> programs_;  // callees before their callers; the last is the function's
 };
 
 // One evaluation with all checks: ArgumentError for wrong sizes, GuardViolation with the place of the branch.
 std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
                              const std::vector<double>& p = {}, const std::vector<double>& w = {});
+
+// The first node whose value is not finite although all its arguments are: "node 17 (Log): of (-1) = nan";
+// empty if there is none.  Sizes are the caller's word.
+std::string first_not_finite(const Function& function, const double* x, const double* p, const double* w);
 
 // The sentence for a guard that evaluation reported as `status`.
 std::string describe_guard(const Function& function, std::uint32_t status);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Operators: what they are called, what they compute, how they differentiate.  All of it is read from
-// ops.def, by macros that stand here, in scalar.h, jet.h, expr.h (overloads by name) and in interpret.cpp (its
-// switch); everything else asks the functions below.
+// ops.def, by macros that stand here, in scalar.h, jet.h, expr.h (overloads by name) and in interpret_lanes.cpp
+// (its switch); everything else asks the functions below.
 //
 //   evaluate(Op::Mul, 2.0, 3.0, 0.0)            -> 6
 //   slope(Op::Sin, 0, x, y, z, r, v)            -> v * cos(x), in whatever T is
@@ -113,6 +113,23 @@ T value_of(Op op, const T& x, const T& y, const T& z) {
   }
 }
 
+// A row that is known when the program is compiled.
+template <Op op>
+struct Row;
+#define OP(name, fn, n, value, ...)                   \
+  template <>                                         \
+  struct Row<Op::name> {                              \
+    template <class T>                                \
+    static T of(const T& x, const T& y, const T& z) { \
+      (void)x, (void)y, (void)z;                      \
+      return value;                                   \
+    }                                                 \
+  };
+#define FN OP
+#include "ops.def"
+#undef OP
+#undef FN
+
 template <class T>
 T zero_slope() {
   return T(0);
@@ -149,6 +166,11 @@ T slope_of(Op op, int argument, const T& x, const T& y, const T& z, const T& r, 
 template <class T>
 T evaluate(Op op, const T& x, const T& y, const T& z) {
   return ops::value_of<T>(op, x, y, z);
+}
+
+template <Op op, class T>
+T evaluate(const T& x, const T& y, const T& z) {
+  return ops::Row<op>::of(x, y, z);
 }
 
 // v after its passage through the given argument of op (forward or reverse: the same map).

@@ -8,7 +8,7 @@
 namespace dyntape {
 namespace {
 
-// The portable function of an operator; none: evaluated as ever.
+// The portable function of an operator.
 struct Entry {
   void (*unary)(const double*, double*, int) = nullptr;
   void (*binary)(const double*, const double*, double*, int) = nullptr;
@@ -31,12 +31,10 @@ constexpr std::array<Entry, kTableOps> kEntries = [] {
 
 }  // namespace
 
-double portable_value(Op op, double x, double y, double z) {
+void portable_values(Op op, const double* x, const double* y, double* result, int n) {
   const Entry& entry = kEntries[static_cast<std::size_t>(op)];
-  double result;
-  if (entry.unary) return entry.unary(&x, &result, 1), result;
-  if (entry.binary) return entry.binary(&x, &y, &result, 1), result;
-  return evaluate<double>(op, x, y, z);
+  if (entry.unary) entry.unary(x, result, n);
+  if (entry.binary) entry.binary(x, y, result, n);
 }
 
 }  // namespace dyntape

@@ -6,7 +6,7 @@
 //   kPortable   SLEEF's deterministic ones: within 1 ulp (erfc: 1.5), with the same bits on every processor and
 //               in 1, 2, 4 and 8 lanes, and in vectors much faster than the C library
 //
-//   portable_value(Op::Sin, 0.3, 0, 0)      the table's value, with portable functions
+//   portable_values(Op::Sin, x, nullptr, y, 8);      eight sines
 #pragma once
 
 #include <string_view>
@@ -36,7 +36,15 @@ inline constexpr PortableFunction kPortableFunctions[] = {
 #undef DYNTAPE_ROW
 };
 
-// The value of a table operator; unused arguments are ignored.
-double portable_value(Op op, double x, double y, double z);
+// Whether the two differ in an operator.
+constexpr bool has_portable_form(Op op) {
+  for (const PortableFunction& f : kPortableFunctions) {
+    if (info(op).function == f.name) return true;
+  }
+  return false;
+}
+
+// Of an operator that has one: n values (1, 2, 4 or 8); `y` is read if it takes two arguments.
+void portable_values(Op op, const double* x, const double* y, double* result, int n);
 
 }  // namespace dyntape

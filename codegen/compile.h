@@ -22,7 +22,7 @@ struct Compiler {
   std::string version;             // "gcc version 12.2.0 (Debian 12.2.0-14)"
   std::string identity;            // version, and the processor and features that the flags resolve to here
   std::vector<std::string> flags;  // all but those of input and output, and perhaps the level
-  bool chooses_level = true;       // no -O among the user's flags: compile() decides by size
+  bool chooses_level = true;       // no -O among the user's flags: compile() decides
 };
 
 inline constexpr char kSourceFile[] = "source.c";
@@ -32,6 +32,10 @@ inline constexpr char kLibraryFile[] = "library.so";
 // user.  `memory`: a folder that remembers identities between processes, or "".
 std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
                                       const std::string& memory = "");
+
+// Whether find_compiler() answers without asking a compiler, which takes tens of milliseconds.
+bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                       const std::string& memory = "");
 
 // The sentence for "there is none".
 std::string no_compiler(const std::string& wanted);

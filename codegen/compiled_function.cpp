@@ -27,6 +27,8 @@ struct CompiledFunction::Kernels {
 
 namespace {
 
+constexpr std::size_t kInterpretedTogether = 8;  // points
+
 constexpr const char* kOrderNames[] = {"values", "a Jacobian", "a Hessian"};
 
 Pattern pattern_from(const dyntape_pattern& p) {
@@ -49,10 +51,14 @@ T* advanced(T* pointer, std::size_t by) {
 }  // namespace
 
 CompiledFunction CompiledFunction::make(const Function& function, const CodegenOptions& options) {
+  return from(codegen::produce(function, options), options);
+}
+
+CompiledFunction CompiledFunction::from(codegen::Product product, const CodegenOptions& options) {
   auto kernels = std::make_shared<Kernels>();
-  kernels->product = codegen::produce(function, options);
+  kernels->product = std::move(product);
   kernels->options = options;
-  kernels->name = options.label.empty() ? function.name : options.label;
+  kernels->name = options.label.empty() ? kernels->product.function.name : options.label;
   if (const auto& library = kernels->product.library) {
     const dyntape_descriptor& d = library->descriptor();
     kernels->take_kernels(d);
@@ -103,8 +109,8 @@ CompiledFunction::Workspace::Workspace(const CompiledFunction& function) : owner
   for (const dyntape_kernel& kernel : kernels.wide)
     lanes = std::max(lanes, codegen::room_for_lanes(kernel, kernels.sizes(kernel.order)));
   for (const Interpreter& interpreter : kernels.interpreters) {
-    work = std::max(work, interpreter.function().n_y());
-    interpreters_.emplace_back(interpreter);
+    work = std::max(work, interpreter.function().n_y() * kInterpretedTogether);
+    interpreters_.emplace_back(interpreter, kInterpretedTogether);
   }
   work_.resize(work);
   lanes_.resize(lanes);
@@ -156,16 +162,24 @@ Violation CompiledFunction::Kernels::run_interpreted(std::size_t order, const Po
   const Interpreter& interpreter = interpreters[order];
   const Strides s = points.strides ? *points.strides : dense(n);
   Violation first;
-  for (std::size_t i = 0; i < points.lanes; ++i) {
-    const std::uint32_t status =
-        interpreter(advanced(points.x, i * s.x), advanced(points.p, i * s.p), advanced(points.w, i * s.w),
-                    workspace.work_.data(), workspace.interpreters_[order]);
+  for (std::size_t i = 0; i < points.lanes; i += kInterpretedTogether) {
+    std::uint32_t status[kInterpretedTogether];
+    PointRange range;
+    range.points = std::min(points.lanes - i, kInterpretedTogether);
+    range.x = advanced(points.x, i * s.x), range.stride_x = s.x;
+    range.p = advanced(points.p, i * s.p), range.stride_p = s.p;
+    range.w = advanced(points.w, i * s.w), range.stride_w = s.w;
+    range.y = workspace.work_.data();
+    range.status = status;
+    interpreter(range, workspace.interpreters_[order]);
     const double* out = workspace.work_.data();
-    copy_out(out, n.y, advanced(points.y, i * s.y));
-    copy_out(out, n.jacobian, advanced(points.jacobian, i * s.jacobian));
-    copy_out(out, n.hessian, advanced(points.hessian, i * s.hessian));
-    if (points.status) points.status[i] = status;
-    if (status && !first) first = {status, i};
+    for (std::size_t k = i; k < i + range.points; ++k) {
+      copy_out(out, n.y, advanced(points.y, k * s.y));
+      copy_out(out, n.jacobian, advanced(points.jacobian, k * s.jacobian));
+      copy_out(out, n.hessian, advanced(points.hessian, k * s.hessian));
+      if (points.status) points.status[k] = status[k - i];
+      if (status[k - i] && !first) first = {status[k - i], k};
+    }
   }
   return first;
 }

@@ -78,6 +78,8 @@ class CompiledFunction {
   };
 
   static CompiledFunction make(const Function& function, const CodegenOptions& options = {});
+  // Of what the pipeline has made with these options.
+  static CompiledFunction from(codegen::Product product, const CodegenOptions& options);
 
   // --- what it is ---
   std::size_t n_x() const;

@@ -95,42 +95,71 @@ Identity ask(const std::string& path, const std::vector<std::string>& flags) {
   return identity;
 }
 
-// Asking costs tens of milliseconds, so the answer is kept: in the process, and in `memory` under a name that
+// Asking costs tens of milliseconds, so the answer is kept: in the process, and in a folder under a name that
 // changes with the program, its flags and the processor.
-Identity identify(const std::string& path, const std::vector<std::string>& flags, const std::string& memory) {
-  static std::mutex mutex;
-  static std::map<std::string, Identity> known;
-  struct stat status {};
-  stat(path.c_str(), &status);
-  std::ostringstream what;
-  what << path << ' ' << status.st_dev << ' ' << status.st_ino << ' ' << status.st_size << ' '
-       << status.st_mtim.tv_sec << '.' << status.st_mtim.tv_nsec << ' ' << processor();
-  for (const std::string& flag : flags) what << '\n' << flag;
-  const std::string name = "compiler-" + checksum(what.str()) + ".json";
-
-  const std::scoped_lock lock(mutex);
-  if (const auto found = known.find(name); found != known.end()) return found->second;
-  int error = 0;
-  if (const auto text = memory.empty() ? std::nullopt : read_file(memory + "/" + name, error)) {
-    const auto json = nlohmann::json::parse(*text, nullptr, false);
-    if (json.is_object() && json.value("what", "") == what.str())
-      return known[name] = {json.value("version", ""), json.value("identity", "")};
+class Identities {
+ public:
+  Identities(const std::string& path, const std::vector<std::string>& flags, const std::string& memory)
+      : path_(path), flags_(flags), memory_(memory) {
+    struct stat status {};
+    stat(path.c_str(), &status);
+    std::ostringstream what;
+    what << path << ' ' << status.st_dev << ' ' << status.st_ino << ' ' << status.st_size << ' '
+         << status.st_mtim.tv_sec << '.' << status.st_mtim.tv_nsec << ' ' << processor();
+    for (const std::string& flag : flags) what << '\n' << flag;
+    what_ = what.str();
+    name_ = "compiler-" + checksum(what_) + ".json";
   }
-  const Identity identity = ask(path, flags);
-  if (!memory.empty()) {
+
+  std::optional<Identity> remembered() const {
+    const std::scoped_lock lock(mutex());
+    return look_up();
+  }
+
+  Identity get() const {
+    const std::scoped_lock lock(mutex());
+    if (auto identity = look_up()) return *identity;
+    const Identity identity = ask(path_, flags_);
+    if (!memory_.empty()) keep(identity);
+    return known()[name_] = identity;
+  }
+
+ private:
+  static std::mutex& mutex() {
+    static std::mutex mutex;
+    return mutex;
+  }
+  static std::map<std::string, Identity>& known() {
+    static std::map<std::string, Identity> known;
+    return known;
+  }
+
+  std::optional<Identity> look_up() const {
+    if (const auto found = known().find(name_); found != known().end()) return found->second;
+    int error = 0;
+    const auto text = memory_.empty() ? std::nullopt : read_file(memory_ + "/" + name_, error);
+    if (!text) return std::nullopt;
+    const auto json = nlohmann::json::parse(*text, nullptr, false);
+    if (!json.is_object() || json.value("what", "") != what_) return std::nullopt;
+    return known()[name_] = {json.value("version", ""), json.value("identity", "")};
+  }
+
+  void keep(const Identity& identity) const {
+    const nlohmann::json json = {{"what", what_}, {"version", identity.version}, {"identity", identity.text}};
     try {
-      TemporaryFolder folder(memory, "build-");
-      const std::string file = folder.path() + "/" + name;
-      write_file(
-          file,
-          nlohmann::json{{"what", what.str()}, {"version", identity.version}, {"identity", identity.text}}
-              .dump(1));
-      (void)std::rename(file.c_str(), (memory + "/" + name).c_str());
+      TemporaryFolder folder(memory_, "build-");
+      const std::string file = folder.path() + "/" + name_;
+      write_file(file, json.dump(1));
+      (void)std::rename(file.c_str(), (memory_ + "/" + name_).c_str());
     } catch (const FileError&) {  // it is asked again next time
     }
   }
-  return known[name] = identity;
-}
+
+  const std::string& path_;
+  const std::vector<std::string>& flags_;
+  const std::string& memory_;
+  std::string what_, name_;
+};
 
 }  // namespace
 
@@ -141,20 +170,36 @@ std::string no_compiler(const std::string& wanted) {
   return "no C compiler (cc, gcc or clang) is found";
 }
 
-std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
-                                      const std::string& memory) {
+namespace {
+
+// All but its identity; without a path if there is none.
+Compiler chosen_compiler(const std::string& wanted, const std::vector<std::string>& user_flags) {
   Compiler compiler;
   compiler.path = program_for(wanted);
-  if (compiler.path.empty()) return std::nullopt;
   compiler.flags = {"-std=c99", "-march=native", "-fPIC", "-fvisibility=hidden", "-pipe"};
   for (const auto* more : {&user_flags, &contract_flags()})
     compiler.flags.insert(compiler.flags.end(), more->begin(), more->end());
   compiler.chooses_level = std::none_of(user_flags.begin(), user_flags.end(),
                                         [](const std::string& flag) { return flag.starts_with("-O"); });
-  const Identity identity = identify(compiler.path, compiler.flags, memory);
+  return compiler;
+}
+
+}  // namespace
+
+std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                                      const std::string& memory) {
+  Compiler compiler = chosen_compiler(wanted, user_flags);
+  if (compiler.path.empty()) return std::nullopt;
+  const Identity identity = Identities(compiler.path, compiler.flags, memory).get();
   compiler.version = identity.version;
   compiler.identity = identity.version + "\n" + identity.text;
   return compiler;
+}
+
+bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                       const std::string& memory) {
+  const Compiler compiler = chosen_compiler(wanted, user_flags);
+  return compiler.path.empty() || Identities(compiler.path, compiler.flags, memory).remembered();
 }
 
 }  // namespace dyntape::codegen

@@ -10,7 +10,8 @@ const char* to_string(Profile profile) { return profile == Profile::kStrict ? "s
 const char* to_string(Functions functions) { return functions == Functions::kPortable ? "portable" : "libm"; }
 
 const char* to_string(Route route) {
-  return route == Route::kCompiled ? "compiled" : route == Route::kInterpreter ? "interpreter" : "automatic";
+  constexpr const char* kNames[] = {"automatic", "interpreter", "compiled", "tiered"};
+  return kNames[static_cast<int>(route)];
 }
 
 Profile profile_from(const std::string& word) {

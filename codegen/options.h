@@ -9,6 +9,7 @@
 #pragma once
 
 #include <cstddef>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -22,7 +23,9 @@ namespace dyntape {
 enum class Profile { kStrict, kFast };
 
 // automatic: compiled, or interpreted where there is no compiler (said once on stderr).
-enum class Route { kAutomatic, kInterpreter, kCompiled };
+// tiered:    likewise, but interpreted until the compiler is done (tiered_function.h); where nobody serves
+//            tiers it is automatic.
+enum class Route { kAutomatic, kInterpreter, kCompiled, kTiered };
 
 // Which kernels that evaluate several points at once are compiled besides the one of a single point.
 //   kNone     none
@@ -65,6 +68,7 @@ struct CodegenOptions {
   unsigned jobs = 0;                       // compilers at a time; 0: one a hardware thread
   double compile_seconds = 900;            // a compiler that takes longer is ended
   std::size_t compile_bytes = 8ull << 30;  // address space of one compiler
+  std::stop_token stop;                    // a request ends the compilers: ToolError
 };
 
 }  // namespace dyntape

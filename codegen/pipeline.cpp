@@ -10,7 +10,7 @@
 #include <dyntape/codegen/dump.h>
 #include <dyntape/codegen/files.h>
 #include <dyntape/codegen/simplify.h>
-#include <dyntape/codegen/workshop.h>
+#include <dyntape/codegen/stages.h>
 
 namespace dyntape {
 namespace codegen {
@@ -30,7 +30,7 @@ auto timed(double& seconds, Stage&& stage) {
 std::vector<Derivatives> derive_all(const Function& function, Order highest) {
   std::vector<Derivatives> derivatives;
   for (int order = 0; order <= static_cast<int>(highest); ++order)
-    derivatives.push_back(derive(function, static_cast<Order>(order)));
+    derivatives.push_back(dyntape::derive(function, static_cast<Order>(order)));
   return derivatives;
 }
 
@@ -69,40 +69,66 @@ Product with_library(Product product, Loaded loaded) {
 
 }  // namespace
 
-Product produce(const Function& recorded, const CodegenOptions& options) {
+Product begin(const Function& recorded) {
   Product product;
+  product.function = compact(recorded);
+  Dump(product.function.name).graph("recorded", product.function);
+  return product;
+}
+
+std::optional<Workshop> find(Product& product, const CodegenOptions& options) {
+  if (options.route == Route::kInterpreter) return std::nullopt;
   Timings& t = product.timings;
-  const Function& function = product.function = compact(recorded);
-  const Dump dump(function.name);
-  dump.graph("recorded", function);
-
-  std::optional<Workshop> workshop;  // none: interpreted
-  if (options.route != Route::kInterpreter)
-    workshop = timed(t.hash, [&] { return Workshop::open(function, options); });
-  if (workshop) {
-    product.compiler = workshop->compiler().version;
-    if (auto found = timed(t.load, [&] { return workshop->find(); }))
-      return t.cache_hit = true, with_library(std::move(product), std::move(*found));
+  const auto workshop = timed(t.hash, [&] { return Workshop::open(product.function, options); });
+  if (!workshop) return std::nullopt;
+  product.compiler = workshop->compiler().version;
+  if (auto found = timed(t.load, [&] { return workshop->find(); })) {
+    t.cache_hit = true;
+    product = with_library(std::move(product), std::move(*found));
   }
-  if (options.only_cached && options.route != Route::kInterpreter)
-    throw NotCached("the cache has no library of \"" + function.name + "\"");
+  return workshop;
+}
 
-  const auto value = timed(t.derive, [&] { return simplify(function, options.profile); });
+std::vector<Derivatives> derive(Product& product, const CodegenOptions& options) {
+  Timings& t = product.timings;
+  const auto value = timed(t.derive, [&] { return simplify(product.function, options.profile); });
   auto derived = timed(t.derive, [&] { return derive_all(value, options.order); });
   derived = timed(t.derive, [&] { return simplify_all(std::move(derived), options.profile); });
-  dump.graphs("derived", derived);
-  if (!workshop) return product.interpreted = std::move(derived), product;
+  Dump(product.function.name).graphs("derived", derived);
+  return derived;
+}
 
-  KernelSets sets = kernel_sets(function, workshop->content(), options);
+Source print(Product& product, std::vector<Derivatives> derived, const Workshop& workshop,
+             const CodegenOptions& options) {
+  Timings& t = product.timings;
+  const Dump dump(product.function.name);
+  KernelSets sets = kernel_sets(product.function, workshop.content(), options);
   sets.kernels =
       timed(t.schedule, [&] { return schedule_all(std::move(derived), options.piece_statements); });
   dump.schedules(sets.kernels);
-  const Source source = timed(t.print, [&] { return print_c(sets); });
+  Source source = timed(t.print, [&] { return print_c(sets); });
   dump.text("c", source.text);
-  Draft draft = timed(t.compile, [&] { return workshop->compile(source); });
-  const auto entry = timed(t.load, [&] { return workshop->publish(draft); });
-  Loaded loaded = timed(t.load, [&] { return workshop->load(std::move(draft), entry, source); });
+  return source;
+}
+
+Product make(Product product, const Source& source, const Workshop& workshop) {
+  Timings& t = product.timings;
+  Draft draft = timed(t.compile, [&] { return workshop.compile(source); });
+  const auto entry = timed(t.load, [&] { return workshop.publish(draft); });
+  Loaded loaded = timed(t.load, [&] { return workshop.load(std::move(draft), entry, source); });
   return with_library(std::move(product), std::move(loaded));
+}
+
+Product produce(const Function& recorded, const CodegenOptions& options) {
+  Product product = begin(recorded);
+  const std::optional<Workshop> workshop = find(product, options);
+  if (product.library) return product;
+  if (options.only_cached && options.route != Route::kInterpreter)
+    throw NotCached("the cache has no library of \"" + product.function.name + "\"");
+  auto derived = derive(product, options);
+  if (!workshop) return product.interpreted = std::move(derived), product;
+  const Source source = print(product, std::move(derived), *workshop, options);
+  return make(std::move(product), source, *workshop);
 }
 
 }  // namespace codegen

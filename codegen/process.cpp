@@ -25,7 +25,7 @@ struct Running {
   pid_t pid = 0;
   std::size_t command = 0;
   Clock::time_point started;
-  bool killed = false;
+  int ended_for = 0;  // by us: the reason
 };
 
 // Our environment with messages in English and temporary files where they are removed with the rest.
@@ -100,21 +100,26 @@ int status_of(int wait_status) {
   return WIFEXITED(wait_status) ? WEXITSTATUS(wait_status) : 128 + WTERMSIG(wait_status);
 }
 
+// Ends the process, for the reason that its outcome is to give.
+void end(Running& running, int reason) {
+  if (running.ended_for) return;
+  kill(-running.pid, SIGKILL);
+  running.ended_for = reason;
+}
+
 // Whether the process has ended; then fills the outcome.
-bool has_ended(Running& running, double seconds, Outcome& outcome) {
+bool has_ended(Running& running, const Bounds& bounds, Outcome& outcome) {
   int wait_status = 0;
   const pid_t result = waitpid(running.pid, &wait_status, WNOHANG);
   if (result == 0) {
     const std::chrono::duration<double> age = Clock::now() - running.started;
-    if (age.count() > seconds && !running.killed) {
-      kill(-running.pid, SIGKILL);
-      running.killed = true;
-    }
+    if (age.count() > bounds.seconds) end(running, Outcome::kTimedOut);
+    if (bounds.stop.stop_requested()) end(running, Outcome::kStopped);
     return false;
   }
   // Where the host ignores SIGCHLD there is no status to collect (ECHILD): the caller sees what was written.
   outcome.status = result < 0 ? 0 : status_of(wait_status);
-  if (running.killed) outcome.status = Outcome::kTimedOut;
+  if (running.ended_for) outcome.status = running.ended_for;
   return true;
 }
 
@@ -127,7 +132,11 @@ std::vector<Outcome> run_all(const std::vector<Command>& commands, const Bounds&
   auto pause = std::chrono::microseconds(200);
   while (next < commands.size() || !running.empty()) {
     while (next < commands.size() && running.size() < std::max(bounds.jobs, 1u)) {
-      Running process{0, next, Clock::now(), false};
+      if (bounds.stop.stop_requested()) {
+        outcomes[next++].status = Outcome::kStopped;
+        continue;
+      }
+      Running process{0, next, Clock::now(), 0};
       if (const int error = start(commands[next], bounds.bytes, process.pid)) {
         outcomes[next].output = std::strerror(error);
       } else {
@@ -137,7 +146,7 @@ std::vector<Outcome> run_all(const std::vector<Command>& commands, const Bounds&
     }
     const std::size_t before = running.size();
     std::erase_if(running, [&](Running& r) {
-      if (!has_ended(r, bounds.seconds, outcomes[r.command])) return false;
+      if (!has_ended(r, bounds, outcomes[r.command])) return false;
       outcomes[r.command].output = text_of(commands[r.command].log);
       return true;
     });

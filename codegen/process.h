@@ -3,13 +3,14 @@
 // Runs programs: without a shell, without our file descriptors, bounded in time and memory.
 //
 //   std::vector<Outcome> done = run_all({{{"/usr/bin/cc", "-c", "a.c"}, "log-a"}}, {2, 60.0, 4ull << 30});
-//   done[0].status                  exit status; 128 + number if a signal ended it; kTimedOut, kNotStarted
+//   done[0].status                  exit status; 128 + number if a signal ended it; kTimedOut, ...
 //   done[0].output                  what it wrote to stdout and stderr
 //
 // Nothing is thrown for a program that fails: the caller knows what it means.
 #pragma once
 
 #include <cstddef>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -25,11 +26,13 @@ struct Bounds {
   unsigned jobs = 1;               // programs at a time
   double seconds = 600;            // each
   std::size_t bytes = 8ull << 30;  // address space of each
+  std::stop_token stop = {};       // a request ends those that run and starts no others
 };
 
 struct Outcome {
   static constexpr int kNotStarted = 127;
   static constexpr int kTimedOut = 124;
+  static constexpr int kStopped = 125;
   int status = kNotStarted;
   std::string output;
 };

@@ -36,6 +36,24 @@ std::optional<Workshop> Workshop::open(const Function& function, const CodegenOp
   return std::nullopt;
 }
 
+bool Workshop::opens_at_once(const CodegenOptions& options) {
+  const auto cache = options.use_cache ? Cache::open(options.cache_folder) : std::nullopt;
+  return is_known_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
+}
+
+std::optional<Workshop> Workshop::quick() const {
+  std::string level;
+  for (const std::string& flag : compiler_.flags) {
+    if (flag.starts_with("-O")) level = flag;
+  }
+  if (level.empty() || level == "-O" || level == "-O0" || level == "-O1" || level == "-Og")
+    return std::nullopt;
+  Workshop other = *this;
+  other.cache_.reset();
+  other.compiler_.flags.push_back("-O1");
+  return other;
+}
+
 Workshop::Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
                    Compiler compiler)
     : options_(options),
@@ -85,7 +103,7 @@ Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::s
   try {
     codegen::compile(compiler_, source, options_, folder->path(), final_folder);
   } catch (const ToolError&) {
-    folder->release();  // the message says where the source is
+    if (!options_.stop.stop_requested()) folder->release();  // the message says where the source is
     throw;
   }
   return {std::move(folder), source.name, checksum(source.text)};

@@ -35,6 +35,12 @@ class Workshop {
   // Says once on stderr why there is none; throws ToolError instead where the compiled route is asked for.
   static std::optional<Workshop> open(const Function& function, const CodegenOptions& options);
 
+  // Whether open() answers at once: it need not ask a compiler what it is.
+  static bool opens_at_once(const CodegenOptions& options);
+
+  // The same compiler at -O1 and without the cache, where the options ask for more; none: they do not.
+  std::optional<Workshop> quick() const;
+
   const std::string& content() const { return content_; }  // hash of the function
   const Compiler& compiler() const { return compiler_; }
 

@@ -49,6 +49,11 @@ void report(const AdFunctionStatistics& s, const std::string& name) {
 
 }  // namespace
 
+TieredFunction detail::made(const Function& function, const CodegenOptions& options) {
+  return options.route == Route::kTiered ? TieredFunction::make(function, options)
+                                         : TieredFunction::of(CompiledFunction::make(function, options));
+}
+
 std::vector<std::string> AdFunction::defaultCompileFlags() {
   return {"-O3", "-g", "-march=native", "-mtune=native", "-ffast-math"};
 }
@@ -100,8 +105,8 @@ void AdFunction::build(Function function, ApproximationOrder order, bool rebuild
                        bool verbose) {
   CodegenOptions chosen = options(order_of(order));
   chosen.force_rebuild = rebuild;
-  model_ = std::make_shared<const Model>(CompiledFunction::make(function, chosen), options(order_of(order)),
-                                         record_seconds);
+  model_ =
+      std::make_shared<const Model>(detail::made(function, chosen), options(order_of(order)), record_seconds);
   if (verbose) report(statistics(), settings_.name);
 }
 
@@ -126,7 +131,7 @@ void AdFunction::loadModels(bool verbose) {
     CodegenOptions look = chosen;
     look.only_cached = true;
     try {
-      model_ = std::make_shared<const Model>(CompiledFunction::make(function, look), chosen, record_seconds);
+      model_ = std::make_shared<const Model>(detail::made(function, look), chosen, record_seconds);
     } catch (const NotCached&) {
       continue;
     }
@@ -139,7 +144,7 @@ void AdFunction::loadModels(bool verbose) {
 
 AdFunctionStatistics AdFunction::statistics() const {
   const Model& m = model("statistics");
-  const CompiledFunction& f = m.compiled();
+  const CompiledFunction f = m.shared.tiers.serving();
   const Timings& t = f.timings();
   AdFunctionStatistics s;
   s.route = to_string(f.route());
@@ -172,6 +177,8 @@ const AdFunction::Model& AdFunction::model(const char* asked_for, Order order) c
   }
   return *model_;
 }
+
+void AdFunction::waitForCompiler() const { model("waitForCompiler").shared.tiers.wait(); }
 
 std::size_t AdFunction::rangeDim() const { return model("rangeDim").compiled().n_y(); }
 

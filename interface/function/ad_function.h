@@ -58,7 +58,7 @@ struct AdFunctionSettings {
   CodegenOptions codegen;     // profile, compiler, route; its order, folder, flags and label are not read
 };
 
-// What happened in createModels or loadModels, and what was made.
+// What happened in createModels or loadModels, and what was made: of what serves now.
 struct AdFunctionStatistics {
   std::string route;  // "compiled" or "interpreter"
   bool cacheHit = false;
@@ -96,6 +96,10 @@ class AdFunction {
   void loadModels(bool verbose = true);
   // Loads this order from the cache, or creates it; never rebuilds what is there.
   void loadModelsIfAvailable(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
+  // With settings.codegen.route = Route::kTiered these come back before a compiler has started, and the first
+  // results are interpreted (codegen/tiered_function.h); results have the same bits all along.  This waits until
+  // the compiler is done, and throws ToolError if it failed.
+  void waitForCompiler() const;
 
   // --- OCS2's results: dense, by value ---
   vector_t getFunctionValue(const VectorRef& x, const VectorRef& p = vector_t()) const;  // (m)

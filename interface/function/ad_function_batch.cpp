@@ -26,16 +26,16 @@ Function of_parameters(const Function& f) {
   return compact(swapped);
 }
 
-CompiledFunction compiled(const Function& f, CodegenOptions options, Order order) {
+TieredFunction made(const Function& f, CodegenOptions options, Order order) {
   options.order = order;
   options.label = f.name;
-  return CompiledFunction::make(f, options);
+  return detail::made(f, options);
 }
 
 // One evaluation at (x, p) with `order`; what is wanted of it is in `points`.
 void run_one(const detail::SharedFunction& shared, Order order, Points points,
-             CompiledFunction::Workspace& workspace) {
-  shared.compiled.check(shared.compiled.run(order, points, workspace));
+             TieredFunction::Workspace& workspace) {
+  shared.tiers.check(shared.tiers.run(order, points, workspace));
 }
 
 void check_finite(bool wanted, const char* asked, const std::string& name, const double* values,
@@ -50,7 +50,7 @@ void check_finite(bool wanted, const char* asked, const std::string& name, const
 vector_t product(const detail::SharedFunction& shared, const AdFunction::VectorRef& x,
                  const AdFunction::VectorRef& p, const AdFunction::VectorRef& w) {
   const auto room = shared.room();
-  vector_t result(static_cast<Eigen::Index>(shared.compiled.n_y()));
+  vector_t result(static_cast<Eigen::Index>(shared.compiled().n_y()));
   Points points;
   points.x = x.data(), points.p = p.data(), points.w = w.data(), points.y = result.data();
   run_one(shared, Order::kValue, points, room->workspace);
@@ -76,7 +76,8 @@ void AdFunction::evaluateBatch(std::size_t count, const double* x, const double*
   points.x = x, points.p = p, points.w = hessian ? weights : nullptr;
   points.y = y, points.jacobian = jacobian, points.hessian = hessian;
   const auto room = m.shared.room();
-  m.compiled().check(m.compiled().run(order, points, room->workspace), count);
+  const TieredFunction& f = m.shared.tiers;
+  f.check(f.run(order, points, room->workspace), count);
 }
 
 matrix_t AdFunction::getParameterJacobian(const VectorRef& x, const VectorRef& p) const {
@@ -84,13 +85,13 @@ matrix_t AdFunction::getParameterJacobian(const VectorRef& x, const VectorRef& p
   const Model& m = model(kAsked);
   check_inputs(kAsked, x, p);
   const auto& shared = m.parameter_jacobian.get(
-      [&] { return compiled(of_parameters(m.compiled().function()), m.options, Order::kFirst); });
+      [&] { return made(of_parameters(m.compiled().function()), m.options, Order::kFirst); });
   const auto room = shared.room();
   Points points;
   points.x = p.data(), points.p = x.data(), points.jacobian = room->jacobian.data();
   run_one(shared, Order::kFirst, points, room->workspace);
   check_finite(settings_.checkFinite, kAsked, name(), room->jacobian.data(), room->jacobian.size());
-  return detail::dense(shared.compiled.jacobian_pattern(), room->jacobian, false);
+  return detail::dense(shared.compiled().jacobian_pattern(), room->jacobian, false);
 }
 
 vector_t AdFunction::jvp(const VectorRef& x, const VectorRef& p, const VectorRef& direction) const {
@@ -98,8 +99,8 @@ vector_t AdFunction::jvp(const VectorRef& x, const VectorRef& p, const VectorRef
   check_inputs("jvp", x, p);
   detail::check_size("jvp", name(), "direction", direction.size(), variable_dim_);
   const vector_t result = product(
-      m.jvp.get([&] { return compiled(dyntape::jvp(m.compiled().function()), m.options, Order::kValue); }), x,
-      p, direction);
+      m.jvp.get([&] { return made(dyntape::jvp(m.compiled().function()), m.options, Order::kValue); }), x, p,
+      direction);
   check_finite(settings_.checkFinite, "jvp", name(), result.data(), m.compiled().n_y());
   return result;
 }
@@ -109,8 +110,8 @@ vector_t AdFunction::vjp(const VectorRef& x, const VectorRef& p, const VectorRef
   check_inputs("vjp", x, p);
   detail::check_size("vjp", name(), "weights", weights.size(), m.compiled().n_y());
   const vector_t result = product(
-      m.vjp.get([&] { return compiled(dyntape::vjp(m.compiled().function()), m.options, Order::kValue); }), x,
-      p, weights);
+      m.vjp.get([&] { return made(dyntape::vjp(m.compiled().function()), m.options, Order::kValue); }), x, p,
+      weights);
   check_finite(settings_.checkFinite, "vjp", name(), result.data(), variable_dim_);
   return result;
 }

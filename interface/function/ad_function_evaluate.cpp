@@ -61,11 +61,8 @@ std::string bad_input(const char* what, const VectorRef& v) {
 // The first operation, of the recording and then of its derivatives, that made something not finite.
 std::string culprit(const CompiledFunction& f, Order highest, const Call& call) {
   for (int order = 0; order <= static_cast<int>(highest); ++order) {
-    const Interpreter run(derive(f.function(), static_cast<Order>(order)).function);
-    Interpreter::Workspace workspace(run);
-    std::vector<double> y(run.function().n_y());
-    run(call.x.data(), call.p.data(), call.weights, y.data(), workspace);
-    const std::string first = run.first_not_finite(workspace);
+    const Function derived = derive(f.function(), static_cast<Order>(order)).function;
+    const std::string first = first_not_finite(derived, call.x.data(), call.p.data(), call.weights);
     if (!first.empty()) return (order == 0 ? "" : "in the derivative, ") + first;
   }
   return "";
@@ -91,24 +88,27 @@ auto place_in(const Pattern& pattern) {
   };
 }
 
-void run_value(const Call& call, const CompiledFunction& f, double* y,
-               CompiledFunction::Workspace& workspace) {
-  f.value(call.x.data(), call.p.data(), y, workspace);
+void run_value(const Call& call, const detail::SharedFunction& shared, double* y,
+               TieredFunction::Workspace& workspace) {
+  const CompiledFunction& f = shared.compiled();
+  shared.tiers.value(call.x.data(), call.p.data(), y, workspace);
   check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
 }
 
 // Non-zeros of the Jacobian into the room; the value into y unless that is null.
-void run_jacobian(const Call& call, const CompiledFunction& f, double* y,
+void run_jacobian(const Call& call, const detail::SharedFunction& shared, double* y,
                   detail::SharedFunction::Room& room) {
-  f.first_order(call.x.data(), call.p.data(), y, room.jacobian.data(), room.workspace);
+  const CompiledFunction& f = shared.compiled();
+  shared.tiers.first_order(call.x.data(), call.p.data(), y, room.jacobian.data(), room.workspace);
   const Pattern& pattern = f.jacobian_pattern();
   if (y) check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
   check_finite(call, f, Order::kFirst, room.jacobian.data(), pattern.nnz(), place_in(pattern));
 }
 
-void run_hessian(const Call& call, const CompiledFunction& f, detail::SharedFunction::Room& room) {
-  f.second_order(call.x.data(), call.p.data(), call.weights, nullptr, nullptr, room.hessian.data(),
-                 room.workspace);
+void run_hessian(const Call& call, const detail::SharedFunction& shared, detail::SharedFunction::Room& room) {
+  const CompiledFunction& f = shared.compiled();
+  shared.tiers.second_order(call.x.data(), call.p.data(), call.weights, nullptr, nullptr, room.hessian.data(),
+                            room.workspace);
   const Pattern& pattern = f.hessian_pattern();
   check_finite(call, f, Order::kSecond, room.hessian.data(), pattern.nnz(), place_in(pattern));
 }
@@ -138,8 +138,7 @@ vector_t AdFunction::getFunctionValue(const VectorRef& x, const VectorRef& p) co
   check_inputs("getFunctionValue", x, p);
   const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
-  run_value({"getFunctionValue", name(), settings_.checkFinite, x, p}, m.compiled(), y.data(),
-            room->workspace);
+  run_value({"getFunctionValue", name(), settings_.checkFinite, x, p}, m.shared, y.data(), room->workspace);
   return y;
 }
 
@@ -147,7 +146,7 @@ matrix_t AdFunction::getJacobian(const VectorRef& x, const VectorRef& p) const {
   const Model& m = model("getJacobian", Order::kFirst);
   check_inputs("getJacobian", x, p);
   const auto room = m.shared.room();
-  run_jacobian({"getJacobian", name(), settings_.checkFinite, x, p}, m.compiled(), nullptr, *room);
+  run_jacobian({"getJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr, *room);
   return detail::dense(m.compiled().jacobian_pattern(), room->jacobian, false);
 }
 
@@ -155,7 +154,7 @@ Eigen::SparseMatrix<double> AdFunction::getSparseJacobian(const VectorRef& x, co
   const Model& m = model("getSparseJacobian", Order::kFirst);
   check_inputs("getSparseJacobian", x, p);
   const auto room = m.shared.room();
-  run_jacobian({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.compiled(), nullptr, *room);
+  run_jacobian({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr, *room);
   return sparse(m.compiled().jacobian_pattern(), room->jacobian, false);
 }
 
@@ -166,7 +165,7 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
   check_inputs(kAsked, x, p);
   const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
-  run_jacobian({kAsked, name(), settings_.checkFinite, x, p}, m.compiled(), y.data(), *room);
+  run_jacobian({kAsked, name(), settings_.checkFinite, x, p}, m.shared, y.data(), *room);
 
   const auto n = static_cast<Eigen::Index>(variable_dim_);
   ScalarFunctionQuadraticApproximation result;
@@ -201,7 +200,7 @@ matrix_t AdFunction::getHessian(const VectorRef& weights, const VectorRef& x, co
   detail::check_size("getHessian", name(), "weights", weights.size(), m.compiled().n_y());
   check_inputs("getHessian", x, p);
   const auto room = m.shared.room();
-  run_hessian({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.compiled(), *room);
+  run_hessian({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared, *room);
   return detail::dense(m.compiled().hessian_pattern(), room->hessian, true);
 }
 
@@ -211,7 +210,7 @@ Eigen::SparseMatrix<double> AdFunction::getSparseHessian(const VectorRef& weight
   detail::check_size("getSparseHessian", name(), "weights", weights.size(), m.compiled().n_y());
   check_inputs("getSparseHessian", x, p);
   const auto room = m.shared.room();
-  run_hessian({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.compiled(), *room);
+  run_hessian({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared, *room);
   return sparse(m.compiled().hessian_pattern(), room->hessian, true);
 }
 

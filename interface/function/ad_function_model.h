@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What an AdFunction and its copies share: the compiled function, immutable, with room to evaluate in.  Internal.
+// What an AdFunction and its copies share: the function, immutable, with room to evaluate in.  Internal.
 #pragma once
 
 #include <memory>
@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/tiered_function.h>
 #include <dyntape/interface/function/ad_function.h>
 #include <dyntape/interface/function/workspace_pool.h>
 
@@ -26,26 +26,33 @@ matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool s
 // Index of the first entry that is not finite, or -1.
 std::ptrdiff_t first_not_finite(const double* values, std::size_t count);
 
-// A compiled function that any number of threads may call.
+// In tiers if the options say so, otherwise compiled when it comes back.
+TieredFunction made(const Function& function, const CodegenOptions& options);
+
+// A function that any number of threads may call.
 struct SharedFunction {
   struct Room {
-    explicit Room(const CompiledFunction& f) : workspace(f) {}
-    CompiledFunction::Workspace workspace;
+    explicit Room(const TieredFunction& f) : workspace(f) {}
+    TieredFunction::Workspace workspace;
     std::vector<double> jacobian, hessian;
   };
 
-  explicit SharedFunction(CompiledFunction f) : compiled(std::move(f)) {}
+  explicit SharedFunction(TieredFunction f) : tiers(std::move(f)) {}
+
+  // For sizes, patterns and the like.
+  const CompiledFunction& compiled() const { return tiers.first(); }
 
   WorkspacePool<Room>::Lease room() const {
     return pool.take([&] {
-      auto made = std::make_unique<Room>(compiled);
-      if (compiled.order() >= Order::kFirst) made->jacobian.resize(compiled.jacobian_pattern().nnz());
-      if (compiled.order() >= Order::kSecond) made->hessian.resize(compiled.hessian_pattern().nnz());
-      return made;
+      auto room = std::make_unique<Room>(tiers);
+      const CompiledFunction& f = compiled();
+      if (f.order() >= Order::kFirst) room->jacobian.resize(f.jacobian_pattern().nnz());
+      if (f.order() >= Order::kSecond) room->hessian.resize(f.hessian_pattern().nnz());
+      return room;
     });
   }
 
-  const CompiledFunction compiled;
+  const TieredFunction tiers;
   mutable WorkspacePool<Room> pool;
 };
 
@@ -66,7 +73,7 @@ class OnRequest {
 }  // namespace detail
 
 struct AdFunction::Model {
-  Model(CompiledFunction f, CodegenOptions o, double seconds)
+  Model(TieredFunction f, CodegenOptions o, double seconds)
       : shared(std::move(f)), options(std::move(o)), record_seconds(seconds) {}
 
   detail::SharedFunction shared;
@@ -74,7 +81,7 @@ struct AdFunction::Model {
   double record_seconds;
   detail::OnRequest parameter_jacobian, jvp, vjp;
 
-  const CompiledFunction& compiled() const { return shared.compiled; }
+  const CompiledFunction& compiled() const { return shared.compiled(); }
 };
 
 }  // namespace dyntape

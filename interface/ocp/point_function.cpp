@@ -102,11 +102,7 @@ std::string PointFunction::complaint() const {
 
 std::string PointFunction::first_not_finite(std::size_t i, const double* z, const double* p) const {
   const Function& f = routes_->compiled.function();
-  const Interpreter run(f);
-  Interpreter::Workspace workspace(run);
-  std::vector<double> y(n_y_);
-  run(z + i * f.n_x(), p + i * f.n_p(), nullptr, y.data(), workspace);
-  return run.first_not_finite(workspace);
+  return dyntape::first_not_finite(f, z + i * f.n_x(), p + i * f.n_p(), nullptr);
 }
 
 }  // namespace dyntape

@@ -154,14 +154,9 @@ TEST(Function, AllAsVariablesKeepsTheOrderVariablesWeightsParameters) {
 TEST(Interpreter, NamesTheFirstOperationThatIsNotFinite) {
   RecordOptions options;
   options.variable_names = {"height"};
-  const Interpreter run(record(
-      "f", 1, [](const VectorXad& x) { return one(exp(log(x[0]) + 1)); }, options));
-  Interpreter::Workspace workspace(run);
-  double y;
-  const auto first = [&](double x) {
-    run(&x, nullptr, nullptr, &y, workspace);
-    return run.first_not_finite(workspace);
-  };
+  const Function f = record(
+      "f", 1, [](const VectorXad& x) { return one(exp(log(x[0]) + 1)); }, options);
+  const auto first = [&](double x) { return first_not_finite(f, &x, nullptr, nullptr); };
   EXPECT_EQ(first(1), "");
   EXPECT_NE(first(-1).find("(Log): of (-1) = "), std::string::npos) << first(-1);
   EXPECT_NE(first(std::nan("")).find("variable 0 (height)"), std::string::npos);

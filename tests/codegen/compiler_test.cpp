@@ -21,6 +21,7 @@
 namespace dyntape {
 namespace {
 
+using testing::fake_compiler;
 using testing::Random;
 using testing::Scratch;
 
@@ -147,15 +148,6 @@ TEST(MissingCompiler, NamedByTheEnvironment) {
   EXPECT_NE(compiler->version.find("version"), std::string::npos);
   EXPECT_NE(compiler->identity.find("-m"), std::string::npos) << "processor features";
   EXPECT_EQ(compiler->identity.find(std::filesystem::current_path()), std::string::npos);
-}
-
-// A program that behaves as a compiler would that fails in some way; asked what it is, it answers.
-std::string fake_compiler(const Scratch& scratch, const std::string& behaviour) {
-  const std::string path = scratch / "fake-cc";
-  codegen::write_file(
-      path, "#!/bin/sh\ncase \"$*\" in *-###*) echo 'fake version 1'; exit 0;; esac\n" + behaviour + "\n");
-  chmod(path.c_str(), 0700);
-  return path;
 }
 
 std::string message_of(const CodegenOptions& options, const Function& f = trigonometric()) {

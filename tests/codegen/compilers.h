@@ -38,6 +38,15 @@ inline std::string output_of(const std::vector<std::string>& arguments, const Sc
   return (outcome.status ? "status " + std::to_string(outcome.status) + "\n" : "") + outcome.output;
 }
 
+// A program that behaves as a compiler would that fails in some way; asked what it is, it answers.
+inline std::string fake_compiler(const Scratch& scratch, const std::string& behaviour) {
+  const std::string path = scratch / "fake-cc";
+  codegen::write_file(
+      path, "#!/bin/sh\ncase \"$*\" in *-###*) echo 'fake version 1'; exit 0;; esac\n" + behaviour + "\n");
+  chmod(path.c_str(), 0700);
+  return path;
+}
+
 // Compiles texts in every language and with every compiler there is, warnings being errors.
 inline void expect_compiles_cleanly(const std::vector<std::string>& texts,
                                     const std::vector<std::string>& more = {}) {

@@ -132,5 +132,45 @@ TEST_F(AdFunctionTest, LoadModelsTakesTheHighestOrderThatIsThereOrThrows) {
 
 // --- 0.4, 0.5: exceptions, never exits; a recording always ends ---
 
+TEST_F(AdFunctionTest, InTiersTheFirstAnswerDoesNotWaitForTheCompiler) {
+  AdFunctionSettings settings;
+  settings.folder = cache_.path();
+  settings.codegen.route = Route::kTiered;
+  AdFunction f(sample, 3, 2, settings);
+  f.createModels(ApproximationOrder::Second, false);
+  EXPECT_EQ(f.statistics().route, "interpreter");
+  const vector_t w = vector_t::LinSpaced(3, -1, 1);
+  const vector_t y = f.getFunctionValue(kX, kP);
+  const matrix_t J = f.getJacobian(kX, kP), H = f.getHessian(w, kX, kP);
+  EXPECT_TRUE(J.isApprox(sample_jacobian(kX, kP)));
+  f.waitForCompiler();
+  EXPECT_EQ(f.statistics().route, "compiled");
+  EXPECT_EQ(f.getFunctionValue(kX, kP), y);
+  EXPECT_EQ(f.getJacobian(kX, kP), J);
+  EXPECT_EQ(f.getHessian(w, kX, kP), H);
+  EXPECT_EQ(f.vjp(kX, kP, w), AdFunction(f).vjp(kX, kP, w));
+
+  AdFunction again(sample, 3, 2, settings);
+  again.createModels(ApproximationOrder::Second, false);
+  EXPECT_TRUE(again.statistics().cacheHit);
+  EXPECT_EQ(again.statistics().route, "compiled");
+}
+
+TEST_F(AdFunctionTest, InTiersAFailingCompilerIsReportedWhenItIsWaitedFor) {
+  const std::string compiler = cache_.path() + "/failing-cc";
+  std::ofstream(compiler)
+      << "#!/bin/sh\ncase \"$*\" in *-###*) echo 'fake version 1'; exit 0;; esac\nexit 7\n";
+  std::filesystem::permissions(compiler, std::filesystem::perms::owner_all);
+  AdFunctionSettings settings;
+  settings.folder = cache_.path();
+  settings.codegen.route = Route::kTiered;
+  settings.codegen.compiler = compiler;
+  AdFunction f(sample, 3, 2, settings);
+  f.createModels(ApproximationOrder::First, false);
+  EXPECT_THROW(f.waitForCompiler(), ToolError);
+  EXPECT_EQ(f.statistics().route, "interpreter");
+  EXPECT_TRUE(f.getJacobian(kX, kP).isApprox(sample_jacobian(kX, kP)));
+}
+
 }  // namespace
 }  // namespace dyntape

@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Functions that are interpreted until they are compiled: the same bits from every tier, no pause while tiers
+// are swapped, and an orderly end whatever the compiler does.
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record.h>
+#include <dyntape/codegen/cache.h>
+#include <dyntape/codegen/tiered_function.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdlib>
+#include <fstream>
+#include <new>
+#include <set>
+#include <thread>
+
+#include "compilers.h"
+#include "random_function.h"
+
+namespace {
+thread_local std::size_t allocations = 0;
+}
+
+[[gnu::noinline]] void* operator new(std::size_t size) {
+  ++allocations;
+  if (void* room = std::malloc(size ? size : 1)) return room;
+  throw std::bad_alloc();
+}
+[[gnu::noinline]] void operator delete(void* room) noexcept { std::free(room); }
+[[gnu::noinline]] void operator delete(void* room, std::size_t) noexcept { std::free(room); }
+
+namespace dyntape {
+namespace {
+
+using testing::fake_compiler;
+using testing::Random;
+using testing::same;
+using testing::Scratch;
+using Tier = TieredFunction::Tier;
+using Clock = std::chrono::steady_clock;
+
+// Enough statements for a quick tier.
+Function large() {
+  Random random(5);
+  return testing::random_functions(random, 140, 17);
+}
+
+Function small() {
+  return record("small", 2, [](const VectorXad& x) {
+    VectorXad y(2);
+    y << sin(x[0]) * x[1], x[0] * x[0] + x[1];
+    return y;
+  });
+}
+
+class Tiered : public ::testing::Test {
+ protected:
+  CodegenOptions options(Order order = Order::kValue) const {
+    CodegenOptions o;
+    o.order = order;
+    o.cache_folder = scratch_ / "cache";
+    o.flags = {"-O2"};  // more than the quick tier has
+    return o;
+  }
+  // What stands in a file that the fake compiler writes; waits for it.
+  std::string written(const std::string& name) const {
+    std::string text;
+    for (int tries = 0; tries < 1000 && text.empty(); ++tries) {
+      std::getline(std::ifstream(scratch_ / name), text);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    return text;
+  }
+  const Scratch scratch_;
+};
+
+TEST_F(Tiered, EveryTierHasTheBitsOfTheInterpreter) {
+  Random random(1);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 120, 9);
+  CodegenOptions interpreted = options(Order::kFirst);
+  interpreted.route = Route::kInterpreter;
+  const CompiledFunction reference = CompiledFunction::make(f, interpreted);
+  const TieredFunction t = TieredFunction::make(f, options(Order::kFirst));
+  EXPECT_EQ(t.tier(), Tier::kInterpreted);
+  EXPECT_FALSE(t.is_settled());
+  EXPECT_EQ(t.first().jacobian_pattern(), reference.jacobian_pattern());
+
+  TieredFunction::Workspace workspace(t);
+  CompiledFunction::Workspace room(reference);
+  std::vector<double> y(f.n_y()), expected_y(f.n_y()), j(reference.jacobian_pattern().nnz()), expected_j(j);
+  std::set<Tier> met;
+  for (bool last = false; !last;) {
+    last = t.is_settled();
+    met.insert(t.tier());
+    for (int k = 0; k < 20; ++k) {
+      const auto x = testing::random_arguments(random, f.n_x()),
+                 p = testing::random_arguments(random, f.n_p());
+      t.first_order(x.data(), p.data(), y.data(), j.data(), workspace);
+      reference.first_order(x.data(), p.data(), expected_y.data(), expected_j.data(), room);
+      for (std::size_t i = 0; i < y.size(); ++i)
+        ASSERT_TRUE(same(y[i], expected_y[i])) << to_string(t.tier());
+      for (std::size_t i = 0; i < j.size(); ++i)
+        ASSERT_TRUE(same(j[i], expected_j[i])) << to_string(t.tier());
+    }
+  }
+  EXPECT_EQ(met, (std::set<Tier>{Tier::kInterpreted, Tier::kQuick, Tier::kFinal}));
+  t.wait();
+  EXPECT_EQ(t.trouble(), "");
+  EXPECT_EQ(t.serving().route(), Route::kCompiled);
+  EXPECT_EQ(t.serving().jacobian_pattern(), reference.jacobian_pattern());
+}
+
+TEST_F(Tiered, ThreadsEvaluateWhileTiersAreSwapped) {
+  const Function f = large();
+  const TieredFunction t = TieredFunction::make(f, options());
+  std::atomic<int> wrong = 0, evaluations = 0;
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 4; ++k) {
+    threads.emplace_back([&, k] {
+      Random random(30 + std::uint64_t(k));
+      const Interpreter reference(f);
+      Interpreter::Workspace room(reference);
+      const TieredFunction copy = t;
+      std::vector<double> y(f.n_y()), expected(f.n_y());
+      for (bool last = false; !last;) {
+        last = copy.is_settled();
+        TieredFunction::Workspace workspace(copy);  // workspaces come and go
+        for (int i = 0; i < 50; ++i, ++evaluations) {
+          const auto x = random.vector(f.n_x(), -2, 2), p = random.vector(f.n_p(), -2, 2);
+          copy.value(x.data(), p.data(), y.data(), workspace);
+          reference(x.data(), p.data(), nullptr, expected.data(), room);
+          wrong += !std::equal(y.begin(), y.end(), expected.begin(), same);
+        }
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(evaluations, 4 * 100);
+  EXPECT_EQ(t.tier(), Tier::kFinal);
+}
+
+TEST_F(Tiered, EvaluationsAllocateNothing) {
+  const Function f = large();
+  const TieredFunction t = TieredFunction::make(f, options());
+  TieredFunction::Workspace workspace(t);
+  const std::vector<double> x(10 * f.n_x(), 0.5), p(10 * f.n_p(), 0.25);
+  std::vector<double> y(10 * f.n_y());
+  Points points;
+  points.lanes = 10, points.x = x.data(), points.p = p.data(), points.y = y.data();
+  for (bool last = false; !last;) {
+    last = t.is_settled();
+    const std::size_t before = allocations;
+    t.value(x.data(), p.data(), y.data(), workspace);
+    const Violation violation = t.run(Order::kValue, points, workspace);
+    EXPECT_EQ(allocations, before);
+    EXPECT_FALSE(violation);
+  }
+}
+
+TEST_F(Tiered, ManyPointsOnEveryTier) {
+  Random random(2);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = large();
+  const TieredFunction t = TieredFunction::make(f, options());
+  TieredFunction::Workspace workspace(t);
+  const Interpreter reference(f);
+  Interpreter::Workspace room(reference);
+  for (bool last = false; !last;) {
+    last = t.is_settled();
+    for (std::size_t n : {0, 1, 2, 7, 8, 9, 25}) {
+      const auto x = testing::random_arguments(random, n * f.n_x());
+      const auto p = testing::random_arguments(random, f.n_p());  // the same for all
+      std::vector<double> y(n * f.n_y()), expected(f.n_y());
+      const Strides strides{f.n_x(), 0, 0, f.n_y(), 0, 0};
+      Points points;
+      points.lanes = n, points.x = x.data(), points.p = p.data(), points.y = y.data();
+      points.strides = &strides;
+      t.check(t.run(Order::kValue, points, workspace));
+      for (std::size_t k = 0; k < n; ++k) {
+        reference(&x[k * f.n_x()], p.data(), nullptr, expected.data(), room);
+        for (std::size_t i = 0; i < f.n_y(); ++i) ASSERT_TRUE(same(y[k * f.n_y() + i], expected[i]));
+      }
+    }
+  }
+}
+
+TEST_F(Tiered, WhatTheCacheHasIsUsedAtOnce) {
+  const Function f = large();
+  const TieredFunction cold = TieredFunction::make(f, options());
+  cold.wait();
+  const auto entries = codegen::Cache::open(scratch_ / "cache")->list();
+  EXPECT_EQ(entries.size(), 1u) << "the quick one is not kept";
+  const TieredFunction warm = TieredFunction::make(f, options());
+  EXPECT_TRUE(warm.is_settled());
+  EXPECT_EQ(warm.tier(), Tier::kFinal);
+  EXPECT_TRUE(warm.serving().timings().cache_hit);
+  // And what CompiledFunction compiles is the same entry.
+  EXPECT_TRUE(CompiledFunction::make(f, options()).timings().cache_hit);
+}
+
+TEST_F(Tiered, OnlyCached) {
+  CodegenOptions o = options();
+  o.only_cached = true;
+  EXPECT_THROW(TieredFunction::make(small(), o), NotCached);
+  CompiledFunction::make(small(), options());
+  EXPECT_EQ(TieredFunction::make(small(), o).tier(), Tier::kFinal);
+}
+
+TEST_F(Tiered, SmallFunctionsAndThoseWithoutALevelAreCompiledOnce) {
+  CodegenOptions o = options();
+  o.compiler = fake_compiler(scratch_, "echo \"$@\" >> '" + scratch_ / "runs" + "'; exec cc \"$@\"");
+  const auto libraries_after = [&](const Function& f) {
+    const TieredFunction t = TieredFunction::make(f, o);
+    t.wait();
+    EXPECT_EQ(t.tier(), Tier::kFinal);
+    std::ifstream file(scratch_ / "runs");
+    std::size_t count = 0;
+    for (std::string line; std::getline(file, line);) count += line.find("-shared") != std::string::npos;
+    return count;
+  };
+  EXPECT_EQ(libraries_after(small()), 1u);
+  EXPECT_EQ(libraries_after(large()), 3u) << "at -O1, then at -O2";
+  o.flags.clear();
+  EXPECT_EQ(libraries_after(large()), 4u);
+}
+
+TEST_F(Tiered, WithoutCompilerItIsInterpretedForGood) {
+  CodegenOptions o = options();
+  o.compiler = "/nowhere/cc";
+  const TieredFunction t = TieredFunction::make(small(), o);
+  EXPECT_TRUE(t.is_settled());
+  EXPECT_EQ(t.tier(), Tier::kInterpreted);
+  t.wait();
+  EXPECT_EQ(t.trouble(), "");
+  EXPECT_EQ(t.serving().evaluate(Order::kValue, {0.5, 2}).y, evaluate(small(), {0.5, 2}));
+  o.route = Route::kCompiled;
+  EXPECT_THROW(TieredFunction::make(small(), o), ToolError);
+  o.compiler.clear();
+  o.route = Route::kInterpreter;
+  EXPECT_EQ(TieredFunction::make(small(), o).tier(), Tier::kInterpreted);
+}
+
+TEST_F(Tiered, ACompilerThatFailsLeavesTheInterpreter) {
+  CodegenOptions o = options();
+  o.compiler = fake_compiler(scratch_, "echo complaint; exit 3");
+  ::testing::internal::CaptureStderr();
+  const TieredFunction t = TieredFunction::make(small(), o);
+  TieredFunction::Workspace workspace(t);
+  EXPECT_THROW(t.wait(), ToolError);
+  EXPECT_THROW(t.wait(), ToolError) << "it is not lost";
+  EXPECT_NE(t.trouble().find("exit status 3"), std::string::npos);
+  EXPECT_NE(t.trouble().find("complaint"), std::string::npos);
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("\"small\" stays interpreted: the compiler ended"),
+            std::string::npos);
+  EXPECT_TRUE(t.is_settled());
+  const double x[2] = {0.5, 2};
+  double y[2];
+  t.value(x, nullptr, y, workspace);
+  EXPECT_EQ(y[0], std::sin(0.5) * 2);
+}
+
+TEST_F(Tiered, ACompilerThatCannotSayWhatItIs) {
+  CodegenOptions o = options();
+  const std::string path = scratch_ / "mute-cc";
+  codegen::write_file(path, "#!/bin/sh\nexit 5\n");
+  chmod(path.c_str(), 0700);
+  o.compiler = path;
+  const TieredFunction t = TieredFunction::make(small(), o);
+  EXPECT_THROW(t.wait(), ToolError);
+  EXPECT_EQ(t.tier(), Tier::kInterpreted);
+}
+
+TEST_F(Tiered, DestructionEndsTheCompiler) {
+  CodegenOptions o = options();
+  o.compiler = fake_compiler(scratch_, "echo $$ > '" + scratch_ / "process" + "'; sleep 100");
+  auto t = std::make_unique<TieredFunction>(TieredFunction::make(small(), o));
+  TieredFunction::Workspace workspace(*t);
+  const std::string process = written("process");
+  ASSERT_FALSE(process.empty());
+  auto copy = std::make_unique<TieredFunction>(*t);
+  t.reset();
+  EXPECT_EQ(kill(std::stoi(process), 0), 0) << "a copy still wants it";
+  const auto start = Clock::now();
+  copy.reset();
+  EXPECT_LT(Clock::now() - start, std::chrono::seconds(5));
+  EXPECT_NE(kill(std::stoi(process), 0), 0) << "the compiler is left behind";
+  EXPECT_EQ(codegen::Cache::open(scratch_ / "cache")->list().size(), 0u);
+}
+
+TEST_F(Tiered, DestructionWhileAnotherOneCompiles) {
+  CodegenOptions o = options();
+  o.compiler = fake_compiler(scratch_, "echo $$ > '" + scratch_ / "process" + "'; sleep 100");
+  const TieredFunction busy = TieredFunction::make(small(), o);
+  ASSERT_FALSE(written("process").empty());
+  const auto start = Clock::now();
+  for (int k = 0; k < 10; ++k) TieredFunction::make(large(), options());  // waits for its turn, or not yet
+  EXPECT_LT(Clock::now() - start, std::chrono::seconds(20));
+}
+
+TEST_F(Tiered, TheUsersStopEndsTheCompiler) {
+  CodegenOptions o = options();
+  std::stop_source stop;
+  o.stop = stop.get_token();
+  o.compiler = fake_compiler(scratch_, "echo $$ > '" + scratch_ / "process" + "'; sleep 100");
+  const TieredFunction t = TieredFunction::make(small(), o);
+  ASSERT_FALSE(written("process").empty());
+  stop.request_stop();
+  EXPECT_THROW(t.wait(), ToolError);
+  EXPECT_NE(t.trouble().find("was told to stop"), std::string::npos) << t.trouble();
+}
+
+TEST_F(Tiered, OneFunctionAtATimeIsCompiled) {
+  CodegenOptions o = options();
+  o.jobs = 1;
+  const std::string lock = scratch_ / "lock", clash = scratch_ / "clash";
+  o.compiler = fake_compiler(scratch_, "mkdir '" + lock + "' || echo clash > '" + clash +
+                                           "'\nsleep 0.1\ncc \"$@\"\nrmdir '" + lock + "'");
+  std::vector<TieredFunction> functions;
+  for (int k = 0; k < 3; ++k)
+    functions.push_back(TieredFunction::make(
+        record("f", 1, [k](const VectorXad& x) { return VectorXad::Constant(1, x[0] * k + 3); }), o));
+  for (const TieredFunction& t : functions) t.wait();
+  EXPECT_FALSE(std::ifstream(clash).good());
+}
+
+TEST_F(Tiered, WorkspacesMoveAndBelongToOneFunction) {
+  const TieredFunction a = TieredFunction::make(small(), options()),
+                       b = TieredFunction::make(small(), options());
+  TieredFunction::Workspace of_a(a), of_b(b);
+  const double x[2] = {0.5, 2};
+  double y[2];
+  EXPECT_THROW(a.value(x, nullptr, y, of_b), ArgumentError);
+  TieredFunction::Workspace moved = std::move(of_b);
+  b.value(x, nullptr, y, moved);
+  moved = std::move(of_a);
+  a.value(x, nullptr, y, moved);
+  EXPECT_EQ(y[1], 2.25);
+  EXPECT_THROW(a.first_order(x, nullptr, y, nullptr, of_b), ArgumentError);
+}
+
+TEST_F(Tiered, GuardsAreThrownByEveryTier) {
+  const TieredFunction t = TieredFunction::make(
+      record("branch", 1,
+             [](const VectorXad& x) { return VectorXad::Constant(1, x[0] > 0.0 ? x[0] : -x[0]); }),
+      options());
+  TieredFunction::Workspace workspace(t);
+  const double inside = 1, outside = -1;
+  double y;
+  for (bool last = false; !last;) {
+    last = t.is_settled();
+    t.value(&inside, nullptr, &y, workspace);
+    EXPECT_THROW(t.value(&outside, nullptr, &y, workspace), GuardViolation);
+  }
+}
+
+}  // namespace
+}  // namespace dyntape
