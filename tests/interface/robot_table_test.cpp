@@ -116,8 +116,10 @@ TEST(RobotTable, PlainCodeAgreesWith113Bits) {
     const dynamics::VectorX<Quad> x = state.cast<Quad>();
     dynamics::VectorX<Quad> y(static_cast<Eigen::Index>(work.n_out()));
     work.evaluate(x.data(), y.data());
+    // The inverse of J Minv J^T loses as many digits as that has in its condition: four in an arm at random.
+    const double tolerance = to_string(function) == std::string("operational-space") ? 1e-11 : 1e-12;
     EXPECT_LE(error(evaluate_analytic(model, function, state), y.cast<double>(), outputs(model, function)),
-              1e-12)
+              tolerance)
         << "seed 2";
   });
 }
