@@ -51,13 +51,15 @@ const Word* compute(bool is_portable, const Program::Run& step, const Word* code
   }
 }
 
+// Lanes beyond the last repeat it: what they compute is harmless and not stored.
 template <int N>
-const Word* load(const Word* code, Word count, const LaneView<const double>* inputs, double* values) {
+const Word* load(const Word* code, Word count, const LaneView<const double>* inputs, int lanes,
+                 double* values) {
   for (; count > 0; --count, code += 3) {
     const LaneView<const double>& from = inputs[code[1]];
     const double* const entry = from.data + code[2] * from.entry;
     double* const to = lanes_at<N>(values, code[0]);
-    for (int l = 0; l < N; ++l) to[l] = entry[static_cast<std::size_t>(l) * from.lane];
+    for (int l = 0; l < N; ++l) to[l] = entry[static_cast<std::size_t>(std::min(l, lanes - 1)) * from.lane];
   }
   return code;
 }
@@ -146,7 +148,7 @@ void run(Functions functions, const std::vector<LinkedProgram>& programs, std::s
         code = compute<N>(is_portable, step, code, values);
         break;
       case Program::Kind::kLoad:
-        code = load<N>(code, step.count, inputs, values);
+        code = load<N>(code, step.count, inputs, lanes, values);
         break;
       case Program::Kind::kStore:
         code = store<N>(code, step.count, outputs, lanes, values);
