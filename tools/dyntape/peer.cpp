@@ -25,7 +25,7 @@ using codegen::Bounds;
 using codegen::Command;
 using codegen::Outcome;
 
-constexpr Bounds kBounds{1, 1800, std::size_t{16} << 30};
+const Bounds kBounds{1, 1800, std::size_t{16} << 30};
 
 // What Pinocchio's variants of joints and constraints need of Boost.
 constexpr const char* kDefinitions[] = {"-DBOOST_MPL_LIMIT_LIST_SIZE=30",
