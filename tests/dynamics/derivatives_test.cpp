@@ -52,9 +52,9 @@ TEST_P(Derivatives, OfForwardDynamics) {
       vector_difference(v, [&](const VectorXq& x) { return aba(exact, *data128, q, x, tau); });
   const MatrixXd dtau =
       vector_difference(tau, [&](const VectorXq& x) { return aba(exact, *data128, q, v, x); });
-  EXPECT_LE(relative_error(data->ddq_dq, dq), 1e-11);
-  EXPECT_LE(relative_error(data->ddq_dv, dv), 1e-11);
-  EXPECT_LE(relative_error(data->Minv, dtau), 1e-11);
+  EXPECT_LE(relative_error(data->ddq_dq, dq), 1e-13);
+  EXPECT_LE(relative_error(data->ddq_dv, dv), 1e-13);
+  EXPECT_LE(relative_error(data->Minv, dtau), 1e-13);
 }
 
 // Constant in the body frame, external forces turn with the body.

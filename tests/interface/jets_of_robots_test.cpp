@@ -67,7 +67,7 @@ TEST(JetsOfRobots, AgreeWithTheAnalyticDerivatives) {
     const MatrixXd forward = jacobian_by_jets<8>(model, s, true);
     for (int block = 0; block < 3; ++block) {
       EXPECT_LT(relative_error(analytic.middleCols(block * nv, nv), forward.middleCols(block * nv, nv)),
-                1e-11);
+                1e-13);
     }
   }
 }

@@ -100,7 +100,7 @@ TEST(PackedRobot, AgreesWithPlainDouble) {
       const MatrixXd states = random_states(model, function, 5, random);
       const MatrixXd results = evaluate_packed(model, function, states);
       for (int k = 0; k < 5; ++k) {
-        EXPECT_LT(relative_error(results.col(k), evaluate_analytic(model, function, states.col(k))), 1e-11)
+        EXPECT_LT(relative_error(results.col(k), evaluate_analytic(model, function, states.col(k))), 1e-12)
             << to_string(function);
       }
     }
