@@ -11,6 +11,7 @@ run() { # name, flags, targets, ctest selection
   ninja -C "$folder" -j "$(nproc)" $3 >"$folder.log" 2>&1 || { tail -n 40 "$folder.log"; exit 1; }
   ctest --test-dir "$folder" --output-on-failure -j "$(nproc)" $4
 }
+export CCACHE_SLOPPINESS=pch_defines,time_macros  # what precompiled headers need
 run sanitized-address "-fsanitize=address,undefined -fno-sanitize-recover=undefined" \
   "autodiff_tests dynamics_tests codegen_tests" "-L ^(autodiff|dynamics|codegen)$"
 # The loader takes its own lock around what dlopen and dlclose allocate, and the sanitizer cannot see it.
