@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/error.h>
 
 namespace dyntape {
+
 Interpreter::Interpreter(Function function, Functions functions)
     : function_(std::move(function)), functions_(functions) {
   check(function_);

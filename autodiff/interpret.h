@@ -91,8 +91,8 @@ namespace detail {
 void check_sizes(const Function& function, std::size_t x, std::size_t p, std::size_t w);
 }
 
-// The same tape in the float type T.  Kernels, which exist in double only, throw ArgumentError; guards are
-// not checked.
+// The same tape in the float type T.  Kernels that exist in double only (Callee::unrolled) throw ArgumentError;
+// guards are not checked.
 template <class T>
 std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, const std::vector<T>& p = {},
                            const std::vector<T>& w = {});

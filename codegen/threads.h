@@ -4,8 +4,8 @@
 //
 //   run_tasks(4, [&](std::size_t k) { ... });       task 0 to 3, each once, the calling thread helps
 //
-// There are never more threads at work than thread_count(): a call from within a task, or while another thread's
-// tasks are running, does all its tasks itself.
+// The pool has thread_count() - 1 threads besides those that call: a call from within a task, or while another
+// thread's tasks are running, does all its tasks itself.
 #pragma once
 
 #include <cstddef>
