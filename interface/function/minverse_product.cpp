@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 
 namespace dyntape {
@@ -114,6 +115,10 @@ std::string MinverseProduct::c_body_of_lanes() const {
 }
 
 std::shared_ptr<const Callee> MinverseProduct::callee() const {
+  if (nv_ < kStep) {
+    throw ArgumentError("MinverseProduct: the robot has " + std::to_string(nv_) +
+                        " degrees of freedom, a loop is for " + std::to_string(kStep) + " or more");
+  }
   auto callee = std::make_shared<Callee>();
   callee->name = "minus_minverse_times";
   callee->n_in = static_cast<std::size_t>(nv_) * nv_ + 2 * path_.size();

@@ -25,9 +25,10 @@ class MinverseProduct {
  public:
   explicit MinverseProduct(const dynamics::Tree& tree);
 
-  // Whether a loop beats straight-line code; callee() is for robots where it does.
+  // Whether a loop beats straight-line code.
   bool is_worth_a_loop() const;
 
+  // ArgumentError for robots of fewer than eight degrees of freedom.
   std::shared_ptr<const Callee> callee() const;
   VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv) const;
 

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/interpret.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/configuration.h>
@@ -46,6 +47,8 @@ TEST(MinverseProduct, IsTheUnrolledRecordingAsALoop) {
 TEST(MinverseProduct, SmallRobotsStayStraight) {
   const auto arm = robot("panda", dynamics::Base::kFixed);
   EXPECT_FALSE(MinverseProduct(dynamics::tree_of(arm)).is_worth_a_loop());
+  EXPECT_THROW((void)MinverseProduct(dynamics::tree_of(robot("ur5", dynamics::Base::kFixed))).callee(),
+               ArgumentError);
   EXPECT_TRUE(record_robot_function(arm, RobotFunction::kFdDerivatives).graph.callees().empty());
 }
 
