@@ -181,7 +181,7 @@ void add_generate(CLI::App& app) {
   command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
   command
       ->add_flag("--own-trig", options->own_trig,
-                 "embedded: sin and cos in the text, within 0.8 ulp, with the same bits on every processor")
+                 "embedded: sin and cos in the text, within 0.82 ulp, with the same bits on every processor")
       ->needs(embedded);
   command
       ->add_option(
