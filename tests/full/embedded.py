@@ -19,8 +19,9 @@ import sys
 STATES = 20
 M7 = ['arm-none-eabi-gcc', '-mcpu=cortex-m7', '-mfpu=fpv5-d16', '-mfloat-abi=hard', '-O2']
 VARIANTS = {'libm': [], 'own-trig': ['--own-trig'], 'float': ['--own-trig', '--float']}
-# Largest difference over largest entry.  libm: other last bits of sin and cos.  Float: seen 3e-7 and 4e-5.
-TOLERANCE = {'libm': {'rnea': 1e-14, 'fd-derivatives': 1e-11}, 'float': {'rnea': 3e-6, 'fd-derivatives': 1e-3}}
+# Largest difference over largest entry.  libm: other last bits of sin and cos, seen 4e-16 and 2e-15; in float seen
+# 3e-7 and 9e-7.
+TOLERANCE = {'libm': {'rnea': 4e-15, 'fd-derivatives': 2e-14}, 'float': {'rnea': 3e-6, 'fd-derivatives': 1e-5}}
 
 
 def run(command, **options):
@@ -31,9 +32,12 @@ def run(command, **options):
 
 
 def write_states(path, n):
+    """Numbers that are floats as well; joints 1 and 2 have turned often in some states."""
     rng = random.Random(7)
-    rows = [[rng.uniform(-1, 1) * (1e3 if i == 0 and state % 5 == 4 else 1.0) for i in range(n)]
+    turns = {1: 1e3, 2: 1e9}
+    rows = [[rng.uniform(-1, 1) * (turns.get(i, 1) if state % 5 == 4 else 1) for i in range(n)]
             for state in range(STATES)]
+    rows = [struct.unpack(f'{n}f', struct.pack(f'{n}f', *row)) for row in rows]
     text = ',\n  '.join('{' + ', '.join(value.hex() for value in row) + '}' for row in rows)
     path.write_text(f'#define N_STATES {STATES}\nstatic const double states[{STATES}][{n}] = {{\n  {text}}};\n')
 
@@ -122,8 +126,8 @@ def main():
                 error = difference(host, double)
                 report(error <= TOLERANCE['float'][function], f'{function} float: differs from double by {error:.1e}')
             stack = int(re.search(r'^stack (\d+)$', outputs['cortex-m7'], re.M)[1])
-            # Besides the entry point, the harness and libm have theirs.
-            room = 400 if variant == 'libm' else 160
+            # On top comes what the harness takes, and libm.
+            room = 400 if variant == 'libm' else 100
             report(case.stack * 0.9 <= stack <= case.stack + room,
                    f'{function} {variant} cortex-m7: stack {stack} bytes, stated {case.stack}')
     sys.exit(1 if faults else 0)
