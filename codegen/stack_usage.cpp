@@ -14,8 +14,6 @@
 namespace dyntape::codegen {
 namespace {
 
-constexpr Bounds kBounds{1, 600, std::size_t{8} << 30};
-
 struct CallGraph {
   std::map<std::string, std::size_t> bytes;  // of the functions that are in the text
   std::map<std::string, std::vector<std::string>> calls;
@@ -63,7 +61,8 @@ std::size_t deepest(const CallGraph& graph, const std::string& function,
 std::string run(const std::vector<std::string>& words, const TemporaryFolder& folder) {
   std::vector<std::string> arguments = {"/usr/bin/env"};
   arguments.insert(arguments.end(), words.begin(), words.end());
-  const Outcome outcome = run_all({{arguments, folder.path() + "/log", folder.path()}}, kBounds)[0];
+  const Outcome outcome =
+      run_all({{arguments, folder.path() + "/log", folder.path()}}, {1, 600, std::size_t{8} << 30})[0];
   if (outcome.status != 0)
     throw ToolError("stack use: exit status " + std::to_string(outcome.status) + " of " + to_text(words) +
                     "\n" + outcome.output);
