@@ -10,11 +10,11 @@ namespace {
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// "head[n] = {" items "};" with line breaks.
+// "const " head "[n] = {" items "};" with line breaks.
 template <class Items, class Append>
 std::string table(const std::string& head, const Items& items, Append&& append) {
   if (items.empty()) return {};
-  std::string text = "static const " + head + "[" + std::to_string(items.size()) + "] = {";
+  std::string text = "const " + head + "[" + std::to_string(items.size()) + "] = {";
   std::size_t line = text.size();
   for (std::size_t i = 0; i < items.size(); ++i) {
     std::string item;
@@ -27,23 +27,31 @@ std::string table(const std::string& head, const Items& items, Append&& append) 
   return text + "};\n";
 }
 
-}  // namespace
-
-void append_number(std::string& text, double value) {
+template <class Real>
+void append_as(std::string& text, Real value, const char* infinity, const char* suffix) {
   const bool negative = std::signbit(value);
   if (negative) text += "(-";
   if (std::isnan(value)) {
     text += "NAN";
   } else if (std::isinf(value)) {
-    text += "HUGE_VAL";
+    text += infinity;
   } else {
     char digits[32];
     const auto end = std::to_chars(digits, digits + sizeof digits, std::abs(value)).ptr;
     const std::string_view spelling(digits, static_cast<std::size_t>(end - digits));
     text += spelling;
     if (spelling.find_first_of(".e") == std::string_view::npos) text += ".0";
+    text += suffix;
   }
   if (negative) text += ")";
+}
+
+}  // namespace
+
+void append_number(std::string& text, double value) { append_as(text, value, "HUGE_VAL", ""); }
+
+void append_single(std::string& text, double value) {
+  append_as(text, static_cast<float>(value), "HUGE_VALF", "f");
 }
 
 void append_integer(std::string& text, std::uint64_t value) {
@@ -87,13 +95,17 @@ std::string c_comment(std::string_view text) {
 }
 
 std::string c_table(const std::string& name, const std::vector<std::uint32_t>& values) {
-  return table("uint32_t " + name, values,
-               [](std::string& text, std::uint32_t value) { append_integer(text, value); });
+  return values.empty() ? "" : "static " + c_numbers("uint32_t " + name, values);
+}
+
+std::string c_numbers(const std::string& head, const std::vector<std::uint32_t>& values) {
+  return table(head, values, [](std::string& text, std::uint32_t value) { append_integer(text, value); });
 }
 
 std::string c_table(const std::string& name, const std::vector<std::string>& values) {
-  return table("char* const " + name, values,
-               [](std::string& text, const std::string& value) { text += c_string(value); });
+  if (values.empty()) return {};
+  return "static " + table("char* const " + name, values,
+                           [](std::string& text, const std::string& value) { text += c_string(value); });
 }
 
 }  // namespace dyntape::codegen

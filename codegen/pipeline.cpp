@@ -133,13 +133,29 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
 
 }  // namespace codegen
 
-codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
+namespace {
+
+// Derived, simplified, scheduled; then print(sets).
+template <class Print>
+auto generate(const Function& recorded, const CodegenOptions& options, Print&& print) {
   const Function function = compact(recorded);
   codegen::KernelSets sets = codegen::kernel_sets(function, content_hash(function), options);
   const Function value = codegen::simplify(function, options.profile);
   auto derived = codegen::simplify_all(codegen::derive_all(value, options.order), options.profile);
   sets.kernels = codegen::schedule_all(std::move(derived), options.piece_statements);
-  return codegen::print_c(sets);
+  return print(sets);
+}
+
+}  // namespace
+
+codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
+  return generate(recorded, options, [](const codegen::KernelSets& sets) { return codegen::print_c(sets); });
+}
+
+codegen::EmbeddedSource generate_embedded(const Function& recorded, const CodegenOptions& options,
+                                          const codegen::EmbeddedOptions& how) {
+  return generate(recorded, options,
+                  [&](const codegen::KernelSets& sets) { return codegen::print_embedded(sets, how); });
 }
 
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder) {

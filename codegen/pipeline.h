@@ -20,6 +20,7 @@
 #include <dyntape/codegen/library.h>
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/print_c.h>
+#include <dyntape/codegen/print_embedded.h>
 
 namespace dyntape {
 
@@ -53,6 +54,10 @@ Product produce(const Function& recorded, const CodegenOptions& options);
 
 // The C text alone, of the value and all derivatives up to options.order.
 codegen::Source generate_source(const Function& function, const CodegenOptions& options = {});
+
+// The same as plain functions for an embedded target (print_embedded.h).
+codegen::EmbeddedSource generate_embedded(const Function& function, const CodegenOptions& options = {},
+                                          const codegen::EmbeddedOptions& how = {});
 
 // Writes folder/<name>.c and folder/<name>.h, whole or not at all; returns their paths.
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder);

@@ -128,6 +128,9 @@ class BodyPrinter {
         name(node.argument(spelling[++i] - '0'));
       } else {
         text_ += spelling[i];
+        // Its constants are small integers written as 1.0.
+        if (style_.dialect.single && spelling.substr(i).starts_with(".0"))
+          text_ += spelling[++i], text_ += 'f';
       }
     }
   }
@@ -139,7 +142,7 @@ class BodyPrinter {
       if (graph_[a].op == Op::Const || graph_[a].op == Op::Input) print_work(slot, a);
       ++slot;
     });
-    text_ += "  DT_NAME(" + style_.callees.at(graph_.callees()[graph_[id].a].get()) + ")(work + ";
+    text_ += "  " + called(*graph_.callees()[graph_[id].a]) + "(work + ";
     append_integer(text_, place.in);
     if (place.outputs == CallPlace::kInWork) {
       text_ += ", work + ";
@@ -152,9 +155,19 @@ class BodyPrinter {
     text_ += ");\n";
   }
 
+  std::string called(const Callee& callee) const {
+    const std::string& function = style_.callees.at(&callee);
+    return style_.dialect.lanes ? "DT_NAME(" + function + ")" : function;
+  }
+
   const OutputArray& array_of(std::size_t k) const {
     return *std::find_if(style_.outputs.begin(), style_.outputs.end(),
                          [&](const OutputArray& a) { return k >= a.begin && k < a.end; });
+  }
+
+  void append_constant(double constant) {
+    if (style_.dialect.single) return append_single(text_, constant);
+    append_number(text_, constant);
   }
 
   void print_call(NodeId id) {
@@ -175,8 +188,7 @@ class BodyPrinter {
       });
       text_ += "};\n";
     }
-    text_ += "  DT_NAME(" + style_.callees.at(&callee) + ")(" +
-             (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
+    text_ += "  " + called(callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
     append_integer(text_, id);
     text_ += ");\n";
   }
@@ -186,13 +198,15 @@ class BodyPrinter {
     const Guard& guard = function_.guards[k];
     text_ += "  DT_CHECK(";
     value(guard.condition);
-    text_ += std::string(guard.expected ? " == 0.0, " : " != 0.0, ") + std::to_string(k + 1) + "u); /* " +
-             c_comment(guard.file) + ":" + std::to_string(guard.line) + " */\n";
+    text_ += guard.expected ? " == " : " != ";
+    append_constant(0);
+    text_ += ", " + std::to_string(k + 1) + "u); /* " + c_comment(guard.file) + ":" +
+             std::to_string(guard.line) + " */\n";
   }
 
   // A constant by itself has to fill the lanes; in an expression C does that.
   void value(NodeId id) {
-    const bool is_constant = graph_[id].op == Op::Const;
+    const bool is_constant = style_.dialect.lanes && graph_[id].op == Op::Const;
     if (is_constant) text_ += "DT_ALL(";
     name(id);
     if (is_constant) text_ += ')';
@@ -200,7 +214,7 @@ class BodyPrinter {
 
   void name(NodeId id) {
     const Node& node = graph_[id];
-    if (node.op == Op::Const) return append_number(text_, graph_.constant_value(id));
+    if (node.op == Op::Const) return append_constant(graph_.constant_value(id));
     text_ += node.op == Op::Input ? kBlockLetter[node.a] : 't';
     append_integer(text_, node.op == Op::Input ? node.b : id);
   }

@@ -23,10 +23,17 @@ struct OutputArray {
   std::size_t begin, end;
 };
 
+// What the statements are written for.
+struct Dialect {
+  bool lanes = true;    // for one state and for several: DT_NAME(f), DT_ALL(1.5), reals in memory
+  bool single = false;  // numbers are floats: 1.5f
+};
+
 struct BodyStyle {
   std::array<std::string, kBlocks> inputs;              // names of the arrays that are read
   std::vector<OutputArray> outputs;                     // by group of the schedule
   const std::map<const Callee*, std::string>& callees;  // the C function of each
+  Dialect dialect;
 };
 
 // What stands between the braces of the function for one piece, indented by two.

@@ -5,6 +5,7 @@
 
 #include <dyntape/codegen/c_text.h>
 #include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/print_pieces.h>
 
 #include "embedded.inc"
 
@@ -14,21 +15,6 @@ namespace {
 constexpr const char* kWhat[] = {"values", "values and Jacobian", "values, Jacobian and weighted Hessian"};
 
 bool is_operation(Op op) { return static_cast<int>(op) < kTableOps || op == Op::Call; }
-
-// Words in comment lines of bounded width, the first line after `head`, the others indented alike.
-std::string wrapped(const std::string& head, const std::vector<std::string>& words) {
-  std::string text = head;
-  std::size_t column = head.size();
-  for (const std::string& word : words) {
-    if (column + word.size() > 108 && column > head.size()) {
-      text += "\n *" + std::string(head.size() - 2, ' ');
-      column = head.size();
-    }
-    text += " " + word;
-    column += word.size() + 1;
-  }
-  return text + "\n";
-}
 
 std::string padded(std::string text, std::size_t width) {
   text.resize(std::max(width, text.size()), ' ');
@@ -58,20 +44,6 @@ std::vector<std::string> flags_for(const KernelSets& sets) {
     for (const Node& node : graph.nodes()) operators.push_back(node.op);
   }
   return contract_flags(operators);
-}
-
-std::vector<std::string> operation_words(const KernelPlan& kernel) {
-  std::array<std::size_t, std::size(kOpInfo)> counts{};
-  for (const Node& node : kernel.derivatives.function.graph.nodes()) ++counts[static_cast<int>(node.op)];
-  std::vector<std::string> words = {std::to_string(operations(kernel.derivatives.function)), "operations:"};
-  for (std::size_t op = 0; op < counts.size(); ++op) {
-    if (counts[op] && is_operation(static_cast<Op>(op)))
-      words.push_back(std::to_string(counts[op]) + " " + std::string(kOpInfo[op].name) + ",");
-  }
-  const std::size_t pieces = kernel.schedule.pieces.size();
-  words.push_back(std::to_string(kernel.schedule.live) + " values live at most,");
-  words.push_back(std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces"));
-  return words;
 }
 
 std::string pattern_initialiser(const char* name, const Pattern& pattern) {
@@ -134,7 +106,35 @@ std::size_t operations(const Function& function) {
   return count;
 }
 
-std::string banner(const KernelSets& sets, const Source& source) {
+std::string wrapped(const std::string& head, const std::vector<std::string>& words) {
+  std::string text = head;
+  std::size_t column = head.size();
+  for (const std::string& word : words) {
+    if (column + word.size() > 108 && column > head.size()) {
+      text += "\n *" + std::string(head.size() - 2, ' ');
+      column = head.size();
+    }
+    text += " " + word;
+    column += word.size() + 1;
+  }
+  return text + "\n";
+}
+
+std::vector<std::string> operation_words(const KernelPlan& kernel) {
+  std::array<std::size_t, std::size(kOpInfo)> counts{};
+  for (const Node& node : kernel.derivatives.function.graph.nodes()) ++counts[static_cast<int>(node.op)];
+  std::vector<std::string> words = {std::to_string(operations(kernel.derivatives.function)), "operations:"};
+  for (std::size_t op = 0; op < counts.size(); ++op) {
+    if (counts[op] && is_operation(static_cast<Op>(op)))
+      words.push_back(std::to_string(counts[op]) + " " + std::string(kOpInfo[op].name) + ",");
+  }
+  const std::size_t pieces = kernel.schedule.pieces.size();
+  words.push_back(std::to_string(kernel.schedule.live) + " values live at most,");
+  words.push_back(std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces"));
+  return words;
+}
+
+std::string description(const KernelSets& sets) {
   const Function& f = sets.function;
   const Derivatives& d = sets.kernels.back().derivatives;
   std::string text = "/* " + c_comment(sets.name) + ": " + kWhat[sets.kernels.size() - 1] +
@@ -152,10 +152,13 @@ std::string banner(const KernelSets& sets, const Source& source) {
   if (d.order >= Order::kFirst) text += pattern_line("jacobian", "non-zeros of dy/dx", d.jacobian);
   if (d.order >= Order::kSecond)
     text += pattern_line("hessian", "non-zeros of the lower triangle of sum_i w_i d2y_i/dx2", d.hessian);
-  text += " *\n * kernels\n";
-  constexpr const char* kKernels[] = {"_value", "_first_order", "_second_order"};
+  return text;
+}
+
+std::string banner(const KernelSets& sets, const Source& source) {
+  std::string text = description(sets) + " *\n * kernels\n";
   for (std::size_t k = 0; k < sets.kernels.size(); ++k)
-    text += wrapped(" *   " + source.name + kKernels[k] + ":", operation_words(sets.kernels[k]));
+    text += wrapped(" *   " + source.name + "_" + kKernelNames[k] + ":", operation_words(sets.kernels[k]));
   return text + " */\n";
 }
 

@@ -131,6 +131,40 @@ TEST(Generate, WritesCThatCompilesByItself) {
   EXPECT_EQ(std::system(compile.c_str()), 0);
 }
 
+TEST(Generate, EmbeddedTextIsPlainFunctionsWithTheirStack) {
+  const Scratch scratch;
+  const std::vector<std::string> words = {"generate",   config("robots/double_pendulum.urdf"),
+                                          "--function", "aba",
+                                          "--order",    "1",
+                                          "--output",   scratch / "c",
+                                          "--json"};
+  const auto with = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> all = words;
+    all.insert(all.end(), more.begin(), more.end());
+    return run_dyntape(all);
+  };
+  const auto run = with({"--embedded", "--float", "--own-trig", "--cross", "gcc -O1"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const json report = json::parse(run.out);
+  ASSERT_EQ(report["functions"].size(), 2u);
+  for (const json& function : report["functions"]) {
+    EXPECT_GT(function["stack_bytes"].get<int>(), 0);
+    EXPECT_LT(function["stack_bytes"].get<int>(), function["stack_bound"].get<int>());
+  }
+  const std::string source = report["files"][0].get<std::string>(), text = slurp(source),
+                    header = slurp(report["files"][1].get<std::string>());
+  EXPECT_NE(text.find(" bytes with " + report["stack_measured_with"].get<std::string>()), std::string::npos);
+  EXPECT_NE(header.find("_value(const float x[6], float y[2]);"), std::string::npos) << header;
+  const std::string compile =
+      "gcc -std=c99 -Wall -Wextra -Werror -pedantic -ffreestanding -c -o /dev/null " + source;
+  EXPECT_EQ(std::system(compile.c_str()), 0);
+
+  EXPECT_EQ(with({"--float"}).status, 2) << "only of embedded text";
+  const auto absent = with({"--embedded", "--cross", "no-such-gcc"});
+  EXPECT_EQ(absent.status, 1);
+  EXPECT_NE(absent.err.find("no-such-gcc"), std::string::npos) << absent.err;
+}
+
 TEST(Bench, MeasuresEveryRoute) {
   const auto run = run_dyntape({"bench", config("robots/pendulum.urdf"), "--function", "id-derivatives",
                                 "--states", "5", "--lanes", "--json"});

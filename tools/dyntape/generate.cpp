@@ -5,8 +5,11 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <sstream>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/stack_usage.h>
 #include <dyntape/interface/function/robot_functions.h>
 #include <dyntape/interface/io/table.h>
 
@@ -21,10 +24,77 @@ struct Options {
   std::string profile = "strict", output;
   int order = 0;
   bool json = false;
+
+  bool embedded = false, single = false, own_trig = false;
+  std::string cross;  // compiler and flags that the stack is measured with
 };
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+// Order 0: outputs of the function; 1: of the Jacobian; 2: of the lower triangle of the Hessian.
+struct Entries {
+  std::size_t non_zeros, places;
+};
+Entries entries(int order, std::size_t n_y, const Pattern& jacobian, const Pattern& hessian) {
+  if (order == 0) return {n_y, n_y};
+  if (order == 1) return {jacobian.nnz(), jacobian.rows * jacobian.cols};
+  return {hessian.nnz(), hessian.rows * (hessian.rows + 1) / 2};
+}
+
+// By the compiler that is asked for; by gcc, if there is one, where none is.
+codegen::StackUse stack_of(const codegen::EmbeddedSource& embedded, const std::string& cross) {
+  std::vector<std::string> words;
+  std::istringstream text(cross.empty() ? "gcc" : cross);
+  for (std::string word; text >> word;) words.push_back(word);
+  if (words.empty()) throw ArgumentError("--cross: expected a compiler and its flags, got only spaces");
+  try {
+    return measure_stack(embedded, words);
+  } catch (const ToolError&) {
+    if (cross.empty()) return {};
+    throw;
+  }
+}
+
+void run_embedded(const Options& options, const Function& recorded, const CodegenOptions& codegen) {
+  codegen::EmbeddedOptions how;
+  how.single = options.single;
+  how.own_trig = options.own_trig;
+  how.stack = stack_of(generate_embedded(recorded, codegen, how), options.cross);
+  const codegen::EmbeddedSource e = generate_embedded(recorded, codegen, how);
+  const std::vector<std::string> files = write_source(e.source, options.output);
+
+  nlohmann::json report = {
+      {"name", e.source.name}, {"files", files}, {"stack_measured_with", how.stack.with}};
+  io::TextTable table({{"function"},
+                       {"operations", "", io::Align::kRight},
+                       {"static", "bytes", io::Align::kRight},
+                       {"stack", "bytes", io::Align::kRight},
+                       {"at most", "bytes", io::Align::kRight}});
+  for (std::size_t k = 0; k < e.entries.size(); ++k) {
+    const bool is_known = k < how.stack.bytes.size();
+    table.append({e.entries[k], io::with_groups(static_cast<long long>(e.source.operations[k])),
+                  std::to_string(e.work[k]), is_known ? std::to_string(how.stack.bytes[k]) : "-",
+                  e.stack_bounds[k] ? std::to_string(e.stack_bounds[k]) : "-"});
+    report["functions"].push_back({{"name", e.entries[k]},
+                                   {"operations", e.source.operations[k]},
+                                   {"static_bytes", e.work[k]},
+                                   {"stack_bytes", is_known ? nlohmann::json(how.stack.bytes[k]) : nullptr},
+                                   {"stack_bound", e.stack_bounds[k]}});
+  }
+  if (options.json) {
+    std::cout << report.dump(2) << "\n";
+    return;
+  }
+  std::cout << table.text() << "\n";
+  if (!how.stack.with.empty()) {
+    std::cout << "stack with " << how.stack.with;
+    for (std::size_t i = 0; i < how.stack.beyond.size(); ++i)
+      std::cout << (i ? ", " : "; on top comes that of ") << how.stack.beyond[i];
+    std::cout << "\n";
+  }
+  for (const std::string& file : files) std::cout << file << "\n";
 }
 
 void run(const Options& options) {
@@ -39,6 +109,7 @@ void run(const Options& options) {
   const auto start = std::chrono::steady_clock::now();
   const Function recorded = record_robot_function(robot.model, function);
   const double record_seconds = seconds_since(start);
+  if (options.embedded) return run_embedded(options, recorded, codegen);
   const codegen::Source source = generate_source(recorded, codegen);
   const std::vector<std::string> files = write_source(source, options.output);
   const auto compiled = CompiledFunction::make(recorded, codegen);
@@ -60,16 +131,12 @@ void run(const Options& options) {
   const char* const names[] = {"value", "+ Jacobian", "+ Hessian"};
   for (int k = 0; k <= options.order; ++k) {
     const auto operations = compiled.operations(order_from(k));
-    const Pattern pattern = k == 0   ? Pattern{}
-                            : k == 1 ? compiled.jacobian_pattern()
-                                     : compiled.hessian_pattern();
-    const std::size_t entries = k == 0 ? compiled.n_y() : pattern.nnz();
-    const std::size_t full = k == 0   ? compiled.n_y()
-                             : k == 1 ? pattern.rows * pattern.cols
-                                      : pattern.rows * (pattern.rows + 1) / 2;
-    table.append({names[k], io::with_groups(static_cast<long long>(operations)), std::to_string(entries),
-                  std::to_string(full)});
-    report["kernels"].push_back({{"order", k}, {"operations", operations}, {"non_zeros", entries}});
+    const auto [non_zeros, places] =
+        entries(k, compiled.n_y(), k >= 1 ? compiled.jacobian_pattern() : Pattern{},
+                k >= 2 ? compiled.hessian_pattern() : Pattern{});
+    table.append({names[k], io::with_groups(static_cast<long long>(operations)), std::to_string(non_zeros),
+                  std::to_string(places)});
+    report["kernels"].push_back({{"order", k}, {"operations", operations}, {"non_zeros", non_zeros}});
   }
   if (options.json) {
     std::cout << report.dump(2) << "\n";
@@ -107,6 +174,21 @@ void add_generate(CLI::App& app) {
       ->type_name("strict|fast")
       ->capture_default_str();
   command->add_option("--output", options->output, "where the .c and .h go")->required()->type_name("DIR");
+  CLI::Option* const embedded = command->add_flag(
+      "--embedded", options->embedded,
+      "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "
+      "library but libm; stack and static bytes stated; nothing is compiled into the cache");
+  command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
+  command
+      ->add_flag("--own-trig", options->own_trig,
+                 "embedded: sin and cos in the text, within 0.82 ulp, with the same bits on every processor")
+      ->needs(embedded);
+  command
+      ->add_option(
+          "--cross", options->cross,
+          "embedded: the gcc and flags that the stack is measured with, in one word (default: gcc -O2)")
+      ->needs(embedded)
+      ->type_name("\"CC FLAGS\"");
   command->add_flag("--json", options->json, "sizes and times for programs");
   command->callback([options] { run(*options); });
 }
