@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The robots of config/robots, found from where this file was compiled.
+// The robots of config/robots.
 #pragma once
 
 #include <filesystem>
@@ -10,9 +10,7 @@
 namespace dyntape::dynamics {
 
 inline std::string robot_file(const std::string& name) {
-  const auto root =
-      std::filesystem::path(__FILE__).lexically_normal().parent_path().parent_path().parent_path();
-  return (root / "config" / "robots" / (name + ".urdf")).string();
+  return (std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf")).string();
 }
 
 inline const std::vector<std::string>& robot_names() {

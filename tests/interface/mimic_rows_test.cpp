@@ -347,7 +347,7 @@ TEST(MimicRowsOnLines, SecondOrderIsTheSlopeOfFirstOrder) {
 
 // The fingers of a real file: one joint fewer, and generated code that knows it.
 TEST(MimicRowsOfFiles, FingersOfThePanda) {
-  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
   const UrdfRobot robot = read_urdf((root / "config/robots/panda.urdf").string(), {.mimic = true});
   const TemporaryCache cache;
   RobotEvaluatorOptions options;

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kConfig = fs::path(__FILE__).parent_path().parent_path().parent_path() / "config";
+const fs::path kConfig = fs::path(DYNTAPE_SOURCE_DIR) / "config";
 
 // A folder of this test that goes away with it.
 class TaskFiles : public ::testing::Test {

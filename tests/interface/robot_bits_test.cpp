@@ -21,7 +21,7 @@ using dynamics::Base;
 class RobotBits : public testing::TestWithParam<std::pair<const char*, Base>> {};
 
 TEST_P(RobotBits, plain_double_equals_the_recording) {
-  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
   const auto model =
       dynamics::load_urdf((root / "config" / "robots" / (std::string(GetParam().first) + ".urdf")).string(),
                           {.base = GetParam().second});

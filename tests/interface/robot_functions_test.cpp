@@ -43,7 +43,7 @@ const Robot kLarge[] = {
     {"simple_humanoid", Base::kFloating}, {"talos", Base::kFloating}, {"g1", Base::kFloating}};
 
 Model<double> load(const Robot& robot) {
-  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
   dynamics::UrdfOptions options;
   options.base = robot.base;
   return dynamics::load_urdf((root / "config" / "robots" / (std::string(robot.name) + ".urdf")).string(),

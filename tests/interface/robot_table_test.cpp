@@ -25,7 +25,7 @@ using dynamics::ReferenceFrame;
 using Eigen::VectorXd;
 
 Model<double> load(const std::string& name, Base base = Base::kFixed) {
-  const auto root = std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
+  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
   return dynamics::load_urdf((root / "config" / "robots" / (name + ".urdf")).string(), {.base = base});
 }
 
