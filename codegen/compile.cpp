@@ -26,11 +26,12 @@ unsigned jobs_of(const CodegenOptions& options) {
 constexpr const char* kLevel = "-O1";
 
 // Starting a compiler costs as much as a few pieces, and the last one to end is waited for: three units a
-// job.
+// job.  A compiler reads its whole unit before it optimises the first piece: the largest bounds its memory.
 std::vector<Unit> units_of(const std::vector<std::size_t>& pieces, unsigned jobs) {
   const std::size_t total = std::accumulate(pieces.begin(), pieces.end(), std::size_t{0});
-  constexpr std::size_t kSmallestUnit = 1200;  // statements
-  const std::size_t wanted = std::clamp<std::size_t>(total / kSmallestUnit, 1, std::size_t{jobs} * 3);
+  constexpr std::size_t kSmallestUnit = 1200, kLargestUnit = 20000;  // statements
+  const std::size_t wanted = std::max(
+      std::clamp<std::size_t>(total / kSmallestUnit, 1, std::size_t{jobs} * 3), total / kLargestUnit);
   std::vector<Unit> units;
   std::size_t first = 0, done = 0;
   for (std::size_t k = 0; k < pieces.size(); ++k) {

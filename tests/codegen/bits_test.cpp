@@ -111,6 +111,40 @@ TEST_P(Bits, ProductsOfComplexNumbers) {
   EXPECT_GT(expect_same_bits(f, c, Order::kFirst, random, 200), 10000u);
 }
 
+// What is lost in rounding is what these compute: an optimiser that takes sums for real numbers leaves zero.
+TEST_P(Bits, Case119_CompensatedArithmetic) {
+  Random random(401 + GetParam());
+  SCOPED_TRACE(random.seed_text());
+  const Function f = record("compensated", 5, [](const VectorXad& x) {
+    const AD sum = x[0] + x[1], part = sum - x[0];
+    const AD two_sum = (x[0] - (sum - part)) + (x[1] - part);
+    const auto split = [](const AD& a) {
+      const AD c = 134217729.0 * a, high = c - (c - a);
+      return std::pair(high, AD(a - high));
+    };
+    const AD product = x[0] * x[1];
+    const auto [a, b] = split(x[0]);
+    const auto [c, d] = split(x[1]);
+    const AD two_product = b * d - (((product - a * c) - b * c) - a * d);
+    AD kahan = 0.0, lost = 0.0;
+    for (int i = 0; i < 5; ++i) {
+      const AD y = x[i] - lost, t = kahan + y;
+      lost = (t - kahan) - y;
+      kahan = t;
+    }
+    VectorXad y(5);
+    y << two_sum, two_product, kahan, lost, (1.0 + x[4] * 1e-17) - 1.0;
+    return y;
+  });
+  const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kFirst);
+  EXPECT_GT(expect_same_bits(f, c, Order::kFirst, random, 200), 2000u);
+  const std::vector<double> y = c.evaluate(Order::kValue, {0.1, 3e-9, 1e-17, 0.3, 0.7}).y;
+  EXPECT_EQ(y[0], static_cast<double>((__float128(0.1) + 3e-9) - (0.1 + 3e-9)));
+  EXPECT_EQ(y[1], static_cast<double>(__float128(0.1) * 3e-9 - (0.1 * 3e-9)));
+  EXPECT_EQ(y[4], 0);
+  EXPECT_GT(c.evaluate(Order::kValue, {1, 1e-16, 1e-16, 1e-16, 1e-16}).y[2], 1);  // which a plain sum is not
+}
+
 INSTANTIATE_TEST_SUITE_P(Variants, Bits, ::testing::Range(0, int(kVariants.size())));
 
 }  // namespace

@@ -10,9 +10,6 @@
 #include <thread>
 
 #include "random_function.h"
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
 
 namespace dyntape {
 namespace {
@@ -274,30 +271,6 @@ INSTANTIATE_TEST_SUITE_P(Routes, Kernels,
                          ::testing::Values(std::tuple(Route::kInterpreter, std::size_t{400}),
                                            std::tuple(Route::kCompiled, std::size_t{400}),
                                            std::tuple(Route::kCompiled, std::size_t{12})));
-
-#if defined(__SSE2__)
-TEST(Loading, LeavesTheFloatingPointStateAlone) {
-  const unsigned usual = _mm_getcsr() & ~0x3fu;
-  for (const unsigned state : {usual, usual | 0x8000u, usual | 0x2000u}) {  // flush to zero; round downwards
-    _mm_setcsr(state);
-    const CompiledFunction c = CompiledFunction::make(chain(2), options_for(Order::kValue, Route::kCompiled));
-    EXPECT_EQ(_mm_getcsr() & ~0x3fu, state);
-    std::thread([&] { EXPECT_EQ(_mm_getcsr() & ~0x3fu, state); }).join();
-  }
-  _mm_setcsr(usual);
-}
-#endif
-
-TEST(Loading, TwoLibrariesAtOnceAndCopiesOutliveTheOriginal) {
-  auto a = std::make_unique<CompiledFunction>(
-      CompiledFunction::make(chain(2), options_for(Order::kFirst, Route::kCompiled)));
-  const CompiledFunction copy = *a,
-                         b = CompiledFunction::make(chain(3), options_for(Order::kFirst, Route::kCompiled));
-  const auto expected = a->evaluate(Order::kFirst, {1, 2}, {3, 4});
-  a.reset();
-  EXPECT_EQ(copy.evaluate(Order::kFirst, {1, 2}, {3, 4}).jacobian, expected.jacobian);
-  EXPECT_EQ(b.evaluate(Order::kValue, {1, 2, 3}, {3, 4}).y, evaluate(chain(3), {1, 2, 3}, {3, 4}));
-}
 
 }  // namespace
 }  // namespace dyntape

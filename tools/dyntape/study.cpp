@@ -241,6 +241,7 @@ void add_study(CLI::App& app) {
       ->type_name("DIR");
   routes->callback([options] { run(*options); });
   add_slopes(*command);
+  add_compile(*command);
 }
 
 }  // namespace dyntape::tools

@@ -15,4 +15,6 @@ struct SlopesOptions {
 void run_slopes(const SlopesOptions& options);
 void add_slopes(CLI::App& study);
 
+void add_compile(CLI::App& study);
+
 }  // namespace dyntape::tools

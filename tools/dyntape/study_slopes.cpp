@@ -13,6 +13,7 @@
 #include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 
+#include "chains.h"
 #include "measure.h"
 #include "study.h"
 
@@ -25,53 +26,11 @@ constexpr const char* kFunctions[] = {"rnea", "crba", "aba", "minverse", "id-der
 constexpr int kFewest = 8;
 constexpr int kFirstOfFit = 64;  // below, what every call costs flattens the line
 
-// A body of 1 kg, 0.3 m beyond its parent, on a revolute joint about x, y or z in turn.
-int add_body(Model<double>& model, int parent) {
-  dynamics::Joint<double> joint;
-  joint.name = "joint_" + std::to_string(model.njoints());
-  joint.axis = Eigen::Vector3d::Unit(model.njoints() % 3);
-  const dynamics::Placement<double> link{Eigen::Matrix3d::Identity(), {0.3, 0.1, -0.2}};
-  return model.add_joint(parent, joint, link, {1, {0.1, 0.05, -0.1}, 0.01 * Eigen::Matrix3d::Identity()});
-}
-
-Model<double> chain(int bodies) {
-  Model<double> model;
-  model.name = "chain";
-  for (int i = 0; i < bodies; ++i) add_body(model, i - 1);
-  return model;
-}
-
-// Node `node` of a heap with that many nodes, and what hangs on it: each branch in one piece.
-void add_branch(Model<double>& model, int parent, int node, int bodies) {
-  if (node > bodies) return;
-  const int here = add_body(model, parent);
-  add_branch(model, here, 2 * node, bodies);
-  add_branch(model, here, 2 * node + 1, bodies);
-}
-
-Model<double> tree(int bodies) {
-  Model<double> model;
-  model.name = "binary tree";
-  add_branch(model, -1, 1, bodies);
-  return model;
-}
-
 struct Line {
   std::string shape, function;
   std::vector<double> bodies, seconds;
   double slope = 0;
 };
-
-// Least squares on the logarithms.
-double fitted_slope(const Line& line) {
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (std::size_t i = 0; i < line.bodies.size(); ++i) {
-    if (line.bodies[i] < kFirstOfFit) continue;
-    const double x = std::log(line.bodies[i]), y = std::log(line.seconds[i]);
-    n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
-  }
-  return (n * sxy - sx * sy) / (n * sxx - sx * sx);
-}
 
 double seconds_of(const Model<double>& model, const RobotFunction& function, const SlopesOptions& options) {
   const auto states = random_states(model, function, 8, options.seed);
@@ -121,7 +80,7 @@ void run_slopes(const SlopesOptions& options) {
   std::vector<Line> lines;
   {
     io::Progress progress("measuring", 2 * static_cast<long>(std::size(kFunctions)));
-    for (auto make : {chain, tree}) {
+    for (auto make : {chain, binary_tree}) {
       for (const char* name : kFunctions) {
         const RobotFunction function(name);
         Line line{make(1).name, name, {}, {}};
@@ -130,7 +89,7 @@ void run_slopes(const SlopesOptions& options) {
           line.bodies.push_back(bodies);
           line.seconds.push_back(seconds_of(make(bodies), function, options));
         }
-        line.slope = fitted_slope(line);
+        line.slope = fitted_slope(line.bodies, line.seconds, kFirstOfFit);
         lines.push_back(line);
       }
     }
