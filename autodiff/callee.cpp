@@ -63,6 +63,17 @@ std::shared_ptr<const Callee> recorded_callee(const Function& function) {
   return callee;
 }
 
+std::shared_ptr<const Callee> dissolving_callee(const Function& function, CalleeMaker jvp, CalleeMaker vjp) {
+  auto callee = std::make_shared<Callee>(*recorded_callee(function));
+  callee->dissolves = true;
+  const auto recorded = callee->recorded;
+  callee->jvp =
+      jvp ? jvp : [recorded] { return dissolving_callee(all_as_variables(dyntape::jvp(*recorded))); };
+  callee->vjp =
+      vjp ? vjp : [recorded] { return dissolving_callee(all_as_variables(dyntape::vjp(*recorded))); };
+  return callee;
+}
+
 std::shared_ptr<const Callee> jvp_callee(const std::shared_ptr<const Callee>& callee) {
   return made_once(callee->jvp_made, *callee, "jvp", callee->jvp);
 }

@@ -45,6 +45,10 @@ struct Callee {
   // The kernel once more as a recorded function, made when number types other than double ask for it.
   std::function<std::shared_ptr<const Function>()> unrolled;
 
+  // A recorded function that stands in for what derivation would find: derive() gives its call back as the
+  // statements of the function, which share with everything around, once the derivatives below are taken.
+  bool dissolves = false;
+
   // Derivative callees, made when a derivation meets the call; they may call this kernel again.  A kernel
   // without them throws when it is differentiated.
   std::function<std::shared_ptr<const Callee>()> jvp;  // n_in + n_in -> n_out
@@ -59,6 +63,13 @@ struct Callee {
 
 // A recorded function as a callee.  Throws ArgumentError if it has parameters, weights or guards.
 std::shared_ptr<const Callee> recorded_callee(const Function& function);
+
+// The same, dissolving in the code around its calls, with derivatives that the caller knows better than
+// derivation would find them (none: as derivation finds them, dissolving as well).
+//   jvp, vjp   recorded callees of (in, tangents of in) and of (in, adjoints of out)
+using CalleeMaker = std::function<std::shared_ptr<const Callee>()>;
+std::shared_ptr<const Callee> dissolving_callee(const Function& function, CalleeMaker jvp = {},
+                                                CalleeMaker vjp = {});
 
 // The derivative callees of a callee, made once for as long as some graph holds them; ArgumentError if a
 // kernel gives none.

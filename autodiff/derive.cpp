@@ -126,7 +126,7 @@ Derivatives derive(const Function& function, Order order) {
   }
   f.outputs = std::move(outputs);
   f.output_names.clear();
-  result.function = compact(f);
+  result.function = dissolved(f);
   return result;
 }
 

@@ -50,10 +50,11 @@ Function rebuilt(const Function& function, const std::function<NodeId(Graph&, Bl
   return with_graph(function, std::move(graph), images);
 }
 
-}  // namespace
+using InputImage = std::function<NodeId(Block, std::uint32_t)>;
 
-std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
-                           const std::function<NodeId(Block, std::uint32_t)>& input) {
+// As splice(); `dissolve`: calls of callees that dissolve become their statements.
+std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
+                            const InputImage& input, bool dissolve) {
   const std::vector<std::uint8_t> needed = needed_for(source, roots);
   std::vector<NodeId> image(source.size(), kNoNode);
   std::vector<std::vector<NodeId>> results;  // of call number i
@@ -71,7 +72,12 @@ std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots
         std::vector<NodeId> arguments;
         source.for_each_argument(id, [&](NodeId a) { arguments.push_back(image[a]); });
         results.resize(std::max<std::size_t>(results.size(), node.c + 1));
-        results[node.c] = target.call(source.callees()[node.a], arguments);
+        const auto& callee = source.callees()[node.a];
+        results[node.c] = dissolve && callee->dissolves
+                              ? spliced(
+                                    callee->recorded->graph, callee->recorded->outputs, target,
+                                    [&](Block, std::uint32_t i) { return arguments[i]; }, true)
+                              : target.call(callee, arguments);
         break;
       }
       case Op::Result:
@@ -87,6 +93,24 @@ std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots
   std::vector<NodeId> images;
   for (NodeId root : roots) images.push_back(image[root]);
   return images;
+}
+
+}  // namespace
+
+std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
+                           const std::function<NodeId(Block, std::uint32_t)>& input) {
+  return spliced(source, roots, target, input, false);
+}
+
+Function dissolved(const Function& function) {
+  const auto& callees = function.graph.callees();
+  if (std::none_of(callees.begin(), callees.end(), [](const auto& c) { return c->dissolves; }))
+    return compact(function);
+  Graph graph;
+  const std::vector<NodeId> images = spliced(
+      function.graph, roots_of(function), graph, [&](Block b, std::uint32_t i) { return graph.input(b, i); },
+      true);
+  return compact(with_graph(function, std::move(graph), images));
 }
 
 // What was simplified as it was built stays as it is: the live nodes are copied, in their order.

@@ -48,6 +48,9 @@ struct Function {
 // Throws RecordingError where check() finds the graph broken.
 Function compact(const Function& function);
 
+// Calls of callees that dissolve (callee.h) replaced by the statements of these.
+Function dissolved(const Function& function);
+
 // Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range
 // and every output exists.
 void check(const Function& function);

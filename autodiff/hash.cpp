@@ -49,13 +49,14 @@ namespace {
 void add_callee(Hasher& hasher, const std::shared_ptr<const Callee>& callee, int derivatives) {
   hasher.add(callee->n_in);
   hasher.add(callee->n_out);
-  if (callee->recorded) {  // its derivatives follow from it, but for kernels inside
+  if (callee->recorded) {
     hasher.add(content_hash(*callee->recorded, derivatives));
-    return;
+    if (!callee->dissolves) return;  // its derivatives follow from it, but for kernels inside
+  } else {
+    hasher.add(callee->name);
+    hasher.add(callee->c_body);
+    hasher.add(callee->c_body_of_lanes);
   }
-  hasher.add(callee->name);
-  hasher.add(callee->c_body);
-  hasher.add(callee->c_body_of_lanes);
   if (derivatives == 0) return;
   if (callee->jvp) add_callee(hasher, jvp_callee(callee), derivatives - 1);
   if (callee->vjp) add_callee(hasher, vjp_callee(callee), derivatives - 1);

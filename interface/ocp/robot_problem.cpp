@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record.h>
+#include <dyntape/interface/function/robot_callee.h>
 #include <dyntape/interface/function/robot_functions.h>
 
 namespace dyntape {
@@ -43,6 +45,10 @@ struct Plant {
   Vector<T> q(const Stage<T>& s) const { return s.x.head(model.nv); }
   Vector<T> v(const Stage<T>& s) const { return s.x.tail(model.nv); }
 
+  // What friction, damping and springs add.
+  Vector<T> passive(const Stage<T>& s) {
+    return dynamics::joint_torques<T>(model, torques, effects, q(s), v(s));
+  }
   Vector<T> forward(const Stage<T>& s) {
     return dynamics::forward_dynamics(model, data, torques, effects, q(s), v(s), torque(s));
   }
@@ -58,27 +64,56 @@ Vector<T> joined(const Vector<T>& a, const Vector<T>& b) {
   return c;
 }
 
+// The robot as it is where these effects act: gravity and armature are the effects', not the model's.
+Model<double> acting_model(const RobotScene& scene) {
+  Model<double> model = scene.model;
+  if (!scene.effects.gravity) model.gravity.setZero();
+  for (auto& joint : model.joints) {
+    joint.armature = scene.effects.armature ? (*scene.effects.armature)[joint.idx_v] : 0;
+  }
+  return model;
+}
+
 // Both scalars of the plant.  The taped one is made within the recording that asks for it: an AD belongs to
-// one recording.
+// one recording.  Its dynamics are callees, whose derivatives are the analytic ones; with fewer than three joints
+// those of the recorded value are as short.
 struct Plants {
   RobotScene scene;
   std::vector<int> dofs;
   Eigen::VectorXd gain;
   std::shared_ptr<Plant<double>> plain;
+  std::shared_ptr<const Callee> forward_callee, inverse_callee;  // null: recorded as they are
 
   Plants(const RobotScene& s, Eigen::VectorXd gains)
       : scene(s),
         dofs(actuated_dofs(s)),
         gain(std::move(gains)),
-        plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {}
+        plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {
+    if (s.model.nv < 3 || !s.effects.wrenches.empty()) return;
+    forward_callee = forward_dynamics_callee(acting_model(s));
+    inverse_callee = inverse_dynamics_callee(acting_model(s));
+  }
+
+  VectorXad forward(const Stage<AD>& s) const {
+    Plant<AD> plant = recorded();
+    if (!forward_callee) return plant.forward(s);
+    const VectorXad tau = plant.torque(s) + plant.passive(s);
+    return call(forward_callee, joined<AD>(joined<AD>(plant.q(s), plant.v(s)), tau));
+  }
+  // The torques that the motion needs, less the controls'.
+  VectorXad missing(const Stage<AD>& s) const {
+    Plant<AD> plant = recorded();
+    if (!inverse_callee) return plant.inverse(s) - plant.torque(s);
+    const VectorXad tau = call(inverse_callee, joined<AD>(joined<AD>(plant.q(s), plant.v(s)), s.a));
+    return tau - plant.passive(s) - plant.torque(s);
+  }
 
   Plant<AD> recorded() const { return {scene.model.cast<AD>(), recorded_effects(scene.effects), dofs, gain}; }
 };
 
 StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
   return {[plants](const Stage<AD>& s) {
-            Plant<AD> plant = plants->recorded();
-            return joined<AD>(plant.v(s), plant.forward(s));
+            return joined<AD>(s.x.tail(plants->scene.model.nv), plants->forward(s));
           },
           [plants](const Stage<double>& s) {
             return joined<double>(plants->plain->v(s), plants->plain->forward(s));
@@ -88,8 +123,7 @@ StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
 StageFunction scaled_residual(const std::shared_ptr<const Plants>& plants, const Eigen::VectorXd& scale) {
   return {
       [=](const Stage<AD>& s) {
-        Plant<AD> plant = plants->recorded();
-        return VectorXad((plant.inverse(s) - plant.torque(s)).cwiseProduct(scale.cast<AD>()));
+        return VectorXad(plants->missing(s).cwiseProduct(scale.cast<AD>()));
       },
       [=](const Stage<double>& s) {
         return Eigen::VectorXd((plants->plain->inverse(s) - plants->plain->torque(s)).cwiseProduct(scale));

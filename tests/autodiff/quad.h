@@ -14,10 +14,10 @@ using Quad = boost::multiprecision::float128;
 
 inline std::vector<Quad> to_quad(const std::vector<double>& v) { return {v.begin(), v.end()}; }
 
-// Central differences with Richardson extrapolation: d f / d x_j, error about 1e-24 for smooth f of size one.
+// Central differences with Richardson extrapolation: d f / d x_j, error about 1e-26 for smooth f of size one.
 inline std::vector<Quad> difference(const Function& f, const std::vector<double>& x, std::size_t j,
                                     const std::vector<double>& p = {}, const std::vector<double>& w = {}) {
-  const Quad step = Quad(1e-6);
+  const Quad step = Quad(1e-7);
   const auto central = [&](Quad h) {
     std::vector<Quad> up = to_quad(x), down = up;
     up[j] += h;

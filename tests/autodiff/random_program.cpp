@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "random_program.h"
 
+#include <array>
 #include <cmath>
 #include <sstream>
 
@@ -52,6 +53,7 @@ class Builder {
       }
     }
     wild_.assign(value_.size(), false);
+    exact_.assign(value_.size(), true);
     kind_.assign(n_x + n_p, Kind::kVaries);
     kind_.resize(value_.size(), Kind::kConstant);
   }
@@ -67,6 +69,7 @@ class Builder {
     value_.push_back(apply(instruction, value_));
     for (auto& q : quads_) q.push_back(apply(instruction, q));
     wild_.push_back(wild);
+    exact_.push_back(is_exact(instruction));
     kind_.push_back(all_of(instruction, Kind::kConstant) ? Kind::kFolded : Kind::kVaries);
   }
 
@@ -126,27 +129,76 @@ class Builder {
       const Quad s = slope_at(i, k, quads_[0]);
       if (!isfinite(s) || abs(s) > 1e4) wild = true;
     }
-    return wild || smooth(i, q);
+    return wild || (smooth(i, q) && steady(i, q));
   }
 
   // Values and slopes hardly move within the neighbourhood: no pole, kink or jump is near.
   bool smooth(const Instruction& i, const Quad& q) const {
     for (const auto& near : quads_) {
-      if (!(abs(apply(i, near) - q) <= Quad(1e-2) * (1 + abs(q)))) return false;
       if ((near[i.a] != 0) != (quads_[0][i.a] != 0) && i.op == Op::Select) return false;
-      for (int k = 0; k < info(i.op).arity; ++k) {
-        const Quad s = slope_at(i, k, quads_[0]);
-        if (!(abs(slope_at(i, k, near) - s) <= Quad(1e-2) * (1 + abs(s)))) return false;
+      if (!is_alike(i, {near[i.a], near[i.b], near[i.c]}, q)) return false;
+    }
+    return true;
+  }
+
+  // Nor are they where rounding alone may have taken the arguments, which the neighbourhood does not show where
+  // they do not vary: log(exp(x)) <= x, fmod(1, sinh(asinh(1))).
+  bool steady(const Instruction& i, const Quad& q) const {
+    for (std::size_t moved : {i.a, i.b, i.c}) {
+      if (exact_[moved]) continue;
+      for (int sign : {-1, 1}) {
+        const auto at = [&](std::size_t k) {
+          const Quad& v = quads_[0][k];
+          return k == moved ? Quad(v + sign * Quad(kNeighbourhood) * (1 + abs(v))) : v;
+        };
+        if (!is_alike(i, {at(i.a), at(i.b), at(i.c)}, q)) return false;
       }
     }
     return true;
+  }
+
+  // Value and slopes at other arguments are close to those at the point, where the value is q.
+  bool is_alike(const Instruction& i, const std::array<Quad, 3>& v, const Quad& q) const {
+    const Quad near = evaluate<Quad>(i.op, v[0], v[1], v[2]);
+    if (!(abs(near - q) <= Quad(1e-2) * (1 + abs(q)))) return false;
+    for (int k = 0; k < info(i.op).arity; ++k) {
+      const Quad s = slope_at(i, k, quads_[0]), there = slope<Quad>(i.op, k, v[0], v[1], v[2], near, Quad(1));
+      if (!(abs(there - s) <= Quad(1e-2) * (1 + abs(s)))) return false;
+      // Jumps by a small divisor are small, and there may be thousands of them.
+      if (i.op == Op::Fmod && k == 1 && there != s) return false;
+    }
+    return true;
+  }
+
+  // Given, or a small integer: not rounded.
+  bool is_exact(const Instruction& i) const {
+    switch (i.op) {
+      case Op::Sign:
+      case Op::Floor:
+      case Op::Ceil:
+      case Op::Trunc:
+      case Op::Round:
+      case Op::Lt:
+      case Op::Le:
+      case Op::Eq:
+      case Op::Ne:
+        return true;
+      case Op::Neg:
+      case Op::Abs:
+        return exact_[i.a];
+      case Op::Min:
+      case Op::Max:
+        return exact_[i.a] && exact_[i.b];
+      default:
+        return false;
+    }
   }
 
   Random& random_;
   Program program_;
   std::vector<double> value_;
   std::vector<std::vector<Quad>> quads_;
-  std::vector<bool> wild_;
+  std::vector<bool> wild_, exact_;
   std::vector<Kind> kind_;
 };
 

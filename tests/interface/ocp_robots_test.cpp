@@ -207,7 +207,7 @@ TEST(RobotProblem, AbsentEffectsLeaveNoOperation) {
   };
   const auto operations = [&](const dynamics::Effects<double>& effects) {
     return total_operations(
-        record_stage(robot_problem({model, effects, {}}, {.form = DynamicsForm::kInverse})).node);
+        dissolved(record_stage(robot_problem({model, effects, {}}, {.form = DynamicsForm::kInverse})).node));
   };
   dynamics::Effects<double> plain, again, damped, free_fall;
   damped.damping = dynamics::model_damping(model);

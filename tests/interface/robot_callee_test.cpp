@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Dynamics as callees: the value and derivatives of what is recorded without them, in fewer operations.
+#include <dyntape/autodiff/derive.h>
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/record.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/dynamics/urdf.h>
+#include <dyntape/interface/function/robot_callee.h>
+#include <dyntape/interface/function/robot_functions.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <iostream>
+#include <map>
+
+#include "../autodiff/random.h"
+
+namespace dyntape {
+namespace {
+
+using dynamics::Model;
+using testing::Random;
+
+Model<double> robot(const std::string& name, dynamics::Base base = dynamics::Base::kFixed) {
+  const auto file = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf");
+  return dynamics::load_urdf(file.string(), {.base = base});
+}
+
+using Dynamics = std::function<VectorXad(const VectorXad&)>;
+
+// Dynamics at arguments that depend on the variables nonlinearly, and nonlinear functions of what comes out.
+Function wrapped(std::size_t n, const Dynamics& dynamics) {
+  return record("wrapped", n, [&](const VectorXad& z) {
+    VectorXad x = z;
+    for (Eigen::Index i = 1; i < x.size(); ++i) x[i] += 0.1 * z[i - 1] * z[i];
+    const VectorXad y = dynamics(x);
+    VectorXad out(y.size() + 2);
+    out << y, y.squaredNorm(), sin(y[0]) * z[0];
+    return out;
+  });
+}
+
+struct Case {
+  const char* robot;
+  bool forward;
+};
+
+class RobotCallee : public ::testing::TestWithParam<Case> {
+ protected:
+  RobotCallee() : model(robot(GetParam().robot)) {
+    callee = GetParam().forward ? forward_dynamics_callee(model) : inverse_dynamics_callee(model);
+    const RobotFunction value = GetParam().forward ? RobotFunction::kAba : RobotFunction::kRnea;
+    const Function recorded = record_robot_function(model, value);
+    by_callee = wrapped(callee->n_in, [&](const VectorXad& x) { return call(callee, x); });
+    by_value = wrapped(callee->n_in, [&](const VectorXad& x) { return inlined(recorded, x); });
+  }
+
+  // The recorded value, spliced into the recording at hand: what one gets who calls dynamics::rnea there.
+  static VectorXad inlined(const Function& f, const VectorXad& x) {
+    auto plain = std::make_shared<Callee>(*recorded_callee(f));
+    plain->dissolves = true;
+    return call(plain, x);
+  }
+
+  Model<double> model;
+  std::shared_ptr<const Callee> callee;
+  Function by_callee, by_value;
+};
+
+TEST_P(RobotCallee, ValueAndDerivativesAreThoseOfTheRecordedValue) {
+  Random random(3);
+  SCOPED_TRACE(random.seed_text());
+  const Derivatives a = derive(by_callee, Order::kSecond), b = derive(dissolved(by_value), Order::kSecond);
+  // What is analytic may find zeros that differentiation does not see.
+  std::map<std::pair<std::uint32_t, std::uint32_t>, double> entries;
+  for (int k = 0; k < 20; ++k) {
+    const auto x = random.vector(by_callee.n_x(), -1, 1), w = random.vector(by_callee.n_y(), -1, 1);
+    const auto got = evaluate(a.function, x, {}, w), expected = evaluate(b.function, x, {}, w);
+    for (std::size_t i = 0; i < a.n_y; ++i) ASSERT_EQ(got[i], expected[i]) << i;
+    const auto compare = [&](const char* what, const Pattern& p, const Pattern& q, std::size_t at_p,
+                             std::size_t at_q) {
+      entries.clear();
+      double largest = 0;
+      for (std::size_t i = 0; i < q.nnz(); ++i) {
+        entries[{q.row[i], q.col[i]}] = expected[at_q + i];
+        largest = std::max(largest, std::abs(expected[at_q + i]));
+      }
+      for (std::size_t i = 0; i < p.nnz(); ++i) entries[{p.row[i], p.col[i]}] -= got[at_p + i];
+      for (const auto& [place, difference] : entries) {
+        ASSERT_NEAR(difference, 0, 1e-10 * largest) << what << " " << place.first << ", " << place.second;
+      }
+    };
+    compare("Jacobian", a.jacobian, b.jacobian, a.n_y, b.n_y);
+    compare("Hessian", a.hessian, b.hessian, a.n_y + a.jacobian.nnz(), b.n_y + b.jacobian.nnz());
+  }
+}
+
+TEST_P(RobotCallee, TakesFewerOperations) {
+  for (Order order : {Order::kFirst, Order::kSecond}) {
+    const std::size_t a = total_operations(derive(by_callee, order).function),
+                      b = total_operations(derive(dissolved(by_value), order).function);
+    std::cout << GetParam().robot << (GetParam().forward ? " forward" : " inverse") << " order "
+              << static_cast<int>(order) << ": " << a << " of " << b << "\n";
+    EXPECT_LT(static_cast<double>(a), 0.75 * static_cast<double>(b));
+  }
+}
+
+TEST_P(RobotCallee, EveryRouteHasTheSameBits) {
+  if (model.nv > 6) return;  // compiles what the others count
+  CodegenOptions options;
+  options.use_cache = false;
+  options.order = Order::kSecond;
+  options.route = Route::kCompiled;
+  const CompiledFunction compiled = CompiledFunction::make(by_callee, options);
+  options.route = Route::kInterpreter;
+  const CompiledFunction interpreted = CompiledFunction::make(by_callee, options);
+  Random random(4);
+  for (int k = 0; k < 20; ++k) {
+    const auto x = random.vector(by_callee.n_x(), -1, 1), w = random.vector(by_callee.n_y(), -1, 1);
+    const auto a = compiled.evaluate(Order::kSecond, x, {}, w),
+               b = interpreted.evaluate(Order::kSecond, x, {}, w);
+    EXPECT_EQ(a.y, b.y);
+    EXPECT_EQ(a.jacobian, b.jacobian);
+    EXPECT_EQ(a.hessian, b.hessian);
+    EXPECT_EQ(a.y, evaluate(by_callee, x));
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Robots, RobotCallee,
+                         ::testing::Values(Case{"ur5", false}, Case{"ur5", true}, Case{"panda", false},
+                                           Case{"iiwa14", true}),
+                         [](const auto& info) {
+                           return std::string(info.param.robot) +
+                                  (info.param.forward ? "_forward" : "_inverse");
+                         });
+
+TEST(RobotCallees, WhatTheDerivativesAreEntersTheKey) {
+  const Model<double> arm = robot("arm_2r");
+  const auto known = inverse_dynamics_callee(arm), plain = recorded_callee(*known->recorded);
+  const auto f = [&](const std::shared_ptr<const Callee>& callee) {
+    return record("f", callee->n_in, [&](const VectorXad& x) { return call(callee, x); });
+  };
+  EXPECT_EQ(content_hash(f(known)), content_hash(f(plain)));
+  EXPECT_NE(content_hash(f(known), 2), content_hash(f(plain), 2));
+  EXPECT_EQ(content_hash(f(known), 2), content_hash(f(inverse_dynamics_callee(arm)), 2));
+}
+
+TEST(RobotCallees, JointsOfSeveralCoordinatesAreRefused) {
+  try {
+    inverse_dynamics_callee(robot("solo12", dynamics::Base::kFloating));
+    FAIL();
+  } catch (const ArgumentError& e) {
+    EXPECT_NE(std::string(e.what()).find("joints of one coordinate"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace dyntape
