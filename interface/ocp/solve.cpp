@@ -19,7 +19,7 @@ MeshOptions mesh_of(const Task& task) {
 SolveSizes sizes_of(const Collocation& nlp) {
   const NlpShape& shape = nlp.shape();
   return {shape.n(),           shape.m(),          shape.jacobian.nnz(),
-          shape.hessian.nnz(), nlp.times().size(), total_operations(nlp.stage().node)};
+          shape.hessian.nnz(), nlp.times().size(), total_operations(dissolved(nlp.stage().node))};
 }
 
 using Scene = RobotScene;
@@ -40,7 +40,7 @@ std::vector<Effect> effects_of(const dynamics::Effects<double>& e) {
 }
 
 std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
-  return total_operations(record_stage(robot_problem(scene, options)).node);
+  return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
 }
 
 std::string grouped(std::size_t count) { return io::with_groups(static_cast<long long>(count)); }
