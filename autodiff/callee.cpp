@@ -74,6 +74,10 @@ std::shared_ptr<const Callee> dissolving_callee(const Function& function, Callee
   return callee;
 }
 
+std::vector<OperationCount> count_operations(const Callee& callee) {
+  return callee.recorded ? count_operations(*callee.recorded) : callee.operations;
+}
+
 std::shared_ptr<const Callee> jvp_callee(const std::shared_ptr<const Callee>& callee) {
   return made_once(callee->jvp_made, *callee, "jvp", callee->jvp);
 }

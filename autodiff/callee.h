@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/op.h>
 #include <dyntape/autodiff/pattern.h>
 
 namespace dyntape {
@@ -42,6 +43,10 @@ struct Callee {
   std::string c_body;
   // The same over arrays of `reals`, several lanes at once; empty: c_body runs lane by lane.
   std::string c_body_of_lanes;
+  // What one call takes, by kind; of a recorded function it is counted.
+  std::vector<OperationCount> operations;
+  // The same kernel with products fused into sums (fma), for the profile fast; empty: there is nothing to fuse.
+  std::function<std::shared_ptr<const Callee>()> fused;
   // The kernel once more as a recorded function, made when number types other than double ask for it.
   std::function<std::shared_ptr<const Function>()> unrolled;
 
@@ -70,6 +75,9 @@ std::shared_ptr<const Callee> recorded_callee(const Function& function);
 using CalleeMaker = std::function<std::shared_ptr<const Callee>()>;
 std::shared_ptr<const Callee> dissolving_callee(const Function& function, CalleeMaker jvp = {},
                                                 CalleeMaker vjp = {});
+
+// Operations of one call, those of callees of its own included.
+std::vector<OperationCount> count_operations(const Callee& callee);
 
 // The derivative callees of a callee, made once for as long as some graph holds them; ArgumentError if a
 // kernel gives none.

@@ -196,9 +196,21 @@ void check(const Function& function) {
 }
 
 std::vector<OperationCount> count_operations(const Function& function) {
-  const Function live = compact(function);
+  check(function);
+  const Graph& graph = function.graph;
+  const std::vector<std::uint8_t> needed = needed_for(graph, roots_of(function));
   std::array<std::size_t, std::size(kOpInfo)> counts{};
-  for (const Node& node : live.graph.nodes()) ++counts[static_cast<int>(node.op)];
+  std::vector<std::size_t> calls(graph.callees().size(), 0);
+  for (NodeId id = 0; id < graph.size(); ++id) {
+    if (!needed[id]) continue;
+    ++counts[static_cast<int>(graph[id].op)];
+    if (graph[id].op == Op::Call) ++calls[graph[id].a];
+  }
+  for (std::size_t k = 0; k < calls.size(); ++k) {
+    if (calls[k] == 0) continue;
+    for (const OperationCount& entry : count_operations(*graph.callees()[k]))
+      counts[static_cast<int>(entry.op)] += calls[k] * entry.count;
+  }
   std::vector<OperationCount> result;
   for (int op = 0; op < static_cast<int>(counts.size()); ++op) {
     const auto kind = static_cast<Op>(op);

@@ -76,11 +76,8 @@ Function all_as_variables(const Function& function);
 // The function with the given outputs only, in that order.
 Function select_outputs(const Function& function, const std::vector<std::size_t>& outputs);
 
-// Live operations by kind, inputs and constants left out: {"Add": 12, "Mul": 20, ...}, in table order.
-struct OperationCount {
-  Op op;
-  std::size_t count;
-};
+// Live operations by kind, inputs and constants left out: {"Add": 12, "Mul": 20, ...}, in table order.  Each call
+// counts as one, and with it what is done in the callee.
 std::vector<OperationCount> count_operations(const Function& function);
 std::size_t total_operations(const Function& function);
 

@@ -123,6 +123,10 @@ NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
       return simplified_signs(op, a, b);
     case Op::Azmul:  // a non-zero constant cannot be the strong zero
       return is_constant(a) && !std::isnan(constant_value(a)) ? make(Op::Mul, a, b) : kNoNode;
+    case Op::Fma:
+    case Op::Fms:
+    case Op::Fnma:
+      return simplified_fused(op, a, b, c);
     case Op::Select:
       return simplified_select(a, b, c);
     case Op::Pow: {
@@ -179,6 +183,34 @@ NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {
     default:
       return kNoNode;
   }
+}
+
+// Only what leaves one rounding.
+NodeId Graph::simplified_fused(Op op, NodeId x, NodeId y, NodeId z) {
+  const auto combine = [&](NodeId product) {
+    if (op == Op::Fma) return make(Op::Add, product, z);
+    return op == Op::Fms ? make(Op::Sub, product, z) : make(Op::Sub, z, product);
+  };
+  if (is_constant(z, 0)) return op == Op::Fnma ? make(Op::Neg, make(Op::Mul, x, y)) : make(Op::Mul, x, y);
+  for (int i = 0; i < 2; ++i, std::swap(x, y)) {
+    if (is_constant(x, 0)) return combine(x);
+    if (is_constant(x, 1)) return combine(y);
+    if (is_constant(x, -1)) return combine(make(Op::Neg, y));
+  }
+  if (op == Op::Fms && is_constant(z)) return make(Op::Fma, x, y, constant(-constant_value(z)));
+  // Negations move outwards; by value, for the calls may move nodes_.
+  const Node of_x = nodes_[x], of_y = nodes_[y], of_z = nodes_[z];
+  const bool flips = (of_x.op == Op::Neg) != (of_y.op == Op::Neg);
+  if (of_z.op == Op::Neg) {
+    if (op == Op::Fma) return make(Op::Fms, x, y, of_z.a);
+    if (op == Op::Fms) return make(Op::Fma, x, y, of_z.a);
+    return make(Op::Neg, make(Op::Fma, x, y, of_z.a));
+  }
+  if (of_x.op != Op::Neg && of_y.op != Op::Neg) return kNoNode;
+  const NodeId u = of_x.op == Op::Neg ? of_x.a : x, w = of_y.op == Op::Neg ? of_y.a : y;
+  if (!flips) return make(op, u, w, z);
+  if (op == Op::Fms) return make(Op::Neg, make(Op::Fma, u, w, z));
+  return make(op == Op::Fma ? Op::Fnma : Op::Fma, u, w, z);
 }
 
 NodeId Graph::simplified_select(NodeId condition, NodeId a, NodeId b) {

@@ -82,6 +82,7 @@ class Graph {
   void copy_call(const Graph& source, NodeId call, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
   NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
+  NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
   NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
   NodeId integer_power(NodeId base, int exponent);
 

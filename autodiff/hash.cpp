@@ -56,6 +56,10 @@ void add_callee(Hasher& hasher, const std::shared_ptr<const Callee>& callee, int
     hasher.add(callee->name);
     hasher.add(callee->c_body);
     hasher.add(callee->c_body_of_lanes);
+    if (const auto fused = callee->fused ? callee->fused() : nullptr) {
+      hasher.add(fused->c_body);
+      hasher.add(fused->c_body_of_lanes);
+    }
   }
   if (derivatives == 0) return;
   if (callee->jvp) add_callee(hasher, jvp_callee(callee), derivatives - 1);

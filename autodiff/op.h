@@ -35,10 +35,15 @@ enum class Op : std::uint8_t {
 
 inline constexpr int kTableOps = static_cast<int>(Op::Const);
 
+struct OperationCount {
+  Op op;
+  std::size_t count;
+};
+
 // Laws: exact for finite arguments up to the sign of zero.  Graph::make applies them; tests check them.
 enum Law : std::uint32_t {
   kNone = 0,
-  kCommutative = 1u << 0,  // f(x, y) = f(y, x)
+  kCommutative = 1u << 0,  // f(x, y) = f(y, x), whatever a third argument is
   kZeroLeft = 1u << 1,     // f(0, y) = y
   kZeroRight = 1u << 2,    // f(x, 0) = x
   kOneLeft = 1u << 3,      // f(1, y) = y
@@ -91,6 +96,14 @@ T select(const C& condition, const T& a, const T& b) {
 template <class T>
 T azmul(const T& x, const T& y) {
   return x == T(0) ? T(0) : x * y;
+}
+template <class T>
+T fms(const T& x, const T& y, const T& z) {
+  return fma(x, y, -z);
+}
+template <class T>
+T fnma(const T& x, const T& y, const T& z) {
+  return fma(-x, y, z);
 }
 template <class T>
 T sign(const T& x) {

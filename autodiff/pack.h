@@ -132,6 +132,9 @@ class Pack<double, N> {
   friend Pack min(const Pack& a, const Pack& b) { return select(b < a, b, a); }
   friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
   friend Pack azmul(const Pack& a, const Pack& b) { return select(a == Pack(0), Pack(0), a * b); }
+  friend Pack fma(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(a, b, c); }
+  friend Pack fms(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(a, b, -c); }
+  friend Pack fnma(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(-a, b, c); }
   friend Pack sign(const Pack& a) {
     return select(a > Pack(0), Pack(1), select(a < Pack(0), Pack(-1), Pack(0)));
   }
@@ -171,6 +174,19 @@ class Pack<double, N> {
   Pack each(F f) const {
     Pack r;
     for (int i = 0; i < N; ++i) r.set(i, f(v_[i]));
+    return r;
+  }
+
+  static Pack multiplied_and_added(const Pack& a, const Pack& b, const Pack& c) {
+#if defined(__AVX512F__)
+    if constexpr (N == 8) return Pack(_mm512_fmadd_pd(a.v_, b.v_, c.v_));
+#endif
+#if defined(__FMA__)
+    if constexpr (N == 4) return Pack(_mm256_fmadd_pd(a.v_, b.v_, c.v_));
+    if constexpr (N == 2) return Pack(_mm_fmadd_pd(a.v_, b.v_, c.v_));
+#endif
+    Pack r;
+    for (int i = 0; i < N; ++i) r.set(i, std::fma(a[i], b[i], c[i]));
     return r;
   }
 

@@ -11,7 +11,7 @@ namespace dyntape::codegen {
 namespace {
 
 // Correctly rounded or exact in every implementation, and worth an instruction.
-constexpr std::string_view kExact[] = {"sqrt", "fabs", "floor", "ceil", "trunc", "copysign"};
+constexpr std::string_view kExact[] = {"fma", "sqrt", "fabs", "floor", "ceil", "trunc", "copysign"};
 
 std::vector<std::string> make_contract_flags(const std::vector<Op>& operators) {
   // No errno: sqrt need not look for a negative argument.  Values are the same.
@@ -32,6 +32,16 @@ std::vector<Op> all_operators() {
   std::vector<Op> operators;
   for (int op = 0; op < kTableOps; ++op) operators.push_back(static_cast<Op>(op));
   return operators;
+}
+
+bool processor_has_fma() {
+#if defined(__x86_64__) || defined(__i386__)
+  return __builtin_cpu_supports("fma");
+#elif defined(__FP_FAST_FMA) || defined(__aarch64__)
+  return true;
+#else
+  return false;
+#endif
 }
 
 bool starts_with_any(std::string_view flag, std::initializer_list<std::string_view> prefixes) {
@@ -55,6 +65,28 @@ std::string_view called_function(Op op) {
   if (spelling.starts_with("dt_")) return {};
   const std::size_t end = spelling.find('(');
   return end == std::string_view::npos ? std::string_view() : spelling.substr(0, end);
+}
+
+std::vector<Called> called_functions(const std::vector<Op>& operators) {
+  std::vector<Called> all;
+  for (Op op : operators) {
+    const std::string function(called_function(op));
+    const bool is_known =
+        std::any_of(all.begin(), all.end(), [&](const Called& c) { return c.function == function; });
+    if (!function.empty() && !is_known) all.push_back({function, info(op).arity});
+  }
+  return all;
+}
+
+bool has_fma(const std::vector<std::string>& flags) {
+  bool has = processor_has_fma();
+  for (const std::string& flag : flags) {
+    if (flag.starts_with("-march=") || flag.starts_with("-mcpu="))
+      has = flag.ends_with("=native") && processor_has_fma();
+    if (flag == "-mfma") has = true;
+    if (flag == "-mno-fma" || flag == "-mno-avx" || flag == "-mgeneral-regs-only") has = false;
+  }
+  return has;
 }
 
 const std::vector<std::string>& contract_flags() {

@@ -26,6 +26,17 @@ std::vector<std::string> contract_flags(const std::vector<Op>& operators);
 // The function of libm that the operator's C is a call of: "atan2"; empty for the others.
 std::string_view called_function(Op op);
 
+// Those that text with these operators calls, each once, with the number of arguments.
+struct Called {
+  std::string function;
+  int arity;
+};
+std::vector<Called> called_functions(const std::vector<Op>& operators);
+
+// Whether what is compiled for this machine with these flags of a user has an instruction for fma(x, y, z).  Of
+// another processor than the one at hand only what its flags say by name is known: -mfma.
+bool has_fma(const std::vector<std::string>& flags);
+
 // The flags of a user that may be passed on, in order; what is left out is said once on stderr.
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags);
 

@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/dump.h>
 #include <dyntape/codegen/files.h>
+#include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/simplify.h>
 #include <dyntape/codegen/stages.h>
 
@@ -34,8 +35,12 @@ std::vector<Derivatives> derive_all(const Function& function, Order highest) {
   return derivatives;
 }
 
-std::vector<Derivatives> simplify_all(std::vector<Derivatives> derivatives, Profile profile) {
-  for (Derivatives& d : derivatives) d = simplify(std::move(d), profile);
+// Value and derivatives up to options.order.
+std::vector<Derivatives> derive_simplified(const Function& function, const CodegenOptions& options,
+                                           bool has_fma) {
+  std::vector<Derivatives> derivatives =
+      derive_all(simplify(function, options.profile, has_fma), options.order);
+  for (Derivatives& d : derivatives) d = simplify(std::move(d), options.profile, has_fma);
   return derivatives;
 }
 
@@ -91,9 +96,8 @@ std::optional<Workshop> find(Product& product, const CodegenOptions& options) {
 
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options) {
   Timings& t = product.timings;
-  const auto value = timed(t.derive, [&] { return simplify(product.function, options.profile); });
-  auto derived = timed(t.derive, [&] { return derive_all(value, options.order); });
-  derived = timed(t.derive, [&] { return simplify_all(std::move(derived), options.profile); });
+  auto derived =
+      timed(t.derive, [&] { return derive_simplified(product.function, options, has_fma(options.flags)); });
   Dump(product.function.name).graphs("derived", derived);
   return derived;
 }
@@ -137,11 +141,10 @@ namespace {
 
 // Derived, simplified, scheduled; then print(sets).
 template <class Print>
-auto generate(const Function& recorded, const CodegenOptions& options, Print&& print) {
+auto generate(const Function& recorded, const CodegenOptions& options, bool has_fma, Print&& print) {
   const Function function = compact(recorded);
   codegen::KernelSets sets = codegen::kernel_sets(function, content_hash(function), options);
-  const Function value = codegen::simplify(function, options.profile);
-  auto derived = codegen::simplify_all(codegen::derive_all(value, options.order), options.profile);
+  auto derived = codegen::derive_simplified(function, options, has_fma);
   sets.kernels = codegen::schedule_all(std::move(derived), options.piece_statements);
   return print(sets);
 }
@@ -149,12 +152,14 @@ auto generate(const Function& recorded, const CodegenOptions& options, Print&& p
 }  // namespace
 
 codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
-  return generate(recorded, options, [](const codegen::KernelSets& sets) { return codegen::print_c(sets); });
+  return generate(recorded, options, codegen::has_fma(options.flags),
+                  [](const codegen::KernelSets& sets) { return codegen::print_c(sets); });
 }
 
 codegen::EmbeddedSource generate_embedded(const Function& recorded, const CodegenOptions& options,
                                           const codegen::EmbeddedOptions& how) {
-  return generate(recorded, options,
+  // The target is another one, and may have to do without.
+  return generate(recorded, options, false,
                   [&](const codegen::KernelSets& sets) { return codegen::print_embedded(sets, how); });
 }
 

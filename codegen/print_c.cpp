@@ -40,7 +40,7 @@ class Printer {
                           Dialect{}};
     const std::string calls = functions_.add_pieces(std::string("dt_") + kKernelNames[order], function,
                                                     kernel.schedule, style, "_block", "    ");
-    source_.operations.push_back(operations(function));
+    source_.operations.push_back(total_operations(function));
     return entry_point(order, style, calls);
   }
 

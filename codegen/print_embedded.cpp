@@ -137,7 +137,7 @@ class EmbeddedPrinter {
     body += calls + (is_guarded(k) ? "  return guard;\n" : "");
 
     result_.entries.push_back(result_.source.name + "_" + kKernelNames[k]);
-    result_.source.operations.push_back(operations(function));
+    result_.source.operations.push_back(total_operations(function));
     const std::size_t bytes = options_.single ? sizeof(float) : sizeof(double);
     result_.work.push_back((kernel.schedule.work + functions_.callee_work()) * bytes);
     std::size_t values = 0, frames = 0;
@@ -186,10 +186,8 @@ class EmbeddedPrinter {
   // math.h for functions of libm, infinities and NaN.
   std::string headers() const {
     bool math = has_kernels(), own = false;
-    for (Op op : words_.operators) {
-      const std::string function(called_function(op));
-      if (!function.empty()) (is_own(function) ? own : math) = true;
-    }
+    for (const Called& called : called_functions(words_.operators))
+      (is_own(called.function) ? own : math) = true;
     for (const auto& d : functions_.definitions())
       math = math || d.body.find("NAN") != std::string::npos || d.body.find("HUGE_VAL") != std::string::npos;
     return std::string(math ? "#include <math.h>\n" : "") + (own ? "#include <stdint.h>\n" : "") + "\n";
@@ -207,12 +205,11 @@ class EmbeddedPrinter {
   std::string functions() const {
     std::string macros;
     bool sine = false, cosine = false;
-    for (Op op : words_.operators) {
-      const std::string function(called_function(op));
+    for (const auto& [function, arity] : called_functions(words_.operators)) {
       if (is_own(function)) {
         (function == "sin" ? sine : cosine) = true;
-      } else if (options_.single && !function.empty()) {
-        const std::string arguments = info(op).arity == 1 ? "(a)" : "(a, b)";
+      } else if (options_.single) {
+        const std::string arguments = arity == 1 ? "(a)" : arity == 2 ? "(a, b)" : "(a, b, c)";
         macros += "#define " + function + arguments + " " + function + "f" + arguments + "\n";
       }
     }
@@ -235,9 +232,8 @@ class EmbeddedPrinter {
             " *     stack " + std::to_string(stack.bytes[k]) + " bytes with " + c_comment(stack.with) + "\n";
     }
     std::vector<std::string> beyond = {"functions that are called and have stacks of their own:"};
-    for (Op op : words_.operators) {
-      const std::string function(called_function(op));
-      if (!function.empty() && !is_own(function)) beyond.push_back(function + (options_.single ? "f" : ""));
+    for (const auto& [function, arity] : called_functions(words_.operators)) {
+      if (!is_own(function)) beyond.push_back(function + (options_.single ? "f" : ""));
     }
     if (beyond.size() > 1) text += wrapped(" *  ", beyond);
     const std::vector<Guard>& guards = sets_.kernels.back().derivatives.function.guards;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <set>
 
 #include <dyntape/codegen/flags.h>
 
@@ -59,6 +60,25 @@ constexpr char kLaneCheck[] = R"(#define DT_CHECK(violated, k) dt_check((dt_word
 DT_INLINE void dt_check(dt_words violated, int64_t k, dt_words* guard) {
   const dt_words is_first = violated & (dt_words)((*guard == 0) | (*guard > k));
   *guard = (is_first & k) | (~is_first & *guard);
+}
+)";
+
+// The compiler puts a negated argument into the instruction, and one that lies in memory.
+constexpr char kLaneFma[] = R"(DT_INLINE real dt_fma(real x, real y, real z) {
+#if defined(__AVX512F__) && DYNTAPE_LANES == 8
+  return __builtin_ia32_vfmaddpd512_mask(x, y, z, (unsigned char)-1, 4);
+#elif defined(__FMA__) && DYNTAPE_LANES == 4
+  return __builtin_ia32_vfmaddpd256(x, y, z);
+#elif defined(__FMA__) && DYNTAPE_LANES == 2
+  return __builtin_ia32_vfmaddpd(x, y, z);
+#elif defined(__aarch64__) && DYNTAPE_LANES == 2
+  __asm__("fmla %0.2d, %1.2d, %2.2d" : "+w"(z) : "w"(x), "w"(y));
+  return z;
+#else
+  int lane;
+  for (lane = 0; lane < DYNTAPE_LANES; ++lane) x[lane] = fma(x[lane], y[lane], z[lane]);
+  return x;
+#endif
 }
 )";
 
@@ -149,8 +169,10 @@ const PortableFunction* portable(std::string_view function) {
 
 // "#define pow(a, b) <to>(DT_ALL(a), DT_ALL(b))"
 std::string definition(const std::string& function, int arity, const std::string& to) {
-  return "#define " + function + (arity == 1 ? "(a) " : "(a, b) ") + to +
-         (arity == 1 ? "(DT_ALL(a))\n" : "(DT_ALL(a), DT_ALL(b))\n");
+  constexpr const char* kParameters[] = {"(a) ", "(a, b) ", "(a, b, c) "};
+  constexpr const char* kArguments[] = {"(DT_ALL(a))\n", "(DT_ALL(a), DT_ALL(b))\n",
+                                        "(DT_ALL(a), DT_ALL(b), DT_ALL(c))\n"};
+  return "#define " + function + kParameters[arity - 1] + to + kArguments[arity - 1];
 }
 
 std::string lane_functions(const std::vector<Op>& operators) {
@@ -158,6 +180,10 @@ std::string lane_functions(const std::vector<Op>& operators) {
   for (Op op : operators) {
     const std::string function(called_function(op));
     const int arity = info(op).arity;
+    if (function == "fma") {  // real_types() has it: kernels written by hand may use it
+      macros += definition(function, arity, "dt_fma");
+      continue;
+    }
     const auto* own = std::find_if(std::begin(kOwnForms), std::end(kOwnForms),
                                    [&](const OwnForm& form) { return form.function == function; });
     if (own != std::end(kOwnForms)) {
@@ -168,7 +194,7 @@ std::string lane_functions(const std::vector<Op>& operators) {
     }
     macros += definition(function, arity, "dt_" + function);
   }
-  return text.empty() ? "" : "\n#if DYNTAPE_LANES > 1\n" + text + macros + "#endif\n";
+  return macros.empty() ? "" : "\n#if DYNTAPE_LANES > 1\n" + text + macros + "#endif\n";
 }
 
 std::string portable_functions(const std::vector<Op>& operators) {
@@ -199,9 +225,12 @@ Vocabulary vocabulary(const KernelSets& sets, const std::vector<const Callee*>& 
   for (const Callee* callee : callees) {
     if (callee->recorded) add(*callee->recorded);
     words.kernels = words.kernels || (!callee->recorded && callee->c_body_of_lanes.empty());
+    words.fuses = words.fuses || callee->c_body_of_lanes.find("dt_fma(") != std::string::npos;
   }
   for (int op = 0; op < kTableOps; ++op) {
-    if (used[static_cast<std::size_t>(op)]) words.operators.push_back(static_cast<Op>(op));
+    if (!used[static_cast<std::size_t>(op)]) continue;
+    words.operators.push_back(static_cast<Op>(op));
+    words.fuses = words.fuses || called_function(static_cast<Op>(op)) == "fma";
   }
   return words;
 }
@@ -212,14 +241,16 @@ std::string real_types(const Vocabulary& words) {
   });
   return std::string(kOneTypes) + (selects ? kOneSelect : "") + (words.guards ? kOneCheck : "") +
          (words.kernels ? kOneKernel : "") + kLaneTypes + (selects ? kLaneSelect : "") +
-         (words.guards ? kLaneCheck : "") + (words.kernels ? kLaneKernel : "") + "#endif\n";
+         (words.fuses ? kLaneFma : "") + (words.guards ? kLaneCheck : "") +
+         (words.kernels ? kLaneKernel : "") + "#endif\n";
 }
 
 std::string real_functions(const Vocabulary& words, Functions functions) {
   std::vector<Op> in_lanes, portables;
+  std::set<std::string_view> met;  // several operators call one function
   for (Op op : words.operators) {
     const std::string_view function = called_function(op);
-    if (function.empty()) continue;
+    if (function.empty() || !met.insert(function).second) continue;
     const bool is_portable = functions == Functions::kPortable && portable(function);
     (is_portable ? portables : in_lanes).push_back(op);
   }

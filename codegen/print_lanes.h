@@ -7,6 +7,7 @@
 //   DT_NAME(f)      f, or f_x4: objects of several widths are linked together
 //   DT_ALL(1.5)     a constant in all lanes
 //   dt_select       a decision, lane by lane, by masks
+//   dt_fma          x y + z, rounded once: in lanes only, where fma(x, y, z) becomes it
 //   DT_CHECK        a guard; DT_KERNEL   a callee written by hand, which is called lane by lane
 //
 // The text of `sin(x)` stays: in lanes, and for portable functions, it is a macro.
@@ -23,7 +24,7 @@ namespace dyntape::codegen {
 // What a text uses; the rest is not printed.
 struct Vocabulary {
   std::vector<Op> operators;  // of the table, each once
-  bool guards = false, kernels = false;
+  bool guards = false, kernels = false, fuses = false;
 };
 Vocabulary vocabulary(const KernelSets& sets, const std::vector<const Callee*>& callees);
 

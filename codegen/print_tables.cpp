@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/print_tables.h>
 
-#include <array>
-
 #include <dyntape/codegen/c_text.h>
 #include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/print_pieces.h>
@@ -13,8 +11,6 @@ namespace dyntape::codegen {
 namespace {
 
 constexpr const char* kWhat[] = {"values", "values and Jacobian", "values, Jacobian and weighted Hessian"};
-
-bool is_operation(Op op) { return static_cast<int>(op) < kTableOps || op == Op::Call; }
 
 std::string padded(std::string text, std::size_t width) {
   text.resize(std::max(width, text.size()), ' ');
@@ -100,12 +96,6 @@ const char* generator_version() { return kVersion; }
 const char* generator_fingerprint() { return kFingerprint; }
 std::string descriptor_symbol(const std::string& content_hash) { return "dyntape_" + content_hash; }
 
-std::size_t operations(const Function& function) {
-  std::size_t count = 0;
-  for (const Node& node : function.graph.nodes()) count += is_operation(node.op);
-  return count;
-}
-
 std::string wrapped(const std::string& head, const std::vector<std::string>& words) {
   std::string text = head;
   std::size_t column = head.size();
@@ -121,13 +111,10 @@ std::string wrapped(const std::string& head, const std::vector<std::string>& wor
 }
 
 std::vector<std::string> operation_words(const KernelPlan& kernel) {
-  std::array<std::size_t, std::size(kOpInfo)> counts{};
-  for (const Node& node : kernel.derivatives.function.graph.nodes()) ++counts[static_cast<int>(node.op)];
-  std::vector<std::string> words = {std::to_string(operations(kernel.derivatives.function)), "operations:"};
-  for (std::size_t op = 0; op < counts.size(); ++op) {
-    if (counts[op] && is_operation(static_cast<Op>(op)))
-      words.push_back(std::to_string(counts[op]) + " " + std::string(kOpInfo[op].name) + ",");
-  }
+  const Function& function = kernel.derivatives.function;
+  std::vector<std::string> words = {std::to_string(total_operations(function)), "operations:"};
+  for (const OperationCount& entry : count_operations(function))
+    words.push_back(std::to_string(entry.count) + " " + std::string(info(entry.op).name) + ",");
   const std::size_t pieces = kernel.schedule.pieces.size();
   words.push_back(std::to_string(kernel.schedule.live) + " values live at most,");
   words.push_back(std::to_string(pieces) + (pieces == 1 ? " piece" : " pieces"));

@@ -34,7 +34,4 @@ struct KernelEntry {
 std::string descriptor_tables(const KernelSets& sets, const Source& source,
                               const std::vector<KernelEntry>& kernels);
 
-// Operations of a function, calls counted as one.
-std::size_t operations(const Function& function);
-
 }  // namespace dyntape::codegen

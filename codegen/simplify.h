@@ -10,6 +10,7 @@
 //   x / d, y / d          ->  r = 1 / d, x * r, y * r           a reciprocal that several divisions share
 //   x / c                 ->  x * (1 / c)                       c a constant whose reciprocal is normal
 //   a * x + a * y         ->  a * (x + y)                       likewise a difference, and a common divisor
+//   x * y + z             ->  fma(x, y, z)                      codegen/fuse.h; where the target has_fma
 //
 // each where it takes no more operations.  A result differs from strict by a few units in the last place of
 // the largest intermediate value; where a divisor is so small that its reciprocal overflows (below 6e-309), a
@@ -26,7 +27,7 @@
 
 namespace dyntape::codegen {
 
-Function simplify(const Function& function, Profile profile);
-Derivatives simplify(Derivatives derivatives, Profile profile);
+Function simplify(const Function& function, Profile profile, bool has_fma = false);
+Derivatives simplify(Derivatives derivatives, Profile profile, bool has_fma = false);
 
 }  // namespace dyntape::codegen

@@ -12,6 +12,25 @@ namespace {
 
 constexpr int kStep = 8;  // rows at once
 
+// x -= m e for a group of rows, rounded once.
+constexpr char kSubtractFused[] = R"(#if defined(__AVX512F__)
+#define SUBTRACT(x, m) x = __builtin_ia32_vfmaddpd512_mask(-(m), e - (group){0}, x, (unsigned char)-1, 4);
+#elif defined(__FMA__)
+typedef double half __attribute__((vector_size(32), aligned(8), may_alias));
+#define SUBTRACT(x, m) { \
+    const group minus = -(m); \
+    half* const h = (half*)&x; \
+    h[0] = __builtin_ia32_vfmaddpd256(((const half*)&minus)[0], e - (half){0}, h[0]); \
+    h[1] = __builtin_ia32_vfmaddpd256(((const half*)&minus)[1], e - (half){0}, h[1]); \
+  }
+#else
+#define SUBTRACT(x, m) { \
+    const group minus = -(m); \
+    for (r = 0; r < 8; ++r) x[r] = __builtin_fma(minus[r], e, x[r]); \
+  }
+#endif
+)";
+
 std::string table(const char* name, const std::vector<int>& values) {
   std::string text = std::string("static const int ") + name + "[] = {";
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -45,14 +64,14 @@ VectorXad MinverseProduct::arguments(const MatrixXad& Minv, const MatrixXad& dta
   return in;
 }
 
-template <class T>
-void MinverseProduct::run(const T* in, T* out) const {
+template <class T, class Subtract>
+void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
   const T* d = in + nv_ * nv_;
   for (int block = 0; block < 2; ++block, out += nv_ * nv_) {
     for (int j = 0, begin = 0; j < nv_; begin = end_[j++]) {
       for (int r = 0; r < nv_; ++r) {
         T x = -(in[path_[begin] * nv_ + r] * d[0]);
-        for (int c = begin + 1; c < end_[j]; ++c) x = x - in[path_[c] * nv_ + r] * d[c - begin];
+        for (int c = begin + 1; c < end_[j]; ++c) x = subtract(x, in[path_[c] * nv_ + r], d[c - begin]);
         out[r * nv_ + j] = x;
       }
       d += end_[j] - begin;
@@ -72,7 +91,7 @@ std::string MinverseProduct::c_loops(const std::string& real, const std::string&
          "  }\n}\n";
 }
 
-std::string MinverseProduct::c_body() const {
+std::string MinverseProduct::c_body(Sums sums) const {
   constexpr int kAtOnce = 6;
   const int groups = (nv_ + kStep - 1) / kStep;
   const std::string n = std::to_string(nv_);
@@ -84,7 +103,8 @@ std::string MinverseProduct::c_body() const {
       const std::string m = "*(const group*)(m + " + at + ") * e";
       declared += (g == first ? "" : ", ") + x;
       started += "      " + x + " = -(" + m + ");\n";
-      summed += "        " + x + " = " + x + " - " + m + ";\n";
+      summed += sums == Sums::kFused ? "        SUBTRACT(" + x + ", *(const group*)(m + " + at + "))\n"
+                                     : "        " + x + " = " + x + " - " + m + ";\n";
       stored += "      *(group*)(x + " + at + ") = " + x + ";\n";
     }
     body += "    {\n      group " + declared + ";\n      m = in + row[begin], e = d[0];\n" + started +
@@ -92,17 +112,19 @@ std::string MinverseProduct::c_body() const {
             summed + "      }\n" + stored + "    }\n";
   }
   return "typedef double group __attribute__((vector_size(64), aligned(8), may_alias));\n" +
+         std::string(sums == Sums::kFused ? kSubtractFused : "") +
          c_loops("double", body + "    for (r = 0; r < " + n + "; ++r) out[r * " + n + " + j] = x[r];\n");
 }
 
-std::string MinverseProduct::c_body_of_lanes() const {
+std::string MinverseProduct::c_body_of_lanes(Sums sums) const {
   const std::string n = std::to_string(nv_);
   std::string declared, started, summed, stored;
   for (int k = 0; k < kStep; ++k) {
-    const std::string x = "x" + std::to_string(k), m = "m[" + std::to_string(k) + "] * e";
+    const std::string x = "x" + std::to_string(k), m = "m[" + std::to_string(k) + "]";
     declared += ", " + x;
-    started += "      " + x + " = -(" + m + ");\n";
-    summed += "        " + x + " = " + x + " - " + m + ";\n";
+    started += "      " + x + " = -(" + m + " * e);\n";
+    summed += "        " + x + " = " +
+              (sums == Sums::kFused ? "dt_fma(-" + m + ", e, " + x + ")" : x + " - " + m + " * e") + ";\n";
     stored += "      out[(at + " + std::to_string(k) + ") * " + n + " + j] = " + x + ";\n";
   }
   return c_loops("reals", "    for (r = 0; r < " + n + "; r += " + std::to_string(kStep) +
@@ -114,22 +136,42 @@ std::string MinverseProduct::c_body_of_lanes() const {
                               stored + "    }\n");
 }
 
-std::shared_ptr<const Callee> MinverseProduct::callee() const {
+// The first row of a column takes a product and a negation, each further one a product and a difference.
+std::vector<OperationCount> MinverseProduct::operations(Sums sums) const {
+  const std::size_t n = static_cast<std::size_t>(nv_), firsts = 2 * n * n,
+                    others = 2 * path_.size() * n - firsts;
+  if (sums == Sums::kFused) return {{Op::Mul, firsts}, {Op::Neg, firsts}, {Op::Fnma, others}};
+  return {{Op::Sub, others}, {Op::Mul, firsts + others}, {Op::Neg, firsts}};
+}
+
+std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
   if (nv_ < kStep) {
     throw ArgumentError("MinverseProduct: the robot has " + std::to_string(nv_) +
                         " degrees of freedom, a loop is for " + std::to_string(kStep) + " or more");
   }
+  const auto apart = [](const auto& x, const auto& a, const auto& b) { return x - a * b; };
+  const auto at_once = [](const auto& x, const auto& a, const auto& b) {
+    using std::fma;
+    return fma(-a, b, x);
+  };
   auto callee = std::make_shared<Callee>();
   callee->name = "minus_minverse_times";
   callee->n_in = static_cast<std::size_t>(nv_) * nv_ + 2 * path_.size();
   callee->n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
-  callee->evaluate = [self = *this](const double* in, double* out) { self.run(in, out); };
-  callee->c_body = c_body();
-  callee->c_body_of_lanes = c_body_of_lanes();
-  callee->unrolled = [self = *this, n_in = callee->n_in, n_out = callee->n_out] {
+  callee->operations = operations(sums);
+  callee->c_body = c_body(sums);
+  callee->c_body_of_lanes = c_body_of_lanes(sums);
+  if (sums == Sums::kFused) {
+    callee->evaluate = [self = *this, at_once](const double* in, double* out) { self.run(in, out, at_once); };
+  } else {
+    callee->evaluate = [self = *this, apart](const double* in, double* out) { self.run(in, out, apart); };
+    callee->fused = [self = *this] { return self.callee(Sums::kFused); };
+  }
+  callee->unrolled = [self = *this, sums, apart, at_once, n_in = callee->n_in, n_out = callee->n_out] {
     return std::make_shared<const Function>(record("minus_minverse_times", n_in, [&](const VectorXad& in) {
       VectorXad out(static_cast<Eigen::Index>(n_out));
-      self.run(in.data(), out.data());
+      sums == Sums::kFused ? self.run(in.data(), out.data(), at_once)
+                           : self.run(in.data(), out.data(), apart);
       return out;
     }));
   };

@@ -28,16 +28,19 @@ class MinverseProduct {
   // Whether a loop beats straight-line code.
   bool is_worth_a_loop() const;
 
+  // kFused: fma, which differs in last bits; it is what kApart becomes in the profile fast (Callee::fused).
+  enum class Sums { kApart, kFused };
   // ArgumentError for robots of fewer than eight degrees of freedom.
-  std::shared_ptr<const Callee> callee() const;
+  std::shared_ptr<const Callee> callee(Sums sums = Sums::kApart) const;
   VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv) const;
 
  private:
-  template <class T>
-  void run(const T* in, T* out) const;
+  template <class T, class Subtract>
+  void run(const T* in, T* out, Subtract subtract) const;
+  std::vector<OperationCount> operations(Sums sums) const;
   std::string c_loops(const std::string& real, const std::string& body) const;
-  std::string c_body() const;
-  std::string c_body_of_lanes() const;
+  std::string c_body(Sums sums) const;
+  std::string c_body_of_lanes(Sums sums) const;
 
   int nv_;
   std::vector<int> path_;  // the rows of each column, one after the other

@@ -241,7 +241,8 @@ TEST_P(OpSheet, TheGraphAppliesTheLawsThatAreClaimed) {
   const NodeId x = g.input(Block::kVariables, 0), y = g.input(Block::kVariables, 1);
   const NodeId zero = g.constant(0), one = g.constant(1), minus = g.make(Op::Neg, x);
   if (laws & kCommutative) {
-    EXPECT_EQ(g.make(op(), x, y), g.make(op(), y, x));
+    const NodeId z = arity() > 2 ? g.input(Block::kVariables, 2) : kNoNode;
+    EXPECT_EQ(g.make(op(), x, y, z), g.make(op(), y, x, z));
   }
   if (laws & kZeroLeft) {
     EXPECT_EQ(g.make(op(), zero, x), x);

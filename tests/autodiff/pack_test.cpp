@@ -64,11 +64,16 @@ void every_function() {
   Lanes<N>::compare(                                \
       #fn, [](auto x, auto y) { return fn(x, y); }, \
       [](long double x, long double y) { return std::fn(x, y); }, lo, hi);
+#define DYNTAPE_TEST_3(fn, lo, hi)                     \
+  Lanes<N>::compare(                                   \
+      #fn, [](auto x, auto y) { return fn(x, y, x); }, \
+      [](long double x, long double y) { return std::fn(x, y, x); }, lo, hi);
 #include <dyntape/autodiff/ops.def>
 #undef OP
 #undef FN
 #undef DYNTAPE_TEST_1
 #undef DYNTAPE_TEST_2
+#undef DYNTAPE_TEST_3
 }
 
 TEST(Pack, EveryFunctionOfTheTableHasTheBitsOfOneLane) {

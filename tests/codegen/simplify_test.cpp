@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/interpret.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/flags.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -58,7 +59,8 @@ Function rational(Random& random, std::size_t outputs) {
 TEST(Simplify, StrictChangesNothing) {
   Random random(51);
   const Function f = rational(random, 5);
-  EXPECT_EQ(content_hash(simplify(f, Profile::kStrict)), content_hash(f));
+  for (const bool has_fma : {false, true})
+    EXPECT_EQ(content_hash(simplify(f, Profile::kStrict, has_fma)), content_hash(f));
 }
 
 TEST(Simplify, ReciprocalsAreShared) {
@@ -92,6 +94,66 @@ TEST(Simplify, CommonFactorsAreTakenOut) {
       << "the product is needed anyway";
 }
 
+// With x[0], ..., x[7] by name.
+template <class F>
+Function of_eight(F&& f) {
+  return record("eight", 8, [&](const VectorXad& x) {
+    const std::vector<AD> y = f(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7]);
+    return VectorXad(Eigen::Map<const VectorXad>(y.data(), static_cast<Eigen::Index>(y.size())));
+  });
+}
+
+TEST(Simplify, ProductsAreFusedIntoSums) {
+  const auto fast = [](const Function& f) { return simplify(f, Profile::kFast, true); };
+  const Function each = fast(of_eight([](auto a, auto b, auto c, auto...) {
+    return std::vector<AD>{a * b + c, a * c - b, a - b * c};
+  }));
+  EXPECT_EQ(count(each, Op::Fma), 1u);
+  EXPECT_EQ(count(each, Op::Fms), 1u);
+  EXPECT_EQ(count(each, Op::Fnma), 1u);
+  EXPECT_EQ(total_operations(each), 3u);
+
+  const Function shared = fast(of_eight([](auto a, auto b, auto c, auto d, auto...) {
+    const AD product = a * b;
+    return std::vector<AD>{product + c, d - product};
+  }));
+  EXPECT_EQ(total_operations(shared), 2u) << "into all of its sums";
+  const Function needed = fast(of_eight([](auto a, auto b, auto c, auto...) {
+    const AD product = a * b;
+    return std::vector<AD>{product + c, sin(product)};
+  }));
+  EXPECT_EQ(count(needed, Op::Fma), 0u) << "the product is needed anyway";
+
+  const auto tree = of_eight([](auto a, auto b, auto c, auto d, auto e, auto f, auto g, auto h) {
+    return std::vector<AD>{(a * b + c * d) + (e * f - g * h)};
+  });
+  EXPECT_EQ(count(fast(tree), Op::Mul), 1u);
+  EXPECT_EQ(total_operations(fast(tree)), 4u);
+  const auto mixed = of_eight([](auto a, auto b, auto c, auto d, auto e, auto f, auto...) {
+    return std::vector<AD>{(e - f) - (a * b + c * d)};
+  });
+  EXPECT_EQ(total_operations(fast(mixed)), 3u);
+  EXPECT_EQ(total_operations(simplify(tree, Profile::kFast, false)), 7u) << "where there is no instruction";
+}
+
+TEST(Simplify, AProcessorWithoutFmaGetsNone) {
+  using codegen::has_fma;
+  EXPECT_FALSE(has_fma({"-march=x86-64"}));
+  EXPECT_FALSE(has_fma({"-O3", "-mno-fma"}));
+  EXPECT_TRUE(has_fma({"-march=x86-64", "-mfma"}));
+  EXPECT_EQ(has_fma({"-march=x86-64", "-march=native"}), has_fma({}));
+  const Function f = of_eight([](auto a, auto b, auto c, auto...) { return std::vector<AD>{a * b + c}; });
+  CodegenOptions options;
+  options.order = Order::kValue;
+  options.profile = Profile::kFast;
+  options.flags = {"-march=x86-64"};
+  EXPECT_EQ(generate_source(f, options).text.find("fma("), std::string::npos);
+  EXPECT_EQ(generate_embedded(f, options).source.text.find("fma("), std::string::npos);
+  options.flags = {"-mfma"};
+  EXPECT_NE(generate_source(f, options).text.find("fma("), std::string::npos);
+  EXPECT_EQ(generate_embedded(f, options).source.text.find("fma("), std::string::npos) << "another target";
+}
+
 // Values, Jacobian and Hessian in full: fast may find that an entry is zero everywhere and drop it.
 std::vector<double> in_full(const Derivatives& d, const std::vector<double>& out) {
   std::vector<double> full(out.begin(), out.begin() + std::ptrdiff_t(d.n_y));
@@ -111,16 +173,21 @@ TEST(Simplify, ValuesStayWithinTheTolerance) {
     SCOPED_TRACE(random.seed_text());
     const Function f = rational(random, 20);
     const Derivatives strict = derive(f, Order::kSecond);
-    const Derivatives fast = simplify(derive(simplify(f, Profile::kFast), Order::kSecond), Profile::kFast);
-    EXPECT_LT(total_operations(fast.function), total_operations(strict.function));
-    for (int k = 0; k < 20; ++k) {
-      const auto x = random.vector(5, 0.5, 2.0), w = random.vector(20, -1, 1);
-      const auto a = in_full(strict, evaluate(strict.function, x, {}, w)),
-                 b = in_full(fast, evaluate(fast.function, x, {}, w));
-      ASSERT_EQ(a.size(), b.size());
-      // Terms are below 8, their derivatives below 200, and sums have some hundred of them.
-      for (std::size_t i = 0; i < a.size(); ++i)
-        ASSERT_NEAR(a[i], b[i], 1e-12 * std::max(1.0, std::abs(a[i]))) << i;
+    std::size_t operations = total_operations(strict.function);
+    for (const bool has_fma : {false, true}) {
+      const Derivatives fast =
+          simplify(derive(simplify(f, Profile::kFast, has_fma), Order::kSecond), Profile::kFast, has_fma);
+      EXPECT_LT(total_operations(fast.function), operations);
+      operations = total_operations(fast.function);
+      for (int k = 0; k < 20; ++k) {
+        const auto x = random.vector(5, 0.5, 2.0), w = random.vector(20, -1, 1);
+        const auto a = in_full(strict, evaluate(strict.function, x, {}, w)),
+                   b = in_full(fast, evaluate(fast.function, x, {}, w));
+        ASSERT_EQ(a.size(), b.size());
+        // Terms are below 8, their derivatives below 200, and sums have some hundred of them.
+        for (std::size_t i = 0; i < a.size(); ++i)
+          ASSERT_NEAR(a[i], b[i], 1e-12 * std::max(1.0, std::abs(a[i]))) << i;
+      }
     }
   }
 }
@@ -149,13 +216,43 @@ TEST(Simplify, EveryRouteAndKernelHasTheSameBits) {
   }
 }
 
+TEST(Simplify, LanesHaveTheBitsOfTheInterpreter) {
+  Random random(54);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = rational(random, 8);
+  CodegenOptions options;
+  options.order = Order::kValue;
+  options.profile = Profile::kFast;
+  options.use_cache = false;
+  options.lanes = Lanes::kAll;
+  const Function fast = simplify(compact(f), Profile::kFast, codegen::has_fma({}));
+  for (unsigned width : {2u, 4u, 8u}) {
+    options.widest_lanes = width;
+    const CompiledFunction compiled = CompiledFunction::make(f, options);
+    CompiledFunction::Workspace workspace(compiled);
+    constexpr std::size_t kPoints = 40;
+    const auto x = random.vector(5 * kPoints, -2, 2);
+    std::vector<double> y(8 * kPoints);
+    Points points;
+    points.lanes = kPoints;
+    points.x = x.data();
+    points.y = y.data();
+    ASSERT_FALSE(compiled.run(Order::kValue, points, workspace));
+    for (std::size_t i = 0; i < kPoints; ++i) {
+      const auto expected = evaluate(fast, {&x[5 * i], &x[5 * i] + 5});
+      for (std::size_t k = 0; k < 8; ++k)
+        ASSERT_TRUE(testing::same(y[8 * i + k], expected[k])) << "of " << width << " lanes, point " << i;
+    }
+  }
+}
+
 TEST(Simplify, NaNAndInfinityAreNotAssumedAway) {
   const Function f = record("limits", 2, [](const VectorXad& x) {
     VectorXad y(2);
     y << x[0] / x[1], 2.0 / x[1] + x[0] * 3.0 - x[0] * 4.0;
     return y;
   });
-  const Function fast = simplify(f, Profile::kFast);
+  const Function fast = simplify(f, Profile::kFast, true);
   const double inf = std::numeric_limits<double>::infinity(), nan = std::numeric_limits<double>::quiet_NaN();
   for (const std::vector<double>& x :
        {std::vector{1.0, 0.0}, {0.0, 0.0}, {inf, 2.0}, {nan, 1.0}, {1.0, nan}, {1.0, inf}}) {
@@ -170,7 +267,7 @@ TEST(Simplify, GuardsKeepTheirConditions) {
     const AD ratio = x[0] / x[2] + x[1] / x[2];
     return one(ratio < 1.0 ? ratio : ratio * 2.0);
   });
-  const Function fast = simplify(f, Profile::kFast);
+  const Function fast = simplify(f, Profile::kFast, true);
   ASSERT_EQ(fast.guards.size(), 1u);
   Random random(53);
   SCOPED_TRACE(random.seed_text());
