@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/function/robot_callee.h>
 
+#include <algorithm>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/interface/function/robot_functions.h>
@@ -51,9 +53,13 @@ VectorXad product(const MatrixXad& A, const VectorXad& x) {
   return y;
 }
 
+bool has_one_coordinate(const dynamics::Joint<double>& joint) {
+  return dynamics::nq(joint.type) == 1 && dynamics::nv(joint.type) == 1;
+}
+
 void check_joints(const Model<double>& model) {
   for (const auto& joint : model.joints) {
-    if (dynamics::nq(joint.type) == 1 && dynamics::nv(joint.type) == 1) continue;
+    if (has_one_coordinate(joint)) continue;
     throw ArgumentError(
         "model \"" + model.name + "\": joint \"" + joint.name + "\" is " + dynamics::to_string(joint.type) +
         "; dynamics as a callee need joints of one coordinate (revolute, prismatic, helical)");
@@ -105,6 +111,22 @@ std::shared_ptr<const Callee> inverse_dynamics_callee(const Model<double>& model
 std::shared_ptr<const Callee> forward_dynamics_callee(const Model<double>& model) {
   return robot_callee(model,
                       {RobotFunction::kAba, RobotFunction::kFdDerivatives, RobotFunction("fd-hessian")});
+}
+
+bool is_worth_callees(const Model<double>& model) {
+  return model.nv >= 3 && std::all_of(model.joints.begin(), model.joints.end(), has_one_coordinate);
+}
+
+Function record_differentiable(const Model<double>& model, const RobotFunction& function) {
+  Function value = record_robot_function(model, function);
+  const bool is_forward = function.row() == RobotFunction::kAba.row();
+  const bool is_dynamics = is_forward || function.row() == RobotFunction::kRnea.row();
+  if (!is_dynamics || !function.mimics.empty() || !is_worth_callees(model)) return value;
+  const auto callee = is_forward ? forward_dynamics_callee(model) : inverse_dynamics_callee(model);
+  Function called = record(value.name, callee->n_in, [&](const VectorXad& x) { return call(callee, x); });
+  called.input_names = std::move(value.input_names);
+  called.output_names = std::move(value.output_names);
+  return called;
 }
 
 }  // namespace dyntape

@@ -17,7 +17,7 @@
 #include <memory>
 
 #include <dyntape/autodiff/callee.h>
-#include <dyntape/dynamics/model.h>
+#include <dyntape/interface/function/robot_functions.h>
 
 namespace dyntape {
 
@@ -25,5 +25,13 @@ namespace dyntape {
 std::shared_ptr<const Callee> inverse_dynamics_callee(const dynamics::Model<double>& model);
 // (q, v, tau) -> ddq, dynamics::aba.
 std::shared_ptr<const Callee> forward_dynamics_callee(const dynamics::Model<double>& model);
+
+// Whether the joints allow them, and are so many (three) that they pay: with fewer the derivatives of the recorded
+// value are as short.
+bool is_worth_callees(const dynamics::Model<double>& model);
+
+// A function of the table that is going to be derived: rnea and aba through their callee where it
+// pays, anything else as record_robot_function() records it.
+Function record_differentiable(const dynamics::Model<double>& model, const RobotFunction& function);
 
 }  // namespace dyntape

@@ -75,8 +75,7 @@ Model<double> acting_model(const RobotScene& scene) {
 }
 
 // Both scalars of the plant.  The taped one is made within the recording that asks for it: an AD belongs to
-// one recording.  Its dynamics are callees, whose derivatives are the analytic ones; with fewer than three joints
-// those of the recorded value are as short.
+// one recording.  Its dynamics are callees, whose derivatives are the analytic ones, where that pays.
 struct Plants {
   RobotScene scene;
   std::vector<int> dofs;
@@ -89,7 +88,7 @@ struct Plants {
         dofs(actuated_dofs(s)),
         gain(std::move(gains)),
         plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {
-    if (s.model.nv < 3 || !s.effects.wrenches.empty()) return;
+    if (!is_worth_callees(s.model) || !s.effects.wrenches.empty()) return;
     forward_callee = forward_dynamics_callee(acting_model(s));
     inverse_callee = inverse_dynamics_callee(acting_model(s));
   }
@@ -122,9 +121,7 @@ StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
 
 StageFunction scaled_residual(const std::shared_ptr<const Plants>& plants, const Eigen::VectorXd& scale) {
   return {
-      [=](const Stage<AD>& s) {
-        return VectorXad(plants->missing(s).cwiseProduct(scale.cast<AD>()));
-      },
+      [=](const Stage<AD>& s) { return VectorXad(plants->missing(s).cwiseProduct(scale.cast<AD>())); },
       [=](const Stage<double>& s) {
         return Eigen::VectorXd((plants->plain->inverse(s) - plants->plain->torque(s)).cwiseProduct(scale));
       }};

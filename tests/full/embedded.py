@@ -7,6 +7,7 @@
 Panda's rnea with Jacobian and its fd-derivatives at 20 states.  With --own-trig the results are the host's bit
 for bit; with libm, whose sin and cos differ, to rounding; in float within a tolerance of the double results.
 On the Cortex-M7 the stack is measured by painting it, and has to be what the banner states.
+Last, the usual text on aarch64: its kernel of two lanes against the one of a single state.
 """
 import json
 import pathlib
@@ -52,6 +53,11 @@ def difference(found, expected):
     return max(abs(a - b) for a, b in zip(found, expected)) / max(abs(b) for b in expected)
 
 
+def banner_flags(text):
+    """What the banner says to compile with."""
+    return re.search(r'compile with +(.*?)and never', text, re.S)[1].replace('*', '').split()
+
+
 class Case:
     def __init__(self, dyntape, source, work, function, order, variant):
         self.function, self.variant = function, variant
@@ -75,7 +81,7 @@ class Case:
     def compile(self, compiler, target, more):
         """The text with the flags of its banner, warnings being errors."""
         text = pathlib.Path(self.report['files'][0])
-        flags = re.search(r'compile with +(.*?)and never', text.read_text(), re.S)[1].replace('*', '').split()
+        flags = banner_flags(text.read_text())
         program = self.folder / pathlib.Path(compiler[0]).name
         run([*compiler, *flags, '-std=c99', '-Wall', '-Wextra', '-Werror', '-I', self.folder, '-I', self.harness,
              *self.defines, self.harness / 'harness.c', self.harness / target, text, '-o', program, *more])
@@ -92,6 +98,25 @@ class Case:
         return {'host': run([host]), 'aarch64': run(['qemu-aarch64', '-L', '/usr/aarch64-linux-gnu', arm64]),
                 'cortex-m7': run(['qemu-system-arm', '-M', 'mps2-an500', '-display', 'none', '-monitor', 'none',
                                   '-serial', 'none', '-semihosting-config', 'enable=on,target=native', '-kernel', m7])}
+
+
+def lanes_on_arm64(dyntape, source, work, function):
+    """What the program says that compares the kernels of one and of two lanes."""
+    folder = work / 'lanes' / function
+    folder.mkdir(parents=True)
+    run([dyntape, 'generate', source / 'config/robots/panda.urdf', '--function', function, '--output', folder])
+    text = next(folder.glob('*.c'))
+    flags = banner_flags(text.read_text())
+    descriptor = re.search(r'dyntape_[0-9a-f]{32}', text.read_text())[0]
+    compiler = ['aarch64-linux-gnu-gcc', '-O2', '-std=c99', '-Wall', '-Wextra', '-Werror', *flags]
+    objects = []
+    for name, define in (('one', '-DDYNTAPE_X2'), ('two', '-DDYNTAPE_LANES=2')):
+        objects.append(folder / f'{name}.o')
+        run([*compiler, define, '-c', text, '-o', objects[-1]])
+    program = folder / 'lanes'
+    run([*compiler, '-I', folder, f'-DHEADER="{text.stem}.h"', f'-DDESCRIPTOR={descriptor}',
+         source / 'tests/full/embedded/lanes.c', *objects, '-o', program, '-lm'])
+    return run(['qemu-aarch64', '-L', '/usr/aarch64-linux-gnu', program]).strip()
 
 
 def main():
@@ -130,6 +155,9 @@ def main():
             room = 800 if variant == 'libm' else 100
             report(case.stack * 0.9 <= stack <= case.stack + room,
                    f'{function} {variant} cortex-m7: stack {stack} bytes, stated {case.stack}')
+    for function in ('rnea', 'fd-derivatives'):
+        said = lanes_on_arm64(dyntape, source, work, function)
+        report(said.startswith('0 of '), f'{function} two lanes on aarch64: {said}')
     sys.exit(1 if faults else 0)
 
 

@@ -147,6 +147,24 @@ TEST(RobotCallees, WhatTheDerivativesAreEntersTheKey) {
   EXPECT_EQ(content_hash(f(known), 2), content_hash(f(inverse_dynamics_callee(arm)), 2));
 }
 
+TEST(RobotCallees, FunctionsToBeDerivedUseThem) {
+  const Model<double> arm = robot("ur5");
+  const RobotFunction rnea = RobotFunction::kRnea;
+  const Function f = record_differentiable(arm, rnea), plain = record_robot_function(arm, rnea);
+  EXPECT_EQ(f.name, plain.name);
+  EXPECT_EQ(f.input_names, plain.input_names);
+  EXPECT_EQ(f.output_names, plain.output_names);
+  EXPECT_EQ(content_hash(dissolved(f)), content_hash(plain));
+  EXPECT_LT(2 * total_operations(derive(f, Order::kSecond).function),
+            total_operations(derive(plain, Order::kSecond).function));
+  // Two joints, joints of several coordinates, other functions: recorded as they are.
+  EXPECT_EQ(content_hash(record_differentiable(robot("arm_2r"), rnea)),
+            content_hash(record_robot_function(robot("arm_2r"), rnea)));
+  const Model<double> afloat = robot("solo12", dynamics::Base::kFloating);
+  EXPECT_TRUE(record_differentiable(afloat, rnea).graph.callees().empty());
+  EXPECT_TRUE(record_differentiable(arm, RobotFunction::kCrba).graph.callees().empty());
+}
+
 TEST(RobotCallees, JointsOfSeveralCoordinatesAreRefused) {
   try {
     inverse_dynamics_callee(robot("solo12", dynamics::Base::kFloating));

@@ -10,7 +10,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/stack_usage.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/interface/function/robot_callee.h>
 #include <dyntape/interface/io/table.h>
 
 #include "function_options.h"
@@ -107,7 +107,7 @@ void run(const Options& options) {
   codegen.label = robot.model.name + "_" + options.function.name;
 
   const auto start = std::chrono::steady_clock::now();
-  const Function recorded = record_robot_function(robot.model, function);
+  const Function recorded = record_differentiable(robot.model, function);
   const double record_seconds = seconds_since(start);
   if (options.embedded) return run_embedded(options, recorded, codegen);
   const codegen::Source source = generate_source(recorded, codegen);
