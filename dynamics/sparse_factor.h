@@ -5,6 +5,7 @@
 //   SparseFactor<double> factor(data.tree, model.parent);       // once
 //   factor.compute(crba(model, data, q));
 //   VectorX<double> a = factor.solve(tau);                      // M a = tau
+//   MatrixX<double> W = factor.inverse_of_L();                  // M^-1 = W D^-1 W^T
 //
 // L (nv x nv) is unit lower triangular with entries where M has them: (i, j) for j on the path from i to its root.
 // It is found from the last dof to the first (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, 6.5): the
@@ -14,6 +15,7 @@
 
 #include <dyntape/dynamics/data.h>
 
+#include <algorithm>
 #include <vector>
 
 namespace dyntape::dynamics {
@@ -59,6 +61,40 @@ class SparseFactor {
       for (int i = above_[k]; i >= 0; i = above_[i]) b[k] -= L_(k, i) * b[i];
     }
     return b;
+  }
+
+  // Unit lower triangular, with entries where L has them: column j of W solves L w = e_j.
+  MatrixX<T> inverse_of_L() const {
+    const int nv = static_cast<int>(above_.size());
+    MatrixX<T> W = MatrixX<T>::Identity(nv, nv);
+    for (int k = 0; k < nv; ++k) {
+      for (int j = above_[k]; j >= 0; j = above_[j]) {
+        T sum = L_(k, j);
+        for (int i = above_[k]; i > j; i = above_[i]) sum += L_(k, i) * W(i, j);
+        W(k, j) = -sum;
+      }
+    }
+    return W;
+  }
+
+  // M^-1, symmetric to the last bit: entry (i, j) sums over the dofs that are on the way from both to the root.
+  MatrixX<T> inverse() const {
+    const int nv = static_cast<int>(above_.size());
+    const MatrixX<T> W = inverse_of_L();
+    MatrixX<T> inverse = MatrixX<T>::Zero(nv, nv);
+    std::vector<char> is_above(above_.size());
+    for (int i = 0; i < nv; ++i) {
+      std::fill(is_above.begin(), is_above.end(), 0);
+      for (int k = i; k >= 0; k = above_[k]) is_above[k] = 1;
+      for (int j = 0; j <= i; ++j) {
+        T sum = T(0);
+        for (int k = j; k >= 0; k = above_[k]) {
+          if (is_above[k]) sum += W(i, k) * T(W(j, k) * D_inverse_[k]);
+        }
+        inverse(i, j) = inverse(j, i) = sum;
+      }
+    }
+    return inverse;
   }
 
   const MatrixX<T>& L() const { return L_; }                  // (nv x nv) unit lower triangle

@@ -32,12 +32,20 @@ void spread_column_motions(const Model<T>& model, Data<T>& data, const VectorRef
   }
 }
 
+// int u dm and int r x u dm, which is the axial vector of U: the momentum of what moves with u.
+template <class T>
+DYNTAPE_INLINE Force<T> momentum(const VelocityProduct<T>& w) {
+  return {w.p, {w.U.at(2, 1) - w.U.at(1, 2), w.U.at(0, 2) - w.U.at(2, 0), w.U.at(1, 0) - w.U.at(0, 1)}};
+}
+
+// f_i = I a + v x* I v - f_ext as in body_forces(), with the momentum that the velocity products hold.
 template <class T>
 void start_bodies(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
-  body_forces(model, data, true, acting);
   for (int i = 0; i < model.njoints(); ++i) {
     data.composites[i] = composite(model.inertias[i]);
     data.velocity_products[i] = velocity_product(data.composites[i], data.v[i]);
+    data.f[i] = data.composites[i] * data.a_gf[i] + cross(data.v[i], momentum(data.velocity_products[i]));
+    if (acting.external) data.f[i] = data.f[i] - (*acting.external)[i];
   }
 }
 

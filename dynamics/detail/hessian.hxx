@@ -7,6 +7,7 @@
 // there.  All that is under way through one joint stands side by side, a subtree's columns in one piece.
 #pragma once
 
+#include <dyntape/dynamics/detail/derivatives.hxx>
 #include <dyntape/dynamics/detail/moving_bodies.hxx>
 
 namespace dyntape::dynamics {
@@ -45,12 +46,6 @@ void move_along_mu(const Model<T>& model, const Data<T>& data, Hessian<T>& h, co
     accumulate(data.X_PB[i], h.m_products[i], h.m_products[p]);
     h.couples[p] += data.X_PB[i].R * h.couples[i];
   }
-}
-
-// Momentum under mu of the bodies beyond a joint: int m, int x x m dm.
-template <class T>
-Force<T> momentum(const VelocityProduct<T>& m) {
-  return {m.p, Vector3<T>(m.U(2, 1) - m.U(1, 2), m.U(0, 2) - m.U(2, 0), m.U(1, 0) - m.U(0, 1))};
 }
 
 // Column k of joint i sets out, from position `at`.

@@ -41,40 +41,57 @@ std::string table(const char* name, const std::vector<int>& values) {
 
 }  // namespace
 
-MinverseProduct::MinverseProduct(const dynamics::Tree& tree)
-    : nv_(static_cast<int>(tree.dofs.size())), path_(tree.path), end_(tree.path_end) {}
+MinverseProduct::MinverseProduct(const dynamics::Tree& tree, Base base)
+    : nv_(static_cast<int>(tree.dofs.size())), path_(tree.path), end_(tree.path_end) {
+  if (base == Base::kFree) known_ = {6, 3};
+}
 
 bool MinverseProduct::is_worth_a_loop() const {
   constexpr std::size_t kMultiplications = 5000;  // below, straight-line code is as quick
   return nv_ >= kStep && 2 * path_.size() * static_cast<std::size_t>(nv_) >= kMultiplications;
 }
 
+std::size_t MinverseProduct::n_in() const {
+  const int given = static_cast<int>(path_.size()) - begin(known_[0]) + static_cast<int>(path_.size()) -
+                    begin(known_[1]) + (known_[0] ? 6 : 0);
+  return static_cast<std::size_t>(nv_ * nv_ + given);
+}
+
 VectorXad MinverseProduct::arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq,
-                                     const MatrixXad& dtau_dv) const {
-  VectorXad in(nv_ * nv_ + 2 * static_cast<Eigen::Index>(path_.size()));
+                                     const MatrixXad& dtau_dv, const Vector3ad& gravity,
+                                     const Vector3ad& turn) const {
+  VectorXad in(static_cast<Eigen::Index>(n_in()));
   Eigen::Index next = 0;
   for (int k = 0; k < nv_; ++k) {
     for (int r = 0; r < nv_; ++r) in[next++] = Minv(r, k);
   }
-  for (const MatrixXad* D : {&dtau_dq, &dtau_dv}) {
-    for (int j = 0, c = 0; j < nv_; ++j) {
-      for (; c < end_[j]; ++c) in[next++] = (*D)(path_[c], j);
+  for (int block = 0; block < 2; ++block) {
+    const MatrixXad& D = block ? dtau_dv : dtau_dq;
+    for (int j = known_[block], c = begin(j); j < nv_; ++j) {
+      for (; c < end_[j]; ++c) in[next++] = D(path_[c], j);
     }
   }
+  if (known_[0]) in.tail(6) << gravity, -turn;
   return in;
 }
 
 template <class T, class Subtract>
 void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
-  const T* d = in + nv_ * nv_;
-  for (int block = 0; block < 2; ++block, out += nv_ * nv_) {
-    for (int j = 0, begin = 0; j < nv_; begin = end_[j++]) {
+  const T *d = in + nv_ * nv_, *u = in + n_in() - 6;
+  for (int block = 0; block < 2; ++block, out += nv_ * nv_, u += 3) {
+    const int known = known_[block];
+    for (int r = 0; r < nv_; ++r) std::fill_n(out + r * nv_, known, T(0));
+    for (int k = 0; k < 3 && known; ++k) {
+      out[k * nv_ + known - 3 + (k + 1) % 3] = -u[(k + 2) % 3];
+      out[k * nv_ + known - 3 + (k + 2) % 3] = u[(k + 1) % 3];
+    }
+    for (int j = known; j < nv_; ++j) {
       for (int r = 0; r < nv_; ++r) {
-        T x = -(in[path_[begin] * nv_ + r] * d[0]);
-        for (int c = begin + 1; c < end_[j]; ++c) x = subtract(x, in[path_[c] * nv_ + r], d[c - begin]);
+        T x = -(in[path_[begin(j)] * nv_ + r] * d[0]);
+        for (int c = begin(j) + 1; c < end_[j]; ++c) x = subtract(x, in[path_[c] * nv_ + r], d[c - begin(j)]);
         out[r * nv_ + j] = x;
       }
-      d += end_[j] - begin;
+      d += end_[j] - begin(j);
     }
   }
 }
@@ -85,10 +102,22 @@ std::string MinverseProduct::c_loops(const std::string& real, const std::string&
   const std::string n = std::to_string(nv_), block = std::to_string(nv_ * nv_);
   std::vector<int> row_starts;
   for (const int row : path_) row_starts.push_back(row * nv_);
-  return table("row", row_starts) + table("end", end_) + "const " + real + " *m, *d = in + " + block +
-         ";\nint block, j, c, r, begin;\nfor (block = 0; block < 2; ++block, out += " + block +
-         ") {\n  for (j = 0, begin = 0; j < " + n + "; d += end[j] - begin, begin = end[j++]) {\n" + body +
-         "  }\n}\n";
+  std::string text = table("row", row_starts) + table("end", end_) + "const " + real + " *m, *d = in + " +
+                     block + ";\nint block, j, c, r, begin;\n";
+  std::string columns_known, from = "j = 0, begin = 0";
+  if (known_[0]) {
+    const std::string twice = std::to_string(2 * nv_);
+    text += "const " + real + " *u = in + " + std::to_string(n_in() - 6) + ", zero = {0};\n" + real +
+            "* o;\nint known;\n";
+    columns_known = "  known = block ? 3 : 6;\n  o = out + known - 3;\n  for (r = 0; r < " + n +
+                    "; ++r) {\n    for (j = 0; j < known; ++j) out[r * " + n +
+                    " + j] = zero;\n  }\n  o[1] = -u[2], o[2] = u[1];\n  o[" + n + "] = u[2], o[" + n +
+                    " + 2] = -u[0];\n  o[" + twice + "] = -u[1], o[" + twice + " + 1] = u[0];\n";
+    from = "j = known, begin = end[known - 1]";
+  }
+  return text + "for (block = 0; block < 2; ++block, out += " + block + (known_[0] ? ", u += 3" : "") +
+         ") {\n" + columns_known + "  for (" + from + "; j < " + n +
+         "; d += end[j] - begin, begin = end[j++]) {\n" + body + "  }\n}\n";
 }
 
 std::string MinverseProduct::c_body(Sums sums) const {
@@ -138,10 +167,11 @@ std::string MinverseProduct::c_body_of_lanes(Sums sums) const {
 
 // The first row of a column takes a product and a negation, each further one a product and a difference.
 std::vector<OperationCount> MinverseProduct::operations(Sums sums) const {
-  const std::size_t n = static_cast<std::size_t>(nv_), firsts = 2 * n * n,
-                    others = 2 * path_.size() * n - firsts;
-  if (sums == Sums::kFused) return {{Op::Mul, firsts}, {Op::Neg, firsts}, {Op::Fnma, others}};
-  return {{Op::Sub, others}, {Op::Mul, firsts + others}, {Op::Neg, firsts}};
+  const auto n = static_cast<std::size_t>(nv_), of_path = n_in() - n * n - (known_[0] ? 6 : 0),
+             firsts = n * (2 * n - static_cast<std::size_t>(known_[0] + known_[1])),
+             others = n * of_path - firsts, negations = firsts + (known_[0] ? 6 : 0);
+  if (sums == Sums::kFused) return {{Op::Mul, firsts}, {Op::Neg, negations}, {Op::Fnma, others}};
+  return {{Op::Sub, others}, {Op::Mul, firsts + others}, {Op::Neg, negations}};
 }
 
 std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
@@ -156,7 +186,7 @@ std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
   };
   auto callee = std::make_shared<Callee>();
   callee->name = "minus_minverse_times";
-  callee->n_in = static_cast<std::size_t>(nv_) * nv_ + 2 * path_.size();
+  callee->n_in = n_in();
   callee->n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
   callee->operations = operations(sums);
   callee->c_body = c_body(sums);

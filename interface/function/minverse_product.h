@@ -11,6 +11,7 @@
 // The sums run in the order of dynamics::fd_derivatives and have its bits.
 #pragma once
 
+#include <array>
 #include <memory>
 #include <string>
 #include <vector>
@@ -23,7 +24,12 @@ namespace dyntape {
 
 class MinverseProduct {
  public:
-  explicit MinverseProduct(const dynamics::Tree& tree);
+  using Vector3ad = Eigen::Matrix<AD, 3, 1>;
+
+  // kFree: the first joint is a free-flyer.  What its position, orientation and linear velocity do to accelerations
+  // is known without M: a body in free fall sees gravity turn, and w x v in its own frame; nothing else changes.
+  enum class Base { kAny, kFree };
+  explicit MinverseProduct(const dynamics::Tree& tree, Base base = Base::kAny);
 
   // Whether a loop beats straight-line code.
   bool is_worth_a_loop() const;
@@ -32,9 +38,14 @@ class MinverseProduct {
   enum class Sums { kApart, kFused };
   // ArgumentError for robots of fewer than eight degrees of freedom.
   std::shared_ptr<const Callee> callee(Sums sums = Sums::kApart) const;
-  VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv) const;
+  // Of a free base also gravity and the angular velocity, both in its frame.
+  VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv,
+                      const Vector3ad& gravity = Vector3ad::Zero(),
+                      const Vector3ad& turn = Vector3ad::Zero()) const;
 
  private:
+  int begin(int j) const { return j == 0 ? 0 : end_[j - 1]; }
+  std::size_t n_in() const;
   template <class T, class Subtract>
   void run(const T* in, T* out, Subtract subtract) const;
   std::vector<OperationCount> operations(Sums sums) const;
@@ -43,8 +54,9 @@ class MinverseProduct {
   std::string c_body_of_lanes(Sums sums) const;
 
   int nv_;
-  std::vector<int> path_;  // the rows of each column, one after the other
-  std::vector<int> end_;   // where those of a column end
+  std::array<int, 2> known_ = {0, 0};  // the first columns of the two results that need no product
+  std::vector<int> path_;              // the rows of each column, one after the other
+  std::vector<int> end_;               // where those of a column end
 };
 
 }  // namespace dyntape

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/dynamics/configuration.h>
+#include <dyntape/interface/function/factored_dynamics.h>
 #include <dyntape/interface/function/minverse_product.h>
 #include <dyntape/interface/function/robot_rows.h>
 
@@ -47,8 +48,8 @@ Function record_analytic(const Model<double>& model, const RobotFunction& functi
   return loops ? record_analytic_with_loop(model) : record_row(model, function);
 }
 
-// Above so many operations the analytic recording is taken without a look at the other: on every robot of
-// config/ with two joints or more it has 0.3 to 0.9 times as many operations (the tests print the table), and
+// Above so many operations the differentiated recording is not looked at: on every robot of
+// config/ with two joints or more the analytic one has 0.3 to 0.9 times as many operations (the tests print the table), and
 // deriving the other takes 0.1 to 0.3 s on a humanoid.
 constexpr std::size_t kWorthTrying = 1000;
 
@@ -150,17 +151,19 @@ Eigen::VectorXd evaluate_analytic(const Model<double>& model, const RobotFunctio
 
 Function record_robot_function(const Model<double>& model, const RobotFunction& function,
                                RobotSource source) {
-  if (!is_derivative(function) || source == RobotSource::kAnalytic) {
-    return named(record_analytic(model, function), model, function);
-  }
-  if (source == RobotSource::kDifferentiated) {
+  if (source == RobotSource::kDifferentiated && is_derivative(function)) {
     return named(record_differentiated(model, function), model, function);
   }
-  const Function analytic = record_analytic(model, function);
-  if (total_operations(analytic) > kWorthTrying) return named(analytic, model, function);
-  const Function differentiated = record_differentiated(model, function);
-  const bool is_analytic = total_operations(analytic) <= total_operations(differentiated);
-  return named(is_analytic ? analytic : differentiated, model, function);
+  Function best = record_analytic(model, function);
+  if (source == RobotSource::kAnalytic) return named(std::move(best), model, function);
+  std::size_t least = total_operations(best);
+  const auto consider = [&](Function&& other) {
+    const std::size_t operations = total_operations(other);
+    if (operations < least) best = std::move(other), least = operations;
+  };
+  for (Function& other : detail::record_factored(model, function)) consider(std::move(other));
+  if (is_derivative(function) && least <= kWorthTrying) consider(record_differentiated(model, function));
+  return named(std::move(best), model, function);
 }
 
 dynamics::Effects<AD> recorded_effects(const dynamics::Effects<double>& effects) {

@@ -12,11 +12,13 @@
 // running first.  Derivatives with respect to q are tangent: a column for each increment q (+) d in the moving
 // frame of the joint (free-flyer: linear, then angular).
 //
-// A derivative can be had in two ways that know nothing of each other:
+// A derivative can be had in ways that know nothing of each other:
 //   analytic        the derivative recursion of dynamics/ is recorded
+//   factored        of forward dynamics: the factors of M in the place of articulated inertias
 //   differentiated  the value of q (+) d is recorded with d and q as inputs, its Jacobian derived graph to
 //                   graph at d = 0, where the exponential map folds away
-//   shortest        whichever of the two takes fewer operations; large robots: analytic, which always does
+//   shortest        whichever takes the fewest operations, counted; large robots are not differentiated, which
+//                   would always take more
 #pragma once
 
 #include <string>
@@ -65,7 +67,7 @@ inline const RobotFunction kCoreFunctions[] = {RobotFunction::kRnea, RobotFuncti
 // All rows, in their order.
 const std::vector<RobotFunction>& robot_functions();
 
-enum class RobotSource { kAnalytic, kDifferentiated, kShortest };
+enum class RobotSource { kAnalytic, kDifferentiated, kShortest };  // factored: as a candidate of kShortest
 
 const char* to_string(const RobotFunction& function);
 // In one line, for people.

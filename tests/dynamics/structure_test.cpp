@@ -84,6 +84,19 @@ TEST(Structure, FactorsHaveNoFillIn) {
     const MatrixXd D = factor.D_inverse().cwiseInverse().asDiagonal();
     EXPECT_LE((factor.L().transpose() * D * factor.L() - M).cwiseAbs().maxCoeff(),
               model.nv * 2.3e-16 * M.cwiseAbs().maxCoeff());
+    const MatrixXd W = factor.inverse_of_L(), inverse = factor.inverse();
+    EXPECT_LE((factor.L() * W - MatrixXd::Identity(model.nv, model.nv)).cwiseAbs().maxCoeff(),
+              1e-15 * model.nv * factor.L().norm() * W.norm());
+    EXPECT_EQ(inverse, inverse.transpose());
+    EXPECT_LE((M * inverse - MatrixXd::Identity(model.nv, model.nv)).norm(),
+              1e-15 * model.nv * M.norm() * inverse.norm());
+    for (int i = 0; i < model.nv; ++i) {
+      for (int j = 0; j < model.nv; ++j) {
+        if (j > i || !on_one_path(data.tree, i, j)) {
+          EXPECT_EQ(W(i, j), i == j ? 1 : 0);
+        }
+      }
+    }
     const VectorXd a = factor.solve(s.tau);
     EXPECT_LE((M * a - s.tau).norm(), 1e-14 * model.nv * M.norm() * a.norm());
   }

@@ -273,49 +273,6 @@ TEST(RobotFunctions, PatternsFollowTheTree) {
   }
 }
 
-TEST(RobotFunctions, OperationCounts) {
-  std::printf("%-16s %-15s %10s %15s\n", "robot", "function", "analytic", "differentiated");
-  for (const Robot& robot : all_robots()) {
-    const Model<double> model = load(robot);
-    std::printf("%s, %s base\n", robot.name, robot.base == Base::kFloating ? "floating" : "fixed");
-    for (const RobotFunction& function : kCoreFunctions) {
-      const std::size_t analytic =
-          total_operations(record_robot_function(model, function, RobotSource::kAnalytic));
-      if (!is_derivative(function)) {
-        std::printf("%-16s %-15s %10zu\n", robot.name, to_string(function), analytic);
-        continue;
-      }
-      const std::size_t differentiated =
-          total_operations(record_robot_function(model, function, RobotSource::kDifferentiated));
-      const std::size_t shortest = total_operations(record_robot_function(model, function));
-      std::printf("%-16s %-15s %10zu %15zu\n", robot.name, to_string(function), analytic, differentiated);
-      EXPECT_EQ(shortest, std::min(analytic, differentiated));
-    }
-  }
-}
-
-// Counts as measured when this was written, a few per cent up: a change that needs more has to say why.
-TEST(RobotFunctions, OperationBudgets) {
-  const std::map<std::pair<std::string, RobotFunction>, std::size_t> budgets = {
-      {{"ur5", RobotFunction::kRnea}, 600},
-      {{"ur5", RobotFunction::kIdDerivatives}, 2300},
-      {{"ur5", RobotFunction::kFdDerivatives}, 4450},
-      {{"panda", RobotFunction::kIdDerivatives}, 5300},
-      {{"solo12", RobotFunction::kRnea}, 2150},
-      {{"solo12", RobotFunction::kIdDerivatives}, 7600},
-      {{"solo12", RobotFunction::kFdDerivatives}, 27500},
-      {{"talos", RobotFunction::kIdDerivatives}, 29000},
-  };
-  for (const Robot& robot : all_robots()) {
-    for (const RobotFunction& function : kCoreFunctions) {
-      const auto budget = budgets.find({robot.name, function});
-      if (budget == budgets.end()) continue;
-      EXPECT_LE(total_operations(record_robot_function(load(robot), function)), budget->second)
-          << robot.name << " " << to_string(function);
-    }
-  }
-}
-
 // What is not chosen leaves no node: the recording is the one of a program that knows no effects.
 TEST(RobotFunctions, AbsentEffectsLeaveNoNode) {
   for (const Robot& robot : all_robots()) {

@@ -26,6 +26,7 @@ struct Options {
   std::string peer_prefix;
   int states = 100;
   std::uint64_t seed = 1;
+  std::string profile = "strict";
   bool json = false;
   bool lanes = false;
 };
@@ -39,9 +40,11 @@ struct Row {
 };
 
 Row measure(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
-            const std::vector<Eigen::VectorXd>& states, const std::vector<std::vector<double>>& expected) {
+            Profile profile, const std::vector<Eigen::VectorXd>& states,
+            const std::vector<std::vector<double>>& expected) {
   RobotEvaluatorOptions options;
   options.codegen.use_cache = false;  // cold: what making it costs
+  options.codegen.profile = profile;
   const auto start = std::chrono::steady_clock::now();
   RobotEvaluator evaluate(model, function, route, options);
   Row row;
@@ -56,7 +59,10 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function,
   row.seconds = median_seconds(
       [&](std::size_t i) { evaluate.evaluate(states[i % states.size()].data(), result.data()); });
   if (evaluate.recorded()) row.operations = total_operations(*evaluate.recorded());
-  if (evaluate.compiled()) row.timings = evaluate.compiled()->timings();
+  if (evaluate.compiled()) {
+    row.operations = evaluate.compiled()->operations(Order::kValue);
+    row.timings = evaluate.compiled()->timings();
+  }
   return row;
 }
 
@@ -99,23 +105,26 @@ void run(const Options& options) {
   std::vector<std::vector<double>> expected;
   for (const auto& state : states) expected.push_back(reference(robot.model, function, state));
 
+  const Profile profile = profile_from(options.profile);
   const int nv = robot.model.nv - static_cast<int>(robot.mimics.size());
   std::vector<Row> rows;
   {
     io::Progress progress("measuring", std::size(kRobotRoutes));
     for (RobotRoute route : kRobotRoutes) {
       progress.update(static_cast<long>(rows.size()), to_string(route));
-      if (has_route(function, route)) rows.push_back(measure(robot.model, function, route, states, expected));
+      if (has_route(function, route))
+        rows.push_back(measure(robot.model, function, route, profile, states, expected));
     }
   }
-  const auto in_lanes =
-      options.lanes ? measure_lanes(robot.model, function, states, expected) : std::vector<LaneRow>();
+  const auto in_lanes = options.lanes ? measure_lanes(robot.model, function, profile, states, expected)
+                                      : std::vector<LaneRow>();
   if (options.json) {
     nlohmann::json report = {{"robot", robot.model.name},
                              {"function", options.function.name},
                              {"nv", nv},
                              {"states", options.states},
                              {"seed", options.seed},
+                             {"profile", options.profile},
                              {"processor", processor_name()},
                              {"compiler", compiler_name()}};
     for (const Row& row : rows) report["routes"].push_back(to_json(row));
@@ -166,6 +175,13 @@ void add_bench(CLI::App& app) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  command
+      ->add_option("--profile", options->profile,
+                   "with --function: of what is generated; strict: bit-equal to the interpreter; fast: fewer "
+                   "operations")
+      ->check(CLI::IsMember({"strict", "fast"}))
+      ->type_name("strict|fast")
+      ->capture_default_str();
   command->add_flag("--lanes", options->lanes,
                     "with --function: generated kernels of several states at once as well, a state's share");
   command->add_flag("--peer", options->peer, "beside Pinocchio (PyPI `pin`), in the same run");

@@ -26,7 +26,7 @@ std::vector<double> in_blocks(const std::vector<Eigen::VectorXd>& states, std::s
 }  // namespace
 
 std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const RobotFunction& function,
-                                   const std::vector<Eigen::VectorXd>& states,
+                                   Profile profile, const std::vector<Eigen::VectorXd>& states,
                                    const std::vector<std::vector<double>>& expected) {
   const Function recorded = record_robot_function(model, function);
   std::vector<LaneRow> rows;
@@ -37,6 +37,7 @@ std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const R
     options.use_cache = false;
     options.functions = Functions::kPortable;
     options.lanes = lanes;
+    options.profile = profile;
     const auto start = std::chrono::steady_clock::now();
     const CompiledFunction f = CompiledFunction::make(recorded, options);
     CompiledFunction::Workspace workspace(f);

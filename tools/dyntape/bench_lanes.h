@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/codegen/options.h>
 #include <dyntape/interface/function/robot_functions.h>
 
 namespace dyntape::tools {
@@ -21,7 +22,7 @@ struct LaneRow {
 // With portable functions: one state after the other; the widest kernel of this processor from and to states one
 // after the other; the same for states that are kept in lanes.
 std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const RobotFunction& function,
-                                   const std::vector<Eigen::VectorXd>& states,
+                                   Profile profile, const std::vector<Eigen::VectorXd>& states,
                                    const std::vector<std::vector<double>>& expected);
 
 }  // namespace dyntape::tools
