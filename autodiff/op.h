@@ -35,6 +35,9 @@ enum class Op : std::uint8_t {
 
 inline constexpr int kTableOps = static_cast<int>(Op::Const);
 
+// Whether it is a row of the table, whose arguments are nodes.
+constexpr bool is_table_op(Op op) { return op < Op::Const; }
+
 // Laws: exact for finite arguments up to the sign of zero.  Graph::make applies them; tests check them.
 enum Law : std::uint32_t {
   kNone = 0,
