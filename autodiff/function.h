@@ -51,6 +51,9 @@ Function compact(const Function& function);
 // Calls of callees that dissolve (callee.h) replaced by the statements of these.
 Function dissolved(const Function& function);
 
+// What outputs and guards need of a sound graph, as a function without a name and without numbers of inputs.
+Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards);
+
 // Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range
 // and every output exists.
 void check(const Function& function);

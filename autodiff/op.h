@@ -40,6 +40,9 @@ struct OperationCount {
   std::size_t count;
 };
 
+// Whether it is a row of the table, whose arguments are nodes.
+constexpr bool is_table_op(Op op) { return op < Op::Const; }
+
 // Laws: exact for finite arguments up to the sign of zero.  Graph::make applies them; tests check them.
 enum Law : std::uint32_t {
   kNone = 0,
