@@ -15,6 +15,8 @@ ROOT = pathlib.Path(sys.argv.pop())
 sys.dont_write_bytecode = True
 sys.path.insert(0, str(ROOT / 'tests' / 'bench'))
 import page  # noqa: E402
+from pictures import pictures  # noqa: E402
+from table import PEAK, Table  # noqa: E402
 
 loader = importlib.machinery.SourceFileLoader('run', str(ROOT / 'tests' / 'bench' / 'run'))
 run = importlib.util.module_from_spec(importlib.util.spec_from_loader('run', loader))
@@ -30,19 +32,19 @@ class Page(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             table = pathlib.Path(folder) / 'benchmarks.csv'
             run.write(table, {'processor': 'a, b'}, run.complete(rows))
-            return page.text_of(page.Table(table)), page.Table(table)
+            return page.text_of(Table(table)), Table(table)
 
     def line(self, text, start):
         return next(line for line in text.splitlines() if line.startswith(start))
 
     def test_is_that_of_the_table(self):
-        table = page.Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')
+        table = Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')
         self.assertEqual((ROOT / 'docs' / 'benchmarks.md').read_text(), page.text_of(table),
                          'tests/bench/run --page makes it again')
 
     def test_is_linked(self):
         self.assertIn('(docs/benchmarks.md)', (ROOT / 'README.md').read_text())
-        for name in page.pictures(page.Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')):
+        for name in pictures(Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')):
             self.assertTrue((ROOT / 'docs' / 'studies' / f'{name}.svg').is_file(), name)
 
     def test_a_target_is_met_from_its_limit_on(self):
@@ -61,7 +63,7 @@ class Page(unittest.TestCase):
         self.assertIn('absent: no wheel', text)
 
     def test_ratios_and_rates(self):
-        peak = {'robot': 'ur5', 'function': '', 'route': page.PEAK, 'us': '0.5', 'operations': '20000'}
+        peak = {'robot': 'ur5', 'function': '', 'route': PEAK, 'us': '0.5', 'operations': '20000'}
         _, table = self.of([row('Pinocchio', '4'), row('generated', '0.5', operations='4000'), peak])
         generated = table.by_key['ur5', 'id-derivatives', 'generated']
         self.assertEqual([float(generated[name]) for name in ('ratio_to_pinocchio', 'gops', 'percent_of_peak')],
