@@ -34,7 +34,7 @@ def panels(t, bars, column, functions, y_label, logarithmic, scale=1):
         script += f'set title "{ROBOTS[robot]}" font ",13"\nset ylabel "{y_label if k % 2 == 0 else ""}"\n'
         script += f'set logscale y\nset yrange [{low:.4g}:{high:.4g}]\nset format y "%g"\n' if logarithmic else \
             f'set yrange [0:{max(known) * 1.1:.4g}]\n'
-        script += ('set key at screen 0.5,0.995 center top horizontal samplen 1.2 width 1\n' if k == 0 else 'unset key\n')
+        script += ('set key at screen 0.5,0.995 center top horizontal maxrows 1 samplen 1.2 width 1\n' if k == 0 else 'unset key\n')
         script += 'plot ' + ', '.join(
             f'$data using {i + 2}:xtic(1) title "{name}" lc rgb "{color}"' for i, (name, _, color) in enumerate(bars)) + '\n'
     return script + 'unset multiplot\n'

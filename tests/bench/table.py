@@ -25,10 +25,10 @@ class Table:
         self.functions = [f for f in FUNCTIONS if any(row['function'] == f for row in self.rows)]
 
     def get(self, robot, function, routes, column='us'):
-        """The least of several routes."""
-        found = [float(row[column]) for route in ([routes] if isinstance(routes, str) else routes)
-                 if (row := self.by_key.get((robot, function, route))) and row[column]]
-        return min(found, default=None)
+        """Of several routes the quickest one's."""
+        found = [row for route in ([routes] if isinstance(routes, str) else routes)
+                 if (row := self.by_key.get((robot, function, route))) and row['us'] and row[column]]
+        return float(min(found, key=lambda row: float(row['us']))[column]) if found else None
 
     def routes(self, robot, function):
         return [row for row in self.rows if row['robot'] == robot and row['function'] == function and row['us']]
