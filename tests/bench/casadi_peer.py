@@ -23,9 +23,8 @@ FLAGS = ['-O3', '-march=native', '-ffp-contract=off', '-fPIC', '-shared', '-w']
 def produce(model, key, folder, compiler, limit):
     name = '.'.join(part for part in key if part)
     version = subprocess.run([compiler, '--version'], capture_output=True, text=True).stdout.splitlines()[0]
-    made_of = hashlib.sha256('\n'.join([json.dumps(model), *(path.read_text() for path in sorted(pathlib.Path(__file__).parent.glob('casadi_*.py'))),
-                                        ca.__version__, version,
-                                        *FLAGS]).encode()).hexdigest()
+    texts = [path.read_text() for path in sorted(pathlib.Path(__file__).parent.glob('casadi_*.py'))]
+    made_of = hashlib.sha256('\n'.join([json.dumps(model), *texts, ca.__version__, version, *FLAGS]).encode()).hexdigest()
     report = folder / f'{name}.json'
     if report.exists() and json.loads(report.read_text())['made_of'] == made_of:
         return

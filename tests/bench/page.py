@@ -65,7 +65,8 @@ def targets(t):
         ('dFD, generated', '1 of Pinocchio', against(fd, GENERATED, 'Pinocchio', 1)),
         ('dID in lanes', '1/25 of Pinocchio, large robots 1/15',
          against('id-derivatives', KEPT, 'Pinocchio', for_size(1 / 25, 1 / 15))),
-        ('dFD in lanes', '1/30 of Pinocchio, large robots 1/12', against(fd, KEPT, 'Pinocchio', for_size(1 / 30, 1 / 12))),
+        ('dFD in lanes', '1/30 of Pinocchio, large robots 1/12',
+         against(fd, KEPT, 'Pinocchio', for_size(1 / 30, 1 / 12))),
         ('lanes with packing, worst of dID and dFD', '1.4 of the kernel alone', of_worst(packing, 1.4)),
         ('plain double, worst of all functions', '0.7 of Pinocchio', of_worst(plain('plain double'), 0.7)),
         ('packs, worst of all functions', '1/5 of Pinocchio', of_worst(plain('packs'), 1 / 5)),
@@ -74,7 +75,8 @@ def targets(t):
         ('weighted Hessian of RNEA, generated', '0.5 of CasADi', against('id-hessian', GENERATED, CASADI, 0.5)),
         ('dFD from the robot to a loaded kernel', "1/10 of gcc on CasADi's C",
          against(fd, 'generated', CASADI, 0.1, 'made_s', 'compile_s')),
-        ('dFD from the robot to a loaded kernel', '1 s, large robots 5 s', each(lambda r: t.get(r, fd, 'generated', 'made_s'), for_size(1, 5), 's')),
+        ('dFD from the robot to a loaded kernel', '1 s, large robots 5 s',
+         each(lambda r: t.get(r, fd, 'generated', 'made_s'), for_size(1, 5), 's')),
         ('dFD from the robot to a first result', '20 ms, large robots 150 ms',
          each(lambda r: t.get(r, fd, 'interpreted', 'first_ms'), for_size(20, 150), 'ms')),
         ('dFD out of the cache', '3 ms', each(lambda r: t.get(r, fd, 'generated', 'load_ms'), 3, 'ms')),
@@ -95,14 +97,16 @@ def cells_of(figures):
         unit = f' {remark}' if remark in ('s', 'ms') else ''
         name = f' ({remark})' if remark and not unit else ''
         digits = 3 if value and abs(value / limit - 1) < 0.05 else 2  # enough to tell it from its limit
-        cells.append('–' if value is None else f'{number(value, digits)}{unit}{name} {"✓" if value <= limit else "✗"}')
+        mark = '✓' if value is not None and value <= limit else '✗'
+        cells.append('–' if value is None else f'{number(value, digits)}{unit}{name} {mark}')
     return cells
 
 
 def markdown(head, rows, right=1):
     """A table whose columns from `right` on stand to the right."""
-    lines = ['| ' + ' | '.join(head) + ' |', '|' + '|'.join('---' if i < right else '--:' for i in range(len(head))) + '|']
-    return '\n'.join(lines + ['| ' + ' | '.join(row) + ' |' for row in rows])
+    sides = '|'.join('---' if i < right else '--:' for i in range(len(head)))
+    line = lambda cells: '| ' + ' | '.join(cells) + ' |'
+    return '\n'.join([line(head), f'|{sides}|', *map(line, rows)])
 
 
 # --- The page -----------------------------------------------------------------------------------------------
@@ -113,7 +117,8 @@ def routes_table(t, robot):
     for function in [*t.functions, *PLAIN]:
         for k, row in enumerate(t.routes(robot, function)):
             value = lambda name, digits=3: number(float(row[name]), digits) if row[name] else ''
-            lines.append([f'**{function}**' if k == 0 else '', row['route'], value('us'), value('ratio_to_pinocchio', 2),
+            lines.append([f'**{function}**' if k == 0 else '', row['route'], value('us'),
+                          value('ratio_to_pinocchio', 2),
                           f'{int(row["operations"]):,}'.replace(',', ' ') if row['operations'] else '',
                           value('percent_of_peak', 2), value('compile_s', 2),
                           f'{int(row["text_bytes"]) / 1000:.0f}' if row['text_bytes'] else '',
@@ -122,36 +127,46 @@ def routes_table(t, robot):
                      'error'], lines, 2)
 
 
+INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio and CasADi: one process, in turn, the
+quickest of a hundred batches. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.'''
+
+TO_REACH = '''Ratios of times, smaller is better; ✓ met, ✗ not met, – not measured: {met} of {figures} are met. "Generated" and "in
+lanes" are the quicker of the profiles strict and fast. CasADi stands for the generated peers: CppADCodeGen is not to be had
+as a package.'''
+
+ROUTES = '''Times of one state.
+
+- **packs**: the plain code in eight lanes, nothing compiled; **several**: the interpreter with several states at once.
+- **lanes**: generated kernels of several states, which come and go one after the other; **kept**: for states that are kept
+  in lanes. The code of lanes includes the kernel of a single state.
+- **CasADi**: its Jacobian of the recursion; **analytic**: the derivative recursion of Carpentier and Mansard, printed by
+  CasADi.
+- **error**: the largest against 113 bits. **% of peak**: of separate multiplications and additions in the widest registers,
+  {peak} operations in a nanosecond on this core.'''
+
+
 def text_of(t):
-    names = [ROBOTS[robot] for robot in t.robots]
     rows = targets(t)
     figures = [figure for _, _, line in rows for figure in line if figure[0] is not None]
     met = sum(value <= limit for value, limit, _ in figures)
-    peaks = [float(row['gops']) for row in t.rows if row['route'] == PEAK and row['gops']]
-    absent = [' '.join(filter(None, [ROBOTS.get(row['robot'], row['robot']), row['function'], row['route'] + ':',
-                                     row['note']])) for row in t.rows if not row['us']]
-    parts = ['# Benchmarks', f'''Every route to the functions that optimal control is made of, beside Pinocchio and CasADi: one process, in turn, the
-quickest of a hundred batches. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.''',
+    peak = max((float(row['gops']) for row in t.rows if row['route'] == PEAK and row['gops']), default=None)
+    parts = ['# Benchmarks', INTRODUCTION,
              '![microseconds a state](studies/benchmarks_time.svg)',
              '![seconds from the robot to a loaded kernel](studies/benchmarks_made.svg)',
              '![percentage of the arithmetic peak](studies/benchmarks_peak.svg)',
-             '## What to reach', f'''Ratios of times, smaller is better; ✓ met, ✗ not met, – not measured: {met} of {len(figures)} are met. "Generated"
-and "in lanes" are the quicker of the profiles strict and fast.''',
-             markdown(['what', 'at most', *names], [[what, limit, *cells_of(line)] for what, limit, line in rows], 2),
-             '## Every route', '''Times of one state. "packs": the plain code in eight lanes, nothing compiled; "several": the interpreter with several
-states at once; "lanes": generated kernels of several states, from and to states one after the other; "kept": the same
-for states that are kept in lanes. Code of "lanes" includes the kernel of a single state. CasADi's derivatives of inverse
-dynamics are its Jacobian of the recursion, and "analytic" the derivative recursion of Carpentier and Mansard printed by
-CasADi. Errors are the largest against 113 bits. ''' + (f'''The peak is that of separate multiplications and additions in the widest
-registers: {number(max(peaks), 3)} operations in a nanosecond on this core.''' if peaks else '')]
+             '## What to reach', TO_REACH.format(met=met, figures=len(figures)),
+             markdown(['what', 'at most', *(ROBOTS[robot] for robot in t.robots)],
+                      [[what, limit, *cells_of(line)] for what, limit, line in rows], 2),
+             '## Every route', ROUTES.format(peak=number(peak))]
     for robot in t.robots:
         parts += [f'### {ROBOTS[robot]}', routes_table(t, robot)]
+    name = lambda row: ROBOTS.get(row['robot'], row['robot'])
     if t.tapes:
         parts += ['## The runtime tape', markdown(['robot', 'function', 'what', 'us'], [
-            [ROBOTS.get(row['robot'], row['robot']), row['function'], row['route'], number(float(row['us']))]
-            for row in t.tapes], 3)]
+            [name(row), row['function'], row['route'], number(float(row['us']))] for row in t.tapes], 3)]
+    absent = [[name(row), row['function'], row['route'] + ':', row['note']] for row in t.rows if not row['us']]
     if absent:
-        parts += ['## What is absent', '\n'.join(f'- {line}' for line in absent)]
+        parts += ['## What is absent', '\n'.join('- ' + ' '.join(filter(None, words)) for words in absent)]
     parts += ['## What it was measured with', markdown(['', ''], [[key, value] for key, value in t.about.items()], 2)]
     return '\n\n'.join(part.strip() for part in parts) + '\n'
 

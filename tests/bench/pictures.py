@@ -2,8 +2,9 @@
 """What gnuplot is told to draw the benchmarks: bars of every route, a panel a robot."""
 from table import CASADI, FUNCTIONS, GENERATED, KEPT, ROBOTS
 
-BARS = [('Pinocchio', 'Pinocchio', '#999999'), ('CasADi', CASADI, '#e69f00'), ('plain double', 'plain double', '#56b4e9'),
-        ('packs', 'packs', '#0072b2'), ('generated', GENERATED, '#009e73'), ('lanes', KEPT, '#d55e00')]
+BARS = [('Pinocchio', 'Pinocchio', '#999999'), ('CasADi', CASADI, '#e69f00'),
+        ('plain double', 'plain double', '#56b4e9'), ('packs', 'packs', '#0072b2'),
+        ('generated', GENERATED, '#009e73'), ('lanes', KEPT, '#d55e00')]
 STYLE = '''set terminal svg size {width},{height} font "DejaVu Sans,11" background "white"
 set style data histograms
 set style histogram clustered gap 1.5
@@ -16,27 +17,28 @@ set datafile missing "-"
 '''
 
 
-def panels(t, bars, column, functions, y_label, logarithmic, scale=1):
+def panels(t, bars, column, functions, y_label, logarithmic):
     """A panel a robot, a cluster a function, a bar a route."""
     bars = [bar for bar in bars if any(t.get(r, f, bar[1], column) for r in t.robots for f in functions)]
     rows = (len(t.robots) + 1) // 2
     script = STYLE.format(width=1000, height=60 + 270 * rows)
-    script += f'set multiplot layout {rows},2 margins 0.07,0.985,{0.09 / rows:.3f},{1 - 0.17 / rows:.3f} spacing 0.06,{0.24 / rows:.3f}\n'
+    below, above, between = (f'{x / rows:.3f}' for x in (0.09, rows - 0.17, 0.24))
+    script += f'set multiplot layout {rows},2 margins 0.07,0.985,{below},{above} spacing 0.06,{between}\n'
     for k, robot in enumerate(t.robots):
         values = [[t.get(robot, f, routes, column) for _, routes, _ in bars] for f in functions]
-        known = [x * scale for line in values for x in line if x]
+        known = [x for line in values for x in line if x]
         if not known:
             continue
         low, high = min(known) / 1.6, max(known) * 1.6
         script += '$data << EOD\n' + ''.join(
-            f'"{FUNCTIONS[f]}" ' + ' '.join('-' if x is None else f'{x * scale:.6g}' for x in line) + '\n'
+            f'"{FUNCTIONS[f]}" ' + ' '.join('-' if x is None else f'{x:.6g}' for x in line) + '\n'
             for f, line in zip(functions, values)) + 'EOD\n'
         script += f'set title "{ROBOTS[robot]}" font ",13"\nset ylabel "{y_label if k % 2 == 0 else ""}"\n'
         script += f'set logscale y\nset yrange [{low:.4g}:{high:.4g}]\nset format y "%g"\n' if logarithmic else \
             f'set yrange [0:{max(known) * 1.1:.4g}]\n'
-        script += ('set key at screen 0.5,0.995 center top horizontal maxrows 1 samplen 1.2 width 1\n' if k == 0 else 'unset key\n')
-        script += 'plot ' + ', '.join(
-            f'$data using {i + 2}:xtic(1) title "{name}" lc rgb "{color}"' for i, (name, _, color) in enumerate(bars)) + '\n'
+        script += 'unset key\n' if k else 'set key at screen 0.5,0.995 center top horizontal maxrows 1 samplen 1.2\n'
+        script += 'plot ' + ', '.join(f'$data using {i + 2}:xtic(1) title "{name}" lc rgb "{color}"'
+                                      for i, (name, _, color) in enumerate(bars)) + '\n'
     return script + 'unset multiplot\n'
 
 

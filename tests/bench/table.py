@@ -2,8 +2,8 @@
 """The table of benchmarks that tests/bench/run measures: a row a robot, function and route."""
 import csv
 
-COLUMNS = ['robot', 'function', 'route', 'us', 'us_median', 'ratio_to_pinocchio', 'operations', 'gops', 'percent_of_peak',
-           'compile_s', 'made_s', 'first_ms', 'load_ms', 'text_bytes', 'error', 'note']
+COLUMNS = ['robot', 'function', 'route', 'us', 'us_median', 'ratio_to_pinocchio', 'operations', 'gops',
+           'percent_of_peak', 'compile_s', 'made_s', 'first_ms', 'load_ms', 'text_bytes', 'error', 'note']
 PEAK = 'multiply and add'
 ROBOTS = {'ur5': 'UR5', 'panda': 'Panda', 'solo12': 'Solo12', 'simple_humanoid': 'humanoid'}
 PLAIN = ('id-second-derivatives',)  # never generated here
