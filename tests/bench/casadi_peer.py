@@ -20,14 +20,18 @@ import casadi as ca
 from casadi_robot import FUNCTIONS, function_of, operations
 
 FLAGS = ['-O3', '-march=native', '-ffp-contract=off', '-fPIC', '-shared', '-w']
+
+
 def produce(model, key, folder, compiler, limit):
     name = '.'.join(part for part in key if part)
     version = subprocess.run([compiler, '--version'], capture_output=True, text=True).stdout.splitlines()[0]
-    texts = [path.read_text() for path in sorted(pathlib.Path(__file__).parent.glob('casadi_*.py'))]
-    made_of = hashlib.sha256('\n'.join([json.dumps(model), *texts, ca.__version__, version, *FLAGS]).encode()).hexdigest()
+    recursions = pathlib.Path(__file__).with_name('casadi_robot.py').read_text()
+    made_of = hashlib.sha256('\n'.join([json.dumps(model), recursions, ca.__version__, version, *FLAGS]).encode())
     report = folder / f'{name}.json'
-    if report.exists() and json.loads(report.read_text())['made_of'] == made_of:
-        return
+    if report.exists():
+        known = json.loads(report.read_text())
+        if known['made_of'] == made_of.hexdigest() and ('absent' not in known or known['limit'] >= limit):
+            return
     start = time.perf_counter()
     f = function_of(model, key)
     generator = ca.CodeGenerator('function.c', {'with_header': False})
@@ -35,8 +39,9 @@ def produce(model, key, folder, compiler, limit):
     source, library = folder / f'{name}.c', folder / f'{name}.so'
     source.write_text(generator.dump())
     generated = time.perf_counter()
-    about = {'made_of': made_of, 'route': 'CasADi' + (f', {key[1]}' if key[1] else ''), 'symbol': f.name(),
-             'library': str(library.resolve()), 'operations': operations(f), 'flags': ' '.join([compiler, *FLAGS[:3]])}
+    about = {'made_of': made_of.hexdigest(), 'route': 'CasADi' + (f', {key[1]}' if key[1] else ''), 'symbol': f.name(),
+             'library': str(library.resolve()), 'operations': operations(f),
+             'flags': ' '.join([compiler, *FLAGS[:3]]), 'limit': limit}
     try:
         subprocess.run([compiler, *FLAGS, str(source), '-o', str(library), '-lm'], check=True, timeout=limit)
     except subprocess.TimeoutExpired:
