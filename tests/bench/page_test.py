@@ -62,6 +62,11 @@ class Page(unittest.TestCase):
         self.assertTrue(self.line(text, '| dID, generated | 0.6 of CasADi').endswith('– |'))
         self.assertIn('absent: no wheel', text)
 
+    def test_tapes_are_held_against_the_best_of_the_peers_drivers(self):
+        text, _ = self.of([row('generated', '1'), row('dyntape tape: jacobian', '2'), row('CppAD tape: jacobian', '12'),
+                           row('CppAD tape, optimised: jacobian', '8')])
+        self.assertIn('0.25 ✗', self.line(text, '| runtime tape, sparse Jacobian of RNEA at a point'))
+
     def test_ratios_and_rates(self):
         peak = {'robot': 'ur5', 'function': '', 'route': PEAK, 'us': '0.5', 'operations': '20000'}
         _, table = self.of([row('Pinocchio', '4'), row('generated', '0.5', operations='4000'), peak])
