@@ -2,8 +2,6 @@
 #include "compare.h"
 
 #include <algorithm>
-#include <chrono>
-#include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,14 +18,6 @@
 namespace dyntape::tools {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-// Seconds of one evaluation.
-struct Cost {
-  double median = 0;  // over the batches
-  double best = 0;    // of the quickest batch: what other programs on the machine disturb least
-};
-
 struct Row {
   std::string function;
   bool in_frame = false;  // in the frame itself, for the peer's sake
@@ -37,35 +27,7 @@ struct Row {
   bool has_peer = false;
 };
 
-constexpr int kBatches = 60, kCalls = 200, kReferences = 4;
-constexpr double kLongest = 1e-3;  // of a batch, s: shorter than what a scheduler grants
-
-// `run(first, calls)` evaluates that many states from `first` on, cyclically.
-using Contender = std::function<void(int first, int calls)>;
-
-// Runs the contenders in turn, a batch each, so that noise hits all alike.
-std::vector<Cost> alternate(const std::vector<Contender>& contenders) {
-  const auto timed = [](const Contender& run, int first, int calls) {
-    const auto start = Clock::now();
-    run(first, calls);
-    return std::chrono::duration<double>(Clock::now() - start).count() / calls;
-  };
-  double slowest = 0;
-  for (const Contender& run : contenders) {
-    timed(run, 0, 50);  // warms up
-    slowest = std::max(slowest, timed(run, 0, 10));
-  }
-  const int calls = std::clamp(static_cast<int>(kLongest / slowest) / 8 * 8, 8, kCalls);
-  std::vector<std::vector<double>> seconds(contenders.size());
-  for (int batch = 0; batch < kBatches; ++batch) {
-    for (std::size_t i = 0; i < contenders.size(); ++i) {
-      seconds[i].push_back(timed(contenders[i], batch * calls, calls));
-    }
-  }
-  std::vector<Cost> costs;
-  for (const auto& s : seconds) costs.push_back({median(s), *std::min_element(s.begin(), s.end())});
-  return costs;
-}
+constexpr int kReferences = 4;
 
 double error_of(const dynamics::Model<double>& model, const RobotFunction& function,
                 const std::vector<Eigen::VectorXd>& states) {

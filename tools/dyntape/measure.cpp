@@ -110,6 +110,31 @@ double median_seconds(const std::function<void(std::size_t)>& call, int repeats)
   return median(std::move(seconds));
 }
 
+std::vector<Cost> alternate(const std::vector<Contender>& contenders, int batches) {
+  constexpr int kCalls = 200;
+  constexpr double kLongest = 1e-3;  // of a batch, s: shorter than what a scheduler grants
+  using Clock = std::chrono::steady_clock;
+  const auto timed = [](const Contender& run, int first, int calls) {
+    const auto start = Clock::now();
+    run(first, calls);
+    return std::chrono::duration<double>(Clock::now() - start).count() / calls;
+  };
+  std::vector<int> calls;
+  for (const Contender& run : contenders) {
+    timed(run, 0, 48);  // warms up
+    calls.push_back(std::clamp(static_cast<int>(kLongest / timed(run, 0, 8)) / 8 * 8, 8, kCalls));
+  }
+  std::vector<std::vector<double>> seconds(contenders.size());
+  for (int batch = 0; batch < batches; ++batch) {
+    for (std::size_t i = 0; i < contenders.size(); ++i) {
+      seconds[i].push_back(timed(contenders[i], batch * calls[i], calls[i]));
+    }
+  }
+  std::vector<Cost> costs;
+  for (const auto& s : seconds) costs.push_back({median(s), *std::min_element(s.begin(), s.end())});
+  return costs;
+}
+
 std::string processor_name() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {

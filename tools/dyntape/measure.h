@@ -29,6 +29,18 @@ double relative_error(const std::vector<double>& expected, const double* got,
 // `call(i)` evaluates state i of a cycle.
 double median_seconds(const std::function<void(std::size_t i)>& call, int repeats = 31);
 
+// Seconds of one evaluation.
+struct Cost {
+  double median = 0;  // over the batches
+  double best = 0;    // of the quickest batch: what other programs on the machine disturb least
+};
+
+// `run(first, calls)` evaluates that many states from `first` on, cyclically; both are multiples of eight.
+using Contender = std::function<void(int first, int calls)>;
+
+// Runs the contenders in turn, a batch each, so that noise hits all alike.
+std::vector<Cost> alternate(const std::vector<Contender>& contenders, int batches = 60);
+
 double median(std::vector<double> values);
 
 // "AMD EPYC", "gcc version 12.2.0 ...": what a measurement depends on.

@@ -1,0 +1,86 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""The page of benchmarks says what its table says.
+
+    page_test.py SOURCE_DIR
+"""
+import importlib.machinery
+import importlib.util
+import pathlib
+import sys
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(sys.argv.pop())
+sys.dont_write_bytecode = True
+sys.path.insert(0, str(ROOT / 'tests' / 'bench'))
+import page  # noqa: E402
+from pictures import pictures  # noqa: E402
+from table import PEAK, Table  # noqa: E402
+
+loader = importlib.machinery.SourceFileLoader('run', str(ROOT / 'tests' / 'bench' / 'run'))
+run = importlib.util.module_from_spec(importlib.util.spec_from_loader('run', loader))
+loader.exec_module(run)
+
+
+def row(route, us, **more):
+    return {'robot': 'ur5', 'function': 'id-derivatives', 'route': route, 'us': us, **more}
+
+
+class Page(unittest.TestCase):
+    def of(self, rows):
+        with tempfile.TemporaryDirectory() as folder:
+            table = pathlib.Path(folder) / 'benchmarks.csv'
+            run.write(table, {'processor': 'a, b'}, run.complete(rows))
+            return page.text_of(Table(table)), Table(table)
+
+    def line(self, text, start):
+        return next(line for line in text.splitlines() if line.startswith(start))
+
+    def test_is_that_of_the_table(self):
+        table = Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')
+        self.assertEqual((ROOT / 'docs' / 'benchmarks.md').read_text(), page.text_of(table),
+                         'tests/bench/run --page makes it again')
+
+    def test_is_linked(self):
+        self.assertIn('(docs/benchmarks.md)', (ROOT / 'README.md').read_text())
+        for name in pictures(Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')):
+            self.assertTrue((ROOT / 'docs' / 'studies' / f'{name}.svg').is_file(), name)
+
+    def test_a_target_is_met_from_its_limit_on(self):
+        for us, mark in ('0.0799', '✓'), ('0.0801', '✗'):
+            text, _ = self.of([row('Pinocchio', '2'), row('lanes, kept', us)])
+            self.assertTrue(self.line(text, '| dID in lanes').endswith(f'{mark} |'), text)
+
+    def test_the_quicker_profile_and_the_quicker_peer_count(self):
+        text, _ = self.of([row('CasADi', '2'), row('CasADi, analytic', '1'), row('generated', '0.9'),
+                           row('generated, fast', '0.5')])
+        self.assertIn('0.5 ✓', self.line(text, '| dID, generated | 0.6 of CasADi'))
+
+    def test_what_is_not_measured_is_not_judged(self):
+        text, _ = self.of([row('generated', '0.9'), row('CasADi', '', note='absent: no wheel')])
+        self.assertTrue(self.line(text, '| dID, generated | 0.6 of CasADi').endswith('– |'))
+        self.assertIn('absent: no wheel', text)
+
+    def test_tapes_are_held_against_the_best_of_the_peers_drivers(self):
+        text, _ = self.of([row('generated', '1'), row('dyntape tape: jacobian', '2'), row('CppAD tape: jacobian', '12'),
+                           row('CppAD tape, optimised: jacobian', '8')])
+        self.assertIn('0.25 ✗', self.line(text, '| runtime tape, sparse Jacobian of RNEA at a point'))
+
+    def test_ratios_and_rates(self):
+        peak = {'robot': 'ur5', 'function': '', 'route': PEAK, 'us': '0.5', 'operations': '20000'}
+        _, table = self.of([row('Pinocchio', '4'), row('generated', '0.5', operations='4000'), peak])
+        generated = table.by_key['ur5', 'id-derivatives', 'generated']
+        self.assertEqual([float(generated[name]) for name in ('ratio_to_pinocchio', 'gops', 'percent_of_peak')],
+                         [0.125, 8, 20])
+
+    def test_pictures_are_drawn(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / 'studies').mkdir()
+            for path in page.make(ROOT / 'docs' / 'studies' / 'benchmarks.csv', folder)[1:]:
+                self.assertTrue(path.read_text().rstrip().endswith('</svg>'), path)
+
+
+if __name__ == '__main__':
+    unittest.main()

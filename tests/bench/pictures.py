@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What gnuplot is told to draw the benchmarks: bars of every route, a panel a robot."""
+from table import CASADI, FUNCTIONS, GENERATED, KEPT, ROBOTS
+
+BARS = [('Pinocchio', 'Pinocchio', '#999999'), ('CasADi', CASADI, '#e69f00'),
+        ('plain double', 'plain double', '#56b4e9'), ('packs', 'packs', '#0072b2'),
+        ('generated', GENERATED, '#009e73'), ('lanes', KEPT, '#d55e00')]
+STYLE = '''set terminal svg size {width},{height} font "DejaVu Sans,11" background "white"
+set style data histograms
+set style histogram clustered gap 1.5
+set style fill solid border lc rgb "white"
+set boxwidth 0.92
+set grid ytics lc rgb "#dddddd"
+set tics nomirror scale 0.5
+set border 3 lc rgb "#555555"
+set datafile missing "-"
+'''
+
+
+def panels(t, bars, column, functions, y_label, logarithmic):
+    """A panel a robot, a cluster a function, a bar a route."""
+    bars = [bar for bar in bars if any(t.get(r, f, bar[1], column) for r in t.robots for f in functions)]
+    rows = (len(t.robots) + 1) // 2
+    script = STYLE.format(width=1000, height=60 + 270 * rows)
+    below, above, between = (f'{x / rows:.3f}' for x in (0.09, rows - 0.17, 0.24))
+    script += f'set multiplot layout {rows},2 margins 0.07,0.985,{below},{above} spacing 0.06,{between}\n'
+    for k, robot in enumerate(t.robots):
+        values = [[t.get(robot, f, routes, column) for _, routes, _ in bars] for f in functions]
+        known = [x for line in values for x in line if x]
+        if not known:
+            continue
+        low, high = min(known) / 1.6, max(known) * 1.6
+        script += '$data << EOD\n' + ''.join(
+            f'"{FUNCTIONS[f]}" ' + ' '.join('-' if x is None else f'{x:.6g}' for x in line) + '\n'
+            for f, line in zip(functions, values)) + 'EOD\n'
+        script += f'set title "{ROBOTS[robot]}" font ",13"\nset ylabel "{y_label if k % 2 == 0 else ""}"\n'
+        script += f'set logscale y\nset yrange [{low:.4g}:{high:.4g}]\nset format y "%g"\n' if logarithmic else \
+            f'set yrange [0:{max(known) * 1.1:.4g}]\n'
+        script += 'unset key\n' if k else 'set key at screen 0.5,0.995 center top horizontal maxrows 1 samplen 1.2\n'
+        script += 'plot ' + ', '.join(f'$data using {i + 2}:xtic(1) title "{name}" lc rgb "{color}"'
+                                      for i, (name, _, color) in enumerate(bars)) + '\n'
+    return script + 'unset multiplot\n'
+
+
+def pictures(t):
+    bars = {name: (name, routes, color) for name, routes, color in BARS}
+    made = [('CasADi', CASADI, '#e69f00'), ('generated', 'generated', '#009e73'), ('with lanes', 'lanes', '#d55e00')]
+    return {
+        'benchmarks_time': panels(t, BARS, 'us', t.functions, 'us a state', True),
+        'benchmarks_made': panels(t, made, 'made_s', t.functions, 's from the robot to a loaded kernel', True),
+        'benchmarks_peak': panels(t, [bars['CasADi'], bars['generated'], bars['lanes']], 'percent_of_peak', t.functions,
+                                  '% of peak', False),
+    }
