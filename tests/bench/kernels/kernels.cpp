@@ -18,8 +18,8 @@
 #include <dyntape/interface/io/number.h>
 
 #include "commands.h"
-#include "kernels/route.h"
 #include "peer.h"
+#include "route.h"
 
 namespace dyntape::bench {
 namespace {
