@@ -35,6 +35,12 @@ class Results {
     }
   }
 
+  // The output that a result is and nothing else is made of; kInWork: there is none.
+  std::size_t output_of(NodeId call, std::size_t b) const {
+    const std::vector<NodeId>& results = of_call_[call];
+    return b < results.size() && !used_[results[b]] ? output_[results[b]] : CallPlace::kInWork;
+  }
+
   // The first output if the results of the call are outputs of one group, in their order, and nothing else.
   std::size_t outputs_of(NodeId call, std::size_t n_out, const std::vector<OutputRange>& groups) const {
     const std::vector<NodeId>& results = of_call_[call];
@@ -55,7 +61,50 @@ class Results {
   std::vector<std::vector<NodeId>> of_call_;  // by number
 };
 
+// Results that are outputs in all calls of a part, equally far apart.
+std::vector<OutputRun> find_runs(const std::vector<NodeId>& calls, std::size_t call, std::size_t n_out,
+                                 const Results& results, const std::vector<OutputRange>& groups) {
+  constexpr std::size_t kShortest = 4;
+  const auto output = [&](std::size_t c, std::size_t b) { return results.output_of(calls[c], b); };
+  const auto group_of = [&](std::size_t k) {
+    return std::find_if(groups.begin(), groups.end(),
+                        [&](const OutputRange& g) { return k >= g.begin && k < g.end; });
+  };
+  const auto continues = [&](std::size_t begin, std::size_t b) {
+    for (std::size_t c = 0; c < calls.size(); ++c) {
+      if (output(c, b) == CallPlace::kInWork ||
+          output(c, b) - output(c, begin) != output(0, b) - output(0, begin) ||
+          group_of(output(c, b)) != group_of(output(0, begin)))
+        return false;
+    }
+    return true;
+  };
+  std::vector<OutputRun> runs;
+  for (std::size_t begin = 0, end = 0; begin < n_out; begin = std::max(end, begin + 1)) {
+    for (end = begin; end < n_out && continues(begin, end);) ++end;
+    if (end - begin < kShortest) continue;
+    OutputRun run{begin, end, output(call, begin), {}};
+    for (std::size_t b = begin; b < end; ++b) run.first = std::min(run.first, output(call, b));
+    for (std::size_t b = begin; b < end; ++b) run.offsets.push_back(output(call, b) - run.first);
+    runs.push_back(std::move(run));
+  }
+  return runs;
+}
+
 }  // namespace
+
+bool CallPlace::writes(std::size_t result) const {
+  return outputs != kInWork || std::any_of(runs.begin(), runs.end(), [&](const OutputRun& run) {
+           return result >= run.begin && result < run.end;
+         });
+}
+
+bool is_part(const Callee& callee) { return callee.recorded && !callee.evaluate; }
+
+std::size_t stored_arguments(const Graph& graph, NodeId call) {
+  const Callee& callee = *graph.callees()[graph[call].a];
+  return is_part(callee) ? callee.recorded->n_x() : call_arity(graph, call);
+}
 
 std::vector<CallPlace> place_calls(const Function& function, const std::vector<OutputRange>& groups,
                                    std::size_t& work) {
@@ -63,7 +112,9 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
   const auto n_out = [&](NodeId call) { return graph.callees()[graph[call].a]->n_out; };
   std::vector<CallPlace> places;
   for (NodeId id = 0; id < graph.size(); ++id) {
-    if (graph[id].op == Op::Call && call_arity(graph, id) + n_out(id) > kLong) places.push_back({id});
+    if (graph[id].op != Op::Call) continue;
+    const bool is_long = call_arity(graph, id) + n_out(id) > kLong;
+    if (is_long || is_part(*graph.callees()[graph[id].a])) places.push_back({id});
   }
   if (places.empty()) return places;
   const Results results(function);
@@ -72,7 +123,17 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
     return static_cast<std::uint32_t>(work - slots);
   };
   for (CallPlace& place : places) {
-    place.in = reserve(call_arity(graph, place.call));
+    place.in = reserve(stored_arguments(graph, place.call));
+    if (is_part(*graph.callees()[graph[place.call].a])) {
+      std::vector<NodeId> calls;
+      for (const CallPlace& other : places) {
+        if (graph[other.call].a == graph[place.call].a) calls.push_back(other.call);
+      }
+      const auto number = std::find(calls.begin(), calls.end(), place.call) - calls.begin();
+      place.runs = find_runs(calls, static_cast<std::size_t>(number), n_out(place.call), results, groups);
+      place.out = reserve(n_out(place.call));
+      continue;
+    }
     place.outputs = results.outputs_of(place.call, n_out(place.call), groups);
     if (place.outputs == CallPlace::kInWork) place.out = reserve(n_out(place.call));
   }

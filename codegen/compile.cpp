@@ -86,7 +86,11 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
              const std::string& folder, const std::string& final_folder) {
   const std::string text = folder + "/" + kSourceFile, library = folder + "/" + kLibraryFile;
   std::vector<std::string> base = {compiler.path};
-  if (compiler.chooses_level) base.push_back(kLevel);
+  if (compiler.chooses_level) {
+    base.push_back(kLevel);
+    // On straight lines gcc's older allocation of registers gives 5 % shorter and 3 to 5 % faster code.
+    if (compiler.version.starts_with("gcc version")) base.push_back("-fira-algorithm=priority");
+  }
   base.insert(base.end(), compiler.flags.begin(), compiler.flags.end());
   // A debugger looks for the source where it will lie.
   if (folder != final_folder) base.push_back("-ffile-prefix-map=" + folder + "=" + final_folder);

@@ -10,6 +10,7 @@
 #include <dyntape/codegen/dump.h>
 #include <dyntape/codegen/files.h>
 #include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/outline.h>
 #include <dyntape/codegen/simplify.h>
 #include <dyntape/codegen/stages.h>
 
@@ -44,12 +45,16 @@ std::vector<Derivatives> derive_simplified(const Function& function, const Codeg
   return derivatives;
 }
 
-std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::size_t piece_statements) {
+// Repeated parts as functions fit the cache, and cost a tenth more instructions: several lanes spend those, one
+// state is bound by the fetching of code (docs/architecture.md).
+std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::size_t piece_statements,
+                                     bool outlines) {
   std::vector<KernelPlan> plans;
   for (Derivatives& d : derivatives) {
     std::vector<OutputRange> groups = {{0, d.n_y}};
     if (d.order >= Order::kFirst) groups.push_back({d.n_y, d.n_y + d.jacobian.nnz()});
     if (d.order >= Order::kSecond) groups.push_back({groups.back().end, d.function.n_y()});
+    if (outlines) d.function = outlined(d.function);
     Schedule s = schedule(d.function, groups, piece_statements);
     plans.push_back({std::move(d), std::move(s)});
   }
@@ -107,8 +112,9 @@ Source print(Product& product, std::vector<Derivatives> derived, const Workshop&
   Timings& t = product.timings;
   const Dump dump(product.function.name);
   KernelSets sets = kernel_sets(product.function, workshop.content(), options);
-  sets.kernels =
-      timed(t.schedule, [&] { return schedule_all(std::move(derived), options.piece_statements); });
+  sets.kernels = timed(t.schedule, [&] {
+    return schedule_all(std::move(derived), options.piece_statements, options.lanes == Lanes::kNone);
+  });
   dump.schedules(sets.kernels);
   Source source = timed(t.print, [&] { return print_c(sets); });
   dump.text("c", source.text);
@@ -141,25 +147,26 @@ namespace {
 
 // Derived, simplified, scheduled; then print(sets).
 template <class Print>
-auto generate(const Function& recorded, const CodegenOptions& options, bool has_fma, Print&& print) {
+auto generate(const Function& recorded, const CodegenOptions& options, bool has_fma, bool outlines,
+              Print&& print) {
   const Function function = compact(recorded);
   codegen::KernelSets sets = codegen::kernel_sets(function, content_hash(function), options);
   auto derived = codegen::derive_simplified(function, options, has_fma);
-  sets.kernels = codegen::schedule_all(std::move(derived), options.piece_statements);
+  sets.kernels = codegen::schedule_all(std::move(derived), options.piece_statements, outlines);
   return print(sets);
 }
 
 }  // namespace
 
 codegen::Source generate_source(const Function& recorded, const CodegenOptions& options) {
-  return generate(recorded, options, codegen::has_fma(options.flags),
+  return generate(recorded, options, codegen::has_fma(options.flags), options.lanes == Lanes::kNone,
                   [](const codegen::KernelSets& sets) { return codegen::print_c(sets); });
 }
 
 codegen::EmbeddedSource generate_embedded(const Function& recorded, const CodegenOptions& options,
                                           const codegen::EmbeddedOptions& how) {
   // The target is another one, and may have to do without.
-  return generate(recorded, options, false,
+  return generate(recorded, options, false, false,
                   [&](const codegen::KernelSets& sets) { return codegen::print_embedded(sets, how); });
 }
 

@@ -22,6 +22,7 @@ class BodyPrinter {
         style_(style) {}
 
   void run() {
+    if (!schedule_.calls.empty()) find_read();
     print_inputs();
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       print_heading(i);
@@ -30,6 +31,19 @@ class BodyPrinter {
   }
 
  private:
+  // What this piece reads: of the results of a long call it may be few.
+  void find_read() {
+    read_.resize(graph_.size());
+    for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
+      const Step& step = schedule_.steps[i];
+      if (step.kind == Step::Kind::kStore) read_[function_.outputs[step.index]] = true;
+      if (step.kind == Step::Kind::kCheck) read_[function_.guards[step.index].condition] = true;
+      if (step.kind != Step::Kind::kCompute || schedule_.long_call(step.index)) continue;
+      graph_.for_each_argument(step.index, [&](NodeId a) { read_[a] = true; });
+    }
+    for (const Crossing& store : piece_.stores) read_[store.node] = true;
+  }
+
   void print_inputs() {
     for (int block = 0; block < kBlocks; ++block) {
       const auto& names = function_.input_names[block];
@@ -38,9 +52,11 @@ class BodyPrinter {
         text_ += "  const real ";
         text_ += kBlockLetter[block];
         append_integer(text_, index);
-        text_ += " = " + style_.inputs[block] + "[";
+        const bool fills = style_.constant_parameters && block == static_cast<int>(Block::kParameters);
+        text_ += fills ? " = DT_ALL(" : " = ";
+        text_ += style_.inputs[block] + "[";
         append_integer(text_, index);
-        text_ += "];";
+        text_ += fills ? "]);" : "];";
         if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
         text_ += '\n';
       }
@@ -75,7 +91,7 @@ class BodyPrinter {
       case Step::Kind::kStore: {
         const OutputArray& array = array_of(step.index);
         text_ += "  " + array.name + "[";
-        append_integer(text_, step.index - array.begin);
+        append_integer(text_, array.place(step.index));
         text_ += "] = ";
         value(function_.outputs[step.index]);
         text_ += ";\n";
@@ -89,10 +105,11 @@ class BodyPrinter {
   void print_compute(NodeId id) {
     const Node& node = graph_[id];
     if (node.op == Op::Call) return print_call(id);
+    const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
+    if (place && !read_[id]) return;
     text_ += "  const real ";
     name(id);
     text_ += " = ";
-    const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
     if (place) {
       text_ += "work[";
       append_integer(text_, place->out + node.b);
@@ -137,12 +154,27 @@ class BodyPrinter {
 
   // Its arguments and results are in their places, but for what no piece computes.
   void print_long_call(NodeId id, const CallPlace& place) {
+    const Callee& callee = *graph_.callees()[graph_[id].a];
     std::uint32_t slot = place.in;
+    const std::size_t end = slot + stored_arguments(graph_, id);
+    std::string constants;
+    std::size_t count = 0;
     graph_.for_each_argument(id, [&](NodeId a) {
+      if (slot == end) {
+        constants += constants.empty() ? "" : count % 8 ? ", " : ",\n      ";
+        ++count;
+        append_number(constants, graph_.constant_value(a));
+        return;
+      }
       if (graph_[a].op == Op::Const || graph_[a].op == Op::Input) print_work(slot, a);
       ++slot;
     });
-    text_ += "  " + called(*graph_.callees()[graph_[id].a]) + "(work + ";
+    if (count) {
+      text_ += "  static const double k";
+      append_integer(text_, id);
+      text_ += '[' + std::to_string(count) + "] = {" + constants + "};\n";
+    }
+    text_ += "  " + called(callee) + "(work + ";
     append_integer(text_, place.in);
     if (place.outputs == CallPlace::kInWork) {
       text_ += ", work + ";
@@ -151,6 +183,15 @@ class BodyPrinter {
       const OutputArray& array = array_of(place.outputs);
       text_ += ", " + array.name + " + ";
       append_integer(text_, place.outputs - array.begin);
+    }
+    if (count) {
+      text_ += ", k";
+      append_integer(text_, id);
+    }
+    for (const OutputRun& run : place.runs) {
+      const OutputArray& array = array_of(run.first);
+      text_ += ", " + array.name + " + ";
+      append_integer(text_, run.first - array.begin);
     }
     text_ += ");\n";
   }
@@ -225,6 +266,7 @@ class BodyPrinter {
   const Schedule& schedule_;
   const Piece& piece_;
   const BodyStyle& style_;
+  std::vector<bool> read_;  // by node, where there are long calls
 };
 
 }  // namespace

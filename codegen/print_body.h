@@ -16,11 +16,13 @@
 
 namespace dyntape::codegen {
 
-// Where a range of outputs is written: `array[k - begin] = ...`.
+// Where a range of outputs is written: `array[k - begin] = ...`, or at the places given.
 struct OutputArray {
   std::string name;
   std::string heading;  // "Jacobian (96 of 540 entries)"
   std::size_t begin, end;
+  std::vector<std::size_t> places = {};
+  std::size_t place(std::size_t k) const { return places.empty() ? k - begin : places[k - begin]; }
 };
 
 // What the statements are written for.
@@ -34,6 +36,7 @@ struct BodyStyle {
   std::vector<OutputArray> outputs;                     // by group of the schedule
   const std::map<const Callee*, std::string>& callees;  // the C function of each
   Dialect dialect;
+  bool constant_parameters = false;  // p is an array of numbers: those of a part
 };
 
 // What stands between the braces of the function for one piece, indented by two.

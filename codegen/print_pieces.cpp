@@ -55,6 +55,11 @@ PieceFunctions::PieceFunctions(const std::vector<KernelPlan>& kernels, std::size
     : piece_statements_(piece_statements), dialect_(dialect), callees_(collect_callees(kernels)) {
   for (std::size_t k = 0; k < callees_.size(); ++k)
     names_[callees_[k]] = "dt_" + c_identifier(callees_[k]->name) + "_" + std::to_string(k + 1);
+  for (const KernelPlan& kernel : kernels) {
+    const Graph& graph = kernel.derivatives.function.graph;
+    for (const CallPlace& place : kernel.schedule.calls)
+      runs_[graph.callees()[graph[place.call].a].get()] = place.runs;
+  }
   for (const Callee* callee : callees_) add_callee(*callee);
 }
 
@@ -72,11 +77,22 @@ void PieceFunctions::add_callee(const Callee& callee) {
   const std::string name = names_.at(&callee);
   Definition d;
   d.body = "  (void)in;\n  (void)out;\n";
+  const std::string type = dialect_.lanes ? "reals" : "real";
+  std::string parameters = "\n    const " + type + "* DT_RESTRICT in, " + type + "* DT_RESTRICT out";
   auto& [values, frames] = depth_[&callee];
   if (callee.recorded) {
     const Function& function = *callee.recorded;
+    const std::vector<OutputArray> outputs = outputs_of_part(callee);
     const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_);
-    const BodyStyle style{{"in", "", ""}, {{"out", "out", 0, function.n_y()}}, names_, dialect_};
+    const BodyStyle style{{"in", "constants", ""}, outputs, names_, dialect_, is_part(callee)};
+    if (function.n_p()) {
+      parameters += ", const double* constants";
+      d.body += "  (void)constants;\n";
+    }
+    for (const OutputArray& array : outputs) {
+      if (array.places.empty()) continue;
+      parameters += ", " + type + "* DT_RESTRICT " + array.name;
+    }
     const std::size_t first = definitions_.size();
     if (s.work)
       d.body += std::string(dialect_.lanes ? "  " : "  DYNTAPE_WORK ") + "real work[" +
@@ -102,9 +118,20 @@ void PieceFunctions::add_callee(const Callee& callee) {
   }
   values = d.values, frames = d.frames;
   d.statements = static_cast<std::size_t>(std::count(d.body.begin(), d.body.end(), '\n'));
-  const std::string type = dialect_.lanes ? "reals" : "real";
-  add("void " + named(name) + "(\n    const " + type + "* DT_RESTRICT in, " + type + "* DT_RESTRICT out)",
-      std::move(d));
+  add("void " + named(name) + "(" + parameters + ")", std::move(d));
+}
+
+// What is written through `out` and, of a part, what through a pointer to outputs.
+std::vector<OutputArray> PieceFunctions::outputs_of_part(const Callee& callee) const {
+  std::vector<OutputArray> arrays;
+  const auto found = runs_.find(&callee);
+  if (found != runs_.end()) {
+    for (const OutputRun& run : found->second)
+      arrays.push_back(
+          {"y_" + std::to_string(arrays.size() + 1), "results", run.begin, run.end, run.offsets});
+  }
+  arrays.push_back({"out", "results", 0, callee.n_out, {}});
+  return arrays;
 }
 
 std::string PieceFunctions::add_pieces(const std::string& name, const Function& function, const Schedule& s,
@@ -134,8 +161,10 @@ std::pair<std::string, std::string> PieceFunctions::signature(const Schedule& sc
     arguments += (arguments.empty() ? "" : ", ") + argument;
   };
   for (int block = 0; block < kBlocks; ++block) {
+    const bool is_plain = style.constant_parameters && block == static_cast<int>(Block::kParameters);
     if (!piece.inputs[block].empty())
-      add("const " + type + "* DT_RESTRICT ", style.inputs[block], style.inputs[block] + suffix);
+      add("const " + (is_plain ? "double" : type) + "* DT_RESTRICT ", style.inputs[block],
+          style.inputs[block] + suffix);
   }
   std::vector<bool> writes(style.outputs.size(), false);
   bool checks = false, works = !piece.loads.empty() || !piece.stores.empty();
@@ -144,10 +173,17 @@ std::pair<std::string, std::string> PieceFunctions::signature(const Schedule& sc
     checks = checks || step.kind == Step::Kind::kCheck;
     const CallPlace* place = step.kind == Step::Kind::kCompute ? schedule.long_call(step.index) : nullptr;
     works = works || place;
-    if (step.kind != Step::Kind::kStore && !place) continue;
-    const std::size_t output = place ? place->outputs : step.index;
-    for (std::size_t g = 0; g < writes.size(); ++g) {
-      if (output >= style.outputs[g].begin && output < style.outputs[g].end) writes[g] = true;
+    const auto written = [&](std::size_t output) {
+      for (std::size_t g = 0; g < writes.size(); ++g) {
+        if (output < style.outputs[g].begin || output >= style.outputs[g].end) continue;
+        writes[g] = true;
+        return;
+      }
+    };
+    if (step.kind == Step::Kind::kStore) written(step.index);
+    if (place) {
+      written(place->outputs);
+      for (const OutputRun& run : place->runs) written(run.first);
     }
   }
   for (std::size_t g = 0; g < writes.size(); ++g) {

@@ -53,6 +53,7 @@ class PieceFunctions {
   void add(const std::string& declaration, Definition definition);
   std::pair<std::string, std::string> signature(const Schedule& schedule, const Piece& piece,
                                                 const BodyStyle& style, const std::string& suffix) const;
+  std::vector<OutputArray> outputs_of_part(const Callee& callee) const;
   Definition measured(const Function& function, const Piece& piece, const Schedule& schedule) const;
   std::string named(const std::string& name) const;
 
@@ -61,6 +62,7 @@ class PieceFunctions {
   std::vector<const Callee*> callees_;
   std::map<const Callee*, std::string> names_;
   std::map<const Callee*, std::pair<std::size_t, std::size_t>> depth_;  // values and frames
+  std::map<const Callee*, std::vector<OutputRun>> runs_;                // of parts
   std::vector<Definition> definitions_;
   std::size_t callee_work_ = 0;
 };

@@ -110,9 +110,10 @@ class Ordering {
     add_value(id);
     if (function_.graph[id].op != Op::Call) return;
     const CallPlace* place = schedule_.long_call(id);
-    if (place && place->outputs != CallPlace::kInWork) return;  // it writes them itself
     for (auto r = results_.begin(id); r != results_.end(id); ++r) {
-      if (mask_[result_nodes_[*r]]) add_value(result_nodes_[*r]);
+      const NodeId result = result_nodes_[*r];
+      if (place && place->writes(function_.graph[result].b)) continue;
+      if (mask_[result]) add_value(result);
     }
   }
 
@@ -217,7 +218,9 @@ class Crossings {
     std::vector<NodeId> arguments;
     for (const CallPlace& place : schedule_.calls) {
       std::uint32_t slot = place.in;
+      const std::size_t end = slot + stored_arguments(function_.graph, place.call);
       function_.graph.for_each_argument(place.call, [&](NodeId a) {
+        if (slot == end) return;
         arguments.push_back(a);
         argument_slots_.push_back(slot++);
       });
