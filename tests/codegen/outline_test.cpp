@@ -116,9 +116,11 @@ TEST(Outline, ALegOfAnotherKindIsLeftAlone) {
 }
 
 // Compiled against the interpreter.
-void expect_interpreted_bits(const Function& f, Order order, Random& random) {
+void expect_interpreted_bits(const Function& f, Order order, Random& random,
+                             Profile profile = Profile::kStrict) {
   CodegenOptions options;
   options.order = order;
+  options.profile = profile;
   options.use_cache = false;
   options.route = Route::kInterpreter;
   const CompiledFunction reference = CompiledFunction::make(f, options);
@@ -152,6 +154,7 @@ TEST(Outline, BitsAreThoseOfTheInterpreter) {
     EXPECT_FALSE(codegen::outlined(f).graph.callees().empty());
     expect_interpreted_bits(f, Order::kValue, random);
   }
+  expect_interpreted_bits(record_walker({3, 60, true, -1, false}), Order::kValue, random, Profile::kFast);
   expect_interpreted_bits(record_walker({4, 12, true, -1, true}), Order::kFirst, random);
 }
 
