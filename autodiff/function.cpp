@@ -19,11 +19,19 @@ std::vector<NodeId> roots_of(const Function& function) {
 
 // What the roots need: one flag a node.
 std::vector<std::uint8_t> needed_for(const Graph& graph, const std::vector<NodeId>& roots) {
-  std::vector<std::uint8_t> needed(graph.size(), 0);
+  const auto n = static_cast<NodeId>(graph.size());
+  std::vector<std::uint8_t> needed(graph.size() + 1, 0);  // the last is for arguments that there are not
   for (NodeId root : roots) needed[root] = 1;
-  for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
-    if (needed[id]) graph.for_each_argument(id, [&](NodeId a) { needed[a] = 1; });
+  for (NodeId id = n; id-- > 0;) {
+    if (!needed[id]) continue;
+    const Node& node = graph[id];
+    if (is_table_op(node.op)) {
+      needed[node.a] = needed[std::min(node.b, n)] = needed[std::min(node.c, n)] = 1;
+    } else {
+      graph.for_each_argument(id, [&](NodeId a) { needed[a] = 1; });
+    }
   }
+  needed.pop_back();
   return needed;
 }
 
@@ -90,12 +98,24 @@ std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots
 }
 
 // What was simplified as it was built stays as it is: the live nodes are copied, in their order.
+Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards) {
+  Function result;
+  result.outputs = outputs;
+  result.guards = guards;
+  std::vector<NodeId> roots = roots_of(result), image;
+  Graph live = graph.extract(needed_for(graph, roots), image);
+  for (NodeId& root : roots) root = image[root];
+  return with_graph(result, std::move(live), roots);
+}
+
 Function compact(const Function& function) {
   check(function);
-  std::vector<NodeId> roots = roots_of(function), image;
-  Graph live = function.graph.extract(needed_for(function.graph, roots), image);
-  for (NodeId& root : roots) root = image[root];
-  return with_graph(function, std::move(live), roots);
+  Function live = live_part(function.graph, function.outputs, function.guards);
+  live.name = function.name;
+  live.inputs = function.inputs;
+  live.input_names = function.input_names;
+  live.output_names = function.output_names;
+  return live;
 }
 
 Function bind(const Function& function, Block block, const std::vector<Binding>& bindings) {

@@ -48,6 +48,9 @@ struct Function {
 // Throws RecordingError where check() finds the graph broken.
 Function compact(const Function& function);
 
+// What outputs and guards need of a sound graph, as a function without a name and without numbers of inputs.
+Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const std::vector<Guard>& guards);
+
 // Throws RecordingError, naming the node, unless every argument precedes its user, every index is in range
 // and every output exists.
 void check(const Function& function);

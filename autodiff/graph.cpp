@@ -21,72 +21,57 @@ std::uint64_t mix(std::uint64_t h) {  // the finaliser of a 64-bit multiplicativ
   return h;
 }
 
-std::uint64_t hash(const Node& n) {
-  return mix((std::uint64_t(n.a) << 32 | n.b) * 0x9e3779b97f4a7c15u + (std::uint64_t(n.c) << 8) +
-             std::uint64_t(n.op));
-}
-
-// The newest argument.
-NodeId anchor(const Node& n) {
-  if (n.op == Op::Input) return kNoNode;  // a and b are no nodes
-  const NodeId ab = n.b == kNoNode ? n.a : std::max(n.a, n.b);
-  return n.c == kNoNode ? ab : std::max(ab, n.c);
-}
-
 std::uint64_t call_hash(std::size_t callee, const NodeId* arguments, std::size_t n) {
   std::uint64_t h = mix(callee);
   for (std::size_t i = 0; i < n; ++i) h = mix(h + arguments[i]);
   return h;
 }
 
+// For nodes of the table.  kNoNode + 1 is 0.
+NodeId newest_argument(const Node& node) { return std::max({node.a + 1, node.b + 1, node.c + 1}) - 1; }
+
 constexpr int kLargestIntegerPower = 16;  // pow(x, n) becomes products up to here
 
 }  // namespace
 
-NodeId& Graph::slot_of(const Node& node) {
-  if (node.op == Op::Const) {  // equal constants are equal bit for bit
-    const auto bits = std::bit_cast<std::uint64_t>(constants_[node.a]);
-    return table_.slot(mix(bits), kNoNode, [&](NodeId other) {
-      return nodes_[other].op == Op::Const &&
-             std::bit_cast<std::uint64_t>(constants_[nodes_[other].a]) == bits;
-    });
-  }
-  return table_.slot(hash(node), anchor(node), [&](NodeId other) { return nodes_[other] == node; });
-}
-
-void Graph::grow_table() {
-  table_.grow(nodes_.size());
+void Graph::index_nodes() {
+  table_.clear();
+  table_.reserve(nodes_.size());
   const auto none = [](NodeId) { return false; };  // all are different
-  for (NodeId id = 0; id < nodes_.size(); ++id) {
-    const Node& node = nodes_[id];
-    const bool constant = node.op == Op::Const;
-    table_.slot(constant ? mix(std::bit_cast<std::uint64_t>(constants_[node.a])) : hash(node),
-                constant ? kNoNode : anchor(node), none) = id;
+  for (const Node& node : nodes_) {
+    if (node.op == Op::Const) {
+      table_.find_or_add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]));
+    } else if (node.op == Op::Input || node.op == Op::Call) {
+      table_.find_or_add_keyed(key(node), none);
+    } else {
+      const NodeId newest = node.op == Op::Result ? node.a : newest_argument(node);
+      table_.find_or_add(newest, none, [&] { return key(node); });
+    }
   }
 }
 
-NodeId Graph::intern(const Node& node) {
-  if (!table_.has_room(nodes_.size())) grow_table();
-  NodeId& slot = slot_of(node);
-  if (slot != kNoNode) return slot;
-  if (nodes_.size() >= kNoNode - 1) throw RecordingError("graph: more than 4294967293 nodes");
-  nodes_.push_back(node);
-  return slot = static_cast<NodeId>(nodes_.size() - 1);
-}
+void Graph::refuse_more() { throw RecordingError("graph: more than 4294967293 nodes"); }
 
-NodeId Graph::constant(double value) {
-  constants_.push_back(value);
-  const std::size_t before = nodes_.size();
-  const NodeId id = intern({Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode});
-  if (nodes_.size() == before) constants_.pop_back();
+NodeId Graph::intern_without_arguments(const Node& node) {
+  make_ready();
+  const NodeId id = table_.find_or_add_keyed(key(node), [&](NodeId other) { return nodes_[other] == node; });
+  if (id == nodes_.size()) nodes_.push_back(node);
   return id;
 }
 
 NodeId Graph::input(Block block, std::uint32_t index) {
-  return intern({Op::Input, static_cast<NodeId>(block), index, kNoNode});
+  return intern_without_arguments({Op::Input, static_cast<NodeId>(block), index, kNoNode});
 }
 
 NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
+  // What is neither constant nor a negation, as most nodes, no law simplifies but -(x - y).
+  if (is_arithmetic(op) && !is_constant(a) && !is_constant(b)) {
+    if (is_plain(a) && is_plain(b)) return make_plain(op, a, b);
+    if ((op == Op::Add || op == Op::Mul) && b < a) std::swap(a, b);
+    const NodeId simpler = simplified_signs(op, a, b);
+    return simpler != kNoNode ? simpler : make_plain(op, a, b);
+  }
+  if (op == Op::Neg && is_plain(a) && nodes_[a].op != Op::Sub) return intern({op, a, b, c}, a);
   const OpInfo& row = info(op);
   const bool folds = is_constant(a) && (row.arity < 2 || is_constant(b)) && (row.arity < 3 || is_constant(c));
   if (folds) {
@@ -97,7 +82,8 @@ NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
   // One canonical order makes a + b and b + a the same node.
   if ((row.laws & kCommutative) && b < a) std::swap(a, b);
   if (const NodeId simpler = simplified(op, a, b, c); simpler != kNoNode) return simpler;
-  return intern({op, a, b, c});
+  const Node node{op, a, b, c};
+  return intern(node, newest_argument(node));
 }
 
 NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
@@ -229,52 +215,77 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
   if (call == kNoNode) {
     const auto first = static_cast<NodeId>(call_arguments_.size());
     call_arguments_.insert(call_arguments_.end(), arguments.begin(), arguments.end());
-    call = intern({Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
+    call = intern_without_arguments(
+        {Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
     calls_.emplace(key, call);
   }
   std::vector<NodeId> results(callee->n_out);
   for (std::size_t i = 0; i < results.size(); ++i) {
-    results[i] = intern({Op::Result, call, static_cast<NodeId>(i), kNoNode});
+    results[i] = intern({Op::Result, call, static_cast<NodeId>(i), kNoNode}, call);
   }
   return results;
 }
 
 Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const {
   Graph copy;
-  image.assign(nodes_.size(), kNoNode);
-  copy.nodes_.reserve(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)));
-  const auto renamed = [&](NodeId id) { return id == kNoNode ? kNoNode : image[id]; };
-  for (NodeId id = 0; id < nodes_.size(); ++id) {
-    if (!keep[id]) continue;
+  // One more each, for what is left out: neither has to be asked about node by node.
+  const auto n = static_cast<NodeId>(nodes_.size());
+  copy.nodes_.resize(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)) + 1, Node{Op::Const});
+  image.assign(nodes_.size() + 1, kNoNode);
+  NodeId next = 0;
+  for (NodeId id = 0; id < n; ++id) {
     const Node& node = nodes_[id];
-    image[id] = static_cast<NodeId>(copy.nodes_.size());
-    if (node.op == Op::Call) {
-      copy.copy_call(*this, id, image);
-    } else if (node.op == Op::Const) {
-      copy.nodes_.push_back({Op::Const, static_cast<NodeId>(copy.constants_.size()), kNoNode, kNoNode});
-      copy.constants_.push_back(constants_[node.a]);
-    } else if (node.op == Op::Input) {
-      copy.nodes_.push_back(node);
-    } else if (node.op == Op::Result) {
-      copy.nodes_.push_back({Op::Result, image[node.a], node.b, kNoNode});
-    } else {
-      copy.nodes_.push_back({node.op, image[node.a], renamed(node.b), renamed(node.c)});
+    const bool kept = keep[id];
+    if (is_table_op(node.op)) {
+      copy.nodes_[next] = {node.op, image[node.a], image[std::min(node.b, n)], image[std::min(node.c, n)]};
+    } else if (kept) {
+      copy.nodes_[next] = copy.structural_copy(*this, node, next, image);
     }
+    image[id] = kept ? next : kNoNode;
+    next += kept;
   }
+  image.pop_back();
+  copy.nodes_.pop_back();
   return copy;
 }
 
-void Graph::copy_call(const Graph& source, NodeId call, const std::vector<NodeId>& image) {
-  const Node& node = source.nodes_[call];
+Node Graph::structural_copy(const Graph& source, const Node& node, NodeId id,
+                            const std::vector<NodeId>& image) {
+  switch (node.op) {
+    case Op::Call:
+      return copy_call(source, node, id, image);
+    case Op::Const:
+      constants_.push_back(source.constants_[node.a]);
+      return {Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode};
+    case Op::Result:
+      return {Op::Result, image[node.a], node.b, kNoNode};
+    default:
+      return node;
+  }
+}
+
+Node Graph::copy_call(const Graph& source, const Node& node, NodeId id, const std::vector<NodeId>& image) {
   const auto& callee = source.callees_[node.a];
   const auto index =
       static_cast<std::size_t>(std::find(callees_.begin(), callees_.end(), callee) - callees_.begin());
   if (index == callees_.size()) callees_.push_back(callee);
   const auto first = static_cast<NodeId>(call_arguments_.size());
-  source.for_each_argument(call, [&](NodeId a) { call_arguments_.push_back(image[a]); });
-  const auto id = static_cast<NodeId>(nodes_.size());
-  nodes_.push_back({Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
+  for (std::size_t i = 0; i < callee->n_in; ++i) {
+    call_arguments_.push_back(image[source.call_arguments_[node.b + i]]);
+  }
+  const auto number = static_cast<NodeId>(calls_.size());
   calls_.emplace(call_hash(index, call_arguments_.data() + first, callee->n_in), id);
+  return {Op::Call, static_cast<NodeId>(index), first, number};
+}
+
+void Graph::clear() {
+  nodes_.clear();
+  table_.clear();
+  constants_.clear();
+  zero_ = kNoNode;
+  callees_.clear();
+  call_arguments_.clear();
+  calls_.clear();
 }
 
 std::size_t call_arity(const Graph& graph, NodeId call) { return graph.callees()[graph[call].a]->n_in; }

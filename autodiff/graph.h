@@ -16,6 +16,8 @@
 // (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print_c.h).
 #pragma once
 
+#include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -49,6 +51,12 @@ class Graph {
   NodeId constant(double value);
   NodeId input(Block block, std::uint32_t index);
   NodeId make(Op op, NodeId a, NodeId b = kNoNode, NodeId c = kNoNode);
+  // make() for + - * / where no law applies: of plain arguments, which are neither constants nor negations.
+  NodeId make_plain(Op op, NodeId a, NodeId b);
+  static constexpr bool is_arithmetic(Op op) {
+    return op == Op::Add || op == Op::Sub || op == Op::Mul || op == Op::Div;
+  }
+  bool is_plain(NodeId id) const { return nodes_[id].op != Op::Const && nodes_[id].op != Op::Neg; }
   // Results of one call of a recorded function or kernel, (callee->n_out) nodes.
   std::vector<NodeId> call(const std::shared_ptr<const Callee>& callee, const std::vector<NodeId>& arguments);
 
@@ -74,20 +82,28 @@ class Graph {
 
   // Memory held, in bytes.
   std::size_t bytes() const;
+  // Empties it and keeps the memory, for what is built next.
+  void clear();
 
  private:
-  NodeId intern(const Node& node);
-  NodeId& slot_of(const Node& node);
-  void grow_table();
-  void copy_call(const Graph& source, NodeId call, const std::vector<NodeId>& image);
+  static std::uint64_t key(const Node& node);
+  NodeId intern(const Node& node, NodeId newest_argument);
+  NodeId intern_without_arguments(const Node& node);
+  void make_ready();   // to be added to
+  void index_nodes();  // enters all nodes into the table
+  [[noreturn]] static void refuse_more();
+  // A node of another graph, as node `id` of this one.
+  Node structural_copy(const Graph& source, const Node& node, NodeId id, const std::vector<NodeId>& image);
+  Node copy_call(const Graph& source, const Node& node, NodeId id, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
   NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
   NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
   NodeId integer_power(NodeId base, int exponent);
 
   std::vector<Node> nodes_;
-  NodeTable table_;  // empty until a node is looked up: a graph that is only read has none
+  NodeTable table_;  // empty until a node is added: a graph that is only read has none
   std::vector<double> constants_;
+  NodeId zero_ = kNoNode;  // once it is there, most look-ups of constants are for it
   std::vector<std::shared_ptr<const Callee>> callees_;
   std::vector<NodeId> call_arguments_;
   std::unordered_multimap<std::uint64_t, NodeId> calls_;  // the Call nodes, by hash of callee and arguments
@@ -95,6 +111,43 @@ class Graph {
 
 // Number of arguments of a Call node.
 std::size_t call_arity(const Graph& graph, NodeId call);
+
+inline std::uint64_t Graph::key(const Node& node) {
+  const std::uint64_t ab = (std::uint64_t(node.a) << 32 | node.b) * 0x9e3779b97f4a7c15u;
+  return (ab ^ ab >> 32) + (std::uint64_t(node.c) << 8 | std::uint64_t(node.op));
+}
+
+inline void Graph::make_ready() {
+  if (table_.size() != nodes_.size()) index_nodes();
+  if (nodes_.size() >= kNoNode - 1) refuse_more();
+}
+
+inline NodeId Graph::constant(double value) {
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  if (bits == 0 && zero_ != kNoNode) return zero_;
+  make_ready();
+  const NodeId id = table_.find_or_add_constant(bits);
+  if (bits == 0) zero_ = id;
+  if (id == nodes_.size()) {
+    nodes_.push_back({Op::Const, static_cast<NodeId>(constants_.size()), kNoNode, kNoNode});
+    constants_.push_back(value);
+  }
+  return id;
+}
+
+inline NodeId Graph::intern(const Node& node, NodeId newest_argument) {
+  make_ready();
+  const NodeId id = table_.find_or_add(
+      newest_argument, [&](NodeId other) { return nodes_[other] == node; }, [&] { return key(node); });
+  if (id == nodes_.size()) nodes_.push_back(node);
+  return id;
+}
+
+inline NodeId Graph::make_plain(Op op, NodeId a, NodeId b) {
+  // One canonical order makes a + b and b + a the same node.
+  const bool swap = b < a && (op == Op::Add || op == Op::Mul);
+  return intern({op, swap ? b : a, swap ? a : b, kNoNode}, std::max(a, b));
+}
 
 template <class Visit>
 void Graph::for_each_argument(NodeId id, Visit&& visit) const {

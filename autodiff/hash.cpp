@@ -7,6 +7,7 @@
 
 #include <bit>
 #include <cstdio>
+#include <cstring>
 #include <stdexcept>
 
 #include <dyntape/autodiff/callee.h>
@@ -25,12 +26,13 @@ class Hasher {
   Hasher(const Hasher&) = delete;
   Hasher& operator=(const Hasher&) = delete;
 
-  void add(std::uint64_t value) { XXH3_128bits_update(state_, &value, sizeof value); }
-  void add(const std::string& text) {
+  void add(std::uint64_t value) { append(&value, sizeof value); }
+  void add(std::string_view text) {
     add(text.size());
-    XXH3_128bits_update(state_, text.data(), text.size());
+    append(text.data(), text.size());
   }
-  std::string digest() const {
+  std::string digest() {
+    flush();
     const XXH128_hash_t h = XXH3_128bits_digest(state_);
     char text[33];
     std::snprintf(text, sizeof text, "%016llx%016llx", static_cast<unsigned long long>(h.high64),
@@ -39,12 +41,25 @@ class Hasher {
   }
 
  private:
+  // Many small things in one go.
+  void append(const void* data, std::size_t bytes) {
+    if (filled_ + bytes > sizeof buffer_) flush();
+    if (bytes > sizeof buffer_) {
+      XXH3_128bits_update(state_, data, bytes);
+    } else {
+      std::memcpy(buffer_ + filled_, data, bytes);
+      filled_ += bytes;
+    }
+  }
+  void flush() {
+    XXH3_128bits_update(state_, buffer_, filled_);
+    filled_ = 0;
+  }
+
   XXH3_state_t* state_;
+  char buffer_[4096];
+  std::size_t filled_ = 0;
 };
-
-}  // namespace
-
-namespace {
 
 void add_callee(Hasher& hasher, const std::shared_ptr<const Callee>& callee, int derivatives) {
   hasher.add(callee->n_in);
@@ -71,7 +86,7 @@ std::string content_hash(const Function& function, int derivatives) {
   for (NodeId id = 0; id < live.graph.size(); ++id) {
     const Node& node = live.graph[id];
     // Operators enter by name, so that a new row in the table does not change old hashes.
-    hasher.add(std::string(info(node.op).name));
+    hasher.add(info(node.op).name);
     if (node.op == Op::Const) {
       hasher.add(std::bit_cast<std::uint64_t>(live.graph.constant_value(id)));
     } else if (node.op == Op::Call) {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where a graph looks up whether it has a node already: open addressing over the array of nodes.
+// Where a graph looks up whether it has a node already.
 //
-//   NodeId& slot = table.slot(hash, anchor, [&](NodeId other) { return nodes[other] == node; });
-//   if (slot == kNoNode) slot = append(node);
+//   const NodeId id = table.find_or_add(newest, is_it, hash);
+//   if (id == nodes.size()) nodes.push_back(node);
 //
-// A plain hash scatters neighbours over the whole table, and on a tape of millions of nodes each look-up is
-// then a miss in every cache.  But a new node mostly uses a node that is new itself, so each is kept near the
-// place of its newest argument (the anchor), where the processor is working anyway.  When the few slots there
-// are taken, as they are for an input that a million nodes use, the plain hash decides.
+// A new node mostly uses a node that is new itself, and few nodes use one: so the nodes whose newest argument
+// is the same hang on it as a list, and looking one up is a walk over one or two nodes that the processor has
+// at hand, without a hash.  Where the list is full, as for an input that a million nodes use, and for nodes
+// without arguments, a hash table decides.
 #pragma once
 
-#include <bit>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -21,35 +21,108 @@ namespace dyntape {
 using NodeId = std::uint32_t;
 inline constexpr NodeId kNoNode = 0xffffffffu;
 
-class NodeTable {
+// Open addressing by 64-bit keys.
+class KeyTable {
  public:
-  // Whether one more of `nodes` fits; if not, grow() and put all of them in again.
-  bool has_room(std::size_t nodes) const { return (nodes + 1) * 2 <= slots_.size(); }
-  void grow(std::size_t nodes) { slots_.assign(std::bit_ceil((nodes + 32) * 2), kNoNode); }
-
-  // The slot of the node for which is_it says so, or the empty slot where it belongs.
-  // anchor == kNoNode: the node has no neighbourhood.
+  // The node with this key for which is_it says so; if there is none, `next`, which is added.
   template <class IsIt>
-  NodeId& slot(std::uint64_t hash, NodeId anchor, IsIt&& is_it) {
-    const std::size_t mask = slots_.size() - 1;
-    if (anchor != kNoNode) {
-      std::size_t i = (std::size_t(anchor) * 2 + hash % kNeighbours) & mask;
-      for (int tries = 0; tries < kNeighbours; ++tries, i = (i + 1) & mask) {
-        if (slots_[i] == kNoNode || is_it(slots_[i])) return slots_[i];
-      }
+  NodeId find_or_add(std::uint64_t key, NodeId next, IsIt&& is_it) {
+    if (used_ * 2 >= slots_.size()) grow();
+    std::size_t i = place(key);
+    for (; slots_[i].id != kNoNode; i = (i + 1) & (slots_.size() - 1)) {
+      if (slots_[i].key == key && is_it(slots_[i].id)) return slots_[i].id;
     }
-    // In steps of its own, because neighbours fill long runs without a gap.
-    std::size_t i = (hash >> 8) & mask;
-    const std::size_t step = (hash >> 40) | 1;
-    while (slots_[i] != kNoNode && !is_it(slots_[i])) i = (i + step) & mask;
-    return slots_[i];
+    ++used_;
+    slots_[i] = {key, next};
+    return next;
   }
-
-  std::size_t bytes() const { return slots_.capacity() * sizeof(NodeId); }
+  void clear() {
+    std::fill(slots_.begin(), slots_.end(), Slot{});
+    used_ = 0;
+  }
+  std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
-  static constexpr int kNeighbours = 8;
-  std::vector<NodeId> slots_;  // size a power of two, at most half full
+  struct Slot {
+    std::uint64_t key = 0;
+    NodeId id = kNoNode;
+  };
+
+  std::size_t place(std::uint64_t key) const {
+    return ((key ^ key >> 32) * 0x9e3779b97f4a7c15u >> 24) & (slots_.size() - 1);
+  }
+  void grow() {
+    std::vector<Slot> old(std::max<std::size_t>(64, slots_.size() * 4));
+    old.swap(slots_);
+    for (const Slot& slot : old) {
+      if (slot.id == kNoNode) continue;
+      std::size_t i = place(slot.key);
+      while (slots_[i].id != kNoNode) i = (i + 1) & (slots_.size() - 1);
+      slots_[i] = slot;
+    }
+  }
+
+  std::vector<Slot> slots_;  // size a power of two, at most half full
+  std::size_t used_ = 0;
+};
+
+class NodeTable {
+ public:
+  // Of how many nodes it knows: the number of the next.
+  std::size_t size() const { return links_.size(); }
+
+  // The node for which is_it says so; if there is none, the number of the next node, which is added.
+  template <class IsIt, class Key>
+  NodeId find_or_add(NodeId newest_argument, IsIt&& is_it, Key&& key) {
+    NodeId other = links_[newest_argument].first;
+    for (int room = kListed; room > 0; --room) {
+      if (other == kNoNode) return append(newest_argument);
+      if (is_it(other)) return other;
+      other = links_[other].next;
+    }
+    return find_or_add_keyed(key(), is_it);
+  }
+  // Likewise for a node without arguments.
+  template <class IsIt>
+  NodeId find_or_add_keyed(std::uint64_t key, IsIt&& is_it) {
+    return known(keyed_.find_or_add(key, next(), is_it));
+  }
+  // And for the constant with these bits.
+  NodeId find_or_add_constant(std::uint64_t bits) {
+    return known(constants_.find_or_add(bits, next(), [](NodeId) { return true; }));
+  }
+
+  void reserve(std::size_t nodes) { links_.reserve(nodes); }
+  // Forgets all nodes and keeps the memory.
+  void clear() {
+    links_.clear();
+    keyed_.clear();
+    constants_.clear();
+  }
+  std::size_t bytes() const { return links_.capacity() * sizeof(Link) + keyed_.bytes() + constants_.bytes(); }
+
+ private:
+  static constexpr int kListed = 8;
+
+  struct Link {
+    NodeId first = kNoNode;  // of the list of this node: the one that was added last
+    NodeId next = kNoNode;   // on the list where this node hangs
+  };
+
+  NodeId next() const { return static_cast<NodeId>(links_.size()); }
+  NodeId known(NodeId id) {
+    if (id == links_.size()) links_.emplace_back();
+    return id;
+  }
+  NodeId append(NodeId newest_argument) {
+    const NodeId id = next();
+    links_.push_back({kNoNode, links_[newest_argument].first});
+    links_[newest_argument].first = id;
+    return id;
+  }
+
+  std::vector<Link> links_;  // a node each
+  KeyTable keyed_, constants_;
 };
 
 }  // namespace dyntape

@@ -24,6 +24,10 @@ struct Recording {
 
 constinit thread_local Recording* current = nullptr;
 
+// Memory of this thread's last recording, for the next one; much is given back.
+thread_local Graph spare;
+constexpr std::size_t kSpareBytes = std::size_t{1} << 24;
+
 // Serial numbers begin at random, so that two copies of this library in one process do not take each other's
 // values for their own.
 std::uint32_t next_serial() {
@@ -34,28 +38,41 @@ std::uint32_t next_serial() {
 // Makes a recording the current one for as long as it lives: it closes however the scope is left.
 class Scope {
  public:
-  explicit Scope(Recording& recording) {
+  explicit Scope(Recording& recording) : recording_(recording) {
     if (current) {
       throw RecordingError("record(\"" + recording.name + "\") at " + recording.place +
                            ": this thread is already recording \"" + current->name + "\", begun at " +
                            current->place);
     }
-    current = &recording;
+    current = &recording_;
+    std::swap(recording_.graph, spare);
   }
-  ~Scope() { current = nullptr; }
+  ~Scope() {
+    current = nullptr;
+    if (recording_.graph.bytes() > kSpareBytes) return;
+    recording_.graph.clear();
+    std::swap(recording_.graph, spare);
+  }
   Scope(const Scope&) = delete;
   Scope& operator=(const Scope&) = delete;
+
+ private:
+  Recording& recording_;
 };
 
-Recording& recording_of(const AD& a) {
+[[noreturn, gnu::cold]] void refuse() {
   if (!current) throw RecordingError("a recorded value is used after its recording has ended");
-  if (a.tape() != current->serial) {
-    throw RecordingError(
-        "a value of another recording is used while \"" + current->name + "\" is recorded (begun at " +
-        current->place +
-        "): values do not outlive their recording; use its value() or pass it as a parameter");
-  }
-  return *current;
+  throw RecordingError("a value of another recording is used while \"" + current->name +
+                       "\" is recorded (begun at " + current->place +
+                       "): values do not outlive their recording; use its value() or pass it as a parameter");
+}
+
+// The current recording, which values that depend on inputs must be of.
+template <class... Values>
+Recording& recording_of(const Values&... values) {
+  Recording* recording = current;
+  if (!recording || !((!values.is_recorded() || values.tape() == recording->serial) && ...)) refuse();
+  return *recording;
 }
 
 NodeId node(Recording& recording, const AD& a) {
@@ -89,28 +106,84 @@ std::vector<double> recording_point(const std::vector<double>& given, std::size_
 
 namespace detail {
 
-AD apply(Op op, const AD& a) {
-  const double value = evaluate<double>(op, a.value(), 0, 0);
+template <Op op>
+AD apply(AD a) {
+  const double value = evaluate<op>(a.value(), 0.0, 0.0);
   if (!a.is_recorded()) return value;
   Recording& r = recording_of(a);
   return result(r, r.graph.make(op, a.id()), value);
 }
 
-AD apply(Op op, const AD& a, const AD& b) {
-  const double value = evaluate<double>(op, a.value(), b.value(), 0);
-  if (!a.is_recorded() && !b.is_recorded()) return value;
-  Recording& r = recording_of(a.is_recorded() ? a : b);
+// Each of the three that follow is out of line: most operations are done before they need its registers.
+template <Op op>
+[[gnu::noinline]] AD apply_by_laws(AD a, AD b) {
+  Recording& r = recording_of(a, b);
   const NodeId x = node(r, a), y = node(r, b);
-  return result(r, r.graph.make(op, x, y), value);
+  return result(r, r.graph.make(op, x, y), evaluate<op>(a.value(), b.value(), 0.0));
 }
 
-AD apply(Op op, const AD& a, const AD& b, const AD& c) {
-  const double value = evaluate<double>(op, a.value(), b.value(), c.value());
+template <Op op>
+[[gnu::noinline]] AD apply_to_nodes(AD a, AD b) {
+  Recording& r = recording_of(a, b);
+  if (!r.graph.is_plain(a.id()) || !r.graph.is_plain(b.id())) return apply_by_laws<op>(a, b);
+  return {evaluate<op>(a.value(), b.value(), 0.0), r.graph.make_plain(op, a.id(), b.id()), r.serial};
+}
+
+// One argument is a constant.  Zeros and ones, most of the constants of a robot, are looked at before the graph
+// is asked; like others they have their place in it.
+template <Op op, bool left>
+[[gnu::noinline]] AD apply_to_constant(AD a, AD b) {
+  constexpr std::uint32_t laws = info(op).laws;
+  const double value = evaluate<op>(a.value(), b.value(), 0.0), c = left ? a.value() : b.value();
+  const AD x = left ? b : a;
+  Recording& r = recording_of(x);
+  const NodeId constant = r.graph.constant(c);
+  if (c == 0) {
+    if (laws & (left ? kAbsorbLeft : kAbsorbRight)) return r.graph.constant(0), 0.0;
+    if (laws & (left ? kZeroLeft : kZeroRight)) return {value, x.id(), r.serial};
+  }
+  if (c == 1 && laws & (left ? kOneLeft : kOneRight)) return {value, x.id(), r.serial};
+  // The others have laws with signs (0 - x, -1 * x, x / -1) and as divisors.
+  if (c == 0 || c == -1 || (op == Op::Div && !left) || !r.graph.is_plain(x.id())) {
+    return apply_by_laws<op>(a, b);
+  }
+  const NodeId id =
+      left ? r.graph.make_plain(op, constant, x.id()) : r.graph.make_plain(op, x.id(), constant);
+  return {value, id, r.serial};
+}
+
+template <Op op>
+AD apply(AD a, AD b) {
+  if (!a.is_recorded() && !b.is_recorded()) return evaluate<op>(a.value(), b.value(), 0.0);
+  if constexpr (Graph::is_arithmetic(op)) {
+    if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
+    if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
+    return apply_to_nodes<op>(a, b);
+  } else {
+    return apply_by_laws<op>(a, b);
+  }
+}
+
+template <Op op>
+AD apply(AD a, AD b, AD c) {
+  const double value = evaluate<op>(a.value(), b.value(), c.value());
   if (!a.is_recorded() && !b.is_recorded() && !c.is_recorded()) return value;
-  Recording& r = recording_of(a.is_recorded() ? a : b.is_recorded() ? b : c);
+  Recording& r = recording_of(a, b, c);
   const NodeId x = node(r, a), y = node(r, b), z = node(r, c);
   return result(r, r.graph.make(op, x, y, z), value);
 }
+
+#define OP(name, fn, n, ...) DYNTAPE_APPLY_##n(name)
+#define FN OP
+#define DYNTAPE_APPLY_1(name) template AD apply<Op::name>(AD);
+#define DYNTAPE_APPLY_2(name) template AD apply<Op::name>(AD, AD);
+#define DYNTAPE_APPLY_3(name) template AD apply<Op::name>(AD, AD, AD);
+#include "ops.def"
+#undef OP
+#undef FN
+#undef DYNTAPE_APPLY_1
+#undef DYNTAPE_APPLY_2
+#undef DYNTAPE_APPLY_3
 
 }  // namespace detail
 
@@ -154,21 +227,19 @@ Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
     return inputs;
   };
 
-  Function function;
+  const Scope scope(recording);
+  std::vector<NodeId> outputs;
+  const VectorXad x = make_inputs(Block::kVariables, x0), p = make_inputs(Block::kParameters, p0);
+  const VectorXad y = f(x, p);
+  outputs.reserve(static_cast<std::size_t>(y.size()));
+  for (const AD& entry : y) outputs.push_back(node(recording, entry));
+  check_names(options.output_names, outputs.size(), "outputs");
+  Function function = live_part(recording.graph, outputs, recording.guards);
   function.name = name;
   function.inputs = {n_x, n_p, 0};
-  {
-    const Scope scope(recording);
-    const VectorXad x = make_inputs(Block::kVariables, x0), p = make_inputs(Block::kParameters, p0);
-    const VectorXad y = f(x, p);
-    for (Eigen::Index i = 0; i < y.size(); ++i) function.outputs.push_back(node(recording, y[i]));
-  }
-  check_names(options.output_names, function.outputs.size(), "outputs");
-  function.graph = std::move(recording.graph);
-  function.guards = std::move(recording.guards);
   function.input_names = {options.variable_names, options.parameter_names, {}};
   function.output_names = options.output_names;
-  return compact(function);
+  return function;
 }
 
 Function record(const std::string& name, std::size_t n_x, const std::function<VectorXad(const VectorXad&)>& f,

@@ -50,20 +50,24 @@ class AD {
 };
 
 namespace detail {
-AD apply(Op op, const AD& a);
-AD apply(Op op, const AD& a, const AD& b);
-AD apply(Op op, const AD& a, const AD& b, const AD& c);
+// A function an operator (record.cpp), and arguments by value: two registers each.
+template <Op op>
+AD apply(AD a);
+template <Op op>
+AD apply(AD a, AD b);
+template <Op op>
+AD apply(AD a, AD b, AD c);
 }  // namespace detail
 
 // Comparisons are spelt with operators that know their place (below), not through the table's functions.
 #define OP(name, fn, n, ...) DYNTAPE_AD_##n(name, fn)
 #define FN OP
 #define DYNTAPE_AD_1(name, fn) \
-  inline AD fn(const AD& a) { return detail::apply(Op::name, a); }
+  inline AD fn(const AD& a) { return detail::apply<Op::name>(a); }
 #define DYNTAPE_AD_2(name, fn) \
-  inline AD fn(const AD& a, const AD& b) { return detail::apply(Op::name, a, b); }
+  inline AD fn(const AD& a, const AD& b) { return detail::apply<Op::name>(a, b); }
 #define DYNTAPE_AD_3(name, fn) \
-  inline AD fn(const AD& a, const AD& b, const AD& c) { return detail::apply(Op::name, a, b, c); }
+  inline AD fn(const AD& a, const AD& b, const AD& c) { return detail::apply<Op::name>(a, b, c); }
 #include "ops.def"
 #undef OP
 #undef FN

@@ -42,6 +42,11 @@ TEST(Graph, LookUpsFindWhatIsThereThroughGrowthAndExtraction) {
     made.push_back({{a, b}, g.make(Op::Div, a, b)});
     nodes.push_back(made.back().second);
   }
+  const NodeId hub = nodes.back();  // the newest argument of thousands
+  for (int i = 0; i < 5000; ++i) {
+    const NodeId a = nodes[random.below(nodes.size())];
+    made.push_back({{a, hub}, g.make(Op::Div, a, hub)});
+  }
   const std::size_t size = g.size();
   for (const auto& [arguments, id] : made) ASSERT_EQ(g.make(Op::Div, arguments[0], arguments[1]), id);
   EXPECT_EQ(g.size(), size);

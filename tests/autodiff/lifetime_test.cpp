@@ -130,6 +130,29 @@ TEST(Lifetime, Case103_AnExceptionEndsTheRecording) {
   }
 }
 
+// A thread keeps the memory of a recording for the next.
+TEST(Lifetime, WhatWasRecordedBeforeLeavesNoTrace) {
+  const auto record_long = [](int n) {
+    return record("long", 2, [n](const VectorXad& x) {
+      AD y = x[0];
+      for (int i = 0; i < n; ++i) y = y * x[1] + double(i);
+      return one(y);
+    });
+  };
+  for (const int before : {0, 3, 1000, 500000}) {
+    Random random(11);
+    const Program program = random_program(random, 200);
+    std::string fresh, after;
+    std::thread([&] { fresh = content_hash(recorded(program)); }).join();
+    std::thread([&] {
+      const Function f = record_long(before);
+      after = content_hash(recorded(program));
+      EXPECT_EQ(f.graph.size(), record_long(before).graph.size());
+    }).join();
+    EXPECT_EQ(fresh, after) << "after " << before;
+  }
+}
+
 TEST(Lifetime, Case104_BrokenGraphsAreRefused) {
   Function f = record("f", 2, [](const VectorXad& x) { return one(x[0] * x[1]); });
   f.inputs[0] = 1;  // the graph reads a second variable
