@@ -184,6 +184,8 @@ def write_atomically(path, text):
 def make(table, folder):
     """Writes folder/benchmarks.md and folder/studies/*.svg; returns their paths."""
     t = Table(table)
+    if not t.robots:
+        raise SystemExit(f'tests/bench/run: {table} has no figures; the page stays as it is')
     made = [folder / 'benchmarks.md']
     write_atomically(made[0], text_of(t))
     if not shutil.which('gnuplot'):
