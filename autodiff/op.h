@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Operators: what they are called, what they compute, how they differentiate.  All of it is read from
-// ops.def, by macros that stand here, in scalar.h, jet.h, expr.h (overloads by name), record.cpp (what they call)
-// and interpret_lanes.cpp (its switch); everything else asks the functions below.
+// ops.def, by macros that stand here, in scalar.h, jet.h, expr.h (overloads by name), in record.cpp (what those
+// of scalar.h call) and in interpret_lanes.cpp (its switch); everything else asks the functions below.
 //
 //   evaluate(Op::Mul, 2.0, 3.0, 0.0)            -> 6
 //   slope(Op::Sin, 0, x, y, z, r, v)            -> v * cos(x), in whatever T is
