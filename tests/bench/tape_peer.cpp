@@ -233,7 +233,7 @@ void run(const std::vector<Robot>& robots, bool csv) {
     demand_agreement(model, our_answers, peer_answers);
     if (csv) {
       const auto row = [&](const char* route, const char* quantity, double us) {
-        if (us > 0) std::printf("%s,rnea,%s,%s,%.4g\n", model.name.c_str(), route, quantity, us);
+        if (us > 0) std::printf("%s,rnea,\"%s\",%s,%.4g\n", model.name.c_str(), route, quantity, us);
       };
       const auto rows = [&](const char* route, const Times& t) {
         row(route, "record", t.record), row(route, "prepare", t.prepare);
