@@ -44,7 +44,8 @@ NodeId Rewriter::copy(NodeId id) {
       graph_.for_each_argument(id, [&](NodeId a) { arguments.push_back(image_[a]); });
       results_.resize(std::max<std::size_t>(results_.size(), node.c + 1));
       auto& callee = callees_[{node.a, is_pinned(id)}];
-      if (!callee) callee = is_pinned(id) ? graph_.callees()[node.a] : callee_instead_of(graph_.callees()[node.a]);
+      if (!callee)
+        callee = is_pinned(id) ? graph_.callees()[node.a] : callee_instead_of(graph_.callees()[node.a]);
       results_[node.c] = target_.call(callee, arguments);
       return results_[node.c].empty() ? kNoNode : results_[node.c][0];  // nobody asks for a call itself
     }
