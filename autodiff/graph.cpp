@@ -108,7 +108,7 @@ NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
     case Op::Neg:
       return simplified_signs(op, a, b);
     case Op::Azmul:  // a non-zero constant cannot be the strong zero
-      return is_constant(a) && !std::isnan(constant_value(a)) ? make(Op::Mul, a, b) : kNoNode;
+      return is_constant(a) ? make(Op::Mul, a, b) : kNoNode;
     case Op::Fma:
     case Op::Fms:
     case Op::Fnma:

@@ -24,7 +24,7 @@ struct Line {
 Quad error_bound(const std::vector<Line>& lines, std::size_t output) {
   std::vector<Quad> adjoint(output + 1, 0);
   adjoint[output] = 1;
-  Quad bound = 1e-300;
+  Quad bound = 1e-26;  // products of rounding errors, which first order does not see
   for (std::size_t k = output + 1; k-- > 0;) {
     const Line& line = lines[k];
     if (adjoint[k] == 0 || line.op == Op::Input) continue;

@@ -23,7 +23,7 @@ namespace dyntape::testing {
 namespace {
 
 struct Options {
-  std::uint64_t programs = 20000, first_seed = 1, batches = 12;
+  std::uint64_t programs = 5000, first_seed = 1, batches = 12;
 };
 
 // Tries `count` seeds on all threads; returns the number of those that fail and prints what `failure` says.
