@@ -76,6 +76,14 @@ TEST(Graph, Case119_CompensatedSumsAreLeftAlone) {
   EXPECT_GT(kahan(x), 1);  // which a plain sum is not
 }
 
+TEST(Graph, AStrongZeroOfAConstantIsAProduct) {
+  Graph g;
+  const NodeId x = g.input(Block::kVariables, 0);
+  for (const double c : {2.0, -0.5, std::numeric_limits<double>::quiet_NaN()})
+    EXPECT_EQ(g[g.make(Op::Azmul, g.constant(c), x)].op, Op::Mul) << c;
+  EXPECT_TRUE(g.is_constant(g.make(Op::Azmul, g.constant(0), x), 0));
+}
+
 TEST(Graph, Case30_IntegerPowersAreProducts) {
   const Function f = record("powers", 1, [](const VectorXad& x) {
     VectorXad y(2);
