@@ -49,9 +49,8 @@ Matrix3<T> rotation(const Vector4<T>& q) {
 template <class T>
 Vector4<T> quaternion_product(const Vector4<T>& a, const Vector4<T>& b) {
   const Vector3<T> u = a.template head<3>(), v = b.template head<3>();
-  Vector4<T> q;
-  q << u * b[3] + v * a[3] + u.cross(v), a[3] * b[3] - u.dot(v);
-  return q;
+  const Vector3<T> s = u * b[3] + v * a[3] + u.cross(v);
+  return {s[0], s[1], s[2], a[3] * b[3] - u.dot(v)};
 }
 
 template <class T>
