@@ -13,22 +13,33 @@
 //   kepler.jvp = [] { return recorded_callee(...); };  // (in, tangents of in) -> tangents of out
 //   kepler.vjp = [] { return recorded_callee(...); };  // (in, adjoints of out) -> adjoints of in
 //
+// A tangent or adjoint that there is not enters such a jvp or vjp as 0, a number: the two see to it themselves that
+// it meets no infinity.  In derivatives of recorded functions it does not enter.
+//
 // Make one callee and use it for every call: calls are equal, and shared, if callee and arguments are the same.
 // tests/examples/kernel_call.cpp is the complete program.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/graph.h>
 #include <dyntape/autodiff/op.h>
 #include <dyntape/autodiff/pattern.h>
 
 namespace dyntape {
 
 struct Function;
+
+// What enters the derivative of a call as tangent of an argument or adjoint of a result: nothing; a number; or a
+// weight, which is there only where another argument of the derivative callee is not zero.
+enum class SeedKind : std::uint8_t { kNone, kNumber, kWeight };
+using Seeds = std::vector<SeedKind>;
 
 struct Callee {
   std::string name;  // a C identifier
@@ -59,12 +70,29 @@ struct Callee {
   std::function<std::shared_ptr<const Callee>()> jvp;  // n_in + n_in -> n_out
   std::function<std::shared_ptr<const Callee>()> vjp;  // n_in + n_out -> n_in
 
-  // Which outputs depend on which inputs (n_out x n_in); with zero rows: all on all.
+  // Which outputs depend on which inputs (n_out x n_in), sorted by row and then by column; with zero rows: all on
+  // all.  A call of a callee whose pattern is anything else is an ArgumentError.
   Pattern pattern;
 
-  // The derivative callees made so far, while some graph holds them.
-  mutable std::weak_ptr<const Callee> jvp_made, vjp_made;
+  // Whether it, or a derivative of it, may be infinite though its arguments are not; of a recorded function this
+  // is found out.
+  bool has_poles = true;
+
+  // The derivative callees made so far, while some graph holds them.  A copy, whose derivatives may be given
+  // anew, has made none.
+  struct Made {
+    std::weak_ptr<const Callee> jvp, vjp;
+    std::map<Seeds, std::weak_ptr<const Callee>> jvps, vjps;  // by some seeds
+    Made() = default;
+    Made(const Made&) {}
+    Made& operator=(const Made&) { return *this = Made(), *this; }
+    Made& operator=(Made&&) = default;
+  };
+  mutable Made made;
 };
+
+// Whether the value or a slope at a node may be infinite though its arguments are not.
+bool has_pole(const Graph& graph, NodeId id);
 
 // A recorded function as a callee.  Throws ArgumentError if it has parameters, weights or guards.
 std::shared_ptr<const Callee> recorded_callee(const Function& function);
@@ -76,6 +104,13 @@ using CalleeMaker = std::function<std::shared_ptr<const Callee>()>;
 std::shared_ptr<const Callee> dissolving_callee(const Function& function, CalleeMaker jvp = {},
                                                 CalleeMaker vjp = {});
 
+// Whether the makers of both derivatives are those that recorded_callee() or dissolving_callee() put there: what they
+// find follows from the recorded function.
+bool derivatives_follow(const Callee& callee);
+
+// Throws ArgumentError, naming the entry, unless the pattern is one.
+void check_pattern(const Callee& callee);
+
 // Operations of one call, those of callees of its own included.
 std::vector<OperationCount> count_operations(const Callee& callee);
 
@@ -83,5 +118,9 @@ std::vector<OperationCount> count_operations(const Callee& callee);
 // kernel gives none.
 std::shared_ptr<const Callee> jvp_callee(const std::shared_ptr<const Callee>& callee);
 std::shared_ptr<const Callee> vjp_callee(const std::shared_ptr<const Callee>& callee);
+// By some seeds: of (in, seeds that are there, and for each weight among them whether it is).  With numbers only
+// they are the ones above; others only where derivatives_follow().
+std::shared_ptr<const Callee> jvp_callee(const std::shared_ptr<const Callee>& callee, const Seeds& seeds);
+std::shared_ptr<const Callee> vjp_callee(const std::shared_ptr<const Callee>& callee, const Seeds& seeds);
 
 }  // namespace dyntape

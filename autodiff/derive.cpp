@@ -21,10 +21,43 @@ std::vector<NodeId> append_weights(Function& function, std::size_t count) {
   return weights;
 }
 
+std::vector<Seed> as_weights(const std::vector<NodeId>& nodes) {
+  std::vector<Seed> seeds;
+  for (NodeId node : nodes) seeds.push_back(Seed::weight(node));
+  return seeds;
+}
+
+// One weight for each seed that is there, and one more for each that is a weight itself.
+std::vector<Seed> append_seeds(Function& function, const Seeds& kinds) {
+  std::vector<Seed> seeds(kinds.size(), kNoNode);
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] != SeedKind::kNone) seeds[i].value = append_weights(function, 1)[0];
+  }
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    if (kinds[i] == SeedKind::kWeight) seeds[i].alive = append_weights(function, 1)[0];
+  }
+  return seeds;
+}
+
+std::vector<NodeId> or_zero(Function& function, std::vector<NodeId> nodes) {
+  std::replace(nodes.begin(), nodes.end(), kNoNode, function.graph.constant(0));
+  return nodes;
+}
+
+using Variables = Sweep::Variables;
+
+std::vector<NodeId> append_tangents(Function& function, const std::vector<Seed>& seeds,
+                                    Variables variables = Variables::kFinite) {
+  return Sweep(function.graph, variables).forward(function.outputs, [&](std::uint32_t i) {
+    return seeds[i];
+  });
+}
+
 // Gradient of the weighted sum of outputs, appended to the graph: one node a variable, kNoNode for zero.
-std::vector<NodeId> append_gradient(Function& function, const std::vector<NodeId>& weights) {
+std::vector<NodeId> append_gradient(Function& function, const std::vector<Seed>& weights,
+                                    Variables variables = Variables::kFinite) {
   std::vector<NodeId> gradient(function.n_x(), kNoNode);
-  for (const auto& [variable, node] : Sweep(function.graph).reverse(function.outputs, weights)) {
+  for (const auto& [variable, node] : Sweep(function.graph, variables).reverse(function.outputs, weights)) {
     gradient[variable] = node;
   }
   return gradient;
@@ -32,8 +65,7 @@ std::vector<NodeId> append_gradient(Function& function, const std::vector<NodeId
 
 // Non-zeros of the lower triangle of the Jacobian of a gradient.
 std::vector<NodeId> append_hessian(Function& function, const std::vector<NodeId>& gradient, Pattern& lower) {
-  std::vector<NodeId> outputs = gradient;
-  std::replace(outputs.begin(), outputs.end(), kNoNode, function.graph.constant(0));
+  const std::vector<NodeId> outputs = or_zero(function, gradient);
   const Pattern full = jacobian_sparsity(function.graph, outputs, function.n_x());
 
   // Either triangle gives an entry: sweeping the variables with many entries first leaves the others few
@@ -57,6 +89,9 @@ std::vector<NodeId> append_hessian(Function& function, const std::vector<NodeId>
   std::vector<Entry> entries;
   std::vector<bool> swept(order.size(), false);
   Sweep sweep(function.graph);
+  for (NodeId root : gradient) {
+    if (root != kNoNode) sweep.watch(root);
+  }
   for (std::uint32_t j : order) {
     std::vector<NodeId> roots;
     std::vector<std::uint32_t> rows;
@@ -66,10 +101,8 @@ std::vector<NodeId> append_hessian(Function& function, const std::vector<NodeId>
       roots.push_back(gradient[i]);
     }
     swept[j] = true;
-    if (roots.empty()) continue;
-    const NodeId one = function.graph.constant(1);
-    const std::vector<NodeId> tangents =
-        sweep.forward(roots, [&](std::uint32_t i) { return i == j ? one : kNoNode; });
+    const std::vector<NodeId> tangents = roots.empty() ? std::vector<NodeId>() : sweep.forward(roots, j);
+    if (gradient[j] != kNoNode) sweep.unwatch(gradient[j]);
     for (std::size_t k = 0; k < roots.size(); ++k) {
       if (tangents[k] != kNoNode)
         entries.push_back({std::max(rows[k], j), std::min(rows[k], j), tangents[k]});
@@ -87,26 +120,40 @@ std::vector<NodeId> append_hessian(Function& function, const std::vector<NodeId>
   return nodes;
 }
 
+Function derivative(Function function, const std::vector<NodeId>& outputs, const char* suffix) {
+  function.outputs = or_zero(function, outputs);
+  function.name += suffix;
+  function.output_names.clear();
+  return compact(function);
+}
+
 }  // namespace
 
 Function jvp(const Function& function) {
-  Function result = compact(function);
-  const std::vector<NodeId> direction = append_weights(result, result.n_x());
-  const NodeId zero = result.graph.constant(0);
-  result.outputs = Sweep(result.graph).forward(result.outputs, [&](std::uint32_t i) { return direction[i]; });
-  std::replace(result.outputs.begin(), result.outputs.end(), kNoNode, zero);
-  result.name += "_jvp";
-  result.output_names.clear();
-  return compact(result);
+  Function f = compact(function);
+  const std::vector<Seed> direction = as_weights(append_weights(f, f.n_x()));
+  const std::vector<NodeId> tangents = append_tangents(f, direction);
+  return derivative(std::move(f), tangents, "_jvp");
 }
 
 Function vjp(const Function& function) {
-  Function result = compact(function);
-  result.outputs = append_gradient(result, append_weights(result, result.n_y()));
-  std::replace(result.outputs.begin(), result.outputs.end(), kNoNode, result.graph.constant(0));
-  result.name += "_vjp";
-  result.output_names.clear();
-  return compact(result);
+  Function f = compact(function);
+  const std::vector<NodeId> gradient = append_gradient(f, as_weights(append_weights(f, f.n_y())));
+  return derivative(std::move(f), gradient, "_vjp");
+}
+
+Function jvp_by_seeds(const Function& function, const Seeds& kinds) {
+  Function f = compact(function);
+  const std::vector<Seed> seeds = append_seeds(f, kinds);
+  const std::vector<NodeId> tangents = append_tangents(f, seeds, Variables::kAny);
+  return weights_as_variables(derivative(std::move(f), tangents, "_jvp"));
+}
+
+Function vjp_by_seeds(const Function& function, const Seeds& kinds) {
+  Function f = compact(function);
+  const std::vector<Seed> seeds = append_seeds(f, kinds);
+  const std::vector<NodeId> gradient = append_gradient(f, seeds, Variables::kAny);
+  return weights_as_variables(derivative(std::move(f), gradient, "_vjp"));
 }
 
 Derivatives derive(const Function& function, Order order) {
@@ -120,7 +167,7 @@ Derivatives derive(const Function& function, Order order) {
     outputs.insert(outputs.end(), entries.begin(), entries.end());
   }
   if (order == Order::kSecond) {
-    const std::vector<NodeId> gradient = append_gradient(f, append_weights(f, f.n_y()));
+    const std::vector<NodeId> gradient = append_gradient(f, as_weights(append_weights(f, f.n_y())));
     const std::vector<NodeId> entries = append_hessian(f, gradient, result.hessian);
     outputs.insert(outputs.end(), entries.begin(), entries.end());
   }

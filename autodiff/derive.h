@@ -13,10 +13,15 @@
 //
 // A sparse Jacobian is swept forward or in reverse, block by block of rows and columns that hang together,
 // whichever needs fewer operations; a dense row among sparse ones is taken in reverse and the others forward.
-// What a select does not take contributes exactly zero, never 0 * inf: an adjoint remembers the condition
-// under which it is live.
+// What a select does not take contributes exactly zero, never 0 * inf, and neither does a weight that is zero: a
+// flow remembers the conditions under which it contributes (flow.h).  Between slopes 0 * inf is NaN, in both
+// directions (Poles, in ops.def).
+//
+// Derivatives that would append more than 134 million nodes (3 GB) are refused, RecordingError: dense Jacobians of
+// large functions, such as that of the forward dynamics of a thousand joints, for which analytic derivatives exist.
 #pragma once
 
+#include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/function.h>
 #include <dyntape/autodiff/pattern.h>
 
@@ -34,6 +39,11 @@ struct Derivatives {
 
 Function jvp(const Function& function);
 Function vjp(const Function& function);
+
+// Of variables only, as a callee has them, by the seeds that are there (callee.h):
+// (x, seeds, whether weights among them are there) -> J dx or J^T l.
+Function jvp_by_seeds(const Function& function, const Seeds& seeds);
+Function vjp_by_seeds(const Function& function, const Seeds& seeds);
 
 // With kSecond the weights of the Hessian are appended to the weights of the function (n_y more).
 Derivatives derive(const Function& function, Order order);

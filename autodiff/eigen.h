@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // AD as a scalar of Eigen: products, norms, factorisations, quaternions, and expressions that mix AD and
-// double.
+// double.  x.cast<double>() are the values at the recording point, as value() is; what is computed of them is a
+// constant of the recording.
+//
+// Eigen's factorisations branch, and each branch leaves a guard, also one that the result does not depend on: LLT
+// and LDLT look for the largest column, for an estimate of the condition.  Those of linear_algebra.h leave none.
 #pragma once
 
 #include <Eigen/Core>
 #include <limits>
+#include <type_traits>
 
+#include <dyntape/autodiff/eigen_layout.h>
 #include <dyntape/autodiff/scalar.h>
 
 namespace dyntape {
@@ -48,5 +54,13 @@ template <typename BinaryOp>
 struct ScalarBinaryOpTraits<double, dyntape::AD, BinaryOp> {
   using ReturnType = dyntape::AD;
 };
+
+namespace internal {
+template <typename Number>
+requires std::is_arithmetic_v<Number>
+struct cast_impl<dyntape::AD, Number> {
+  static Number run(const dyntape::AD& x) { return static_cast<Number>(x.value()); }
+};
+}  // namespace internal
 
 }  // namespace Eigen

@@ -27,6 +27,9 @@ class GraphScope {
 
 struct Expr {
   NodeId id = kNoNode;
+  // Of what a cell of the table passes on: where it does so, if not everywhere.
+  NodeId condition = kNoNode;
+  bool positive = true;
 
   Expr() = default;
   explicit Expr(NodeId node) : id(node) {}
@@ -52,6 +55,12 @@ struct Expr {
 #undef DYNTAPE_EXPR_1
 #undef DYNTAPE_EXPR_2
 #undef DYNTAPE_EXPR_3
+
+inline Expr where(Expr condition, Expr v) { return v.condition = condition.id, v; }
+inline Expr unless(Expr condition, Expr v) { return v.condition = condition.id, v.positive = false, v; }
+
+// What does not move or weigh is told by conditions, not by a value of zero (flow.h).
+inline Expr at_pole(Expr v, Expr slope) { return v * slope; }
 
 // Conditions of the table are comparisons spelt with operators.
 inline Expr operator<(Expr a, Expr b) { return less(a, b); }

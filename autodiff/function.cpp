@@ -60,9 +60,10 @@ Function rebuilt(const Function& function, const std::function<NodeId(Graph&, Bl
 
 using InputImage = std::function<NodeId(Block, std::uint32_t)>;
 
-// As splice(); `dissolve`: calls of callees that dissolve become their statements.
+// As splice(); `dissolve`: calls of callees that dissolve become their statements; `gates`, unless it is empty: the
+// images of the nodes that are conditions of gates.
 std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
-                            const InputImage& input, bool dissolve) {
+                            const InputImage& input, bool dissolve, const std::vector<NodeId>& gates = {}) {
   const std::vector<std::uint8_t> needed = needed_for(source, roots);
   std::vector<NodeId> image(source.size(), kNoNode);
   std::vector<std::vector<NodeId>> results;  // of call number i
@@ -93,8 +94,9 @@ std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& root
         break;
       default: {
         const int n = info(node.op).arity;
-        image[id] = target.make(node.op, image[node.a], n > 1 ? image[node.b] : kNoNode,
-                                n > 2 ? image[node.c] : kNoNode);
+        const bool gate = node.op == Op::Gate && !gates.empty();
+        image[id] = target.make(node.op, gate ? gates[node.a] : image[node.a],
+                                n > 1 ? image[node.b] : kNoNode, n > 2 ? image[node.c] : kNoNode);
       }
     }
   }
@@ -152,21 +154,52 @@ Function bind(const Function& function, Block block, const std::vector<Binding>&
     }
     value[binding.index] = &binding.value;
   }
-  return compact(rebuilt(function, [&](Graph& graph, Block b, std::uint32_t index) {
+  Function result = rebuilt(function, [&](Graph& graph, Block b, std::uint32_t index) {
     return b == block && value[index] ? graph.constant(*value[index]) : graph.input(b, index);
-  }));
+  });
+  if (std::find(value.begin(), value.end(), nullptr) == value.end()) {
+    result.inputs[static_cast<int>(block)] = 0;
+    result.input_names[static_cast<int>(block)].clear();
+  }
+  return compact(result);
 }
 
-Function all_as_variables(const Function& function) {
+namespace {
+
+// What becomes of conditions of gates where no weight is zero, one node for each of the source that is one.
+std::vector<NodeId> opened_gates(const Graph& source, Graph& target, const InputImage& input) {
+  std::vector<NodeId> conditions, images(source.size(), kNoNode);
+  for (const Node& node : source.nodes()) {
+    if (node.op == Op::Gate) conditions.push_back(node.a);
+  }
+  const std::vector<NodeId> opened = splice(source, conditions, target, [&](Block b, std::uint32_t i) {
+    return b == Block::kWeights ? target.constant(1) : input(b, i);
+  });
+  for (std::size_t k = 0; k < conditions.size(); ++k) images[conditions[k]] = opened[k];
+  return images;
+}
+
+Function as_variables(const Function& function, bool open_gates) {
   const std::size_t n_x = function.n_x(), n_w = function.n_w(), n_p = function.n_p();
-  Function result = rebuilt(function, [&](Graph& graph, Block block, std::uint32_t index) {
+  Graph graph;
+  const InputImage input = [&](Block block, std::uint32_t index) {
     const std::size_t offset = block == Block::kVariables ? 0 : block == Block::kWeights ? n_x : n_x + n_w;
     return graph.input(Block::kVariables, static_cast<std::uint32_t>(offset + index));
-  });
+  };
+  const std::vector<NodeId> gates =
+      open_gates ? opened_gates(function.graph, graph, input) : std::vector<NodeId>{};
+  const std::vector<NodeId> images = spliced(function.graph, roots_of(function), graph, input, false, gates);
+  Function result = with_graph(function, std::move(graph), images);
   result.inputs = {n_x + n_w + n_p, 0, 0};
   result.input_names = {};
   return compact(result);
 }
+
+}  // namespace
+
+Function all_as_variables(const Function& function) { return as_variables(function, true); }
+
+Function weights_as_variables(const Function& function) { return as_variables(function, false); }
 
 Function select_outputs(const Function& function, const std::vector<std::size_t>& outputs) {
   Function result = function;

@@ -60,12 +60,15 @@ void check(const Function& function);
 
 // 128-bit hash, 32 hexadecimal digits, of what the function computes: its live operations in canonical order,
 // constants bit for bit, sizes, guards and callees.  Names are labels and do not enter.
-//
-// With `derivatives` > 0 it also covers what that many derivations will find: the derivatives that kernels
-// written by hand give (callee.h), which do not follow from the function.
-std::string content_hash(const Function& function, int derivatives = 0);
+std::string content_hash(const Function& function);
 
-// The function with some inputs of a block replaced by constants (partial evaluation, simplified again).
+// The same of all that derive() finds up to that order: also of what callees bring along and does not follow from their
+// values (callee.h): derivatives, patterns, operations, and whether they dissolve.  Derivatives that somebody gives are
+// made to be hashed, those that are needed.
+std::string content_hash(const Function& function, int derivatives);
+
+// The function with some inputs of a block replaced by constants (partial evaluation, simplified again).  The
+// others keep their places; a block that is bound as a whole is empty afterwards.
 struct Binding {
   std::size_t index;
   double value;
@@ -73,8 +76,12 @@ struct Binding {
 Function bind(const Function& function, Block block, const std::vector<Binding>& bindings);
 
 // The function with all weights, and then all parameters, turned into further variables:
-// x' = (x, w, p).  What is now a variable is differentiated.
+// x' = (x, w, p).  What is now a variable is differentiated.  A weight of zero is then a number like others: it may
+// meet an infinity, and what it meets is its slope (the gates that derivation made are open).
 Function all_as_variables(const Function& function);
+
+// The same with the gates as they are, for a callee that is told by other arguments which weights are there.
+Function weights_as_variables(const Function& function);
 
 // The function with the given outputs only, in that order.
 Function select_outputs(const Function& function, const std::vector<std::size_t>& outputs);

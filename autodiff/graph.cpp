@@ -32,6 +32,15 @@ NodeId newest_argument(const Node& node) { return std::max({node.a + 1, node.b +
 
 constexpr int kLargestIntegerPower = 16;  // pow(x, n) becomes products up to here
 
+// The four sums of a product rounded once, by their signs.
+bool is_fused(Op op) { return op >= Op::Fma && op <= Op::Fnms; }
+bool negates_product(Op op) { return op == Op::Fnma || op == Op::Fnms; }
+bool negates_sum(Op op) { return op == Op::Fms || op == Op::Fnms; }
+Op fused(bool negative_product, bool negative_sum) {
+  if (negative_product) return negative_sum ? Op::Fnms : Op::Fnma;
+  return negative_sum ? Op::Fms : Op::Fma;
+}
+
 }  // namespace
 
 void Graph::index_nodes() {
@@ -64,14 +73,15 @@ NodeId Graph::input(Block block, std::uint32_t index) {
 }
 
 NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
-  // What is neither constant nor a negation, as most nodes, no law simplifies but -(x - y).
+  // What is neither constant nor a negation, as most nodes, no law simplifies but those of -(x - y) and -fma.
   if (is_arithmetic(op) && !is_constant(a) && !is_constant(b)) {
     if (is_plain(a) && is_plain(b)) return make_plain(op, a, b);
     if ((op == Op::Add || op == Op::Mul) && b < a) std::swap(a, b);
     const NodeId simpler = simplified_signs(op, a, b);
     return simpler != kNoNode ? simpler : make_plain(op, a, b);
   }
-  if (op == Op::Neg && is_plain(a) && nodes_[a].op != Op::Sub) return intern({op, a, b, c}, a);
+  if (op == Op::Neg && is_plain(a) && nodes_[a].op != Op::Sub && !is_fused(nodes_[a].op))
+    return intern({op, a, b, c}, a);
   const OpInfo& row = info(op);
   const bool folds = is_constant(a) && (row.arity < 2 || is_constant(b)) && (row.arity < 3 || is_constant(c));
   if (folds) {
@@ -109,9 +119,13 @@ NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
       return simplified_signs(op, a, b);
     case Op::Azmul:  // a non-zero constant cannot be the strong zero
       return is_constant(a) ? make(Op::Mul, a, b) : kNoNode;
+    case Op::Gate:  // nor can it close a gate; two gates of one condition are one; negations move outwards
+      if (is_constant(a) || (nodes_[b].op == Op::Gate && nodes_[b].a == a)) return b;
+      return nodes_[b].op == Op::Neg ? make(Op::Neg, make(Op::Gate, a, nodes_[b].a)) : kNoNode;
     case Op::Fma:
     case Op::Fms:
     case Op::Fnma:
+    case Op::Fnms:
       return simplified_fused(op, a, b, c);
     case Op::Select:
       return simplified_select(a, b, c);
@@ -133,7 +147,7 @@ NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {
   switch (op) {
     case Op::Neg:
       if (nodes_[a].op == Op::Sub) return make(Op::Sub, nodes_[a].b, inner_a);  // -(x - y) = y - x
-      return kNoNode;
+      return is_fused(nodes_[a].op) ? negated_fused(nodes_[a]) : kNoNode;
     case Op::Add:
       if (negative_a && negative_b) return make(Op::Neg, make(Op::Add, inner_a, inner_b));
       if (negative_b) return make(Op::Sub, a, inner_b);
@@ -171,32 +185,40 @@ NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {
   }
 }
 
+// By value: making nodes moves them.
+NodeId Graph::negated_fused(Node node) {
+  return make(fused(!negates_product(node.op), !negates_sum(node.op)), node.a, node.b, node.c);
+}
+
 // Only what leaves one rounding.
 NodeId Graph::simplified_fused(Op op, NodeId x, NodeId y, NodeId z) {
-  const auto combine = [&](NodeId product) {
-    if (op == Op::Fma) return make(Op::Add, product, z);
-    return op == Op::Fms ? make(Op::Sub, product, z) : make(Op::Sub, z, product);
+  bool minus_xy = negates_product(op), minus_z = negates_sum(op);
+  const auto sum_with = [&](NodeId product) {
+    if (minus_xy) product = make(Op::Neg, product);
+    return make(minus_z ? Op::Sub : Op::Add, product, z);
   };
-  if (is_constant(z, 0)) return op == Op::Fnma ? make(Op::Neg, make(Op::Mul, x, y)) : make(Op::Mul, x, y);
+  if (is_constant(z, 0)) {
+    const NodeId product = make(Op::Mul, x, y);
+    return minus_xy ? make(Op::Neg, product) : product;
+  }
   for (int i = 0; i < 2; ++i, std::swap(x, y)) {
-    if (is_constant(x, 0)) return combine(x);
-    if (is_constant(x, 1)) return combine(y);
-    if (is_constant(x, -1)) return combine(make(Op::Neg, y));
+    if (is_constant(x, 0)) return sum_with(x);
+    if (is_constant(x, 1)) return sum_with(y);
+    if (is_constant(x, -1)) return sum_with(make(Op::Neg, y));
   }
-  if (op == Op::Fms && is_constant(z)) return make(Op::Fma, x, y, constant(-constant_value(z)));
-  // Negations move outwards; by value, for the calls may move nodes_.
-  const Node of_x = nodes_[x], of_y = nodes_[y], of_z = nodes_[z];
-  const bool flips = (of_x.op == Op::Neg) != (of_y.op == Op::Neg);
-  if (of_z.op == Op::Neg) {
-    if (op == Op::Fma) return make(Op::Fms, x, y, of_z.a);
-    if (op == Op::Fms) return make(Op::Fma, x, y, of_z.a);
-    return make(Op::Neg, make(Op::Fma, x, y, of_z.a));
-  }
-  if (of_x.op != Op::Neg && of_y.op != Op::Neg) return kNoNode;
-  const NodeId u = of_x.op == Op::Neg ? of_x.a : x, w = of_y.op == Op::Neg ? of_y.a : y;
-  if (!flips) return make(op, u, w, z);
-  if (op == Op::Fms) return make(Op::Neg, make(Op::Fma, u, w, z));
-  return make(op == Op::Fma ? Op::Fnma : Op::Fma, u, w, z);
+  if (minus_z && is_constant(z)) return make(fused(minus_xy, false), x, y, constant(-constant_value(z)));
+  // Negations of arguments are part of the operation.
+  bool changed = false;
+  const auto take_sign = [&](NodeId& id, bool& sign) {
+    if (nodes_[id].op != Op::Neg) return;
+    id = nodes_[id].a;
+    sign = !sign;
+    changed = true;
+  };
+  take_sign(x, minus_xy);
+  take_sign(y, minus_xy);
+  take_sign(z, minus_z);
+  return changed ? make(fused(minus_xy, minus_z), x, y, z) : kNoNode;
 }
 
 NodeId Graph::simplified_select(NodeId condition, NodeId a, NodeId b) {
@@ -218,13 +240,21 @@ NodeId Graph::simplified_select(NodeId condition, NodeId a, NodeId b) {
 
 NodeId Graph::integer_power(NodeId base, int exponent) {
   if (exponent == 0) return constant(1);
-  if (exponent < 0) return make(Op::Div, constant(1), integer_power(base, -exponent));
+  if (exponent < 0) return reciprocal_power(base, -exponent);
   NodeId result = kNoNode, square = base;
   for (; exponent; exponent >>= 1) {
     if (exponent & 1) result = result == kNoNode ? square : make(Op::Mul, result, square);
     if (exponent > 1) square = make(Op::Mul, square, square);
   }
   return result;
+}
+
+// 1 / x^n is zero as soon as x^n overflows; with h = n / 2 the square of 1 / x^h is not, and costs the same.
+NodeId Graph::reciprocal_power(NodeId base, int exponent) {
+  if (exponent == 1) return make(Op::Div, constant(1), base);
+  const NodeId root = make(Op::Div, constant(1), integer_power(base, exponent / 2));
+  const NodeId square = make(Op::Mul, root, root);
+  return exponent % 2 ? make(Op::Div, square, base) : square;
 }
 
 std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
@@ -235,7 +265,10 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
   }
   std::size_t index = 0;
   while (index < callees_.size() && callees_[index] != callee) ++index;
-  if (index == callees_.size()) callees_.push_back(callee);
+  if (index == callees_.size()) {
+    check_pattern(*callee);
+    callees_.push_back(callee);
+  }
   // An equal call is the same call.
   NodeId call = kNoNode;
   const std::uint64_t key = call_hash(index, arguments.data(), arguments.size());

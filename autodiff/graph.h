@@ -12,6 +12,17 @@
 // *constant* zero or one is structural (x * 0 is 0, as in CppAD), an input that happens to be zero never
 // folds.  Only who asks for the sign of a zero can tell the difference: copysign(1, y), atan2(y, -1), 1 / y.
 //
+// The rewrites that move it, each where what it makes is zero:
+//   x + 0, 0 + x, x - (-0)      -> x           -0 stays -0
+//   0 - x                       -> -x          -0 for 0
+//   0 * x, 0 / x                -> 0           whatever the sign of x is
+//   -(x - y)                    -> y - x       0 for -0 where x = y
+//   (-x) + (-y), (-x) - y       -> -(x + y)    -0 for 0 where x = -y
+//   -(x y + z) rounded once     -> -x y - z    0 for -0 where x y = -z; so with the signs of the product and of z
+//   fma(x, y, 0), fma(0, y, z)  -> x y, z      as for sums and products; 0 - x y -> -(x y) likewise
+//   azmul(0, y)                 -> 0           as a product
+//   sign(-x)                    -> -sign(x)    -0 for 0 at zero
+//
 // To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation
 // (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print_c.h).
 #pragma once
@@ -98,8 +109,10 @@ class Graph {
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
   NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
   NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
+  NodeId negated_fused(Node node);
   NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
   NodeId integer_power(NodeId base, int exponent);
+  NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
 
   std::vector<Node> nodes_;
   NodeTable table_;  // empty until a node is added: a graph that is only read has none

@@ -5,10 +5,17 @@
 #define XXH_VECTOR XXH_SSE2  // gcc 12 warns about its own AVX-512 header
 #include <xxhash.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstring>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
 #include <stdexcept>
+#include <string>
+#include <utility>
 
 #include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/function.h>
@@ -61,33 +68,111 @@ class Hasher {
   std::size_t filled_ = 0;
 };
 
-void add_callee(Hasher& hasher, const std::shared_ptr<const Callee>& callee, int derivatives) {
-  hasher.add(callee->n_in);
-  hasher.add(callee->n_out);
-  if (callee->recorded) {
-    hasher.add(content_hash(*callee->recorded, derivatives));
-    if (!callee->dissolves) return;  // its derivatives follow from it, but for kernels inside
-  } else {
-    hasher.add(callee->name);
-    hasher.add(callee->c_body);
-    hasher.add(callee->c_body_of_lanes);
-    if (const auto fused = callee->fused ? callee->fused() : nullptr) {
-      hasher.add(fused->c_body);
-      hasher.add(fused->c_body_of_lanes);
-    }
+// What derive() takes of a callee: a Jacobian is swept forward or in reverse, a Hessian forward over reverse.
+struct Sweeps {
+  bool derives = true;  // false: only values are asked for, whatever is made of them
+  bool forward = false, reverse = false, forward_over_reverse = false;
+
+  static Sweeps of_order(int order) { return {true, order > 0, order > 0, order > 1}; }
+  Sweeps of_values() const { return {derives, false, false, false}; }
+  Sweeps of_adjoints() const { return {derives, forward_over_reverse, false, false}; }
+  int number() const { return derives + 2 * forward + 4 * reverse + 8 * forward_over_reverse; }
+};
+
+std::string digest_of(const Function& function, Sweeps sweeps);
+
+// The digests of callees that there are: to make the derivatives that they bring along takes milliseconds.
+class Digests {
+ public:
+  static std::optional<std::string> find(const std::shared_ptr<const Callee>& callee, int what) {
+    const std::scoped_lock lock(mutex());
+    const auto found = known().find(callee);
+    if (found == known().end() || !found->second.contains(what)) return std::nullopt;
+    return found->second.at(what);
   }
-  if (derivatives == 0) return;
-  if (callee->jvp) add_callee(hasher, jvp_callee(callee), derivatives - 1);
-  if (callee->vjp) add_callee(hasher, vjp_callee(callee), derivatives - 1);
+  static void keep(const std::shared_ptr<const Callee>& callee, int what, const std::string& digest) {
+    static std::size_t enough = 1000;
+    const std::scoped_lock lock(mutex());
+    if (known().size() >= enough) {  // looked through once for each doubling: linear in what is kept
+      std::erase_if(known(), [](const auto& entry) { return entry.first.expired(); });
+      enough = std::max<std::size_t>(1000, 2 * known().size());
+    }
+    known()[callee][what] = digest;
+  }
+
+ private:
+  using Known = std::map<std::weak_ptr<const Callee>, std::map<int, std::string>, std::owner_less<>>;
+  static Known& known() {
+    static Known& known = *new Known;  // never destroyed: functions may be static
+    return known;
+  }
+  static std::mutex& mutex() {
+    static std::mutex mutex;
+    return mutex;
+  }
+};
+
+void add_pattern(Hasher& hasher, const Pattern& pattern) {
+  hasher.add(pattern.rows);
+  hasher.add(pattern.cols);
+  hasher.add(pattern.nnz());
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    hasher.add(pattern.row[k]);
+    hasher.add(pattern.col[k]);
+  }
 }
 
-}  // namespace
+void add_kernel(Hasher& hasher, const Callee& kernel) {
+  hasher.add(kernel.name);
+  hasher.add(kernel.c_body);
+  hasher.add(kernel.c_body_of_lanes);
+}
 
-std::string content_hash(const Function& function, int derivatives) {
+// What decides how a caller is derived and printed, besides the values.
+void add_treatment(Hasher& hasher, const Callee& callee) {
+  hasher.add(callee.dissolves);
+  hasher.add(callee.has_poles);
+  add_pattern(hasher, callee.pattern);
+  hasher.add(callee.operations.size());
+  for (const OperationCount& entry : callee.operations) {
+    hasher.add(info(entry.op).name);
+    hasher.add(entry.count);
+  }
+}
+
+std::string digest_of(const std::shared_ptr<const Callee>& callee, Sweeps sweeps);
+
+std::string computed(const std::shared_ptr<const Callee>& callee, Sweeps sweeps) {
+  const bool follow = derivatives_follow(*callee);
+  Hasher hasher;
+  hasher.add(callee->n_in);
+  hasher.add(callee->n_out);
+  if (sweeps.derives) add_treatment(hasher, *callee);
+  if (callee->recorded) {
+    // Derivatives that follow are those of the recorded function, kernels inside it included.
+    hasher.add(digest_of(*callee->recorded, follow ? sweeps : sweeps.of_values()));
+  } else {
+    add_kernel(hasher, *callee);
+    if (const auto fused = callee->fused ? callee->fused() : nullptr) hasher.add(digest_of(fused, sweeps));
+  }
+  if (follow) return hasher.digest();
+  if (sweeps.forward) hasher.add(callee->jvp ? digest_of(jvp_callee(callee), sweeps.of_values()) : "none");
+  if (sweeps.reverse) hasher.add(callee->vjp ? digest_of(vjp_callee(callee), sweeps.of_adjoints()) : "none");
+  return hasher.digest();
+}
+
+std::string digest_of(const std::shared_ptr<const Callee>& callee, Sweeps sweeps) {
+  if (auto known = Digests::find(callee, sweeps.number())) return *known;
+  std::string digest = computed(callee, sweeps);
+  Digests::keep(callee, sweeps.number(), digest);
+  return digest;
+}
+
+std::string digest_of(const Function& function, Sweeps sweeps) {
   const Function live = compact(function);
   Hasher hasher;
   for (std::size_t n : live.inputs) hasher.add(n);
-  for (const auto& callee : live.graph.callees()) add_callee(hasher, callee, derivatives);
+  for (const auto& callee : live.graph.callees()) hasher.add(digest_of(callee, sweeps));
   for (NodeId id = 0; id < live.graph.size(); ++id) {
     const Node& node = live.graph[id];
     // Operators enter by name, so that a new row in the table does not change old hashes.
@@ -108,6 +193,14 @@ std::string content_hash(const Function& function, int derivatives) {
     hasher.add(guard.expected);
   }
   return hasher.digest();
+}
+
+}  // namespace
+
+std::string content_hash(const Function& function) { return digest_of(function, Sweeps{.derives = false}); }
+
+std::string content_hash(const Function& function, int derivatives) {
+  return digest_of(function, Sweeps::of_order(derivatives));
 }
 
 }  // namespace dyntape

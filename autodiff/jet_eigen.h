@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <limits>
 
+#include <dyntape/autodiff/eigen_layout.h>
 #include <dyntape/autodiff/jet.h>
 
 template <class T, int N>

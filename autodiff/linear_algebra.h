@@ -18,6 +18,7 @@
 #include <cmath>
 #include <string>
 
+#include <dyntape/autodiff/eigen_layout.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/op.h>
 
@@ -123,15 +124,23 @@ typename B::PlainObject ldlt_solve(const Ldlt<Matrix>& f, const Eigen::MatrixBas
   return x;
 }
 
+// In units in which squares neither overflow nor vanish; these are powers of two, and change no digit.
 template <class Derived>
 typename Derived::PlainObject normalized(const Eigen::MatrixBase<Derived>& v) {
   using T = typename Derived::Scalar;
   using ops::select;
   using std::sqrt;
-  T squared = T(0);
-  for (Eigen::Index i = 0; i < v.size(); ++i) squared += v[i] * v[i];
-  const T inverse = select(squared > T(0), T(T(1) / sqrt(squared)), T(0));
-  return v * inverse;
+  const auto squared = [](const auto& w) {
+    T sum = T(0);
+    for (Eigen::Index i = 0; i < w.size(); ++i) sum += w[i] * w[i];
+    return sum;
+  };
+  const T rough = squared(v);
+  const T unit = select(rough > T(0x1p900), T(0x1p-600), T(select(rough < T(0x1p-900), T(0x1p600), T(1))));
+  const typename Derived::PlainObject w = v * unit;
+  const T length2 = squared(w);
+  const T inverse = select(length2 > T(0), T(T(1) / sqrt(length2)), T(0));
+  return w * inverse;
 }
 
 }  // namespace dyntape

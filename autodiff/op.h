@@ -57,6 +57,9 @@ enum Law : std::uint32_t {
   kEven = 1u << 8,         // f(-x) = f(x)
   kIdempotent = 1u << 9,   // f(f(x)) = f(x)
   kInvolution = 1u << 10,  // f(f(x)) = x
+  // No law, but a property beside them: somewhere the value or a slope of some order is not finite, though
+  // the arguments are.  Derivation asks it (sweep.h).
+  kPole = 1u << 11,
 };
 
 struct OpInfo {
@@ -100,6 +103,22 @@ template <class T>
 T azmul(const T& x, const T& y) {
   return x == T(0) ? T(0) : x * y;
 }
+template <class C, class T>
+T where(const C& condition, const T& v) {
+  return select(condition, v, T(0));
+}
+template <class C, class T>
+T unless(const C& condition, const T& v) {
+  return select(condition, T(0), v);
+}
+template <class T>
+T at_pole(const T& v, const T& s) {
+  return azmul(v, s);
+}
+template <class T>
+T gate(const T& x, const T& y) {
+  return x != T(0) ? y : T(0);
+}
 template <class T>
 T fms(const T& x, const T& y, const T& z) {
   return fma(x, y, -z);
@@ -107,6 +126,10 @@ T fms(const T& x, const T& y, const T& z) {
 template <class T>
 T fnma(const T& x, const T& y, const T& z) {
   return fma(-x, y, z);
+}
+template <class T>
+T fnms(const T& x, const T& y, const T& z) {
+  return fma(-x, y, -z);
 }
 template <class T>
 T sign(const T& x) {
@@ -199,11 +222,14 @@ namespace ops {
 
 struct Slopes {
   bool exists[3];
+  bool scales;
 };
+constexpr bool multiplies(std::string_view cell) { return cell.find_first_of("*/") != cell.npos; }
 // A cell that is the literal 0 says "no slope".
 inline constexpr Slopes kSlopes[] = {
-#define OP(name, fn, n, value, dx, dy, dz, ...) \
-  {{std::string_view(#dx) != "0", std::string_view(#dy) != "0", std::string_view(#dz) != "0"}},
+#define OP(name, fn, n, value, dx, dy, dz, ...)                                                \
+  {{std::string_view(#dx) != "0", std::string_view(#dy) != "0", std::string_view(#dz) != "0"}, \
+   multiplies(#dx) || multiplies(#dy) || multiplies(#dz)},
 #define FN OP
 #include "ops.def"
 #undef OP
@@ -216,6 +242,12 @@ inline constexpr Slopes kSlopes[] = {
 constexpr bool has_slope(Op op, int argument) {
   const auto row = static_cast<std::size_t>(op);
   return row < std::size(ops::kSlopes) && ops::kSlopes[row].exists[argument];
+}
+
+// Whether a slope of a table operator is a number other than 1, -1 and 0.
+constexpr bool scales(Op op) {
+  const auto row = static_cast<std::size_t>(op);
+  return row < std::size(ops::kSlopes) && ops::kSlopes[row].scales;
 }
 
 }  // namespace dyntape

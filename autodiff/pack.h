@@ -28,22 +28,24 @@
 #include <type_traits>
 
 #include <dyntape/autodiff/portable.h>
+#include <dyntape/autodiff/processor.h>
 
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
 namespace dyntape {
-
-template <class Real, int N>
-class Pack;
-
 namespace detail {
 template <class Entry, int N>
 struct Lanes {
   using Type [[gnu::vector_size(sizeof(Entry) * N)]] = Entry;
 };
 }  // namespace detail
+
+inline namespace DYNTAPE_VECTORS {
+
+template <class Real, int N>
+class Pack;
 
 // The outcome of a comparison, a truth value a lane.
 template <int N>
@@ -135,6 +137,7 @@ class Pack<double, N> {
   friend Pack fma(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(a, b, c); }
   friend Pack fms(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(a, b, -c); }
   friend Pack fnma(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(-a, b, c); }
+  friend Pack fnms(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(-a, b, -c); }
   friend Pack sign(const Pack& a) {
     return select(a > Pack(0), Pack(1), select(a < Pack(0), Pack(-1), Pack(0)));
   }
@@ -178,10 +181,10 @@ class Pack<double, N> {
   }
 
   static Pack multiplied_and_added(const Pack& a, const Pack& b, const Pack& c) {
-#if defined(__AVX512F__)
+#if defined(DYNTAPE_HAS_AVX512F)
     if constexpr (N == 8) return Pack(_mm512_fmadd_pd(a.v_, b.v_, c.v_));
 #endif
-#if defined(__FMA__)
+#if defined(DYNTAPE_HAS_FMA)
     if constexpr (N == 4) return Pack(_mm256_fmadd_pd(a.v_, b.v_, c.v_));
     if constexpr (N == 2) return Pack(_mm_fmadd_pd(a.v_, b.v_, c.v_));
 #endif
@@ -191,10 +194,10 @@ class Pack<double, N> {
   }
 
   Pack root() const {
-#if defined(__AVX512F__)
+#if defined(DYNTAPE_HAS_AVX512F)
     if constexpr (N == 8) return Pack(_mm512_mask_sqrt_pd(v_, 0xff, v_));  // gcc 12 warns of the plain one
 #endif
-#if defined(__AVX__)
+#if defined(DYNTAPE_HAS_AVX)
     if constexpr (N == 4) return Pack(_mm256_sqrt_pd(v_));
 #endif
 #if defined(__SSE2__)
@@ -205,6 +208,8 @@ class Pack<double, N> {
 
   Vector v_;
 };
+
+}  // namespace DYNTAPE_VECTORS
 
 using Pack4 = Pack<double, 4>;
 using Pack8 = Pack<double, 8>;

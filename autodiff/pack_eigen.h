@@ -4,7 +4,7 @@
 //
 //   Eigen::Matrix<Pack<double, 8>, 3, 3> R;     // eight rotations; sums run in the same order in every lane
 //
-// Eigen's own heap aligns to 16 bytes (EIGEN_MAX_ALIGN_BYTES, CMakeLists.txt), a pack wants up to 64: matrices
+// Eigen's own heap aligns to 16 bytes (eigen_layout.h), a pack wants up to 64: matrices
 // of packs take their memory from C++'s aligned new.  Every product is computed entry by entry: Eigen's
 // blocked kernels put unaligned scalars on the stack, and their blocks, hence the order of a sum, depend on
 // the size of the scalar.
@@ -14,6 +14,7 @@
 #include <limits>
 #include <new>
 
+#include <dyntape/autodiff/eigen_layout.h>
 #include <dyntape/autodiff/pack.h>
 
 template <int N>
@@ -71,6 +72,14 @@ struct product_type<Lhs, Rhs> {
     value = product_type_selector<rows, cols, depth>::ret,
     ret = value
   };
+};
+
+// Memory of fixed matrices: Eigen would align them to 16 bytes, less than a pack needs.
+template <int N, int Size, int Options>
+requires(Size > 0) struct plain_array<dyntape::Pack<double, N>, Size, Options, 16> {
+  dyntape::Pack<double, N> array[Size];
+  plain_array() = default;
+  explicit plain_array(constructor_without_unaligned_array_assert) {}
 };
 
 // Memory of dynamic matrices.

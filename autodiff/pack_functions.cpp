@@ -5,6 +5,13 @@
 // and 8 lanes on any processor.  The widest registers that this unit is compiled for take what they hold.
 #include <dyntape/autodiff/pack.h>
 
+// SLEEF declares what the compiler's own macros name.
+#if defined(DYNTAPE_HAS_AVX) && !defined(__AVX__)
+#define __AVX__ 1
+#endif
+#if defined(DYNTAPE_HAS_AVX512F) && !defined(__AVX512F__)
+#define __AVX512F__ 1
+#endif
 #include <sleef.h>
 
 namespace dyntape::detail {
@@ -15,23 +22,23 @@ void put(double* y, double x) { *y = x; }
 #if defined(__SSE2__)
 void put(double* y, const __m128d& x) { _mm_storeu_pd(y, x); }
 #endif
-#if defined(__AVX__)
+#if defined(DYNTAPE_HAS_AVX)
 void put(double* y, const __m256d& x) { _mm256_storeu_pd(y, x); }
 #endif
-#if defined(__AVX512F__)
+#if defined(DYNTAPE_HAS_AVX512F)
 void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
 #endif
 
 }  // namespace
 
 // STEP(lanes, load, suffix) of each instruction set, from the widest; i runs over n lanes.
-#if defined(__AVX512F__)
+#if defined(DYNTAPE_HAS_AVX512F)
 #define DYNTAPE_STEP_8(STEP, ...) \
   for (; n - i >= 8; i += 8) STEP(8, _mm512_loadu_pd, avx512fnofma, __VA_ARGS__)
 #else
 #define DYNTAPE_STEP_8(...)
 #endif
-#if defined(__AVX__)
+#if defined(DYNTAPE_HAS_AVX)
 #define DYNTAPE_STEP_4(STEP, ...) \
   for (; n - i >= 4; i += 4) STEP(4, _mm256_loadu_pd, avx, __VA_ARGS__)
 #else

@@ -65,7 +65,7 @@ void store_transposed(const double* square, double* const* to, std::size_t i, in
   }
 }
 
-#if defined(__AVX512F__) && !defined(__clang__)
+#if defined(DYNTAPE_HAS_AVX512F) && !defined(__clang__)
 #define DYNTAPE_STORES_LINES 1
 // The first n / N * N entries of all states, n >= N, to addresses of any alignment.  Stores that straddle two
 // cache lines cost twice, so what two squares have for a line is put together first; only the ends straddle.

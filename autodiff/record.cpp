@@ -14,7 +14,7 @@ namespace {
 
 // The recording that this thread is in the middle of.
 struct Recording {
-  std::string name, place;
+  std::string name, place;  // ", begun at spring.cpp:12"
   std::uint32_t serial;
   RecordOptions::Branches branches;
   Graph graph;
@@ -40,9 +40,8 @@ class Scope {
  public:
   explicit Scope(Recording& recording) : recording_(recording) {
     if (current) {
-      throw RecordingError("record(\"" + recording.name + "\") at " + recording.place +
-                           ": this thread is already recording \"" + current->name + "\", begun at " +
-                           current->place);
+      throw RecordingError("record(\"" + recording.name + "\"): this thread is already recording \"" +
+                           current->name + "\"" + current->place);
     }
     current = &recording_;
     std::swap(recording_.graph, spare);
@@ -62,9 +61,9 @@ class Scope {
 
 [[noreturn, gnu::cold]] void refuse() {
   if (!current) throw RecordingError("a recorded value is used after its recording has ended");
-  throw RecordingError("a value of another recording is used while \"" + current->name +
-                       "\" is recorded (begun at " + current->place +
-                       "): values do not outlive their recording; use its value() or pass it as a parameter");
+  throw RecordingError("a value of another recording is used while \"" + current->name + "\" is recorded" +
+                       current->place +
+                       ": values do not outlive their recording; use its value() or pass it as a parameter");
 }
 
 // The current recording, which values that depend on inputs must be of.
@@ -213,8 +212,8 @@ Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
   check_names(options.variable_names, n_x, "variables");
   check_names(options.parameter_names, n_p, "parameters");
 
-  Recording recording{
-      name, std::string(file) + ":" + std::to_string(line), next_serial(), options.branches, {}, {}, {}};
+  const std::string place = file ? ", begun at " + std::string(file) + ":" + std::to_string(line) : "";
+  Recording recording{name, place, next_serial(), options.branches, {}, {}, {}};
   const std::vector<double> x0 = recording_point(options.variables, n_x, "variables", 1);
   const std::vector<double> p0 = recording_point(options.parameters, n_p, "parameters", 1.5);
   const auto make_inputs = [&](Block block, const std::vector<double>& values) {

@@ -34,7 +34,8 @@ struct RecordOptions {
   std::vector<std::string> variable_names, parameter_names, output_names;
 };
 
-// f(x, p) -> y; y may hold any number of entries, constants among them.
+// f(x, p) -> y; y may hold any number of entries, constants among them.  Errors name the caller's line; who
+// records for somebody else hands that line on, or nullptr where there is none.
 Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
                 const std::function<VectorXad(const VectorXad& x, const VectorXad& p)>& f,
                 const RecordOptions& options = {}, const char* file = __builtin_FILE(),

@@ -139,6 +139,11 @@ inline AD select(const Condition& condition, const AD& a, const AD& b) {
 }
 inline AD select(bool condition, const AD& a, const AD& b) { return condition ? a : b; }
 
+// Both sides of a conjunction of Conditions are recorded.  With a plain bool the language's own && and || are
+// meant, which do not evaluate what they need not, and the Condition becomes a bool, with its guard:
+//
+//   if (limit && x[0] > limit->upper)                    as it looks; a guard where there is a limit
+//   flag ? select(x[0] > 0, a, b) : b                    the way to write select(flag && x[0] > 0, a, b) without
 inline Condition operator!(const Condition& c) {
   return {select(c.truth(), AD(0), AD(1)), c.file(), c.line()};
 }
@@ -148,16 +153,6 @@ inline Condition operator&&(const Condition& a, const Condition& b) {
 inline Condition operator||(const Condition& a, const Condition& b) {
   return {select(a.truth(), AD(1), b.truth()), a.file(), a.line()};
 }
-
-// With a plain bool: without these, `flag && x < y` would turn x < y into a bool and record a guard.
-inline Condition operator&&(const Condition& a, bool b) {
-  return {b ? a.truth() : AD(0), a.file(), a.line()};
-}
-inline Condition operator&&(bool a, const Condition& b) { return b && a; }
-inline Condition operator||(const Condition& a, bool b) {
-  return {b ? AD(1) : a.truth(), a.file(), a.line()};
-}
-inline Condition operator||(bool a, const Condition& b) { return b || a; }
 
 // As in C: the other argument where one is a NaN.
 inline AD fmin(const AD& a, const AD& b) { return select(a == a, select(b == b, min(a, b), a), b); }

@@ -101,21 +101,55 @@ TEST(Branches, Case58_AParameterFlipsTheBranchWithoutANewRecording) {
 }
 
 TEST(Branches, ConditionsCombineWithoutGuards) {
-  const bool flag = true;
   const Function f = record("logic", 2, [&](const VectorXad& x) {
-    VectorXad y(6);
+    VectorXad y(4);
     y << select(x[0] > 0 && x[1] > 0, 1, 0), select(x[0] > 0 || x[1] > 0, 1, 0), select(!(x[0] > 0), 1, 0),
-        select(flag && x[0] > 0, 1, 0), select(x[0] > 0 || !flag, 1, 0), select(x[0] != x[1], 1, 0);
+        select(x[0] != x[1], 1, 0);
     return y;
   });
   EXPECT_TRUE(f.guards.empty());
   for (double a : {-1.0, 0.0, 1.0}) {
     for (double b : {-1.0, 0.0, 1.0}) {
       const bool p = a > 0, q = b > 0;
-      const std::vector<double> expected = {double(p && q), double(p || q), double(!p),
-                                            double(p),      double(p),      double(a != b)};
+      const std::vector<double> expected = {double(p && q), double(p || q), double(!p), double(a != b)};
       EXPECT_EQ(evaluate(f, {a, b}), expected) << a << " " << b;
     }
+  }
+}
+
+// With a plain bool && and || are the language's: what they need not evaluate is not there to be evaluated.
+TEST(Branches, ConditionsWithPlainBoolsShortCircuit) {
+  struct Limit {
+    double upper;
+  };
+  for (const bool limited : {false, true}) {
+    const Limit at_two{2};
+    const Limit* limit = limited ? &at_two : nullptr;
+    int read = 0;
+    const auto entry = [&](const VectorXad& x, int i) { return ++read, x[i]; };  // asserts i < 3
+    const Function f = record("bounded", 3, [&](const VectorXad& x) {
+      AD y = x[0];
+      if (limit && x[0] > limit->upper) y = limit->upper;
+      if (!limit || x[0] <= limit->upper) y = 2 * y;
+      int i = 0;
+      while (i < 3 && entry(x, i) > 0.0) y += x[i++];
+      for (i = 3; i == 3 || entry(x, i) < 0.0; --i) y += 1;
+      return one(y);
+    });
+    EXPECT_EQ(read, 4);
+    EXPECT_EQ(f.guards.size(), limited ? 6u : 4u);
+    EXPECT_EQ(evaluate(f, {1, 2, 3})[0], 9);
+    EXPECT_THROW(evaluate(f, {1, -2, 3}), GuardViolation);
+  }
+}
+
+TEST(Branches, AConditionBehindAFlagCanBeSelectedWithoutAGuard) {
+  for (const bool flag : {false, true}) {
+    const Function f = record("flagged", 1, [&](const VectorXad& x) {
+      return one(flag ? select(x[0] > 0, x[0], 2 * x[0]) : 2 * x[0]);
+    });
+    EXPECT_TRUE(f.guards.empty());
+    EXPECT_EQ(evaluate(f, {3})[0], flag ? 3 : 6);
   }
 }
 
@@ -217,7 +251,7 @@ TEST(Guards, BindingDropsWhatThenAlwaysHoldsAndKeepsWhatIsViolated) {
   const Function f = record(
       "bound", 1, 1, [](const VectorXad& x, const VectorXad& p) { return one(p[0] > 0 ? x[0] : -x[0]); });
   EXPECT_TRUE(bind(f, Block::kParameters, {{0, 5.0}}).guards.empty());
-  EXPECT_THROW(evaluate(bind(f, Block::kParameters, {{0, -5.0}}), {1}, {0}), GuardViolation);
+  EXPECT_THROW(evaluate(bind(f, Block::kParameters, {{0, -5.0}}), {1}), GuardViolation);
 }
 
 TEST(Guards, ComparisonsWithNumbersOfEveryType) {

@@ -108,6 +108,86 @@ TEST(Call, ThePatternOfTheCalleeIsRespected) {
   EXPECT_EQ(jacobian(f, {3, 0, 1}).diagonal(), Eigen::Vector3d(6, 1, 1));
 }
 
+// Found by bisection: unsorted, a column would be missed.
+TEST(Call, APatternThatIsNoneIsRefused) {
+  const auto message = [](const Pattern& pattern) -> std::string {
+    auto kernel = std::make_shared<Callee>();
+    kernel->name = "swap";
+    kernel->n_in = kernel->n_out = 2;
+    kernel->evaluate = [](const double* in, double* out) { out[0] = in[1], out[1] = in[0]; };
+    kernel->pattern = pattern;
+    try {
+      record("f", 2, [&](const VectorXad& x) { return call(kernel, x); });
+    } catch (const ArgumentError& e) {
+      return e.what();
+    }
+    return "no error";
+  };
+  EXPECT_EQ(message({2, 2, {0, 1}, {1, 0}}), "no error");
+  EXPECT_EQ(message({}), "no error");
+  EXPECT_EQ(
+      message({2, 2, {1, 0}, {0, 1}}),
+      "pattern of \"swap\": entry (0, 1) stands behind (1, 0), expected each once, sorted by row and then by "
+      "column");
+  EXPECT_NE(message({2, 2, {0, 0}, {1, 0}}).find("entry (0, 0) stands behind (0, 1)"), std::string::npos);
+  EXPECT_NE(message({2, 2, {0, 0}, {1, 1}}).find("each once"), std::string::npos);
+  EXPECT_EQ(message({2, 2, {0, 2}, {1, 0}}), "pattern of \"swap\": entry (2, 0) is beyond 2 x 2");
+  EXPECT_EQ(message({2, 3, {0, 1}, {1, 0}}),
+            "pattern of \"swap\": it is 2 x 3, expected outputs x inputs, 2 x 2");
+  EXPECT_EQ(message({2, 2, {0, 1}, {1}}),
+            "pattern of \"swap\": 2 rows for 1 columns of entries, expected as many");
+}
+
+// 2 u + 1 / (1 + exp(-x)): what u moves meets no infinity that exp makes of x.
+TEST(Call, AnArgumentThatDoesNotMoveMeetsNoPoleInside) {
+  const auto body = [](const VectorXad& x) { return one(2 * x[0] + 1 / (1 + exp(-x[1]))); };
+  const Function written = record("shifted", 2, body);
+  for (const auto& callee : {recorded_callee(written), dissolving_callee(written)}) {
+    const Function f = record("f", 2, [&](const VectorXad& x) { return call(callee, x); });
+    const Function moved = record("g", 1, 1, [&](const VectorXad& u, const VectorXad& p) {
+      VectorXad in(2);
+      in << u[0], p[0];
+      return call(callee, in);
+    });
+    const std::vector<double> x = {3, -800};
+    EXPECT_EQ(evaluate(f, x)[0], 6);
+    EXPECT_EQ(evaluate(jvp(f), x, {}, {1, 0})[0], 2);
+    EXPECT_EQ(evaluate(vjp(f), x, {}, {1})[0], 2);
+    EXPECT_EQ(jacobian(f, x)(0, 0), 2);
+    EXPECT_EQ(evaluate(jvp(moved), {3}, {-800}, {1})[0], 2);
+    EXPECT_EQ(evaluate(vjp(moved), {3}, {-800}, {1})[0], 2);
+    EXPECT_EQ(jacobian(moved, {3}, {-800})(0, 0), 2);
+    EXPECT_EQ(evaluate(jvp(vjp(f)), x, {}, {1, 1, 0})[0], 0);
+    EXPECT_EQ(evaluate(sparse_hessian(f).function, x, {}, {0})[0], 0);
+  }
+}
+
+// Every argument moves alone in some column: the derivatives of the callee do not become as many.
+TEST(Call, ManyArgumentsHaveFewDerivativesOfTheirCallee) {
+  const auto body = [](const VectorXad& x) {
+    VectorXad y(x.size());
+    AD sum = 0;
+    for (Eigen::Index i = 0; i < x.size(); ++i) y[i] = sum = sin(sum * x[i]) + 1 / x[i];
+    return y;
+  };
+  const Function written = record("long", 60, body);
+  const auto callee = recorded_callee(written);
+  const Function called = record("f", 60, [&](const VectorXad& x) { return call(callee, x); });
+  const Derivatives d = derive(called, Order::kFirst);
+  EXPECT_LT(d.function.graph.callees().size(), 15u);
+  Random random(5);
+  const std::vector<double> x = random.vector(60, 0.5, 1.5);
+  EXPECT_LT((jacobian(called, x) - jacobian(written, x)).cwiseAbs().maxCoeff(), 1e-12);
+  std::vector<double> pole = x;
+  pole[7] = 0;  // columns before and behind have numbers where the function written out has them
+  const Eigen::MatrixXd j = jacobian(called, pole), expected = jacobian(written, pole);
+  for (Eigen::Index k = 0; k < j.size(); ++k) {
+    if (std::isfinite(expected(k))) {
+      EXPECT_NEAR(j(k), expected(k), 1e-12) << k;
+    }
+  }
+}
+
 // What a callee makes of a dead branch is cut off, though its derivatives are calls on zeros there.
 TEST(Call, InADeadBranchContributesZero) {
   const auto callee = recorded_callee(record("roots", 2, [](const VectorXad& x) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 
 #include <dyntape/autodiff/linear_algebra.h>
 #include <dyntape/autodiff/record.h>
@@ -191,6 +192,67 @@ TEST(Eigen, Factorisations) {
         [](const auto& x) { return Vec<ScalarOf<decltype(x)>>(llt_solve(llt(definite(x)), x.tail(3))); });
   check("branch-free ldlt", 12,
         [](const auto& x) { return Vec<ScalarOf<decltype(x)>>(ldlt_solve(ldlt(definite(x)), x.tail(3))); });
+}
+
+// It looks for a small entry with `i > 0 && ...`: the entry before the first is not read.
+TEST(Eigen, SymmetricEigenvalues) {
+  const auto eigenvalues = [](const auto& x) {
+    using T = ScalarOf<decltype(x)>;
+    return Vec<T>(Eigen::SelfAdjointEigenSolver<Mat3<T>>(definite(x)).eigenvalues());
+  };
+  Random random(12);
+  SCOPED_TRACE(random.seed_text());
+  for (int trial = 0; trial < 5; ++trial) {
+    RecordOptions options;
+    options.variables = random.vector(9, 0.3, 1.2);
+    const Function f = record(
+        "eigenvalues", 9, [&](const VectorXad& x) { return eigenvalues(x); }, options);
+    EXPECT_FALSE(f.guards.empty());
+    const std::vector<double> y = evaluate(f, options.variables);
+    const Eigen::VectorXd expected = eigenvalues(Eigen::VectorXd::Map(options.variables.data(), 9).eval());
+    for (int i = 0; i < 3; ++i) EXPECT_NEAR(y[static_cast<std::size_t>(i)], expected[i], 1e-13 * expected[2]);
+  }
+}
+
+TEST(Eigen, CastsToNumbersAreTheValuesOfTheRecordingPoint) {
+  RecordOptions options;
+  options.variables = {1.5, -2.5};
+  const Function f = record(
+      "cast", 2,
+      [](const VectorXad& x) {
+        EXPECT_EQ(x.cast<double>(), Eigen::Vector2d(1.5, -2.5));
+        EXPECT_EQ(x.cast<float>(), Eigen::Vector2f(1.5f, -2.5f));
+        EXPECT_EQ(x.cast<int>(), Eigen::Vector2i(1, -2));
+        return VectorXad(x + x.cast<double>());
+      },
+      options);
+  EXPECT_EQ(evaluate(f, {10, 20}), (std::vector<double>{11.5, 17.5}));
+}
+
+TEST(LinearAlgebra, NormalizedReachesEveryLengthButZero) {
+  const Function f = record("normalized", 2, [](const VectorXad& x) { return normalized(x); });
+  for (const double length :
+       {5e-324, 1e-310, 1e-200, 1e-160, 1e-150, 1.0, 1e150, 1e160, 1e200, 1e240, 1e307}) {
+    const Eigen::Vector2d v = length * Eigen::Vector2d(3, 4);
+    const double y = v[1] / v[0];  // the digits that the smallest lengths have
+    const Eigen::Vector2d expected(1 / std::hypot(1, y), y / std::hypot(1, y));
+    EXPECT_LE((normalized(v) - expected).norm(), 1e-15) << length;
+    const std::vector<double> found = evaluate(f, {v[0], v[1]});
+    EXPECT_EQ(found, (std::vector<double>{normalized(v)[0], normalized(v)[1]})) << length;
+    if (length < 1e-150 || length > 1e240) continue;  // the slope, 1 / length, has a range of its own
+    const Eigen::MatrixXd slope = jacobian(f, {v[0], v[1]}) * (5 * length);
+    EXPECT_NEAR(slope(0, 0), 0.64, 1e-13) << length;
+    EXPECT_NEAR(slope(0, 1), -0.48, 1e-13) << length;
+  }
+  // Where squares have room the bits are those of the plain formula.
+  Random random(17);
+  SCOPED_TRACE(random.seed_text());
+  for (int i = 0; i < 1000; ++i) {
+    const auto x = random.vector(3, -2, 2);
+    const Eigen::Vector3d v = Eigen::Vector3d(x.data()) * std::pow(10, random.uniform(-100, 100));
+    const double inverse = 1 / std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    EXPECT_EQ(normalized(v), (v * inverse).eval());
+  }
 }
 
 TEST(LinearAlgebra, FactorsMultiplyBackToTheMatrix) {

@@ -96,6 +96,52 @@ TEST(Graph, Case30_IntegerPowersAreProducts) {
   EXPECT_EQ(evaluate(f, {3}), (std::vector<double>{243, std::pow(3.0, 17)}));
 }
 
+// Where x^n overflows and 1 / x^n does not vanish, and the other way round.
+TEST(Graph, NegativeIntegerPowersReachAsFarAsTheLibrarys) {
+  const Function f = record("powers", 1, [](const VectorXad& x) {
+    VectorXad y(16);
+    for (int n = 1; n <= 16; ++n) y[n - 1] = pow(x[0], -n);
+    return y;
+  });
+  for (const Node& node : f.graph.nodes()) EXPECT_NE(node.op, Op::Pow);
+  for (int exponent = -1074; exponent < 1024; ++exponent) {
+    for (const double mantissa : {1.0, -1.4142}) {
+      const double x = std::ldexp(mantissa, exponent);
+      const std::vector<double> y = evaluate(f, {x});
+      for (int n = 1; n <= 16; ++n) {
+        const double expected = std::pow(x, -n), found = y[static_cast<std::size_t>(n - 1)];
+        const bool close = std::abs(found - expected) <= 2e-15 * std::abs(expected) + n * 5e-324;
+        EXPECT_TRUE(found == expected || close) << x << "^-" << n << ": " << found << ", not " << expected;
+      }
+    }
+  }
+}
+
+// The four sums of a rounded product are closed under signs: no negation is left that a compiler could take in.
+TEST(Graph, NegationsAreAPartOfFusedOperations) {
+  Random random(31);
+  SCOPED_TRACE(random.seed_text());
+  constexpr Op kFused[] = {Op::Fma, Op::Fms, Op::Fnma, Op::Fnms};
+  for (const Op op : kFused) {
+    for (int signs = 0; signs < 16; ++signs) {
+      Function f;
+      f.inputs = {3, 0, 0};
+      NodeId in[3];
+      for (std::uint32_t i = 0; i < 3; ++i) {
+        in[i] = f.graph.input(Block::kVariables, i);
+        if (signs >> i & 1) in[i] = f.graph.make(Op::Neg, in[i]);
+      }
+      const NodeId sum = f.graph.make(op, in[0], in[1], in[2]);
+      f.outputs = {signs & 8 ? f.graph.make(Op::Neg, sum) : sum};
+      EXPECT_EQ(total_operations(compact(f)), 1u) << info(op).name << " " << signs;
+      const std::vector<double> x = random.vector(3, -2, 2);
+      const auto sign = [&](int i) { return signs >> i & 1 ? -1.0 : 1.0; };
+      EXPECT_EQ(evaluate(f, x)[0],
+                sign(3) * evaluate<double>(op, sign(0) * x[0], sign(1) * x[1], sign(2) * x[2]));
+    }
+  }
+}
+
 TEST(Graph, NegationsMoveOutOfProductsAndSums) {
   const Function f = record("signs", 2, [](const VectorXad& x) {
     VectorXad y(6);
@@ -153,8 +199,23 @@ TEST(Function, BindingIsPartialEvaluation) {
   const Function g = bind(f, Block::kParameters, {{1, 0.0}});
   EXPECT_EQ(total_operations(g), 2u);  // the exponential is gone
   EXPECT_EQ(evaluate(g, {1, 2}, {3, 99})[0], 3 * std::sin(1));
-  EXPECT_EQ(evaluate(bind(f, Block::kVariables, {{0, 1.0}, {1, 2.0}}), {0, 0}, {3, 4})[0],
+  EXPECT_EQ(evaluate(bind(f, Block::kVariables, {{0, 1.0}, {1, 2.0}}), {}, {3, 4})[0],
             evaluate(f, {1, 2}, {3, 4})[0]);
+}
+
+TEST(Function, ABlockThatIsBoundAsAWholeIsGone) {
+  RecordOptions options;
+  options.parameter_names = {"a", "b"};
+  const Function f = record(
+      "f", 1, 2, [](const VectorXad& x, const VectorXad& p) { return one(p[0] * x[0] + p[1]); }, options);
+  const Function half = bind(f, Block::kParameters, {{1, 5.0}});
+  EXPECT_EQ(half.n_p(), 2u) << "the others keep their places";
+  EXPECT_EQ(half.input_names[1], options.parameter_names);
+  const Function whole = bind(f, Block::kParameters, {{1, 5.0}, {0, 2.0}});
+  EXPECT_EQ(whole.n_p(), 0u);
+  EXPECT_TRUE(whole.input_names[1].empty());
+  EXPECT_EQ(evaluate(whole, {3})[0], 11);
+  EXPECT_EQ(recorded_callee(whole)->n_in, 1u);
 }
 
 TEST(Function, AllAsVariablesKeepsTheOrderVariablesWeightsParameters) {

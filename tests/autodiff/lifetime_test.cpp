@@ -68,6 +68,17 @@ TEST(Lifetime, Case85_ARecordingInsideARecordingNamesTheFirst) {
   EXPECT_NE(what.find("lifetime_test.cpp:" + std::to_string(line)), std::string::npos) << what;
 }
 
+// Who records for others names their line, or none: never its own.
+TEST(Lifetime, ErrorsNameTheLineThatIsHandedOn) {
+  AD kept;
+  record("first", 1, [&](const VectorXad& x) { return one(kept = x[0] * 2); });
+  const auto mistake = [&](const VectorXad& x) { return one(kept * x[0]); };
+  const std::string theirs = message_of([&] { record("f", 1, mistake, {}, "robot.cpp", 12); });
+  EXPECT_NE(theirs.find("\"f\" is recorded, begun at robot.cpp:12: values"), std::string::npos) << theirs;
+  const std::string none = message_of([&] { record("f", 1, mistake, {}, nullptr, 0); });
+  EXPECT_NE(none.find("\"f\" is recorded: values"), std::string::npos) << none;
+}
+
 TEST(Lifetime, Case99_OneInterpreterManyThreads) {
   Random random(99);
   const Program program = random_program(random, 200);

@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Long chains, wide sums, large patterns (hard cases 65-72, 92-94): the stack does not grow, the work is
-// linear. Times are not asserted (machines differ); operation and node counts are.
+// linear. Operation and node counts are asserted; times (of the processor) only where quadratic work would take
+// seconds: four times the size may take seven times as long.
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
+#include <functional>
+#include <random>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/autodiff/sparsity.h>
+#include <dyntape/autodiff/sweep.h>
 
 #include "dense.h"
 
@@ -167,6 +173,149 @@ TEST(Scale, Case94_BandedAndGridHessiansAreLinear) {
     return one(sum);
   }));
   EXPECT_EQ(h.pattern.nnz(), std::size_t(side * side + 2 * side * (side - 1)));
+}
+
+template <class Work>
+double seconds_of(Work&& work) {
+  const std::clock_t start = std::clock();
+  work();
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+// Of f(n), the derivatives up to an order.
+void expect_linear_derivation(std::size_t n, Order order, const std::function<Function(std::size_t)>& f) {
+  const Function small = f(n / 4), large = f(n);
+  const double some = seconds_of([&] { derive(small, order); });
+  EXPECT_LT(seconds_of([&] { derive(large, order); }), 7 * some + 0.2) << large.name;
+}
+
+// v = sin(v) + start, n times.
+AD long_chain(AD start, std::size_t n) {
+  AD v = start;
+  for (std::size_t i = 0; i < n; ++i) v = sin(v) + start;
+  return v;
+}
+
+TEST(Scale, WhatOutputsShareIsNotSweptForEach) {
+  const auto shared = [](std::size_t n, bool of_parameters) {
+    return record("shared", n, 1, [&](const VectorXad& x, const VectorXad& p) {
+      const AD v = long_chain(of_parameters ? p[0] : x[0], n);
+      VectorXad y = x;
+      for (AD& entry : y) entry *= v * entry;
+      return y;
+    });
+  };
+  for (Order order : {Order::kFirst, Order::kSecond}) {
+    expect_linear_derivation(32000, order, [&](std::size_t n) { return shared(n, true); });
+    expect_linear_derivation(32000, order, [&](std::size_t n) { return shared(n, false); });
+  }
+}
+
+TEST(Scale, CallsAreNotClearedForEverySweep) {
+  const auto callee =
+      recorded_callee(record("product", 2, [](const VectorXad& x) { return one(x[0] * sin(x[1])); }));
+  const auto calls = [&](std::size_t n) {
+    return record("calls", n + 1, [&](const VectorXad& x) {
+      VectorXad y(static_cast<Eigen::Index>(n));
+      for (Eigen::Index i = 0; i < y.size(); ++i) y[i] = call(callee, VectorXad(x.segment(i, 2)))[0];
+      return y;
+    });
+  };
+  expect_linear_derivation(40000, Order::kFirst, calls);
+  expect_linear_derivation(40000, Order::kSecond, calls);
+}
+
+// A dense row, rows that couple neighbours and, where there is one, a dense column with a long way to it.
+Function arrow(std::size_t n, bool has_column) {
+  return record("arrow", n, [&](const VectorXad& x) {
+    const AD v = long_chain(x[0], has_column ? n : 0);
+    VectorXad y(x.size());
+    y[0] = 0;
+    for (Eigen::Index i = 1; i < y.size(); ++i) {
+      y[0] = y[0] + x[i] * x[i];
+      y[i] = x[i - 1] * x[i] + (has_column ? v : AD(0));
+    }
+    return y;
+  });
+}
+
+TEST(Scale, ADenseRowAmongCoupledRowsIsSweptApart) {
+  for (const bool has_column : {false, true}) {
+    expect_linear_derivation(20000, Order::kFirst, [&](std::size_t n) { return arrow(n, has_column); });
+    expect_linear_derivation(20000, Order::kSecond, [&](std::size_t n) { return arrow(n, has_column); });
+    const Derivatives d = derive(arrow(20000, has_column), Order::kFirst);  // larger than what is tried
+    EXPECT_EQ(d.jacobian, jacobian_sparsity(arrow(20000, has_column)));
+    const std::vector<double> y = evaluate(d.function, std::vector<double>(20000, 0.5));
+    for (std::size_t k = 0; k < d.jacobian.nnz(); ++k) {
+      if (d.jacobian.col[k] == 0) continue;
+      ASSERT_EQ(y[20000 + k], d.jacobian.row[k] == 0 ? 1.0 : 0.5) << k;
+    }
+  }
+}
+
+TEST(Scale, ManyArrowsAreEachSweptApart) {
+  expect_linear_derivation(60000, Order::kFirst, [](std::size_t n) {
+    const auto length = static_cast<Eigen::Index>(n / 30);
+    return record("arrows", n, [&](const VectorXad& x) {
+      VectorXad y = VectorXad::Zero(x.size());
+      for (Eigen::Index i = 0; i + 1 < y.size(); ++i) {
+        if (i % length == length - 1) continue;
+        y[i + 1] = x[i] * x[i + 1];
+        y[i / length * length] = y[i / length * length] + x[i] * x[i];
+      }
+      return y;
+    });
+  });
+}
+
+TEST(Scale, DerivativesThatTakeTooMuchMemoryAreRefused) {
+  Function f = record("dense", 30, [](const VectorXad& x) {
+    VectorXad y(30);
+    for (Eigen::Index i = 0; i < 30; ++i) y[i] = sin(x.sum() * static_cast<double>(i + 1));
+    return y;
+  });
+  Sweep sweep(f.graph, Sweep::Variables::kFinite, 40);
+  const auto sweep_rows = [&](NodeId count) {
+    for (NodeId i = 0; i < count; ++i) sweep.reverse({f.outputs[i]}, {f.graph.constant(1)});
+  };
+  EXPECT_NO_THROW(sweep_rows(3));
+  try {
+    sweep_rows(30);
+    FAIL();
+  } catch (const RecordingError& error) {
+    EXPECT_NE(std::string(error.what()).find("more than 40 further ones; derive fewer outputs"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
+// Sets of variables that are shared, overlap, or are too many to be listed: against one walk an output.
+TEST(Scale, PatternsOfSharedValuesAreExact) {
+  constexpr Eigen::Index n = 400;  // more than a few sweeps of 64
+  std::mt19937 random(7);
+  std::vector<std::vector<std::uint32_t>> expected;
+  const Function f = record("pattern", n, [&](const VectorXad& x) {
+    std::vector<AD> values(x.begin(), x.end());
+    std::vector<std::vector<bool>> sets;
+    for (Eigen::Index i = 0; i < n; ++i)
+      sets.emplace_back(n, false), sets.back()[static_cast<std::size_t>(i)] = true;
+    for (int k = 0; k < 3000; ++k) {
+      const std::size_t a = random() % values.size(), b = values.size() - 1 - random() % 300;
+      values.push_back(values[a] * sin(values[b]));
+      sets.push_back(sets[a]);
+      for (std::size_t j = 0; j < n; ++j) sets.back()[j] = sets[a][j] || sets[b][j];
+    }
+    VectorXad y(1000);
+    for (AD& entry : y) {
+      const std::size_t k = random() % values.size();
+      entry = values[k];
+      expected.emplace_back();
+      for (std::uint32_t j = 0; j < n; ++j)
+        if (sets[k][j]) expected.back().push_back(j);
+    }
+    return y;
+  });
+  EXPECT_EQ(jacobian_sparsity(f), pattern_from_rows(expected, n));
 }
 
 }  // namespace

@@ -273,15 +273,6 @@ Function EdgeCase::recorded() const {
   return record(name, x.size(), [this](const V& v) { return V::Constant(1, f(v)); });
 }
 
-bool EdgeCase::all_finite() const {
-  for (const auto* list : {&x, &gradient, &hessian}) {
-    for (double t : *list) {
-      if (!std::isfinite(t)) return false;
-    }
-  }
-  return std::isfinite(value);
-}
-
 std::vector<EdgeCase> edge_cases() {
   Cases cases;
   for (auto add :

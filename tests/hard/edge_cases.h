@@ -27,7 +27,6 @@ struct EdgeCase {
 
   // What the case is recorded at: away from the edge, as a user would.
   Function recorded() const;
-  bool all_finite() const;
 };
 
 std::vector<EdgeCase> edge_cases();

@@ -2,6 +2,9 @@
 //
 // Optimal control where things go wrong, or nearly: no feasible point, several optima, numbers that are none.
 #include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <thread>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/ocp/optimise.h>
@@ -163,10 +166,94 @@ TEST(Options, OfIpoptPassAndAreChecked) {
   EXPECT_NE(message({.extra = {{"no_such_option", "1"}}}).find("no_such_option"), std::string::npos);
   EXPECT_NE(message({.extra = {{"mu_strategy", "sometimes"}}}).find("sometimes"), std::string::npos);
   EXPECT_EQ(message({.extra = {{"mu_strategy", "adaptive"}}}), "nothing thrown");
+  EXPECT_NE(message({.extra = {{"mu_stratgy", "adaptive"}}}).find("did you mean 'mu_strategy'?"),
+            std::string::npos);
+  for (const auto& [name, value] : {std::pair{"max_iter", "1e3"},
+                                    {"max_iter", "3.7"},
+                                    {"max_iter", "200abc"},
+                                    {"max_iter", "99999999999"},
+                                    {"tol", "1e-6x"},
+                                    {"tol", "1,5"},
+                                    {"tol", "nan"},
+                                    {"tol", "inf"},
+                                    {"tol", ""},
+                                    {"tol", " 1"},
+                                    {"tol", "-1"}}) {
+    EXPECT_NE(message({.extra = {{name, value}}})
+                  .find("refuses the value \"" + std::string(value) + "\": expected"),
+              std::string::npos)
+        << name << " " << value << ": " << message({.extra = {{name, value}}});
+  }
+  EXPECT_NE(message({.tolerance = std::nan("")}).find("\"tol\" refuses the value \"nan\""),
+            std::string::npos);
+  EXPECT_NE(message({.tolerance = 0}).find("expected a number above 0"), std::string::npos);
+  EXPECT_NE(message({.max_iterations = -1}).find("whole number from 0"), std::string::npos);
+  EXPECT_EQ(message({.extra = {{"tol", "+1e-7"}, {"max_iter", "200"}}}), "nothing thrown");
   Collocation nlp(test::swing_up(), {.intervals = 40, .evaluation = test::kInterpreted});
   const NlpSolution cut = solve_with_ipopt(nlp, nlp.start(), {.max_iterations = 3});
   EXPECT_EQ(cut.status, SolveStatus::kIterationLimit);
   EXPECT_EQ(cut.log.size(), 4u);
+}
+
+// Nothing that a task file asks of the solver touches files, prints, or starts from multipliers that are not there.
+TEST(Options, OfIpoptThatNameFilesPrintOrWarmStartAreRefused) {
+  Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+  for (const auto& [name, value] : {std::pair{"output_file", "/tmp/dyntape-no-such-file"},
+                                    {"option_file_name", "/etc/hostname"},
+                                    {"print_level", "12"},
+                                    {"file_print_level", "5"},
+                                    {"print_user_options", "yes"},
+                                    {"print_options_documentation", "yes"},
+                                    {"warm_start_init_point", "yes"},
+                                    {"warm_start_same_structure", "yes"},
+                                    {"ma77_print_level", "3"},
+                                    {"pardiso_msglvl", "1"},
+                                    {"derivative_test", "first-order"}}) {
+    try {
+      solve_with_ipopt(nlp, nlp.start(), {.extra = {{name, value}}});
+      ADD_FAILURE() << name << " is accepted";
+    } catch (const ArgumentError& e) {
+      EXPECT_NE(std::string(e.what()).find("is not for use here"), std::string::npos) << e.what();
+    }
+  }
+  EXPECT_NE(access("/tmp/dyntape-no-such-file", F_OK), 0);
+}
+
+// The linear solver of Ipopt is not thread-safe: solves take turns.
+TEST(Threads, SolvesTakeTurns) {
+  const auto solve = [](double* cost) {
+    Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
+    for (int k = 0; k < 3; ++k) *cost = solve_with_ipopt(nlp, nlp.start()).objective;
+  };
+  double expected = 0, costs[4] = {};
+  solve(&expected);
+  std::vector<std::thread> threads;
+  for (double& cost : costs) threads.emplace_back(solve, &cost);
+  for (std::thread& thread : threads) thread.join();
+  for (double cost : costs) EXPECT_EQ(cost, expected);
+}
+
+// A cost that solves a program of its own.
+class Recursive : public Collocation {
+ public:
+  Recursive() : Collocation(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted}) {}
+  bool objective(const double* x, double& value) override {
+    Collocation inner(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+    value = solve_with_ipopt(inner, inner.start()).objective;
+    return Collocation::objective(x, value);
+  }
+};
+
+TEST(Threads, ASolveWithinASolveIsRefused) {
+  Recursive outer;
+  try {
+    solve_with_ipopt(outer, outer.start());
+    FAIL() << "nothing thrown";
+  } catch (const ArgumentError& e) {
+    EXPECT_NE(std::string(e.what()).find("being solved"), std::string::npos) << e.what();
+  }
+  Collocation after(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+  EXPECT_NEAR(solve_with_ipopt(after, after.start()).objective, 12, 1e-6);
 }
 
 }  // namespace

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What the processor can do that a unit is compiled for.
+//
+//   #if defined(DYNTAPE_HAS_AVX)        // 256-bit registers
+//
+// dyntape::native compiles for the processor at hand and hides the compiler's macros of the same name, by which
+// Eigen would choose another layout and allocator (eigen_layout.h); what it hides it names with DYNTAPE in front.
+//
+// A vector travels between functions in registers where the processor has them, else in memory.  Types that hold
+// vectors stand in an inline namespace that says which: units for different processors then never take each
+// other's functions, and what the library lacks is reported by the linker, under a name that says what to do.
+//
+// Like error.h, this header depends on nothing and is everybody's.
+#pragma once
+
+#if defined(__AVX512F__) || defined(DYNTAPE__AVX512F__)
+#define DYNTAPE_HAS_AVX512F 1
+#endif
+#if defined(__AVX__) || defined(DYNTAPE__AVX__)
+#define DYNTAPE_HAS_AVX 1
+#endif
+#if defined(__FMA__) || defined(DYNTAPE__FMA__)
+#define DYNTAPE_HAS_FMA 1
+#endif
+
+#if defined(DYNTAPE_HAS_AVX512F)
+#define DYNTAPE_VECTORS vectors_of_64_bytes_as_units_linked_to_dyntape_native
+#elif defined(DYNTAPE_HAS_AVX)
+#define DYNTAPE_VECTORS vectors_of_32_bytes_as_units_linked_to_dyntape_native
+#else
+#define DYNTAPE_VECTORS vectors_of_16_bytes_unless_linked_to_dyntape_native
+#endif

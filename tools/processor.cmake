@@ -1,0 +1,16 @@
+# The flags of dyntape_native for a processor (gcc's -march, or empty), appended to the list that OUT names.
+function(dyntape_processor_flags out arch)
+  set(flags)
+  if(arch)
+    list(APPEND flags -march=${arch})
+  endif()
+  separate_arguments(users UNIX_COMMAND "${CMAKE_CXX_FLAGS}")
+  execute_process(COMMAND ${CMAKE_CXX_COMPILER} ${users} ${flags} -dM -E -x c++ /dev/null
+    OUTPUT_VARIABLE macros COMMAND_ERROR_IS_FATAL ANY)
+  foreach(macro __AVX__ __AVX2__ __AVX512F__ __FMA__)
+    if(macros MATCHES "#define ${macro} ")
+      list(APPEND flags -U${macro} -DDYNTAPE${macro})
+    endif()
+  endforeach()
+  set(${out} ${flags} PARENT_SCOPE)
+endfunction()
