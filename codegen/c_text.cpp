@@ -4,8 +4,13 @@
 #include <charconv>
 #include <cmath>
 
+#include <dyntape/codegen/files.h>
+
 namespace dyntape::codegen {
 namespace {
+
+constexpr std::size_t kLongestName =
+    160;  // a file is named so, with an ending and for a while a mark: 255 in all
 
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -63,6 +68,7 @@ std::string c_identifier(std::string_view name) {
   std::string result;
   for (char c : name) result += is_letter(c) || is_digit(c) ? c : '_';
   if (result.empty() || is_digit(result[0]) || result[0] == '_') result.insert(0, "f");
+  if (result.size() > kLongestName) result.replace(kLongestName / 2, result.npos, "_" + checksum(name));
   return result;
 }
 
@@ -86,10 +92,11 @@ std::string c_string(std::string_view text) {
 std::string c_comment(std::string_view text) {
   std::string result;
   for (char c : text) {
-    const bool ends =
-        !result.empty() && ((c == '/' && result.back() == '*') || (c == '*' && result.back() == '/'));
-    if (ends) result += ' ';
-    result += static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c == '\\' ? '/' : c;
+    const char shown = static_cast<unsigned char>(c) < 32 || c == 127 ? ' ' : c == '\\' ? '/' : c;
+    const char last = result.empty() ? ' ' : result.back();
+    // Looked at as it will stand there: what ends a comment, and what seems to begin one.
+    if ((shown == '/' && last == '*') || (shown == '*' && last == '/')) result += ' ';
+    result += shown;
   }
   return result;
 }

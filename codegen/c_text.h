@@ -5,7 +5,7 @@
 //   append_number(text, 0.1)        0.1          the shortest spelling that reads back as the same double
 //   append_number(text, -0.0)       (-0.0)       inf is HUGE_VAL, a NaN is NAN
 //   append_single(text, 0.1)        0.1f         the shortest that reads back as the nearest float
-//   c_identifier("arm 7-dof")       arm_7_dof
+//   c_identifier("arm 7-dof")       arm_7_dof; of a long name, its beginning and a checksum: files are named so too
 //   c_string("a\"b")                "a\"b"
 //   c_comment("a */ b")             a * / b
 //

@@ -23,41 +23,47 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kHour = 3600, kDay = 24 * kHour;
+constexpr std::int64_t kHour = 3600;
 
 std::string environment(const char* name) {
   const char* value = std::getenv(name);
   return value ? value : "";
 }
 
-bool is_digest(const std::string& name) {
-  return name.size() == 32 && name.find_first_not_of("0123456789abcdef") == std::string::npos;
-}
+constexpr char kRemoved[] = "removed-";
 
-// Names of what a folder holds; empty if it cannot be read.
-std::vector<std::string> names_in(const std::string& folder) {
-  std::vector<std::string> names;
+// Nobody is to see an entry that is half gone: it is renamed first.  Why it cannot be removed, or "".
+std::string remove_entry(const std::string& root, const std::string& entry) {
+  const std::string trash = root + "/" + name_of_its_own(kRemoved);
   std::error_code error;
-  for (auto it = fs::directory_iterator(folder, error); !error && it != fs::directory_iterator();
-       it.increment(error))
-    names.push_back(it->path().filename().string());
-  std::sort(names.begin(), names.end());
-  return names;
+  if (std::rename(entry.c_str(), trash.c_str()) != 0)
+    return entry + " cannot be removed: " + std::strerror(errno);
+  fs::remove_all(trash, error);
+  return error ? trash + " cannot be removed: " + error.message() : "";
 }
 
-std::int64_t modified(const std::string& path) {
+// What remove_entry() leaves when its process is killed half-way: removed-<process>-<16 digits>.
+bool is_half_removed(const std::string& name) {
+  const std::size_t process = sizeof kRemoved - 1, dash = name.find('-', process);
+  return name.starts_with(kRemoved) && dash != std::string::npos && dash > process &&
+         name.size() - dash == 17 && name.find_first_not_of("0123456789", process) >= dash &&
+         name.find_first_not_of("0123456789abcdef", dash + 1) == std::string::npos;
+}
+
+// A remembered compiler (identity.h).
+bool is_record(const std::string& name) {
+  return name.starts_with("compiler-") && name.ends_with(".json") &&
+         is_digest(name.substr(9, name.size() - 14));
+}
+
+std::uint64_t bytes_of(const std::string& folder) {
+  std::uint64_t bytes = 0;
   struct stat status {};
-  return lstat(path.c_str(), &status) == 0 ? status.st_mtim.tv_sec : std::time(nullptr);
-}
-
-// Nobody is to see an entry that is half gone: it is renamed first.
-bool remove_entry(const std::string& root, const std::string& entry) {
-  try {
-    TemporaryFolder trash(root, "build-");
-    return std::rename(entry.c_str(), (trash.path() + "/entry").c_str()) == 0;
-  } catch (const FileError&) {
-    return false;
+  for (const std::string& name : names_in(folder)) {
+    if (lstat((folder + "/" + name).c_str(), &status) == 0)
+      bytes += static_cast<std::uint64_t>(status.st_size);
   }
+  return bytes;
 }
 
 }  // namespace
@@ -86,7 +92,7 @@ std::optional<Cache> Cache::open(const std::string& folder) {
 
 std::optional<Entry> Cache::find(const Key& key) const {
   Entry entry;
-  const Verdict verdict = check_entry(folder_of(key.digest), key.digest, entry);
+  const Verdict verdict = check_entry(folder_of(key.digest), key.digest, entry, &entry.image);
   switch (verdict.fault) {
     case Fault::kNone:
       // The time of last use, for the sweep.  Where it cannot be noted nothing is lost.
@@ -94,7 +100,7 @@ std::optional<Entry> Cache::find(const Key& key) const {
       return entry;
     case Fault::kContent:
       say_once("a library in the cache is compiled again: " + verdict.reason);
-      remove_entry(folder_, folder_of(key.digest));
+      remove(key);
       break;
     case Fault::kRefused:
     case Fault::kInputOutput:
@@ -116,7 +122,7 @@ std::optional<Entry> Cache::publish(TemporaryFolder& built, const Key& key, cons
     if (!library || !source) throw FileError(built.path() + ": " + std::strerror(error));
     write_file(built.path() + "/manifest.json", manifest_text(key, manifest, *library, *source));
     for (const std::string& name : names_in(built.path())) {
-      if (name != "library.so" && name != "source.c" && name != "manifest.json")
+      if (name != "library.so" && name != "source.c" && name != "manifest.json" && name != kMark)
         fs::remove_all(built.path() + "/" + name);
     }
     if (chmod((built.path() + "/library.so").c_str(), 0600) != 0) throw FileError(std::strerror(errno));
@@ -124,10 +130,10 @@ std::optional<Entry> Cache::publish(TemporaryFolder& built, const Key& key, cons
       if ((errno != ENOTEMPTY && errno != EEXIST && errno != ENOTDIR) || tries == 3)
         throw FileError(entry + ": " + std::strerror(errno));
       if (auto theirs = replace ? std::nullopt : find(key)) return theirs;
-      if (!remove_entry(folder_, entry) && errno != ENOENT)
-        throw FileError(entry + ": " + std::strerror(errno));
+      remove(key);
     }
     built.release();
+    unlink((entry + "/" + kMark).c_str());
   } catch (const std::exception& e) {
     say_once("a compiled library is not kept: " + std::string(e.what()));
     return std::nullopt;
@@ -137,13 +143,20 @@ std::optional<Entry> Cache::publish(TemporaryFolder& built, const Key& key, cons
 
 void Cache::remove(const Key& key) const { remove_entry(folder_, folder_of(key.digest)); }
 
+std::vector<std::string> Cache::entries() const {
+  std::vector<std::string> folders;
+  for (const std::string& name : names_in(folder_)) {
+    if (is_entry(folder_of(name))) folders.push_back(folder_of(name));
+  }
+  return folders;
+}
+
 std::vector<Entry> Cache::list() const {
   std::vector<Entry> entries;
-  for (const std::string& name : names_in(folder_)) {
-    if (!is_digest(name)) continue;
+  for (const std::string& folder : this->entries()) {
     Entry entry;
-    entry.folder = folder_of(name);
-    check_entry(entry.folder, name, entry);
+    entry.folder = folder;
+    check_entry(folder, fs::path(folder).filename(), entry);
     entries.push_back(entry);
   }
   return entries;
@@ -151,7 +164,7 @@ std::vector<Entry> Cache::list() const {
 
 Verdict Cache::verify(const std::string& digest) const {
   Entry entry;
-  const Verdict verdict = check_entry(folder_of(digest), digest, entry);
+  const Verdict verdict = check_entry(folder_of(digest), digest, entry, &entry.image);
   if (verdict.fault != Fault::kNone) return verdict;
   int error = 0;
   const auto source = read_file(entry.source(), error);
@@ -163,35 +176,56 @@ Verdict Cache::verify(const std::string& digest) const {
 
 std::size_t Cache::clear() const {
   std::size_t removed = 0;
-  for (const std::string& name : names_in(folder_)) {
-    const std::string path = folder_ + "/" + name;
-    if (is_digest(name)) removed += remove_entry(folder_, path);
-    // Work of processes that were ended; one that is at work now is younger.
-    std::error_code ignored;
-    const bool left_over = name.starts_with("build-") && std::time(nullptr) - modified(path) > kHour;
-    if (left_over || (name.starts_with("compiler-") && name.ends_with(".json")))
-      fs::remove_all(path, ignored);
+  std::string trouble;
+  for (const std::string& folder : entries()) {
+    const std::string reason = remove_entry(folder_, folder);
+    removed += reason.empty();
+    if (!reason.empty()) trouble = reason;
   }
+  for (const std::string& name : names_in(folder_)) {
+    std::error_code ignored;
+    if (is_record(name)) fs::remove(folder_of(name), ignored);
+    if (name.starts_with("build-") && state_of(folder_of(name)) == Left::kKept)
+      fs::remove_all(folder_of(name), ignored);
+  }
+  remove_left_over();
+  if (!trouble.empty()) throw FileError(trouble);
   return removed;
 }
 
-std::size_t Cache::sweep(std::uint64_t limit) const {
+void Cache::remove_left_over() const {
+  codegen::remove_left_over(folder_, "build-");
   for (const std::string& name : names_in(folder_)) {
     std::error_code ignored;
-    const std::string path = folder_ + "/" + name;
-    if (name.starts_with("build-") && std::time(nullptr) - modified(path) > kDay)
-      fs::remove_all(path, ignored);
+    if (is_half_removed(name)) fs::remove_all(folder_of(name), ignored);
   }
-  std::vector<Entry> entries = list();
-  std::sort(entries.begin(), entries.end(),
-            [](const Entry& a, const Entry& b) { return a.last_used < b.last_used; });
+}
+
+std::size_t Cache::sweep(std::uint64_t limit) const {
+  remove_left_over();
+  struct Stored {
+    std::string folder;
+    std::uint64_t bytes;
+    std::int64_t last_used;
+  };
+  std::vector<Stored> all;
   std::uint64_t total = 0;
-  for (const Entry& entry : entries) total += entry.bytes;
+  const auto add = [&](const std::string& folder, std::int64_t last_used) {
+    all.push_back({folder, bytes_of(folder), last_used});
+    total += all.back().bytes;
+  };
+  for (const std::string& folder : entries()) add(folder, modified(folder + "/manifest.json"));
+  for (const std::string& name : names_in(folder_)) {  // sources that a person was told of
+    if (name.starts_with("build-") && state_of(folder_of(name)) == Left::kKept)
+      add(folder_of(name), modified(folder_of(name)));
+  }
+  std::sort(all.begin(), all.end(),
+            [](const Stored& a, const Stored& b) { return a.last_used < b.last_used; });
   std::size_t removed = 0;
-  for (const Entry& entry : entries) {
+  for (const Stored& stored : all) {
     if (total <= limit) break;
-    if (!remove_entry(folder_, entry.folder)) continue;
-    total -= entry.bytes;
+    if (!remove_entry(folder_, stored.folder).empty()) continue;
+    total -= stored.bytes;
     ++removed;
   }
   return removed;
@@ -199,19 +233,18 @@ std::size_t Cache::sweep(std::uint64_t limit) const {
 
 void Cache::sweep_sometimes() const {
   const std::string stamp = folder_ + "/last-sweep";
-  struct stat status {};
-  if (stat(stamp.c_str(), &status) == 0 && std::time(nullptr) - status.st_mtim.tv_sec < kHour) return;
-  const int file = ::open(stamp.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0600);
-  if (file < 0) return;
-  if (flock(file, LOCK_EX | LOCK_NB) == 0) {  // otherwise another process is sweeping
-    (void)futimens(file, nullptr);
-    try {
-      sweep(cache_limit());
-    } catch (const ArgumentError& e) {
-      say_once(e.what());
-    }
+  const std::int64_t age = std::time(nullptr) - modified(stamp);
+  if (age >= 0 && age < kHour) return;  // a time to come is nonsense, and counts as none
+  Descriptor file(::open(stamp.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0600));
+  if (file.number() < 0 || flock(file.number(), LOCK_EX | LOCK_NB) != 0)
+    return;  // another process is sweeping
+  (void)futimens(file.number(), nullptr);
+  try {
+    codegen::remove_left_over(system_temporary_folder(), "dyntape-");
+    sweep(cache_limit());
+  } catch (const Error& e) {
+    say_once(e.what());
   }
-  close(file);
 }
 
 std::uint64_t cache_limit() {

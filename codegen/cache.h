@@ -10,13 +10,17 @@
 //
 //   - the key covers all that decides the library, so nothing stale can be found and nobody's name matters
 //   - an entry appears by one rename: several processes may race, nobody sees half an entry, the first wins
-//   - the library is checked against the manifest's checksum before it is loaded
+//   - the library is checked against the manifest's checksum, and what is loaded are the bytes that were checked
 //   - wrong *content* (truncated, foreign) deletes the entry; an I/O error never deletes anything
-//   - loading a library is running it: a folder or entry that the user does not own, or that others may
-//     write, is refused.  In a folder that is shared each user has a private one, user-<number>.
+//   - loading a library is running it: a folder or entry that the user does not own, that others may write, or
+//     that they could exchange for another, is refused.  In a folder that is shared each user has a private one,
+//     user-<number>.
+//   - what does not carry dyntape's mark, an entry's manifest or the file .dyntape of a folder of work, is not
+//     touched
 //
 // $DYNTAPE_CACHE_LIMIT (bytes, or with K, M, G; default 2G) bounds the store: the entries that were used
-// longest ago go first, at most once an hour, by one process at a time.
+// longest ago go first, at most once an hour, by one process at a time; with them goes what builds leave behind that
+// were killed.
 #pragma once
 
 #include <cstdint>
@@ -47,6 +51,7 @@ struct Entry {
   Manifest manifest;
   std::uint64_t bytes = 0;     // of all files
   std::int64_t last_used = 0;  // seconds since 1970
+  std::string image;           // of find() and publish(): the bytes of the library that were checked
   std::string library() const { return folder + "/library.so"; }
   std::string source() const { return folder + "/source.c"; }
 };
@@ -77,7 +82,8 @@ class Cache {
   // For people: everything that is stored, what is wrong with an entry, and removal of all.
   std::vector<Entry> list() const;
   Verdict verify(const std::string& digest) const;
-  std::size_t clear() const;  // returns the number of entries removed
+  // Returns the number of entries removed; FileError if one cannot be.
+  std::size_t clear() const;
   // Removes what was used longest ago until the rest fits; returns the number of entries removed.
   std::size_t sweep(std::uint64_t limit) const;
   // The same with cache_limit(), unless it was done within the hour or another process is at it.
@@ -85,6 +91,8 @@ class Cache {
 
  private:
   explicit Cache(std::string folder) : folder_(std::move(folder)) {}
+  std::vector<std::string> entries() const;  // their folders
+  void remove_left_over() const;
   std::string folder_of(const std::string& digest) const { return folder_ + "/" + digest; }
 
   std::string folder_;

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/cache_folder.h>
 
+#include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+
+#include <dyntape/codegen/owners.h>
 
 namespace dyntape::codegen {
 namespace {
@@ -16,6 +20,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr int kSchema = 1;
+constexpr const char* kFiles[] = {"library.so", "manifest.json", "source.c"};  // sorted
 
 Verdict io_fault(const std::string& path, int error) {
   return {Fault::kInputOutput, path + ": " + std::strerror(error)};
@@ -39,37 +44,96 @@ T get(const Json& json, const char* name, T otherwise) {
   }
 }
 
-Verdict check_library(const std::string& path, const Json& manifest, Entry& entry) {
+// A file of an entry, opened, checked and read once.
+Verdict read_ours(const Descriptor& folder, const std::string& path, std::uint64_t most, std::string& text) {
+  const std::string name = path.substr(path.rfind('/') + 1);
+  const Descriptor file(
+      openat(folder.number(), name.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
+  if (file.number() < 0) return unread(path, errno);
   int error = 0;
-  const auto library = read_file(path, error);
-  if (!library) return unread(path, error);
-  if (library->size() != get<std::uint64_t>(manifest, "library_bytes", 0))
-    return content_fault(path + " has " + std::to_string(library->size()) + " bytes, the manifest says " +
-                         std::to_string(get<std::uint64_t>(manifest, "library_bytes", 0)));
-  if (checksum(*library) != get<std::string>(manifest, "library_checksum", ""))
-    return content_fault(path + " does not have the checksum of its manifest");
-  entry.bytes += library->size();
+  auto found = read_file(file.number(), error, most);
+  if (!found && error == EFBIG) return content_fault(path + " has more bytes than it should");
+  if (!found) return unread(path, error);
+  if (std::string reason = shared_with_others(file.number(), path); !reason.empty())
+    return {Fault::kRefused, reason};
+  text = std::move(*found);
   return {};
+}
+
+Verdict check_library(const Descriptor& folder, const Json& manifest, const Entry& entry,
+                      std::string* library) {
+  const auto bytes = get<std::uint64_t>(manifest, "library_bytes", 0);
+  const auto wrong_size = [&](std::uint64_t size) {
+    return content_fault(entry.library() + " has " + std::to_string(size) + " bytes, the manifest says " +
+                         std::to_string(bytes));
+  };
+  struct stat status {};
+  if (fstatat(folder.number(), "library.so", &status, AT_SYMLINK_NOFOLLOW) != 0)
+    return unread(entry.library(), errno);
+  const auto size = static_cast<std::uint64_t>(status.st_size);
+  if (S_ISREG(status.st_mode) && size != bytes) return wrong_size(size);
+  if (!library) return {};
+  const Verdict verdict = read_ours(folder, entry.library(), bytes, *library);
+  if (verdict.fault != Fault::kNone) return verdict;
+  if (library->size() != bytes) return wrong_size(library->size());
+  if (checksum(*library) != get<std::string>(manifest, "library_checksum", ""))
+    return content_fault(entry.library() + " does not have the checksum of its manifest");
+  return {};
+}
+
+bool is_manifest_of(const Json& json, const std::string& digest) {
+  return json.is_object() && get<int>(json, "schema", 0) == kSchema &&
+         get<std::string>(json, "key", "") == digest &&
+         make_key(get<std::string>(json, "key_text", "")).digest == digest;
+}
+
+constexpr std::uint64_t kLongestManifest = 1 << 20;
+
+Json manifest_in(const Descriptor& folder, const std::string& path, Verdict& verdict) {
+  std::string text;
+  verdict = read_ours(folder, path, kLongestManifest, text);
+  return Json::parse(text, nullptr, false);
+}
+
+Descriptor opened(const std::string& folder) {
+  return Descriptor(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_NOFOLLOW | O_CLOEXEC));
+}
+
+// Bytes on the disk, and the time of last use: that of the manifest.
+void weigh(const Descriptor& folder, Entry& entry) {
+  struct stat status {};
+  for (const std::string name : kFiles) {
+    if (fstatat(folder.number(), name.c_str(), &status, AT_SYMLINK_NOFOLLOW) != 0) continue;
+    entry.bytes += static_cast<std::uint64_t>(status.st_size);
+    if (name == "manifest.json") entry.last_used = status.st_mtim.tv_sec;
+  }
+}
+
+// With all above it, for nobody else.  False: errno says why not.
+bool make_folder(const fs::path& path) {
+  std::error_code error;
+  const bool has_parent = !path.has_relative_path() || fs::exists(path.parent_path(), error);
+  if (!has_parent && !make_folder(path.parent_path())) return false;
+  return mkdir(path.c_str(), 0700) == 0 || errno == EEXIST;
+}
+
+// Of a shared folder the private one in it, made if need be.
+std::string own_folder_in(const std::string& shared) {
+  const std::string path = shared + "/user-" + std::to_string(geteuid());
+  (void)mkdir(path.c_str(), 0700);
+  return path;
+}
+
+std::string fault_of_private(const std::string& path) {
+  const Descriptor folder = opened(path);
+  if (folder.number() < 0) return path + ": " + std::strerror(errno);
+  return shared_with_others(folder.number(), path);
 }
 
 }  // namespace
 
-bool is_ours_alone(const std::string& path, bool folder, std::string& reason) {
-  struct stat status {};
-  if (lstat(path.c_str(), &status) != 0) {
-    reason = path + ": " + std::strerror(errno);
-    return false;
-  }
-  if (folder ? !S_ISDIR(status.st_mode) : !S_ISREG(status.st_mode)) {
-    reason = path + (folder ? " is no folder" : " is no regular file");
-  } else if (status.st_uid != geteuid()) {
-    reason = path + " belongs to user " + std::to_string(status.st_uid) + ", not to this one";
-  } else if (status.st_mode & (S_IWGRP | S_IWOTH)) {
-    reason = path + " may be written by others";
-  } else {
-    return true;
-  }
-  return false;
+bool is_digest(const std::string& name) {
+  return name.size() == 32 && name.find_first_not_of("0123456789abcdef") == std::string::npos;
 }
 
 std::string private_folder(const std::string& wanted, std::string& reason) {
@@ -78,55 +142,48 @@ std::string private_folder(const std::string& wanted, std::string& reason) {
   if (error) return reason = wanted + ": " + error.message(), "";
   std::string path = absolute.lexically_normal().string();
   while (path.size() > 1 && path.back() == '/') path.pop_back();
-  if (!fs::exists(path, error)) {
-    fs::create_directories(fs::path(path).parent_path(), error);
-    if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST)
-      return reason = path + ": " + std::strerror(errno), "";
-  }
+  if (!fs::exists(path, error) && !make_folder(path)) return reason = path + ": " + std::strerror(errno), "";
   // A link to a folder (to another disk) is the user's choice: what it leads to is judged.
   const fs::path resolved = fs::canonical(path, error);
   if (error) return reason = path + ": " + error.message(), "";
   path = resolved.string();
   if (!fs::is_directory(path, error)) return reason = path + " is no folder", "";
-  if (!is_ours_alone(path, true, reason)) {
-    path += "/user-" + std::to_string(geteuid());
-    if (mkdir(path.c_str(), 0700) != 0 && errno != EEXIST)
-      return reason = path + ": " + std::strerror(errno), "";
-    if (!is_ours_alone(path, true, reason)) return "";
-  }
-  return path;
+  if (!fault_of_private(path).empty()) path = own_folder_in(path);
+  reason = exchangeable(path.substr(0, path.rfind('/')));
+  if (reason.empty()) reason = fault_of_private(path);
+  return reason.empty() ? path : "";
 }
 
-Verdict check_entry(const std::string& folder, const std::string& digest, Entry& entry) {
-  struct stat status {};
-  if (lstat(folder.c_str(), &status) != 0)
-    return errno == ENOENT ? Verdict{Fault::kMissing, folder + " does not exist"} : io_fault(folder, errno);
-  Verdict refused{Fault::kRefused, ""};
-  if (status.st_uid == geteuid() && !S_ISDIR(status.st_mode)) return content_fault(folder + " is no folder");
-  if (!is_ours_alone(folder, true, refused.reason)) return refused;
+Verdict check_entry(const std::string& path, const std::string& digest, Entry& entry, std::string* library) {
+  const Descriptor folder = opened(path);
+  if (folder.number() < 0 && errno == ENOENT) return {Fault::kMissing, path + " does not exist"};
+  if (folder.number() < 0 && (errno == ENOTDIR || errno == ELOOP))
+    return content_fault(path + " is no folder");
+  if (folder.number() < 0) return io_fault(path, errno);
+  if (std::string reason = shared_with_others(folder.number(), path); !reason.empty())
+    return {Fault::kRefused, reason};
 
-  entry.folder = folder;
-  const std::string manifest_path = folder + "/manifest.json";
-  int error = 0;
-  const auto text = read_file(manifest_path, error);
-  if (!text) return unread(manifest_path, error);
-  const Json json = Json::parse(*text, nullptr, false);
-  if (!json.is_object() || get<int>(json, "schema", 0) != kSchema ||
-      get<std::string>(json, "key", "") != digest ||
-      make_key(get<std::string>(json, "key_text", "")).digest != digest)
-    return content_fault(manifest_path + " is no manifest of this entry");
-  for (const char* file : {"manifest.json", "library.so"}) {
-    const std::string path = folder + "/" + file;
-    if (lstat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-        !is_ours_alone(path, false, refused.reason))
-      return refused;
-  }
+  entry.folder = path;
+  weigh(folder, entry);
+  Verdict verdict;
+  const Json json = manifest_in(folder, path + "/manifest.json", verdict);
+  if (verdict.fault != Fault::kNone) return verdict;
+  if (!is_manifest_of(json, digest))
+    return content_fault(path + "/manifest.json is no manifest of this entry");
   entry.manifest = {get<std::string>(json, "name", ""),     get<int>(json, "order", 0),
                     get<std::string>(json, "profile", ""),  get<std::string>(json, "generator", ""),
                     get<std::string>(json, "compiler", ""), get<std::string>(json, "text_hash", "")};
-  entry.bytes = text->size() + get<std::uint64_t>(json, "source_bytes", 0);
-  if (stat(manifest_path.c_str(), &status) == 0) entry.last_used = status.st_mtim.tv_sec;
-  return check_library(entry.library(), json, entry);
+  return check_library(folder, json, entry, library);
+}
+
+bool is_entry(const std::string& path) {
+  const std::string name = path.substr(path.rfind('/') + 1);
+  if (!is_digest(name)) return false;
+  const Descriptor folder = opened(path);
+  if (folder.number() < 0) return false;
+  if (names_in(path) == std::vector<std::string>(std::begin(kFiles), std::end(kFiles))) return true;
+  Verdict verdict;
+  return is_manifest_of(manifest_in(folder, path + "/manifest.json", verdict), name);
 }
 
 std::string manifest_text(const Key& key, const Manifest& manifest, const std::string& library,

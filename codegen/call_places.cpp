@@ -2,6 +2,7 @@
 #include <dyntape/codegen/call_places.h>
 
 #include <algorithm>
+#include <map>
 
 #include <dyntape/autodiff/callee.h>
 
@@ -9,6 +10,8 @@ namespace dyntape::codegen {
 namespace {
 
 constexpr std::size_t kLong = 64;
+// The arguments and results of all short calls of a function lie on the stack: 32 kB in eight lanes.
+constexpr std::size_t kShortTogether = 512;
 
 // What becomes of each result.
 class Results {
@@ -94,9 +97,10 @@ std::vector<OutputRun> find_runs(const std::vector<NodeId>& calls, std::size_t c
 }  // namespace
 
 bool CallPlace::writes(std::size_t result) const {
-  return outputs != kInWork || std::any_of(runs.begin(), runs.end(), [&](const OutputRun& run) {
-           return result >= run.begin && result < run.end;
-         });
+  if (outputs != kInWork) return true;
+  const auto run =
+      std::partition_point(runs.begin(), runs.end(), [&](const OutputRun& r) { return r.end <= result; });
+  return run != runs.end() && result >= run->begin;
 }
 
 bool is_part(const Callee& callee) { return callee.recorded && !callee.evaluate; }
@@ -111,13 +115,25 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
   const Graph& graph = function.graph;
   const auto n_out = [&](NodeId call) { return graph.callees()[graph[call].a]->n_out; };
   std::vector<CallPlace> places;
+  std::size_t short_together = 0;
   for (NodeId id = 0; id < graph.size(); ++id) {
     if (graph[id].op != Op::Call) continue;
-    const bool is_long = call_arity(graph, id) + n_out(id) > kLong;
-    if (is_long || is_part(*graph.callees()[graph[id].a])) places.push_back({id});
+    const std::size_t numbers = call_arity(graph, id) + n_out(id);
+    const bool is_long = numbers > kLong || short_together + numbers > kShortTogether ||
+                         is_part(*graph.callees()[graph[id].a]);
+    if (is_long) {
+      places.push_back({id});
+    } else {
+      short_together += numbers;
+    }
   }
   if (places.empty()) return places;
   const Results results(function);
+  std::map<NodeId, std::vector<NodeId>> calls_of;  // by callee, those of parts
+  for (const CallPlace& place : places) {
+    const NodeId callee = graph[place.call].a;
+    if (is_part(*graph.callees()[callee])) calls_of[callee].push_back(place.call);
+  }
   const auto reserve = [&](std::size_t slots) {
     work += slots;
     return static_cast<std::uint32_t>(work - slots);
@@ -125,10 +141,7 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
   for (CallPlace& place : places) {
     place.in = reserve(stored_arguments(graph, place.call));
     if (is_part(*graph.callees()[graph[place.call].a])) {
-      std::vector<NodeId> calls;
-      for (const CallPlace& other : places) {
-        if (graph[other.call].a == graph[place.call].a) calls.push_back(other.call);
-      }
+      const std::vector<NodeId>& calls = calls_of[graph[place.call].a];
       const auto number = std::find(calls.begin(), calls.end(), place.call) - calls.begin();
       place.runs = find_runs(calls, static_cast<std::size_t>(number), n_out(place.call), results, groups);
       place.out = reserve(n_out(place.call));

@@ -44,7 +44,8 @@ bool is_part(const Callee& callee);
 // Arguments of a call that lie in the work array: all but the constants of a part.
 std::size_t stored_arguments(const Graph& graph, NodeId call);
 
-// Of every call with more than 64 arguments and results, and of every part, by node.
+// Of every call with more than 64 arguments and results, of every part, and of those behind the first short calls
+// with 512 together, by node.
 std::vector<CallPlace> place_calls(const Function& function, const std::vector<OutputRange>& groups,
                                    std::size_t& work);
 

@@ -1,11 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/compile.h>
 
+#include <signal.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <numeric>
+#include <sstream>
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/identity.h>
 #include <dyntape/codegen/lane_widths.h>
 #include <dyntape/codegen/process.h>
 
@@ -46,25 +51,77 @@ std::vector<Unit> units_of(const std::vector<std::size_t>& pieces, unsigned jobs
   return units;
 }
 
+// Whether the compiler failed for want of room, not because of the text.
+bool mentions_any(const std::string& output, std::initializer_list<const char*> phrases) {
+  return std::any_of(phrases.begin(), phrases.end(),
+                     [&](const char* phrase) { return output.find(phrase) != std::string::npos; });
+}
+bool is_disk_full(const Outcome& outcome) {
+  return mentions_any(outcome.output, {"No space left on device", "Disk quota exceeded"});
+}
+bool is_no_fault_of_the_text(const Outcome& outcome) {
+  return outcome.status == Outcome::kNotStarted || outcome.status == 128 + SIGKILL ||
+         mentions_any(outcome.output,
+                      {"annot allocate memory", "virtual memory exhausted", "out of memory", "Out of memory",
+                       "Too many open files", "Resource temporarily unavailable", "signal terminated program",
+                       "internal compiler error"});
+}
+
+std::string reason_of(const Outcome& outcome, const CodegenOptions& options) {
+  if (outcome.status == Outcome::kTimedOut)
+    return "was ended after " + std::to_string(static_cast<long>(options.compile_seconds)) + " s";
+  if (outcome.status == Outcome::kStopped) return "was told to stop";
+  if (outcome.status == Outcome::kNotStarted) return "could not be run";
+  if (outcome.status == Outcome::kUnknown) return "made nothing";
+  if (mentions_any(outcome.output, {"cannot find -lsleef", "unable to find library -lsleef"}))
+    return "does not find SLEEF (Debian: libsleef-dev), which portable functions need";
+  return "ended with exit status " + std::to_string(outcome.status);
+}
+
 [[noreturn]] void fail(const Command& command, const Outcome& outcome, const CodegenOptions& options,
                        const std::string& source) {
-  std::string reason = "ended with exit status " + std::to_string(outcome.status);
-  if (outcome.status == Outcome::kTimedOut)
-    reason = "was ended after " + std::to_string(static_cast<long>(options.compile_seconds)) + " s";
-  if (outcome.status == Outcome::kStopped) reason = "was told to stop";
-  if (outcome.status == Outcome::kNotStarted) reason = "could not be run";
-  if (outcome.output.find("cannot find -lsleef") != std::string::npos ||
-      outcome.output.find("unable to find library -lsleef") != std::string::npos)
-    reason = "does not find SLEEF (Debian: libsleef-dev), which portable functions need";
-  throw ToolError("the compiler " + reason + "; the source is kept in " + source + "\n  " +
-                  to_text(command.arguments) + "\n" + outcome.output);
+  const std::string what = "the compiler " + reason_of(outcome, options),
+                    how = to_text(command.arguments) + "\n" + outcome.output;
+  if (is_disk_full(outcome))
+    throw FileError(source.substr(0, source.rfind('/')) + ": the disk is full: " + what);
+  const std::string message = what + "; the source is kept in " + source + "\n  " + how;
+  if (is_no_fault_of_the_text(outcome)) throw Unavailable(message);
+  throw ToolError(message);
+}
+
+// What a command makes: the file after -o.
+std::string result_of(const Command& command) {
+  const auto& arguments = command.arguments;
+  return *std::next(std::find(arguments.begin(), arguments.end(), "-o"));
 }
 
 void run(const std::vector<Command>& commands, const CodegenOptions& options, const std::string& source) {
-  const std::vector<Outcome> outcomes =
+  std::vector<Outcome> outcomes =
       run_all(commands, {jobs_of(options), options.compile_seconds, options.compile_bytes, options.stop});
   for (std::size_t i = 0; i < commands.size(); ++i) {
+    const bool is_made = access(result_of(commands[i]).c_str(), F_OK) == 0;
+    if (outcomes[i].status == Outcome::kUnknown && is_made) outcomes[i].status = 0;
     if (outcomes[i].status != 0) fail(commands[i], outcomes[i], options, source);
+  }
+}
+
+// The key knows what the text says, and what the headers say that every text includes: a body of a kernel that is
+// written by hand includes nothing else.
+void check_includes(const Source& source) {
+  std::istringstream lines(source.text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t hash = line.find_first_not_of(" \t");
+    if (hash == std::string::npos || line[hash] != '#') continue;
+    const std::size_t word = line.find_first_not_of(" \t", hash + 1);
+    if (word == std::string::npos || line.compare(word, 7, "include") != 0) continue;
+    const auto& known = included_headers();
+    const bool is_known = std::any_of(known.begin(), known.end(), [&](const std::string& header) {
+      return line.substr(word) == "include " + header;
+    });
+    if (is_known) continue;
+    throw ArgumentError(
+        "\"" + source.name + "\": the C body of a kernel has the line \"" + line.substr(hash) +
+        "\"; what a file says would not be part of the key of the library, write it into the body");
   }
 }
 
@@ -84,6 +141,7 @@ std::vector<std::string> listed(const std::vector<unsigned>& widths) {
 
 void compile(const Compiler& compiler, const Source& source, const CodegenOptions& options,
              const std::string& folder, const std::string& final_folder) {
+  check_includes(source);
   const std::string text = folder + "/" + kSourceFile, library = folder + "/" + kLibraryFile;
   std::vector<std::string> base = {compiler.path};
   if (compiler.chooses_level) {
@@ -94,8 +152,8 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
   base.insert(base.end(), compiler.flags.begin(), compiler.flags.end());
   // A debugger looks for the source where it will lie.
   if (folder != final_folder) base.push_back("-ffile-prefix-map=" + folder + "=" + final_folder);
-  const auto command = [&](std::vector<std::string> more, const std::string& log) {
-    Command c{base, folder + "/" + log, folder};
+  const auto command = [&](std::vector<std::string> more) {
+    Command c{base, "", folder};
     c.arguments.insert(c.arguments.end(), more.begin(), more.end());
     return c;
   };
@@ -114,7 +172,7 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
         flags.push_back("-DDYNTAPE_LAST=" + std::to_string(unit.last));
       }
       flags.insert(flags.end(), {"-c", "-o", object, text});
-      commands.push_back(command(std::move(flags), name + ".log"));
+      commands.push_back(command(std::move(flags)));
       link.push_back(object);
     };
     for (const Unit& unit : units) {
@@ -124,7 +182,7 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
     run(commands, options, text);
   }
   for (const std::string& name : libraries(options)) link.push_back(name);
-  run({command(std::move(link), "log")}, options, text);
+  run({command(std::move(link))}, options, text);
 }
 
 }  // namespace dyntape::codegen

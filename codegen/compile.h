@@ -5,17 +5,25 @@
 //   std::optional<Compiler> cc = find_compiler("", {"-O3"});        none: no compiler on this machine
 //   compile(*cc, source, options, "folder");                        folder/source.c -> folder/library.so
 //
-// Throws ToolError with the command, its exit status, everything it said, and where the source is kept.
+// Throws ToolError with the command, its exit status, everything it said, and where the source is kept; FileError if the
+// disk is full, Unavailable if memory is short.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/print_c.h>
 
 namespace dyntape::codegen {
+
+// The surroundings do not allow it, now: no memory, no disk, a policy, a library that is missing.  Nothing is wrong with
+// what was to be compiled or loaded, and who can do without goes on without.
+struct Unavailable : ToolError {
+  using ToolError::ToolError;
+};
 
 struct Compiler {
   std::string path;

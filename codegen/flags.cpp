@@ -48,14 +48,38 @@ bool starts_with_any(std::string_view flag, std::initializer_list<std::string_vi
   return std::any_of(prefixes.begin(), prefixes.end(), [&](auto p) { return flag.starts_with(p); });
 }
 
+// Processors, and what they can do besides.  Anything else that starts with -m may change how numbers are passed,
+// stored or added (-mabi=ms, -mno-sse2, -mfpmath=387, -mlong-double-64, ...).
+bool is_of_processor(std::string_view flag) {
+  return starts_with_any(flag, {"-march=", "-mcpu=", "-mtune=", "-mavx", "-mno-avx", "-mfma", "-mno-fma",
+                                "-msse", "-mbmi", "-mprefer-vector-width=", "-mcmodel="}) &&
+         !flag.starts_with("-msse2avx") && !flag.starts_with("-msseregparm");
+}
+
+// NAME or NAME=VALUE in capitals, as no word of C, no function of libm and nothing that is printed is called.
+bool is_definition(std::string_view text) {
+  const std::string_view name = text.substr(0, text.find('='));
+  constexpr std::string_view kCapitals = "ABCDEFGHIJKLMNOPQRSTUVWXYZ";
+  return !name.empty() && kCapitals.find(name[0]) != std::string_view::npos && !name.starts_with("DYNTAPE") &&
+         name.find_first_not_of("ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_") == std::string_view::npos &&
+         text.find_first_of("\n\r") == std::string_view::npos;
+}
+
+bool is_level(std::string_view flag) {
+  constexpr std::string_view kLevels[] = {"-O", "-O0", "-O1", "-O2", "-O3", "-Og", "-Os", "-Oz"};
+  return std::find(std::begin(kLevels), std::end(kLevels), flag) != std::end(kLevels);
+}
+
+// Without a name the compiler would take the flag that comes next for one.
+bool is_folder(std::string_view flag) { return flag.starts_with("-I") && flag != "-I"; }
+
+bool is_warning(std::string_view flag) {
+  return flag.starts_with("-W") && !starts_with_any(flag, {"-Wl,", "-Wa,", "-Wp,"});
+}
+
 bool is_accepted(std::string_view flag) {
-  if (flag == "-Ofast") return false;
-  // -m takes part: processors are named by it.  These few change arithmetic.
-  if (starts_with_any(flag,
-                      {"-mfpmath", "-mrecip", "-mpc", "-mdaz", "-m32", "-mx32", "-m96", "-mlong-double"}))
-    return false;
-  return starts_with_any(flag, {"-O", "-g", "-m", "-D", "-I", "-W"}) && !flag.starts_with("-Wl,") &&
-         !flag.starts_with("-Wa,") && !flag.starts_with("-Wp,");
+  return is_level(flag) || flag.starts_with("-g") || is_folder(flag) || is_of_processor(flag) ||
+         is_warning(flag) || (flag.starts_with("-D") && is_definition(flag.substr(2)));
 }
 
 }  // namespace
@@ -101,15 +125,18 @@ std::vector<std::string> contract_flags(const std::vector<Op>& operators) {
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags) {
   std::vector<std::string> accepted;
   for (std::size_t i = 0; i < flags.size(); ++i) {
-    const std::string& flag = flags[i];
-    if (flag.empty()) continue;
-    if (!is_accepted(flag)) {
-      say_once("the compile flag " + flag +
-               " is left out: passed on are -O0 to -O3, -g, -m, -D, -I and -W, which do not change results");
-      continue;
+    const bool takes_the_next = (flags[i] == "-D" || flags[i] == "-I") && i + 1 < flags.size();
+    const std::size_t last = i + takes_the_next;
+    const std::string whole = takes_the_next ? flags[i] + flags[last] : flags[i];
+    if (is_accepted(whole)) {
+      accepted.insert(accepted.end(), &flags[i], &flags[last] + 1);
+    } else if (!whole.empty()) {
+      say_once("the compile flag " + whole +
+               " is left out: passed on are -O0 to -O3, -g, -W, -I, -march, -mcpu, -mtune, features of the "
+               "processor "
+               "(-mavx2, -mfma, ...) and definitions in capitals (-DNAME=1), which do not change results");
     }
-    accepted.push_back(flag);
-    if ((flag == "-D" || flag == "-I") && i + 1 < flags.size()) accepted.push_back(flags[++i]);
+    i = last;
   }
   return accepted;
 }

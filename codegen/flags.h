@@ -37,7 +37,10 @@ std::vector<Called> called_functions(const std::vector<Op>& operators);
 // another processor than the one at hand only what its flags say by name is known: -mfma.
 bool has_fma(const std::vector<std::string>& flags);
 
-// The flags of a user that may be passed on, in order; what is left out is said once on stderr.
+// The flags of a user that may be passed on, in order; what is left out is said once on stderr.  Passed on are levels
+// (-O2), -g, -W, processors and what they can do (-march=, -mcpu=, -mtune=, -mavx2, -mno-avx512f, -mfma, ...),
+// definitions of names in capitals, which nothing that is printed uses (-DNAME=1), and folders of headers (-I), whose
+// text then is a part of the key of a library (identity.h).
 std::vector<std::string> accepted_flags(const std::vector<std::string>& flags);
 
 }  // namespace dyntape::codegen

@@ -11,6 +11,12 @@ namespace {
 
 bool is_sum(Op op) { return op == Op::Add || op == Op::Sub; }
 
+// x x - y y, which nobody expects to be negative at x = y: its products are rounded both.
+bool is_difference_of_squares(const Graph& graph, const Node& node) {
+  const auto is_square = [&](NodeId id) { return graph[id].op == Op::Mul && graph[id].a == graph[id].b; };
+  return node.op == Op::Sub && is_square(node.a) && is_square(node.b);
+}
+
 // Sums of sums as chains, where a chain has more places to fuse products into.
 class Chains : public Rewriter {
  public:
@@ -34,12 +40,12 @@ class Chains : public Rewriter {
     const auto is_plain = [&](const Term& t) { return !is_product(t.node); };
     const auto first_product = std::stable_partition(terms_.begin(), terms_.end(), is_plain);
     const auto products = static_cast<std::size_t>(terms_.end() - first_product);
-    if (std::min(products, terms_.size() - 1) <= places_) return kNoNode;
     // A positive term in front, if there is one, needs no negation.
     const auto front_end = first_product == terms_.begin() ? terms_.end() : first_product;
     const auto front =
         std::find_if(terms_.begin(), front_end, [](const Term& term) { return !term.negative; });
     if (front != front_end) std::rotate(terms_.begin(), front, front + 1);
+    if (std::min(products, terms_.size() - 1) <= places_) return kNoNode;
     NodeId sum = image_[terms_[0].node];
     if (terms_[0].negative) sum = target_.make(Op::Neg, sum);
     for (std::size_t i = 1; i < terms_.size(); ++i)
@@ -64,7 +70,7 @@ class Chains : public Rewriter {
         continue;
       }
       const Node& node = graph_[id];
-      places_ += is_product(node.a) || is_product(node.b);
+      places_ += (is_product(node.a) || is_product(node.b)) && !is_difference_of_squares(graph_, node);
       stack_.push_back({node.b, negative != (node.op == Op::Sub)});
       stack_.push_back({node.a, negative});
     }
@@ -102,7 +108,8 @@ class Fusion : public Rewriter {
     const auto for_each_use = [&](auto&& visit) {
       for (NodeId id = 0; id < graph_.size(); ++id) {
         const Node& node = graph_[id];
-        if (!is_sum(node.op) || is_pinned(id) || node.a == node.b) continue;
+        if (!is_sum(node.op) || is_pinned(id) || node.a == node.b || is_difference_of_squares(graph_, node))
+          continue;
         visit(node.a, id);
         visit(node.b, id);
       }

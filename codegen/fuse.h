@@ -6,6 +6,7 @@
 //   (a * b + c * d) + (e * f + g * h)    ->  ((a * b + c * d) + e * f) + g * h, which leaves one product unfused
 //   a kernel that states a fused form    ->  that form (Callee::fused)
 //
+// x x - y y stays as it is: with one of the squares rounded and the other not it may be negative where x = y.
 // A product that several sums use is fused into all of them or none.  A fused node rounds once where two
 // operations rounded twice, and everywhere to the same bits; an intermediate product that would overflow does not.
 #pragma once

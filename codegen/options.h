@@ -59,7 +59,7 @@ struct CodegenOptions {
 
   // Empty: $DYNTAPE_CC, cc, gcc or clang, the first that exists.
   std::string compiler;
-  // -O -g -march -mtune -m -D -I -W are passed on; others (-ffast-math, ...) are left out, said once.
+  // Levels, -g, -W, processors and their features, -DNAME=1, -I are passed on (flags.h); others are left out, said once.
   std::vector<std::string> flags;
 
   std::string label;  // name in the generated code; empty: the name of the function

@@ -29,7 +29,8 @@ class Outliner {
         repeats_(repeats),
         row_(graph_.size(), kNone),
         phase_(graph_.size(), 0),
-        image_(graph_.size(), kNoNode) {
+        image_(graph_.size(), kNoNode),
+        copies_(repeats.nodes.size(), kNoNode) {
     for (std::size_t k = 0; k < repeats.nodes.size(); ++k) {
       for (NodeId id : repeats.nodes[k]) row_[id] = k;
     }
@@ -37,6 +38,8 @@ class Outliner {
 
   Function run() {
     find_phases();
+    divide_by_phase();
+    find_uses();
     Function result{function_.name,        function_.inputs,      {}, function_.outputs, function_.guards,
                     function_.input_names, function_.output_names};
     for (std::size_t phase = 0; phase <= last_phase_; ++phase) {
@@ -80,6 +83,27 @@ class Outliner {
     throw Entangled();
   }
 
+  // What is computed in each phase: nodes of no part, and rows of the parts.
+  void divide_by_phase() {
+    between_.resize(last_phase_ + 1), rows_.resize(last_phase_ + 1);
+    for (NodeId id = 0; id < graph_.size(); ++id) {
+      if (!is_repeated(id)) between_[phase_[id]].push_back(id);
+    }
+    for (std::size_t k = 0; k < repeats_.nodes.size(); ++k) rows_[phase_[repeats_.nodes[k][0]]].push_back(k);
+  }
+
+  // Which nodes something reads that is not computed in the same call, and which outputs they are.
+  void find_uses() {
+    read_.assign(graph_.size(), false), output_.assign(graph_.size(), 0);
+    for (NodeId id = 0; id < graph_.size(); ++id) {
+      graph_.for_each_argument(
+          id, [&](NodeId a) { read_[a] = read_[a] || !is_repeated(id) || phase_[id] != phase_[a]; });
+    }
+    for (const Guard& guard : function_.guards) read_[guard.condition] = true;
+    for (std::size_t k = 0; k < function_.outputs.size(); ++k) output_[function_.outputs[k]] = k + 1;
+  }
+  bool is_result(NodeId id) const { return read_[id] || output_[id] != 0; }
+
   NodeId image_of(NodeId id, Graph& target) {
     const Node& node = graph_[id];
     if (node.op == Op::Const) return target.constant(graph_.constant_value(id));
@@ -88,9 +112,8 @@ class Outliner {
   }
 
   void copy_between(std::size_t phase, Graph& target) {
-    for (NodeId id = 0; id < graph_.size(); ++id) {
+    for (NodeId id : between_[phase]) {
       const Node& node = graph_[id];
-      if (is_repeated(id) || phase_[id] != phase) continue;
       const auto argument = [&](int i) {
         return i < info(node.op).arity ? image_of(node.argument(i), target) : kNoNode;
       };
@@ -132,15 +155,10 @@ class Outliner {
 
   Part part_of(std::size_t phase) {
     Part part;
-    const std::vector<bool> read = read_outside();
-    std::vector<bool> used = read;
-    for (NodeId id : function_.outputs) used[id] = true;
     std::map<Tuple, NodeId> arguments;
-    std::vector<NodeId> copies(repeats_.nodes.size(), kNoNode);
     Graph& graph = part.function.graph;
-    for (std::size_t k = 0; k < repeats_.nodes.size(); ++k) {
+    for (std::size_t k : rows_[phase]) {
       const Tuple& tuple = repeats_.nodes[k];
-      if (phase_[tuple[0]] != phase) continue;
       const Node& node = graph_[tuple[0]];
       std::array<NodeId, 3> copied{kNoNode, kNoNode, kNoNode};
       for (int j = 0; j < info(node.op).arity; ++j) {
@@ -152,7 +170,7 @@ class Outliner {
         if (is_repeated(first) && phase_[first] == phase) {
           if (std::any_of(argument.begin(), argument.end(), [&](NodeId a) { return row_[a] != row_[first]; }))
             throw Entangled();
-          copy = copies[row_[first]];
+          copy = copies_[row_[first]];
         } else if (is_same && graph_.is_constant(first)) {
           copy = graph.constant(graph_.constant_value(first));
         } else {
@@ -168,12 +186,12 @@ class Outliner {
           copy = entry->second;
         }
       }
-      copies[k] = graph.make(node.op, copied[0], copied[1], copied[2]);
-      if (std::none_of(tuple.begin(), tuple.end(), [&](NodeId id) { return used[id]; })) continue;
-      part.results.push_back(tuple);
+      copies_[k] = graph.make(node.op, copied[0], copied[1], copied[2]);
+      if (std::any_of(tuple.begin(), tuple.end(), [&](NodeId id) { return is_result(id); }))
+        part.results.push_back(tuple);
     }
-    sort_results(part.results, read);
-    for (const Tuple& tuple : part.results) part.function.outputs.push_back(copies[row_[tuple[0]]]);
+    sort_results(part.results);
+    for (const Tuple& tuple : part.results) part.function.outputs.push_back(copies_[row_[tuple[0]]]);
     part.function.name = "part";
     part.function.inputs = {part.arguments.size(), part.constants.size(), 0};
     return part;
@@ -181,33 +199,20 @@ class Outliner {
 
   // Those that are outputs and nothing else come last, equally distant ones side by side: one pointer leads to them
   // (call_places.h).
-  void sort_results(std::vector<Tuple>& results, const std::vector<bool>& read) const {
-    std::vector<std::size_t> output(graph_.size(), 0);  // 1 + number
-    for (std::size_t k = 0; k < function_.outputs.size(); ++k) output[function_.outputs[k]] = k + 1;
+  void sort_results(std::vector<Tuple>& results) const {
     const auto distances = [&](const Tuple& tuple) {
       std::vector<std::size_t> key;
       for (NodeId id : tuple) {
-        if (output[id] == 0 || read[id]) return std::vector<std::size_t>();
-        key.push_back(output[id] - output[tuple[0]]);
+        if (output_[id] == 0 || read_[id]) return std::vector<std::size_t>();
+        key.push_back(output_[id] - output_[tuple[0]]);
       }
-      key.push_back(output[tuple[0]]);
+      key.push_back(output_[tuple[0]]);
       return key;
     };
     std::map<NodeId, std::vector<std::size_t>> keys;
     for (const Tuple& tuple : results) keys[tuple[0]] = distances(tuple);
     std::stable_sort(results.begin(), results.end(),
                      [&](const Tuple& a, const Tuple& b) { return keys[a[0]] < keys[b[0]]; });
-  }
-
-  // By something that is not computed in the same call; outputs are not read.
-  std::vector<bool> read_outside() const {
-    std::vector<bool> used(graph_.size(), false);
-    for (NodeId id = 0; id < graph_.size(); ++id) {
-      graph_.for_each_argument(
-          id, [&](NodeId a) { used[a] = used[a] || !is_repeated(id) || phase_[id] != phase_[a]; });
-    }
-    for (const Guard& guard : function_.guards) used[guard.condition] = true;
-    return used;
   }
 
   // The argument of each node of the tuple that stands where argument j of the first does.
@@ -234,7 +239,12 @@ class Outliner {
   const Repeats& repeats_;
   std::vector<std::size_t> row_, phase_;  // by node
   std::size_t last_phase_ = 0;
+  std::vector<std::vector<NodeId>> between_;    // by phase
+  std::vector<std::vector<std::size_t>> rows_;  // by phase
+  std::vector<bool> read_;                      // by node
+  std::vector<std::size_t> output_;             // by node: 1 + number; 0: it is none
   std::vector<NodeId> image_;
+  std::vector<NodeId> copies_;                     // by row, in the function of the part
   std::map<NodeId, std::vector<NodeId>> results_;  // of the calls that were there
 };
 

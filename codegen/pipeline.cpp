@@ -2,14 +2,14 @@
 #include <dyntape/codegen/pipeline.h>
 
 #include <chrono>
-#include <cstdio>
-#include <filesystem>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/codegen/dump.h>
 #include <dyntape/codegen/files.h>
 #include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/notice.h>
 #include <dyntape/codegen/outline.h>
 #include <dyntape/codegen/simplify.h>
 #include <dyntape/codegen/stages.h>
@@ -77,6 +77,31 @@ Product with_library(Product product, Loaded loaded) {
   return product;
 }
 
+// What stage() returns.  Where the surroundings do not allow it, and nobody insists, nothing, and why is said.
+template <class Stage>
+auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltype(stage()) {
+  try {
+    return stage();
+  } catch (const Unavailable& e) {
+    if (options.route == Route::kCompiled) throw;
+    const std::string reason = e.what();
+    say_once(reason.substr(0, reason.find('\n')) + "; derivatives are interpreted");
+    return std::nullopt;
+  }
+}
+
+std::optional<Workshop> found(Product& product, const CodegenOptions& options) {
+  Timings& t = product.timings;
+  auto workshop = timed(t.hash, [&] { return Workshop::open(product.function, options); });
+  if (!workshop) return std::nullopt;
+  product.compiler = workshop->compiler().version;
+  if (auto loaded = timed(t.load, [&] { return workshop->find(); })) {
+    t.cache_hit = true;
+    product = with_library(std::move(product), std::move(*loaded));
+  }
+  return workshop;
+}
+
 }  // namespace
 
 Product begin(const Function& recorded) {
@@ -88,15 +113,7 @@ Product begin(const Function& recorded) {
 
 std::optional<Workshop> find(Product& product, const CodegenOptions& options) {
   if (options.route == Route::kInterpreter) return std::nullopt;
-  Timings& t = product.timings;
-  const auto workshop = timed(t.hash, [&] { return Workshop::open(product.function, options); });
-  if (!workshop) return std::nullopt;
-  product.compiler = workshop->compiler().version;
-  if (auto found = timed(t.load, [&] { return workshop->find(); })) {
-    t.cache_hit = true;
-    product = with_library(std::move(product), std::move(*found));
-  }
-  return workshop;
+  return unless_unavailable(options, [&] { return found(product, options); });
 }
 
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options) {
@@ -124,8 +141,7 @@ Source print(Product& product, std::vector<Derivatives> derived, const Workshop&
 Product make(Product product, const Source& source, const Workshop& workshop) {
   Timings& t = product.timings;
   Draft draft = timed(t.compile, [&] { return workshop.compile(source); });
-  const auto entry = timed(t.load, [&] { return workshop.publish(draft); });
-  Loaded loaded = timed(t.load, [&] { return workshop.load(std::move(draft), entry, source); });
+  Loaded loaded = timed(t.load, [&] { return workshop.load(std::move(draft)); });
   return with_library(std::move(product), std::move(loaded));
 }
 
@@ -136,9 +152,13 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
   if (options.only_cached && options.route != Route::kInterpreter)
     throw NotCached("the cache has no library of \"" + product.function.name + "\"");
   auto derived = derive(product, options);
-  if (!workshop) return product.interpreted = std::move(derived), product;
-  const Source source = print(product, std::move(derived), *workshop, options);
-  return make(std::move(product), source, *workshop);
+  const auto made = unless_unavailable(options, [&]() -> std::optional<Product> {
+    if (!workshop) return std::nullopt;
+    return make(product, print(product, derived, *workshop, options), *workshop);
+  });
+  if (made) return *made;
+  product.interpreted = std::move(derived);
+  return product;
 }
 
 }  // namespace codegen
@@ -171,17 +191,10 @@ codegen::EmbeddedSource generate_embedded(const Function& recorded, const Codege
 }
 
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (error) throw FileError(folder + ": cannot be made: " + error.message());
-  const codegen::TemporaryFolder temporary(folder, ".dyntape-");
   std::vector<std::string> paths;
   for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
-    const std::string file = source.name + suffix, draft = temporary.path() + "/" + file;
-    codegen::write_file(draft, *text);
-    paths.push_back(folder + "/" + file);
-    if (std::rename(draft.c_str(), paths.back().c_str()) != 0)
-      throw FileError(paths.back() + ": cannot be written");
+    paths.push_back((folder.empty() ? "" : folder + "/") + source.name + suffix);  // "": the current folder
+    write_file_atomically(paths.back(), *text);
   }
   return paths;
 }

@@ -2,6 +2,7 @@
 #include <dyntape/codegen/print_body.h>
 
 #include <algorithm>
+#include <unordered_set>
 
 #include <dyntape/codegen/c_text.h>
 
@@ -33,15 +34,14 @@ class BodyPrinter {
  private:
   // What this piece reads: of the results of a long call it may be few.
   void find_read() {
-    read_.resize(graph_.size());
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       const Step& step = schedule_.steps[i];
-      if (step.kind == Step::Kind::kStore) read_[function_.outputs[step.index]] = true;
-      if (step.kind == Step::Kind::kCheck) read_[function_.guards[step.index].condition] = true;
+      if (step.kind == Step::Kind::kStore) read_.insert(function_.outputs[step.index]);
+      if (step.kind == Step::Kind::kCheck) read_.insert(function_.guards[step.index].condition);
       if (step.kind != Step::Kind::kCompute || schedule_.long_call(step.index)) continue;
-      graph_.for_each_argument(step.index, [&](NodeId a) { read_[a] = true; });
+      graph_.for_each_argument(step.index, [&](NodeId a) { read_.insert(a); });
     }
-    for (const Crossing& store : piece_.stores) read_[store.node] = true;
+    for (const Crossing& store : piece_.stores) read_.insert(store.node);
   }
 
   void print_inputs() {
@@ -106,7 +106,7 @@ class BodyPrinter {
     const Node& node = graph_[id];
     if (node.op == Op::Call) return print_call(id);
     const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
-    if (place && !read_[id]) return;
+    if (place && !read_.count(id)) return;
     text_ += "  const real ";
     name(id);
     text_ += " = ";
@@ -193,12 +193,21 @@ class BodyPrinter {
       text_ += ", " + array.name + " + ";
       append_integer(text_, run.first - array.begin);
     }
-    text_ += ");\n";
+    close_call(callee);
   }
 
   std::string called(const Callee& callee) const {
-    const std::string& function = style_.callees.at(&callee);
+    const std::string& function = style_.callees.at(&callee).name;
     return style_.dialect.lanes ? "DT_NAME(" + function + ")" : function;
+  }
+
+  // The callee's work array lies behind the caller's own slots.
+  void close_call(const Callee& callee) {
+    if (style_.callees.at(&callee).work) {
+      text_ += ", work + ";
+      append_integer(text_, schedule_.work);
+    }
+    text_ += ");\n";
   }
 
   const OutputArray& array_of(std::size_t k) const {
@@ -231,7 +240,7 @@ class BodyPrinter {
     }
     text_ += "  " + called(callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
     append_integer(text_, id);
-    text_ += ");\n";
+    close_call(callee);
   }
 
   // Of several violated guards the first is reported, in whatever order they are met.
@@ -266,7 +275,7 @@ class BodyPrinter {
   const Schedule& schedule_;
   const Piece& piece_;
   const BodyStyle& style_;
-  std::vector<bool> read_;  // by node, where there are long calls
+  std::unordered_set<NodeId> read_;  // where there are long calls
 };
 
 }  // namespace

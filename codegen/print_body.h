@@ -31,10 +31,16 @@ struct Dialect {
   bool single = false;  // numbers are floats: 1.5f
 };
 
+// How a callee is called: its C function, and the slots of the caller's work array that it may write to.
+struct CalleeText {
+  std::string name;
+  std::size_t work = 0;
+};
+
 struct BodyStyle {
-  std::array<std::string, kBlocks> inputs;              // names of the arrays that are read
-  std::vector<OutputArray> outputs;                     // by group of the schedule
-  const std::map<const Callee*, std::string>& callees;  // the C function of each
+  std::array<std::string, kBlocks> inputs;  // names of the arrays that are read
+  std::vector<OutputArray> outputs;         // by group of the schedule
+  const std::map<const Callee*, CalleeText>& callees;
   Dialect dialect;
   bool constant_parameters = false;  // p is an array of numbers: those of a part
 };

@@ -36,7 +36,7 @@ class Printer {
     const Function& function = kernel.derivatives.function;
     const BodyStyle style{{kInputNames[0], kInputNames[1], kInputNames[2]},
                           outputs_of(kernel.derivatives),
-                          functions_.names(),
+                          functions_.texts(),
                           Dialect{}};
     const std::string calls = functions_.add_pieces(std::string("dt_") + kKernelNames[order], function,
                                                     kernel.schedule, style, "_block", "    ");
@@ -61,7 +61,8 @@ class Printer {
       pointers += "    const reals* const " + name + "_block = (const reals*)(" +
                   offset(name, kernel.derivatives.function.inputs[block]) + ");\n";
     }
-    std::size_t scratch = kernel.schedule.work;
+    const std::size_t work = functions_.work(kernel.derivatives.function, kernel.schedule);
+    std::size_t scratch = work;
     for (std::size_t g = 0; g < std::size(kOutputNames); ++g) {
       const std::string name = kOutputNames[g];
       const std::size_t n = g < style.outputs.size() ? style.outputs[g].end - style.outputs[g].begin : 0;
@@ -74,7 +75,7 @@ class Printer {
       scratch += n;
     }
     if (scratch == 0) unused += "  (void)work;\n";
-    if (kernel.schedule.work) pointers += "    reals* const work_block = (reals*)work;\n";
+    if (work) pointers += "    reals* const work_block = (reals*)work;\n";
     if (pointers.empty()) unused += "  (void)strides;\n";
     const bool guarded = !kernel.derivatives.function.guards.empty();
     return "void DT_NAME(" + source_.name + "_" + kKernelNames[order] + ")(" + entry_parameters() +
@@ -96,9 +97,10 @@ class Printer {
     std::vector<KernelEntry> kernels;
     for (std::size_t order = 0; order < sets_.kernels.size(); ++order) {
       const KernelPlan& kernel = sets_.kernels[order];
-      kernels.push_back({source_.name + "_" + kKernelNames[order], order,
-                         kernel.schedule.work + kernel.derivatives.function.n_y(), source_.operations[order],
-                         kernel.schedule.live});
+      kernels.push_back(
+          {source_.name + "_" + kKernelNames[order], order,
+           functions_.work(kernel.derivatives.function, kernel.schedule) + kernel.derivatives.function.n_y(),
+           source_.operations[order], kernel.schedule.live});
     }
     descriptor_ =
         entries + "#if DYNTAPE_LANES == 1\n" + descriptor_tables(sets_, source_, kernels) + "#endif\n";

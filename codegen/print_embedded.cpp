@@ -121,14 +121,14 @@ class EmbeddedPrinter {
     const Function& function = kernel.derivatives.function;
     const BodyStyle style{{kInputNames[0], kInputNames[1], kInputNames[2]},
                           outputs_of(kernel.derivatives),
-                          functions_.names(),
+                          functions_.texts(),
                           dialect_};
     const std::size_t first = functions_.definitions().size();
     const std::string calls = functions_.add_pieces(std::string("dt_") + kKernelNames[k], function,
                                                     kernel.schedule, style, "", "  ");
     std::string body;
-    if (kernel.schedule.work)
-      body += "  DYNTAPE_WORK real work[" + std::to_string(kernel.schedule.work) + "];\n";
+    const std::size_t work = functions_.work(function, kernel.schedule);
+    if (work) body += "  DYNTAPE_WORK real work[" + std::to_string(work) + "];\n";
     if (is_guarded(k)) body += "  dt_words guard = 0;\n";
     for (int block = 0; block < kBlocks; ++block) {
       if (function.inputs[block] && calls.find(kInputNames[block]) == std::string::npos)
@@ -139,7 +139,7 @@ class EmbeddedPrinter {
     result_.entries.push_back(result_.source.name + "_" + kKernelNames[k]);
     result_.source.operations.push_back(total_operations(function));
     const std::size_t bytes = options_.single ? sizeof(float) : sizeof(double);
-    result_.work.push_back((kernel.schedule.work + functions_.callee_work()) * bytes);
+    result_.work.push_back(work * bytes);
     std::size_t values = 0, frames = 0;
     for (std::size_t i = first; i < functions_.definitions().size(); ++i) {
       values = std::max(values, functions_.definitions()[i].values);

@@ -31,7 +31,12 @@ constexpr char kOneCheck[] =
 
 constexpr char kOneKernel[] =
     R"(#define DT_KERNEL(name, n_in, n_out) \
-  DT_PIECE void name(const double* DT_RESTRICT in, double* DT_RESTRICT out)
+  static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out); \
+  DT_PIECE void name(const double* DT_RESTRICT in, double* DT_RESTRICT out, double* DT_RESTRICT work) { \
+    (void)work; \
+    name##_of_one(in, out); \
+  } \
+  static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out)
 )";
 
 constexpr char kLaneTypes[] = R"(#else
@@ -84,8 +89,10 @@ constexpr char kLaneFma[] = R"(DT_INLINE real dt_fma(real x, real y, real z) {
 
 constexpr char kLaneKernel[] = R"(#define DT_KERNEL(name, n_in, n_out) \
   static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out); \
-  DT_PIECE void DT_NAME(name)(const reals* DT_RESTRICT in, reals* DT_RESTRICT out) { \
-    double a[n_in + 1], b[n_out + 1]; \
+  DT_PIECE void DT_NAME(name)(const reals* DT_RESTRICT in, reals* DT_RESTRICT out, \
+                              reals* DT_RESTRICT work) { \
+    double* const a = (double*)work; \
+    double* const b = a + n_in; \
     int lane, i; \
     for (lane = 0; lane < DYNTAPE_LANES; ++lane) { \
       for (i = 0; i < n_in; ++i) a[i] = ((const double*)in)[i * DYNTAPE_LANES + lane]; \

@@ -53,8 +53,9 @@ std::vector<OutputArray> outputs_of(const Derivatives& d) {
 PieceFunctions::PieceFunctions(const std::vector<KernelPlan>& kernels, std::size_t piece_statements,
                                Dialect dialect)
     : piece_statements_(piece_statements), dialect_(dialect), callees_(collect_callees(kernels)) {
+  // The number stands in front, where no other name of the text has one: a callee may be called anything.
   for (std::size_t k = 0; k < callees_.size(); ++k)
-    names_[callees_[k]] = "dt_" + c_identifier(callees_[k]->name) + "_" + std::to_string(k + 1);
+    texts_[callees_[k]].name = "dt_" + std::to_string(k + 1) + "_" + c_identifier(callees_[k]->name);
   for (const KernelPlan& kernel : kernels) {
     const Graph& graph = kernel.derivatives.function.graph;
     for (const CallPlace& place : kernel.schedule.calls)
@@ -73,8 +74,14 @@ void PieceFunctions::add(const std::string& declaration, Definition definition) 
   definitions_.push_back(std::move(definition));
 }
 
+std::size_t PieceFunctions::work(const Function& function, const Schedule& schedule) const {
+  std::size_t most = 0;
+  for (const auto& callee : function.graph.callees()) most = std::max(most, texts_.at(callee.get()).work);
+  return schedule.work + most;
+}
+
 void PieceFunctions::add_callee(const Callee& callee) {
-  const std::string name = names_.at(&callee);
+  auto& [name, callee_work] = texts_.at(&callee);
   Definition d;
   d.body = "  (void)in;\n  (void)out;\n";
   const std::string type = dialect_.lanes ? "reals" : "real";
@@ -84,7 +91,7 @@ void PieceFunctions::add_callee(const Callee& callee) {
     const Function& function = *callee.recorded;
     const std::vector<OutputArray> outputs = outputs_of_part(callee);
     const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_);
-    const BodyStyle style{{"in", "constants", ""}, outputs, names_, dialect_, is_part(callee)};
+    const BodyStyle style{{"in", "constants", ""}, outputs, texts_, dialect_, is_part(callee)};
     if (function.n_p()) {
       parameters += ", const double* constants";
       d.body += "  (void)constants;\n";
@@ -94,10 +101,7 @@ void PieceFunctions::add_callee(const Callee& callee) {
       parameters += ", " + type + "* DT_RESTRICT " + array.name;
     }
     const std::size_t first = definitions_.size();
-    if (s.work)
-      d.body += std::string(dialect_.lanes ? "  " : "  DYNTAPE_WORK ") + "real work[" +
-                std::to_string(s.work) + "];\n";
-    callee_work_ += s.work;
+    callee_work = work(function, s);
     if (s.pieces.size() == 1) {
       const Definition alone = measured(function, s.pieces[0], s);
       d.values = alone.values, d.frames = alone.frames;
@@ -115,7 +119,10 @@ void PieceFunctions::add_callee(const Callee& callee) {
     d.body += callee.c_body + "\n";
     d.head =
         "DT_KERNEL(" + name + ", " + std::to_string(callee.n_in) + ", " + std::to_string(callee.n_out) + ")";
+    // In lanes, which are two at least, the arguments and results of one of them.
+    if (dialect_.lanes) callee_work = (callee.n_in + callee.n_out) / 2 + 1;
   }
+  if (callee_work) parameters += ", " + type + "* DT_RESTRICT work";
   values = d.values, frames = d.frames;
   d.statements = static_cast<std::size_t>(std::count(d.body.begin(), d.body.end(), '\n'));
   add("void " + named(name) + "(" + parameters + ")", std::move(d));
@@ -143,7 +150,7 @@ std::string PieceFunctions::add_pieces(const std::string& name, const Function& 
     Definition d = measured(function, s.pieces[k], s);
     append_piece(d.body, function, s, k, style);
     d.statements = s.pieces[k].end - s.pieces[k].begin;
-    const auto [parameters, arguments] = signature(s, s.pieces[k], style, suffix);
+    const auto [parameters, arguments] = signature(function, s, s.pieces[k], style, suffix);
     add("void " + piece + "(" + parameters + ")", std::move(d));
     calls += indent + piece + "(" + arguments + ");\n";
   }
@@ -151,7 +158,8 @@ std::string PieceFunctions::add_pieces(const std::string& name, const Function& 
 }
 
 // Parameters of the function for a piece, and what its caller passes: only what it uses.
-std::pair<std::string, std::string> PieceFunctions::signature(const Schedule& schedule, const Piece& piece,
+std::pair<std::string, std::string> PieceFunctions::signature(const Function& function,
+                                                              const Schedule& schedule, const Piece& piece,
                                                               const BodyStyle& style,
                                                               const std::string& suffix) const {
   const std::string type = dialect_.lanes ? "reals" : "real";
@@ -172,7 +180,9 @@ std::pair<std::string, std::string> PieceFunctions::signature(const Schedule& sc
     const Step& step = schedule.steps[i];
     checks = checks || step.kind == Step::Kind::kCheck;
     const CallPlace* place = step.kind == Step::Kind::kCompute ? schedule.long_call(step.index) : nullptr;
-    works = works || place;
+    const bool calls = step.kind == Step::Kind::kCompute && function.graph[step.index].op == Op::Call;
+    works = works || place ||
+            (calls && texts_.at(function.graph.callees()[function.graph[step.index].a].get()).work);
     const auto written = [&](std::size_t output) {
       for (std::size_t g = 0; g < writes.size(); ++g) {
         if (output < style.outputs[g].begin || output >= style.outputs[g].end) continue;

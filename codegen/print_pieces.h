@@ -45,14 +45,16 @@ class PieceFunctions {
 
   const std::vector<Definition>& definitions() const { return definitions_; }
   const std::vector<const Callee*>& callees() const { return callees_; }
-  const std::map<const Callee*, std::string>& names() const { return names_; }
-  std::size_t callee_work() const { return callee_work_; }  // slots of their work arrays together
+  const std::map<const Callee*, CalleeText>& texts() const { return texts_; }
+  // Slots of the work array of a function, those of the callees that it reaches included.
+  std::size_t work(const Function& function, const Schedule& schedule) const;
 
  private:
   void add_callee(const Callee& callee);
   void add(const std::string& declaration, Definition definition);
-  std::pair<std::string, std::string> signature(const Schedule& schedule, const Piece& piece,
-                                                const BodyStyle& style, const std::string& suffix) const;
+  std::pair<std::string, std::string> signature(const Function& function, const Schedule& schedule,
+                                                const Piece& piece, const BodyStyle& style,
+                                                const std::string& suffix) const;
   std::vector<OutputArray> outputs_of_part(const Callee& callee) const;
   Definition measured(const Function& function, const Piece& piece, const Schedule& schedule) const;
   std::string named(const std::string& name) const;
@@ -60,11 +62,10 @@ class PieceFunctions {
   std::size_t piece_statements_;
   Dialect dialect_;
   std::vector<const Callee*> callees_;
-  std::map<const Callee*, std::string> names_;
+  std::map<const Callee*, CalleeText> texts_;
   std::map<const Callee*, std::pair<std::size_t, std::size_t>> depth_;  // values and frames
   std::map<const Callee*, std::vector<OutputRun>> runs_;                // of parts
   std::vector<Definition> definitions_;
-  std::size_t callee_work_ = 0;
 };
 
 }  // namespace dyntape::codegen

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Runs programs: without a shell, without our file descriptors, bounded in time and memory.
+// Runs programs: without a shell, without our file descriptors, bounded in time and memory.  Of our environment they
+// get PATH, HOME and TMPDIR; messages are in English.  If this process ends, however, they and what they have started
+// end as well.
 //
-//   std::vector<Outcome> done = run_all({{{"/usr/bin/cc", "-c", "a.c"}, "log-a"}}, {2, 60.0, 4ull << 30});
+//   std::vector<Outcome> done = run_all({{{"/usr/bin/cc", "-c", "a.c"}}}, {2, 60.0, 4ull << 30});
 //   done[0].status                  exit status; 128 + number if a signal ended it; kTimedOut, ...
 //   done[0].output                  what it wrote to stdout and stderr
 //
@@ -18,13 +20,13 @@ namespace dyntape::codegen {
 
 struct Command {
   std::vector<std::string> arguments;  // the program first, with its path
-  std::string log;                     // a file that receives stdout and stderr
+  std::string log;                     // a file that receives stdout and stderr; empty: it is kept in memory
   std::string temporary_folder;        // $TMPDIR of the program; empty: ours
 };
 
 struct Bounds {
   unsigned jobs = 1;               // programs at a time
-  double seconds = 600;            // each
+  double seconds = 600;            // each; one that takes longer ends all
   std::size_t bytes = 8ull << 30;  // address space of each
   std::stop_token stop = {};       // a request ends those that run and starts no others
 };
@@ -33,6 +35,7 @@ struct Outcome {
   static constexpr int kNotStarted = 127;
   static constexpr int kTimedOut = 124;
   static constexpr int kStopped = 125;
+  static constexpr int kUnknown = -1;  // the host ignores its children (SIGCHLD): look at what was made
   int status = kNotStarted;
   std::string output;
 };

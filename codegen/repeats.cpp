@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <unordered_map>
 #include <utility>
 
 namespace dyntape::codegen {
@@ -190,7 +189,7 @@ class Walks {
   }
 
   std::uint32_t top(std::uint32_t walk) {
-    while (same_[walk] != walk) walk = same_[walk];
+    while (same_[walk] != walk) walk = same_[walk] = same_[same_[walk]];
     return walk;
   }
 
@@ -248,9 +247,7 @@ class Parts {
   };
 
   void follow() {
-    found_.clear();
-    std::unordered_map<std::uint64_t, std::uint32_t> alike;  // so far, by operator, arguments and part
-    alike.reserve(graph_.size());
+    found_.clear(), alike_.clear(), count_alike_.clear();
     for (NodeId id = 0; id < graph_.size(); ++id) {
       const Node& node = graph_[id];
       if (!is_operation(node)) continue;
@@ -261,11 +258,19 @@ class Parts {
                : graph_[a].op == Op::Const ? std::uint64_t{1}
                                            : std::uint64_t{2};
       });
-      key_[id] = mixed(key, ++alike[mixed(key, static_cast<std::uint64_t>(part_[id]))]);
+      key_[id] = mixed(key, number_among_alike(mixed(key, static_cast<std::uint64_t>(part_[id]))));
       found_.push_back({key_[id], id});
     }
     std::stable_sort(found_.begin(), found_.end(),
                      [](const Found& a, const Found& b) { return a.key < b.key; });
+  }
+
+  // 1, 2, ... for nodes of one operator, one part and the same arguments.
+  std::uint32_t number_among_alike(std::uint64_t key) {
+    const NodeId kind =
+        alike_.find_or_add(key, static_cast<NodeId>(count_alike_.size()), [](NodeId) { return true; });
+    if (kind == count_alike_.size()) count_alike_.push_back(0);
+    return ++count_alike_[kind];
   }
 
   int part_of(const Node& node) const {
@@ -311,6 +316,8 @@ class Parts {
   std::vector<int> part_;           // by node
   std::vector<std::uint64_t> key_;  // of nodes and inputs that belong to a part
   std::vector<bool> apart_;
+  KeyTable alike_;                          // kinds of nodes that are alike
+  std::vector<std::uint32_t> count_alike_;  // so far, by kind
   std::vector<Found> found_;
   std::vector<Tuple> tuples_;
 };

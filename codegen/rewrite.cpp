@@ -2,8 +2,36 @@
 #include <dyntape/codegen/rewrite.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <dyntape/autodiff/callee.h>
 
 namespace dyntape::codegen {
+namespace {
+
+// Operators that are NaN of some numbers.
+bool is_partial(Op op) {
+  static const std::array<bool, kTableOps> partial = [] {
+    constexpr double kNumbers[] = {-2, -0.5, 0.5, 2};
+    std::array<bool, kTableOps> found{};
+    for (int i = 0; i < kTableOps; ++i) {
+      for (double x : kNumbers) {
+        for (double y : kNumbers) found[i] |= std::isnan(evaluate<double>(static_cast<Op>(i), x, y, 1));
+      }
+    }
+    return found;
+  }();
+  return is_table_op(op) && partial[static_cast<std::size_t>(op)];
+}
+
+bool is_partial(const Callee& callee) {
+  const auto operations = count_operations(callee);
+  return std::any_of(operations.begin(), operations.end(),
+                     [](const OperationCount& entry) { return is_partial(entry.op); });
+}
+
+}  // namespace
 
 Rewriter::Rewriter(const Function& source, std::size_t pinned_outputs)
     : graph_(source.graph),
@@ -13,10 +41,14 @@ Rewriter::Rewriter(const Function& source, std::size_t pinned_outputs)
       pinned_(graph_.size(), 0) {
   for (std::size_t i = 0; i < pinned_outputs; ++i) pinned_[source.outputs[i]] = 1;
   for (const Guard& guard : source.guards) pinned_[guard.condition] = 1;
+  std::vector<std::uint8_t> partial;  // by callee
+  for (const auto& callee : graph_.callees()) partial.push_back(is_partial(*callee));
   for (auto id = static_cast<NodeId>(graph_.size()); id-- > 0;) {
+    const Node& node = graph_[id];
+    const bool pins = pinned_[id] || (node.op == Op::Call ? partial[node.a] != 0 : is_partial(node.op));
     graph_.for_each_argument(id, [&](NodeId a) {
       ++uses_[a];
-      pinned_[a] |= pinned_[id];
+      pinned_[a] |= pins;
     });
   }
   for (NodeId id : source.outputs) ++uses_[id];

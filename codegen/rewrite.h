@@ -11,7 +11,9 @@
 //   };
 //   Function halved = Halves(function, pinned_outputs).run();
 //
-// Pinned nodes are those that the first outputs and the guards are made of: they are copied as they are.
+// Pinned nodes are copied as they are: those that the first outputs and the guards are made of, and those that roots,
+// logarithms and the like are made of, which are NaN beyond an end of their range.  sqrt(x x - y y) is 0 at x = y
+// because equal numbers are subtracted; one rounding less, and it is the root of a negative number.
 #pragma once
 
 #include <map>

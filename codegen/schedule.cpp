@@ -171,16 +171,17 @@ std::vector<std::uint32_t> crossings(const Function& function, const Schedule& s
 void cut(const Function& function, std::size_t length, const std::vector<std::uint32_t>& crossing,
          Schedule& s) {
   const std::size_t n = s.steps.size();
-  const auto severs_call = [&](std::size_t i) {  // a call and its results stay together
-    while (i < n && s.steps[i].kind != Step::Kind::kCompute) ++i;
-    return i < n && function.graph[s.steps[i].index].op == Op::Result;
-  };
+  std::vector<bool> severs_call(n + 1, false);  // a call and its results stay together
+  for (std::size_t i = n; i-- > 0;)
+    severs_call[i] = s.steps[i].kind == Step::Kind::kCompute
+                         ? function.graph[s.steps[i].index].op == Op::Result
+                         : severs_call[i + 1];
   std::size_t begin = 0;
   while (n - begin > length + length / 4) {
     std::size_t best = 0;
     for (std::size_t i = begin + length * 3 / 4 + 1; i < n; ++i) {
       if (best && i > begin + length + length / 4) break;
-      if (severs_call(i)) continue;
+      if (severs_call[i]) continue;
       if (!best || crossing[i] < crossing[best]) best = i;
     }
     if (!best) break;

@@ -17,10 +17,12 @@
 // quotient is lost.  NaN and infinity are not assumed away, and every evaluation of one graph has the same
 // bits, by whatever route.
 //
-// A pattern may lose an entry that is zero everywhere.
+// A pattern may lose an entry that is zero everywhere.  In weighted Hessians of functions with poles, gates of the weights
+// (autodiff/flow.h) stand between terms that could be factored otherwise: fast may take a few operations more than strict.
 //
-// Conditions of guards stay as they are, and in a derived function the values too: y has the same bits in all
-// kernels.
+// What square roots, logarithms and other operators with an end to their range are made of stays as it is: where
+// strict gives sqrt(0), fast does not give the root of a rounding error.  Conditions of guards stay too, and in a
+// derived function the values too: y has the same bits in all kernels.
 #pragma once
 
 #include <dyntape/codegen/options.h>

@@ -1,13 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/threads.h>
 
+#include <pthread.h>
+
 #include <atomic>
 #include <charconv>
 #include <condition_variable>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 #include <mutex>
+#include <new>
 #include <string_view>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -44,8 +49,13 @@ struct Job {
 
 class Pool {
  public:
+  // Threads that cannot be made are done without, all of them if need be: a caller does what nobody else does.
   explicit Pool(unsigned workers) {
-    for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { serve(); });
+    try {
+      for (unsigned i = 0; i < workers; ++i) workers_.emplace_back([this] { serve(); });
+    } catch (const std::system_error&) {
+    } catch (const std::bad_alloc&) {
+    }
   }
 
   ~Pool() {
@@ -100,6 +110,24 @@ class Pool {
   std::vector<std::thread> workers_;
 };
 
+// The pool of this process, made when it is first needed and ended with the process.
+std::atomic<Pool*> the_pool = nullptr;
+
+Pool& pool() {
+  Pool* found = the_pool;
+  if (found) return *found;
+  auto made = std::make_unique<Pool>(thread_count() - 1);
+  return the_pool.compare_exchange_strong(found, made.get()) ? *made.release() : *found;
+}
+
+struct EndOfProcess {
+  ~EndOfProcess() { delete the_pool.exchange(nullptr); }
+} const end_of_process;
+
+// A forked child has none of its parent's threads, and their locks as they happened to be: it leaves that pool where it
+// is, and makes its own.
+[[maybe_unused]] const int forget_the_pool = pthread_atfork(nullptr, nullptr, [] { the_pool = nullptr; });
+
 }  // namespace
 
 unsigned thread_count() {
@@ -121,8 +149,7 @@ void run_tasks(std::size_t n, const std::function<void(std::size_t)>& task) {
   const bool alone = n < 2 || inside_task;
   const bool was_inside = inside_task;
   if (!alone) {
-    static Pool pool(thread_count() - 1);
-    if (!pool.run(job)) job.help();
+    if (!pool().run(job)) job.help();
   } else {
     job.help();
   }

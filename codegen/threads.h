@@ -5,7 +5,8 @@
 //   run_tasks(4, [&](std::size_t k) { ... });       task 0 to 3, each once, the calling thread helps
 //
 // The pool has thread_count() - 1 threads besides those that call: a call from within a task, or while another
-// thread's tasks are running, does all its tasks itself.
+// thread's tasks are running, does all its tasks itself.  Where the system gives fewer threads, or none, those there are
+// do the work.  A forked child makes a pool of its own when it needs one.
 #pragma once
 
 #include <cstddef>

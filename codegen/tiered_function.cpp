@@ -12,26 +12,28 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/notice.h>
+#include <dyntape/codegen/of_this_process.h>
 #include <dyntape/codegen/stages.h>
 
 namespace dyntape {
 namespace {
 
 constexpr std::size_t kTiers = 3;
+constexpr const char* kNoException = "what was thrown is no std::exception";
 
-// One function of the process is compiled at a time.  It is never destroyed: functions may be static.
+// One function of the process is compiled at a time.
 class Turn {
  public:
   explicit Turn(const std::stop_token& stop) {
-    std::unique_lock lock(state().mutex);
-    mine_ = state().free.wait(lock, stop, [] { return !state().taken; });
-    if (mine_) state().taken = true;
+    std::unique_lock lock(state_.mutex);
+    mine_ = state_.free.wait(lock, stop, [this] { return !state_.taken; });
+    if (mine_) state_.taken = true;
   }
   ~Turn() {
     if (!mine_) return;
-    const std::scoped_lock lock(state().mutex);
-    state().taken = false;
-    state().free.notify_one();
+    const std::scoped_lock lock(state_.mutex);
+    state_.taken = false;
+    state_.free.notify_one();
   }
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;
@@ -42,10 +44,7 @@ class Turn {
     std::condition_variable_any free;
     bool taken = false;
   };
-  static State& state() {
-    static State& state = *new State;
-    return state;
-  }
+  State& state_ = codegen::of_this_process<State>();
   bool mine_ = false;
 };
 
@@ -124,6 +123,10 @@ struct TieredFunction::Builder {
       if (!stop.stop_requested())
         codegen::say_once("\"" + tiers->first.name() + "\" stays " + to_string(tiers->tier) + ": " +
                           reason.substr(0, reason.find('\n')));
+    } catch (...) {  // a kernel's own functions may throw anything
+      failure = std::current_exception();
+      codegen::say_once("\"" + tiers->first.name() + "\" stays " + to_string(tiers->tier) + ": " +
+                        kNoException);
     }
     tiers->settle(std::move(failure));
   }
@@ -274,6 +277,8 @@ std::string TieredFunction::trouble() const {
     if (failure) std::rethrow_exception(failure);
   } catch (const std::exception& e) {
     return e.what();
+  } catch (...) {
+    return kNoException;
   }
   return "";
 }

@@ -10,10 +10,14 @@ namespace dyntape::codegen {
 namespace {
 
 // Everything that decides the library; names of people and of functions do not.
-Key key_of(const std::string& content, const CodegenOptions& options, const Compiler& compiler) {
+Key key_of(const std::string& content, const Function& function, const CodegenOptions& options,
+           const Compiler& compiler) {
   std::string lanes;
   for (unsigned width : lane_widths(options.lanes)) lanes += std::to_string(width) + " ";
-  std::string text = "content " + content + "\norder " + std::to_string(static_cast<int>(options.order)) +
+  const int order = static_cast<int>(options.order);
+  // What callees bring along to derivation does not follow from their values.
+  const std::string derived = function.graph.callees().empty() ? content : content_hash(function, order);
+  std::string text = "content " + content + "\nderived " + derived + "\norder " + std::to_string(order) +
                      "\nprofile " + to_string(options.profile) + "\nfunctions " +
                      to_string(options.functions) + "\nlanes " + lanes + "\ngenerator " +
                      generator_version() + " " + generator_fingerprint() + "\ninterface " +
@@ -60,7 +64,7 @@ Workshop::Workshop(const Function& function, const CodegenOptions& options, std:
       cache_(std::move(cache)),
       compiler_(std::move(compiler)),
       content_(content_hash(function)),
-      key_(key_of(content_, options, compiler_)) {}
+      key_(key_of(content_, function, options_, compiler_)) {}
 
 std::optional<Loaded> Workshop::find() const {
   if (!cache_ || options_.force_rebuild) return std::nullopt;
@@ -68,10 +72,12 @@ std::optional<Loaded> Workshop::find() const {
   return entry ? load_entry(*entry) : std::nullopt;
 }
 
-// None if it turns out not to be usable, and then the entry is gone.
+// None if it turns out not to be of this function, and then the entry is gone.
 std::optional<Loaded> Workshop::load_entry(const Entry& entry) const {
   try {
-    return Loaded{Library::load(entry.library(), content_), entry.source()};
+    return Loaded{Library::load(entry.image, entry.library(), content_), entry.source()};
+  } catch (const Unavailable&) {
+    throw;  // nothing is wrong with the entry
   } catch (const ToolError& e) {
     say_once(e.what());
     cache_->remove(key_);
@@ -92,9 +98,13 @@ Draft Workshop::compile(const Source& source) const {
 }
 
 Draft Workshop::compile_elsewhere(const Source& source) const {
-  auto folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
-  const std::string path = folder->path();
-  return compile_in(std::move(folder), path, source);
+  try {
+    auto folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
+    const std::string path = folder->path();
+    return compile_in(std::move(folder), path, source);
+  } catch (const FileError& e) {
+    throw Unavailable(e.what());
+  }
 }
 
 Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
@@ -103,10 +113,18 @@ Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::s
   try {
     codegen::compile(compiler_, source, options_, folder->path(), final_folder);
   } catch (const ToolError&) {
-    if (!options_.stop.stop_requested()) folder->release();  // the message says where the source is
+    if (!options_.stop.stop_requested()) folder->keep();  // the message says where the source is
     throw;
   }
   return {std::move(folder), source.name, checksum(source.text)};
+}
+
+Loaded Workshop::load(Draft draft) const {
+  // Loaded first: what does not load is not kept, and what is kept may be gone the next moment.
+  Loaded loaded{Library::load(draft.folder->path() + "/" + kLibraryFile, content_), ""};
+  if (const auto entry = publish(draft)) loaded.source_path = entry->source();
+  if (cache_) cache_->sweep_sometimes();
+  return loaded;
 }
 
 std::optional<Entry> Workshop::publish(Draft& draft) const {
@@ -118,19 +136,6 @@ std::optional<Entry> Workshop::publish(Draft& draft) const {
                           compiler_.version,
                           draft.text_hash};
   return cache_->publish(*draft.folder, key_, manifest, options_.force_rebuild);
-}
-
-Loaded Workshop::load(Draft draft, const std::optional<Entry>& entry, const Source& source) const {
-  if (entry) {
-    auto loaded = load_entry(*entry);
-    cache_->sweep_sometimes();  // not earlier: what is loaded may go
-    if (loaded) return *loaded;
-  }
-  if (draft.folder->path().empty()) {
-    // Another process swept it away, or replaced it, at this very moment: outside the cache nobody can.
-    draft = compile_elsewhere(source);
-  }
-  return {Library::load(draft.folder->path() + "/" + kLibraryFile, content_), ""};
 }
 
 }  // namespace dyntape::codegen

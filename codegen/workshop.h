@@ -5,8 +5,7 @@
 //   std::optional<Workshop> workshop = Workshop::open(function, options);   none: no compiler, interpret
 //   if (auto loaded = workshop->find()) ...                                 a hit: nothing else is done
 //   Draft draft = workshop->compile(source);                                library.so in a folder of its own
-//   std::optional<Entry> entry = workshop->publish(draft);                  into the cache; none: not possible
-//   Loaded loaded = workshop->load(std::move(draft), entry, source);
+//   Loaded loaded = workshop->load(std::move(draft));                       and into the cache, if it has one
 #pragma once
 
 #include <memory>
@@ -44,13 +43,12 @@ class Workshop {
   const std::string& content() const { return content_; }  // hash of the function
   const Compiler& compiler() const { return compiler_; }
 
-  // From the cache; none: it has to be made.
+  // From the cache; none: it has to be made.  Unavailable: it is there, and the system does not load it.
   std::optional<Loaded> find() const;
-  // ToolError: the compiler fails.  The source is kept then.
+  // ToolError: the compiler fails.  The source is kept then.  Unavailable: neither the cache nor the folder for
+  // temporary files has room, or memory is short.
   Draft compile(const Source& source) const;
-  std::optional<Entry> publish(Draft& draft) const;
-  // Of the entry, or of the draft where there is none.
-  Loaded load(Draft draft, const std::optional<Entry>& entry, const Source& source) const;
+  Loaded load(Draft draft) const;
 
  private:
   Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
@@ -58,6 +56,7 @@ class Workshop {
   Draft compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
                    const Source& source) const;
   Draft compile_elsewhere(const Source& source) const;
+  std::optional<Entry> publish(Draft& draft) const;  // none: not possible
   std::optional<Loaded> load_entry(const Entry& entry) const;
 
   CodegenOptions options_;

@@ -111,6 +111,35 @@ TEST_P(Bits, ProductsOfComplexNumbers) {
   EXPECT_GT(expect_same_bits(f, c, Order::kFirst, random, 200), 10000u);
 }
 
+// Zeros of either sign, which compilers that take a negation into fma get wrong: all signs of all operands, negated
+// again, asked by atan2 and by a quotient.
+TEST_P(Bits, NegatedFusedProducts) {
+  Random random(501 + GetParam());
+  SCOPED_TRACE(random.seed_text());
+  const Function f = record("negated", 3, [](const VectorXad& x) {
+    VectorXad y(64);
+    for (int signs = 0; signs < 16; ++signs) {
+      const auto sign = [&](int i, const AD& a) { return signs >> i & 1 ? -a : a; };
+      const AD a = sign(0, x[0]), b = sign(1, x[1]), c = sign(2, x[2]);
+      const AD forms[] = {fma(a, b, c), fms(a, b, c), fnma(a, b, c), fnms(a, b, c)};
+      for (int k = 0; k < 4; ++k) y[4 * signs + k] = atan2(sign(3, forms[k]), AD(-1)) - 1 / sign(3, forms[k]);
+    }
+    return y;
+  });
+  const CompiledFunction c = compiled(f, kVariants[GetParam()], Order::kValue);
+  EXPECT_GT(expect_same_bits(f, c, Order::kValue, random, 100), 6000u);
+  for (double x : {1.0, -1.0, 0.0, -0.0}) {
+    for (double y : {1.0, -1.0, 0.0, -0.0}) {
+      for (double z : {1.0, -1.0, 0.0, -0.0}) {
+        const std::vector<double> found = c.evaluate(Order::kValue, {x, y, z}).y,
+                                  expected = evaluate(f, {x, y, z});
+        for (std::size_t i = 0; i < found.size(); ++i)
+          EXPECT_TRUE(same(found[i], expected[i])) << i << " at " << x << " " << y << " " << z;
+      }
+    }
+  }
+}
+
 // What is lost in rounding is what these compute: an optimiser that takes sums for real numbers leaves zero.
 TEST_P(Bits, Case119_CompensatedArithmetic) {
   Random random(401 + GetParam());

@@ -87,13 +87,27 @@ TEST(Flags, ThoseThatChangeResultsAreLeftOutAndSaidOnce) {
                                           "-mfpmath=387",
                                           "-Wall",
                                           "-Wl,-x",
-                                          ""};
+                                          "-mabi=ms",
+                                          "-mno-sse2",
+                                          "-mlong-double-64",
+                                          "-mavx2",
+                                          "-Dsin=cos",
+                                          "-Ddouble=float",
+                                          "-D",
+                                          "fma(a,b,c)=0",
+                                          "-DF(x)=x",
+                                          "-D",
+                                          "B=2",
+                                          "",
+                                          "-I"};
   ::testing::internal::CaptureStderr();
   EXPECT_EQ(codegen::accepted_flags(given),
             (std::vector<std::string>{"-O3", "-g", "-march=native", "-mtune=native", "-DA=1", "-I", "/tmp",
-                                      "-Wall"}));
+                                      "-Wall", "-mavx2", "-D", "B=2"}));
   const std::string notice = ::testing::internal::GetCapturedStderr();
-  for (const char* flag : {"-ffast-math", "-Ofast", "-funsafe-math-optimizations", "-mfpmath=387", "-Wl,-x"})
+  for (const char* flag : {"-ffast-math", "-Ofast", "-funsafe-math-optimizations", "-mfpmath=387", "-Wl,-x",
+                           "-mabi=ms", "-mno-sse2", "-mlong-double-64", "-Dsin=cos", "-Ddouble=float",
+                           "-Dfma(a,b,c)=0", "-DF(x)=x", "-I is left out"})
     EXPECT_NE(notice.find(flag), std::string::npos) << flag;
   ::testing::internal::CaptureStderr();
   codegen::accepted_flags(given);
@@ -105,7 +119,7 @@ TEST(Flags, AcceptedOnesReachTheCompiler) {
   CodegenOptions options = uncached();
   options.use_cache = true;
   options.cache_folder = scratch / "cache";
-  options.flags = {"-g", "-ffast-math", "-Dsin=this_function_does_not_exist"};
+  options.flags = {"-g", "-ffast-math", "-march=no-such-processor"};
   EXPECT_THROW(CompiledFunction::make(trigonometric(), options), Error);
   options.flags = {"-g", "-ffast-math"};
   const CompiledFunction c = CompiledFunction::make(trigonometric(), options);
@@ -196,6 +210,19 @@ TEST(FailingCompiler, ThatTakesTooMuchMemoryFails) {
             std::string::npos);
 }
 
+TEST(FailingCompiler, ForWantOfWhatTheTextDoesNotDecide) {
+  const testing::Scratch scratch;
+  for (const std::string want : {"Too many open files", "Resource temporarily unavailable"}) {
+    CodegenOptions o;
+    o.use_cache = false;
+    o.compiler = testing::fake_compiler(scratch, "echo 'ld: " + want + "'; exit 1");
+    const Function f = record("f", 1, [](const VectorXad& x) { return VectorXad(2.0 * x); });
+    EXPECT_EQ(CompiledFunction::make(f, o).route(), Route::kInterpreter) << want;
+    o.route = Route::kCompiled;
+    EXPECT_THROW(CompiledFunction::make(f, o), ToolError) << want;
+  }
+}
+
 TEST(FailingCompiler, ThatWritesNoLibrary) {
   const Scratch scratch;
   CodegenOptions options = uncached();
@@ -221,8 +248,32 @@ TEST(Compiler, PiecesOfOneFileCompileInParallel) {
   }
 }
 
+// A compiler that would write a file after a second.
+TEST(Compiler, EndsWithItsHost) {
+  const Scratch scratch;
+  const std::string started = scratch / "started", late = scratch / "late";
+  CodegenOptions options = uncached();
+  options.compiler = fake_compiler(scratch, "sh -c 'touch " + started + "; sleep 1; touch " + late + "'");
+  const pid_t host = fork();
+  if (host == 0) {
+    message_of(options);
+    _exit(0);
+  }
+  while (access(started.c_str(), F_OK) != 0) usleep(1000);
+  kill(host, SIGKILL);
+  waitpid(host, nullptr, 0);
+  usleep(1500000);
+  EXPECT_NE(access(late.c_str(), F_OK), 0);
+}
+
 TEST(Compiler, HostsThatIgnoreTheirChildren) {
   const auto before = signal(SIGCHLD, SIG_IGN);
+  {
+    const Scratch scratch;
+    CodegenOptions options = uncached();
+    options.compiler = fake_compiler(scratch, "echo 'what is wrong'; exit 3");
+    EXPECT_NE(message_of(options).find("what is wrong"), std::string::npos) << "its words are not lost";
+  }
   const CompiledFunction c = CompiledFunction::make(trigonometric(), uncached());
   EXPECT_EQ(c.evaluate(Order::kValue, {0.5, 2.0}).y, evaluate(trigonometric(), {0.5, 2.0}));
   signal(SIGCHLD, before);

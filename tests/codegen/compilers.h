@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <string>
@@ -42,9 +43,27 @@ inline std::string output_of(const std::vector<std::string>& arguments, const Sc
 inline std::string fake_compiler(const Scratch& scratch, const std::string& behaviour) {
   const std::string path = scratch / "fake-cc";
   codegen::write_file(
-      path, "#!/bin/sh\ncase \"$*\" in *-###*) echo 'fake version 1'; exit 0;; esac\n" + behaviour + "\n");
+      path, "#!/bin/sh\ncase \"$*\" in *-###*) echo 'fake version 1'; exit 0;; *' -E '*) exit 1;; esac\n" +
+                behaviour + "\n");
   chmod(path.c_str(), 0700);
   return path;
+}
+
+// What a child process finds, as its exit status; 99 if it throws, 128 and more if a signal ends it.
+template <class Work>
+int in_child(Work&& work) {
+  const pid_t child = fork();
+  if (child == 0) {
+    try {
+      _exit(static_cast<int>(work()));
+    } catch (const std::exception& e) {
+      std::fprintf(stderr, "%s\n", e.what());
+      _exit(99);
+    }
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 // Compiles texts in every language and with every compiler there is, warnings being errors.

@@ -162,7 +162,7 @@ TEST(Outline, TheTextPleasesCompilersAtEveryWidth) {
   CodegenOptions options;
   options.order = Order::kValue;
   const std::string text = generate_source(record_walker({4, 40, true, -1, true}), options).text;
-  EXPECT_NE(text.find("dt_part_1"), std::string::npos);
+  EXPECT_NE(text.find("dt_1_part"), std::string::npos);
   testing::expect_compiles_cleanly({text});
   for (unsigned width : codegen::lane_widths(Lanes::kNative))
     testing::expect_compiles_cleanly({text}, codegen::lane_flags(width));

@@ -6,6 +6,9 @@
 #include <dyntape/codegen/parallel.h>
 #include <dyntape/codegen/threads.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cstdlib>
@@ -136,6 +139,73 @@ TEST(Threads, NoMoreThanTheCount) {
   EXPECT_GE(most, 1u);
   EXPECT_LE(most, codegen::thread_count());
 }
+
+// The thread sanitizer ends forked children that start threads; the address sanitizer calls what they forget of their
+// parent's pool a leak, and needs more addresses than the last test leaves.
+#if !defined(__SANITIZE_THREAD__) && !defined(__SANITIZE_ADDRESS__)
+
+// What happens in a child that ends as programs do, with all that static objects do at the end; -1: it did not end.
+template <class Body>
+int exit_code_of_child(Body body) {
+  const pid_t child = fork();
+  if (child == 0) {
+    alarm(20);
+    std::exit(body());
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// 0: each of many tasks was done once.
+int tasks_missed() {
+  std::atomic<int> done = 0;
+  for (int repeat = 0; repeat < 20; ++repeat) codegen::run_tasks(16, [&](std::size_t) { ++done; });
+  return std::abs(done - 20 * 16);
+}
+
+class Forks : public ::testing::Test {
+ protected:
+  Forks() { setenv("DYNTAPE_THREADS", "4", 1); }
+  ~Forks() override {
+    if (found_) setenv("DYNTAPE_THREADS", before_.c_str(), 1);
+    if (!found_) unsetenv("DYNTAPE_THREADS");
+  }
+
+ private:
+  const char* const found_ = std::getenv("DYNTAPE_THREADS");
+  const std::string before_ = found_ ? found_ : "";
+};
+
+TEST_F(Forks, AChildEndsAndHasThreadsOfItsOwn) {
+  ASSERT_EQ(tasks_missed(), 0);
+  EXPECT_EQ(exit_code_of_child([] { return 0; }), 0) << "a child that does nothing";
+  EXPECT_EQ(exit_code_of_child(tasks_missed), 0);
+  EXPECT_EQ(exit_code_of_child([] { return tasks_missed() + exit_code_of_child(tasks_missed); }), 0)
+      << "and a child of that";
+  EXPECT_EQ(tasks_missed(), 0);
+}
+
+TEST_F(Forks, WhileThePoolIsAtWork) {
+  std::atomic<bool> ends = false;
+  std::thread busy([&] {
+    while (!ends) tasks_missed();
+  });
+  for (int repeat = 0; repeat < 30; ++repeat) EXPECT_EQ(exit_code_of_child(tasks_missed), 0) << repeat;
+  ends = true;
+  busy.join();
+}
+
+TEST_F(Forks, ThreadsThatCannotBeMadeAreDoneWithout) {
+  const auto with_few_addresses = [] {
+    setenv("DYNTAPE_THREADS", "64", 1);  // more than there are stacks of the parent's threads to use again
+    const rlimit none_left{1, RLIM_INFINITY};
+    return setrlimit(RLIMIT_AS, &none_left) == 0 ? tasks_missed() : 1;
+  };
+  EXPECT_EQ(exit_code_of_child(with_few_addresses), 0);
+}
+
+#endif
 
 TEST(Threads, TheCountIsTheEnvironments) {
   const char* const found = std::getenv("DYNTAPE_THREADS");

@@ -58,6 +58,28 @@ TEST(Text, PleasesCompilersAsCAndAsCpp) {
                                     generate_source(cart_pole(), with_order(Order::kSecond)).text});
 }
 
+// What a name may do in a comment: nothing.  Every text of six of the characters that mean something there.
+TEST(Text, NoNameLeavesItsComment) {
+  constexpr std::string_view kSigns = "*/\\?\na";
+  std::string name(6, ' ');
+  for (int k = 0; k < 6 * 6 * 6 * 6 * 6 * 6; ++k) {
+    for (int i = 0, rest = k; i < 6; ++i, rest /= 6) name[static_cast<std::size_t>(i)] = kSigns[rest % 6];
+    const std::string comment = codegen::c_comment(name);
+    for (const char* bad : {"*/", "/*", "\\", "\n"})
+      ASSERT_EQ(comment.find(bad), std::string::npos) << codegen::c_string(name) << " -> " << comment;
+  }
+  RecordOptions options;
+  options.variable_names = {"*\\ int x = system(0); /"};
+  options.output_names = {"*?\?/\n/"};
+  Function f = record(
+      "*\\ #error", 1, [](const VectorXad& x) { return VectorXad(2 * x); }, options);
+  CodegenOptions codegen = with_order(Order::kFirst);
+  codegen.label = "*\\ #error /";
+  testing::expect_compiles_cleanly(
+      {generate_source(f, codegen).text, generate_embedded(f, codegen, {}).source.text});
+  EXPECT_EQ(generate_source(f, codegen).text.find("system(0); */"), std::string::npos);
+}
+
 TEST(Text, PiecesPleaseCompilersTogetherAndApart) {
   Random random(8);
   SCOPED_TRACE(random.seed_text());
@@ -171,6 +193,11 @@ TEST(Text, SourcesAreWrittenWholeOrNotAtAll) {
   int error = 0;
   EXPECT_EQ(codegen::read_file(paths[0], error), source.text);
   EXPECT_EQ(codegen::read_file(paths[1], error), source.header);
+  const auto in_the_current_folder = [&] {
+    return chdir(scratch.path().c_str()) == 0 && write_source(source, "").size() == 2 ? 0 : 1;
+  };
+  EXPECT_EQ(testing::in_child(in_the_current_folder), 0);
+  EXPECT_EQ(codegen::read_file(scratch / (source.name + ".c"), error), source.text);
   codegen::write_file(scratch / "file", "");
   EXPECT_THROW(write_source(source, scratch / "file"), FileError);
   EXPECT_EQ(codegen::read_file(scratch / "file", error), "");

@@ -306,6 +306,36 @@ TEST_F(Tiered, DestructionWhileAnotherOneCompiles) {
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(20));
 }
 
+#if !defined(__SANITIZE_THREAD__)  // which ends forked children that start threads
+
+// Its parent's threads compile, or ask a compiler what it is, and hold locks that nobody gives back in the child.
+TEST_F(Tiered, AForkedChildWaitsForNoThreadOfItsParent) {
+  const auto compile_in_child = [&] {
+    return testing::in_child([&] {
+      alarm(20);
+      const TieredFunction t = TieredFunction::make(small(), options());
+      return t.wait(), t.tier() == Tier::kFinal ? 0 : 1;
+    });
+  };
+  const std::string slow = "echo $$ > '" + scratch_ / "process" + "'; sleep 100";
+  CodegenOptions o = options();
+  o.compiler = fake_compiler(scratch_, slow);
+  {
+    const TieredFunction compiles = TieredFunction::make(small(), o);
+    ASSERT_FALSE(written("process").empty());
+    EXPECT_EQ(compile_in_child(), 0);
+  }
+  unlink((scratch_ / "process").c_str());
+  codegen::write_file(o.compiler, "#!/bin/sh\n" + slow + "\n");
+  const TieredFunction asks = TieredFunction::make(small(), o);
+  ASSERT_FALSE(written("process").empty());
+  codegen::Cache::open(scratch_ / "cache")->clear();
+  EXPECT_EQ(compile_in_child(), 0);
+  kill(std::stoi(written("process")), SIGKILL);
+}
+
+#endif
+
 TEST_F(Tiered, TheUsersStopEndsTheCompiler) {
   CodegenOptions o = options();
   std::stop_source stop;

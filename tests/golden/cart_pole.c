@@ -22,8 +22,8 @@
  *                    1 piece
  *   cart_pole_first_order: 62 operations: 11 Add, 4 Sub, 32 Mul, 10 Div, 3 Neg, 1 Sin, 1 Cos,
  *                          16 values live at most, 1 piece
- *   cart_pole_second_order: 159 operations: 29 Add, 21 Sub, 86 Mul, 18 Div, 3 Neg, 1 Sin, 1 Cos,
- *                           32 values live at most, 1 piece
+ *   cart_pole_second_order: 182 operations: 28 Add, 22 Sub, 86 Mul, 18 Div, 3 Neg, 22 Gate, 1 Sin, 1 Cos,
+ *                           1 Select, 32 values live at most, 1 piece
  */
 #include <math.h>
 #include <stddef.h>
@@ -131,6 +131,7 @@ typedef double real, reals;
 typedef int64_t dt_words;
 #define DT_NAME(name) name
 #define DT_ALL(constant) (constant)
+#define dt_select(condition, a, b) ((condition) ? (a) : (b))
 #else
 typedef double real __attribute__((vector_size(8 * DYNTAPE_LANES)));
 typedef real reals __attribute__((aligned(8)));
@@ -144,6 +145,10 @@ DT_INLINE real dt_zero(void) {
   return zero;
 }
 #define DT_ALL(constant) ((constant) - dt_zero())
+#define dt_select(condition, a, b) dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b))
+DT_INLINE real dt_blend(dt_words mask, real a, real b) {
+  return (real)((mask & (dt_words)a) | (~mask & (dt_words)b));
+}
 #endif
 
 #if DYNTAPE_LANES > 1
@@ -417,92 +422,115 @@ DT_PIECE void DT_NAME(dt_second_order_1)(
   const real t84 = p1 * t74;
   const real t85 = w0 / t10;
   const real t86 = t43 * w0;
-  const real t87 = t84 - t86;
-  const real t88 = t15 * t85;
-  const real t89 = t7 * t85;
-  const real t90 = 9.81 * t89;
-  const real t91 = t90 - t80;
-  const real t92 = t7 * t87;
-  const real t93 = t92 - t83;
-  const real t94 = t5 * t87;
-  const real t95 = t88 + t94;
-  const real t96 = p0 * t95;
-  const real t97 = t93 + t96;
-  const real t98 = t45 / t10;
-  const real t99 = t43 / t10;
-  const real t100 = t36 * t99;
-  const real t101 = t98 - t100;
-  const real t102 = t58 / t19;
-  const real t103 = t56 / t19;
-  const real t104 = t46 * t103;
-  const real t105 = t102 - t104;
-  const real t106 = t73 / t19;
-  const real t107 = t46 * t106;
-  const real t108 = w1 * t105;
-  const real t109 = t6 * t107;
-  const real t110 = t78 + t109;
-  const real t111 = x3 * t107;
-  const real t112 = t48 * t73;
-  const real t113 = t26 * t107;
-  const real t114 = t112 + t113;
-  const real t115 = t5 * t107;
-  const real t116 = t75 - t115;
-  const real t117 = t25 * t116;
-  const real t118 = t5 * t78;
-  const real t119 = t6 * t116;
-  const real t120 = t119 - t118;
-  const real t121 = t24 * t120;
-  const real t122 = x2 * t120;
-  const real t123 = t23 * t122;
-  const real t124 = t121 + t123;
-  const real t125 = t21 * t107;
-  const real t126 = t114 + t125;
-  const real t127 = p1 * t108;
-  const real t128 = t85 / t10;
-  const real t129 = t36 * t128;
-  const real t130 = w0 * t101;
-  const real t131 = t127 - t130;
-  const real t132 = t110 - t129;
-  hessian[3] = t132;
-  const real t133 = t38 * t85;
-  const real t134 = t15 * t129;
-  const real t135 = t133 - t134;
-  const real t136 = t33 * t85;
-  const real t137 = t7 * t129;
-  const real t138 = t136 - t137;
-  const real t139 = t13 * t138;
-  const real t140 = t139 - t124;
-  const real t141 = x2 * t138;
-  const real t142 = p1 * t141;
-  const real t143 = t140 + t142;
-  hessian[1] = t143;
-  const real t144 = 9.81 * t138;
-  const real t145 = t111 - t117;
-  const real t146 = t144 + t145;
-  const real t147 = t33 * t87;
-  const real t148 = t7 * t131;
-  const real t149 = t147 + t148;
-  const real t150 = t126 + t149;
-  const real t151 = t6 * t87;
-  const real t152 = t5 * t131;
-  const real t153 = t151 + t152;
-  const real t154 = t135 + t153;
-  const real t155 = p0 * t154;
-  const real t156 = t150 + t155;
-  const real t157 = t6 * t91;
-  const real t158 = t5 * t146;
-  const real t159 = t157 + t158;
-  const real t160 = t5 * t97;
-  const real t161 = t6 * t156;
-  const real t162 = t161 - t160;
-  const real t163 = t162 - t159;
-  hessian[0] = t163;
-  const real t164 = t23 * t81;
-  const real t165 = t164 + t164;
-  const real t166 = p1 * t89;
-  const real t167 = t166 - t165;
+  const real t87 = dt_select(w1 != 0.0, t84, 0.0);
+  const real t88 = dt_select(w0 != 0.0, t86, 0.0);
+  const real t89 = t87 - t88;
+  const real t90 = t15 * t85;
+  const real t91 = t7 * t85;
+  const real t92 = 9.81 * t91;
+  const real t93 = dt_select(w1 != 0.0, t80, 0.0);
+  const real t94 = dt_select(w0 != 0.0, t92, 0.0);
+  const real t95 = t94 - t93;
+  const real t96 = t7 * t89;
+  const real t97 = dt_select(w1 != 0.0, t83, 0.0);
+  const real t98 = t96 - t97;
+  const real t99 = t5 * t89;
+  const real t100 = dt_select(w0 != 0.0, t90, 0.0);
+  const real t101 = t99 + t100;
+  const real t102 = p0 * t101;
+  const real t103 = t98 + t102;
+  const real t104 = t45 / t10;
+  const real t105 = t43 / t10;
+  const real t106 = t36 * t105;
+  const real t107 = t104 - t106;
+  const real t108 = t58 / t19;
+  const real t109 = t56 / t19;
+  const real t110 = t46 * t109;
+  const real t111 = t108 - t110;
+  const real t112 = t73 / t19;
+  const real t113 = t46 * t112;
+  const real t114 = w1 * t111;
+  const real t115 = t6 * t113;
+  const real t116 = t78 + t115;
+  const real t117 = x3 * t113;
+  const real t118 = t48 * t73;
+  const real t119 = t26 * t113;
+  const real t120 = t118 + t119;
+  const real t121 = t5 * t113;
+  const real t122 = t75 - t121;
+  const real t123 = t25 * t122;
+  const real t124 = t123 - t117;
+  const real t125 = t5 * t78;
+  const real t126 = t6 * t122;
+  const real t127 = t126 - t125;
+  const real t128 = t24 * t127;
+  const real t129 = x2 * t127;
+  const real t130 = t23 * t129;
+  const real t131 = t128 + t130;
+  const real t132 = t21 * t113;
+  const real t133 = t120 + t132;
+  const real t134 = p1 * t114;
+  const real t135 = t85 / t10;
+  const real t136 = t36 * t135;
+  const real t137 = w0 * t107;
+  const real t138 = dt_select(w1 != 0.0, t134, 0.0);
+  const real t139 = dt_select(w0 != 0.0, t137, 0.0);
+  const real t140 = t138 - t139;
+  const real t141 = dt_select(w1 != 0.0, t116, 0.0);
+  const real t142 = dt_select(w0 != 0.0, t136, 0.0);
+  const real t143 = t141 - t142;
+  hessian[3] = t143;
+  const real t144 = t38 * t85;
+  const real t145 = t15 * t136;
+  const real t146 = t144 - t145;
+  const real t147 = t33 * t85;
+  const real t148 = t7 * t136;
+  const real t149 = t147 - t148;
+  const real t150 = t13 * t149;
+  const real t151 = dt_select(w1 != 0.0, t131, 0.0);
+  const real t152 = dt_select(w0 != 0.0, t150, 0.0);
+  const real t153 = t152 - t151;
+  const real t154 = x2 * t149;
+  const real t155 = p1 * t154;
+  const real t156 = dt_select(w0 != 0.0, t155, 0.0);
+  const real t157 = t153 + t156;
+  hessian[1] = t157;
+  const real t158 = 9.81 * t149;
+  const real t159 = dt_select(w1 != 0.0, t124, 0.0);
+  const real t160 = dt_select(w0 != 0.0, t158, 0.0);
+  const real t161 = t160 - t159;
+  const real t162 = t33 * t89;
+  const real t163 = t7 * t140;
+  const real t164 = dt_select(w1 != 0.0, 1.0, w0);
+  const real t165 = dt_select(t164 != 0.0, t163, 0.0);
+  const real t166 = t162 + t165;
+  const real t167 = dt_select(w1 != 0.0, t133, 0.0);
   const real t168 = t166 + t167;
-  hessian[2] = t168;
+  const real t169 = t6 * t89;
+  const real t170 = t5 * t140;
+  const real t171 = dt_select(t164 != 0.0, t170, 0.0);
+  const real t172 = t169 + t171;
+  const real t173 = dt_select(w0 != 0.0, t146, 0.0);
+  const real t174 = t172 + t173;
+  const real t175 = p0 * t174;
+  const real t176 = t168 + t175;
+  const real t177 = t6 * t95;
+  const real t178 = t5 * t161;
+  const real t179 = dt_select(t164 != 0.0, t178, 0.0);
+  const real t180 = t177 + t179;
+  const real t181 = t5 * t103;
+  const real t182 = t6 * t176;
+  const real t183 = t182 - t181;
+  const real t184 = t183 - t180;
+  hessian[0] = t184;
+  const real t185 = t23 * t81;
+  const real t186 = t185 + t185;
+  const real t187 = p1 * t91;
+  const real t188 = dt_select(w1 != 0.0, t186, 0.0);
+  const real t189 = dt_select(w0 != 0.0, t187, 0.0);
+  const real t190 = t189 - t188;
+  const real t191 = t189 + t190;
+  hessian[2] = t191;
 }
 #endif
 
@@ -578,21 +606,21 @@ dyntape_function cart_pole_value_x8, cart_pole_first_order_x8, cart_pole_second_
 static const dyntape_kernel dt_kernels[] = {
   {0u, 1u, 2u, 26u, 6u, cart_pole_value},
   {1u, 1u, 8u, 62u, 16u, cart_pole_first_order},
-  {2u, 1u, 12u, 159u, 32u, cart_pole_second_order},
+  {2u, 1u, 12u, 182u, 32u, cart_pole_second_order},
 #ifdef DYNTAPE_X2
   {0u, 2u, 4u, 26u, 6u, cart_pole_value_x2},
   {1u, 2u, 16u, 62u, 16u, cart_pole_first_order_x2},
-  {2u, 2u, 24u, 159u, 32u, cart_pole_second_order_x2},
+  {2u, 2u, 24u, 182u, 32u, cart_pole_second_order_x2},
 #endif
 #ifdef DYNTAPE_X4
   {0u, 4u, 8u, 26u, 6u, cart_pole_value_x4},
   {1u, 4u, 32u, 62u, 16u, cart_pole_first_order_x4},
-  {2u, 4u, 48u, 159u, 32u, cart_pole_second_order_x4},
+  {2u, 4u, 48u, 182u, 32u, cart_pole_second_order_x4},
 #endif
 #ifdef DYNTAPE_X8
   {0u, 8u, 16u, 26u, 6u, cart_pole_value_x8},
   {1u, 8u, 64u, 62u, 16u, cart_pole_first_order_x8},
-  {2u, 8u, 96u, 159u, 32u, cart_pole_second_order_x8},
+  {2u, 8u, 96u, 182u, 32u, cart_pole_second_order_x8},
 #endif
 };
 
