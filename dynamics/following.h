@@ -11,7 +11,8 @@
 //   Minv = G (G^T M G)^-1 G^T        ddq = Minv (tau - h)
 // stand for M^-1 and M^-1 (tau - h), in aba, minverse and fd_derivatives, and through them in second order,
 // constraints, impacts, operational space and effects.  Of torques only G^T tau matters.  q and v are to follow
-// already (expand_configuration, expand_tangent).  Derivatives are those of the full coordinates with G held:
+// already (expand_configuration, expand_tangent).  G^T M G is factored as it is: unlike articulated inertias that loses
+// digits where it is badly conditioned (inertia_condition.h).  Derivatives are those of the full coordinates with G held:
 // their columns times G are derivatives by w.  docs/math.md (J.16).
 #pragma once
 

@@ -67,9 +67,17 @@ std::vector<Dof> joint_dofs(const Joint<T>& joint, int index) {
 
 namespace detail {
 
+// The same direction, of moderate length (lie.h).
+template <class T>
+std::pair<T, T> moderate_pair(const T& c, const T& s) {
+  const T factor = moderation(T(c * c + s * s));
+  return {c * factor, s * factor};
+}
+
 // Unit (cos, sin) of a pair of any length but zero.
 template <class T>
-std::pair<T, T> direction(const T& c, const T& s) {
+std::pair<T, T> direction(const T& of_any_length_c, const T& of_any_length_s) {
+  const auto [c, s] = moderate_pair<T>(of_any_length_c, of_any_length_s);
   const T scale = T(1) / sqrt(c * c + s * s);
   return {c * scale, s * scale};
 }
@@ -87,14 +95,16 @@ void turn(const VectorRef<T>& q, int i, const T& angle, VectorX<T>& q_next) {
 // The angle from the pair at q0[i] to that at q1[i].
 template <class T>
 T angle_between(const VectorRef<T>& q0, const VectorRef<T>& q1, int i) {
-  const T c = q0[i] * q1[i] + q0[i + 1] * q1[i + 1], s = q0[i] * q1[i + 1] - q0[i + 1] * q1[i];
-  return atan2(s, c);
+  const auto [c0, s0] = moderate_pair<T>(q0[i], q0[i + 1]);
+  const auto [c1, s1] = moderate_pair<T>(q1[i], q1[i + 1]);
+  return atan2(T(c0 * s1 - s0 * c1), T(c0 * c1 + s0 * s1));
 }
 
 // The rotation vector from the quaternion at q0[i] to that at q1[i].
 template <class T>
 Vector3<T> rotation_between(const VectorRef<T>& q0, const VectorRef<T>& q1, int i) {
-  const Vector4<T> u0 = q0.template segment<4>(i), u1 = q1.template segment<4>(i);
+  const Vector4<T> u0 = moderate(Vector4<T>(q0.template segment<4>(i))),
+                   u1 = moderate(Vector4<T>(q1.template segment<4>(i)));
   return log(quaternion_product(conjugate(u0), u1));
 }
 

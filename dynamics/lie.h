@@ -15,13 +15,16 @@
 //                      adjoint [W V; 0 W] is W + e V with e^2 = 0
 // They hold from 0 (where they are exact, with exact first and second derivatives) to 2 pi.
 //
-// Quaternions are stored (x y z w).  They need not have unit length: every function divides by the norm on
-// entry, so all routes see the same rotation; q and -q give bit-equal results.  log returns an angle
-// in [0, pi].
+// Quaternions are stored (x y z w).  They have any length but zero, from the smallest double to the largest: every
+// function divides by the norm on entry, so all routes see the same rotation; q and -q give bit-equal results.  log
+// returns an angle in [0, pi].
 #pragma once
 
 #include <dyntape/dynamics/spatial.h>
 #include <dyntape/dynamics/stumpff.h>
+
+#include <cmath>
+#include <type_traits>
 
 namespace dyntape::dynamics {
 
@@ -31,9 +34,30 @@ T squared_length(const Vector4<T>& q) {
   return (q[0] * q[0] + q[1] * q[1]) + (q[2] * q[2] + q[3] * q[3]);
 }
 
-// q a quaternion (x y z w), of any length but zero.
+// What brings a vector of squared length z to where squares of its entries neither overflow nor lose digits: a power of two
+// where the length is above 2^384 or below 2^-384 (floats: 48), and one, which changes no bit, between.  Scalars without
+// an order, like complex ones, are taken as they are.
 template <class T>
-Matrix3<T> rotation(const Vector4<T>& q) {
+T moderation(const T& z) {
+  if constexpr (requires { z < z; }) {
+    constexpr int kExponents = std::is_same_v<T, float> ? 128 : 1024, kFar = kExponents * 3 / 4;
+    const T large(std::ldexp(1.0, kFar)), little(std::ldexp(1.0, -kFar));
+    return select(large < z, little, select(z < little, large, T(1)));
+  } else {
+    return T(1);
+  }
+}
+
+// The same direction, of moderate length.
+template <class T>
+Vector4<T> moderate(const Vector4<T>& q) {
+  return q * moderation(squared_length(q));
+}
+
+// A quaternion (x y z w), of any length but zero.
+template <class T>
+Matrix3<T> rotation(const Vector4<T>& of_any_length) {
+  const Vector4<T> q = moderate(of_any_length);
   const T s = T(2) / squared_length(q);
   const T x = q[0] * s, y = q[1] * s, z = q[2] * s;
   const T xx = x * q[0], yy = y * q[1], zz = z * q[2];
@@ -59,7 +83,8 @@ Vector4<T> conjugate(const Vector4<T>& q) {
 }
 
 template <class T>
-Vector4<T> normalized(const Vector4<T>& q) {
+Vector4<T> normalized(const Vector4<T>& of_any_length) {
+  const Vector4<T> q = moderate(of_any_length);
   return q * T(T(1) / sqrt(squared_length(q)));
 }
 
@@ -102,7 +127,8 @@ Matrix3<T> exp(const Vector3<T>& w) {
 // non-zero entry of v positive) and n = |q|:  4 atan(|v| / (n + w)) / |v| v, smooth up to and including half
 // a turn.
 template <class T>
-Vector3<T> log(const Vector4<T>& q) {
+Vector3<T> log(const Vector4<T>& of_any_length) {
+  const Vector4<T> q = moderate(of_any_length);
   const T one = T(1), minus = T(-1), zero = T(0);
   const auto sign = [&](const T& x, const T& of_zero) {
     return select(x < zero, minus, select(x > zero, one, of_zero));

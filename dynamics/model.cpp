@@ -32,7 +32,7 @@ void check_new_joint(const std::string& name, JointType type, const Eigen::Vecto
 }
 
 void check_universal(const std::string& name, const Eigen::Vector3d& axis_1, const Eigen::Vector3d& axis_2) {
-  if (axis_1.cross(axis_2).norm() > 1e-6 * axis_1.norm() * axis_2.norm()) return;
+  if (axis_1.stableNormalized().cross(axis_2.stableNormalized()).norm() > 1e-6) return;
   throw ArgumentError("add_universal: the axes of joint \"" + name +
                       "\" are parallel, so that it has one degree of freedom; expected two directions");
 }

@@ -21,9 +21,11 @@ Placement<double> placement_at(const Joint<double>& joint, const Eigen::VectorXd
   if (!q.allFinite())
     throw ArgumentError("lock_joints: q of joint \"" + joint.name + "\" is not finite, expected a number");
   const auto check_quaternion = [&](int at) {
-    check_unit(joint.name, "quaternion", q.segment<4>(at).norm());
+    check_unit(joint.name, "quaternion", q.segment<4>(at).stableNorm());
   };
-  const auto check_pair = [&](int at) { check_unit(joint.name, "(cos, sin)", q.segment<2>(at).norm()); };
+  const auto check_pair = [&](int at) {
+    check_unit(joint.name, "(cos, sin)", q.segment<2>(at).stableNorm());
+  };
   if (joint.type == JointType::kContinuous) check_pair(0);
   if (joint.type == JointType::kPlanar) check_pair(2);
   if (joint.type == JointType::kSpherical) check_quaternion(0);

@@ -15,6 +15,8 @@
 #include <Eigen/Geometry>
 #include <concepts>
 
+#include <dyntape/autodiff/eigen_layout.h>
+
 // The algebra of three and six entries is worth its place in every loop; left to itself the compiler makes
 // calls of it, which cost twice the time.  Sanitizers and debuggers get the calls: they compile sooner.
 #if defined(__OPTIMIZE__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

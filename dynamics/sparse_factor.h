@@ -10,7 +10,8 @@
 // L (nv x nv) is unit lower triangular with entries where M has them: (i, j) for j on the path from i to its root.
 // It is found from the last dof to the first (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, 6.5): the
 // branches of a tree do not see each other, where a factorisation from the first dof would join them at the base.
-// O(nv d^2) for paths of d dofs; no branch on a value, no root.  M has to be positive definite.
+// O(nv d^2) for paths of d dofs; no branch on a value, no root.  M has to be positive definite; the result
+// loses as many digits as inertia_condition.h says.
 #pragma once
 
 #include <dyntape/dynamics/data.h>

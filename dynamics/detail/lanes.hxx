@@ -11,6 +11,7 @@
 // at `end` and behind it alone.
 #pragma once
 
+#include <dyntape/autodiff/processor.h>
 #include <dyntape/dynamics/small.h>
 
 #include <cstddef>
@@ -29,6 +30,8 @@ template <class T>
 constexpr std::ptrdiff_t whole_lanes(std::ptrdiff_t n) {
   return (n + kLanes<T> - 1) / kLanes<T> * kLanes<T>;
 }
+
+inline namespace DYNTAPE_VECTORS {
 
 template <class T, bool = (kLanes<T> > 1)>
 struct Lanes {
@@ -62,6 +65,8 @@ struct FirstLanes : Lanes<T> {
   void store(T* x, const Vector& v) const { Lanes<T>::store(x, here ? v : Vector(this->load(x))); }
   typename Lanes<T>::Indices here;
 };
+
+}  // namespace DYNTAPE_VECTORS
 
 template <class T>
 class LaneArray {

@@ -59,6 +59,37 @@ void check_attributes(const UrdfText& text, const XMLElement& element) {
 }
 
 // tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
+// The length in bytes of the character of UTF-8 that begins there, 0 if none does.
+size_t utf8_length(const unsigned char* c) {
+  const size_t n = c[0] < 0x80   ? 1
+                   : c[0] < 0xC2 ? 0
+                   : c[0] < 0xE0 ? 2
+                   : c[0] < 0xF0 ? 3
+                   : c[0] < 0xF5 ? 4
+                                 : 0;
+  for (size_t i = 1; i < n; ++i)
+    if ((c[i] & 0xC0) != 0x80) return 0;
+  return n;
+}
+
+bool is_utf8(const char* text) {
+  const auto* c = reinterpret_cast<const unsigned char*>(text);
+  while (*c) {
+    const size_t n = utf8_length(c);
+    if (n == 0) return false;
+    c += n;
+  }
+  return true;
+}
+
+void check_encoding(const UrdfText& text, const XMLElement& element) {
+  const char* name = element.Attribute("name");
+  if (!name || is_utf8(name)) return;
+  text.fail(element, std::string("a <") + element.Name() +
+                         "> has a name that is not UTF-8; expected a file in UTF-8 "
+                         "(from Latin-1: iconv -f latin1 -t utf-8)");
+}
+
 void check_numbers_below(const UrdfText& text, const XMLElement& element) {
   check_attributes(text, element);
   for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
@@ -146,9 +177,16 @@ void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia,
   }
 }
 
+void check_urdf_encoding(const UrdfText& text) {
+  check_encoding(text, text.robot());
+  for (const char* tag : {"link", "joint"})
+    for (const XMLElement* element : text.children(tag)) check_encoding(text, *element);
+}
+
 std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysical_inertia,
                                     bool follow_mimics) {
   std::vector<std::string> notes;
+  check_urdf_encoding(text);
   check_urdf_names(text);
   check_urdf_numbers(text);
   check_urdf_tree(text);

@@ -5,7 +5,7 @@
 //   std::vector<std::string> notes = check_urdf(text);   // FileError "file:line: sentence" on the first fault
 //
 // Faults (errors)
-//   names missing or used twice; unknown parent or child; a link with two parents; two roots;
+//   names missing, used twice or not UTF-8; unknown parent or child; a link with two parents; two roots;
 //   a loop; joint types other than revolute, continuous, prismatic, planar and fixed; a zero axis; limits
 //   missing, negative (velocity, effort) or reversed (lower > upper); numbers that are not finite numbers; a
 //   mass below zero; an inertia tensor with a principal moment below zero by more than rounding: 1e-9 of its
@@ -31,6 +31,7 @@ std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysica
                                     bool follow_mimics = false);
 
 // The parts, in the order in which check_urdf calls them.
+void check_urdf_encoding(const UrdfText& text);
 void check_urdf_names(const UrdfText& text);
 void check_urdf_numbers(const UrdfText& text);
 void check_urdf_tree(const UrdfText& text);

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/dynamics/urdf.h>
 
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
-
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/model_operations.h>
 #include <dyntape/dynamics/urdf/check.h>
 #include <dyntape/dynamics/urdf/dom.h>
@@ -22,7 +18,7 @@ constexpr const char* kRootJoint = "root_joint";
 
 void check_options(const UrdfOptions& options) {
   if (!(options.snap >= 0 && options.snap <= 0.01))
-    throw ArgumentError("load_urdf: snap is " + digits(options.snap) + " rad, expected 0 to 0.01");
+    throw ArgumentError("snap is " + digits(options.snap) + " rad; expected an angle of 0 to 0.01");
 }
 
 Eigen::Vector3d to_eigen(const urdf::Vector3& v) { return {v.x, v.y, v.z}; }
@@ -201,14 +197,6 @@ void check_mimics(const UrdfText& text, const UrdfRobot& robot) {
     text.fail(*text.find_joint(fault->joint)->FirstChildElement("mimic"), fault->sentence);
 }
 
-std::string contents_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw FileError(path + ": cannot be opened: " + std::strerror(errno));
-  std::string contents(std::istreambuf_iterator<char>(file), {});
-  if (file.bad()) throw FileError(path + ": cannot be read; expected a URDF text file");
-  return contents;
-}
-
 }  // namespace
 
 UrdfRobot read_urdf_text(const std::string& text, const std::string& file, const UrdfOptions& options) {
@@ -226,7 +214,7 @@ UrdfRobot read_urdf_text(const std::string& text, const std::string& file, const
 }
 
 UrdfRobot read_urdf(const std::string& path, const UrdfOptions& options) {
-  return read_urdf_text(contents_of(path), path, options);
+  return read_urdf_text(read_file(path), path, options);
 }
 
 Model<double> load_urdf(const std::string& path, const UrdfOptions& options) {

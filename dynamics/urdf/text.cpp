@@ -39,13 +39,6 @@ std::string read_number(std::string_view word, double& value) {
   return "";
 }
 
-// Names and attributes are quoted as they stand, and may hold line breaks.
-std::string one_line(std::string sentence) {
-  for (char& c : sentence)
-    if (static_cast<unsigned char>(c) < ' ') c = ' ';
-  return sentence;
-}
-
 std::string xml_problem(const tinyxml2::XMLDocument& document) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
@@ -92,7 +85,7 @@ std::string UrdfText::where(const XMLElement& element) const {
 }
 
 void UrdfText::fail(const XMLElement& element, const std::string& sentence) const {
-  throw FileError(where(element) + one_line(sentence));
+  throw FileError(where(element) + sentence);
 }
 
 std::optional<double> UrdfText::number(const XMLElement& element, const char* attribute) const {

@@ -148,6 +148,8 @@ TEST(UrdfFaults, WholeFiles) {
             "t.urdf:1: the root element is <sdf>; expected <robot>, a URDF file");
   EXPECT_EQ(error_of("<robot name='r'/>"), "t.urdf:1: robot \"r\" has no <link>; expected at least one");
   EXPECT_EQ(error_of(std::string("<robot\0", 7)).substr(0, 30), "t.urdf: contains a zero byte; ");
+  EXPECT_EQ(error_of(with_line(2, "<link name='b\xe9'/>")).substr(0, 55),
+            "t.urdf:2: a <link> has a name that is not UTF-8; expect");
   std::string deep;
   for (int i = 0; i < 100000; ++i) deep += "<a>";
   EXPECT_EQ(error_of(deep).substr(0, 8), "t.urdf:1");
