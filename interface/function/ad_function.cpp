@@ -60,21 +60,26 @@ std::vector<std::string> AdFunction::defaultCompileFlags() {
 
 AdFunction::AdFunction(ad_parameterized_function_t function, std::size_t variableDim,
                        std::size_t parameterDim, std::string modelName, std::string folderName,
-                       std::vector<std::string> compileFlags)
+                       std::vector<std::string> compileFlags, const char* file, int line)
     : AdFunction(std::move(function), variableDim, parameterDim,
-                 settings_of(std::move(modelName), std::move(folderName), std::move(compileFlags))) {}
+                 settings_of(std::move(modelName), std::move(folderName), std::move(compileFlags)), file,
+                 line) {}
 
 AdFunction::AdFunction(ad_function_t function, std::size_t variableDim, std::string modelName,
-                       std::string folderName, std::vector<std::string> compileFlags)
+                       std::string folderName, std::vector<std::string> compileFlags, const char* file,
+                       int line)
     : AdFunction(without_parameters(std::move(function)), variableDim, 0,
-                 settings_of(std::move(modelName), std::move(folderName), std::move(compileFlags))) {}
+                 settings_of(std::move(modelName), std::move(folderName), std::move(compileFlags)), file,
+                 line) {}
 
 AdFunction::AdFunction(ad_parameterized_function_t function, std::size_t variableDim,
-                       std::size_t parameterDim, AdFunctionSettings settings)
+                       std::size_t parameterDim, AdFunctionSettings settings, const char* file, int line)
     : function_(std::move(function)),
       variable_dim_(variableDim),
       parameter_dim_(parameterDim),
-      settings_(std::move(settings)) {
+      settings_(std::move(settings)),
+      file_(file),
+      line_(line) {
   if (!function_) throw ArgumentError("AdFunction \"" + settings_.name + "\" is given no function");
 }
 
@@ -89,7 +94,7 @@ Function AdFunction::record_function() const {
         function_(x, p, y);
         return y;
       },
-      options);
+      options, file_, line_);
 }
 
 CodegenOptions AdFunction::options(Order order) const {

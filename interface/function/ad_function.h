@@ -80,13 +80,16 @@ class AdFunction {
   // OCS2's defaults.  All but -ffast-math reach the compiler; that one is left out, said once.
   static std::vector<std::string> defaultCompileFlags();
 
+  // Errors of the recording name the line that makes the object.
   AdFunction(ad_parameterized_function_t function, std::size_t variableDim, std::size_t parameterDim,
              std::string modelName, std::string folderName = "",
-             std::vector<std::string> compileFlags = defaultCompileFlags());
+             std::vector<std::string> compileFlags = defaultCompileFlags(),
+             const char* file = __builtin_FILE(), int line = __builtin_LINE());
   AdFunction(ad_function_t function, std::size_t variableDim, std::string modelName,
-             std::string folderName = "", std::vector<std::string> compileFlags = defaultCompileFlags());
+             std::string folderName = "", std::vector<std::string> compileFlags = defaultCompileFlags(),
+             const char* file = __builtin_FILE(), int line = __builtin_LINE());
   AdFunction(ad_parameterized_function_t function, std::size_t variableDim, std::size_t parameterDim,
-             AdFunctionSettings settings);
+             AdFunctionSettings settings, const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
   // --- making the model ---
   // Records, then takes the library from the cache or builds it.  If anything throws, the object keeps the
@@ -155,6 +158,8 @@ class AdFunction {
   ad_parameterized_function_t function_;
   std::size_t variable_dim_, parameter_dim_;
   AdFunctionSettings settings_;
+  const char* file_;  // where it is made
+  int line_;
   std::shared_ptr<const Model> model_;
 };
 

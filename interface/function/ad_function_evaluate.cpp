@@ -113,6 +113,18 @@ void run_hessian(const Call& call, const detail::SharedFunction& shared, detail:
   check_finite(call, f, Order::kSecond, room.hessian.data(), pattern.nnz(), place_in(pattern));
 }
 
+// Products of finite values may overflow.
+void check_blocks(const Call& call, const CompiledFunction& f,
+                  const ScalarFunctionQuadraticApproximation& a) {
+  const auto check = [&](const char* block, const double* values, Eigen::Index size) {
+    check_finite(call, f, Order::kFirst, values, static_cast<std::size_t>(size),
+                 [&](std::size_t k) { return block + ("[" + std::to_string(k)) + "]"; });
+  };
+  check("f", &a.f, 1);
+  check("dfdx", a.dfdx.data(), a.dfdx.size());
+  check("dfdxx", a.dfdxx.data(), a.dfdxx.size());
+}
+
 Eigen::SparseMatrix<double> sparse(const Pattern& pattern, const std::vector<double>& values,
                                    bool symmetric) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -165,7 +177,8 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
   check_inputs(kAsked, x, p);
   const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
-  run_jacobian({kAsked, name(), settings_.checkFinite, x, p}, m.shared, y.data(), *room);
+  const Call call{kAsked, name(), settings_.checkFinite, x, p};
+  run_jacobian(call, m.shared, y.data(), *room);
 
   const auto n = static_cast<Eigen::Index>(variable_dim_);
   ScalarFunctionQuadraticApproximation result;
@@ -182,6 +195,7 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
     }
   }
   result.dfdxx.triangularView<Eigen::StrictlyUpper>() = result.dfdxx.transpose();
+  check_blocks(call, m.compiled(), result);
   return result;
 }
 

@@ -21,6 +21,8 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/eigen_layout.h>
+
 namespace dyntape {
 
 using scalar_t = double;

@@ -116,7 +116,7 @@ std::vector<double> Design::nominal() const {
 }
 
 Function record_design(const Model<double>& model, const Design& design, std::size_t n_state,
-                       const RobotProgram& program, DesignAs as) {
+                       const RobotProgram& program, DesignAs as, const char* file, int line) {
   const bool variables = as == DesignAs::kVariables;
   RecordOptions options;
   (variables ? options.variables : options.parameters) = design.nominal();
@@ -127,7 +127,7 @@ Function record_design(const Model<double>& model, const Design& design, std::si
       [&](const VectorXad& x, const VectorXad& p) {
         return program(design.apply<AD>(variables ? x : p), variables ? p : x);
       },
-      options);
+      options, file, line);
 }
 
 }  // namespace dyntape

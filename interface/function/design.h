@@ -97,6 +97,7 @@ enum class DesignAs { kVariables, kParameters };
 using RobotProgram = std::function<VectorXad(const dynamics::Model<AD>& robot, const VectorXad& state)>;
 
 Function record_design(const dynamics::Model<double>& model, const Design& design, std::size_t n_state,
-                       const RobotProgram& program, DesignAs as = DesignAs::kVariables);
+                       const RobotProgram& program, DesignAs as = DesignAs::kVariables,
+                       const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
 }  // namespace dyntape

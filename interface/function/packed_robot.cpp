@@ -9,12 +9,13 @@
 #include <dyntape/autodiff/pack_eigen.h>
 #include <dyntape/autodiff/pack_lanes.h>
 #include <dyntape/dynamics/check_forward_dynamics.h>
+#include <dyntape/interface/function/condition_note.h>
 #include <dyntape/interface/function/robot_rows.h>
 
 namespace dyntape {
 namespace {
 
-#if defined(__AVX512F__)
+#if defined(DYNTAPE_HAS_AVX512F)
 constexpr int kBestLanes = 8;
 #else
 constexpr int kBestLanes = 4;
@@ -53,6 +54,7 @@ struct PackedRobot::Lanes final : Path {
 
 PackedRobot::PackedRobot(const dynamics::Model<double>& model, const RobotFunction& function, int lanes) {
   if (is_forward(function)) dynamics::check_forward_dynamics(model);
+  detail::note_condition(model, function);
   if (lanes == 0) lanes = kBestLanes;
   if (lanes == 8) {
     path_ = std::make_unique<Lanes<Pack8>>(model, function);

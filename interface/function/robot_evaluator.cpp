@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/interpret.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/check_forward_dynamics.h>
+#include <dyntape/interface/function/condition_note.h>
 #include <dyntape/interface/function/robot_differences.h>
 #include <dyntape/interface/function/robot_rows.h>
 
@@ -66,6 +67,7 @@ RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, const Robot
                         "\" exists for derivatives only");
   }
   if (is_forward(function)) dynamics::check_forward_dynamics(model);
+  detail::note_condition(model, function);
   Path& path = *path_;
   path.plain.emplace(path.model, function);
   path.n_in = path.plain->n_in();

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
 #include <dyntape/dynamics/configuration.h>
+#include <dyntape/interface/function/condition_note.h>
 #include <dyntape/interface/function/factored_dynamics.h>
 #include <dyntape/interface/function/minverse_product.h>
 #include <dyntape/interface/function/robot_rows.h>
@@ -151,6 +152,7 @@ Eigen::VectorXd evaluate_analytic(const Model<double>& model, const RobotFunctio
 
 Function record_robot_function(const Model<double>& model, const RobotFunction& function,
                                RobotSource source) {
+  detail::note_condition(model, function);
   if (source == RobotSource::kDifferentiated && is_derivative(function)) {
     return named(record_differentiated(model, function), model, function);
   }

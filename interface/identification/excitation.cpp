@@ -63,7 +63,6 @@ Excitation optimal_excitation(const Model<double>& model, const BaseParameters& 
   const NlpSolution solution =
       solve_with_ipopt(problem, ExcitationProblem::flat(best),
                        {.tolerance = 1e-4,
-                        .limited_memory = true,
                         .max_iterations = options.max_iterations,
                         .extra = {{"jac_c_constant", "yes"}, {"jac_d_constant", "yes"}}});
   result.status = solution.status;

@@ -128,6 +128,7 @@ void ExcitationProblem::make_shape() {
   shape_.x_upper.assign(n, std::numeric_limits<double>::infinity());
   shape_.jacobian = pattern_from_rows(columns, n);
   shape_.hessian.rows = shape_.hessian.cols = n;
+  shape_.hessian_kind = HessianKind::kLimitedMemory;
 }
 
 // The regressor at these coefficients, its factor and the criterion; nothing where they are the last ones.

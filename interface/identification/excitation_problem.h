@@ -4,7 +4,7 @@
 //
 //   ExcitationProblem problem(arm, base, options);
 //   problem.look_at(random_series(arm, options, 1));      // problem.value(), condition(), log_det()
-//   solve_with_ipopt(problem, problem.flat(series), {.limited_memory = true});
+//   solve_with_ipopt(problem, problem.flat(series));
 #pragma once
 
 #include <Eigen/SVD>

@@ -16,6 +16,8 @@
 
 #include <Eigen/Core>
 
+#include <dyntape/autodiff/eigen_layout.h>
+
 namespace dyntape {
 
 struct FourierSeries {

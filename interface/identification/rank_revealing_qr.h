@@ -15,6 +15,8 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include <dyntape/autodiff/eigen_layout.h>
+
 namespace dyntape {
 
 struct ColumnSpace {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
@@ -72,12 +73,12 @@ class CsvReader {
 
   void read_header(const std::vector<Entry>& entries) {
     std::vector<std::string> names;
+    std::unordered_set<std::string> met;
     for (const Entry& entry : entries) {
       std::string name = unquoted(entry);
       const int number = static_cast<int>(names.size()) + 1;
       if (name.empty()) fail(entry.column, "column " + std::to_string(number) + " has no name");
-      const bool repeated = std::find(names.begin(), names.end(), name) != names.end();
-      if (repeated) fail(entry.column, "two columns are named '" + name + "'");
+      if (!met.insert(name).second) fail(entry.column, "two columns are named '" + name + "'");
       names.push_back(std::move(name));
     }
     if (std::all_of(names.begin(), names.end(),
@@ -142,18 +143,14 @@ CsvTable::CsvTable(std::vector<std::string> names) : names_(std::move(names)) {
   for (const std::string& name : names_) {
     const bool bad = name.empty() || name.find_first_of("\r\n") != std::string::npos;
     if (bad) throw ArgumentError("CsvTable: a column name must be one line of text, got '" + name + "'");
-    const bool repeated = std::count(names_.begin(), names_.end(), name) > 1;
+    const bool repeated = !places_.emplace(name, static_cast<int>(places_.size())).second;
     if (repeated) throw ArgumentError("CsvTable: two columns are named '" + name + "'");
   }
 }
 
-bool CsvTable::has(const std::string& name) const {
-  return std::find(names_.begin(), names_.end(), name) != names_.end();
-}
-
 int CsvTable::index(const std::string& name) const {
-  const auto found = std::find(names_.begin(), names_.end(), name);
-  if (found != names_.end()) return static_cast<int>(found - names_.begin());
+  const auto found = places_.find(name);
+  if (found != places_.end()) return found->second;
   throw ArgumentError("CsvTable: there is no column '" + name + "'" + suggestion(name, names_));
 }
 

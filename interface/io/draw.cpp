@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/file.h>
@@ -57,8 +59,7 @@ int run(const std::string& program, const std::string& script, const std::string
 }  // namespace
 
 void draw(const Plot& plot, const std::string& path, const std::string& gnuplot) {
-  const std::filesystem::path target(path);
-  const std::string extension = target.extension().string();
+  const std::string extension = std::filesystem::path(path).extension().string();
   if (extension != ".svg" && extension != ".png") {
     throw ArgumentError("draw: the picture '" + path + "' must end in .svg or .png");
   }
@@ -73,8 +74,8 @@ void draw(const Plot& plot, const std::string& path, const std::string& gnuplot)
     throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " + std::to_string(status) +
                     "): " + said);
   }
-  std::filesystem::rename(picture.path, target, error);
-  if (error) throw FileError(path + ": cannot put the picture in place: " + error.message());
+  std::ifstream file(picture.path, std::ios::binary);
+  write_file_atomically(path, std::string(std::istreambuf_iterator<char>(file), {}));
 }
 
 }  // namespace dyntape::io

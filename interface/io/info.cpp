@@ -78,12 +78,10 @@ void throw_if_any(std::vector<Problem> problems) {
     }
     return std::tie(a.where.line, a.where.column) < std::tie(b.where.line, b.where.column);
   });
-  std::string text;
-  for (const Problem& problem : problems) {
-    if (!text.empty()) text += '\n';
-    text += to_string(problem.where) + ": " + problem.message;
-  }
-  throw FileError(text);
+  std::vector<std::string> sentences;
+  for (const Problem& problem : problems)
+    sentences.push_back(to_string(problem.where) + ": " + problem.message);
+  throw FileError(sentences);
 }
 
 }  // namespace dyntape::io

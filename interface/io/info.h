@@ -18,8 +18,9 @@
 //   - a byte order mark is skipped, where Boost makes it a part of the first key;
 //   - blocks deeper than kMaxDepth are an error, where Boost overflows the stack;
 //   - a file named by #include is looked for beside the including file first, then where Boost looks:
-//   relative to
-//     the working directory.
+//     relative to the working directory;
+//   - more than kMaxIncludes #include lines, or kMaxIncluded bytes that they bring in, are an error: two lines in
+//     each of 31 files stand for two thousand million.
 // Besides, Mode::kStrict rejects what Boost accepts by accident: a second key on the line of another (which
 // is how
 // `//` comments and `=` signs look to this format), a value that is a brace glued to a word, an unfinished
@@ -28,6 +29,7 @@
 // Errors.  FileError, one line `file:line:column: message` for each problem found.
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -36,6 +38,8 @@
 namespace dyntape::io {
 
 inline constexpr int kMaxDepth = 100;  // blocks within blocks, and files within files
+inline constexpr std::size_t kMaxIncludes = 1000;
+inline constexpr std::size_t kMaxIncluded = std::size_t{64} << 20;
 
 enum class Mode {
   kStrict,   // for our own files: whatever looks like a mistake is one

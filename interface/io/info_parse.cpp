@@ -23,6 +23,8 @@ struct Scan {
   std::vector<Problem> problems;
   std::list<InfoNode> dropped;  // blocks that belong to no key, kept only to go on reading
   bool stopped = false;         // nothing sensible can follow
+  std::size_t includes = 0;     // lines so far
+  std::size_t included = 0;     // bytes that they brought in
 };
 
 struct OpenBlock {
@@ -221,8 +223,17 @@ class TreeBuilder {
     }
     const std::optional<std::string> found = locate(path);
     if (!found) return problem(offset, "cannot open the included file '" + path + "'");
+    const std::string text = read_file(*found);
+    scan_.included += text.size();
+    if (++scan_.includes > kMaxIncludes || scan_.included > kMaxIncluded) {
+      problem(offset, "#include lines bring in more than " + std::to_string(kMaxIncludes) + " files or " +
+                          std::to_string(kMaxIncluded >> 20) +
+                          " MiB; do files include each other many times?");
+      scan_.stopped = true;
+      return;
+    }
     const int depth = depth_ + static_cast<int>(blocks_.size()) - 1;
-    TreeBuilder(scan_, *blocks_.back().node, *found, depth, includes_ + 1).read(read_file(*found));
+    TreeBuilder(scan_, *blocks_.back().node, *found, depth, includes_ + 1).read(text);
   }
 
   std::optional<std::string> locate(const std::string& path) const {
@@ -254,7 +265,7 @@ class TreeBuilder {
 }  // namespace
 
 InfoScan scan_info(std::string_view text, const std::string& file_name, Mode mode) {
-  Scan scan{mode, {}, {}, false};
+  Scan scan{.mode = mode, .problems = {}, .dropped = {}};
   InfoScan result;
   result.root.where = {std::make_shared<const std::string>(file_name), 0, 0};
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);

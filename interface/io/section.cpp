@@ -39,7 +39,8 @@ InfoNode answer_node(const std::string& key, std::string value, const InfoNode* 
 
 Section Section::parse(std::string_view text, const std::string& file_name, Mode mode) {
   InfoScan scan = scan_info(text, file_name, mode);
-  auto reading = std::make_shared<Reading>(Reading{std::move(scan.root), mode, std::move(scan.problems), {}});
+  auto reading =
+      std::make_shared<Reading>(Reading{std::move(scan.root), mode, std::move(scan.problems), {}, {}, {}});
   reading->top.push_back({&reading->root, "", reading->root.where});
   State* top = &reading->top.front();
   return Section(std::move(reading), top);
@@ -60,10 +61,9 @@ Where Section::where(const std::string& key) const {
 }
 
 void Section::note(const Where& where, std::string message) {
-  for (const Problem& known : reading_->problems) {  // a question asked twice is one problem
-    if (known.message == message && to_string(known.where) == to_string(where)) return;
-  }
-  reading_->problems.push_back({where, std::move(message)});
+  const bool is_new = reading_->noted.insert(to_string(where) + ": " + message).second;
+  if (is_new)
+    reading_->problems.push_back({where, std::move(message)});  // a question asked twice is one problem
 }
 
 void Section::problem(const std::string& key, const std::string& message) { note(where(key), message); }
@@ -130,6 +130,7 @@ std::vector<Section> Section::all_children() {
 }
 
 void Section::finish() {
+  reading_->find_asked();
   if (strict()) check_unread();
   throw_if_any(reading_->problems);
 }
@@ -141,8 +142,7 @@ void Section::check_unread() {
   std::map<std::string, Where> first;
   for (const InfoNode& child : state_->node->children) {
     const auto [place, is_first] = first.emplace(child.key, child.where);
-    const auto& asked = state_->asked;
-    if (std::find(asked.begin(), asked.end(), child.key) == asked.end()) {
+    if (!state_->known.count(child.key)) {
       if (is_first) note(child.where, unknown(child.key));
     } else if (!is_first && !state_->repeatable.count(child.key)) {
       note(child.where,
@@ -160,15 +160,9 @@ std::string Section::unknown(const std::string& key) const {
 // The nearest key that was asked for here; failing that, another block where this very key was asked for.
 std::string Section::hint(const std::string& key) const {
   if (nearest_name(key, state_->asked).empty()) {
-    std::vector<const State*> open = {&reading_->top.front()};
-    while (!open.empty()) {
-      const State* state = open.back();
-      open.pop_back();
-      const bool here = std::find(state->asked.begin(), state->asked.end(), key) != state->asked.end();
-      if (here)
-        return "; it belongs " + (state->path.empty() ? "outside all blocks" : "in '" + state->path + "'");
-      for (const State& block : state->blocks) open.push_back(&block);
-    }
+    const auto other = reading_->asked_in.find(key);
+    if (other != reading_->asked_in.end())
+      return "; it belongs " + (other->second.empty() ? "outside all blocks" : "in '" + other->second + "'");
   }
   return suggestion(key, state_->asked);
 }
@@ -177,10 +171,11 @@ std::string Section::effective_values() const { return write_info(effective(*sta
 
 InfoNode Section::effective(const State& state) {
   InfoNode node;
+  auto next = state.blocks.begin();
   for (const Answer& answer : state.answers) {
     InfoNode child = answer.written;
-    if (answer.block >= 0) {
-      const State& block = *std::next(state.blocks.begin(), answer.block);
+    if (answer.is_block) {
+      const State& block = *next++;
       child = effective(block);
       child.key = answer.written.key;
       child.has_block = !block.node || block.node->has_block;

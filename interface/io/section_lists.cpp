@@ -3,6 +3,8 @@
 // Vectors, lists of names and matrices: blocks whose keys are indices.
 #include <algorithm>
 #include <set>
+#include <string_view>
+#include <unordered_map>
 
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/number.h>
@@ -44,6 +46,22 @@ const InfoNode* first_named(const InfoNode& node, const std::string& key) {
                                   [&](const InfoNode& child) { return child.key == key; });
   return found == node.children.end() ? nullptr : &*found;
 }
+
+// The children by key, the first where several have one.
+class ByKey {
+ public:
+  explicit ByKey(const InfoNode& node) {
+    for (const InfoNode& child : node.children) first_.emplace(child.key, &child);
+  }
+  // Null: there is none.
+  const InfoNode* operator[](const std::string& key) const {
+    const auto found = first_.find(key);
+    return found == first_.end() ? nullptr : found->second;
+  }
+
+ private:
+  std::unordered_map<std::string_view, const InfoNode*> first_;
+};
 
 std::string joined(const std::vector<double>& values) {
   std::string text;
@@ -135,14 +153,14 @@ std::vector<double> Section::list_in_one_value(const std::string& key, const Inf
 
 // The nodes [0], [1], ... up to the first that is absent.
 std::vector<const InfoNode*> Section::list_nodes(const std::string& key, const InfoNode& node) {
+  const ByKey by_key(node);
   std::vector<const InfoNode*> nodes;
-  while (const InfoNode* next = first_named(node, list_key(nodes.size()))) nodes.push_back(next);
+  while (const InfoNode* next = by_key[list_key(nodes.size())]) nodes.push_back(next);
   if (!strict()) return nodes;
+  const std::set<const InfoNode*> taken(nodes.begin(), nodes.end());
   for (const InfoNode& child : node.children) {
-    const auto place = std::find(nodes.begin(), nodes.end(), &child);
-    if (place != nodes.end()) continue;
-    const bool duplicate =
-        std::any_of(nodes.begin(), nodes.end(), [&](auto* n) { return n->key == child.key; });
+    if (taken.count(&child)) continue;
+    const bool duplicate = taken.count(by_key[child.key]) > 0;
     note(child.where, duplicate ? "duplicate entry '" + child.key + "' in '" + full(key) + "'"
                                 : "'" + child.key + "' is out of place in the list '" + full(key) +
                                       "', whose next entry would be '" + list_key(nodes.size()) + "'");
@@ -211,10 +229,11 @@ InfoMatrix Section::read_entries(const std::string& key, const InfoNode& node, i
                                  const Range& range) {
   const double scaling = factor(key, node, "scaling", 1), absent = factor(key, node, "default", 0);
   InfoMatrix matrix{rows, cols, std::vector<double>(static_cast<size_t>(rows * cols), scaling * absent)};
-  bool any = strict() && first_named(node, "default");
+  const ByKey by_key(node);
+  bool any = strict() && by_key["default"];
   for (int i = 0; i < rows; ++i) {
     for (int j = 0; j < cols; ++j) {
-      const InfoNode* entry = first_named(node, entry_key(i, j));
+      const InfoNode* entry = by_key[entry_key(i, j)];
       if (!entry) continue;
       std::string wrong;
       const std::optional<double> value = convert<double>(entry->value, range, reading_->mode, wrong);

@@ -4,8 +4,11 @@
 #pragma once
 
 #include <list>
+#include <map>
 #include <optional>
 #include <set>
+#include <unordered_map>
+#include <unordered_set>
 
 #include <dyntape/interface/io/section.h>
 
@@ -13,8 +16,8 @@ namespace dyntape::io {
 
 // A question and its answer, in the order asked.
 struct Answer {
-  InfoNode written;  // key, value and comment as effective_values prints them
-  int block = -1;    // index into State::blocks if the answer is a block
+  InfoNode written;       // key, value and comment as effective_values prints them
+  bool is_block = false;  // the next of State::blocks
 };
 
 struct Section::State {
@@ -22,40 +25,36 @@ struct Section::State {
   std::string path;
   Where where;
   std::vector<std::string> asked = {};
+  std::unordered_set<std::string> known = {};  // the same
   std::set<std::string> repeatable = {};
   bool all_asked = false;   // every child was handed out by all_children
   bool value_read = false;  // the block's own value was asked for
   std::vector<Answer> answers = {};
-  std::list<State> blocks = {};  // a list, since Sections point into it
+  std::unordered_map<std::string, std::size_t> places = {};  // of the answers that are no blocks, by key
+  std::list<State> blocks = {};                              // a list, since Sections point into it
+  std::map<std::pair<const InfoNode*, std::string>, State*> found =
+      {};  // by node, or by path if it is absent
 
   void remember(const std::string& key) {
-    for (const std::string& known : asked) {
-      if (known == key) return;
-    }
-    asked.push_back(key);
+    if (known.insert(key).second) asked.push_back(key);
   }
 
   // The answer is kept once however often the question is asked.
   void answer(InfoNode written) {
-    for (Answer& known : answers) {
-      if (known.block < 0 && known.written.key == written.key) {
-        known.written = std::move(written);
-        return;
-      }
-    }
-    answers.push_back({std::move(written), -1});
+    const auto [place, is_new] = places.emplace(written.key, answers.size());
+    if (is_new) answers.emplace_back();
+    answers[place->second].written = std::move(written);
   }
 
   State* block_of(const InfoNode* wanted, const std::string& key) {
-    for (State& block : blocks) {
-      if (wanted ? block.node == wanted : !block.node && block.path == path_of(key)) return &block;
-    }
+    State*& block = found[{wanted, wanted ? "" : path_of(key)}];
+    if (block) return block;
     const Where place = wanted ? wanted->where : where;
     blocks.push_back({wanted, path_of(key), place});
-    InfoNode written;
-    written.key = key;
-    answers.push_back({written, static_cast<int>(blocks.size()) - 1});
-    return &blocks.back();
+    answers.emplace_back();
+    answers.back().written.key = key;
+    answers.back().is_block = true;
+    return block = &blocks.back();
   }
 
   std::string path_of(const std::string& key) const { return path.empty() ? key : path + '.' + key; }
@@ -65,7 +64,20 @@ struct Section::Reading {
   InfoNode root;
   Mode mode;
   std::vector<Problem> problems;
-  std::list<State> top;  // one element
+  std::set<std::string> noted;                                 // by sections
+  std::list<State> top;                                        // one element
+  std::unordered_map<std::string, std::string> asked_in = {};  // paths of blocks, by keys that were asked for
+
+  void find_asked() {
+    asked_in.clear();
+    std::vector<const State*> open = {&top.front()};
+    while (!open.empty()) {
+      const State* state = open.back();
+      open.pop_back();
+      for (const std::string& key : state->asked) asked_in.emplace(key, state->path);
+      for (const State& block : state->blocks) open.push_back(&block);
+    }
+  }
 };
 
 // The value of a word, or empty with `wrong` saying why.

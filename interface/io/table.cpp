@@ -37,6 +37,7 @@ void TextTable::append(std::vector<std::string> row) {
     throw ArgumentError("TextTable: the row has " + std::to_string(row.size()) + " entries, the table " +
                         std::to_string(columns_.size()) + " columns");
   }
+  for (std::string& cell : row) cell = one_line(std::move(cell));
   rows_.push_back(std::move(row));
 }
 

@@ -125,7 +125,7 @@ void Collocation::collect_weights(double sigma, const double* lambda) {
 
 bool Collocation::hessian(const double* x, double sigma, const double* lambda, double* nonzeros) {
   std::fill(nonzeros, nonzeros + shape_.hessian.nnz(), 0.0);
-  if (kind_ != HessianKind::kExact) return gauss_newton(x, sigma, nonzeros);
+  if (shape_.hessian_kind != HessianKind::kExact) return gauss_newton(x, sigma, nonzeros);
   collect_weights(sigma, lambda);
   const std::size_t values = used_ * node_->n_y(), jacobians = used_ * node_->jacobian().nnz();
   const std::size_t hessians = used_ * node_->hessian().nnz();

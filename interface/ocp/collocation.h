@@ -19,8 +19,12 @@
 // Where the scheme leaves the last point unused (Euler), its controls and accelerations stay at the guess and
 // its path rows are left out.
 //
+// Magnitudes (collocation_magnitudes.cpp), one for each part of z, row of a point and the cost: how far the start
+// moves states, or what its end lacks; what changes them by as much within the duration; what rows and costs then
+// amount to.  A change of the units of mass, length or time changes them alike.
+//
 // Errors: ArgumentError for a problem that does not fit together, Gauss-Newton with a cost that is no sum of
-// squares.
+// squares, a mesh whose program outgrows the memory or what the solver can count (collocation_size.cpp).
 #pragma once
 
 #include <memory>
@@ -32,19 +36,18 @@
 
 namespace dyntape {
 
-enum class HessianKind {
-  kExact,          // of the Lagrangian
-  kGaussNewton,    // 2 Jr^T Jr of the least-squares costs; curvature of dynamics and constraints is dropped
-  kLimitedMemory,  // none: the solver approximates it
-};
-
 struct MeshOptions {
   Scheme scheme = hermite_simpson();
   int intervals = 40;
-  std::vector<double> nodes = {};  // (intervals + 1) node times from 0 to the duration; empty: evenly spaced
+  std::vector<double> nodes =
+      {};  // (intervals + 1) node times from 0 to the duration, which the last may miss
+           // by rounding; empty: evenly spaced
   HessianKind hessian = HessianKind::kExact;
   EvaluationOptions evaluation = {};
 };
+
+// Node times of a mesh: the last is the duration to the bit.  ArgumentError for what is no mesh.
+std::vector<double> node_times(const Problem& problem, const MeshOptions& options);
 
 class Collocation : public Nlp {
  public:
@@ -61,6 +64,7 @@ class Collocation : public Nlp {
   bool constraints(const double* x, double* g) override;
   bool jacobian(const double* x, double* nonzeros) override;
   bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override;
+  NlpMagnitudes magnitudes(const std::vector<double>& start) override;
   std::string variable_name(std::size_t i) const override;
   std::string constraint_name(std::size_t j) const override;
 
@@ -100,6 +104,8 @@ class Collocation : public Nlp {
   std::size_t end_row(std::size_t i) const { return path_row(used_, i); }
   double step(std::size_t interval) const { return t_[(interval + 1) * stride_] - t_[interval * stride_]; }
 
+  double numbers_of_interval() const;
+  void check_size() const;
   void place_points(const MeshOptions& options);
   void set_bounds();
   void lay_out_jacobian();
@@ -111,6 +117,9 @@ class Collocation : public Nlp {
   bool evaluate_values(const double* x);
   bool evaluate_first(const double* x);
   bool gauss_newton(const double* x, double sigma, double* nonzeros);
+  Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
+                                   const Eigen::MatrixXd& end_slopes) const;
+  double cost_magnitude(const std::vector<double>& start, const Eigen::VectorXd& z);
   const double* end_point(const double* x) const { return x + (points_ - 1) * n_z_; }
 
   Problem problem_;
@@ -120,7 +129,6 @@ class Collocation : public Nlp {
   std::size_t n_x_, n_z_, intervals_, stride_, rows_;  // stride: points from node to node
   std::size_t points_, used_;                          // used: points at which the stage is evaluated
   std::vector<double> t_, quadrature_;                 // (points) s; (used) sums of h gamma
-  HessianKind kind_;
   EvaluationOptions evaluation_;
 
   std::unique_ptr<PointFunction> node_, terminal_, squares_, terminal_squares_;

@@ -17,6 +17,8 @@ namespace {
 
 using Place = std::pair<std::size_t, std::size_t>;  // row, column
 
+constexpr double kNodeRounding = 1e-12;  // of the duration
+
 // Non-zeros of each row of a pattern: [first, last) of row i.
 std::vector<std::size_t> row_begins(const Pattern& pattern) {
   std::vector<std::size_t> begins(pattern.rows + 1, 0);
@@ -44,9 +46,15 @@ std::vector<std::size_t> number_places(const std::vector<Place>& places, Pattern
   return result;
 }
 
+std::size_t intervals_of(const MeshOptions& options) {
+  if (!options.nodes.empty()) return options.nodes.size() - 1;
+  return static_cast<std::size_t>(std::max(options.intervals, 0));
+}
+
 std::vector<double> even_nodes(double duration, int intervals) {
   std::vector<double> nodes;
-  for (int k = 0; k <= intervals; ++k) nodes.push_back(duration * k / intervals);
+  for (int k = 0; k < intervals; ++k) nodes.push_back(duration * k / intervals);
+  if (!nodes.empty()) nodes.push_back(duration);
   return nodes;
 }
 
@@ -58,6 +66,19 @@ RecordedStage timed_recording(const Problem& problem, double& seconds) {
 }
 
 }  // namespace
+
+// The last node is the duration itself: duration * k / k, or a sum of steps, may miss it by rounding.
+std::vector<double> node_times(const Problem& problem, const MeshOptions& options) {
+  const double end = problem.duration;
+  std::vector<double> nodes = options.nodes.empty() ? even_nodes(end, options.intervals) : options.nodes;
+  if (!nodes.empty() && std::abs(nodes.back() - end) <= kNodeRounding * end) nodes.back() = end;
+  const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
+  const bool increasing = std::adjacent_find(nodes.begin(), nodes.end(), not_later) == nodes.end();
+  if (nodes.size() >= 2 && increasing && nodes.front() == 0 && nodes.back() == end) return nodes;
+  throw ArgumentError(
+      "problem \"" + problem.name +
+      "\": a mesh needs at least one interval and increasing node times from 0 to the duration");
+}
 
 BuildReport Collocation::build() const {
   BuildReport report;
@@ -75,16 +96,20 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options)
       n_z_(n_x_ + static_cast<std::size_t>(problem.n_a() + problem.n_u())),
       stride_(static_cast<std::size_t>(scheme_.points()) - 1),
       rows_(static_cast<std::size_t>(scheme_.rows())),
-      kind_(options.hessian),
       evaluation_(options.evaluation) {
-  place_points(options);
-  const Order order = kind_ == HessianKind::kExact ? Order::kSecond : Order::kFirst;
+  intervals_ = intervals_of(options);
+  points_ = intervals_ * stride_ + 1;
+  used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
+  shape_.hessian_kind = options.hessian;
+  const Order order = options.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
   node_ = std::make_unique<PointFunction>(stage_.node, used_, order, evaluation_);
   terminal_ = std::make_unique<PointFunction>(stage_.terminal, 1, order, evaluation_);
+  check_size();
+  place_points(options);
   set_bounds();
   lay_out_jacobian();
   lay_out_gradient();
-  lay_out_hessian(kind_);
+  lay_out_hessian(options.hessian);
   x_values_.assign(shape_.n(), std::nan(""));
   x_first_ = x_values_;
   y_.resize(used_ * node_->n_y() + terminal_->n_y());
@@ -94,18 +119,7 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options)
 }
 
 void Collocation::place_points(const MeshOptions& options) {
-  const std::vector<double> nodes =
-      options.nodes.empty() ? even_nodes(problem_.duration, options.intervals) : options.nodes;
-  const bool increasing =
-      std::adjacent_find(nodes.begin(), nodes.end(), std::greater_equal<>()) == nodes.end();
-  if (nodes.size() < 2 || !increasing || nodes.front() != 0 || nodes.back() != problem_.duration) {
-    throw ArgumentError("problem \"" + problem_.name +
-                        "\": a mesh needs at least one interval and increasing " +
-                        "node times from 0 to the duration");
-  }
-  intervals_ = nodes.size() - 1;
-  points_ = intervals_ * stride_ + 1;
-  used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
+  const std::vector<double> nodes = node_times(problem_, options);
   t_.assign(points_, problem_.duration);
   quadrature_.assign(points_, 0.0);
   for (std::size_t k = 0; k < intervals_; ++k) {

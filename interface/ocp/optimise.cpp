@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
 
@@ -32,21 +33,23 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
   Solution solution;
   auto begin = std::chrono::steady_clock::now();
+  if (start.size() != nlp.shape().n()) {
+    throw ArgumentError("problem \"" + nlp.problem().name + "\": the start has " +
+                        std::to_string(start.size()) + " entries, the program has " +
+                        std::to_string(nlp.shape().n()) + " variables");
+  }
   nlp.check_finite(start);
   if (options.check_derivatives) {
-    // A Gauss-Newton Hessian is not that of the Lagrangian, by intention.
-    solution.derivatives =
-        check_derivatives(nlp, start, {.second_order = options.mesh.hessian == HessianKind::kExact});
+    solution.derivatives = check_derivatives(nlp, start);
     if (!solution.derivatives.good()) report(nlp.problem(), solution.derivatives);
   }
   solution.check_seconds = seconds_since(begin);
-  IpoptOptions solver = options.solver;
-  solver.limited_memory = solver.limited_memory || options.mesh.hessian == HessianKind::kLimitedMemory;
-  solution.nlp = solve_with_ipopt(nlp, start, solver);
+  solution.nlp = solve_with_ipopt(nlp, start, options.solver);
   begin = std::chrono::steady_clock::now();
   solution.motion = nlp.trajectory(solution.nlp.x);
-  solution.kkt = kkt_residuals(nlp, solution.nlp);
-  if (options.verify) solution.verification = verify(nlp.problem(), solution.motion);
+  ScaledNlp scaled(nlp, nlp.magnitudes(start));
+  solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
+  if (options.verify) solution.verification = verify(nlp.problem(), solution.motion, scaled.units());
   solution.verify_seconds = seconds_since(begin);
   return solution;
 }

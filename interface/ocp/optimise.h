@@ -9,7 +9,7 @@
 // everything is finite there, let Ipopt solve, compute the optimality conditions anew, verify the motion
 // (verify.h).
 //
-// Errors.  NumericalError: derivatives that are not those of the functions, with the first rows and variables
+// Errors.  ArgumentError: a start of the wrong size.  NumericalError: derivatives that are not those of the functions, with the first rows and variables
 // by name; functions that are not finite at the start.  How the solve ended is no error but a status.
 #pragma once
 
@@ -31,7 +31,7 @@ struct Solution {
   NlpSolution nlp;
   Trajectory motion;
   DerivativeCheck derivatives;
-  KktResiduals kkt;
+  KktResiduals kkt;  // relative to the program's magnitudes
   Verification verification;
   double build_seconds = 0, check_seconds = 0, verify_seconds = 0;  // the solve's: nlp.times
 
@@ -41,7 +41,8 @@ struct Solution {
 
 Solution optimise(const Problem& problem, const OptimiseOptions& options = {});
 
-// The same on a program that exists already, from any start (a warm one, say).
+// The same on a program that exists already, from any start (a warm one, say).  The program's own mesh and kind of
+// Hessian hold; options.mesh is not read.
 Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options);
 
 }  // namespace dyntape

@@ -103,7 +103,7 @@ Function record_part(const Problem& problem, const std::string& name, double t, 
         fill(parts, stage_from<AD>(problem, p[0], z));
         return parts.result();
       },
-      options);
+      options, nullptr, 0);  // the terms are the user's, this line is not
   f.output_names = parts.names;
   return f;
 }

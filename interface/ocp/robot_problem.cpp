@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocp/robot_problem.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
@@ -170,7 +171,12 @@ std::vector<int> actuated_dofs(const RobotScene& scene) {
     for (int i = 0; i < scene.model.nv; ++i) dofs.push_back(i);
   }
   for (const std::string& name : scene.actuated) {
-    dofs.push_back(scene.model.joints[std::size_t(scene.model.joint_index(name))].idx_v);
+    const int dof = scene.model.joints[std::size_t(scene.model.joint_index(name))].idx_v;
+    if (std::find(dofs.begin(), dofs.end(), dof) != dofs.end()) {
+      throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + name +
+                          "\" is named twice among the driven ones, expected once");
+    }
+    dofs.push_back(dof);
   }
   return dofs;
 }

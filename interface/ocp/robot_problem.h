@@ -19,7 +19,7 @@
 // accelerations a.<joint>, controls u.<joint>.
 //
 // Errors: ArgumentError for a robot whose configuration is no vector of joint values (floating base, (cos,
-// sin) joints: read continuous joints as angles), for an unknown joint, for fractions of an effort limit that
+// sin) joints: read continuous joints as angles), for a driven joint that is unknown or named twice, for fractions of an effort limit that
 // does not exist; NumericalError in the forward form for a joint without inertia.
 #pragma once
 

@@ -22,6 +22,8 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/eigen_layout.h>
+
 namespace dyntape {
 
 struct Scheme {

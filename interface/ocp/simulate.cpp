@@ -1,41 +1,105 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <boost/numeric/odeint/stepper/controlled_runge_kutta.hpp>
-#include <boost/numeric/odeint/stepper/generation/generation_controlled_runge_kutta.hpp>
-#include <boost/numeric/odeint/stepper/generation/generation_runge_kutta_fehlberg78.hpp>
-#include <boost/numeric/odeint/stepper/generation/make_controlled.hpp>
-#include <boost/numeric/odeint/stepper/runge_kutta_fehlberg78.hpp>
 #include <cmath>
 
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/ocp/dormand_prince.h>
 #include <dyntape/interface/ocp/verify.h>
 
 namespace dyntape {
 
 namespace {
 
+using dormand_prince::kStages;
+using Eigen::VectorXd;
+
 constexpr int kMostSteps = 200000;
+constexpr double kMostGrowth = 6, kMostShrinking = 1.0 / 3, kSafety = 0.9;  // of the step
+
+using Rate = std::function<VectorXd(double t, const VectorXd& x)>;
+using Slopes = Eigen::Matrix<double, Eigen::Dynamic, kStages>;
+
+Eigen::Map<const Eigen::Matrix<double, kStages, 1>> weights(const dormand_prince::Row& row) {
+  return Eigen::Map<const Eigen::Matrix<double, kStages, 1>>(row.data());
+}
+
+struct Step {
+  VectorXd x;
+  double error;  // in units of what is allowed; not finite where a stage is not
+};
+
+// A step of length h from x, where the rate is `slope`.
+Step step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, double h, double tolerance) {
+  Slopes k = Slopes::Zero(x.size(), kStages);
+  k.col(0) = slope;
+  for (int i = 1; i < kStages; ++i) {
+    k.col(i) = rate(t + dormand_prince::c[i] * h, x + h * (k * weights(dormand_prince::a[i])));
+  }
+  const VectorXd end = x + h * (k * weights(dormand_prince::b));
+  const Eigen::ArrayXd allowed = tolerance * (1 + x.array().abs().max(end.array().abs()));
+  const auto squared = [&](const dormand_prince::Row& row) {
+    return ((k * weights(row)).array() / allowed).square().sum() / double(x.size());
+  };
+  const double fifth = squared(dormand_prince::e5), third = squared(dormand_prince::e3);
+  const double error = fifth == 0 ? fifth : h * fifth / std::sqrt(fifth + 0.01 * third);
+  return {end, end.allFinite() ? error : std::nan("")};
+}
+
+// What the next step is of this one.
+double growth(double error) {
+  if (!(error < HUGE_VAL)) return kMostShrinking;
+  return std::clamp(kSafety * std::pow(error, -1.0 / 8), kMostShrinking, kMostGrowth);
+}
+
+std::string at(double t) { return " at t = " + io::shortest(t) + " s"; }
+
+// "x' of v is nan at t = 0.5 s" where an entry is not finite, or "".
+std::string not_finite(const Problem& problem, const VectorXd& values, const char* what, double t) {
+  for (Eigen::Index i = 0; i < values.size(); ++i) {
+    if (std::isfinite(values[i])) continue;
+    return what + ("\"" + problem.states[std::size_t(i)]) + "\" is " + io::shortest(values[i]) + at(t);
+  }
+  return "";
+}
+
+VectorXd rate_of(const Problem& problem, double t, const VectorXd& x, const VectorXd& u) {
+  VectorXd rate = problem.ode(Stage<double>{t, x, {}, u});
+  if (rate.size() == x.size()) return rate;
+  throw ArgumentError("problem \"" + problem.name + "\": the rate without accelerations has " +
+                      std::to_string(rate.size()) +
+                      " entries, expected one a state: " + std::to_string(x.size()));
+}
 
 }  // namespace
 
-Eigen::VectorXd simulate(const Problem& problem, Eigen::VectorXd x, double from, double to,
-                         const std::function<Eigen::VectorXd(double t)>& control, double tolerance) {
-  namespace odeint = boost::numeric::odeint;
-  using State = std::vector<double>;
-  const auto rate = [&](const State& state, State& derivative, double t) {
-    const Eigen::Map<const Eigen::VectorXd> now(state.data(), Eigen::Index(state.size()));
-    const Eigen::VectorXd f = problem.ode(Stage<double>{t, now, {}, control(t)});
-    derivative.assign(f.begin(), f.end());
+Simulation simulate(const Problem& problem, VectorXd x, double from, double to,
+                    const std::function<VectorXd(double t)>& control, double tolerance) {
+  const Rate rate = [&](double t, const VectorXd& at) { return rate_of(problem, t, at, control(t)); };
+  const auto broken = [&](std::string trouble) {
+    return Simulation{VectorXd::Constant(x.size(), std::nan("")), std::move(trouble)};
   };
-  auto stepper = odeint::make_controlled(tolerance, tolerance, odeint::runge_kutta_fehlberg78<State>());
-  State state(x.begin(), x.end());
-  double t = from, dt = (to - from) / 4;
-  const double smallest = 1e-14 * std::max(1.0, std::abs(to));
-  for (int k = 0; to - t > smallest; ++k) {
-    dt = std::min(dt, to - t);
-    const bool finite = std::isfinite(state[0]) && std::isfinite(state.back());
-    if (k == kMostSteps || dt < smallest || !finite) return Eigen::VectorXd::Constant(x.size(), std::nan(""));
-    stepper.try_step(rate, state, t, dt);  // moves t on, or only shortens dt
+  for (double time : {from, to}) {
+    if (!std::isfinite(time)) return broken("an end is" + at(time));
   }
-  return Eigen::Map<const Eigen::VectorXd>(state.data(), x.size());
+  if (std::string bad = not_finite(problem, x, "", from); !bad.empty()) return broken(bad);
+  const double smallest = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to));
+  double t = from, h = (to - from) / 4;
+  VectorXd slope = rate(t, x);
+  for (int k = 0; t < to; ++k) {
+    if (std::string bad = not_finite(problem, slope, "the rate of ", t); !bad.empty()) return broken(bad);
+    if (k == kMostSteps) return broken(std::to_string(kMostSteps) + " steps are not enough" + at(t));
+    const bool last = h >= to - t;
+    if (last) h = to - t;
+    if (h <= smallest && !last) return broken("the steps vanish" + at(t));
+    const Step next = step(rate, t, x, slope, h, tolerance);
+    if (next.error <= 1) {
+      t = last ? to : t + h;
+      x = next.x;
+      slope = rate(t, x);
+    }
+    h *= growth(next.error);
+  }
+  return {std::move(x), ""};
 }
 
 }  // namespace dyntape

@@ -2,8 +2,10 @@
 #include <dyntape/interface/ocp/solve.h>
 
 #include <cmath>
+#include <cstdio>
 
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
 
@@ -43,6 +45,15 @@ std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptio
   return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
 }
 
+// What verboseCppAd asks for.
+void say(const Task& task, const BuildReport& build) {
+  std::fprintf(stderr,
+               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d interpreted\n",
+               task.name.c_str(), build.compiled, build.derive + build.print + build.compile + build.load,
+               build.from_cache, build.interpreted);
+  for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
+}
+
 std::string grouped(std::size_t count) { return io::with_groups(static_cast<long long>(count)); }
 
 }  // namespace
@@ -52,14 +63,18 @@ bool SolveReport::cost_matches() const {
 }
 
 bool SolveReport::true_enough() const {
-  return std::isinf(demands.true_defect) || solution.verification.worst_defect <= demands.true_defect;
+  return solution.verification.worst_defect <= demands.true_defect;  // NaN is not
 }
 
 std::string SolveReport::verdict() const {
   if (!solution.success()) return describe(solution.nlp.status);
   if (!feasible()) {
     return "The solver reports success, but the motion violates " + solution.verification.worst_row + " by " +
-           io::scientific(solution.verification.violation) + ".";
+           io::scientific(solution.verification.violation) + " of its magnitude.";
+  }
+  if (!solution.verification.trouble.empty()) {
+    return "The solver reports success, but the motion cannot be re-simulated: " +
+           solution.verification.trouble + ".";
   }
   if (!true_enough()) {
     return "The solver reports success, but re-simulated, the worst interval is off by " +
@@ -82,9 +97,11 @@ SolveReport solve_task(const Task& task) {
   Collocation nlp(task.problem, mesh_of(task));
   report.record_seconds = nlp.record_seconds();
   report.build = nlp.build();
+  if (task.models.verbose) say(task, report.build);
   report.sizes = sizes_of(nlp);
   report.solution = optimise(nlp, nlp.start(), task.optimise);
-  const ActiveBounds active = active_bounds(nlp, report.solution.nlp);
+  ScaledNlp scaled(nlp, nlp.magnitudes(nlp.start()));
+  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
   for (std::size_t i : active.variables) report.active.push_back(nlp.variable_name(i));
   for (std::size_t j : active.rows) report.active.push_back(nlp.constraint_name(j));
   return report;

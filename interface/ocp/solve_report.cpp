@@ -38,13 +38,14 @@ std::string SolveReport::text() const {
                                        io::scientific(solution.cost() - expected->cost) + ", allowed " +
                                        io::scientific(expected->tolerance) + ")"});
   }
-  facts.append({"constraint violation, plain code",
+  facts.append({"constraint violation, relative, plain code",
                 io::scientific(v.violation) + (v.worst_row.empty() ? "" : " (" + v.worst_row + ")")});
-  facts.append({"optimality, recomputed", "stationarity " + io::scientific(solution.kkt.stationarity) +
-                                              ", feasibility " + io::scientific(solution.kkt.feasibility) +
-                                              ", complementarity " +
-                                              io::scientific(solution.kkt.complementarity)});
-  facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (worst interval)"});
+  facts.append({"optimality, relative, recomputed",
+                "stationarity " + io::scientific(solution.kkt.stationarity) + ", feasibility " +
+                    io::scientific(solution.kkt.feasibility) + ", complementarity " +
+                    io::scientific(solution.kkt.complementarity)});
+  facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
+                                                 (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
   facts.append({"miss of the controls alone", io::scientific(v.miss)});
   facts.append({"active bounds", std::to_string(active.size())});
   facts.append({"program", io::with_groups(long(sizes.variables)) + " variables, " +
@@ -92,6 +93,7 @@ std::string SolveReport::json() const {
               {"feasibility", number(solution.kkt.feasibility)},
               {"complementarity", number(solution.kkt.complementarity)}};
   j["true_defect"] = number(v.worst_defect);
+  if (!v.trouble.empty()) j["simulation_trouble"] = v.trouble;
   j["open_loop_miss"] = number(v.miss);
   j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},
                            {"second", number(solution.derivatives.worst_second)}};

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocp/task.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <filesystem>
@@ -15,19 +16,33 @@ namespace {
 
 using io::Section;
 
+// A list in which no name stands twice.
+std::vector<std::string> distinct_names(Section& section, const std::string& key,
+                                        const std::vector<std::string>& valid = {}) {
+  const std::vector<std::string> names = section.strings_or(key, {}, valid);
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    if (std::find(names.begin(), name, *name) == name) continue;
+    section.problem(key, "'" + key + "' names '" + *name + "' twice, expected once");
+  }
+  return names;
+}
+
 // The robot is read as soon as its block is known to be right: joint names are keys of what follows.
 dynamics::UrdfRobot read_robot(Section& file, Task& task) {
   Section robot = file.child("robot");
   const auto urdf = robot.get<std::string>("urdf");
   dynamics::UrdfOptions options;
   options.base = robot.choice_or<dynamics::Base>("base", "fixed", {{"fixed", dynamics::Base::kFixed}});
-  options.lock = robot.strings_or("lock", {});
+  options.lock = distinct_names(robot, "lock");
   options.snap = robot.get_or("snap", options.snap, io::between(0, 0.01));
   options.continuous = dynamics::ContinuousJoint::kAngle;
   if (urdf.empty()) robot.problem("urdf", "'robot.urdf' is empty");
   robot.finish();
   task.urdf = (std::filesystem::path(task.file).parent_path() / urdf).lexically_normal().string();
-  return dynamics::read_urdf(task.urdf, options);
+  dynamics::UrdfRobot read = dynamics::read_urdf(task.urdf, options);
+  if (read.model.nv == 0) robot.problem("urdf", "'" + urdf + "' has no joint that moves: nothing to control");
+  robot.finish();
+  return read;
 }
 
 // `robot` takes the values of the robot's file, anything else is a vector.
@@ -107,7 +122,7 @@ Eigen::VectorXd read_end(Section& file, const std::string& key, const dynamics::
   Eigen::VectorXd x(2 * model.nv);
   x << read_joint_values(end, "q", model, std::nullopt), read_joint_values(end, "v", model, 0.0);
   const std::vector<std::string> names = joint_names(model);
-  for (const std::string& name : end.strings_or("free", {}, names)) {
+  for (const std::string& name : distinct_names(end, "free", names)) {
     for (int i = 0; i < model.nv; ++i) {
       if (names[static_cast<std::size_t>(i)] == name) x[i] = x[model.nv + i] = Problem::kFree;
     }
@@ -171,7 +186,7 @@ void read_output(Section& file, Task& task) {
   Section output = file.child_or_empty("output");
   std::vector<std::string> frames;
   for (const auto& frame : task.scene.model.frames) frames.push_back(frame.name);
-  task.traces = output.strings_or("trace", {}, frames);
+  task.traces = distinct_names(output, "trace", frames);
   task.view = output.choice_or<View>(
       "view", "xz", {{"xz", View::kXz}, {"xy", View::kXy}, {"yz", View::kYz}, {"oblique", View::kOblique}});
 }
@@ -233,7 +248,7 @@ Task read_task(const std::string& path) {
   task.scene.model = std::move(robot.model);
   const dynamics::Model<double>& model = task.scene.model;
   task.scene.effects = read_effects(file, model);
-  task.scene.actuated = file.strings_or("actuated", {}, joint_names(model));
+  task.scene.actuated = distinct_names(file, "actuated", joint_names(model));
   task.robot = read_form(file);
   task.optimise.mesh = read_mesh(file);
   read_solver(file, task.optimise);

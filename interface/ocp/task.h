@@ -36,9 +36,11 @@
 //   bounds          positions, velocities, efforts [none] robot | NUMBER: limits of the robot, or +-NUMBER
 //   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],
 //                   max_seconds [1e6], stop_at_acceptable [on], print_level [0], check_derivatives [on],
-//                   ipopt { any option of Ipopt }
-//   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed;
-//                   true_defect [inf]: most that an interval may differ from its re-simulation (verify.h)
+//                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
+//   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed, relative to the
+//                   magnitudes of the program (collocation.h);
+//                   true_defect [inf]: most that an interval may differ from its re-simulation (verify.h),
+//                   which has to come to an end whatever is demanded
 //   expected        cost, tolerance: a known optimum to compare with
 //   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
 //   model_settings  as OCS2 spells it (io/model_settings.h)

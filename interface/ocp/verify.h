@@ -3,20 +3,25 @@
 // What a motion is worth, found without any recorded, derived or generated code: the problem's functions are
 // run as they are, in doubles.
 //
-//   const Verification v = verify(problem, motion);
-//   v.violation            largest violation of defects, path and end constraints, bounds and boundary values
+//   const Verification v = verify(problem, motion, nlp.magnitudes(start));
+//   v.violation            largest violation of defects, path and end constraints, bounds and boundary values,
+//                          relative to the program's magnitudes (nlp.h), so that units do not change what is small
 //   v.worst_defect         true defect: what the scheme cannot know about itself
 //   v.miss                 where the controls alone lead
 //
 // True defect of an interval: x' = ode(t, x, u(t)) is integrated from the motion's state at its first node by
-// the Runge-Kutta-Fehlberg method 7(8) (E. Fehlberg, NASA TR R-287, 1968; tolerance 1e-12), the control
-// interpolated as the scheme says, and compared with the motion's state at the next node (max norm).  The
-// miss is the same over the whole time, from the start, compared with the last state.  For a dynamics that
-// amplifies errors the miss is large although every defect is small.
+// a method of order 8 (dormand_prince.h; tolerance 1e-12), the control interpolated as the scheme says, and
+// compared with the motion's state at the next node (max norm).  The miss is the same over the whole time, from
+// the start, compared with the last state.  For a dynamics that amplifies errors the miss is large although
+// every defect is small.
+//
+// Whatever is not a number shows: a violation, a defect or a miss that cannot be computed is NaN, and `trouble`
+// says where the simulation of an interval ended.
 #pragma once
 
 #include <dyntape/interface/ocp/problem.h>
 #include <dyntape/interface/ocp/trajectory.h>
+#include <dyntape/interface/solvers/nlp.h>
 
 namespace dyntape {
 
@@ -27,12 +32,18 @@ struct Verification {
   Eigen::VectorXd true_defect;  // (intervals); NaN where the simulation breaks down
   double worst_defect = 0;
   double miss = 0;
+  std::string trouble = {};  // "interval 3: the rate of "v" is nan at t = 0.75 s"; empty: none
 };
 
-Verification verify(const Problem& problem, const Trajectory& motion);
+// Empty magnitudes are ones.  ArgumentError where they are of another program.
+Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes = {});
 
-// The state at the end of x' = ode(t, x, u(t)) from x at time `from`; NaN where it breaks down.
-Eigen::VectorXd simulate(const Problem& problem, Eigen::VectorXd x, double from, double to,
-                         const std::function<Eigen::VectorXd(double t)>& control, double tolerance = 1e-12);
+// The state at the end of x' = ode(t, x, u(t)) from x at time `from`, to <= from being no time at all.
+struct Simulation {
+  Eigen::VectorXd x;    // NaN, all of it, where the simulation breaks down
+  std::string trouble;  // why it did: "the rate of "v" is nan at t = 0.75 s"
+};
+Simulation simulate(const Problem& problem, Eigen::VectorXd x, double from, double to,
+                    const std::function<Eigen::VectorXd(double t)>& control, double tolerance = 1e-12);
 
 }  // namespace dyntape

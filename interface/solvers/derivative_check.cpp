@@ -7,6 +7,8 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/solvers/worst.h>
 
 namespace dyntape {
 
@@ -14,7 +16,7 @@ namespace {
 
 using Vector = std::vector<double>;
 
-constexpr double kStep = 1e-3;
+constexpr double kStep = 5e-4;
 constexpr std::size_t kNone = ~std::size_t{0};
 
 // y = f(x); throws where that is not finite.
@@ -47,7 +49,11 @@ Pattern full_symmetric(const Pattern& lower) {
 class Checker {
  public:
   Checker(Nlp& problem, const Vector& near, const DerivativeCheckOptions& options)
-      : nlp_(problem), shape_(problem.shape()), options_(options), random_(options.seed), x_(near) {
+      : nlp_(problem, problem.magnitudes(near)),
+        shape_(nlp_.shape()),
+        options_(options),
+        random_(options.seed),
+        x_(nlp_.in_scaled_units(near)) {
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const double moved = x_[i] + options.perturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
@@ -60,7 +66,7 @@ class Checker {
   DerivativeCheck run() {
     check_constraints();
     check_objective();
-    if (options_.second_order) check_hessian();
+    if (options_.second_order && shape_.hessian_kind == HessianKind::kExact) check_hessian();
     return std::move(result_);
   }
 
@@ -82,19 +88,21 @@ class Checker {
     return true;
   }
 
-  void compare(double given, double found, double& worst, const std::function<std::string()>& row,
-               const std::function<std::string()>& variable) {
+  // `unit` is that of the two numbers.
+  void compare(double given, double found, double unit, double& worst,
+               const std::function<std::string()>& row, const std::function<std::string()>& variable) {
     const double error = error_of(given, found);
-    worst = std::max(worst, error);
+    worst = dyntape::worst(worst, error);
     const bool bad = !(error <= options_.tolerance);
     if (bad && result_.mismatches.size() < options_.most_mismatches) {
-      result_.mismatches.push_back({row(), variable(), given, found});
+      result_.mismatches.push_back({row(), variable(), given * unit, found * unit});
     }
   }
 
   // Compares the columns of a matrix, given by pattern and values, with differences of f, color by color.  A
   // color that disagrees is tried again with shorter steps: the functions may bend on a small scale.
-  void compare_columns(const Pattern& pattern, const Vector& given, const VectorFunction& f, double& worst,
+  void compare_columns(const Pattern& pattern, const Vector& given, const VectorFunction& f,
+                       const Vector& row_unit, double& worst,
                        const std::function<std::string(std::size_t)>& row_name) {
     const std::vector<std::size_t> color = color_columns(pattern);
     const std::size_t colors = color.empty() ? 0 : 1 + *std::max_element(color.begin(), color.end());
@@ -124,8 +132,9 @@ class Checker {
           return column[i] == kNone ? std::string("a variable outside the pattern")
                                     : nlp_.variable_name(column[i]);
         };
+        const double unit = row_unit[i] / (column[i] == kNone ? 1 : units().x[column[i]]);
         compare(
-            expected[i], best[i], worst, [&] { return row_name(i); }, variable);
+            expected[i], best[i], unit, worst, [&] { return row_name(i); }, variable);
       }
     }
   }
@@ -136,7 +145,7 @@ class Checker {
     const VectorFunction g = [&](const Vector& x, Vector& y) {
       if (!nlp_.constraints(x.data(), y.data())) not_finite("vector of constraints");
     };
-    compare_columns(shape_.jacobian, values, g, result_.worst_first,
+    compare_columns(shape_.jacobian, values, g, units().g, result_.worst_first,
                     [&](std::size_t i) { return nlp_.constraint_name(i); });
   }
 
@@ -170,8 +179,8 @@ class Checker {
           slope = difference(f, x_, single, 1)[0] / single[j];
         }
         compare(
-            gradient[j], slope, result_.worst_first, [] { return std::string("objective"); },
-            [&] { return nlp_.variable_name(j); });
+            gradient[j], slope, units().objective / units().x[j], result_.worst_first,
+            [] { return std::string("objective"); }, [&] { return nlp_.variable_name(j); });
       }
     }
   }
@@ -200,9 +209,11 @@ class Checker {
       e = find(shape_.hessian, row, col, e);
       full_values[k] = values[e];
     }
-    compare_columns(full, full_values, lagrangian_gradient, result_.worst_second, [&](std::size_t i) {
-      return "derivative of the Lagrangian by " + nlp_.variable_name(i);
-    });
+    Vector row_unit(x_.size());
+    for (std::size_t i = 0; i < x_.size(); ++i) row_unit[i] = units().objective / units().x[i];
+    compare_columns(
+        full, full_values, lagrangian_gradient, row_unit, result_.worst_second,
+        [&](std::size_t i) { return "derivative of the Lagrangian by " + nlp_.variable_name(i); });
   }
 
   // Index of a place; `hint` is where the last one was, which is mostly near.
@@ -215,7 +226,9 @@ class Checker {
     return 0;
   }
 
-  Nlp& nlp_;
+  const NlpMagnitudes& units() const { return nlp_.units(); }
+
+  ScaledNlp nlp_;  // so that errors are relative to what the program calls large
   const NlpShape& shape_;
   DerivativeCheckOptions options_;
   std::mt19937_64 random_;

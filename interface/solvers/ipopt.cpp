@@ -7,8 +7,11 @@
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <mutex>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/solvers/ipopt_options.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
 
@@ -58,9 +61,11 @@ class Adapter : public Ipopt::TNLP {
     return true;
   }
 
-  bool get_starting_point(Index, bool, Number* x, bool, Number*, Number*, Index, bool, Number*) override {
+  // There are no multipliers to start from; options that ask for them are refused ahead of this.
+  bool get_starting_point(Index, bool, Number* x, bool z, Number*, Number*, Index, bool lambda,
+                          Number*) override {
     std::copy(start_.begin(), start_.end(), x);
-    return true;
+    return !z && !lambda;
   }
 
   bool eval_f(Index, const Number* x, bool, Number& value) override {
@@ -169,61 +174,40 @@ SolveStatus translate(Ipopt::ApplicationReturnStatus status) {
   }
 }
 
-void set_option(Ipopt::IpoptApplication& application, const std::string& name, const std::string& value) {
-  Ipopt::OptionsList& list = *application.Options();
-  Ipopt::SmartPtr<const Ipopt::RegisteredOption> known = application.RegOptions()->GetOption(name);
-  if (!IsValid(known)) throw ArgumentError("Ipopt has no option \"" + name + "\"");
-  bool accepted = false;
-  try {
-    switch (known->Type()) {
-      case Ipopt::OT_Number:
-        accepted = list.SetNumericValue(name, std::stod(value));
-        break;
-      case Ipopt::OT_Integer:
-        accepted = list.SetIntegerValue(name, std::stoi(value));
-        break;
-      default:
-        accepted = list.SetStringValue(name, value);
+// One solve at a time: MUMPS, the linear solver, keeps static state.
+class Turn {
+ public:
+  Turn() {
+    if (mine_) {
+      throw ArgumentError(
+          "solve_with_ipopt: called from the functions of a problem that is being solved; expected one solve "
+          "at a time, as the linear solver cannot do two");
     }
-  } catch (const std::logic_error&) {  // no number
+    lock_ = std::unique_lock(mutex());
+    mine_ = true;
   }
-  if (!accepted) throw ArgumentError("Ipopt's option \"" + name + "\" refuses the value \"" + value + "\"");
-}
+  ~Turn() { mine_ = false; }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
 
-std::string text(double value) {
-  char buffer[32];
-  std::snprintf(buffer, sizeof buffer, "%.17g", value);
-  return buffer;
-}
-
-void configure(Ipopt::IpoptApplication& application, const IpoptOptions& options) {
-  const auto set = [&](const std::string& name, const std::string& value) {
-    set_option(application, name, value);
-  };
-  set("sb", "yes");  // no banner
-  set("tol", text(options.tolerance));
-  set("dual_inf_tol", text(options.dual_tolerance));
-  set("bound_relax_factor", text(options.bound_relaxation));
-  set("max_iter", std::to_string(options.max_iterations));
-  set("max_cpu_time", text(options.max_seconds));
-  set("print_level", std::to_string(options.print_level));
-  if (!options.stop_at_acceptable) set("acceptable_iter", "0");
-  if (options.limited_memory) set("hessian_approximation", "limited-memory");
-  for (const auto& [name, value] : options.extra) set(name, value);
-}
-
-}  // namespace
-
-NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const IpoptOptions& options) {
-  const std::size_t n = problem.shape().n();
-  if (start.size() != n) {
-    throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
-                        " entries, the problem has " + std::to_string(n) + " variables");
+ private:
+  // Never destroyed: threads may still solve while static objects go.
+  static std::mutex& mutex() {
+    static std::mutex& mutex = *new std::mutex;
+    return mutex;
   }
+  static thread_local bool mine_;
+  std::unique_lock<std::mutex> lock_;
+};
+thread_local bool Turn::mine_ = false;
+
+NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions options) {
+  const Turn turn;
   NlpSolution solution;
   solution.x = start;
+  options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
   Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-  configure(*application, options);
+  detail::configure(*application, options);
   if (application->Initialize("") != Ipopt::Solve_Succeeded) {
     throw ArgumentError("Ipopt refuses its options");
   }
@@ -239,6 +223,18 @@ NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, con
   solution.status = translate(status);
   solution.native_status = status;
   return solution;
+}
+
+}  // namespace
+
+NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const IpoptOptions& options) {
+  const std::size_t n = problem.shape().n();
+  if (start.size() != n) {
+    throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
+                        " entries, the problem has " + std::to_string(n) + " variables");
+  }
+  ScaledNlp scaled(problem, problem.magnitudes(start));
+  return scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
 }
 
 }  // namespace dyntape

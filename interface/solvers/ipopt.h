@@ -11,9 +11,16 @@
 // To see twelve digits of an optimum: tolerance 1e-12, dual_tolerance 1e-10, bound_relaxation 0.  With the
 // defaults, relaxed bounds and the tolerance leave an error of about 1e-9 in the cost.
 //
-// Errors.  ArgumentError: start of the wrong size, an option that Ipopt refuses.  NumericalError: the
-// functions are not finite at the start (ahead of any iteration).  What the problem's functions throw comes
-// through.
+// What Ipopt sees is divided by the program's magnitudes (Nlp::magnitudes): its tolerances, and the
+// infeasibilities in its log, are in those units; the solution is in the program's own.
+//
+// Threads.  Ipopt's linear solver keeps static state, so one solve runs at a time in a process: calls from other
+// threads wait for their turn, which counts neither as time of the solve nor against max_seconds.  The problem's
+// functions must not solve again, in their thread or in one that they wait for.
+//
+// Errors.  ArgumentError: start of the wrong size, an option that Ipopt or this program refuses, a solve within
+// a solve.  NumericalError: the functions are not finite at the start (ahead of any iteration).  What the
+// problem's functions throw comes through.
 #pragma once
 
 #include <string>
@@ -27,20 +34,22 @@ namespace dyntape {
 
 struct IpoptOptions {
   double tolerance = 1e-8;         // of the scaled optimality error
-  double dual_tolerance = 1;       // of the unscaled stationarity
+  double dual_tolerance = 1;       // of the stationarity alone, without the weights of the error above
   double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact
-  bool limited_memory = false;     // approximate the Hessian (L-BFGS) rather than ask for it
+  bool limited_memory = false;     // approximate the Hessian (L-BFGS) even where the program has one
   bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
   int max_iterations = 3000;
-  double max_seconds = 1e6;                                     // of processor time
-  int print_level = 0;                                          // 0 silent .. 5 one line an iteration .. 12
-  std::vector<std::pair<std::string, std::string>> extra = {};  // any option of Ipopt, by Ipopt's name
+  double max_seconds = 1e6;  // of processor time, of all threads together
+  int print_level = 0;       // 0 silent .. 5 one line an iteration .. 12
+  // Options by Ipopt's name, numbers in full and in any locale ("1e-3", but "1000" where it is a whole one).
+  // Refused are options that name files or libraries, that print, and that start from multipliers.
+  std::vector<std::pair<std::string, std::string>> extra = {};
 };
 
 // One line of Ipopt's log.
 struct IterationRecord {
   int iteration;
-  double objective, primal_infeasibility, dual_infeasibility;  // unscaled constraint violation, scaled rest
+  double objective, primal_infeasibility, dual_infeasibility;
   double barrier, step_norm, regularization, dual_step, primal_step;
   int line_search_trials;
   bool restoration;

@@ -4,19 +4,19 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/solvers/worst.h>
 
 namespace dyntape {
 
 namespace {
 
 double violation(double value, double lower, double upper) {
-  return std::max({0.0, lower - value, value - upper});
+  return worst(std::max(0.0, lower - value), value - upper);
 }
 
 // price * distance, where there is a bound at all.
 double product(double price, double distance) {
-  return std::isfinite(distance) ? std::abs(price * distance) : 0;
+  return std::isinf(distance) && !std::isnan(price) ? 0 : std::abs(price * distance);
 }
 
 bool rests(double value, double lower, double upper, double tolerance) {
@@ -44,19 +44,18 @@ KktResiduals kkt_residuals(Nlp& problem, const NlpSolution& solution) {
   }
   KktResiduals r;
   for (std::size_t i = 0; i < n; ++i) {
-    r.feasibility = std::max(r.feasibility, violation(x[i], shape.x_lower[i], shape.x_upper[i]));
+    r.feasibility = worst(r.feasibility, violation(x[i], shape.x_lower[i], shape.x_upper[i]));
     if (shape.x_lower[i] == shape.x_upper[i]) continue;
     residual[i] += solution.upper_price[i] - solution.lower_price[i];
-    r.stationarity = std::max(r.stationarity, std::abs(residual[i]));
-    r.complementarity =
-        std::max({r.complementarity, product(solution.lower_price[i], x[i] - shape.x_lower[i]),
-                  product(solution.upper_price[i], x[i] - shape.x_upper[i])});
+    r.stationarity = worst(r.stationarity, std::abs(residual[i]));
+    r.complementarity = worst(r.complementarity, product(solution.lower_price[i], x[i] - shape.x_lower[i]));
+    r.complementarity = worst(r.complementarity, product(solution.upper_price[i], x[i] - shape.x_upper[i]));
   }
   for (std::size_t j = 0; j < m; ++j) {
-    r.feasibility = std::max(r.feasibility, violation(g[j], shape.g_lower[j], shape.g_upper[j]));
+    r.feasibility = worst(r.feasibility, violation(g[j], shape.g_lower[j], shape.g_upper[j]));
     const double bound = solution.lambda[j] > 0 ? shape.g_upper[j] : shape.g_lower[j];
     if (shape.g_lower[j] != shape.g_upper[j]) {
-      r.complementarity = std::max(r.complementarity, product(solution.lambda[j], g[j] - bound));
+      r.complementarity = worst(r.complementarity, product(solution.lambda[j], g[j] - bound));
     }
   }
   return r;

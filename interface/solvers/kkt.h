@@ -8,6 +8,9 @@
 //   feasibility      max violation of the bounds of g and x
 //   complementarity  max |price * distance to its bound|, of variables and of constraint rows
 //
+// In the units of the program: of a scaled one (scaled_nlp.h), relative to its magnitudes.  NaN where a multiplier or
+// a derivative is.
+//
 // J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd edition, theorem 12.1.
 #pragma once
 

@@ -12,6 +12,10 @@
 // as the non-zeros of the lower triangle of a fixed pattern (n x n), each place once.  An infinite bound is
 // absent; equal bounds make an equality or a fixed variable.
 //
+// A program may say how large its numbers typically are.  The solver divides by that (scaled_nlp.h), so that its
+// tolerances, and with them the optimum and the verdict, are the same in metres and in millimetres.  A program
+// that says nothing should be written in units in which its numbers are near one.
+//
 // An evaluation returns false where a value is not finite or not defined: the solver shortens its step.  It
 // does not throw for that reason; it may throw for any other, and the solver passes the exception on.
 #pragma once
@@ -23,14 +27,26 @@
 
 namespace dyntape {
 
+enum class HessianKind {
+  kExact,          // of the Lagrangian
+  kGaussNewton,    // 2 Jr^T Jr of the least-squares costs; curvature of dynamics and constraints is dropped
+  kLimitedMemory,  // none, an empty pattern: the solver approximates it
+};
+
 struct NlpShape {
   std::vector<double> x_lower, x_upper;  // (n)
   std::vector<double> g_lower, g_upper;  // (m)
   Pattern jacobian;                      // (m x n)
   Pattern hessian;                       // (n x n), lower triangle
+  HessianKind hessian_kind = HessianKind::kExact;
 
   std::size_t n() const { return x_lower.size(); }
   std::size_t m() const { return g_lower.size(); }
+};
+
+struct NlpMagnitudes {
+  double objective = 1;
+  std::vector<double> x = {}, g = {};  // (n), (m); empty: ones
 };
 
 class Nlp {
@@ -44,6 +60,12 @@ class Nlp {
   virtual bool constraints(const double* x, double* g) = 0;      // (m)
   virtual bool jacobian(const double* x, double* nonzeros) = 0;  // (jacobian.nnz())
   virtual bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) = 0;
+
+  // Typical sizes of the numbers, positive, judged at the start of a solve.
+  virtual NlpMagnitudes magnitudes(const std::vector<double>& start) {
+    static_cast<void>(start);
+    return {};
+  }
 
   // For messages: what variable i and constraint j are.
   virtual std::string variable_name(std::size_t i) const { return "x[" + std::to_string(i) + "]"; }

@@ -47,6 +47,27 @@ TEST_F(AdFunctionTest, WithoutParametersAndWithFixedSizeArguments) {
   EXPECT_EQ(f.getFunctionValue(longer.segment(1, 2)), Eigen::Vector2d(9, 16));
 }
 
+// A value that outlives its recording is an error at the line that made the function, not at one of the library.
+TEST_F(AdFunctionTest, MistakesInARecordingNameTheUsersLine) {
+  ad_scalar_t kept = 0;
+  const auto keeps = [&](const ad_vector_t& x, ad_vector_t& y) {
+    y = ad_vector_t::Constant(1, kept = kept * x[0]);
+  };
+  const int line = __LINE__ + 1;
+  AdFunction f(keeps, 1, "keeps", cache_.path(), {"-O1"});
+  kept = 1;
+  const auto create = [&] { f.createModels(ApproximationOrder::Zero, false); };
+  create();
+  try {
+    create();
+    FAIL() << "kept is of the first recording";
+  } catch (const RecordingError& e) {
+    const std::string what = e.what();
+    EXPECT_NE(what.find("ad_function_test.cpp:" + std::to_string(line)), std::string::npos) << what;
+    EXPECT_EQ(what.find("ad_function.cpp"), std::string::npos) << what;
+  }
+}
+
 TEST_F(AdFunctionTest, GaussNewtonOverTheWholeVariableVector) {
   const AdFunction f = created(sample, 3, 2, ApproximationOrder::First);
   const vector_t y = f.getFunctionValue(kX, kP);
@@ -57,6 +78,17 @@ TEST_F(AdFunctionTest, GaussNewtonOverTheWholeVariableVector) {
   EXPECT_TRUE(a.dfdxx.isApprox(J.transpose() * J, 1e-14));
   EXPECT_EQ(a.dfdxx, a.dfdxx.transpose());
   EXPECT_EQ(a.dfdu.size() + a.dfduu.size() + a.dfdux.size(), 0);
+}
+
+// The function is finite, its square is not.
+TEST_F(AdFunctionTest, GaussNewtonIsFiniteOrAnError) {
+  const AdFunction f =
+      interpreted([](const ad_vector_t& x, const ad_vector_t&, ad_vector_t& y) { y = x * AD(1e160); }, 2, 0,
+                  ApproximationOrder::First);
+  EXPECT_EQ(message_of<NumericalError>([&] {
+              f.getGaussNewtonApproximation(vector_t::Ones(2));
+            }).find("getGaussNewtonApproximation of \"" + f.name() + "\": entry f[0] is inf"),
+            0u);
 }
 
 // Empty rows, full rows, a row at the very end of the pattern: the product of a row with itself stays inside it.

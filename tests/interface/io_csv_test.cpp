@@ -11,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <filesystem>
 #include <limits>
 #include <locale>
@@ -139,6 +140,22 @@ TEST_F(CsvFiles, a_reader_never_sees_a_half_written_file) {
   for (std::thread& writer : writers) writer.join();
   EXPECT_EQ(wrong, 0);
   EXPECT_EQ(count(), 1) << "temporary files were left behind";
+}
+
+TEST(Csv, many_columns_take_linear_time) {
+  const auto seconds = [](int cols) {
+    const std::clock_t start = std::clock();
+    std::vector<std::string> names;
+    for (int j = 0; j < cols; ++j)
+      names.push_back("d_" + std::to_string(j / 300) + "_" + std::to_string(j % 300));
+    CsvTable table(names);
+    table.append(std::vector<double>(names.size(), 0.25));
+    const CsvTable again = parse_csv(format_csv(table), "t.csv");
+    for (int j = 0; j < cols; ++j) EXPECT_EQ(again.index(names[static_cast<size_t>(j)]), j);
+    return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+  };
+  const double some = seconds(22500);
+  EXPECT_LT(seconds(90000), 10 * some + 0.2);
 }
 
 TEST_F(CsvFiles, a_failed_write_leaves_nothing) {

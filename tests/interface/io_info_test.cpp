@@ -331,5 +331,34 @@ TEST_F(InfoFiles, a_file_that_includes_itself_is_an_error) {
       FileError);
 }
 
+TEST_F(InfoFiles, includes_that_multiply_are_an_error) {
+  const auto problem_of = [&](const std::string& file) {
+    try {
+      read_info(path_ / file);
+    } catch (const FileError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const auto name = [](int k) { return "level" + std::to_string(k) + ".info"; };
+  for (int k = 0; k < 31; ++k) {
+    const std::string line = "#include \"" + name(k + 1) + "\"\n";
+    write_file_atomically(path_ / name(k), line + line);
+  }
+  write_file_atomically(path_ / name(31), "");
+  const std::string problem = problem_of(name(0));
+  EXPECT_NE(problem.find("#include lines bring in more than 1000 files or 64 MiB"), std::string::npos)
+      << problem;
+  EXPECT_EQ(std::count(problem.begin(), problem.end(), '\n'), 0);
+  EXPECT_EQ(problem_of(name(23)), "");  // 510 lines
+
+  write_file_atomically(path_ / "large.info", ';' + std::string(2 << 20, ' '));
+  std::string lines;
+  for (int k = 0; k < 40; ++k) lines += "#include \"large.info\"\n";
+  write_file_atomically(path_ / "many.info", lines);
+  const std::string too_large = problem_of("many.info");  // 32 files of a byte more than 2 MiB
+  EXPECT_NE(too_large.find("many.info:32:10: #include lines bring in"), std::string::npos) << too_large;
+}
+
 }  // namespace
 }  // namespace dyntape::io

@@ -11,6 +11,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <ctime>
 #include <functional>
 #include <random>
 
@@ -322,6 +323,29 @@ TEST(ModelSettings, are_read_as_ocs2_spells_them) {
   Section other = Section::parse("model_settings\n{\n recompileLibraries 1\n}\n", "t");
   EXPECT_TRUE(read_model_settings(other).recompile_libraries);
   EXPECT_NO_THROW(other.finish());
+}
+
+// A list, a vector, blocks of one name and unknown keys, n of each.
+double seconds_of_settings(int n) {
+  std::string text = "list\n{\n", unknown;
+  for (int i = 0; i < n; ++i) text += "[" + std::to_string(i) + "] name" + std::to_string(i) + "\n";
+  text += "}\nvector\n{\n";
+  for (int i = 0; i < n; ++i) text += "(" + std::to_string(i) + ",0) 0.5\n";
+  text += "}\n";
+  for (int i = 0; i < n; ++i) text += "block\n{\nvalue 1.5\n}\nunknown" + std::to_string(i) + " 1\n";
+  const std::clock_t start = std::clock();
+  Section s = Section::parse(text, "t.info");
+  EXPECT_EQ(s.strings("list").size(), static_cast<size_t>(n));
+  EXPECT_EQ(s.vector("vector").size(), static_cast<size_t>(n));
+  for (Section& block : s.children("block")) EXPECT_EQ(block.get<double>("value"), 1.5);
+  EXPECT_FALSE(s.effective_values().empty());
+  EXPECT_THROW(s.finish(), FileError);
+  return static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+}
+
+TEST(Section, long_files_take_linear_time) {
+  const double some = seconds_of_settings(6000);
+  EXPECT_LT(seconds_of_settings(24000), 10 * some + 0.2);
 }
 
 TEST(Suggest, distance_is_a_metric_on_random_words) {

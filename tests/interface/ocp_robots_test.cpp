@@ -249,6 +249,8 @@ TEST(RobotProblem, RefusesWhatItCannotDescribe) {
   RobotScene scene = cart_pole();
   scene.actuated = {"slidr"};
   EXPECT_NE(message(scene, {}).find("slider"), std::string::npos);
+  scene.actuated = {"slider", "slider"};
+  EXPECT_NE(message(scene, {}).find("\"slider\" is named twice"), std::string::npos);
   scene.actuated = {"pivot"};  // its effort limit is zero
   EXPECT_NE(message(scene, {.unit = ControlUnit::kFraction}).find("no effort limit"), std::string::npos);
 }

@@ -3,11 +3,15 @@
 // The program that collocation makes: derivatives, patterns, names, and what it allocates.
 #include <gtest/gtest.h>
 
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <limits>
 #include <new>
 #include <random>
 
@@ -235,6 +239,45 @@ TEST(Collocation, RefusesWhatDoesNotFit) {
   EXPECT_NE(message(p, {}).find("\"box\" has 2 entries, its bounds have 1 and 1"), std::string::npos);
 }
 
+// Durations and intervals for which duration * k / k is not the duration.
+TEST(Collocation, MeshesEndAtTheDurationWhateverRoundingDoes) {
+  std::mt19937_64 random(17);
+  std::uniform_real_distribution<double> decades(-3, 3);
+  Problem p = test::block_move();
+  for (int trial = 0; trial < 10000; ++trial) {
+    const int intervals = 1 + static_cast<int>(random() % 300);
+    p.duration = trial % 2 ? std::pow(10, decades(random)) : static_cast<double>(1 + random() % 100) / 10;
+    const std::vector<double> even = node_times(p, {.intervals = intervals});
+    ASSERT_EQ(even.size(), std::size_t(intervals) + 1) << "seed 17, trial " << trial;
+    ASSERT_EQ(even.back(), p.duration) << "seed 17, trial " << trial;
+    std::vector<double> summed = {0};
+    for (int k = 0; k < intervals; ++k) summed.push_back(summed.back() + p.duration / intervals);
+    ASSERT_EQ(node_times(p, {.nodes = summed}).back(), p.duration) << "seed 17, trial " << trial;
+  }
+  for (const auto& [duration, intervals] : {std::pair{0.8, 24}, {0.9, 36}, {0.7, 48}}) {
+    Collocation nlp(test::block_move(1, duration),
+                    {.intervals = intervals, .evaluation = test::kInterpreted});
+    EXPECT_EQ(nlp.times().back(), duration);
+  }
+  p.duration = 1;
+  for (const std::vector<double>& nodes :
+       {std::vector<double>{0, std::nan(""), 1}, {0, 0.5, 0.999}, {0.1, 1}, {0, 1, 1}, {0}}) {
+    EXPECT_THROW(node_times(p, {.nodes = nodes}), ArgumentError);
+  }
+}
+
+// The kind of Hessian is the program's, whatever the options of the call say.
+TEST(Collocation, KnowsItsKindOfHessian) {
+  for (HessianKind kind : {HessianKind::kLimitedMemory, HessianKind::kGaussNewton, HessianKind::kExact}) {
+    Collocation nlp(test::swing_up(), {.intervals = 20, .hessian = kind, .evaluation = test::kInterpreted});
+    EXPECT_THROW(optimise(nlp, {1, 2, 3}, {}), ArgumentError);
+    const Solution s = optimise(nlp, nlp.start(), {.verify = false});
+    EXPECT_NEAR(s.cost(), 58.70267, 1e-4) << int(kind);
+    const NlpSolution direct = solve_with_ipopt(nlp, nlp.start());
+    EXPECT_EQ(direct.x, s.nlp.x) << int(kind);
+  }
+}
+
 // A program that lies about one derivative is found out, by name.
 class Liar : public Collocation {
  public:
@@ -271,6 +314,27 @@ TEST(DerivativeCheck, NamesAWrongEntry) {
   EXPECT_NE(b.mismatches[0].row.find("derivative of the Lagrangian by"), std::string::npos);
 }
 
+TEST(Kkt, WhatIsNoNumberIsNotOptimal) {
+  Collocation nlp(test::block_move(), {.intervals = 4, .evaluation = test::kInterpreted});
+  const NlpSolution good = solve_with_ipopt(nlp, nlp.start());
+  ASSERT_LT(kkt_residuals(nlp, good).stationarity, 1e-6);
+  for (std::size_t j = 0; j < good.lambda.size(); ++j) {
+    NlpSolution s = good;
+    s.lambda[j] = std::nan("");
+    EXPECT_TRUE(std::isnan(kkt_residuals(nlp, s).stationarity)) << j;
+  }
+  for (auto price : {&NlpSolution::lower_price, &NlpSolution::upper_price}) {
+    NlpSolution s = good;
+    (s.*price)[3] = std::nan("");
+    EXPECT_TRUE(std::isnan(kkt_residuals(nlp, s).stationarity));
+    EXPECT_TRUE(std::isnan(kkt_residuals(nlp, s).complementarity));
+  }
+  Trajectory motion = nlp.trajectory(good.x);
+  motion.u(0, 3) = std::nan("");
+  const Verification v = verify(nlp.problem(), motion);
+  EXPECT_TRUE(std::isnan(v.violation) && std::isnan(v.worst_defect) && std::isnan(v.miss));
+}
+
 TEST(Verification, FindsWhatIsViolatedAndWhatTheSchemeCannotSee) {
   const Problem problem = test::swing_up();
   const Solution s = optimise(problem, {.mesh = {.intervals = 40, .evaluation = test::kInterpreted}});
@@ -305,6 +369,48 @@ TEST(Verification, TheMissFallsWithTheFourthPowerOfTheStep) {
     }
     previous = s.verification.miss;
   }
+}
+
+// A limit on what the process may have, for a test.
+class AddressSpace {
+ public:
+  explicit AddressSpace(rlim_t bytes) {
+    getrlimit(RLIMIT_AS, &given_);
+    const rlimit limit{std::min(bytes, given_.rlim_max), given_.rlim_max};
+    setrlimit(RLIMIT_AS, &limit);
+  }
+  ~AddressSpace() { setrlimit(RLIMIT_AS, &given_); }
+
+ private:
+  struct rlimit given_ {};
+};
+
+// Refused with one sentence, before the memory is asked for.
+TEST(Size, OfAProgramIsBounded) {
+  const auto message = [](int intervals) -> std::string {
+    try {
+      Collocation(test::swing_up(), {.intervals = intervals, .evaluation = test::kInterpreted});
+      return "";
+    } catch (const ArgumentError& e) {
+      return e.what();
+    }
+  };
+  const auto begin = std::chrono::steady_clock::now();
+  for (int intervals : {30'000'000, std::numeric_limits<int>::max()}) {
+    EXPECT_NE(
+        message(intervals).find("problem \"cart-pole\": " + std::to_string(intervals) + " intervals make "),
+        std::string::npos)
+        << message(intervals);
+  }
+  const AddressSpace small(rlim_t{16} << 30);
+  const std::string million = message(1'000'000);
+  EXPECT_NE(million.find("expected at most "), std::string::npos) << million;
+  const int most = std::stoi(million.substr(million.find("expected at most ") + 17));
+  EXPECT_GT(most, 100'000);
+  EXPECT_LT(most, 500'000);
+  EXPECT_NE(message(most + 1), "");
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
+  EXPECT_EQ(message(most / 100), "");
 }
 
 }  // namespace

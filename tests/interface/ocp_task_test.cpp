@@ -99,8 +99,15 @@ TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
   says(cart_pole("effects\n{\n wind on\n}\n"), {"wind"});
   says(cart_pole("output\n{\n trace tipp\n}\n"), {"tipp", "tip"});
   says(cart_pole("verify\n{\n violation -1\n}\n"), {"violation", "positive"});
+  says(cart_pole("output\n{\n trace \"tip tip\"\n}\n"), {"task.info:29:", "'trace' names 'tip' twice"});
+  std::string twice = cart_pole();
+  twice.replace(twice.find("actuated slider"), 15, "actuated \"slider slider\"");
+  says(twice, {"'actuated' names 'slider' twice"});
   says("robot\n{\n urdf nowhere.urdf\n}\n", {"nowhere.urdf"});
   says("horizon\n{\n duration 2\n}\n", {"robot"});
+  std::string held = cart_pole();
+  held.insert(held.find("\n}\n"), "\n lock \"slider pivot\"");
+  says(held, {"task.info:3:", "cart_pole.urdf' has no joint that moves: nothing to control"});
 }
 
 TEST_F(TaskFiles, FreeJointsAreLeftOpen) {
@@ -119,6 +126,22 @@ TEST_F(TaskFiles, OptionsReachTheSolver) {
   EXPECT_EQ(report.solution.nlp.status, SolveStatus::kIterationLimit);
   EXPECT_FALSE(report.success());
   EXPECT_EQ(report.solution.nlp.iterations(), 2);
+}
+
+TEST_F(TaskFiles, NoOptionOfTheSolverEmptiesAFile) {
+  const std::string file = (folder_ / "precious").string();
+  io::write_file_atomically(file, "precious");
+  const Task task = read(cart_pole("solver\n{\n ipopt\n {\n  output_file \"" + file + "\"\n }\n}\n"));
+  EXPECT_THROW(solve_task(without_compiler(task)), ArgumentError);
+  EXPECT_EQ(io::read_file(file), "precious");
+}
+
+TEST_F(TaskFiles, VerboseSaysWhatIsGenerated) {
+  const Task task = read(cart_pole("model_settings\n{\n verboseCppAd true\n}\n"));
+  ::testing::internal::CaptureStderr();
+  solve_task(without_compiler(task));
+  EXPECT_NE(::testing::internal::GetCapturedStderr().find("task \"task\": 0 functions compiled"),
+            std::string::npos);
 }
 
 TEST_F(TaskFiles, AWrongExpectationOrACoarseMeshIsNoSuccess) {

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/solvers/scaled_nlp.h>
+
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/solvers/ipopt.h>
+
+namespace dyntape {
+
+namespace {
+
+double power_of_two(double magnitude) {
+  if (magnitude > 0 && std::isfinite(magnitude)) return std::exp2(std::round(std::log2(magnitude)));
+  throw ArgumentError("a magnitude of a nonlinear program is " + io::shortest(magnitude) +
+                      ", expected a positive number");
+}
+
+std::vector<double> powers_of_two(std::vector<double> magnitudes, std::size_t size, const char* of) {
+  if (magnitudes.empty()) magnitudes.assign(size, 1.0);
+  if (magnitudes.size() != size) {
+    throw ArgumentError("the nonlinear program states " + std::to_string(magnitudes.size()) +
+                        " magnitudes of its " + of + ", expected " + std::to_string(size));
+  }
+  for (double& m : magnitudes) m = power_of_two(m);
+  return magnitudes;
+}
+
+void multiply(std::vector<double>& values, const std::vector<double>& factors) {
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] *= factors[i];
+}
+
+void divide(std::vector<double>& values, const std::vector<double>& divisors) {
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] /= divisors[i];
+}
+
+void multiply(std::vector<double>& values, double factor) {
+  for (double& v : values) v *= factor;
+}
+
+}  // namespace
+
+ScaledNlp::ScaledNlp(Nlp& nlp, NlpMagnitudes magnitudes) : nlp_(nlp), shape_(nlp.shape()) {
+  scale_.objective = power_of_two(magnitudes.objective);
+  scale_.x = powers_of_two(std::move(magnitudes.x), shape_.n(), "variables");
+  scale_.g = powers_of_two(std::move(magnitudes.g), shape_.m(), "constraints");
+  divide(shape_.x_lower, scale_.x);
+  divide(shape_.x_upper, scale_.x);
+  divide(shape_.g_lower, scale_.g);
+  divide(shape_.g_upper, scale_.g);
+  x_.resize(shape_.n());
+  lambda_.resize(shape_.m());
+}
+
+std::vector<double> ScaledNlp::in_scaled_units(const std::vector<double>& x) const {
+  std::vector<double> scaled = x;
+  divide(scaled, scale_.x);
+  return scaled;
+}
+
+NlpSolution ScaledNlp::in_scaled_units(NlpSolution s) const {
+  s.objective /= scale_.objective;
+  divide(s.x, scale_.x);
+  divide(s.g, scale_.g);
+  multiply(s.lambda, scale_.g);
+  multiply(s.lambda, 1 / scale_.objective);
+  for (std::vector<double>* price : {&s.lower_price, &s.upper_price}) {
+    multiply(*price, scale_.x);
+    multiply(*price, 1 / scale_.objective);
+  }
+  return s;
+}
+
+NlpSolution ScaledNlp::in_own_units(NlpSolution s) const {
+  s.objective *= scale_.objective;
+  multiply(s.x, scale_.x);
+  multiply(s.g, scale_.g);
+  divide(s.lambda, scale_.g);
+  multiply(s.lambda, scale_.objective);
+  for (std::vector<double>* price : {&s.lower_price, &s.upper_price}) {
+    divide(*price, scale_.x);
+    multiply(*price, scale_.objective);
+  }
+  for (IterationRecord& record : s.log) record.objective *= scale_.objective;
+  return s;
+}
+
+const double* ScaledNlp::own(const double* x) {
+  for (std::size_t i = 0; i < x_.size(); ++i) x_[i] = x[i] * scale_.x[i];
+  return x_.data();
+}
+
+bool ScaledNlp::objective(const double* x, double& value) {
+  const bool good = nlp_.objective(own(x), value);
+  value /= scale_.objective;
+  return good;
+}
+
+bool ScaledNlp::gradient(const double* x, double* gradient) {
+  if (!nlp_.gradient(own(x), gradient)) return false;
+  for (std::size_t i = 0; i < x_.size(); ++i) gradient[i] *= scale_.x[i] / scale_.objective;
+  return true;
+}
+
+bool ScaledNlp::constraints(const double* x, double* g) {
+  if (!nlp_.constraints(own(x), g)) return false;
+  for (std::size_t j = 0; j < scale_.g.size(); ++j) g[j] /= scale_.g[j];
+  return true;
+}
+
+bool ScaledNlp::jacobian(const double* x, double* nonzeros) {
+  if (!nlp_.jacobian(own(x), nonzeros)) return false;
+  const Pattern& pattern = shape_.jacobian;
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    nonzeros[k] *= scale_.x[pattern.col[k]] / scale_.g[pattern.row[k]];
+  }
+  return true;
+}
+
+bool ScaledNlp::hessian(const double* x, double sigma, const double* lambda, double* nonzeros) {
+  for (std::size_t j = 0; j < lambda_.size(); ++j) lambda_[j] = lambda[j] / scale_.g[j];
+  if (!nlp_.hessian(own(x), sigma / scale_.objective, lambda_.data(), nonzeros)) return false;
+  const Pattern& pattern = shape_.hessian;
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    nonzeros[k] *= scale_.x[pattern.row[k]] * scale_.x[pattern.col[k]];
+  }
+  return true;
+}
+
+}  // namespace dyntape
