@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
-install(TARGETS dyntape_options dyntape_autodiff dyntape_dynamics dyntape_codegen dyntape_interface
+install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_codegen dyntape_interface
   EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
 install(TARGETS dyntape_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})

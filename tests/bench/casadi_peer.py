@@ -19,7 +19,7 @@ import casadi as ca
 
 from casadi_robot import FUNCTIONS, function_of, operations
 
-FLAGS = ['-O3', '-march=native', '-ffp-contract=off', '-fPIC', '-shared', '-w']
+FLAGS = ['-O3', '-march=native', '-DNDEBUG', '-fPIC', '-shared', '-w']
 
 
 def produce(model, key, folder, compiler, limit):

@@ -7,6 +7,8 @@
 import importlib.machinery
 import importlib.util
 import pathlib
+import re
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -21,6 +23,11 @@ from table import PEAK, Table  # noqa: E402
 loader = importlib.machinery.SourceFileLoader('run', str(ROOT / 'tests' / 'bench' / 'run'))
 run = importlib.util.module_from_spec(importlib.util.spec_from_loader('run', loader))
 loader.exec_module(run)
+
+
+def casadi_peer_flags():
+    text = (ROOT / 'tests' / 'bench' / 'casadi_peer.py').read_text()  # its module needs CasADi
+    return re.findall(r"'([^']+)'", re.search(r'^FLAGS = .*', text, re.M)[0])
 
 
 def row(route, us, **more):
@@ -73,6 +80,42 @@ class Page(unittest.TestCase):
         generated = table.by_key['ur5', 'id-derivatives', 'generated']
         self.assertEqual([float(generated[name]) for name in ('ratio_to_pinocchio', 'gops', 'percent_of_peak')],
                          [0.125, 8, 20])
+
+    def test_peers_are_named_with_the_flags_of_their_users(self):
+        self.assertEqual(casadi_peer_flags()[:3], ['-O3', '-march=native', '-DNDEBUG'])
+        header = (ROOT / 'tools' / 'dyntape' / 'peer.h').read_text()
+        self.assertIn('kPeerFlags[] = "-O3 -march=native -DNDEBUG"', header)
+
+    def test_an_interrupted_run_loses_no_rows(self):
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            ended = self.run_with(folder, 'panda')
+            self.assertNotEqual(ended.returncode, 0)
+            kept = (folder / 'out/studies/benchmarks.part.csv').read_text()
+            self.assertEqual([kept.count('ur5,rnea,generated,1'), kept.count('panda,rnea,generated,1')], [1, 1], kept)
+            ended = self.run_with(folder, 'nothing', '--resume')
+            self.assertEqual(ended.returncode, 0, ended.stderr)
+            table = (folder / 'out/studies/benchmarks.csv').read_text()
+            self.assertEqual([table.count('ur5,rnea,generated,1'), table.count('panda,rnea,generated,1')], [1, 1], table)
+            self.assertEqual((folder / 'calls').read_text().split(), ['ur5', 'panda', 'panda'])
+            self.assertFalse((folder / 'out/studies/benchmarks.part.csv').exists())
+
+    def run_with(self, folder, interrupted, *options):
+        """A run with a program that interrupts it in the middle of one robot."""
+        program = folder / 'program'
+        program.write_text(f'''#!/bin/sh
+[ "$1" = --about ] && {{ echo '{{"Pinocchio": "flags"}}'; exit; }}
+robot=$(basename "$1" .urdf)
+echo $robot >>{folder}/calls
+echo robot,function,route,us,operations
+echo $robot,rnea,generated,1,10
+[ $robot = {interrupted} ] && {{ sleep 1; kill -INT $PPID; sleep 5; exit 1; }}
+echo $robot,,"{PEAK}",1,10
+''')
+        program.chmod(0o755)
+        return subprocess.run([ROOT / 'tests/bench/run', '--robots', 'ur5,panda', '--functions', 'rnea', '--program', program,
+                               '--peers', folder / 'none', '--build', folder / 'build', '--output', folder / 'out', *options],
+                              capture_output=True, text=True)
 
     def test_pictures_are_drawn(self):
         with tempfile.TemporaryDirectory() as name:

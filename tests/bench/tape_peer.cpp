@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The tape beside CppAD's, in one run: inverse dynamics of dyntape recorded on AD, Pinocchio's on
-// CppAD::AD<double>, each by its own templates, of the same robot.
+// CppAD::AD<double> (tape_cppad.cpp), each by its own templates, with its users' flags, of the same robot.
 //
 //   cmake -B build -DDYNTAPE_PEERS="folder;folder" ...      folders with include/pinocchio and include/cppad
 //   ninja -C build bench_tape_peer && build/bin/bench_tape_peer config/robots/panda.urdf --floating config/robots/solo12.urdf
@@ -12,12 +12,6 @@
 // jacobian  one evaluation of its non-zero derivatives by (q, v, a), by CppAD's fastest driver of those below
 //
 // Each figure is the least of many repetitions.  Both sides must agree on the torques and their derivatives.
-#include <pinocchio/autodiff/cppad.hpp>
-// Pinocchio's order
-#include <pinocchio/algorithm/rnea.hpp>
-#include <pinocchio/multibody.hpp>
-
-#include <chrono>
 #include <cstdio>
 #include <random>
 
@@ -28,29 +22,16 @@
 #include <dyntape/dynamics/algorithms.h>
 #include <dyntape/dynamics/urdf.h>
 
+#include "peer.h"
+#include "tape_times.h"
+
 namespace dyntape {
 namespace {
 
 using dynamics::JointType;
 
-template <class F>
-double least_us(F&& f) {
-  const auto begin = std::chrono::steady_clock::now();
-  double least = 1e9, total = 0;
-  for (int i = 0; i < 2000 && (i < 5 || total < 0.3); ++i) {
-    const auto start = std::chrono::steady_clock::now();
-    f();
-    const auto end = std::chrono::steady_clock::now();
-    least = std::min(least, std::chrono::duration<double>(end - start).count());
-    total = std::chrono::duration<double>(end - begin).count();
-  }
-  return least * 1e6;
-}
-
-// What is measured of a side, in microseconds.
-struct Times {
-  double record = 0, prepare = 0, value = 0, jacobian = 0;
-};
+using bench::least_us;
+using bench::Times;
 
 // The answers at the point, for the comparison: y, and J as a dense matrix.
 struct Answers {
@@ -113,95 +94,17 @@ Times measure_ours(const dynamics::Model<double>& model, const Eigen::VectorXd& 
   return times;
 }
 
-pinocchio::Model peer_of(const dynamics::Model<double>& model) {
-  pinocchio::Model peer;
-  for (int i = 0; i < model.njoints(); ++i) {
-    const auto& joint = model.joints[i];
-    const auto parent = static_cast<pinocchio::JointIndex>(model.parent[i] + 1);
-    const pinocchio::SE3 place(Eigen::Matrix3d(model.X_PJ[i].R), Eigen::Vector3d(model.X_PJ[i].p));
-    const auto add = [&](const auto& kind) { return peer.addJoint(parent, kind, place, joint.name); };
-    const auto along = [&](const auto& x, const auto& y, const auto& z, const auto& other) {
-      return joint.axis == Eigen::Vector3d::UnitX()   ? add(x)
-             : joint.axis == Eigen::Vector3d::UnitY() ? add(y)
-             : joint.axis == Eigen::Vector3d::UnitZ() ? add(z)
-                                                      : add(other);
-    };
-    pinocchio::JointIndex id;
-    if (joint.type == JointType::kFreeFlyer) {
-      id = add(pinocchio::JointModelFreeFlyer());
-    } else if (joint.type == JointType::kRevolute) {
-      id = along(pinocchio::JointModelRX(), pinocchio::JointModelRY(), pinocchio::JointModelRZ(),
-                 pinocchio::JointModelRevoluteUnaligned(joint.axis));
-    } else if (joint.type == JointType::kPrismatic) {
-      id = along(pinocchio::JointModelPX(), pinocchio::JointModelPY(), pinocchio::JointModelPZ(),
-                 pinocchio::JointModelPrismaticUnaligned(joint.axis));
-    } else {
-      throw ArgumentError("bench_tape_peer: joint \"" + joint.name + "\" of \"" + model.name + "\" is " +
-                          dynamics::to_string(joint.type) +
-                          "; revolute, prismatic and free joints are compared");
-    }
-    const auto& body = model.inertias[i];
-    peer.appendBodyToJoint(
-        id, pinocchio::Inertia(body.mass, Eigen::Vector3d(body.com), Eigen::Matrix3d(body.I_c)),
-        pinocchio::SE3::Identity());
-    if (dynamics::is_single(joint.type)) peer.armature[peer.idx_vs[id]] = joint.armature;
-  }
-  return peer;
-}
-
-// The fastest of CppAD's drivers: forward with directions one by one or in groups, reverse.
-double measure_drivers(CppAD::ADFun<double>& f, const Eigen::VectorXd& x, Answers& answers) {
-  using Sizes = CppAD::vector<std::size_t>;
-  const auto n = static_cast<std::size_t>(x.size());
-  CppAD::sparse_rc<Sizes> identity(n, n, n), pattern;
-  for (std::size_t i = 0; i < n; ++i) identity.set(i, i, i);
-  f.for_jac_sparsity(identity, false, false, true, pattern);
-  CppAD::sparse_rcv<Sizes, Eigen::VectorXd> J(pattern);
-  double least = 1e9;
-  for (const std::size_t group : {1, 4, 8, 16, 32}) {
-    CppAD::sparse_jac_work work;
-    least = std::min(least, least_us([&] { f.sparse_jac_for(group, x, J, pattern, "cppad", work); }));
-  }
-  CppAD::sparse_jac_work work;
-  least = std::min(least, least_us([&] { f.sparse_jac_rev(x, J, pattern, "cppad", work); }));
-  answers.J = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(J.nr()), x.size());
-  for (std::size_t k = 0; k < J.nnz(); ++k)
-    answers.J(static_cast<Eigen::Index>(J.row()[k]), static_cast<Eigen::Index>(J.col()[k])) = J.val()[k];
-  return least;
-}
-
-// The peer's; `optimised` is the same after ADFun::optimize().
+// CppAD's; `optimised` is the same after ADFun::optimize().
 Times measure_peer(const dynamics::Model<double>& model, const Eigen::VectorXd& point, Answers& answers,
                    Times& optimised) {
-  using Scalar = CppAD::AD<double>;
-  using Vector = Eigen::Matrix<Scalar, Eigen::Dynamic, 1>;
-  const pinocchio::ModelTpl<Scalar> taped = peer_of(model).cast<Scalar>();
-  pinocchio::DataTpl<Scalar> data(taped);
-  const auto record_it = [&](CppAD::ADFun<double>& f) {
-    Vector x = point.cast<Scalar>();
-    CppAD::Independent(x);
-    const Vector q = x.head(model.nq), v = x.segment(model.nq, model.nv), a = x.tail(model.nv);
-    const Vector y = pinocchio::rnea(taped, data, q, v, a);
-    f.Dependent(x, y);
-  };
+  const auto joints = tools::peer_joints(model);
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> J(model.nv, point.size());
+  answers.y.resize(model.nv);
   Times times;
-  CppAD::ADFun<double> f;
-  record_it(f);
-  times.record = least_us([&] {
-    CppAD::ADFun<double> again;
-    record_it(again);
-  });
-  times.value = least_us([&] { answers.y = f.Forward(0, point); });
-  times.jacobian = measure_drivers(f, point, answers);
-  optimised.record = times.record + least_us([&] {
-                       CppAD::ADFun<double> again;
-                       record_it(again);
-                       again.optimize();
-                     });
-  optimised.record -= times.record;
-  f.optimize();
-  optimised.value = least_us([&] { f.Forward(0, point); });
-  optimised.jacobian = measure_drivers(f, point, answers);
+  if (!measure_cppad(joints.data(), model.njoints(), model.gravity.data(), point.data(),
+                     static_cast<int>(point.size()), answers.y.data(), J.data(), &times, &optimised))
+    throw ArgumentError("bench_tape_peer: \"" + model.name + "\" has a joint that Pinocchio does not have");
+  answers.J = J;
   return times;
 }
 

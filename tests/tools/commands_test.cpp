@@ -118,6 +118,25 @@ TEST(Eval, RefusesAndLeavesNothing) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
+// A link alone: no column that a file could have.
+TEST(Eval, RefusesARobotWithoutJoints) {
+  const Scratch scratch;
+  const std::string robot = scratch / "one.urdf", states = scratch / "states.csv", out = scratch / "out.csv";
+  std::ofstream(robot) << R"(<robot name="one"><link name="only"><inertial><mass value="1"/>
+    <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>)";
+  std::ofstream(states) << "q0\n1\n";
+  for (const char* function : {"rnea", "com", "fd-derivatives", "frame-placement"}) {
+    const auto run = run_dyntape(
+        {"eval", robot, "--function", function, "--route", "analytic", "--input", states, "--output", out});
+    EXPECT_EQ(run.status, 1) << function;
+    EXPECT_NE(run.err.find("model \"one\" has no joint that moves"), std::string::npos) << run.err;
+  }
+  EXPECT_FALSE(std::filesystem::exists(out));
+  EXPECT_EQ(run_dyntape({"info", robot}).status, 0);
+  EXPECT_EQ(run_dyntape({"info", robot, "--json"}).status, 0);
+  EXPECT_EQ(run_dyntape({"identify", robot}).status, 1);
+}
+
 TEST(Generate, WritesCThatCompilesByItself) {
   const Scratch scratch;
   const auto run = run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba",
@@ -282,6 +301,16 @@ TEST(Doctor, FindsTheMachineSound) {
   const auto run = run_dyntape({"doctor", "--json"});
   EXPECT_EQ(run.status, 0) << run.out;
   EXPECT_TRUE(json::parse(run.out)["ok"].get<bool>());
+}
+
+TEST(Doctor, WorksWithoutItsTemporaryFolder) {
+  const char* const found = std::getenv("TMPDIR");
+  const std::string before = found ? found : "";
+  setenv("TMPDIR", "/nowhere", 1);
+  const auto run = run_dyntape({"doctor"});
+  found ? setenv("TMPDIR", before.c_str(), 1) : unsetenv("TMPDIR");
+  EXPECT_EQ(run.status, 0) << run.out;
+  EXPECT_NE(run.err.find("TMPDIR is not used, /tmp is: /nowhere"), std::string::npos) << run.err;
 }
 
 TEST(Study, RoutesToCsvAndPicture) {

@@ -72,7 +72,7 @@ TEST(CommandLine, RefusesWhatItDoesNotKnow) {
   EXPECT_EQ(run_dyntape({}).status, 2);
   EXPECT_EQ(run_dyntape({"info"}).status, 2);
   EXPECT_EQ(run_dyntape({"info", config("robots/panda.urdf"), "--base", "flying"}).status, 2);
-  EXPECT_EQ(run_dyntape({"info", config("robots/panda.urdf"), "--snap", "-1"}).status, 2);
+  EXPECT_EQ(run_dyntape({"info", config("robots/panda.urdf"), "--snap", "right"}).status, 2);
 }
 
 TEST(CommandLine, HelpTeaches) {

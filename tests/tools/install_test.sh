@@ -1,14 +1,30 @@
 #!/usr/bin/env bash
-# Installs the build into a scratch prefix, builds the README's program against it and runs it.
+# Installs the build into a scratch prefix, builds the README's program and programs of several parts against it and runs
+# them; what cannot be mixed must be refused.
 #   install_test.sh SOURCE_DIR BUILD_DIR COMPILER
 set -euo pipefail
 source=$1 build=$2 compiler=$3
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
+robots=$scratch/prefix/share/dyntape/robots
 
 cmake --install "$build" --prefix "$scratch/prefix" >/dev/null
 cmake -S "$source/tests/tools/consumer" -B "$scratch/build" -G Ninja -DCMAKE_PREFIX_PATH="$scratch/prefix" \
   -DCMAKE_CXX_COMPILER="$compiler" -DPROGRAM="$source/tests/examples/first.cpp" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 cmake --build "$scratch/build" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
-"$scratch/build/consumer" "$scratch/prefix/share/dyntape/robots/panda.urdf"
-"$scratch/prefix/bin/dyntape" info "$scratch/prefix/share/dyntape/robots/panda.urdf" --json >/dev/null
+"$scratch/build/consumer" "$robots/panda.urdf"
+"$scratch/prefix/bin/dyntape" info "$robots/panda.urdf" --json >/dev/null
+
+for program in "$scratch"/build/mixed/mixed_*[0-9] "$scratch/build/mixed/mixed_packs"; do
+  "$program" "$robots/ur5.urdf" || { echo "$(basename "$program") fails"; exit 1; }
+done
+refused() { # target, the sentence
+  if cmake --build "$scratch/build" --target "$1" >"$scratch/log" 2>&1; then echo "$1 was linked"; exit 1; fi
+  grep -q "$2" "$scratch/log" || { cat "$scratch/log"; exit 1; }
+}
+# Only where the flags that dyntape was built with differ from a plain build's.
+if grep -q -- -U__AVX__ "$scratch"/prefix/lib*/cmake/dyntape/dyntapeTargets.cmake "$scratch"/prefix/lib*/*/cmake/dyntape/dyntapeTargets.cmake 2>/dev/null; then
+  refused refused_flags 'link dyntape::dyntape_native'
+  refused refused_packs 'vectors_of_16_bytes_unless_linked_to_dyntape_native'
+fi
+refused refused_allocator 'dyntape_is_compiled_with_Eigen_on_malloc_but_this_unit'

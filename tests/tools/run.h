@@ -47,9 +47,10 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-inline Outcome run_dyntape(const std::vector<std::string>& arguments) {
+// `output`: where the standard output goes in place of Outcome::out.
+inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std::string& output = "") {
   const Scratch scratch;
-  const std::string out = scratch / "out", err = scratch / "err";
+  const std::string out = output.empty() ? scratch / "out" : output, err = scratch / "err";
   std::vector<std::string> words{DYNTAPE_COMMAND};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
@@ -63,7 +64,7 @@ inline Outcome run_dyntape(const std::vector<std::string>& arguments) {
   int status = -1;
   if (posix_spawn(&pid, argv[0], &actions, nullptr, argv.data(), environ) == 0) waitpid(pid, &status, 0);
   posix_spawn_file_actions_destroy(&actions);
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, slurp(out), slurp(err)};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, output.empty() ? slurp(out) : "", slurp(err)};
 }
 
 inline std::string config(const std::string& name) {

@@ -215,7 +215,7 @@ void compare(const dynamics::Model<double>& model, const CompareOptions& options
       rows.push_back(measure(model, function, peer ? &*peer : nullptr, options));
     }
   }
-  const std::string name = library ? library->table().name : "";
+  const std::string name = library ? std::string(library->table().name) + " (" + kPeerFlags + ")" : "";
   (options.json ? print_json : print)(model, options, name, rows);
 }
 

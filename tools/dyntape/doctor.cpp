@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape doctor: is everything there that dyntape uses, and does the way from a recording to a library work?
-#include <unistd.h>
 #include <boost/version.hpp>
 
-#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +12,7 @@
 #include <dyntape/codegen/cache.h>
 #include <dyntape/codegen/compile.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/files.h>
 #include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/io/table.h>
 
@@ -71,12 +70,10 @@ Finding pipeline() {
 }
 
 Finding pictures() {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("dyntape_doctor_" + std::to_string(getpid()) + ".svg");
+  const codegen::TemporaryFolder folder(codegen::system_temporary_folder(), "dyntape-");
   io::Plot plot;
   plot.panels = {{.title = "doctor", .series = {{.name = "y", .x = {0, 1}, .y = {0, 1}}}}};
-  io::draw(plot, path.string());
-  std::filesystem::remove(path);
+  io::draw(plot, folder.path() + "/plot.svg");
   return {"pictures", "gnuplot draws"};
 }
 

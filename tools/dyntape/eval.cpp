@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape eval: a function of a robot at the states of a CSV file, by one route.
-#include <iostream>
+#include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/mimic.h>
 #include <dyntape/interface/function/robot_evaluator.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/progress.h>
@@ -43,19 +45,69 @@ std::vector<int> columns(const io::CsvTable& table, const std::vector<std::strin
   return indices;
 }
 
+// Entries of q that are read by their direction: a quaternion, or a pair (cos, sin).
+struct Direction {
+  std::string joint;
+  int begin, size;
+};
+
+std::vector<Direction> directions(const dynamics::UrdfRobot& robot) {
+  using dynamics::JointType;
+  const dynamics::MimicModel<double> model(robot.model, robot.mimics);
+  std::vector<Direction> found;
+  for (const auto& joint : robot.model.joints) {
+    const int begin = model.q_entries[static_cast<std::size_t>(joint.idx_q)].index;
+    if (joint.type == JointType::kContinuous) found.push_back({joint.name, begin, 2});
+    if (joint.type == JointType::kPlanar) found.push_back({joint.name, begin + 2, 2});
+    if (joint.type == JointType::kSpherical) found.push_back({joint.name, begin, 4});
+    if (joint.type == JointType::kFreeFlyer) found.push_back({joint.name, begin + 3, 4});
+  }
+  return found;
+}
+
+void check_directions(const std::vector<Direction>& directions, const std::vector<double>& state,
+                      const std::string& where) {
+  for (const Direction& d : directions) {
+    const auto begin = state.begin() + d.begin, end = begin + d.size;
+    if (std::any_of(begin, end, [](double x) { return x != 0; })) continue;
+    throw FileError(where + "the " + (d.size == 2 ? "pair (cos, sin)" : "quaternion") + " of joint \"" +
+                    d.joint + "\", q" + std::to_string(d.begin) + " to q" +
+                    std::to_string(d.begin + d.size - 1) + ", is zero; expected any length but zero");
+  }
+}
+
+void check_result(const std::vector<double>& result, const std::vector<std::string>& names,
+                  const std::string& where) {
+  const auto bad = std::find_if(result.begin(), result.end(), [](double y) { return !std::isfinite(y); });
+  if (bad == result.end()) return;
+  throw FileError(where + "at this state " + names[static_cast<std::size_t>(bad - result.begin())] + " is " +
+                  (std::isnan(*bad) ? "not a number" : "infinite") +
+                  "; expected a state where the function is finite");
+}
+
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
+  if (robot.model.nv == 0) {
+    throw ArgumentError(
+        "eval: model \"" + robot.model.name +
+        "\" has no joint that moves, so that a file of states has no columns; lock fewer joints, or "
+        "load it with --base floating");
+  }
   RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
   const io::CsvTable states = io::read_csv(options.input);
   const std::vector<int> order = columns(states, input_names(robot.model, function), options.input);
 
+  const std::vector<Direction> read_by_direction = directions(robot);
   io::CsvTable results(output_names(robot.model, function));
   io::Progress progress("evaluating", states.rows());
   std::vector<double> state(evaluate.n_in()), result(evaluate.n_out());
   for (int i = 0; i < states.rows(); ++i) {
     for (std::size_t k = 0; k < state.size(); ++k) state[k] = states(i, order[k]);
+    const std::string where = options.input + ": row " + std::to_string(i + 1) + ": ";
+    check_directions(read_by_direction, state, where);
     evaluate.evaluate(state.data(), result.data());
+    check_result(result, results.names(), where);
     results.append(result);
     progress.update(i + 1);
   }

@@ -1,9 +1,56 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <cerrno>
+#include <cstring>
 #include <iostream>
+#include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
 
 #include "commands.h"
+
+namespace dyntape::tools {
+namespace {
+
+std::string wrong_words(const CLI::App*, const CLI::Error& error) {
+  return one_line(error.what()) + "\nRun with --help for more information.\n";
+}
+
+int failed(const std::string& sentence, int status = 1) {
+  std::cerr << "dyntape: " << sentence << "\n";
+  return status;
+}
+
+// What was printed has arrived, or the command has not done its work.
+int arrived(int status) {
+  errno = 0;
+  if (std::cout.flush()) return status;
+  return failed(
+      "the standard output cannot be written" + (errno ? std::string(": ") + std::strerror(errno) : ""),
+      status ? status : 1);
+}
+
+int run(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) ? 2 : 0;  // 2: the command line itself is wrong
+  } catch (const Failure& failure) {
+    return failure.status;
+  } catch (const Error& e) {
+    return failed(e.what());
+  } catch (const nlohmann::json::type_error& e) {
+    constexpr int kNotUtf8 = 316;
+    if (e.id != kNotUtf8) return failed(std::string("unexpected failure: ") + e.what());
+    return failed(
+        "a name or a path is not UTF-8, which JSON has to be; expected names in UTF-8 (iconv -t utf-8)");
+  } catch (const std::exception& e) {
+    return failed(std::string("unexpected failure: ") + e.what());
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace dyntape::tools
 
 int main(int argc, char** argv) {
   using namespace dyntape::tools;
@@ -18,7 +65,7 @@ int main(int argc, char** argv) {
   app.name("dyntape");
   app.set_version_flag("--version", "dyntape " DYNTAPE_VERSION);
   app.require_subcommand(1);
-  app.failure_message(CLI::FailureMessage::simple);
+  app.failure_message(wrong_words);
   add_info(app);
   add_eval(app);
   add_generate(app);
@@ -30,19 +77,5 @@ int main(int argc, char** argv) {
   add_cache(app);
   add_doctor(app);
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& e) {
-    const int status = app.exit(e);
-    return status ? 2 : 0;  // 2: the command line itself is wrong
-  } catch (const Failure& failure) {
-    return failure.status;
-  } catch (const dyntape::Error& e) {
-    std::cerr << "dyntape: " << e.what() << "\n";
-    return 1;
-  } catch (const std::exception& e) {
-    std::cerr << "dyntape: unexpected failure: " << e.what() << "\n";
-    return 1;
-  }
-  return 0;
+  return arrived(run(app, argc, argv));
 }

@@ -28,12 +28,9 @@ using codegen::Outcome;
 const Bounds kBounds{1, 1800, std::size_t{16} << 30};
 
 // What Pinocchio's variants of joints and constraints need of Boost.
-constexpr const char* kDefinitions[] = {"-DBOOST_MPL_LIMIT_LIST_SIZE=30",
-                                        "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
+constexpr const char* kDefinitions[] = {"-DBOOST_MPL_LIMIT_LIST_SIZE=30", "-DBOOST_MPL_LIMIT_VECTOR_SIZE=30",
                                         "-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS",
-                                        "-DBOOST_FUSION_INVOKE_MAX_ARITY=12",
-                                        "-DNDEBUG",
-                                        "-w"};
+                                        "-DBOOST_FUSION_INVOKE_MAX_ARITY=12", "-w"};
 
 void copy(const dynamics::Placement<double>& X, double* rotation, double* translation) {
   Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R(rotation);
@@ -97,7 +94,7 @@ std::string find_include(const std::string& prefix, std::string& reason) {
 std::vector<std::string> compiler_words(const std::string& include) {
   std::vector<std::string> words = {"/usr/bin/env", DYNTAPE_CXX_COMPILER, "-std=c++20", "-fPIC",
                                     "-fvisibility=hidden"};
-  for (const std::string& flag : split(DYNTAPE_DYNAMICS_FLAGS)) words.push_back(flag);
+  for (const std::string& flag : split(kPeerFlags)) words.push_back(flag);
   for (const char* definition : kDefinitions) words.push_back(definition);
   for (const std::string& folder : {include, std::string(DYNTAPE_EIGEN_FOLDER)}) {
     words.push_back("-isystem");
@@ -182,7 +179,7 @@ std::optional<PeerLibrary> PeerLibrary::open(const std::string& prefix, std::str
   return PeerLibrary(reinterpret_cast<decltype(&dyntape_peer_table)>(symbol)());
 }
 
-Peer::Peer(const PeerLibrary& library, const dynamics::Model<double>& model) : table_(library.table()) {
+std::vector<dyntape_peer_joint> peer_joints(const dynamics::Model<double>& model) {
   std::vector<dyntape_peer_joint> joints;
   for (int i = 0; i < model.njoints(); ++i) {
     const auto& joint = model.joints[i];
@@ -200,6 +197,11 @@ Peer::Peer(const PeerLibrary& library, const dynamics::Model<double>& model) : t
     to.armature = joint.armature;
     joints.push_back(to);
   }
+  return joints;
+}
+
+Peer::Peer(const PeerLibrary& library, const dynamics::Model<double>& model) : table_(library.table()) {
+  const std::vector<dyntape_peer_joint> joints = peer_joints(model);
   peer_ = table_.build(joints.data(), model.njoints(), model.gravity.data());
   if (!peer_) throw ArgumentError("model \"" + model.name + "\" has a joint that the peer does not know");
 }

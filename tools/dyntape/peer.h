@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Pinocchio in the same process, for `bench --peer`: tools/peers/, compiled once with the
-// flags of dyntape's own dynamics (and NDEBUG, as Pinocchio's releases are) and kept in the cache folder.
+// Pinocchio in the same process, for `bench --peer`: tools/peers/, compiled once as its users compile it and kept
+// in the cache folder.  Its objects of Eigen are not laid out as dyntape's: it is a library of its own, and only
+// plain numbers go in and out.
 //
 //   std::string reason;
 //   if (auto library = PeerLibrary::open("", reason)) {
@@ -25,6 +26,8 @@
 
 namespace dyntape::tools {
 
+inline constexpr char kPeerFlags[] = "-O3 -march=native -DNDEBUG";
+
 class PeerLibrary {
  public:
   // None, with the reason: there is no Pinocchio here.  ToolError: there is one and it does not compile.
@@ -36,6 +39,9 @@ class PeerLibrary {
   explicit PeerLibrary(const dyntape_peer* table) : table_(table) {}
   const dyntape_peer* table_;  // of a library that stays loaded
 };
+
+// The robot in plain numbers.
+std::vector<dyntape_peer_joint> peer_joints(const dynamics::Model<double>& model);
 
 class Peer {
  public:

@@ -17,7 +17,6 @@ void add_robot_options(CLI::App& command, RobotOptions& options) {
   command
       .add_option("--snap", options.snap,
                   "rotations within this angle [rad] of a right one become exact; 0 reads them literally")
-      ->check(CLI::NonNegativeNumber)
       ->type_name("RAD")
       ->capture_default_str();
   command.add_flag("--mimic", options.mimic,

@@ -3,20 +3,16 @@
 // What the units of the peer share: they are several because each takes Pinocchio a minute and gigabytes.
 #pragma once
 
-#include <pinocchio/multibody.hpp>
-#include <pinocchio/multibody/joint.hpp>
-
 #include <pinocchio/algorithm/proximal.hpp>
 #include <pinocchio/constraints.hpp>
 
 #include <string>
 #include <vector>
 
-#include "pinocchio_peer.h"
+#include "pinocchio_model.h"
 
 namespace peer {
 
-namespace pin = pinocchio;
 using Vector = Eigen::VectorXd;
 using Matrix = Eigen::MatrixXd;
 using Matrix6 = Eigen::Matrix<double, 6, Eigen::Dynamic>;

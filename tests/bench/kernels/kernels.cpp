@@ -64,7 +64,8 @@ nlohmann::json to_json(const dynamics::Model<double>& model) {
 
 // What the figures depend on besides the machine.
 nlohmann::json about() {
-  nlohmann::json j = {{"dyntape", DYNTAPE_VERSION}, {"plain code", DYNTAPE_PLAIN_FLAGS}};
+  nlohmann::json j = {
+      {"dyntape", DYNTAPE_VERSION}, {"plain code", DYNTAPE_PLAIN_FLAGS}, {"Pinocchio", tools::kPeerFlags}};
   std::string flags = "-O1";
   if (const auto compiler = codegen::find_compiler("", {})) {
     for (const std::string& flag : compiler->flags)

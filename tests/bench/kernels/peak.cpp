@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/processor.h>
+
 #include "route.h"
 
 namespace dyntape::bench {
 namespace {
 
-#if defined(__AVX512F__)
+#if defined(DYNTAPE_HAS_AVX512F)
 constexpr int kWidth = 8;
-#elif defined(__AVX__)
+#elif defined(DYNTAPE_HAS_AVX)
 constexpr int kWidth = 4;
 #else
 constexpr int kWidth = 2;

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Two threads solve at once, a hundred times: the linear solver of Ipopt keeps static state, and solves take turns.
+#include <cstdio>
+#include <thread>
+
+#include <dyntape/interface/ocp/collocation.h>
+#include <dyntape/interface/solvers/ipopt.h>
+
+namespace {
+
+using namespace dyntape;
+
+Problem block(double mass) {
+  Problem p("block", {"p", "v"}, {"u"}, 1.0, [=](const auto& s) { return vector(s.x[1], s.u[0] / mass); });
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.start << 0, 0;
+  p.goal << 1, 0;
+  return p;
+}
+
+// Whether a hundred solves find the optimum 12 m^2.
+void solve(double mass, int* wrong) {
+  Collocation nlp(block(mass), {.intervals = 40, .evaluation = {EvaluationRoute::kInterpreter}});
+  for (int k = 0; k < 100; ++k) {
+    const NlpSolution s = solve_with_ipopt(nlp, nlp.start());
+    const double error = s.objective / (12 * mass * mass) - 1;
+    *wrong += s.status != SolveStatus::kSolved || !(error < 1e-6 && error > -1e-6);
+  }
+}
+
+}  // namespace
+
+int main() {
+  int wrong[2] = {};
+  std::thread first(solve, 1.0, &wrong[0]), second(solve, 3.0, &wrong[1]);
+  first.join();
+  second.join();
+  std::printf("%d and %d of 100 solves went wrong\n", wrong[0], wrong[1]);
+  return wrong[0] + wrong[1] == 0 ? 0 : 1;
+}
