@@ -4,6 +4,7 @@
 #include <elf.h>
 
 #include <cstring>
+#include <optional>
 
 #include <dyntape/codegen/files.h>
 
@@ -11,7 +12,9 @@ namespace dyntape::bench {
 
 std::size_t text_bytes(const std::string& path) {
   int error = 0;
-  const std::string file = codegen::read_file(path, error).value_or("");
+  const std::optional<std::string> found = codegen::read_file(path, error);
+  if (!found) return 0;
+  const std::string& file = *found;
   const auto read = [&](auto& to, std::size_t at) {
     if (at + sizeof(to) > file.size()) return false;
     std::memcpy(&to, file.data() + at, sizeof(to));
