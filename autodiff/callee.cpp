@@ -153,7 +153,17 @@ void check_pattern(const Callee& callee) {
 }
 
 std::vector<OperationCount> count_operations(const Callee& callee) {
-  return callee.recorded ? count_operations(*callee.recorded) : callee.operations;
+  if (!callee.recorded) return callee.operations;
+  static std::mutex mutex;
+  auto& made = callee.made.operations;
+  {
+    const std::scoped_lock lock(mutex);
+    if (made) return *made;
+  }
+  auto operations = count_operations(*callee.recorded);  // and of what that calls: once each
+  const std::scoped_lock lock(mutex);
+  if (!made) made = std::move(operations);
+  return *made;
 }
 
 std::shared_ptr<const Callee> jvp_callee(const std::shared_ptr<const Callee>& callee) {

@@ -25,6 +25,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -78,11 +79,14 @@ struct Callee {
   // is found out.
   bool has_poles = true;
 
-  // The derivative callees made so far, while some graph holds them.  A copy, whose derivatives may be given
-  // anew, has made none.
+  // What has been made of it so far: derivative callees, while some graph holds them, digests for content_hash(), the
+  // operations of the recorded function.  A copy, in which anything may be given anew, has made nothing; a callee that
+  // has been called stays as it is.
   struct Made {
     std::weak_ptr<const Callee> jvp, vjp;
     std::map<Seeds, std::weak_ptr<const Callee>> jvps, vjps;  // by some seeds
+    std::map<int, std::string> digests;                       // by what they cover
+    std::optional<std::vector<OperationCount>> operations;
     Made() = default;
     Made(const Made&) {}
     Made& operator=(const Made&) { return *this = Made(), *this; }

@@ -2,6 +2,7 @@
 #include <dyntape/autodiff/condition.h>
 
 #include <algorithm>
+#include <iterator>
 
 namespace dyntape {
 
@@ -43,7 +44,29 @@ ConditionId Conditions::either(ConditionId a, ConditionId b) {
   if (opposite(a, b)) return kAlways;
   if (is_part(a, b, Kind::kEither) || is_part(b, a, Kind::kBoth)) return a;
   if (is_part(b, a, Kind::kEither) || is_part(a, b, Kind::kBoth)) return b;
-  return find_or_add(Kind::kEither, std::min(a, b), std::max(a, b));
+  return either_of_parts(a, b);
+}
+
+// Of few parts each set is one condition, in whatever order it came together.
+ConditionId Conditions::either_of_parts(ConditionId a, ConditionId b) {
+  const auto parts_of = [&](ConditionId c) {
+    return rows_[c].kind == Kind::kEither ? rows_[c].parts : Set{c};
+  };
+  const Set x = parts_of(a), y = parts_of(b);
+  Set parts;
+  std::set_union(x.begin(), x.end(), y.begin(), y.end(), std::back_inserter(parts));
+  const bool are_known = !x.empty() && !y.empty() && parts.size() <= kMostParts;
+  if (are_known) {
+    if (parts == x) return a;
+    if (parts == y) return b;
+    if (const auto known = by_parts_.find(parts); known != by_parts_.end()) return known->second;
+  }
+  const ConditionId either = find_or_add(Kind::kEither, std::min(a, b), std::max(a, b));
+  if (are_known) {
+    by_parts_.emplace(parts, either);
+    rows_[either].parts = std::move(parts);
+  }
+  return either;
 }
 
 // Conditions are made of older ones, which come first; without recursion, for a sum of many weights is deep.

@@ -37,19 +37,26 @@ class Conditions {
   NodeId select(ConditionId c, NodeId value, NodeId otherwise);
 
  private:
+  // Sorted.  Larger sets are not compared: one for each of a hundred thousand sums would be quadratic.
+  using Set = std::vector<ConditionId>;
+  static constexpr std::size_t kMostParts = 64;
+
   enum class Kind : std::uint8_t { kAlways, kNever, kIs, kIsNot, kBoth, kEither };
   struct Row {
     Kind kind;
     std::uint32_t a = 0, b = 0;  // a node; or two conditions
     NodeId node = kNoNode;       // once it is made
+    Set parts = {};  // of kEither: conditions of other kinds one of which holds; empty if they are many
   };
   ConditionId find_or_add(Kind kind, std::uint32_t a, std::uint32_t b);
+  ConditionId either_of_parts(ConditionId a, ConditionId b);
   NodeId made(const Row& row);
   bool is_part(ConditionId whole, ConditionId part, Kind kind) const;
 
   Graph& graph_;
   std::vector<Row> rows_ = {{Kind::kAlways}, {Kind::kNever}};
   std::map<std::tuple<Kind, std::uint32_t, std::uint32_t>, ConditionId> found_;
+  std::map<Set, ConditionId> by_parts_;
 };
 
 }  // namespace dyntape

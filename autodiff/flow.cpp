@@ -19,7 +19,12 @@ Flow Flows::through_branch(Flow flow, NodeId condition, bool positive) {
 }
 
 void Flows::join(Flow& sum, Flow more) {
-  if (sum.weighted != more.weighted) sum = gated(sum), more = gated(more);
+  if (sum.weighted != more.weighted) {
+    // What is without a number only where the sum is without weights waits for the sum's gate.
+    const ConditionId either = conditions_.either(sum.weighted, more.weighted);
+    if (sum.weighted != either || sum.live != more.live) sum = gated(sum);
+    if (more.weighted != either || sum.live != more.live) more = gated(more);
+  }
   Flow joined;
   if (sum.live == more.live || conditions_.opposite(sum.live, more.live)) {
     joined.cut = sum.live == more.live && (sum.cut || more.cut);

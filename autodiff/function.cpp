@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include <dyntape/autodiff/callee.h>
 #include <dyntape/autodiff/error.h>
@@ -60,10 +61,18 @@ Function rebuilt(const Function& function, const std::function<NodeId(Graph&, Bl
 
 using InputImage = std::function<NodeId(Block, std::uint32_t)>;
 
-// As splice(); `dissolve`: calls of callees that dissolve become their statements; `gates`, unless it is empty: the
-// images of the nodes that are conditions of gates.
+// Results of dissolved calls, by callee and arguments: an equal call is the same call.
+using DissolvedCalls = std::map<std::pair<const Callee*, std::vector<NodeId>>, std::vector<NodeId>>;
+
+std::vector<NodeId> dissolved_call(const std::shared_ptr<const Callee>& callee,
+                                   const std::vector<NodeId>& arguments, Graph& target,
+                                   DissolvedCalls& dissolved);
+
+// As splice(); `dissolved`, unless there is none: calls of callees that dissolve become their statements; `gates`, unless
+// it is empty: the images of the nodes that are conditions of gates.
 std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
-                            const InputImage& input, bool dissolve, const std::vector<NodeId>& gates = {}) {
+                            const InputImage& input, DissolvedCalls* dissolved,
+                            const std::vector<NodeId>& gates = {}) {
   const std::vector<std::uint8_t> needed = needed_for(source, roots);
   std::vector<NodeId> image(source.size(), kNoNode);
   std::vector<std::vector<NodeId>> results;  // of call number i
@@ -82,10 +91,8 @@ std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& root
         source.for_each_argument(id, [&](NodeId a) { arguments.push_back(image[a]); });
         results.resize(std::max<std::size_t>(results.size(), node.c + 1));
         const auto& callee = source.callees()[node.a];
-        results[node.c] = dissolve && callee->dissolves
-                              ? spliced(
-                                    callee->recorded->graph, callee->recorded->outputs, target,
-                                    [&](Block, std::uint32_t i) { return arguments[i]; }, true)
+        results[node.c] = dissolved && callee->dissolves
+                              ? dissolved_call(callee, arguments, target, *dissolved)
                               : target.call(callee, arguments);
         break;
       }
@@ -105,11 +112,23 @@ std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& root
   return images;
 }
 
+std::vector<NodeId> dissolved_call(const std::shared_ptr<const Callee>& callee,
+                                   const std::vector<NodeId>& arguments, Graph& target,
+                                   DissolvedCalls& dissolved) {
+  if (const auto known = dissolved.find({callee.get(), arguments}); known != dissolved.end())
+    return known->second;
+  const std::vector<NodeId> results = spliced(
+      callee->recorded->graph, callee->recorded->outputs, target,
+      [&](Block, std::uint32_t i) { return arguments[i]; }, &dissolved);
+  dissolved.emplace(std::pair(callee.get(), arguments), results);
+  return results;
+}
+
 }  // namespace
 
 std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                            const std::function<NodeId(Block, std::uint32_t)>& input) {
-  return spliced(source, roots, target, input, false);
+  return spliced(source, roots, target, input, nullptr);
 }
 
 Function dissolved(const Function& function) {
@@ -117,9 +136,10 @@ Function dissolved(const Function& function) {
   if (std::none_of(callees.begin(), callees.end(), [](const auto& c) { return c->dissolves; }))
     return compact(function);
   Graph graph;
+  DissolvedCalls calls;
   const std::vector<NodeId> images = spliced(
       function.graph, roots_of(function), graph, [&](Block b, std::uint32_t i) { return graph.input(b, i); },
-      true);
+      &calls);
   return compact(with_graph(function, std::move(graph), images));
 }
 
@@ -188,7 +208,8 @@ Function as_variables(const Function& function, bool open_gates) {
   };
   const std::vector<NodeId> gates =
       open_gates ? opened_gates(function.graph, graph, input) : std::vector<NodeId>{};
-  const std::vector<NodeId> images = spliced(function.graph, roots_of(function), graph, input, false, gates);
+  const std::vector<NodeId> images =
+      spliced(function.graph, roots_of(function), graph, input, nullptr, gates);
   Function result = with_graph(function, std::move(graph), images);
   result.inputs = {n_x + n_w + n_p, 0, 0};
   result.input_names = {};

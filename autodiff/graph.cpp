@@ -21,12 +21,6 @@ std::uint64_t mix(std::uint64_t h) {  // the finaliser of a 64-bit multiplicativ
   return h;
 }
 
-std::uint64_t call_hash(std::size_t callee, const NodeId* arguments, std::size_t n) {
-  std::uint64_t h = mix(callee);
-  for (std::size_t i = 0; i < n; ++i) h = mix(h + arguments[i]);
-  return h;
-}
-
 // For nodes of the table.  kNoNode + 1 is 0.
 NodeId newest_argument(const Node& node) { return std::max({node.a + 1, node.b + 1, node.c + 1}) - 1; }
 
@@ -51,7 +45,7 @@ void Graph::index_nodes() {
     if (node.op == Op::Const) {
       table_.find_or_add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]));
     } else if (node.op == Op::Input || node.op == Op::Call) {
-      table_.find_or_add_keyed(key(node), none);
+      table_.find_or_add_keyed(node.op == Op::Call ? call_key(node) : key(node), none);
     } else {
       const NodeId newest = node.op == Op::Result ? node.a : newest_argument(node);
       table_.find_or_add(newest, none, [&] { return key(node); });
@@ -257,32 +251,43 @@ NodeId Graph::reciprocal_power(NodeId base, int exponent) {
   return exponent % 2 ? make(Op::Div, square, base) : square;
 }
 
+std::uint64_t Graph::call_key(const Node& call) const {
+  std::uint64_t h = mix(call.a);
+  for (std::size_t i = 0, n = callees_[call.a]->n_in; i < n; ++i) h = mix(h + call_arguments_[call.b + i]);
+  return h;
+}
+
+NodeId Graph::place_of(const std::shared_ptr<const Callee>& callee) {
+  if (const auto known = callee_places_.find(callee.get()); known != callee_places_.end())
+    return known->second;
+  check_pattern(*callee);
+  const auto place = static_cast<NodeId>(callees_.size());
+  callees_.push_back(callee);
+  callee_places_.emplace(callee.get(), place);
+  return place;
+}
+
 std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
                                 const std::vector<NodeId>& arguments) {
   if (arguments.size() != callee->n_in) {
     throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(arguments.size()) +
                         " arguments, expected " + std::to_string(callee->n_in));
   }
-  std::size_t index = 0;
-  while (index < callees_.size() && callees_[index] != callee) ++index;
-  if (index == callees_.size()) {
-    check_pattern(*callee);
-    callees_.push_back(callee);
-  }
+  make_ready();
+  const Node added{Op::Call, place_of(callee), static_cast<NodeId>(call_arguments_.size()), n_calls_};
+  call_arguments_.insert(call_arguments_.end(), arguments.begin(), arguments.end());
   // An equal call is the same call.
-  NodeId call = kNoNode;
-  const std::uint64_t key = call_hash(index, arguments.data(), arguments.size());
-  for (auto [it, end] = calls_.equal_range(key); it != end; ++it) {
-    const Node& node = nodes_[it->second];
-    if (node.a == index && std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b))
-      call = it->second;
-  }
-  if (call == kNoNode) {
-    const auto first = static_cast<NodeId>(call_arguments_.size());
-    call_arguments_.insert(call_arguments_.end(), arguments.begin(), arguments.end());
-    call = intern_without_arguments(
-        {Op::Call, static_cast<NodeId>(index), first, static_cast<NodeId>(calls_.size())});
-    calls_.emplace(key, call);
+  const auto is_it = [&](NodeId id) {
+    const Node& node = nodes_[id];
+    return node.op == Op::Call && node.a == added.a &&
+           std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b);
+  };
+  const NodeId call = table_.find_or_add_keyed(call_key(added), is_it);
+  if (call == nodes_.size()) {
+    nodes_.push_back(added);
+    ++n_calls_;
+  } else {
+    call_arguments_.resize(added.b);
   }
   std::vector<NodeId> results(callee->n_out);
   for (std::size_t i = 0; i < results.size(); ++i) {
@@ -304,7 +309,7 @@ Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>&
     if (is_table_op(node.op)) {
       copy.nodes_[next] = {node.op, image[node.a], image[std::min(node.b, n)], image[std::min(node.c, n)]};
     } else if (kept) {
-      copy.nodes_[next] = copy.structural_copy(*this, node, next, image);
+      copy.nodes_[next] = copy.structural_copy(*this, node, image);
     }
     image[id] = kept ? next : kNoNode;
     next += kept;
@@ -314,11 +319,10 @@ Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>&
   return copy;
 }
 
-Node Graph::structural_copy(const Graph& source, const Node& node, NodeId id,
-                            const std::vector<NodeId>& image) {
+Node Graph::structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image) {
   switch (node.op) {
     case Op::Call:
-      return copy_call(source, node, id, image);
+      return copy_call(source, node, image);
     case Op::Const:
       constants_.push_back(source.constants_[node.a]);
       return {Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode};
@@ -329,18 +333,13 @@ Node Graph::structural_copy(const Graph& source, const Node& node, NodeId id,
   }
 }
 
-Node Graph::copy_call(const Graph& source, const Node& node, NodeId id, const std::vector<NodeId>& image) {
+Node Graph::copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image) {
   const auto& callee = source.callees_[node.a];
-  const auto index =
-      static_cast<std::size_t>(std::find(callees_.begin(), callees_.end(), callee) - callees_.begin());
-  if (index == callees_.size()) callees_.push_back(callee);
   const auto first = static_cast<NodeId>(call_arguments_.size());
   for (std::size_t i = 0; i < callee->n_in; ++i) {
     call_arguments_.push_back(image[source.call_arguments_[node.b + i]]);
   }
-  const auto number = static_cast<NodeId>(calls_.size());
-  calls_.emplace(call_hash(index, call_arguments_.data() + first, callee->n_in), id);
-  return {Op::Call, static_cast<NodeId>(index), first, number};
+  return {Op::Call, place_of(callee), first, n_calls_++};
 }
 
 void Graph::clear() {
@@ -350,7 +349,8 @@ void Graph::clear() {
   zero_ = kNoNode;
   callees_.clear();
   call_arguments_.clear();
-  calls_.clear();
+  callee_places_.clear();
+  n_calls_ = 0;
 }
 
 std::size_t call_arity(const Graph& graph, NodeId call) { return graph.callees()[graph[call].a]->n_in; }

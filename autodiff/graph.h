@@ -23,6 +23,8 @@
 //   azmul(0, y)                 -> 0           as a product
 //   sign(-x)                    -> -sign(x)    -0 for 0 at zero
 //
+// The sign of a NaN is nobody's: which of two NaN goes on is the compiler's choice, and copysign(1, NaN) may be either.
+//
 // To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation
 // (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print_c.h).
 #pragma once
@@ -100,12 +102,14 @@ class Graph {
   static std::uint64_t key(const Node& node);
   NodeId intern(const Node& node, NodeId newest_argument);
   NodeId intern_without_arguments(const Node& node);
-  void make_ready();   // to be added to
-  void index_nodes();  // enters all nodes into the table
+  std::uint64_t call_key(const Node& call) const;
+  NodeId place_of(const std::shared_ptr<const Callee>& callee);  // in callees_, to which it is added
+  void make_ready();                                             // to be added to
+  void index_nodes();                                            // enters all nodes into the table
   [[noreturn]] static void refuse_more();
-  // A node of another graph, as node `id` of this one.
-  Node structural_copy(const Graph& source, const Node& node, NodeId id, const std::vector<NodeId>& image);
-  Node copy_call(const Graph& source, const Node& node, NodeId id, const std::vector<NodeId>& image);
+  // A node of another graph, as the next node of this one.
+  Node structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image);
+  Node copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
   NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
   NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
@@ -119,8 +123,9 @@ class Graph {
   std::vector<double> constants_;
   NodeId zero_ = kNoNode;  // once it is there, most look-ups of constants are for it
   std::vector<std::shared_ptr<const Callee>> callees_;
+  std::unordered_map<const Callee*, NodeId> callee_places_;  // in callees_
   std::vector<NodeId> call_arguments_;
-  std::unordered_multimap<std::uint64_t, NodeId> calls_;  // the Call nodes, by hash of callee and arguments
+  NodeId n_calls_ = 0;
 };
 
 // Number of arguments of a Call node.

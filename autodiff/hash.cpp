@@ -5,14 +5,11 @@
 #define XXH_VECTOR XXH_SSE2  // gcc 12 warns about its own AVX-512 header
 #include <xxhash.h>
 
-#include <algorithm>
 #include <bit>
 #include <cstdio>
 #include <cstring>
-#include <map>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -81,37 +78,6 @@ struct Sweeps {
 
 std::string digest_of(const Function& function, Sweeps sweeps);
 
-// The digests of callees that there are: to make the derivatives that they bring along takes milliseconds.
-class Digests {
- public:
-  static std::optional<std::string> find(const std::shared_ptr<const Callee>& callee, int what) {
-    const std::scoped_lock lock(mutex());
-    const auto found = known().find(callee);
-    if (found == known().end() || !found->second.contains(what)) return std::nullopt;
-    return found->second.at(what);
-  }
-  static void keep(const std::shared_ptr<const Callee>& callee, int what, const std::string& digest) {
-    static std::size_t enough = 1000;
-    const std::scoped_lock lock(mutex());
-    if (known().size() >= enough) {  // looked through once for each doubling: linear in what is kept
-      std::erase_if(known(), [](const auto& entry) { return entry.first.expired(); });
-      enough = std::max<std::size_t>(1000, 2 * known().size());
-    }
-    known()[callee][what] = digest;
-  }
-
- private:
-  using Known = std::map<std::weak_ptr<const Callee>, std::map<int, std::string>, std::owner_less<>>;
-  static Known& known() {
-    static Known& known = *new Known;  // never destroyed: functions may be static
-    return known;
-  }
-  static std::mutex& mutex() {
-    static std::mutex mutex;
-    return mutex;
-  }
-};
-
 void add_pattern(Hasher& hasher, const Pattern& pattern) {
   hasher.add(pattern.rows);
   hasher.add(pattern.cols);
@@ -161,17 +127,27 @@ std::string computed(const std::shared_ptr<const Callee>& callee, Sweeps sweeps)
   return hasher.digest();
 }
 
+// Kept: to make the derivatives that a callee brings along takes milliseconds.
 std::string digest_of(const std::shared_ptr<const Callee>& callee, Sweeps sweeps) {
-  if (auto known = Digests::find(callee, sweeps.number())) return *known;
+  static std::mutex mutex;
+  auto& digests = callee->made.digests;
+  {
+    const std::scoped_lock lock(mutex);
+    if (const auto known = digests.find(sweeps.number()); known != digests.end()) return known->second;
+  }
   std::string digest = computed(callee, sweeps);
-  Digests::keep(callee, sweeps.number(), digest);
-  return digest;
+  const std::scoped_lock lock(mutex);
+  return digests.emplace(sweeps.number(), std::move(digest)).first->second;
 }
 
 std::string digest_of(const Function& function, Sweeps sweeps) {
   const Function live = compact(function);
   Hasher hasher;
   for (std::size_t n : live.inputs) hasher.add(n);
+  // Lists enter with their lengths: no two functions give the same numbers.
+  for (std::size_t n :
+       {live.graph.callees().size(), live.graph.size(), live.outputs.size(), live.guards.size()})
+    hasher.add(n);
   for (const auto& callee : live.graph.callees()) hasher.add(digest_of(callee, sweeps));
   for (NodeId id = 0; id < live.graph.size(); ++id) {
     const Node& node = live.graph[id];

@@ -220,34 +220,43 @@ T slope(Op op, int argument, const T& x, const T& y, const T& z, const T& r, con
 
 namespace ops {
 
-struct Slopes {
-  bool exists[3];
-  bool scales;
+// What the cell of a slope says: whether there is one, whether it multiplies by a number other than 1 and -1, and
+// what that number is made of: bits 0 to 2 for x, y, z, bit 3 for r.
+struct SlopeCell {
+  bool exists, scales;
+  unsigned mentions;
 };
-constexpr bool multiplies(std::string_view cell) { return cell.find_first_of("*/") != cell.npos; }
+constexpr bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
+constexpr bool mentions(std::string_view cell, char name) {
+  for (std::size_t i = 0; i < cell.size(); ++i) {
+    const bool begins = i == 0 || !is_letter(cell[i - 1]),
+               ends = i + 1 == cell.size() || !is_letter(cell[i + 1]);
+    if (cell[i] == name && begins && ends) return true;
+  }
+  return false;
+}
 // A cell that is the literal 0 says "no slope".
-inline constexpr Slopes kSlopes[] = {
-#define OP(name, fn, n, value, dx, dy, dz, ...)                                                \
-  {{std::string_view(#dx) != "0", std::string_view(#dy) != "0", std::string_view(#dz) != "0"}, \
-   multiplies(#dx) || multiplies(#dy) || multiplies(#dz)},
+constexpr SlopeCell read_slope(std::string_view cell) {
+  return {cell != "0", cell.find_first_of("*/") != cell.npos,
+          mentions(cell, 'x') * 1u + mentions(cell, 'y') * 2u + mentions(cell, 'z') * 4u +
+              mentions(cell, 'r') * 8u};
+}
+inline constexpr SlopeCell kSlopes[][3] = {
+#define OP(name, fn, n, value, dx, dy, dz, ...) {read_slope(#dx), read_slope(#dy), read_slope(#dz)},
 #define FN OP
 #include "ops.def"
 #undef OP
 #undef FN
 };
+inline constexpr SlopeCell kNoSlope = {};
+constexpr const SlopeCell& slope_cell(Op op, int argument) {
+  const auto row = static_cast<std::size_t>(op);
+  return row < std::size(kSlopes) ? kSlopes[row][argument] : kNoSlope;
+}
 
 }  // namespace ops
 
 // Whether the slope of a table operator with respect to that argument is not structurally zero.
-constexpr bool has_slope(Op op, int argument) {
-  const auto row = static_cast<std::size_t>(op);
-  return row < std::size(ops::kSlopes) && ops::kSlopes[row].exists[argument];
-}
-
-// Whether a slope of a table operator is a number other than 1, -1 and 0.
-constexpr bool scales(Op op) {
-  const auto row = static_cast<std::size_t>(op);
-  return row < std::size(ops::kSlopes) && ops::kSlopes[row].scales;
-}
+constexpr bool has_slope(Op op, int argument) { return ops::slope_cell(op, argument).exists; }
 
 }  // namespace dyntape

@@ -258,6 +258,10 @@ VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arg
     throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(in.size()) +
                         " arguments, expected " + std::to_string(callee->n_in));
   }
+  if (!callee->evaluate) {
+    throw ArgumentError("call of \"" + callee->name +
+                        "\": it has no `evaluate`; recorded_callee() makes a callee of a recorded function");
+  }
   evaluate(*callee, in.data(), out.data());
   VectorXad results(static_cast<Eigen::Index>(out.size()));
   for (std::size_t i = 0; i < out.size(); ++i) results[static_cast<Eigen::Index>(i)] = out[i];

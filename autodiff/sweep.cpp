@@ -143,6 +143,20 @@ std::size_t Sweep::count_forward(std::uint32_t variable, std::size_t most) {
   return std::min(met.size(), most);
 }
 
+// Whether the slope of a node in an argument, a number: at a pole, or because of what it is made of.  In x * y the
+// slope in x is y, whatever x is.
+bool Sweep::may_be_infinite(NodeId id, int argument) const {
+  const Node& node = graph_[id];
+  const ops::SlopeCell& slope = ops::slope_cell(node.op, argument);
+  if (!wild_[id] || !slope.scales) return false;
+  if (has_pole(graph_, id)) return true;
+  const auto is_made_of = [&](int i) { return ((slope.mentions >> i) & 1u) != 0; };
+  for (int i = 0; i < info(node.op).arity; ++i) {
+    if (is_made_of(i) && wild_[node.argument(i)]) return true;
+  }
+  return is_made_of(3);
+}
+
 // What becomes of a flow on its way through an argument of a node.
 Flow Sweep::passed(NodeId id, int argument, Flow flow) {
   const Node node = graph_[id];
@@ -151,7 +165,7 @@ Flow Sweep::passed(NodeId id, int argument, Flow flow) {
   flow.value = out.id;
   if (node.op == Op::Gate) return flows_.through_gate(flow, node.a);
   if (out.condition != kNoNode) return flows_.through_branch(flow, out.condition, out.positive);
-  flow.wild = flow.wild || (wild_[id] && scales(node.op));
+  flow.wild = flow.wild || may_be_infinite(id, argument);
   return flow;
 }
 

@@ -77,6 +77,7 @@ class Sweep {
   Flow started(const Seed& seed);
   Flow tangent_of(NodeId id, const std::function<Seed(std::uint32_t)>& seed);
   Flow passed(NodeId id, int argument, Flow flow);
+  bool may_be_infinite(NodeId id, int argument) const;
   Seeds kinds_of(const std::vector<Flow>& flows, const Callee& callee);
   CallSeeds call_seeds(NodeId id, const std::vector<Flow>& flows);
   std::vector<Flow> call_results(NodeId id, const std::vector<NodeId>& values, const std::vector<Flow>& flows,

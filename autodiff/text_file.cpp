@@ -125,6 +125,32 @@ void replace(const fs::path& target, const struct stat* old, std::string_view te
   }
 }
 
+// The length in bytes of the character of UTF-8 that the text begins with, 0 if none does.
+std::size_t utf8_length(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  constexpr unsigned kLeast[] = {0, 0, 0x80, 0x800, 0x10000};  // of so many bytes; below, fewer would do
+  const unsigned first = byte(0);
+  const std::size_t n = first < 0x80 ? 1 : first < 0xC0 ? 0 : first < 0xE0 ? 2 : first < 0xF0 ? 3 : 4;
+  if (n < 2) return n;
+  if (first >= 0xF8 || text.size() < n) return 0;
+  unsigned code = first & (0xFFu >> (n + 1));
+  for (std::size_t i = 1; i < n; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return 0;
+    code = code << 6 | (byte(i) & 0x3Fu);
+  }
+  const bool is_half = code >= 0xD800 && code < 0xE000;  // of a pair of UTF-16
+  return code < kLeast[n] || code > 0x10FFFF || is_half ? 0 : n;
+}
+
+bool is_utf8(std::string_view text) {
+  while (!text.empty()) {
+    const std::size_t n = utf8_length(text);
+    if (n == 0) return false;
+    text.remove_prefix(n);
+  }
+  return true;
+}
+
 void make_folder_of(const fs::path& target, const std::string& path) {
   std::error_code error;
   if (target.has_parent_path()) fs::create_directories(target.parent_path(), error);
@@ -134,6 +160,7 @@ void make_folder_of(const fs::path& target, const std::string& path) {
 }  // namespace
 
 std::string read_file(const std::string& path) {
+  if (path.empty()) throw FileError("cannot open a file without a name; expected a path, got \"\"");
   const Descriptor in{::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK)};
   if (in.number < 0) fail(path, "cannot open");
   struct stat status {};
@@ -157,17 +184,38 @@ std::string temporary_name_beside(const std::string& path) {
       .string();
 }
 
+void check_can_write(const std::string& path) {
+  if (path.empty()) throw FileError("cannot write a file without a name; expected a path, got \"\"");
+  const fs::path target = followed(path);
+  if (own_descriptor(target) >= 0) return;
+  struct stat status {};
+  const bool is_there = ::stat(target.c_str(), &status) == 0;
+  if (is_there && S_ISDIR(status.st_mode))
+    throw FileError(path + ": cannot write: it is a folder; expected the name of a file");
+  if (path.ends_with('/'))
+    throw FileError(path +
+                    ": cannot write: the name ends like that of a folder; expected the name of a file");
+  if (is_there && ::faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0) fail(path, "cannot write");
+}
+
 void write_file_atomically(const std::string& path, std::string_view text) {
+  check_can_write(path);
   const fs::path target = followed(path);
   if (const int descriptor = own_descriptor(target); descriptor >= 0)
     return write_all(descriptor, text, path);
   make_folder_of(target, path);
   struct stat status {};
   const bool is_there = ::stat(target.c_str(), &status) == 0;
-  if (is_there && S_ISDIR(status.st_mode))
-    throw FileError(path + ": cannot write: it is a folder; expected the name of a file");
   if (is_there && !S_ISREG(status.st_mode)) return write_through(target, text, path);
   replace(target, is_there ? &status : nullptr, text, path);
+}
+
+std::string fault_of_name(std::string_view name) {
+  if (!is_utf8(name))
+    return "is not UTF-8; expected a file in UTF-8 (from Latin-1: iconv -f latin1 -t utf-8)";
+  const std::string text(name);
+  if (one_line(text) != text) return "holds a line break or another control character; expected one line";
+  return "";
 }
 
 }  // namespace dyntape

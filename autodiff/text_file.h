@@ -9,8 +9,10 @@
 // zero byte (/dev/zero) and more than a gigabyte are refused.
 //
 // Writing makes missing folders, flushes a temporary file beside the old one to disk and renames it, with the old
-// one's owner and permissions; if anything fails, nothing new is left.  A link stays one: what it points to is
-// replaced.  Pipes, devices and the program's own descriptors (/dev/stdout) are written to as they are.
+// one's owner and permissions; if anything fails, nothing new is left.  A symbolic link stays one: what it points to
+// is replaced.  A file with a second name (a hard link) leaves it behind: under that name the old contents stay, as
+// in snapshots that are made of such links.  Pipes, devices and the program's own descriptors (/dev/stdout) are
+// written to as they are.  A file that the user may not write is not replaced, though its folder would allow it.
 //
 // Errors.  FileError naming the path and what the system said.  Like error.h, this header is everybody's.
 #pragma once
@@ -23,7 +25,13 @@ namespace dyntape {
 std::string read_file(const std::string& path);
 void write_file_atomically(const std::string& path, std::string_view text);
 
+// What can be said of writing there before there is anything to write; makes nothing.  For long work: called first.
+void check_can_write(const std::string& path);
+
 // A name beside `path`, with the same extension, that no other process or thread uses.
 std::string temporary_name_beside(const std::string& path);
+
+// Why a text cannot be a name in a file or in a message: "is not UTF-8 ..." or "holds a line break ..."; "" if it can.
+std::string fault_of_name(std::string_view name);
 
 }  // namespace dyntape

@@ -35,22 +35,37 @@ std::uint64_t key_of(const Node& node, KeyOf&& key_of_argument) {
   return key;
 }
 
+// A node and what it is sorted by.  The two lie side by side because a million of them are sorted from end to end of
+// the memory, where a key looked up by node would be anywhere.
+struct Keyed {
+  std::uint64_t key;
+  NodeId id;
+};
+
+// Equal keys come to lie together, in the order of the nodes.
+void sort_by_key(std::vector<Keyed>& nodes) {
+  std::sort(nodes.begin(), nodes.end(),
+            [](const Keyed& a, const Keyed& b) { return a.key != b.key ? a.key < b.key : a.id < b.id; });
+}
+
 // Shape and height of every node, and the nodes of each shape.
 struct Shapes {
   explicit Shapes(const Graph& graph) : shape(graph.size()), height(graph.size(), 0) {
-    std::vector<NodeId> ids;
+    std::vector<Keyed> operations;
     for (NodeId id = 0; id < graph.size(); ++id) {
       const Node& node = graph[id];
       shape[id] = node.op == Op::Const ? 1 : node.op == Op::Input ? 2 : mixed(3, id);
       if (!is_operation(node)) continue;
       shape[id] = key_of(node, [&](NodeId a) { return shape[a]; });
       graph.for_each_argument(id, [&](NodeId a) { height[id] = std::max(height[id], height[a] + 1); });
-      ids.push_back(id);
+      operations.push_back({shape[id], id});
     }
-    std::stable_sort(ids.begin(), ids.end(), [&](NodeId a, NodeId b) { return shape[a] < shape[b]; });
-    for (std::size_t i = 0, end = 0; i < ids.size(); i = end) {
-      while (end < ids.size() && shape[ids[end]] == shape[ids[i]]) ++end;
-      if (end - i > 1 && end - i <= kMostParts) alike.emplace_back(&ids[i], &ids[i] + (end - i));
+    sort_by_key(operations);
+    for (std::size_t i = 0, end = 0; i < operations.size(); i = end) {
+      while (end < operations.size() && operations[end].key == operations[i].key) ++end;
+      if (end - i < 2 || end - i > kMostParts) continue;
+      Tuple& nodes = alike.emplace_back();
+      for (std::size_t k = i; k < end; ++k) nodes.push_back(operations[k].id);
     }
     std::stable_sort(alike.begin(), alike.end(),
                      [&](const Tuple& a, const Tuple& b) { return height[a[0]] > height[b[0]]; });
@@ -241,11 +256,6 @@ class Parts {
 
  private:
   static constexpr int kNoPart = -1;
-  struct Found {
-    std::uint64_t key;  // equal for counterparts
-    NodeId id;
-  };
-
   void follow() {
     found_.clear(), alike_.clear(), count_alike_.clear();
     for (NodeId id = 0; id < graph_.size(); ++id) {
@@ -258,14 +268,22 @@ class Parts {
                : graph_[a].op == Op::Const ? std::uint64_t{1}
                                            : std::uint64_t{2};
       });
-      key_[id] = mixed(key, number_among_alike(mixed(key, static_cast<std::uint64_t>(part_[id]))));
+      key_[id] = mixed(
+          key, is_inside(node) ? 1 : number_among_alike(mixed(key, static_cast<std::uint64_t>(part_[id]))));
       found_.push_back({key_[id], id});
     }
-    std::stable_sort(found_.begin(), found_.end(),
-                     [](const Found& a, const Found& b) { return a.key < b.key; });
+    sort_by_key(found_);
   }
 
-  // 1, 2, ... for nodes of one operator, one part and the same arguments.
+  // Whether its arguments all belong to the part: no other node then has the same operator and arguments.
+  bool is_inside(const Node& node) const {
+    for (int i = 0; i < info(node.op).arity; ++i) {
+      if (part_[node.argument(i)] == kNoPart) return false;
+    }
+    return true;
+  }
+
+  // 1, 2, ... for nodes of one operator and one part whose arguments are the same or of no part.
   std::uint32_t number_among_alike(std::uint64_t key) {
     const NodeId kind =
         alike_.find_or_add(key, static_cast<NodeId>(count_alike_.size()), [](NodeId) { return true; });
@@ -301,7 +319,7 @@ class Parts {
       }
     }
     bool is_complete = true;
-    for (const Found& found : found_) {
+    for (const Keyed& found : found_) {
       if (!lacks[found.id]) continue;
       is_complete = false;
       bool is_first = true;
@@ -318,7 +336,7 @@ class Parts {
   std::vector<bool> apart_;
   KeyTable alike_;                          // kinds of nodes that are alike
   std::vector<std::uint32_t> count_alike_;  // so far, by kind
-  std::vector<Found> found_;
+  std::vector<Keyed> found_;                // equal keys: counterparts
   std::vector<Tuple> tuples_;
 };
 
@@ -330,14 +348,21 @@ Repeats find_repeats(const Function& function) {
   const std::size_t count = likely_count(shapes.alike);
   if (count < 2) return {};
   // Some walks lead astray, along the body of a humanoid instead of into its legs: only inputs that help are kept.
+  // Each trial reads the whole graph: after a few that did not help, in a row, the smaller groups are left.
+  constexpr int kMostInVain = 8;
+  int in_vain = 0;
   std::vector<Tuple> inputs;
   Repeats best;
   for (const std::vector<Tuple>& group : Walks(graph, shapes, count).groups()) {
-    if (group.size() * 8 < inputs.size()) break;
+    if (group.size() * 8 < inputs.size() || in_vain == kMostInVain) break;
     std::vector<Tuple> more = inputs;
     more.insert(more.end(), group.begin(), group.end());
     const Parts parts(graph, count, more);
-    if (parts.size() <= best.nodes.size() + best.nodes.size() / 32) continue;
+    if (parts.size() <= best.nodes.size() + best.nodes.size() / 32) {
+      ++in_vain;
+      continue;
+    }
+    in_vain = 0;
     best = parts.repeats(), inputs = std::move(more);
   }
   return best;

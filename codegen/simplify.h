@@ -13,8 +13,8 @@
 //   x * y + z             ->  fma(x, y, z)                      codegen/fuse.h; where the target has_fma
 //
 // each where it takes no more operations.  A result differs from strict by a few units in the last place of
-// the largest intermediate value; where a divisor is so small that its reciprocal overflows (below 6e-309), a
-// quotient is lost.  NaN and infinity are not assumed away, and every evaluation of one graph has the same
+// the largest intermediate value.  It is lost where what is made anew leaves the range of doubles: the reciprocal of a
+// divisor below 6e-309, the sum x + y of terms near 1e308.  NaN and infinity are not assumed away, and every evaluation of one graph has the same
 // bits, by whatever route.
 //
 // A pattern may lose an entry that is zero everywhere.  In weighted Hessians of functions with poles, gates of the weights

@@ -27,7 +27,7 @@
 //
 // Frames.  J, gamma and all results have the same bits wherever the base is; only e of a constraint against
 // the world compares with a place in the world (kp = 0: not read).
-// Equations: docs/math.md (L.1) to (L.14); R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 8
+// Equations: docs/math.md (L.1) to (L.15); R. Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 8
 // and 11; J. Baumgarte, Computer Methods in Applied Mechanics and Engineering 1, 1972.
 #pragma once
 
@@ -126,7 +126,7 @@ const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, Con
 
 // And c.ddq_dq, ddq_dv, ddq_dtau, lambda_dq, lambda_dv, lambda_dtau: implicit differentiation; the direction
 // in which lambda acts turns with frame 1 and its lever arms change, which is part of the derivative.  Where
-// rows are dependent those of ddq are exact, those of lambda up to forces that no joint feels.  Where the
+// rows are dependent, also contradictory ones, those of ddq are exact, those of lambda up to forces that no joint feels.  Where the
 // rank changes (a flat parallelogram) no derivative exists.  data.dtau_dq, data.dtau_dv and data.M are
 // overwritten.
 template <class T>

@@ -2,6 +2,8 @@
 #include <dyntape/dynamics/model_operations.h>
 
 #include <set>
+#include <string>
+#include <unordered_map>
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
@@ -53,8 +55,14 @@ void carry_frames(const Model<double>& from, const std::vector<NewPlace>& places
 }
 
 std::set<int> indices_of(const Model<double>& model, const std::vector<std::string>& names) {
+  std::unordered_map<std::string, int> places;
+  for (int i = 0; i < model.njoints(); ++i) places.emplace(model.joints[i].name, i);
   std::set<int> indices;
-  for (const std::string& name : names) indices.insert(model.joint_index(name));
+  for (const std::string& name : names) {
+    const auto found = places.find(name);
+    indices.insert(found != places.end() ? found->second
+                                         : model.joint_index(name));  // which says what is wrong
+  }
   return indices;
 }
 

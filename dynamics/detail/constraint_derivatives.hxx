@@ -103,6 +103,16 @@ void invert_constrained_motion(const Data<T>& data, ConstraintData<T>& c, Matrix
   }
 }
 
+// (L.15): where rows contradict each other what is left of them does not push, J^T r = 0, also not when the joints move.
+template <class T>
+void turn_residual(ConstraintData<T>& c) {
+  if (c.independent) return;      // nothing is left
+  MatrixX<T>& turned = c.ddq_dq;  // until it is computed
+  turned.setZero();
+  subtract_turning_forces(c, c.residual, turned);
+  c.A_dq.noalias() -= c.Z.transpose() * turned;
+}
+
 // dx = -(Y P + Z A), df = Z^T P - (J M^-1 J^T)^+ A.
 template <class T>
 void respond_to(const ConstraintData<T>& c, const MatrixX<T>& Y, const MatrixX<T>& P, const MatrixX<T>& A,
@@ -126,6 +136,7 @@ void differentiate_constrained(const Model<T>& model, Data<T>& data, ConstraintD
   subtract_turning_forces(c, c.lambda, c.P);
   invert_constrained_motion(data, c, c.ddq_dtau);
   c.lambda_dtau = -c.Z.transpose();
+  turn_residual(c);
   respond_to(c, c.ddq_dtau, c.P, c.A_dq, c.ddq_dq, c.lambda_dq);
   respond_to(c, c.ddq_dtau, data.dtau_dv, c.A_dv, c.ddq_dv, c.lambda_dv);
 }

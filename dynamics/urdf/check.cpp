@@ -4,6 +4,8 @@
 #include <Eigen/Eigenvalues>
 #include <string_view>
 
+#include <dyntape/autodiff/text_file.h>
+
 namespace dyntape::dynamics {
 
 using tinyxml2::XMLElement;
@@ -58,38 +60,22 @@ void check_attributes(const UrdfText& text, const XMLElement& element) {
     if (n.element == element.Name()) text.numbers(element, n.name, n.count);
 }
 
-// tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
-// The length in bytes of the character of UTF-8 that begins there, 0 if none does.
-size_t utf8_length(const unsigned char* c) {
-  const size_t n = c[0] < 0x80   ? 1
-                   : c[0] < 0xC2 ? 0
-                   : c[0] < 0xE0 ? 2
-                   : c[0] < 0xF0 ? 3
-                   : c[0] < 0xF5 ? 4
-                                 : 0;
-  for (size_t i = 1; i < n; ++i)
-    if ((c[i] & 0xC0) != 0x80) return 0;
-  return n;
-}
-
-bool is_utf8(const char* text) {
-  const auto* c = reinterpret_cast<const unsigned char*>(text);
-  while (*c) {
-    const size_t n = utf8_length(c);
-    if (n == 0) return false;
-    c += n;
-  }
-  return true;
-}
-
 void check_encoding(const UrdfText& text, const XMLElement& element) {
   const char* name = element.Attribute("name");
-  if (!name || is_utf8(name)) return;
-  text.fail(element, std::string("a <") + element.Name() +
-                         "> has a name that is not UTF-8; expected a file in UTF-8 "
-                         "(from Latin-1: iconv -f latin1 -t utf-8)");
+  const std::string fault = name ? fault_of_name(name) : "";
+  if (!fault.empty()) text.fail(element, std::string("a <") + element.Name() + "> has a name that " + fault);
 }
 
+// Entities and the like, which urdfdom cannot read and tinyxml2 takes for text.
+void check_document_type(const UrdfText& text) {
+  for (auto* node = text.robot().GetDocument()->FirstChild(); node; node = node->NextSibling()) {
+    if (!node->ToUnknown() || std::string_view(node->Value()).find('[') == std::string_view::npos) continue;
+    text.fail(text.robot(),
+              "before <robot> stands a <!DOCTYPE> with declarations, which cannot be read; expected none");
+  }
+}
+
+// tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
 void check_numbers_below(const UrdfText& text, const XMLElement& element) {
   check_attributes(text, element);
   for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
@@ -178,6 +164,7 @@ void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia,
 }
 
 void check_urdf_encoding(const UrdfText& text) {
+  check_document_type(text);
   check_encoding(text, text.robot());
   for (const char* tag : {"link", "joint"})
     for (const XMLElement* element : text.children(tag)) check_encoding(text, *element);

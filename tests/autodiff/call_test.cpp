@@ -3,6 +3,7 @@
 // Calls: recorded functions and kernels as one node, and derivatives of any order through them.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/record.h>
@@ -239,6 +240,107 @@ TEST(Call, Errors) {
   EXPECT_EQ(evaluate(f, {3})[0], 9);
   EXPECT_THROW(jvp(f), ArgumentError);
   EXPECT_THROW(evaluate_as<float>(f, {3}), ArgumentError);
+}
+
+using Wrap = std::shared_ptr<const Callee> (*)(const Function&);
+
+// A callee on 40 levels: two on each, which call the two below with the same argument.  2^39 ways lead down (the leaf is called once).
+std::shared_ptr<const Callee> nested(Wrap wrap) {
+  std::shared_ptr<const Callee> below[2];
+  below[0] = below[1] =
+      wrap(record("leaf", 1, [](const VectorXad& x) { return VectorXad(x.array().sin()); }));
+  for (int level = 0; level < 40; ++level) {
+    std::shared_ptr<const Callee> here[2];
+    for (int k = 0; k < 2; ++k) {
+      Function f;  // not recorded: that would evaluate it
+      f.name = "level";
+      f.inputs = {1, 0, 0};
+      const NodeId x = f.graph.input(Block::kVariables, 0);
+      const NodeId a = f.graph.call(below[0], {x})[0], b = f.graph.call(below[1], {x})[0];
+      f.outputs = {f.graph.make(Op::Add, f.graph.make(Op::Mul, f.graph.constant(0.25 + 0.5 * k), a), b)};
+      here[k] = wrap(f);
+    }
+    below[0] = here[0], below[1] = here[1];
+  }
+  return below[0];
+}
+
+TEST(Call, OperationsOfNestedCalleesAreCountedOnce) {
+  const auto operations = count_operations(*nested(recorded_callee));
+  const auto sines = std::find_if(operations.begin(), operations.end(),
+                                  [](const OperationCount& entry) { return entry.op == Op::Sin; });
+  ASSERT_NE(sines, operations.end());
+  EXPECT_EQ(sines->count, std::size_t{1} << 39);
+}
+
+TEST(Call, EqualCallsDissolveOnce) {
+  Function f;
+  f.name = "f";
+  f.inputs = {1, 0, 0};
+  const auto wrap = [](const Function& function) { return dissolving_callee(function); };
+  f.outputs = f.graph.call(nested(wrap), {f.graph.input(Block::kVariables, 0)});
+  const Function g = dissolved(f);
+  EXPECT_LT(total_operations(g), 200u);
+  // Of c_n, the factors of sin(x): c_0 = 1, then 0.25 c + c' and 0.75 c + c'.
+  double c[2] = {1, 1};
+  for (int level = 0; level < 40; ++level) {
+    const double next[2] = {0.25 * c[0] + c[1], 0.75 * c[0] + c[1]};
+    c[0] = next[0], c[1] = next[1];
+  }
+  const double expected = c[0] * std::sin(0.3);
+  EXPECT_NEAR(evaluate(g, {0.3})[0], expected, 1e-13 * expected);
+}
+
+TEST(Call, TheHashTellsEveryFunctionApart) {
+  // A guard is not two more outputs.
+  const Function outputs = record("f", 2, [](const VectorXad& x) {
+    VectorXad y(3);
+    y << x[0], less(x[0], x[1]), x[1];
+    return y;
+  });
+  RecordOptions options;
+  options.variables = {0.1, 0.2};
+  const Function guarded = record(
+      "f", 2, [](const VectorXad& x) { return VectorXad(VectorXad::Constant(1, x[0] < x[1] ? x[0] : x[1])); },
+      options);
+  EXPECT_NE(content_hash(outputs), content_hash(guarded));
+  // Callees of one owner, and of none.
+  struct Kernels {
+    Callee all[2];
+  };
+  const auto kernels = std::make_shared<Kernels>();
+  std::vector<std::string> hashes;
+  for (int owned : {0, 1}) {
+    for (int k : {0, 1}) {
+      Callee& kernel = kernels->all[k];
+      kernel.name = "times";
+      kernel.n_in = kernel.n_out = 1;
+      kernel.c_body = k == 0 ? "out[0] = 2.0 * in[0];" : "out[0] = 3.0 * in[0];";
+      kernel.evaluate = [k](const double* in, double* out) { out[0] = (k + 2.0) * in[0]; };
+      const std::shared_ptr<const Callee> callee(
+          owned ? std::shared_ptr<void>(kernels) : std::shared_ptr<void>(), &kernel);
+      hashes.push_back(content_hash(record("f", 1, [&](const VectorXad& x) { return call(callee, x); })));
+    }
+  }
+  EXPECT_NE(hashes[0], hashes[1]);
+  EXPECT_NE(hashes[2], hashes[3]);
+  EXPECT_EQ(hashes[0], hashes[2]);
+}
+
+TEST(Call, WhatCannotBeEvaluatedIsRefused) {
+  const auto callee = std::make_shared<Callee>();
+  callee->name = "half";
+  callee->n_in = callee->n_out = 1;
+  callee->recorded =
+      std::make_shared<const Function>(record("g", 1, [](const VectorXad& x) { return VectorXad(x * 2.0); }));
+  try {
+    record("f", 1, [&](const VectorXad& x) { return call(callee, x); });
+    FAIL() << "accepted";
+  } catch (const ArgumentError& e) {
+    EXPECT_STREQ(
+        e.what(),
+        "call of \"half\": it has no `evaluate`; recorded_callee() makes a callee of a recorded function");
+  }
 }
 
 TEST(Call, TheHashCoversTheDerivativesThatAKernelGives) {

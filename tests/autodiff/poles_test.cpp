@@ -368,6 +368,55 @@ TEST(PolesOf, WhatHasNonePaysNothing) {
   }
 }
 
+// d2 (b^e) / db de = b^(e-1) (1 + e log b), whichever is the first variable.
+TEST(PolesOf, TheMixedSecondDerivativeOfAPower) {
+  constexpr double kAnything = std::numeric_limits<double>::quiet_NaN();
+  const struct {
+    double base, exponent, mixed;
+  } cases[] = {{2, 0, 0.5},
+               {2, 1e-300, 0.5},
+               {1, 0, 1},
+               {3, -1, (1 - std::log(3.0)) / 9},
+               {0, 1.5, 0},
+               {0, 2.5, 0},
+               {0, 1, kAnything},
+               {0, 0.5, kAnything},
+               {1e-100, 2, 1e-100 * (1 + 2 * std::log(1e-100))}};
+  for (int base : {0, 1}) {
+    const Function f = record("power", 2, [&](const VectorXad& x) {
+      return VectorXad(VectorXad::Constant(1, pow(x[base], x[1 - base])));
+    });
+    const Derivatives d = derive(f, Order::kSecond);
+    ASSERT_EQ(d.hessian.nnz(), 3u);  // (0, 0), (1, 0), (1, 1)
+    for (const auto& c : cases) {
+      const Values x = base == 0 ? Values{c.base, c.exponent} : Values{c.exponent, c.base};
+      const double mixed = evaluate(d.function, x, {}, {1})[1 + d.jacobian.nnz() + 1];
+      if (std::isnan(c.mixed)) {
+        EXPECT_FALSE(std::isfinite(mixed)) << c.base << "^" << c.exponent;  // -inf
+      } else {
+        EXPECT_NEAR(mixed, c.mixed, 1e-14 * std::abs(c.mixed)) << c.base << "^" << c.exponent;
+      }
+    }
+  }
+}
+
+std::size_t gates_of(const Function& f) {
+  std::size_t gates = 0;
+  for (const OperationCount& count : count_operations(f)) gates += count.op == Op::Gate ? count.count : 0;
+  return gates;
+}
+
+// s may be infinite for log(p); the slope of s x1 in s is x1, which is not.
+TEST(PolesOf, AFiniteSlopeOfSomethingInfinitePaysNothing) {
+  const Function f = record("f", 2, 1, [](const VectorXad& x, const VectorXad& p) {
+    const AD s = x[0] + log(p[0]);
+    VectorXad y(2);
+    y << s * x[1], x[0];
+    return y;
+  });
+  EXPECT_EQ(gates_of(vjp(f)), 1u);  // w0 s, which is the slope in x1
+}
+
 // --- random programs ---
 
 // Operations on operands that may be the same ones, at points where many have poles.

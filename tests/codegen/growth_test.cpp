@@ -73,6 +73,25 @@ TEST(Growth, PartsThatManyWalksLeadTo) {
   expect_linear(40000, twins, [](const Function& f) { codegen::find_repeats(f); });
 }
 
+// A pair of long parts beside many pairs of short ones: the more there are, the smaller each.
+Function couples(std::size_t pairs) {
+  return record("couples", 2 * pairs + 2, [&](const VectorXad& x) {
+    VectorXad y = x;
+    for (Index i = 0; i < y.size(); ++i) {
+      const bool is_long = i + 2 >= y.size();
+      const std::size_t steps = is_long ? 4 * pairs : 16, bits = static_cast<std::size_t>(i / 2) | 1u << 14;
+      for (std::size_t k = 0; k < steps; ++k)
+        y[i] = (is_long ? k % 3 : bits >> k & 1) ? sin(y[i]) : cos(y[i]);
+    }
+    return y;
+  });
+}
+
+TEST(Growth, PartsBesideManySmallerOnes) {
+  EXPECT_EQ(codegen::find_repeats(compact(couples(100))).count, 2u);
+  expect_linear(4000, couples, [](const Function& f) { codegen::find_repeats(f); });
+}
+
 // Four parts that meet in every step: each step is a part of its own.
 Function dancers(std::size_t steps) {
   return record("dancers", 5, [&](const VectorXad& x) {

@@ -112,6 +112,42 @@ TEST_P(Constrained, DerivativesAgreeWith113Bits) {
   EXPECT_LE(relative_error(c.lambda_dtau, dtau.bottomRows(c.lambda.size())), 5e-13);
 }
 
+// Two joints cannot give a point of the tip three accelerations: what is left depends on the joints too.
+TEST(ContradictoryRows, DerivativesAgreeWith113Bits) {
+  Random random(12);
+  for (int k = 0; k < 20; ++k) {
+    Model<double> arm;
+    arm.name = "arm";
+    for (int i = 0; i < 2; ++i) {
+      Joint<double> joint;
+      joint.axis = random.vector3().normalized();
+      const Placement<double> place{Eigen::Matrix3d::Identity(), random.vector3()};
+      arm.add_joint(i - 1, joint, place, {1, random.vector3(), Eigen::Matrix3d::Identity() * 0.1});
+    }
+    const std::vector<Constraint<double>> held = {{3,
+                                                   1,
+                                                   {Eigen::Matrix3d::Identity(), random.vector3()},
+                                                   -1,
+                                                   {Eigen::Matrix3d::Identity(), random.vector3()}}};
+    const VectorXd q = random.vector(2, 1), v = random.vector(2, 1), tau = random.vector(2, 1);
+    Data<double> data(arm);
+    ConstraintData<double> c(arm, held);
+    constrained_dynamics_derivatives(arm, data, c, q, v, tau);
+    EXPECT_GT(c.residual.norm(), 1e-3);
+    const Model<Float128> exact_arm = arm.cast<Float128>();
+    Data<Float128> data128(exact_arm);
+    ConstraintData<Float128> c128(exact_arm, exact(held));
+    const VectorXq q128 = q.cast<Float128>(), v128 = v.cast<Float128>(), tau128 = tau.cast<Float128>();
+    const auto f = [&](const VectorXq& x, const VectorXq& y) {
+      return VectorXq(constrained_dynamics(exact_arm, data128, c128, x, y, tau128));
+    };
+    const MatrixXd dq = tangent_difference(exact_arm, q128, [&](const VectorXq& x) { return f(x, v128); });
+    const MatrixXd dv = vector_difference(v128, [&](const VectorXq& x) { return f(q128, x); });
+    EXPECT_LE(relative_error(c.ddq_dq, dq), 1e-10) << k;
+    EXPECT_LE(relative_error(c.ddq_dv, dv), 1e-10) << k;
+  }
+}
+
 TEST_P(Constrained, ImpulseDerivativesAgreeWith113Bits) {
   Case robot(GetParam());
   const Model<Float128> model = robot.model.cast<Float128>();

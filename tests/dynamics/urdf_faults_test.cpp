@@ -178,8 +178,8 @@ TEST(UrdfFaults, MessagesStayOnOneLine) {
       "<joint name='kn\nee' type='fixed'><parent link='leg'/><child link='foot'/></joint>";
   EXPECT_EQ(
       error_of(with_line(17, two)),
-      "t.urdf:1: urdfdom reads a name as \"kn ee\", which the file does not hold; expected names of plain "
-      "characters");
+      "t.urdf:17: a <joint> has a name that holds a line break or another control character; expected one "
+      "line");
   EXPECT_EQ(error_of(with_line(12, "<mass value='a\nb'/>")),
             "t.urdf:12: <mass value=\"a b\">: \"a\" is not a number");
 }
