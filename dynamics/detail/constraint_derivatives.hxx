@@ -129,6 +129,7 @@ template <class T, class Subtract>
 void differentiate_constrained(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting,
                                Subtract subtract) {
+  c.A_dq.setZero();  // turn_residual() reaches rows of joints that no chain writes
   for (std::size_t i = 0; i < c.chains.size(); ++i) differentiate_acceleration<T>(c, i, v, c.ddq);
   id_derivatives<T>(model, data, q, v, c.ddq, acting);
   subtract();
@@ -167,6 +168,7 @@ void impulse_dynamics_derivatives(const Model<T>& model, Data<T>& data, Constrai
                                   const std::type_identity_t<T>& restitution, const Acting<T>& acting) {
   impulse_dynamics(model, data, c, q, v, restitution, acting);
   c.along = c.v_plus + v * restitution;
+  c.A_dq.setZero();
   for (std::size_t i = 0; i < c.chains.size(); ++i) detail::differentiate_velocity<T>(c, i, c.along);
   Acting<T> still = acting;
   still.gravity = false;

@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/derive.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record.h>
+#include <dyntape/dynamics/check_forward_dynamics.h>
 #include <dyntape/dynamics/configuration.h>
 #include <dyntape/interface/function/condition_note.h>
 #include <dyntape/interface/function/factored_dynamics.h>
@@ -152,6 +153,7 @@ Eigen::VectorXd evaluate_analytic(const Model<double>& model, const RobotFunctio
 
 Function record_robot_function(const Model<double>& model, const RobotFunction& function,
                                RobotSource source) {
+  if (is_forward(function)) dynamics::check_forward_dynamics(model);
   detail::note_condition(model, function);
   if (source == RobotSource::kDifferentiated && is_derivative(function)) {
     return named(record_differentiated(model, function), model, function);
@@ -180,6 +182,7 @@ dynamics::Effects<AD> recorded_effects(const dynamics::Effects<double>& effects)
 }
 
 Function record_forward_dynamics(const Model<double>& model, const dynamics::Effects<double>& effects) {
+  dynamics::check_forward_dynamics(model, effects.acting());
   return record_with_effects(model, effects, RobotFunction::kAba, "forward_dynamics",
                              dynamics::forward_dynamics<AD>);
 }

@@ -99,7 +99,8 @@ std::vector<std::string> output_names(const dynamics::Model<double>& model, cons
 Eigen::VectorXd evaluate_analytic(const dynamics::Model<double>& model, const RobotFunction& function,
                                   const Eigen::Ref<const Eigen::VectorXd>& state);
 
-// Variables: the state.  `source` matters for derivatives only.
+// Variables: the state.  `source` matters for derivatives only.  NumericalError for a function that solves for
+// accelerations of a robot without inertia about a joint: its text would hold infinities.
 Function record_robot_function(const dynamics::Model<double>& model, const RobotFunction& function,
                                RobotSource source = RobotSource::kShortest);
 

@@ -59,6 +59,9 @@ class CsvReader {
 
   void read_line(std::string_view line) {
     ++line_;
+    if (const size_t at = line.find('\r'); at != std::string_view::npos)
+      fail(static_cast<int>(at) + 1,
+           "a carriage return within a line; expected lines that end in LF or CR LF");
     const bool empty = line.find_first_not_of(" \t") == std::string_view::npos;
     if (empty) {
       first_empty_ = first_empty_ ? first_empty_ : line_;
@@ -112,7 +115,10 @@ class CsvReader {
       const std::optional<double> value = parse_double(entry.text);
       const std::string& name = table_.names()[row_.size()];
       const std::string got = "'" + std::string(entry.text) + "'";
-      if (!value) fail(entry.column, "column '" + name + "' expects a number, got " + got);
+      if (!value) {
+        const char* expected = is_out_of_range(entry.text) ? "a number in the range of a double" : "a number";
+        fail(entry.column, "column '" + name + "' expects " + expected + ", got " + got);
+      }
       if (!std::isfinite(*value) && policy_ == NonFinite::kRefuse) {
         fail(entry.column, "column '" + name + "' expects a finite number, got " + got);
       }

@@ -9,6 +9,7 @@
 
 namespace dyntape::io {
 
+using dyntape::check_can_write;
 using dyntape::read_file;
 using dyntape::temporary_name_beside;
 using dyntape::write_file_atomically;

@@ -4,6 +4,7 @@
 //
 //   shortest(0.1)                 // "0.1": the fewest digits that read back to the same bits
 //   parse_double("1e-3")          // 0.001;   parse_double("1e-3x") is empty
+//   is_out_of_range("1e400")      // true: a number, but no double
 //
 // Not empty for "inf" and "nan": whether those make sense is for the caller to say.
 #pragma once
@@ -15,18 +16,27 @@
 
 namespace dyntape::io {
 
-// The whole of `text` as a T (double, float or an integer), a leading '+' allowed; empty if it is anything
-// else or does not fit.
+// Reads the whole of `text` as a T (double, float or an integer), a leading '+' allowed: result_out_of_range if it is
+// a number that no T comes near, invalid_argument if it is anything else.
+template <class T>
+std::errc read_number(std::string_view text, T& value) {
+  if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return end == text.data() + text.size() && !text.empty() ? error : std::errc::invalid_argument;
+}
+
 template <class T>
 std::optional<T> parse_number(std::string_view text) {
-  if (text.starts_with('+') && text.size() > 1 && text[1] != '-') text.remove_prefix(1);
   T value{};
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc() || end != text.data() + text.size() || text.empty()) return std::nullopt;
-  return value;
+  return read_number(text, value) == std::errc() ? std::optional<T>(value) : std::nullopt;
 }
 
 inline std::optional<double> parse_double(std::string_view text) { return parse_number<double>(text); }
+
+inline bool is_out_of_range(std::string_view text) {
+  double value = 0;
+  return read_number(text, value) == std::errc::result_out_of_range;
+}
 
 inline std::string shortest(double value) {
   char buffer[32];

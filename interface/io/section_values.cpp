@@ -99,7 +99,9 @@ template <class T>
 std::optional<T> convert(const std::string& word, const Range& range, Mode mode, std::string& wrong) {
   const std::optional<T> value = mode == Mode::kStrict ? strict_value<T>(word) : lenient_value<T>(word);
   if (!value) {
-    wrong = std::string("expects ") + expected<T>() + ", got '" + word + "'";
+    const bool beyond = std::is_same_v<T, double> && mode == Mode::kStrict && is_out_of_range(word);
+    wrong = std::string("expects ") + expected<T>() + (beyond ? " in the range of a double" : "") +
+            ", got '" + word + "'";
   } else if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
     wrong = wrong_range(range, static_cast<double>(*value));
     if (!wrong.empty()) wrong += ", got '" + word + "'";

@@ -20,8 +20,9 @@
 // its path rows are left out.
 //
 // Magnitudes (collocation_magnitudes.cpp), one for each part of z, row of a point and the cost: how far the start
-// moves states, or what its end lacks; what changes them by as much within the duration; what rows and costs then
-// amount to.  A change of the units of mass, length or time changes them alike.
+// moves states, or what its end or its path lacks, or how far the cost alone would move them; what changes them by as
+// much within the duration; what rows and costs then amount to.  A change of the units of mass, length or time
+// changes them alike.
 //
 // Errors: ArgumentError for a problem that does not fit together, Gauss-Newton with a cost that is no sum of
 // squares, a mesh whose program outgrows the memory or what the solver can count (collocation_size.cpp).
@@ -64,7 +65,7 @@ class Collocation : public Nlp {
   bool constraints(const double* x, double* g) override;
   bool jacobian(const double* x, double* nonzeros) override;
   bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override;
-  NlpMagnitudes magnitudes(const std::vector<double>& start) override;
+  NlpMagnitudes magnitudes(const std::vector<double>& at, const NlpMagnitudes& before = {}) override;
   std::string variable_name(std::size_t i) const override;
   std::string constraint_name(std::size_t j) const override;
 
@@ -118,7 +119,12 @@ class Collocation : public Nlp {
   bool evaluate_first(const double* x);
   bool gauss_newton(const double* x, double sigma, double* nonzeros);
   Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
-                                   const Eigen::MatrixXd& end_slopes) const;
+                                   const Eigen::MatrixXd& end_slopes);
+  void propagate(Eigen::VectorXd& z, const std::vector<double>& start, const Eigen::MatrixXd& slopes) const;
+  void replace_rounding(Eigen::VectorXd& z, const Eigen::MatrixXd& slopes) const;
+  Eigen::VectorXd missing_of_path() const;
+  Eigen::VectorXd one_sided_room(const std::vector<double>& start) const;
+  double newton_step(const std::vector<double>& start, std::size_t entry);
   double cost_magnitude(const std::vector<double>& start, const Eigen::VectorXd& z);
   const double* end_point(const double* x) const { return x + (points_ - 1) * n_z_; }
 

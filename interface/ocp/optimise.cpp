@@ -2,9 +2,11 @@
 #include <dyntape/interface/ocp/optimise.h>
 
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
@@ -38,6 +40,11 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
                         std::to_string(start.size()) + " entries, the program has " +
                         std::to_string(nlp.shape().n()) + " variables");
   }
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (std::isfinite(start[i])) continue;
+    throw ArgumentError("problem \"" + nlp.problem().name + "\": the start of " + nlp.variable_name(i) +
+                        " is " + io::shortest(start[i]) + ", expected a number");
+  }
   nlp.check_finite(start);
   if (options.check_derivatives) {
     solution.derivatives = check_derivatives(nlp, start);
@@ -47,7 +54,7 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
   solution.nlp = solve_with_ipopt(nlp, start, options.solver);
   begin = std::chrono::steady_clock::now();
   solution.motion = nlp.trajectory(solution.nlp.x);
-  ScaledNlp scaled(nlp, nlp.magnitudes(start));
+  ScaledNlp scaled(nlp, solution.nlp.units);
   solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
   if (options.verify) solution.verification = verify(nlp.problem(), solution.motion, scaled.units());
   solution.verify_seconds = seconds_since(begin);

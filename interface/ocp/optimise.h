@@ -9,8 +9,9 @@
 // everything is finite there, let Ipopt solve, compute the optimality conditions anew, verify the motion
 // (verify.h).
 //
-// Errors.  ArgumentError: a start of the wrong size.  NumericalError: derivatives that are not those of the functions, with the first rows and variables
-// by name; functions that are not finite at the start.  How the solve ended is no error but a status.
+// Errors.  ArgumentError: a start of the wrong size, or with entries that are no numbers.  NumericalError: derivatives
+// that are not those of the functions, with the first rows and variables by name; functions that are not finite at the
+// start.  How the solve ended is no error but a status.
 #pragma once
 
 #include <dyntape/interface/ocp/collocation.h>
@@ -31,7 +32,7 @@ struct Solution {
   NlpSolution nlp;
   Trajectory motion;
   DerivativeCheck derivatives;
-  KktResiduals kkt;  // relative to the program's magnitudes
+  KktResiduals kkt;  // relative to the magnitudes of the last round (ipopt.h), as the verification is
   Verification verification;
   double build_seconds = 0, check_seconds = 0, verify_seconds = 0;  // the solve's: nlp.times
 

@@ -26,11 +26,7 @@ void check_bounds(const Problem& problem, const Bounds& bounds, const std::vecto
   check_size(problem, "the lower bound of the " + part, bounds.lower.size(), n);
   check_size(problem, "the upper bound of the " + part, bounds.upper.size(), n);
   for (Eigen::Index i = 0; i < n; ++i) {
-    if (!(bounds.lower[i] <= bounds.upper[i])) {
-      throw ArgumentError(
-          "problem \"" + problem.name + "\": the bounds of \"" + names[static_cast<std::size_t>(i)] +
-          "\" are empty: " + std::to_string(bounds.lower[i]) + " to " + std::to_string(bounds.upper[i]));
-    }
+    check_room(problem, "\"" + names[static_cast<std::size_t>(i)] + "\"", bounds.lower[i], bounds.upper[i]);
   }
 }
 
@@ -43,6 +39,11 @@ bool outside(double value, double lower, double upper) {
 void check_boundary(const Problem& problem, const Eigen::VectorXd& values, const std::string& part) {
   check_size(problem, part, values.size(), problem.n_x());
   for (int i = 0; i < problem.n_x(); ++i) {
+    if (std::isinf(values[i])) {
+      throw ArgumentError("problem \"" + problem.name + "\": " + part + " of \"" +
+                          problem.states[static_cast<std::size_t>(i)] + "\" is " + std::to_string(values[i]) +
+                          ", expected a number, or none (Problem::kFree)");
+    }
     if (!std::isnan(values[i]) && outside(values[i], problem.x.lower[i], problem.x.upper[i])) {
       throw ArgumentError("problem \"" + problem.name + "\": " + part + " of \"" +
                           problem.states[static_cast<std::size_t>(i)] + "\" is " + std::to_string(values[i]) +
@@ -112,6 +113,12 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem) {
   const Eigen::VectorXd a = Eigen::VectorXd::Zero(problem.n_a()), u = Eigen::VectorXd::Zero(problem.n_u());
   const double duration = problem.duration;
   return [=](double t) { return Stage<double>{t, from + (to - from) * (t / duration), a, u}; };
+}
+
+void check_room(const Problem& problem, const std::string& what, double lower, double upper) {
+  if (lower <= upper && lower < HUGE_VAL && upper > -HUGE_VAL) return;
+  throw ArgumentError("problem \"" + problem.name + "\": the bounds of " + what +
+                      " are empty: " + std::to_string(lower) + " to " + std::to_string(upper));
 }
 
 void check(const Problem& problem) {

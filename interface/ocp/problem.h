@@ -107,7 +107,10 @@ auto vector(const First& first, const Rest&... rest) {
 // 0.
 std::function<Stage<double>(double t)> straight_line(const Problem& problem);
 
-// ArgumentError, naming the part, unless all sizes fit together.
+// ArgumentError, naming the part, unless all sizes fit together, bounds leave room, and values are numbers.
 void check(const Problem& problem);
+
+// ArgumentError, naming `what` of the problem, unless a number lies between the bounds or is one of them.
+void check_room(const Problem& problem, const std::string& what, double lower, double upper);
 
 }  // namespace dyntape

@@ -48,6 +48,10 @@ class Parts {
                           std::to_string(values.size()) + " entries, its bounds have " +
                           std::to_string(term.lower.size()) + " and " + std::to_string(term.upper.size()));
     }
+    for (Eigen::Index i = 0; i < values.size(); ++i) {
+      check_room(problem_, "term \"" + entry(term.name, i, values.size()) + "\"", term.lower[i],
+                 term.upper[i]);
+    }
     add_rows(values, term.name, term.lower, term.upper);
   }
 

@@ -11,7 +11,7 @@
 // of the running costs (r.r of a least-squares term), M that of the terminal costs.  What the terms share is
 // computed once, because they are recorded on one tape.
 //
-// Errors: ArgumentError, naming the term, where a cost is no scalar or bounds have the wrong size.
+// Errors: ArgumentError, naming the term, where a cost is no scalar or bounds have the wrong size or are empty.
 #pragma once
 
 #include <string>

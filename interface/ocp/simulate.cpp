@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
@@ -14,6 +15,7 @@ using dormand_prince::kStages;
 using Eigen::VectorXd;
 
 constexpr int kMostSteps = 200000;
+constexpr int kLeastSteps = 16;  // however smooth a motion looks: long steps look past what is short
 constexpr double kMostGrowth = 6, kMostShrinking = 1.0 / 3, kSafety = 0.9;  // of the step
 
 using Rate = std::function<VectorXd(double t, const VectorXd& x)>;
@@ -43,6 +45,19 @@ Step step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, 
   const double fifth = squared(dormand_prince::e5), third = squared(dormand_prince::e3);
   const double error = fifth == 0 ? fifth : h * fifth / std::sqrt(fifth + 0.01 * third);
   return {end, end.allFinite() ? error : std::nan("")};
+}
+
+// A first step that neither x nor its slope outgrow; of those authors, section II.4.
+double first_step(const Rate& rate, double t, const VectorXd& x, const VectorXd& slope, double most,
+                  double tolerance) {
+  const auto norm = [&](const VectorXd& v) {
+    return std::sqrt((v.array() / (tolerance * (1 + x.array().abs()))).square().mean());
+  };
+  const double size = norm(x), speed = norm(slope);
+  const bool known = size > 1e-5 && speed > 1e-5;
+  const double look = known ? std::min(0.01 * size / speed, most) : 1e-3 * most;
+  const double bend = norm(rate(t + look, x + look * slope) - slope) / look;
+  return std::min({100 * look, std::pow(0.01 / std::max(speed, bend), 1.0 / 8), most});
 }
 
 // What the next step is of this one.
@@ -83,13 +98,17 @@ Simulation simulate(const Problem& problem, VectorXd x, double from, double to,
   }
   if (std::string bad = not_finite(problem, x, "", from); !bad.empty()) return broken(bad);
   const double smallest = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(from), std::abs(to));
-  double t = from, h = (to - from) / 4;
+  const double most = std::max((to - from) / kLeastSteps, 2 * smallest);
+  double t = from, h = 0;
   VectorXd slope = rate(t, x);
+  if (t < to && slope.allFinite()) {
+    h = std::max(first_step(rate, t, x, slope, most, tolerance), 2 * smallest);
+  }
   for (int k = 0; t < to; ++k) {
     if (std::string bad = not_finite(problem, slope, "the rate of ", t); !bad.empty()) return broken(bad);
     if (k == kMostSteps) return broken(std::to_string(kMostSteps) + " steps are not enough" + at(t));
     const bool last = h >= to - t;
-    if (last) h = to - t;
+    h = last ? to - t : (t + h) - t;  // the step that t can take
     if (h <= smallest && !last) return broken("the steps vanish" + at(t));
     const Step next = step(rate, t, x, slope, h, tolerance);
     if (next.error <= 1) {
@@ -97,7 +116,7 @@ Simulation simulate(const Problem& problem, VectorXd x, double from, double to,
       x = next.x;
       slope = rate(t, x);
     }
-    h *= growth(next.error);
+    h = std::min(h * growth(next.error), most);
   }
   return {std::move(x), ""};
 }

@@ -100,7 +100,7 @@ SolveReport solve_task(const Task& task) {
   if (task.models.verbose) say(task, report.build);
   report.sizes = sizes_of(nlp);
   report.solution = optimise(nlp, nlp.start(), task.optimise);
-  ScaledNlp scaled(nlp, nlp.magnitudes(nlp.start()));
+  ScaledNlp scaled(nlp, report.solution.nlp.units);
   const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
   for (std::size_t i : active.variables) report.active.push_back(nlp.variable_name(i));
   for (std::size_t j : active.rows) report.active.push_back(nlp.constraint_name(j));

@@ -13,7 +13,8 @@
 // a method of order 8 (dormand_prince.h; tolerance 1e-12), the control interpolated as the scheme says, and
 // compared with the motion's state at the next node (max norm).  The miss is the same over the whole time, from
 // the start, compared with the last state.  For a dynamics that amplifies errors the miss is large although
-// every defect is small.
+// every defect is small.  An interval is simulated in 16 steps or more, so that an event is seen that lasts longer
+// than about a hundredth of it; a shorter one may be stepped over.  The tolerance is relative to 1 + |x| of each state.
 //
 // Whatever is not a number shows: a violation, a defect or a miss that cannot be computed is NaN, and `trouble`
 // says where the simulation of an interval ended.

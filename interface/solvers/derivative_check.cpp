@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <random>
 
 #include <dyntape/autodiff/error.h>
@@ -17,6 +18,8 @@ namespace {
 using Vector = std::vector<double>;
 
 constexpr double kStep = 5e-4;
+// Of a difference of f over one step, in units of the rounding of the largest terms of f.
+constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon() / kStep;
 constexpr std::size_t kNone = ~std::size_t{0};
 
 // y = f(x); throws where that is not finite.
@@ -35,6 +38,14 @@ Vector difference(const VectorFunction& f, const Vector& x, const Vector& direct
 }
 
 double step_of(double x) { return kStep * std::max(1.0, std::abs(x)); }
+
+// Sums of |J_ij| max(1, |x_j|) over the rows of a matrix: what the terms of a function with these slopes amount to
+// near x, however small their sum is.
+void add_terms(Vector& terms, const Pattern& pattern, const Vector& values, const Vector& x) {
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    terms[pattern.row[k]] += std::abs(values[k]) * std::max(1.0, std::abs(x[pattern.col[k]]));
+  }
+}
 
 Pattern full_symmetric(const Pattern& lower) {
   std::vector<std::vector<std::uint32_t>> rows(lower.rows);
@@ -76,22 +87,24 @@ class Checker {
                          " is not finite near the start; choose another start or switch the check off");
   }
 
-  static double error_of(double given, double found) {
-    return std::abs(given - found) / std::max({1.0, std::abs(given), std::abs(found)});
+  // Of a difference of values whose terms are as large as `terms`; their rounding is no error.
+  static double error_of(double given, double found, double terms) {
+    const double error = std::abs(given - found) - kRounding * terms;
+    return (error < 0 ? 0 : error) / std::max({1.0, std::abs(given), std::abs(found)});
   }
 
-  bool agrees(const Vector& given, const Vector& found) const {
+  bool agrees(const Vector& given, const Vector& found, const Vector& terms) const {
     if (found.empty()) return false;
     for (std::size_t i = 0; i < given.size(); ++i) {
-      if (!(error_of(given[i], found[i]) <= options_.tolerance)) return false;
+      if (!(error_of(given[i], found[i], terms[i]) <= options_.tolerance)) return false;
     }
     return true;
   }
 
   // `unit` is that of the two numbers.
-  void compare(double given, double found, double unit, double& worst,
+  void compare(double given, double found, double terms, double unit, double& worst,
                const std::function<std::string()>& row, const std::function<std::string()>& variable) {
-    const double error = error_of(given, found);
+    const double error = error_of(given, found, terms);
     worst = dyntape::worst(worst, error);
     const bool bad = !(error <= options_.tolerance);
     if (bad && result_.mismatches.size() < options_.most_mismatches) {
@@ -102,7 +115,7 @@ class Checker {
   // Compares the columns of a matrix, given by pattern and values, with differences of f, color by color.  A
   // color that disagrees is tried again with shorter steps: the functions may bend on a small scale.
   void compare_columns(const Pattern& pattern, const Vector& given, const VectorFunction& f,
-                       const Vector& row_unit, double& worst,
+                       const Vector& terms, const Vector& row_unit, double& worst,
                        const std::function<std::string(std::size_t)>& row_name) {
     const std::vector<std::size_t> color = color_columns(pattern);
     const std::size_t colors = color.empty() ? 0 : 1 + *std::max_element(color.begin(), color.end());
@@ -117,12 +130,12 @@ class Checker {
         expected[pattern.row[k]] = given[k];
         column[pattern.row[k]] = pattern.col[k];
       }
-      for (int attempt = 0; attempt < 3 && !agrees(expected, best); ++attempt) {
+      for (int attempt = 0; attempt < 3 && !agrees(expected, best, terms); ++attempt) {
         Vector found = difference(f, x_, direction, pattern.rows);
         for (std::size_t i = 0; i < pattern.rows; ++i) {
           found[i] /= column[i] == kNone ? kStep : direction[column[i]];
-          if (!best.empty() && error_of(expected[i], best[i]) <= error_of(expected[i], found[i]))
-            found[i] = best[i];
+          const auto error = [&](double value) { return error_of(expected[i], value, terms[i]); };
+          if (!best.empty() && error(best[i]) <= error(found[i])) found[i] = best[i];
         }
         best = std::move(found);
         for (double& d : direction) d /= 16;
@@ -134,7 +147,7 @@ class Checker {
         };
         const double unit = row_unit[i] / (column[i] == kNone ? 1 : units().x[column[i]]);
         compare(
-            expected[i], best[i], unit, worst, [&] { return row_name(i); }, variable);
+            expected[i], best[i], terms[i], unit, worst, [&] { return row_name(i); }, variable);
       }
     }
   }
@@ -145,7 +158,9 @@ class Checker {
     const VectorFunction g = [&](const Vector& x, Vector& y) {
       if (!nlp_.constraints(x.data(), y.data())) not_finite("vector of constraints");
     };
-    compare_columns(shape_.jacobian, values, g, units().g, result_.worst_first,
+    Vector terms(shape_.m(), 0.0);
+    add_terms(terms, shape_.jacobian, values, x_);
+    compare_columns(shape_.jacobian, values, g, terms, units().g, result_.worst_first,
                     [&](std::size_t i) { return nlp_.constraint_name(i); });
   }
 
@@ -158,6 +173,10 @@ class Checker {
     const VectorFunction f = [&](const Vector& x, Vector& y) {
       if (!nlp_.objective(x.data(), y[0])) not_finite("objective");
     };
+    Vector value(1), terms(1);
+    f(x_, value);
+    terms[0] = std::abs(value[0]);
+    for (std::size_t j = 0; j < n; ++j) terms[0] += std::abs(gradient[j]) * std::max(1.0, std::abs(x_[j]));
     const std::size_t groups = std::min<std::size_t>(n, 16);
     std::bernoulli_distribution coin;
     for (std::size_t c = 0; c < groups; ++c) {
@@ -169,17 +188,18 @@ class Checker {
         size += std::abs(gradient[j] * direction[j] / kStep);
       }
       const double found = difference(f, x_, direction, 1)[0] / kStep;
-      if (std::abs(expected - found) <= options_.tolerance * std::max(1e-3, size)) continue;
+      const double allowed = options_.tolerance * std::max(1e-3, size) + kRounding * terms[0];
+      if (std::abs(expected - found) <= allowed) continue;
       for (std::size_t j = c; j < n; j += groups) {
         Vector single(n, 0.0);
         single[j] = step_of(x_[j]);
         double slope = difference(f, x_, single, 1)[0] / single[j];
-        for (int attempt = 1; attempt < 3 && !agrees({gradient[j]}, {slope}); ++attempt) {
+        for (int attempt = 1; attempt < 3 && !agrees({gradient[j]}, {slope}, terms); ++attempt) {
           single[j] /= 16;
           slope = difference(f, x_, single, 1)[0] / single[j];
         }
         compare(
-            gradient[j], slope, units().objective / units().x[j], result_.worst_first,
+            gradient[j], slope, terms[0], units().objective / units().x[j], result_.worst_first,
             [] { return std::string("objective"); }, [&] { return nlp_.variable_name(j); });
       }
     }
@@ -209,10 +229,18 @@ class Checker {
       e = find(shape_.hessian, row, col, e);
       full_values[k] = values[e];
     }
-    Vector row_unit(x_.size());
+    // The slopes that are added up, and what they are made of themselves.
+    Vector terms(x_.size(), 0.0), row_unit(x_.size());
+    if (!nlp_.gradient(x_.data(), terms.data())) not_finite("gradient");
+    for (double& t : terms) t = std::abs(sigma * t);
+    if (!nlp_.jacobian(x_.data(), jacobian.data())) not_finite("Jacobian");
+    for (std::size_t k = 0; k < jacobian.size(); ++k) {
+      terms[shape_.jacobian.col[k]] += std::abs(lambda[shape_.jacobian.row[k]] * jacobian[k]);
+    }
+    add_terms(terms, full, full_values, x_);
     for (std::size_t i = 0; i < x_.size(); ++i) row_unit[i] = units().objective / units().x[i];
     compare_columns(
-        full, full_values, lagrangian_gradient, row_unit, result_.worst_second,
+        full, full_values, lagrangian_gradient, terms, row_unit, result_.worst_second,
         [&](std::size_t i) { return "derivative of the Lagrangian by " + nlp_.variable_name(i); });
   }
 

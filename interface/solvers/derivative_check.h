@@ -5,11 +5,12 @@
 //   const DerivativeCheck check = check_derivatives(nlp, start);
 //   for (const DerivativeMismatch& m : check.mismatches) std::cerr << m.row << " by " << m.variable << ...;
 //
-// The derivatives are compared with fourth-order central differences (error h^4, h = 5e-4 relative, shorter where that disagrees) at a
-// random point near the given one: gradient and Jacobian with differences of the values, the Hessian with
+// The derivatives are compared with fourth-order central differences (error h^4, h = 5e-4 relative, shorter where
+// that disagrees) at a random point near the given one: gradient and Jacobian with differences of the values, the Hessian with
 // differences of the gradient of sigma f + lambda . g for random multipliers.  Columns that share no row are
 // moved together (greedy colouring), so the number of evaluations does not grow with the mesh.  An entry
-// outside the pattern shows as a mismatch in its row.  Errors are measured in the program's magnitudes
+// outside the pattern shows as a mismatch in its row.  What the rounding of a row's terms makes of a difference is no
+// error.  Errors are measured in the program's magnitudes
 // (Nlp::magnitudes); mismatches are told in its own units.
 //
 // Formula: f'(x) = (8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))) / 12h.

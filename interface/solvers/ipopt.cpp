@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <ctime>
 #include <exception>
 #include <mutex>
 
@@ -22,6 +23,11 @@ using Ipopt::Index;
 using Ipopt::Number;
 
 constexpr double kIpoptInfinity = 1e19;  // Ipopt's threshold for "no bound"
+// Magnitudes that have shrunk by more are those of the start alone: of the objective, and of a variable, of which
+// the tolerance still leaves five digits.
+constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
+constexpr int kMostRounds = 4;
+constexpr double kLeastSeconds = 1e-6;  // Ipopt refuses to be given none
 
 class Stopwatch {
  public:
@@ -217,12 +223,62 @@ NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions o
   }
   Ipopt::SmartPtr<Adapter> adapter = new Adapter(problem, start, solution);
   const auto begin = Clock::now();
+  const std::clock_t processor_begin = std::clock();
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(GetRawPtr(adapter));
   solution.times.total = std::chrono::duration<double>(Clock::now() - begin).count();
+  solution.times.processor = double(std::clock() - processor_begin) / CLOCKS_PER_SEC;
   adapter->rethrow();
   solution.status = translate(status);
   solution.native_status = status;
   return solution;
+}
+
+NlpSolution solve_in(const NlpMagnitudes& units, Nlp& problem, const std::vector<double>& start,
+                     const IpoptOptions& options) {
+  ScaledNlp scaled(problem, units);
+  NlpSolution solution = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
+  solution.units = scaled.units();
+  return solution;
+}
+
+bool optimal(const NlpSolution& solution) {
+  return solution.status == SolveStatus::kSolved || solution.status == SolveStatus::kAcceptable;
+}
+
+// Whether a tolerance in `units` is too coarse where magnitudes are `found`.
+bool coarse(const NlpMagnitudes& units, const NlpMagnitudes& found) {
+  bool result = kCoarseObjective * found.objective < units.objective;
+  for (std::size_t i = 0; i < found.x.size(); ++i) result |= kCoarseVariable * found.x[i] < units.x[i];
+  return result;
+}
+
+IpoptOptions less(IpoptOptions options, const NlpSolution& spent) {
+  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
+  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
+  return options;
+}
+
+SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
+  return {a.total + b.total,
+          a.processor + b.processor,
+          a.functions + b.functions,
+          a.jacobian + b.jacobian,
+          a.hessian + b.hessian,
+          a.function_calls + b.function_calls,
+          a.jacobian_calls + b.jacobian_calls,
+          a.hessian_calls + b.hessian_calls};
+}
+
+// The last of two rounds, with the iterations and times of both.  It starts where the first ends.
+NlpSolution joined(NlpSolution first, NlpSolution last) {
+  const int before = first.iterations();
+  for (IterationRecord record : last.log) {
+    record.iteration += before;
+    if (record.iteration > before) first.log.push_back(record);
+  }
+  last.log = std::move(first.log);
+  last.times = first.times + last.times;
+  return last;
 }
 
 }  // namespace
@@ -233,8 +289,15 @@ NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, con
     throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(n) + " variables");
   }
-  ScaledNlp scaled(problem, problem.magnitudes(start));
-  return scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
+  NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options);
+  for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
+    const NlpMagnitudes found = problem.magnitudes(solution.x, solution.units);
+    if (!coarse(solution.units, found)) break;
+    const std::vector<double> again = solution.x;
+    NlpSolution next = solve_in(found, problem, again, less(options, solution));
+    solution = joined(std::move(solution), std::move(next));
+  }
+  return solution;
 }
 
 }  // namespace dyntape

@@ -14,6 +14,10 @@
 // What Ipopt sees is divided by the program's magnitudes (Nlp::magnitudes): its tolerances, and the
 // infeasibilities in its log, are in those units; the solution is in the program's own.
 //
+// Rounds.  A wild start makes magnitudes, and with them the tolerances, many times too large.  Where those at the
+// optimum that is found are smaller, the solve goes on from there in these, up to three times more; limits of
+// iterations and time hold for all rounds together.
+//
 // Threads.  Ipopt's linear solver keeps static state, so one solve runs at a time in a process: calls from other
 // threads wait for their turn, which counts neither as time of the solve nor against max_seconds.  The problem's
 // functions must not solve again, in their thread or in one that they wait for.
@@ -55,9 +59,9 @@ struct IterationRecord {
   bool restoration;
 };
 
-// Seconds of wall time, and how often each was asked for.
+// Seconds of wall time (`processor`: of all threads together), and how often each was asked for.
 struct SolveTimes {
-  double total = 0, functions = 0, jacobian = 0, hessian = 0;
+  double total = 0, processor = 0, functions = 0, jacobian = 0, hessian = 0;
   int function_calls = 0, jacobian_calls = 0, hessian_calls = 0;
   double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and the rest
 };
@@ -70,6 +74,7 @@ struct NlpSolution {
   std::vector<double> g, lambda;                 // (m): lambda > 0 pulls g down to its upper bound
   std::vector<double> lower_price, upper_price;  // (n): >= 0, multipliers of x_lower and x_upper
   std::vector<IterationRecord> log;              // iteration 0 is the start
+  NlpMagnitudes units;                           // what was divided by in the last round
   SolveTimes times;
 
   int iterations() const { return log.empty() ? 0 : log.back().iteration; }

@@ -61,9 +61,10 @@ class Nlp {
   virtual bool jacobian(const double* x, double* nonzeros) = 0;  // (jacobian.nnz())
   virtual bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) = 0;
 
-  // Typical sizes of the numbers, positive, judged at the start of a solve.
-  virtual NlpMagnitudes magnitudes(const std::vector<double>& start) {
-    static_cast<void>(start);
+  // Typical sizes of the numbers, positive, judged at a point: the start of a solve, or a solution that was found
+  // in units `before`, in which what is tiny is as good as zero and keeps its unit.
+  virtual NlpMagnitudes magnitudes(const std::vector<double>& at, const NlpMagnitudes& before = {}) {
+    static_cast<void>(at), static_cast<void>(before);
     return {};
   }
 

@@ -134,6 +134,9 @@ TEST(ContradictoryRows, DerivativesAgreeWith113Bits) {
     ConstraintData<double> c(arm, held);
     constrained_dynamics_derivatives(arm, data, c, q, v, tau);
     EXPECT_GT(c.residual.norm(), 1e-3);
+    const MatrixXd once = c.ddq_dq;
+    constrained_dynamics_derivatives(arm, data, c, q, v, tau);
+    EXPECT_EQ(c.ddq_dq, once);
     const Model<Float128> exact_arm = arm.cast<Float128>();
     Data<Float128> data128(exact_arm);
     ConstraintData<Float128> c128(exact_arm, exact(held));

@@ -73,7 +73,12 @@ TEST(Csv, refusals_say_where_and_why) {
   EXPECT_EQ(refusal("a,b\n1,\n"), "t.csv:2:3: column 'b' expects a number, got ''");
   EXPECT_EQ(refusal("a;b\n1;2\n"), "t.csv:2:1: column 'a;b' expects a number, got '1;2'");
   EXPECT_EQ(refusal("a\n1\n\n2\n"), "t.csv:3:1: the line is empty, but rows follow");
-  EXPECT_EQ(refusal("a\n1e999\n"), "t.csv:2:1: column 'a' expects a number, got '1e999'");
+  EXPECT_EQ(refusal("a\n1e999\n"),
+            "t.csv:2:1: column 'a' expects a number in the range of a double, got '1e999'");
+  EXPECT_EQ(refusal("a\n1e-400\n"),
+            "t.csv:2:1: column 'a' expects a number in the range of a double, got '1e-400'");
+  EXPECT_EQ(refusal("a\r1\r"),
+            "t.csv:1:2: a carriage return within a line; expected lines that end in LF or CR LF");
   EXPECT_EQ(refusal("a\nnan\n"), "t.csv:2:1: column 'a' expects a finite number, got 'nan'");
   EXPECT_EQ(refusal("a\nnan\n-inf\n", NonFinite::kAllow), "");
 }

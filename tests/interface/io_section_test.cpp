@@ -57,7 +57,7 @@ TEST(Section, wrong_types_are_reported_where_the_value_stands) {
   expect_contains(report("k True", ask(true)), "expects true or false, got 'True'");
   expect_contains(report("k nan", ask(0.0)), "must be finite, got 'nan'");
   expect_contains(report("k inf", ask(0.0)), "must be finite, got 'inf'");
-  expect_contains(report("k 1e999", ask(0.0)), "expects a number, got '1e999'");
+  expect_contains(report("k 1e999", ask(0.0)), "expects a number in the range of a double, got '1e999'");
   expect_contains(report("k 3000000000", ask(0)), "expects a whole number, got '3000000000'");
   expect_contains(report("k 0x10", ask(0)), "expects a whole number, got '0x10'");
   expect_contains(report("k 1,5", ask(0.0)), "expects a number, got '1,5'");

@@ -103,6 +103,32 @@ TEST(Simulation, FindsKnownMotions) {
   EXPECT_EQ(run([](const auto& s) { return s.x; }, of(1), 1, 1).x[0], 1);
 }
 
+// A pulse that is short beside the time: the first steps look past it unless they are kept short.
+TEST(Simulation, SeesWhatIsShort) {
+  for (double width : {1e-2, 3e-3, 1e-3}) {
+    const Simulation s = run(
+        [=](const auto& s) {
+          using std::exp;
+          const auto z = (s.t - 0.437) / width;
+          return vector(exp(-z * z) + 0.0 * s.x[0]);
+        },
+        of(0), 0, 1);
+    EXPECT_NEAR(s.x[0], width * std::sqrt(std::numbers::pi), 1e-11) << width;
+  }
+}
+
+// Steps are what the time can take: t + h of a late t is rounded.
+TEST(Simulation, IsTrueAtLateTimes) {
+  const double late = 1e9;
+  const Simulation s = run(
+      [=](const auto& s) {
+        using std::cos;
+        return vector(cos(s.t - late) + 0.0 * s.x[0]);
+      },
+      of(0), late, late + 1);
+  EXPECT_NEAR(s.x[0], std::sin(1.0), 1e-7);
+}
+
 // The error is what is asked for, through ten decades.
 TEST(Simulation, KeepsItsTolerance) {
   for (double tolerance : {1e-4, 1e-6, 1e-8, 1e-10, 1e-12}) {

@@ -239,6 +239,64 @@ TEST(Collocation, RefusesWhatDoesNotFit) {
   EXPECT_NE(message(p, {}).find("\"box\" has 2 entries, its bounds have 1 and 1"), std::string::npos);
 }
 
+// Bounds without room are refused where they stand: on states, controls, path and end terms.
+TEST(Collocation, RefusesBoundsThatAreEmpty) {
+  const double infinity = std::numeric_limits<double>::infinity();
+  const auto message = [](const Problem& problem) {
+    try {
+      Collocation nlp(problem, {.intervals = 2, .evaluation = test::kInterpreted});
+    } catch (const ArgumentError& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  const auto all = [](double value) { return Eigen::VectorXd::Constant(2, value); };
+  const auto position = [](const auto& s) { return s.x; };
+  const std::pair<double, double> empty[] = {
+      {1, -1}, {std::nan(""), 1}, {0, std::nan("")}, {infinity, infinity}, {-infinity, -infinity}};
+  for (const auto& [lower, upper] : empty) {
+    Problem path = test::block_move(), end = path, state = path, control = path;
+    path.add(path_inequality("box", position, all(lower), all(upper)));
+    EXPECT_NE(message(path).find("the bounds of term \"box[0]\" are empty"), std::string::npos) << lower;
+    end.add(terminal_inequality("tip", position, all(lower), all(upper)));
+    EXPECT_NE(message(end).find("the bounds of term \"tip[0]\" are empty"), std::string::npos) << lower;
+    state.x = {all(lower), all(upper)};
+    EXPECT_NE(message(state).find("the bounds of \"p\" are empty"), std::string::npos) << lower;
+    control.u = {all(lower).head(1), all(upper).head(1)};
+    EXPECT_NE(message(control).find("the bounds of \"u\" are empty"), std::string::npos) << lower;
+  }
+  Problem open = test::block_move();
+  open.add(path_inequality("box", position, all(-infinity), all(infinity)));
+  EXPECT_EQ(message(open), "nothing thrown");
+}
+
+// What is no number is refused with a sentence of its own, not as a wrong derivative.
+TEST(Collocation, RefusesAStartThatIsNoNumber) {
+  const auto message = [](const auto& act) {
+    try {
+      act();
+    } catch (const ArgumentError& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  const MeshOptions mesh{.intervals = 2, .evaluation = test::kInterpreted};
+  Collocation nlp(test::block_move(), mesh);
+  for (double bad : {std::nan(""), HUGE_VAL}) {
+    std::vector<double> start = nlp.start();
+    start[3] = bad;
+    EXPECT_NE(message([&] { optimise(nlp, start, {}); }).find("the start of p at point 1 (t = 0.25 s) is "),
+              std::string::npos);
+  }
+  Problem from = test::block_move(), to = from;
+  from.start[0] = -HUGE_VAL;
+  EXPECT_NE(message([&] { Collocation(from, mesh); }).find("the start of \"p\" is -inf, expected a number"),
+            std::string::npos);
+  to.goal[1] = HUGE_VAL;
+  EXPECT_NE(message([&] { Collocation(to, mesh); }).find("the goal of \"v\" is inf, expected a number"),
+            std::string::npos);
+}
+
 // Durations and intervals for which duration * k / k is not the duration.
 TEST(Collocation, MeshesEndAtTheDurationWhateverRoundingDoes) {
   std::mt19937_64 random(17);

@@ -163,5 +163,142 @@ TEST(Weights, OfAnySizeAreNoWrongDerivatives) {
   }
 }
 
+// Nothing but the cost, a bound on one side or an obstacle on the path says how far the motion goes.
+TEST(Magnitudes, OfWhatStandsStillComeFromCostsAndBoundsAndPaths) {
+  const auto tracked = [](double length) {
+    Problem p("track", {"p", "v"}, {"u"}, 1.0, [](const auto& s) { return vector(s.x[1], s.u[0]); });
+    p.add(running_squares("error", [=](const auto& s) {
+      using std::sin;
+      return vector(s.x[0] - length * sin(std::numbers::pi * s.t), 0.01 * s.u[0]);
+    }));
+    p.start << 0, 0;
+    p.goal << 0, 0;
+    p.x.upper[0] = 0.3 * length;
+    return p;
+  };
+  const auto over_hill = [](double length) {
+    Problem p = test::block_move(0);
+    const double infinity = std::numeric_limits<double>::infinity();
+    p.add(path_inequality(
+        "hill",
+        [=](const auto& s) { return vector(s.x[0] - length * (0.5 - 8.0 * (s.t - 0.5) * (s.t - 0.5))); },
+        Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, infinity)));
+    return p;
+  };
+  const MeshOptions mesh{.intervals = 20, .evaluation = test::kInterpreted};
+  for (double length : {1e-9, 1e-6, 1e-3, 1.0, 1e6}) {
+    const Solution track = optimise(tracked(length), {.mesh = mesh});
+    EXPECT_TRUE(track.success()) << length;
+    EXPECT_NEAR(track.cost() / (length * length) / 0.226009119, 1, 1e-6) << length;
+    const Solution over = optimise(over_hill(length), {.mesh = mesh});
+    EXPECT_TRUE(over.success()) << length;
+    EXPECT_NEAR(over.cost() / (length * length) / 48, 1, 1e-6) << length;
+  }
+}
+
+// A start at rest near the reference, which alone moves the block; limits far away say nothing of how far.
+TEST(Magnitudes, OfAReferenceOutweighTheRoomBetweenLimits) {
+  const auto cost = [](double from) {
+    Problem p = test::block_move();
+    p.terms.clear();
+    p.add(running_squares("all", [](const auto& s) { return vector(s.x[0], std::sqrt(1e-3) * s.u[0]); }));
+    p.start << from, 0;
+    p.goal << Problem::kFree, 0;
+    p.x.lower[0] = -1;
+    p.x.upper[0] = 100;
+    const Solution s = optimise(p, {.mesh = {.intervals = 20, .evaluation = test::kInterpreted}});
+    EXPECT_TRUE(s.success()) << from;
+    return s.cost() / (from * from);
+  };
+  const double reference = cost(1);
+  for (double from : {1e-3, 1e-6}) EXPECT_NEAR(cost(from) / reference, 1, 1e-6) << from;
+}
+
+// Magnitudes of a stiff spring are finite, and what rounding makes of differences is no wrong derivative.
+TEST(Magnitudes, OfStiffSpringsAndNarrowBoundsAreNoWrongDerivatives) {
+  for (double stiffness : {1e4, 1e8, 1e10}) {
+    Problem p("springs", {"p", "q", "v", "w"}, {"u"}, 1.0, [=](const auto& s) {
+      const auto force = stiffness * (s.x[0] - s.x[1]);
+      return vector(s.x[2], s.x[3], s.u[0] - force - 0.5 * s.x[2], force - 0.3 * s.x[3]);
+    });
+    p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+    p.start << 0, 0, 0, 0;
+    p.goal << 1, 1, 0, 0;
+    Collocation nlp(p, {.intervals = 6, .evaluation = test::kInterpreted});
+    EXPECT_TRUE(check_derivatives(nlp, nlp.start()).good()) << stiffness;
+  }
+  for (double bound : {1e-9, 1e-300}) {
+    Problem p = test::block_move();
+    p.x.lower[1] = -bound;
+    p.x.upper[1] = bound;
+    Collocation nlp(p, {.intervals = 6, .evaluation = test::kInterpreted});
+    EXPECT_TRUE(check_derivatives(nlp, nlp.start()).good()) << bound;
+  }
+}
+
+// What a wild guess calls large is not what the optimum calls large.
+Problem pushed_over(double force_guessed) {
+  Problem p("pushed", {"p", "v"}, {"u"}, 1.0, [](const auto& s) {
+    using std::sin;
+    return vector(s.x[1], s.u[0] - sin(s.x[0]) * 9.81);
+  });
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.start << 0, 0;
+  p.goal << 3, 0;
+  p.x.upper[1] = 4;
+  p.guess = [line = straight_line(p), force_guessed](double t) {
+    Stage<double> stage = line(t);
+    stage.u[0] = force_guessed;
+    return stage;
+  };
+  return p;
+}
+
+TEST(Rounds, EndAtTheOptimumFromAWildGuess) {
+  for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
+    for (double force : {1.0, 1e3, 1e5, 1e7}) {
+      const Solution s = optimise(
+          pushed_over(force), {.mesh = {.intervals = 20, .hessian = kind, .evaluation = test::kInterpreted}});
+      EXPECT_TRUE(s.success()) << force;
+      EXPECT_NEAR(s.cost() / 140.746214, 1, 1e-6) << force;
+      EXPECT_LT(s.kkt.stationarity, 1e-6) << force;
+      EXPECT_LT(s.kkt.complementarity, 1e-6) << force;
+    }
+  }
+}
+
+TEST(Rounds, EndAtTheOptimumOfACostThatIsSteepAtTheGuess) {
+  for (double place : {0.0, 10.0, 100.0, 1000.0}) {
+    Problem p = test::block_move();
+    p.terms.clear();
+    p.add(running_cost("steep", [](const auto& s) {
+      const auto d = s.x[0] - 1.0;
+      return d * d * d * d + 1e-3 * s.u[0] * s.u[0];
+    }));
+    p.goal.setConstant(Problem::kFree);
+    p.x.upper[1] = 2;
+    p.guess = [line = straight_line(p), place](double t) {
+      Stage<double> stage = line(t);
+      if (t > 0) stage.x[0] = place;
+      return stage;
+    };
+    const Solution s = optimise(p, {.mesh = {.intervals = 20, .evaluation = test::kInterpreted}});
+    EXPECT_TRUE(s.success()) << place;
+    EXPECT_NEAR(s.cost() / 0.184337039, 1, 1e-6) << place;
+  }
+}
+
+// The iterations that a user allows are those of all rounds, and one log tells of all.
+TEST(Rounds, ShareTheirLimitsAndTheirLog) {
+  const MeshOptions mesh{.intervals = 20, .evaluation = test::kInterpreted};
+  const NlpSolution free = optimise(pushed_over(1e5), {.mesh = mesh}).nlp;
+  for (std::size_t k = 0; k < free.log.size(); ++k) EXPECT_EQ(free.log[k].iteration, int(k));
+  const int allowed = free.iterations() - 2;
+  const NlpSolution cut =
+      optimise(pushed_over(1e5), {.mesh = mesh, .solver = {.max_iterations = allowed}}).nlp;
+  EXPECT_EQ(cut.status, SolveStatus::kIterationLimit);
+  EXPECT_EQ(cut.iterations(), allowed);
+}
+
 }  // namespace
 }  // namespace dyntape

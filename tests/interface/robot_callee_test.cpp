@@ -107,6 +107,18 @@ TEST_P(RobotCallee, TakesFewerOperations) {
   }
 }
 
+// Poles of the inverse inertia: what masks the weights of its derivatives is a small part of them.
+TEST_P(RobotCallee, TakesFewGates) {
+  for (const Function& function : {by_callee, dissolved(by_value)}) {
+    const Derivatives d = derive(function, Order::kSecond);
+    std::size_t gates = 0;
+    for (const OperationCount& count : count_operations(d.function))
+      gates += count.op == Op::Gate ? count.count : 0;
+    EXPECT_LT(static_cast<double>(gates), 0.06 * static_cast<double>(total_operations(d.function)));
+    EXPECT_EQ(gates > 0, GetParam().forward);
+  }
+}
+
 class CompiledRobotCallee : public RobotCallee {};
 
 TEST_P(CompiledRobotCallee, HasTheBitsOfTheInterpreter) {

@@ -112,6 +112,24 @@ VectorXd run_on_numbers(const Model<double>& model, const RobotFunction& functio
   return y.unaryExpr([](const AD& a) { return a.value(); }).cast<double>();
 }
 
+// Its text would hold infinities.
+TEST(RobotFunctions, RecordNoAccelerationsOfWhatHasNoInertia) {
+  Model<double> model = load({"block", Base::kFixed});
+  model.inertias[0] = {};
+  for (const RobotFunction& function : robot_functions()) {
+    if (takes_contacts(function)) continue;
+    if (is_forward(function)) {
+      EXPECT_THROW(record_robot_function(model, function), NumericalError) << to_string(function);
+    } else {
+      EXPECT_NO_THROW(record_robot_function(model, function)) << to_string(function);
+    }
+  }
+  dynamics::Effects<double> effects;
+  EXPECT_THROW(record_forward_dynamics(model, effects), NumericalError);
+  effects.armature = VectorXd::Ones(1);
+  EXPECT_NO_THROW(record_forward_dynamics(model, effects));
+}
+
 TEST(RobotFunctions, AnalyticAndDifferentiatedRecordingsAgreeWithPlainCodeOnAllRobots) {
   for (const Robot& robot : all_robots()) {
     const Model<double> model = load(robot);

@@ -4,10 +4,16 @@
 // done is done.
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <filesystem>
 #include <fstream>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 
 #include "run.h"
 
@@ -92,6 +98,157 @@ TEST(Refusals, OutputsThatAreNoFiles) {
   EXPECT_TRUE(fs::is_regular_file(scratch / "C/elsewhere.c"));
 }
 
+TEST(Refusals, NamesThatNoFileCanHave) {
+  const Scratch scratch;
+  const std::string states = block_state(scratch, "1");
+  expect_sentence(eval_block(states, scratch / "new/"), "expected the name of a file");
+  EXPECT_FALSE(fs::exists(scratch / "new"));
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"info", ""},
+                                                {"solve", config("tasks/block_move.info"), "--output", ""},
+                                                {"cache", "list", "--folder", ""},
+                                                {"generate", kRobot, "--function", "rnea", "--output", ""}}) {
+    const Outcome run = run_dyntape(words);
+    EXPECT_EQ(run.status, 2);
+    EXPECT_NE(run.err.find("expected a name, got ''"), std::string::npos) << run.err;
+  }
+  EXPECT_THROW(dyntape::read_file(""), dyntape::FileError);
+  EXPECT_THROW(dyntape::write_file_atomically("", "text"), dyntape::FileError);
+}
+
+// Root may write everything, so that somebody else has to try.
+TEST(Refusals, FilesThatAreWriteProtected) {
+  const Scratch scratch;
+  const std::string file = scratch / "o.csv";
+  std::ofstream(file) << "kept";
+  ASSERT_EQ(chmod(file.c_str(), 0444), 0);
+  ASSERT_EQ(chmod((scratch / "").c_str(), 0777), 0);
+  const pid_t child = fork();
+  if (child == 0) {
+    constexpr uid_t kNobody = 65534;
+    if (geteuid() == 0 && seteuid(kNobody) != 0) _exit(2);
+    try {
+      dyntape::write_file_atomically(file, "new");
+    } catch (const dyntape::FileError& e) {
+      _exit(std::string(e.what()).ends_with("cannot write: Permission denied") ? 0 : 3);
+    }
+    _exit(1);
+  }
+  int status = -1;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(slurp(file), "kept");
+}
+
+TEST(Refusals, AFolderOfACacheThatIsNotThere) {
+  const Scratch scratch;
+  for (const char* command : {"list", "verify", "clear"})
+    expect_sentence(run_dyntape({"cache", command, "--folder", scratch / "typo"}), "there is no such folder");
+  EXPECT_FALSE(fs::exists(scratch / "typo"));
+}
+
+// Said before the work, and by check-config as well where it is the task's fault.
+TEST(Refusals, WhatASolutionCouldNotBeWrittenFor) {
+  const Scratch scratch;
+  const std::string task = config("tasks/block_move.info");
+  std::ofstream(scratch / "file") << "";
+  expect_sentence(run_dyntape({"solve", task, "--output", scratch / "file"}),
+                  "it is a file; expected a folder");
+  fs::create_directories(scratch / "out/report.json");
+  expect_sentence(run_dyntape({"solve", task, "--output", scratch / "out"}), "report.json: cannot write");
+
+  std::string text = slurp(task);
+  text.replace(text.find("../robots"), 9, config("robots"));
+  std::ofstream(scratch / "latin.info") << "name caf\xe9\n" << text;
+  std::ofstream(scratch / "caf\xe9.info") << text;  // where none is given, the file's is the task's
+  for (const char* command : {"solve", "check-config"})
+    for (const char* file : {"latin.info", "caf\xe9.info"})
+      expect_sentence(run_dyntape({command, scratch / file}), "the task has a name that is not UTF-8");
+}
+
+TEST(Refusals, RobotsWithoutInertiaGetNoCode) {
+  const Scratch scratch;
+  const std::string robot = scratch / "massless.urdf";
+  std::string text = slurp(config("robots/block.urdf"));
+  text.replace(text.find("mass value=\"1\""), 14, "mass value=\"0\"");
+  std::ofstream(robot) << text;
+  for (const char* function : {"minverse", "aba", "fd-derivatives"})
+    expect_sentence(
+        run_dyntape({"generate", robot, "--function", function, "--embedded", "--output", scratch / "c"}),
+        "moves no inertia");
+  EXPECT_FALSE(fs::exists(scratch / "c"));
+  EXPECT_EQ(
+      run_dyntape({"generate", robot, "--function", "rnea", "--embedded", "--output", scratch / "c"}).status,
+      0);
+}
+
+TEST(Refusals, RobotsThatDoNotMoveAreNotMeasured) {
+  const Scratch scratch;
+  std::ofstream(scratch / "one.urdf") << R"(<robot name="one"><link name="only"/></robot>)";
+  expect_sentence(run_dyntape({"bench", scratch / "one.urdf"}), "\"one\" has no joint that moves");
+}
+
+TEST(Refusals, NumbersOfTheCommandLineAreDecimalAndInTheirRange) {
+  const auto with = [](const std::string& command, const std::string& option, const std::string& value) {
+    return run_dyntape({command, kRobot, option, value});
+  };
+  for (const char* value : {"-1", "0x10", "1e3", "18446744073709551616", ""}) {
+    const Outcome run = with("bench", "--seed", value);
+    EXPECT_EQ(run.status, 2) << value;
+    EXPECT_NE(run.err.find("whole number of 0 to 18446744073709551615"), std::string::npos) << run.err;
+  }
+  for (const char* value : {"inf", "nan", "1e400", "0", "-1"}) {
+    const Outcome run = with("identify", "--period", value);
+    EXPECT_EQ(run.status, 2) << value;
+    EXPECT_NE(run.err.find("expected a finite number above zero"), std::string::npos) << run.err;
+  }
+  EXPECT_EQ(with("bench", "--states", "0").status, 2);
+  const Outcome ten =
+      run_dyntape({"bench", kRobot, "--function", "gravity", "--states", "010", "--seed", "+7", "--json"});
+  ASSERT_EQ(ten.status, 0) << ten.err;
+  EXPECT_NE(ten.out.find("\"states\": 10\n"), std::string::npos) << ten.out;
+  EXPECT_NE(ten.out.find("\"seed\": 7,"), std::string::npos) << ten.out;
+}
+
+TEST(Refusals, DeclarationsInADocumentType) {
+  const Scratch scratch;
+  std::ofstream(scratch / "d.urdf") << "<!DOCTYPE r [<!ENTITY a \"b\">]>\n<robot name=\"r\"/>";
+  expect_sentence(run_dyntape({"info", scratch / "d.urdf"}), "d.urdf:2: before <robot> stands a <!DOCTYPE>");
+}
+
+TEST(Refusals, LongNamesAreShortened) {
+  const Scratch scratch;
+  const std::string name(100000, 'n');
+  std::ofstream(scratch / "states.csv") << "\"" << name << "\"\n1\n";
+  for (const Outcome& run :
+       {run_dyntape({"info", kRobot, "--lock", name}), run_dyntape({"info", kRobot, "--base", name}),
+        eval_block(scratch / "states.csv", scratch / "o.csv")}) {
+    EXPECT_NE(run.status, 0);
+    EXPECT_LT(run.err.size(), 1000u);
+  }
+  expect_sentence(run_dyntape({"info", kRobot, "--lock", name}), "\"" + std::string(59, 'n') + "...\"");
+}
+
+// Its mass matrix would take half a gigabyte.
+TEST(Refusals, ColumnsAreCheckedBeforeALargeRobotIsPrepared) {
+  const Scratch scratch;
+  constexpr int kJoints = 8000;
+  std::ofstream robot(scratch / "chain.urdf"), states(scratch / "states.csv");
+  robot << R"(<robot name="chain"><link name="l0"/>)";
+  for (int i = 0; i < kJoints; ++i) {
+    robot << R"(<link name="l)" << i + 1 << R"("/><joint name="j)" << i
+          << R"(" type="revolute"><parent link="l)" << i << R"("/><child link="l)" << i + 1
+          << R"("/><limit lower="-1" upper="1" velocity="1" effort="1"/></joint>)";
+    states << "q" << i << ",";
+  }
+  robot << "</robot>", states << "odd\n";
+  robot.close(), states.close();
+  const auto start = std::chrono::steady_clock::now();
+  expect_sentence(run_dyntape({"eval", scratch / "chain.urdf", "--function", "crba", "--route", "analytic",
+                               "--input", scratch / "states.csv", "--output", scratch / "o.csv"}),
+                  "column \"odd\" is not an input");
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(10));
+}
+
 TEST(Refusals, StatesWithoutADirection) {
   const Scratch scratch;
   const std::string states = block_state(scratch, "0");
@@ -106,6 +263,9 @@ TEST(Refusals, NamesThatAreNotUtf8) {
   expect_sentence(run_dyntape({"info", named(scratch, "p\xe9ndule"), "--json"}),
                   "robot.urdf:7: a <robot> has a name");
   EXPECT_EQ(run_dyntape({"info", named(scratch, "p\xc3\xa9ndule"), "--json"}).status, 0);
+  for (const char* name : {"\xe0\x80\x80", "\xed\xa0\x80", "\xf4\x90\x80\x80", "\xf0\x9f"})
+    expect_sentence(run_dyntape({"info", named(scratch, name)}), "is not UTF-8");
+  expect_sentence(run_dyntape({"info", named(scratch, "a&#10;b")}), "holds a line break");
   expect_sentence(
       run_dyntape({"generate", kRobot, "--function", "rnea", "--json", "--output", scratch / "\xe9"}),
       "is not UTF-8");

@@ -15,6 +15,7 @@
 #include "compare.h"
 #include "function_options.h"
 #include "measure.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -99,6 +100,7 @@ void run_compare(const dynamics::UrdfRobot& robot, const Options& options) {
 
 void run(const Options& options) {
   const auto robot = load_robot(options.robot);
+  check_moves(robot, "there is nothing to measure");
   if (options.peer || options.function.name.empty()) return run_compare(robot, options);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   const auto states = random_states(robot.model, function, options.states, options.seed);
@@ -172,9 +174,11 @@ void add_bench(CLI::App& app) {
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to measure (default: everything)");
   command->add_option("--states", options->states, "random states")
-      ->check(CLI::Range(1, 100000))
+      ->transform(whole_number(1, 100000))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  command->add_option("--seed", options->seed, "of the random states")
+      ->transform(seed())
+      ->capture_default_str();
   command
       ->add_option("--profile", options->profile,
                    "with --function: of what is generated; strict: bit-equal to the interpreter; fast: fewer "

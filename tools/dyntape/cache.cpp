@@ -12,6 +12,7 @@
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -25,11 +26,14 @@ struct Options {
   bool json = false;
 };
 
+// A folder that is named has to be there: to look at a store does not make it.
 Cache open(const Options& options) {
-  auto cache = Cache::open(options.folder);
+  const std::string& folder = options.folder;
+  if (!folder.empty() && !std::filesystem::exists(folder))
+    throw FileError(folder + ": there is no such folder");
+  auto cache = Cache::open(folder);
   if (!cache) {
-    throw FileError("no cache: " + (options.folder.empty() ? Cache::usual_folder() : options.folder) +
-                    " cannot be used");
+    throw FileError("no cache: " + (folder.empty() ? Cache::usual_folder() : folder) + " cannot be used");
   }
   return *cache;
 }
@@ -124,6 +128,7 @@ void add_cache(CLI::App& app) {
     CLI::App* sub = command->add_subcommand(name, help);
     sub->add_option("--folder", options->folder,
                     "the store (default: $DYNTAPE_CACHE, then the user's cache folder)")
+        ->check(not_empty())
         ->type_name("DIR");
     sub->add_flag("--json", options->json, "for programs");
     sub->callback([options, action] { action(*options); });

@@ -40,6 +40,9 @@ struct RobotOptions {
 void add_robot_options(CLI::App& command, RobotOptions& options);
 dynamics::UrdfRobot load_robot(const RobotOptions& options);
 
+// Makes the folder for these files and tries what can be tried, before the work whose results they are to hold.
+void prepare_folder(const std::string& folder, const std::vector<std::string>& files);
+
 // "tau0", "tau1", ...
 std::vector<std::string> numbered(const std::string& prefix, int count);
 

@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/mimic.h>
 #include <dyntape/interface/function/robot_evaluator.h>
 #include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/file.h>
 #include <dyntape/interface/io/progress.h>
 
 #include "function_options.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -35,8 +38,9 @@ std::vector<int> columns(const io::CsvTable& table, const std::vector<std::strin
     indices.push_back(table.index(name));
   }
   if (table.cols() != static_cast<int>(wanted.size())) {
+    const std::unordered_set<std::string> inputs(wanted.begin(), wanted.end());
     for (const std::string& name : table.names()) {
-      if (std::find(wanted.begin(), wanted.end(), name) == wanted.end()) {
+      if (!inputs.count(name)) {
         throw FileError(file + ":1: column \"" + name + "\" is not an input of this function; expected " +
                         wanted.front() + " to " + wanted.back());
       }
@@ -86,17 +90,14 @@ void check_result(const std::vector<double>& result, const std::vector<std::stri
 }
 
 void run(const Options& options) {
+  io::check_can_write(options.output);
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
-  if (robot.model.nv == 0) {
-    throw ArgumentError(
-        "eval: model \"" + robot.model.name +
-        "\" has no joint that moves, so that a file of states has no columns; lock fewer joints, or "
-        "load it with --base floating");
-  }
-  RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
+  check_moves(robot, "a file of states has no columns");
+  // The file first: what a large robot's evaluator takes is not worth building for states of another.
   const io::CsvTable states = io::read_csv(options.input);
   const std::vector<int> order = columns(states, input_names(robot.model, function), options.input);
+  RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
 
   const std::vector<Direction> read_by_direction = directions(robot);
   io::CsvTable results(output_names(robot.model, function));
@@ -132,8 +133,14 @@ void add_eval(CLI::App& app) {
       ->required()
       ->check(CLI::IsMember({"analytic", "tape", "generated", "fd-forward", "fd-central"}))
       ->type_name("analytic|tape|generated|fd-forward|fd-central");
-  command->add_option("--input", options->input, "states")->required()->type_name("states.csv");
-  command->add_option("--output", options->output, "results")->required()->type_name("out.csv");
+  command->add_option("--input", options->input, "states")
+      ->required()
+      ->check(not_empty())
+      ->type_name("states.csv");
+  command->add_option("--output", options->output, "results")
+      ->required()
+      ->check(not_empty())
+      ->type_name("out.csv");
   command->callback([options] { run(*options); });
 }
 

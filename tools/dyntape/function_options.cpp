@@ -71,4 +71,10 @@ RobotFunction chosen(const std::string& name, const FunctionOptions& options,
   return function;
 }
 
+void check_moves(const dynamics::UrdfRobot& robot, const std::string& consequence) {
+  if (robot.model.nv > 0) return;
+  throw ArgumentError("model \"" + robot.model.name + "\" has no joint that moves, so that " + consequence +
+                      "; lock fewer joints, or load it with --base floating");
+}
+
 }  // namespace dyntape::tools

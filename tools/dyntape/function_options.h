@@ -21,4 +21,7 @@ CLI::Option* add_function_options(CLI::App& command, FunctionOptions& options, c
 RobotFunction chosen(const std::string& name, const FunctionOptions& options,
                      const dynamics::UrdfRobot& robot);
 
+// ArgumentError, with what follows from it, for a robot without a joint that moves.
+void check_moves(const dynamics::UrdfRobot& robot, const std::string& consequence);
+
 }  // namespace dyntape::tools

@@ -14,6 +14,7 @@
 #include <dyntape/interface/io/table.h>
 
 #include "function_options.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -164,7 +165,7 @@ void add_generate(CLI::App& app) {
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to generate")->required();
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")
-      ->check(CLI::Range(0, 2))
+      ->transform(whole_number(0, 2))
       ->type_name("0|1|2")
       ->capture_default_str();
   command
@@ -173,7 +174,10 @@ void add_generate(CLI::App& app) {
       ->check(CLI::IsMember({"strict", "fast"}))
       ->type_name("strict|fast")
       ->capture_default_str();
-  command->add_option("--output", options->output, "where the .c and .h go")->required()->type_name("DIR");
+  command->add_option("--output", options->output, "where the .c and .h go")
+      ->required()
+      ->check(not_empty())
+      ->type_name("DIR");
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "

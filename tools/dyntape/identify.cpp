@@ -14,6 +14,7 @@
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -124,8 +125,17 @@ void estimate(const Options& options, const dynamics::Model<double>& model, cons
   io::write_csv(options.output + "/base_parameters.csv", result);
 }
 
+std::vector<std::string> results(const Options& options) {
+  std::vector<std::string> files;
+  if (options.excite) files = {"excitation.csv", "excitation.svg"};
+  if (!options.data.empty()) files.push_back("base_parameters.csv");
+  return files;
+}
+
 void run(const Options& options) {
+  const std::vector<std::string> files = results(options);
   const auto robot = load_robot(options.robot);
+  if (!options.output.empty() && !files.empty()) prepare_folder(options.output, files);
   const dynamics::Model<double>& model = robot.model;
   BaseOptions base_options = options.base;
   base_options.mimics = robot.mimics;
@@ -139,7 +149,7 @@ void run(const Options& options) {
   if (!options.excite && options.data.empty()) {
     print(base, base.regrouping * parameter_values(model, base.columns), nullptr, nullptr);
   }
-  if (!options.output.empty() && (options.excite || !options.data.empty())) {
+  if (!options.output.empty() && !files.empty()) {
     std::cout << "\nresults in " << options.output << "\n";
   }
   if (!success) throw Failure{};
@@ -163,28 +173,31 @@ void add_identify(CLI::App& app) {
   command->add_flag("--excite", options->excite,
                     "find the most telling motion; excitation.csv, excitation.svg");
   command->add_option("--period", options->excitation.period, "of the motion [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->type_name("S")
       ->capture_default_str();
   command->add_option("--harmonics", options->excitation.harmonics, "of each joint's Fourier series")
-      ->check(CLI::Range(2, 50))
+      ->transform(whole_number(2, 50))
       ->capture_default_str();
   command->add_option("--samples", options->excitation.samples, "in a period, at which limits are held")
-      ->check(CLI::Range(8, 100000))
+      ->transform(whole_number(8, 100000))
       ->capture_default_str();
   command->add_option("--iterations", options->excitation.max_iterations, "of the optimiser, at most")
-      ->check(CLI::PositiveNumber)
+      ->transform(whole_number(1, 1000000))
       ->capture_default_str();
   command->add_option("--seed", options->excitation.seed, "of the random series to start from")
+      ->transform(seed())
       ->capture_default_str();
   command->add_flag("--condition", options->condition,
                     "minimise the condition number rather than the volume of uncertainty");
   command
       ->add_option("--noise", options->noise, "standard deviation of measured torques [N m or N], for errors")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_number())
       ->capture_default_str();
-  command->add_option("--data", options->data, "measured samples")->type_name("samples.csv");
-  command->add_option("--output", options->output, "where results go")->type_name("DIR");
+  command->add_option("--data", options->data, "measured samples")
+      ->check(not_empty())
+      ->type_name("samples.csv");
+  command->add_option("--output", options->output, "where results go")->check(not_empty())->type_name("DIR");
   command->callback([options] {
     if (options->condition) options->excitation.criterion = ExcitationCriterion::kCondition;
     run(*options);

@@ -1,10 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+
 #include "commands.h"
+#include "words.h"
 
 namespace dyntape::tools {
 
 void add_robot_options(CLI::App& command, RobotOptions& options) {
-  command.add_option("robot", options.path, "the robot, a URDF file")->required()->type_name("ROBOT.urdf");
+  command.add_option("robot", options.path, "the robot, a URDF file")
+      ->required()
+      ->check(not_empty())
+      ->type_name("ROBOT.urdf");
   command
       .add_option("--base", options.base,
                   "fixed: the root link is the world; floating: a free-flyer carries it")
@@ -30,6 +43,18 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
   urdf.snap = options.snap;
   urdf.mimic = options.mimic;
   return dynamics::read_urdf(options.path, urdf);
+}
+
+void prepare_folder(const std::string& folder, const std::vector<std::string>& files) {
+  namespace fs = std::filesystem;
+  std::error_code error;
+  if (fs::exists(folder, error) && !fs::is_directory(folder, error))
+    throw FileError(folder + ": it is a file; expected a folder, or a name that is free");
+  fs::create_directories(folder, error);
+  if (error) throw FileError(folder + ": cannot make this folder: " + error.message());
+  if (access(folder.c_str(), W_OK | X_OK) != 0)
+    throw FileError(folder + ": cannot write in this folder: " + std::strerror(errno));
+  for (const std::string& file : files) check_can_write(folder + "/" + file);
 }
 
 std::vector<std::string> numbered(const std::string& prefix, int count) {

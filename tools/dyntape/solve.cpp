@@ -4,10 +4,13 @@
 #include <iostream>
 #include <memory>
 
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/ocp/solve.h>
 
 #include "commands.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -17,26 +20,42 @@ struct Options {
   bool explain = false, json = false;
 };
 
+// With a name that the report can carry: it may be that of the file.
+Task task_in(const std::string& file) {
+  Task task = read_task(file);
+  const std::string fault = fault_of_name(task.name);
+  if (!fault.empty()) throw FileError(file + ": the task has a name that " + fault);
+  return task;
+}
+
+// Once the report is out: the results may not get to where they belong, the work is not lost then.
+void write(const Task& task, const SolveReport& report, const Options& options) {
+  const std::string no_picture = write_results(task, report, options.output);
+  if (!options.json) std::cout << "\nresults in " << options.output << "\n";
+  if (no_picture.empty()) return;
+  std::cerr << "dyntape: " << no_picture << "\n";
+  throw Failure{};
+}
+
 void run(const Options& options) {
-  const Task task = read_task(options.task);
+  const Task task = task_in(options.task);
   if (options.explain) {
     std::cout << explain(task);
     return;
+  }
+  if (!options.output.empty()) {
+    prepare_folder(options.output, {"trajectory.csv", "iterations.csv", "report.json", "effective.info",
+                                    "trajectory.svg", "motion.svg"});
   }
   const SolveReport report = [&] {
     io::Progress progress("recording, compiling, solving", 0);
     progress.update(0, task.name);
     return solve_task(task);
   }();
-  const std::string no_picture = options.output.empty() ? "" : write_results(task, report, options.output);
-  std::cout << (options.json ? report.json() : report.text());
-  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
-  if (!no_picture.empty()) std::cerr << "dyntape: " << no_picture << "\n";
-  if (!report.success()) {
-    std::cerr << "dyntape: " << report.verdict() << "\n";
-    throw Failure{};
-  }
-  if (!no_picture.empty()) throw Failure{};
+  std::cout << (options.json ? report.json() : report.text()) << std::flush;
+  if (!report.success()) std::cerr << "dyntape: " << report.verdict() << "\n";
+  if (!options.output.empty()) write(task, report, options);
+  if (!report.success()) throw Failure{};
 }
 
 }  // namespace
@@ -51,8 +70,10 @@ void add_solve(CLI::App& app) {
   const auto options = std::make_shared<Options>();
   command->add_option("task", options->task, "the task, an .info file (config/tasks)")
       ->required()
+      ->check(not_empty())
       ->type_name("TASK.info");
   command->add_option("--output", options->output, "where trajectory.csv, report.json and the pictures go")
+      ->check(not_empty())
       ->type_name("DIR");
   command->add_flag(
       "--explain", options->explain,
@@ -67,10 +88,13 @@ void add_check_config(CLI::App& app) {
       "read a task file and its robot strictly; print every problem with file, line and column");
   const auto file = std::make_shared<std::string>();
   const auto show = std::make_shared<bool>(false);
-  command->add_option("file", *file, "the task, an .info file")->required()->type_name("FILE");
+  command->add_option("file", *file, "the task, an .info file")
+      ->required()
+      ->check(not_empty())
+      ->type_name("FILE");
   command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
   command->callback([file, show] {
-    const Task task = read_task(*file);
+    const Task task = task_in(*file);
     if (*show) {
       std::cout << task.effective;
       return;

@@ -18,6 +18,7 @@
 
 #include "measure.h"
 #include "study.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -204,6 +205,7 @@ void print(const std::vector<Subject>& robots, const std::vector<std::vector<Sam
 }
 
 void run(const Options& options) {
+  prepare_folder(options.output, {"routes.csv", "routes.svg"});
   const std::vector<Subject> robots = subjects(config_folder(options.config));
   std::vector<std::vector<Sample>> samples;
   {
@@ -230,12 +232,15 @@ void add_study(CLI::App& app) {
       "every route to the derivatives of forward dynamics on pendulum, arm and quadruped: error against a\n"
       "113-bit reference over time per evaluation, with a sweep over the step of finite differences");
   routes->add_option("--output", options->output, "where routes.csv and routes.svg go")
+      ->check(not_empty())
       ->required()
       ->type_name("DIR");
   routes->add_option("--states", options->states, "random states; errors are medians over them")
-      ->check(CLI::Range(1, 1000))
+      ->transform(whole_number(1, 1000))
       ->capture_default_str();
-  routes->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  routes->add_option("--seed", options->seed, "of the random states")
+      ->transform(seed())
+      ->capture_default_str();
   routes
       ->add_option("--config", options->config, "the folder with robots/ (default: the one that came along)")
       ->type_name("DIR");

@@ -20,6 +20,7 @@
 #include "chains.h"
 #include "measure.h"
 #include "study.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -159,6 +160,7 @@ void print(const std::vector<Sample>& samples) {
 }
 
 void run(const Options& options) {
+  prepare_folder(options.output, {"compile.csv", "compile.svg"});
   std::vector<Sample> samples;
   {
     io::Progress progress("measuring", static_cast<long>(std::size(kFunctions)));
@@ -187,13 +189,14 @@ void add_compile(CLI::App& study) {
                                            "with the number of operations, on chains\n"
                                            "of revolute joints");
   command->add_option("--output", options->output, "where compile.csv and compile.svg go")
+      ->check(not_empty())
       ->required()
       ->type_name("DIR");
   command->add_option("--bodies", options->bodies, "of the longest chain")
-      ->check(CLI::Range(4 * kFewest, 1024))
+      ->transform(whole_number(4 * kFewest, 1024))
       ->capture_default_str();
   command->add_option("--operations", options->operations, "longer functions are left out")
-      ->check(CLI::Range(std::size_t{20000}, std::size_t{100000000}))
+      ->transform(whole_number(std::size_t{20000}, std::size_t{100000000}))
       ->capture_default_str();
   command->callback([options] { run(*options); });
 }

@@ -16,6 +16,7 @@
 #include "chains.h"
 #include "measure.h"
 #include "study.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -77,6 +78,7 @@ io::Plot picture(const std::vector<Line>& lines) {
 }  // namespace
 
 void run_slopes(const SlopesOptions& options) {
+  prepare_folder(options.output, {"slopes.csv", "slopes.svg"});
   std::vector<Line> lines;
   {
     io::Progress progress("measuring", 2 * static_cast<long>(std::size(kFunctions)));
@@ -118,15 +120,18 @@ void add_slopes(CLI::App& study) {
       "how the cost of the dynamics grows with the number of bodies, on chains and binary trees of revolute\n"
       "joints: slopes of log time over log bodies");
   command->add_option("--output", options->output, "where slopes.csv and slopes.svg go")
+      ->check(not_empty())
       ->required()
       ->type_name("DIR");
   command->add_option("--bodies", options->bodies, "of the largest robot")
-      ->check(CLI::Range(2 * kFirstOfFit, 4096))
+      ->transform(whole_number(2 * kFirstOfFit, 4096))
       ->capture_default_str();
   command->add_option("--repeats", options->repeats, "timings of each, of which the median counts")
-      ->check(CLI::Range(1, 1000))
+      ->transform(whole_number(1, 1000))
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "of the random states")->capture_default_str();
+  command->add_option("--seed", options->seed, "of the random states")
+      ->transform(seed())
+      ->capture_default_str();
   command->callback([options] { run_slopes(*options); });
 }
 
