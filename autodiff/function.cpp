@@ -68,8 +68,8 @@ std::vector<NodeId> dissolved_call(const std::shared_ptr<const Callee>& callee,
                                    const std::vector<NodeId>& arguments, Graph& target,
                                    DissolvedCalls& dissolved);
 
-// As splice(); `dissolved`, unless there is none: calls of callees that dissolve become their statements; `gates`, unless
-// it is empty: the images of the nodes that are conditions of gates.
+// As splice(); `dissolved`, unless there is none: calls of callees that dissolve become their statements; `gates`,
+// unless it is empty: the images of the nodes that are conditions of gates.
 std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                             const InputImage& input, DissolvedCalls* dissolved,
                             const std::vector<NodeId>& gates = {}) {

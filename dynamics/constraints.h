@@ -126,9 +126,9 @@ const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, Con
 
 // And c.ddq_dq, ddq_dv, ddq_dtau, lambda_dq, lambda_dv, lambda_dtau: implicit differentiation; the direction
 // in which lambda acts turns with frame 1 and its lever arms change, which is part of the derivative.  Where
-// rows are dependent, also contradictory ones, those of ddq are exact, those of lambda up to forces that no joint feels.  Where the
-// rank changes (a flat parallelogram) no derivative exists.  data.dtau_dq, data.dtau_dv and data.M are
-// overwritten.
+// rows are dependent, also contradictory ones, those of ddq are exact, those of lambda up to forces that no
+// joint feels.  Where the rank changes (a flat parallelogram) no derivative exists.  data.dtau_dq, data.dtau_dv
+// and data.M are overwritten.
 template <class T>
 void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,

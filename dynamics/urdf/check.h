@@ -6,7 +6,8 @@
 //
 // Faults (errors)
 //   declarations in a document type; names missing, used twice, not UTF-8 or of several lines; unknown parent or
-//   child; a link with two parents; two roots; a loop; joint types other than revolute, continuous, prismatic, planar and fixed; a zero axis; limits
+//   child; a link with two parents; two roots; a loop; joint types other than revolute, continuous, prismatic,
+//   planar and fixed; a zero axis; limits
 //   missing, negative (velocity, effort) or reversed (lower > upper); numbers that are not finite numbers; a
 //   mass below zero; an inertia tensor with a principal moment below zero by more than rounding: 1e-9 of its
 //   largest entry, or 1e-12 m^2 of its mass.

@@ -18,6 +18,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include <dyntape/interface/ocp/task.h>
 
@@ -51,6 +52,9 @@ struct SolveReport {
 };
 
 SolveReport solve_task(const Task& task);
+
+// Their names.  For long work: whether they can be written is known before it (check_can_write).
+std::vector<std::string> result_files();
 
 // Pictures need gnuplot; without it the rest is written and the reason returned ("" if all went well).
 std::string write_results(const Task& task, const SolveReport& report, const std::string& folder);

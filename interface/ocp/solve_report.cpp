@@ -63,7 +63,7 @@ std::string SolveReport::text() const {
   times.append({"compile", io::duration(build.compile), origin});
   times.append({"load", io::duration(build.load), ""});
   times.append({"check derivatives", io::duration(solution.check_seconds),
-                "worst relative difference " + io::scientific(solution.derivatives.worst_first) +
+                "worst relative difference beyond rounding " + io::scientific(solution.derivatives.worst_first) +
                     ", second order " + io::scientific(solution.derivatives.worst_second)});
   times.append({"solve", io::duration(nlp.times.total),
                 "functions " + io::duration(nlp.times.functions) + ", Jacobian " +

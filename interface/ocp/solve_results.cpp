@@ -13,6 +13,10 @@ namespace dyntape {
 
 namespace {
 
+constexpr const char *kTrajectory = "trajectory.csv", *kIterations = "iterations.csv",
+                     *kEffective = "effective.info", *kReport = "report.json", *kCurves = "trajectory.svg",
+                     *kMotion = "motion.svg";
+
 io::CsvTable trajectory_table(const Task& task, const Trajectory& motion, const Curves& c) {
   std::vector<std::string> header = {"t"};
   const std::vector<std::string> joints = joint_names(task.scene.model);
@@ -45,19 +49,24 @@ io::CsvTable iteration_table(const NlpSolution& nlp) {
 
 }  // namespace
 
+std::vector<std::string> result_files() {
+  return {kTrajectory, kIterations, kEffective, kReport, kCurves, kMotion};
+}
+
 std::string write_results(const Task& task, const SolveReport& report, const std::string& folder) {
+  const auto in = [&](const char* file) { return folder + "/" + file; };
   const Trajectory& motion = report.solution.motion;
   const Curves curves = curves_of(task, motion);
   const bool finite =
       curves.q.allFinite() && curves.v.allFinite() && curves.a.allFinite() && curves.tau.allFinite();
   const io::NonFinite policy = finite ? io::NonFinite::kRefuse : io::NonFinite::kAllow;
-  io::write_csv(folder + "/trajectory.csv", trajectory_table(task, motion, curves), policy);
-  io::write_csv(folder + "/iterations.csv", iteration_table(report.solution.nlp), io::NonFinite::kAllow);
-  io::write_file_atomically(folder + "/effective.info", task.effective);
-  io::write_file_atomically(folder + "/report.json", report.json());
+  io::write_csv(in(kTrajectory), trajectory_table(task, motion, curves), policy);
+  io::write_csv(in(kIterations), iteration_table(report.solution.nlp), io::NonFinite::kAllow);
+  io::write_file_atomically(in(kEffective), task.effective);
+  io::write_file_atomically(in(kReport), report.json());
   try {
-    io::draw(trajectory_plot(task, motion), folder + "/trajectory.svg");
-    io::draw(motion_plot(task, motion), folder + "/motion.svg");
+    io::draw(trajectory_plot(task, motion), in(kCurves));
+    io::draw(motion_plot(task, motion), in(kMotion));
   } catch (const ToolError& e) {
     return e.what();
   }

@@ -10,8 +10,7 @@
 // differences of the gradient of sigma f + lambda . g for random multipliers.  Columns that share no row are
 // moved together (greedy colouring), so the number of evaluations does not grow with the mesh.  An entry
 // outside the pattern shows as a mismatch in its row.  What the rounding of a row's terms makes of a difference is no
-// error.  Errors are measured in the program's magnitudes
-// (Nlp::magnitudes); mismatches are told in its own units.
+// error.  Errors are measured in the program's magnitudes (Nlp::magnitudes); mismatches are told in its own units.
 //
 // Formula: f'(x) = (8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))) / 12h.
 //
@@ -39,7 +38,7 @@ struct DerivativeMismatch {
 };
 
 struct DerivativeCheck {
-  double worst_first = 0, worst_second = 0;  // relative as above
+  double worst_first = 0, worst_second = 0;  // relative, beyond rounding, as above
   std::vector<DerivativeMismatch> mismatches;
   bool good() const { return mismatches.empty(); }
 };

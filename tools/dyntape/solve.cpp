@@ -43,10 +43,7 @@ void run(const Options& options) {
     std::cout << explain(task);
     return;
   }
-  if (!options.output.empty()) {
-    prepare_folder(options.output, {"trajectory.csv", "iterations.csv", "report.json", "effective.info",
-                                    "trajectory.svg", "motion.svg"});
-  }
+  if (!options.output.empty()) prepare_folder(options.output, result_files());
   const SolveReport report = [&] {
     io::Progress progress("recording, compiling, solving", 0);
     progress.update(0, task.name);
