@@ -43,7 +43,7 @@ void Graph::index_nodes() {
   const auto none = [](NodeId) { return false; };  // all are different
   for (const Node& node : nodes_) {
     if (node.op == Op::Const) {
-      table_.find_or_add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]));
+      table_.find_or_add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]), none);
     } else if (node.op == Op::Input || node.op == Op::Call) {
       table_.find_or_add_keyed(node.op == Op::Call ? call_key(node) : key(node), none);
     } else {

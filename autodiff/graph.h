@@ -131,9 +131,13 @@ class Graph {
 // Number of arguments of a Call node.
 std::size_t call_arity(const Graph& graph, NodeId call);
 
+// What changes from node to node most often, the older argument or an input's index, comes last (KeyTable).
 inline std::uint64_t Graph::key(const Node& node) {
-  const std::uint64_t ab = (std::uint64_t(node.a) << 32 | node.b) * 0x9e3779b97f4a7c15u;
-  return (ab ^ ab >> 32) + (std::uint64_t(node.c) << 8 | std::uint64_t(node.op));
+  const bool is_input = node.op == Op::Input;
+  const NodeId last = is_input ? node.b : node.a, other = is_input ? node.a : node.b;
+  const std::uint64_t rest =
+      (std::uint64_t(node.c) << 32 | other) * 0x9e3779b97f4a7c15u + std::uint64_t(node.op);
+  return (rest ^ rest >> 32) << 32 | last;
 }
 
 inline void Graph::make_ready() {
@@ -145,7 +149,8 @@ inline NodeId Graph::constant(double value) {
   const auto bits = std::bit_cast<std::uint64_t>(value);
   if (bits == 0 && zero_ != kNoNode) return zero_;
   make_ready();
-  const NodeId id = table_.find_or_add_constant(bits);
+  const NodeId id = table_.find_or_add_constant(
+      bits, [&](NodeId other) { return std::bit_cast<std::uint64_t>(constant_value(other)) == bits; });
   if (bits == 0) zero_ = id;
   if (id == nodes_.size()) {
     nodes_.push_back({Op::Const, static_cast<NodeId>(constants_.size()), kNoNode, kNoNode});

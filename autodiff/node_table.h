@@ -21,19 +21,21 @@ namespace dyntape {
 using NodeId = std::uint32_t;
 inline constexpr NodeId kNoNode = 0xffffffffu;
 
-// Open addressing by 64-bit keys.
+// Open addressing.  Slots are small, and keys that differ in their last three bits only lie side by side: a table of
+// a million nodes leaves the caches, and what is looked up together should be found together.
 class KeyTable {
  public:
   // The node with this key for which is_it says so; if there is none, `next`, which is added.
   template <class IsIt>
   NodeId find_or_add(std::uint64_t key, NodeId next, IsIt&& is_it) {
     if (used_ * 2 >= slots_.size()) grow();
-    std::size_t i = place(key);
+    const std::uint32_t tag = tag_of(key);
+    std::size_t i = tag & (slots_.size() - 1);
     for (; slots_[i].id != kNoNode; i = (i + 1) & (slots_.size() - 1)) {
-      if (slots_[i].key == key && is_it(slots_[i].id)) return slots_[i].id;
+      if (slots_[i].tag == tag && is_it(slots_[i].id)) return slots_[i].id;
     }
     ++used_;
-    slots_[i] = {key, next};
+    slots_[i] = {tag, next};
     return next;
   }
   void clear() {
@@ -44,19 +46,21 @@ class KeyTable {
 
  private:
   struct Slot {
-    std::uint64_t key = 0;
+    std::uint32_t tag = 0;
     NodeId id = kNoNode;
   };
 
-  std::size_t place(std::uint64_t key) const {
-    return ((key ^ key >> 32) * 0x9e3779b97f4a7c15u >> 24) & (slots_.size() - 1);
+  static std::uint32_t tag_of(std::uint64_t key) {
+    const std::uint64_t rest = key >> 3;
+    return static_cast<std::uint32_t>((rest ^ rest >> 32) * 0x9e3779b97f4a7c15u >> 32) << 3 | (key & 7);
   }
+  // A slot's new place is its old one, or that plus a multiple of the old size: memory is read and written in order.
   void grow() {
     std::vector<Slot> old(std::max<std::size_t>(64, slots_.size() * 4));
     old.swap(slots_);
     for (const Slot& slot : old) {
       if (slot.id == kNoNode) continue;
-      std::size_t i = place(slot.key);
+      std::size_t i = slot.tag & (slots_.size() - 1);
       while (slots_[i].id != kNoNode) i = (i + 1) & (slots_.size() - 1);
       slots_[i] = slot;
     }
@@ -68,7 +72,7 @@ class KeyTable {
 
 class NodeTable {
  public:
-  // Of how many nodes it knows: the number of the next.
+  // Number of nodes; also the next id.
   std::size_t size() const { return links_.size(); }
 
   // The node for which is_it says so; if there is none, the number of the next node, which is added.
@@ -88,8 +92,9 @@ class NodeTable {
     return known(keyed_.find_or_add(key, next(), is_it));
   }
   // And for the constant with these bits.
-  NodeId find_or_add_constant(std::uint64_t bits) {
-    return known(constants_.find_or_add(bits, next(), [](NodeId) { return true; }));
+  template <class IsIt>
+  NodeId find_or_add_constant(std::uint64_t bits, IsIt&& is_it) {
+    return known(constants_.find_or_add(bits, next(), is_it));
   }
 
   void reserve(std::size_t nodes) { links_.reserve(nodes); }

@@ -257,7 +257,7 @@ class Parts {
  private:
   static constexpr int kNoPart = -1;
   void follow() {
-    found_.clear(), alike_.clear(), count_alike_.clear();
+    found_.clear(), alike_.clear(), kinds_.clear();
     for (NodeId id = 0; id < graph_.size(); ++id) {
       const Node& node = graph_[id];
       if (!is_operation(node)) continue;
@@ -285,10 +285,10 @@ class Parts {
 
   // 1, 2, ... for nodes of one operator and one part whose arguments are the same or of no part.
   std::uint32_t number_among_alike(std::uint64_t key) {
-    const NodeId kind =
-        alike_.find_or_add(key, static_cast<NodeId>(count_alike_.size()), [](NodeId) { return true; });
-    if (kind == count_alike_.size()) count_alike_.push_back(0);
-    return ++count_alike_[kind];
+    const NodeId kind = alike_.find_or_add(key, static_cast<NodeId>(kinds_.size()),
+                                           [&](NodeId other) { return kinds_[other].key == key; });
+    if (kind == kinds_.size()) kinds_.push_back({key, 0});
+    return ++kinds_[kind].count;
   }
 
   int part_of(const Node& node) const {
@@ -334,9 +334,13 @@ class Parts {
   std::vector<int> part_;           // by node
   std::vector<std::uint64_t> key_;  // of nodes and inputs that belong to a part
   std::vector<bool> apart_;
-  KeyTable alike_;                          // kinds of nodes that are alike
-  std::vector<std::uint32_t> count_alike_;  // so far, by kind
-  std::vector<Keyed> found_;                // equal keys: counterparts
+  struct Kind {
+    std::uint64_t key;
+    std::uint32_t count;  // so far
+  };
+  KeyTable alike_;
+  std::vector<Kind> kinds_;   // of nodes that are alike
+  std::vector<Keyed> found_;  // equal keys: counterparts
   std::vector<Tuple> tuples_;
 };
 
