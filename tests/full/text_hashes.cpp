@@ -42,9 +42,10 @@ void print(const std::string& robot, const std::string& name, const Function& fu
   }
 }
 
-void print(const std::string& path) {
-  const dynamics::Model<double> model = dynamics::load_urdf(path);
-  const std::string robot = std::filesystem::path(path).stem();
+void print(const std::string& path, bool floats) {
+  const auto base = floats ? dynamics::Base::kFloating : dynamics::Base::kFixed;
+  const dynamics::Model<double> model = dynamics::load_urdf(path, {.base = base});
+  const std::string robot = std::filesystem::path(path).stem().string() + (floats ? " floating" : "");
   for (const RobotFunction& function : robot_functions()) {
     const std::string name = to_string(function);
     if (!is_quick(name, model.nv)) continue;
@@ -63,5 +64,5 @@ void print(const std::string& path) {
 
 int main(int count, char** arguments) {
   std::cout << "robot,function,profile,operations,hash\n";
-  for (int i = 1; i < count; ++i) dyntape::print(arguments[i]);
+  for (int i = 1; i < count; ++i) dyntape::print(arguments[i], false), dyntape::print(arguments[i], true);
 }
