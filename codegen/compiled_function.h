@@ -34,11 +34,11 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/codegen/abi.h>
-#include <dyntape/codegen/lanes.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/pipeline.h>
+#include <dyntape/codegen/run/lanes.h>
+#include <dyntape/codegen/store/abi.h>
 
 namespace dyntape {
 

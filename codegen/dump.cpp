@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include <dyntape/autodiff/callee.h>
-#include <dyntape/codegen/c_text.h>
-#include <dyntape/codegen/files.h>
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/codegen/print/c_text.h>
+#include <dyntape/codegen/store/files.h>
 
 namespace dyntape::codegen {
 namespace {

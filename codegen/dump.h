@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/print_c.h>
+#include <dyntape/codegen/print/print_c.h>
 
 namespace dyntape::codegen {
 

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/portable.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/portable.h>
 
 namespace dyntape {
 

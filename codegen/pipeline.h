@@ -17,10 +17,10 @@
 #include <vector>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/library.h>
 #include <dyntape/codegen/options.h>
-#include <dyntape/codegen/print_c.h>
-#include <dyntape/codegen/print_embedded.h>
+#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/print_embedded.h>
+#include <dyntape/codegen/store/library.h>
 
 namespace dyntape {
 

@@ -4,10 +4,10 @@ include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
-install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_codegen dyntape_interface
+install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface dyntape_scalars
   EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
-install(TARGETS dyntape_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS dyntape_cli dyntape-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 foreach(folder autodiff dynamics codegen interface)
   install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder}
     FILES_MATCHING PATTERN "*.h" PATTERN "*.hxx" PATTERN "*.def")

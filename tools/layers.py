@@ -24,7 +24,7 @@ MAY_INCLUDE = {
     'tests': ['autodiff', 'dynamics', 'codegen', 'interface', 'tools'],
 }
 EVERYBODY_MAY_INCLUDE = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h'}  # leaves
-TABLE_READERS = {'autodiff/op.h', 'autodiff/expr.h', 'autodiff/scalar.h', 'autodiff/jet.h', 'autodiff/record.cpp', 'autodiff/interpret_lanes.cpp', 'codegen/print_c.cpp'}
+TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/record/scalar.h', 'autodiff/scalars/jet.h', 'autodiff/record/record.cpp', 'autodiff/evaluate/interpret_lanes.cpp', 'codegen/print/print_c.cpp'}
 MOST_LINES = 500
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')
 

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/dynamics/model_operations.h>
+#include <dyntape/dynamics/model/model_operations.h>
 #include <dyntape/dynamics/urdf/check.h>
 #include <dyntape/dynamics/urdf/dom.h>
 #include <dyntape/dynamics/urdf/rotation_snap.h>

@@ -6,7 +6,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/mimic.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/interface/identification/rank_revealing_qr.h>
 
 namespace dyntape {

@@ -4,7 +4,7 @@
 //
 //   BaseParameters base = base_parameters(arm);           // UR5: 36 of 60
 //   VectorXd beta = base.regrouping * inertial_parameters(arm);
-//   base_regressor(base, Y) * beta == Y * theta           // Y of dynamics/regressor.h, at every state
+//   base_regressor(base, Y) * beta == Y * theta           // Y of dynamics/algorithms/regressor.h, at every state
 //   base.names[3]                                         // "mcy2 + 0.425 m3 + ..."
 //
 // Torques are tau = Y theta, and the columns of Y depend on each other at every state: theta is never
@@ -19,8 +19,8 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/mimic_rules.h>
-#include <dyntape/dynamics/regressor.h>
+#include <dyntape/dynamics/algorithms/regressor.h>
+#include <dyntape/dynamics/model/mimic_rules.h>
 
 namespace dyntape {
 
@@ -37,7 +37,7 @@ struct BaseOptions {
   dynamics::JointColumns columns;  // armature and friction among the parameters
   unsigned long seed = 1;          // of the random states
   double tolerance = 1e-9;         // below it a column counts as dependent (rank_revealing_qr.h)
-  // Joints that follow others (dynamics/mimic.h): samples are then those of the others.
+  // Joints that follow others (dynamics/algorithms/mimic.h): samples are then those of the others.
   std::vector<dynamics::MimicRule> mimics = {};
 };
 

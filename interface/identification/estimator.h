@@ -59,7 +59,7 @@ Identification identify(const dynamics::Model<double>& model, const BaseParamete
 
 // Parameters theta with base.regrouping theta = beta that are nearest to a prior, for simulators that want all
 // ten; what the torques do not tell stays with the prior.  They may be physically impossible (physical_margin
-// in dynamics/regressor.h).
+// in dynamics/algorithms/regressor.h).
 Eigen::VectorXd nearest_parameters(const BaseParameters& base, const Eigen::VectorXd& beta,
                                    const Eigen::VectorXd& prior);
 

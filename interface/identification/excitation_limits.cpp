@@ -5,7 +5,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/configuration.h>
+#include <dyntape/dynamics/model/configuration.h>
 
 namespace dyntape {
 

@@ -4,9 +4,9 @@
 #include <Eigen/QR>
 #include <cmath>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/configuration.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/identification/excitation_limits.h>
 
 namespace dyntape {

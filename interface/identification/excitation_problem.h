@@ -10,7 +10,7 @@
 #include <Eigen/SVD>
 #include <vector>
 
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/interface/identification/excitation.h>
 #include <dyntape/interface/solvers/nlp.h>
 

@@ -64,6 +64,14 @@ struct InfoNode {
   bool has_value = false;  // tells `key ""` from `key`
   bool has_block = false;  // tells `key { }` from `key`
   std::string comment;     // written behind the value by write_info; the reader drops comments
+
+  // The first with this key; null if there is none.
+  const InfoNode* child(const std::string& name) const {
+    for (const InfoNode& node : children) {
+      if (node.key == name) return &node;
+    }
+    return nullptr;
+  }
 };
 
 // One problem of a file; several are reported together.

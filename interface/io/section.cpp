@@ -12,13 +12,6 @@
 namespace dyntape::io {
 namespace {
 
-const InfoNode* first_named(const InfoNode& node, const std::string& key) {
-  for (const InfoNode& child : node.children) {
-    if (child.key == key) return &child;
-  }
-  return nullptr;
-}
-
 // The mistake behind OCS2's `barrierReductionCostTol `: no file can answer such a question.
 void check_question(const std::string& key) {
   if (key.empty() || key.front() == ' ' || key.back() == ' ') {
@@ -56,7 +49,7 @@ std::string Section::full(const std::string& key) const { return state_->path_of
 Where Section::where() const { return state_->where; }
 
 Where Section::where(const std::string& key) const {
-  const InfoNode* node = state_->node ? first_named(*state_->node, key) : nullptr;
+  const InfoNode* node = state_->node ? state_->node->child(key) : nullptr;
   return node ? node->value_where : state_->where;
 }
 
@@ -71,7 +64,7 @@ void Section::problem(const std::string& key, const std::string& message) { note
 bool Section::has(const std::string& key) {
   check_question(key);
   state_->remember(key);
-  return state_->node && first_named(*state_->node, key);
+  return state_->node && state_->node->child(key);
 }
 
 void Section::ignore(const std::string& key) {
@@ -80,7 +73,7 @@ void Section::ignore(const std::string& key) {
 }
 
 const InfoNode* Section::find(const std::string& key, bool required) {
-  if (has(key)) return first_named(*state_->node, key);
+  if (has(key)) return state_->node->child(key);
   if (required) note(state_->where, "required key '" + full(key) + "' is missing");
   return nullptr;
 }

@@ -41,12 +41,6 @@ int rows_of(const InfoNode& node) {
   return rows;
 }
 
-const InfoNode* first_named(const InfoNode& node, const std::string& key) {
-  const auto found = std::find_if(node.children.begin(), node.children.end(),
-                                  [&](const InfoNode& child) { return child.key == key; });
-  return found == node.children.end() ? nullptr : &*found;
-}
-
 // The children by key, the first where several have one.
 class ByKey {
  public:
@@ -217,7 +211,7 @@ InfoMatrix Section::matrix(const std::string& key, int rows, int cols) {
 
 double Section::factor(const std::string& key, const InfoNode& node, const std::string& which,
                        double fallback) {
-  const InfoNode* given = first_named(node, which);
+  const InfoNode* given = node.child(which);
   if (!given) return fallback;
   std::string wrong;
   const std::optional<double> value = convert<double>(given->value, {}, reading_->mode, wrong);

@@ -2,7 +2,7 @@
 #include <dyntape/interface/ocp/record_stage.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 
 namespace dyntape {
 

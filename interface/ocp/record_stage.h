@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/function.h>
+#include <dyntape/autodiff/graph/function.h>
 #include <dyntape/interface/ocp/problem.h>
 
 namespace dyntape {

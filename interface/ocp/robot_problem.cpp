@@ -5,9 +5,9 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/interface/function/robot_callee.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/interface/robot/robot_callee.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
 

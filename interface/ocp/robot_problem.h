@@ -15,7 +15,7 @@
 // B u puts control k on the actuated joint k; the others get no torque.  With unit kFraction, u is the
 // fraction of the joint's effort limit.
 //
-// Only the chosen effects are recorded (dynamics/effects.h).  States are named q.<joint>, v.<joint>,
+// Only the chosen effects are recorded (dynamics/effects/effects.h).  States are named q.<joint>, v.<joint>,
 // accelerations a.<joint>, controls u.<joint>.
 //
 // Errors: ArgumentError for a robot whose configuration is no vector of joint values (floating base, (cos,
@@ -27,7 +27,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/effects.h>
+#include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/interface/ocp/problem.h>
 
 namespace dyntape {

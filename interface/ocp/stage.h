@@ -6,14 +6,14 @@
 //   StageFunction gap    = [](const auto& s) { return s.x.head(2).eval(); };         // a vector
 //
 // The callable is generic in the scalar: AD records it for the solver, double checks what the solver found
-// without any generated code.  Keep it free of `if` on values of the stage; use select() (autodiff/scalar.h).
+// without any generated code.  Keep it free of `if` on values of the stage; use select() (autodiff/record/scalar.h).
 #pragma once
 
 #include <Eigen/Core>
 #include <functional>
 #include <utility>
 
-#include <dyntape/autodiff/eigen.h>
+#include <dyntape/autodiff/record/eigen.h>
 
 namespace dyntape {
 

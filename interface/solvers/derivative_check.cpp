@@ -17,10 +17,10 @@ namespace {
 
 using Vector = std::vector<double>;
 
-constexpr double kStep = 5e-4;
+constexpr double kRelativeStep = 5e-4;
 // Of a difference of f over one step, in units of the rounding of the largest terms of f.
-constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon() / kStep;
-constexpr std::size_t kNone = ~std::size_t{0};
+constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon() / kRelativeStep;
+constexpr std::size_t kNoColumn = ~std::size_t{0};
 
 // y = f(x); throws where that is not finite.
 using VectorFunction = std::function<void(const Vector& x, Vector& y)>;
@@ -37,7 +37,7 @@ Vector difference(const VectorFunction& f, const Vector& x, const Vector& direct
   return result;
 }
 
-double step_of(double x) { return kStep * std::max(1.0, std::abs(x)); }
+double step_of(double x) { return kRelativeStep * std::max(1.0, std::abs(x)); }
 
 // Sums of |J_ij| max(1, |x_j|) over the rows of a matrix: what the terms of a function with these slopes amount to
 // near x, however small their sum is.
@@ -121,7 +121,7 @@ class Checker {
     const std::size_t colors = color.empty() ? 0 : 1 + *std::max_element(color.begin(), color.end());
     for (std::size_t c = 0; c < colors; ++c) {
       Vector direction(x_.size(), 0.0), expected(pattern.rows, 0.0), best;
-      std::vector<std::size_t> column(pattern.rows, kNone);
+      std::vector<std::size_t> column(pattern.rows, kNoColumn);
       for (std::size_t j = 0; j < color.size(); ++j) {
         if (color[j] == c) direction[j] = step_of(x_[j]);
       }
@@ -133,7 +133,7 @@ class Checker {
       for (int attempt = 0; attempt < 3 && !agrees(expected, best, terms); ++attempt) {
         Vector found = difference(f, x_, direction, pattern.rows);
         for (std::size_t i = 0; i < pattern.rows; ++i) {
-          found[i] /= column[i] == kNone ? kStep : direction[column[i]];
+          found[i] /= column[i] == kNoColumn ? kRelativeStep : direction[column[i]];
           const auto error = [&](double value) { return error_of(expected[i], value, terms[i]); };
           if (!best.empty() && error(best[i]) <= error(found[i])) found[i] = best[i];
         }
@@ -142,10 +142,10 @@ class Checker {
       }
       for (std::size_t i = 0; i < pattern.rows; ++i) {
         const auto variable = [&] {
-          return column[i] == kNone ? std::string("a variable outside the pattern")
+          return column[i] == kNoColumn ? std::string("a variable outside the pattern")
                                     : nlp_.variable_name(column[i]);
         };
-        const double unit = row_unit[i] / (column[i] == kNone ? 1 : units().x[column[i]]);
+        const double unit = row_unit[i] / (column[i] == kNoColumn ? 1 : units().x[column[i]]);
         compare(
             expected[i], best[i], terms[i], unit, worst, [&] { return row_name(i); }, variable);
       }
@@ -184,10 +184,10 @@ class Checker {
       double expected = 0, size = 0;
       for (std::size_t j = c; j < n; j += groups) {
         direction[j] = coin(random_) ? step_of(x_[j]) : -step_of(x_[j]);
-        expected += gradient[j] * direction[j] / kStep;
-        size += std::abs(gradient[j] * direction[j] / kStep);
+        expected += gradient[j] * direction[j] / kRelativeStep;
+        size += std::abs(gradient[j] * direction[j] / kRelativeStep);
       }
-      const double found = difference(f, x_, direction, 1)[0] / kStep;
+      const double found = difference(f, x_, direction, 1)[0] / kRelativeStep;
       const double allowed = options_.tolerance * std::max(1e-3, size) + kRounding * terms[0];
       if (std::abs(expected - found) <= allowed) continue;
       for (std::size_t j = c; j < n; j += groups) {
@@ -272,11 +272,11 @@ std::vector<std::size_t> color_columns(const Pattern& pattern) {
     rows_of_column[pattern.col[k]].push_back(pattern.row[k]);
     columns_of_row[pattern.row[k]].push_back(pattern.col[k]);
   }
-  std::vector<std::size_t> color(pattern.cols, kNone), taken_by(pattern.cols + 1, kNone);
+  std::vector<std::size_t> color(pattern.cols, kNoColumn), taken_by(pattern.cols + 1, kNoColumn);
   for (std::size_t j = 0; j < pattern.cols; ++j) {
     for (std::size_t row : rows_of_column[j]) {
       for (std::size_t other : columns_of_row[row]) {
-        if (color[other] != kNone) taken_by[color[other]] = j;
+        if (color[other] != kNoColumn) taken_by[color[other]] = j;
       }
     }
     color[j] = 0;

@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/pattern.h>
+#include <dyntape/autodiff/graph/pattern.h>
 
 namespace dyntape {
 

@@ -7,7 +7,7 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/autodiff/record.h>
-#include <dyntape/autodiff/sparsity.h>
+#include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 #include "random_program.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Conditions: what is the same is one condition, and large ones do not make the derivation slow.
-#include <dyntape/autodiff/condition.h>
+#include <dyntape/autodiff/derive/condition.h>
 #include <gtest/gtest.h>
 
 namespace dyntape::testing {

@@ -6,8 +6,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 
 namespace dyntape::testing {
 

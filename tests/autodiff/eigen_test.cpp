@@ -6,8 +6,8 @@
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
 
-#include <dyntape/autodiff/linear_algebra.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/linear_algebra.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 #include "quad.h"

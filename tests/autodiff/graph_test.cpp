@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/autodiff/dump.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/graph/dump.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 #include "random_program.h"

@@ -8,9 +8,9 @@
 #include <bit>
 #include <cmath>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "random_program.h"
 

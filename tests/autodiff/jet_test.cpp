@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/jet_eigen.h>
+#include <dyntape/autodiff/scalars/jet_eigen.h>
 #include "quad.h"
 
 namespace dyntape {
@@ -86,7 +86,7 @@ J call(Op op, const J* x) {
 #define DYNTAPE_CALL_1(fn) fn(x[0])
 #define DYNTAPE_CALL_2(fn) fn(x[0], x[1])
 #define DYNTAPE_CALL_3(fn) fn(x[0], x[1], x[2])
-#include <dyntape/autodiff/ops.def>
+#include <dyntape/autodiff/graph/ops.def>
 #undef OP
 #undef FN
 #undef DYNTAPE_CALL_1

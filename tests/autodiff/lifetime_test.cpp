@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 #include "random_program.h"

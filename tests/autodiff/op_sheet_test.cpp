@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 
 #include "quad.h"
 #include "random.h"

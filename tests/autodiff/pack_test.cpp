@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include <dyntape/autodiff/pack_eigen.h>
+#include <dyntape/autodiff/scalars/pack_eigen.h>
 
 namespace dyntape {
 namespace {
@@ -68,7 +68,7 @@ void every_function() {
   Lanes<N>::compare(                                   \
       #fn, [](auto x, auto y) { return fn(x, y, x); }, \
       [](long double x, long double y) { return std::fn(x, y, x); }, lo, hi);
-#include <dyntape/autodiff/ops.def>
+#include <dyntape/autodiff/graph/ops.def>
 #undef OP
 #undef FN
 #undef DYNTAPE_TEST_1

@@ -8,7 +8,7 @@
 #include <limits>
 #include <sstream>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 #include "random.h"

@@ -6,7 +6,7 @@
 #include <boost/multiprecision/float128.hpp>
 #include <vector>
 
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 
 namespace dyntape::testing {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <sstream>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 
 namespace dyntape::testing {
 namespace {
@@ -19,7 +19,7 @@ AD apply_by_name(Op op, const AD& a, const AD& b, const AD& c) {
 #define DYNTAPE_TEST_1(fn) fn(a)
 #define DYNTAPE_TEST_2(fn) fn(a, b)
 #define DYNTAPE_TEST_3(fn) fn(a, b, c)
-#include <dyntape/autodiff/ops.def>
+#include <dyntape/autodiff/graph/ops.def>
 #undef OP
 #undef FN
 #undef DYNTAPE_TEST_1

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/function.h>
+#include <dyntape/autodiff/graph/function.h>
 
 #include "quad.h"
 #include "random.h"

@@ -5,9 +5,9 @@
 #include <limits>
 #include <set>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/sparsity.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 
 namespace dyntape::testing {
 namespace {

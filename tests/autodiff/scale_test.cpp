@@ -10,10 +10,10 @@
 #include <functional>
 #include <random>
 
+#include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/derive/sweep.h>
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/autodiff/sparsity.h>
-#include <dyntape/autodiff/sweep.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 

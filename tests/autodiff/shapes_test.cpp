@@ -6,8 +6,8 @@
 #include <cmath>
 #include <set>
 
-#include <dyntape/autodiff/record.h>
-#include <dyntape/autodiff/sparsity.h>
+#include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
 #include "random.h"

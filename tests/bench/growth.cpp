@@ -20,13 +20,13 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/autodiff/sparsity.h>
-#include <dyntape/codegen/outline.h>
+#include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/passes/outline.h>
+#include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/codegen/pipeline.h>
-#include <dyntape/codegen/schedule.h>
-#include <dyntape/codegen/simplify.h>
+#include <dyntape/codegen/schedule/schedule.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/section.h>
 

@@ -12,11 +12,11 @@
 #include <optional>
 #include <random>
 
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/codegen/files.h>
-#include <dyntape/codegen/tiered_function.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/run/tiered_function.h>
+#include <dyntape/codegen/store/files.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
 namespace {

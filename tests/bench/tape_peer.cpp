@@ -15,12 +15,12 @@
 #include <cstdio>
 #include <random>
 
-#include <dyntape/autodiff/derive.h>
+#include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include "peer.h"
 #include "tape_times.h"

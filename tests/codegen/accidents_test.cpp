@@ -3,10 +3,10 @@
 // Disks that are full, read-only or not for programs, folders of others, what killed builds leave, and what users keep
 // in the folder that they name as cache: work goes on, one sentence says why it is slower, and nobody's data is touched.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/cache.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/owners.h>
+#include <dyntape/codegen/store/cache.h>
+#include <dyntape/codegen/store/owners.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>

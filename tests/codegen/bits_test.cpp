@@ -2,8 +2,8 @@
 //
 // Generated code against the interpreter, bit for bit: every operator, special values, every optimisation
 // level, cut into pieces or not, and derivatives.
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
 

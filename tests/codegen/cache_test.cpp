@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The cache: hits, misses, and accidents.
-#include <dyntape/codegen/cache.h>
+#include <dyntape/codegen/store/cache.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <memory>
 
-#include <dyntape/autodiff/callee.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/record/record.h>
 
 namespace dyntape::testing {
 

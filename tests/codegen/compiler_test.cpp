@@ -2,11 +2,11 @@
 //
 // The compiler stage: which flags, which compiler, and what happens when it is missing or fails.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/cache.h>
-#include <dyntape/codegen/compile.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/build/compile.h>
+#include <dyntape/codegen/build/flags.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/store/cache.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/stat.h>

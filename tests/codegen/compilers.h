@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/files.h>
-#include <dyntape/codegen/process.h>
+#include <dyntape/codegen/build/process.h>
+#include <dyntape/codegen/store/files.h>
 
 namespace dyntape::testing {
 

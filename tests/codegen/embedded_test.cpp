@@ -3,10 +3,10 @@
 // Embedded text: what compilers say of it, its results against the interpreter's, what it links against, its
 // stack.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/build/stack_usage.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/simplify.h>
-#include <dyntape/codegen/stack_usage.h>
+#include <dyntape/codegen/passes/simplify.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -2,11 +2,11 @@
 //
 // Time is linear in outputs, in parts that are alike and in how often they meet.  Times are of the processor, and
 // asserted where quadratic work takes seconds: four times the size may take seven times as long.
-#include <dyntape/autodiff/callee.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/outline.h>
-#include <dyntape/codegen/repeats.h>
-#include <dyntape/codegen/schedule.h>
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/passes/outline.h>
+#include <dyntape/codegen/passes/repeats.h>
+#include <dyntape/codegen/schedule/schedule.h>
 #include <gtest/gtest.h>
 
 #include <ctime>

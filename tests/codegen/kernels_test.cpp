@@ -2,7 +2,7 @@
 //
 // The kernels of a function: the same bits in each, skipped outputs, many points, guards, threads, errors.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
 

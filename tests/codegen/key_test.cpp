@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What decides a library enters its key: each ingredient is changed alone, through the whole pipeline.
-#include <dyntape/autodiff/callee.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Libraries in a process: many at once, replaced on disk, unloaded in any order; what loading leaves alone.
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/cache.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/library.h>
+#include <dyntape/codegen/store/cache.h>
+#include <dyntape/codegen/store/library.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>

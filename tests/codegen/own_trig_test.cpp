@@ -2,7 +2,7 @@
 //
 // The printed sin and cos against 113 bits: small, ordinary, huge and special arguments, next to multiples of
 // pi / 2, and the arguments that are nearest to one of them.
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 #include <gtest/gtest.h>
 
 #include <boost/math/constants/constants.hpp>

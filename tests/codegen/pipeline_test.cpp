@@ -2,7 +2,7 @@
 //
 // The way from a recording to a loaded library.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
 

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <limits>
 
-#include <dyntape/autodiff/function.h>
+#include <dyntape/autodiff/graph/function.h>
 
 #include "../autodiff/random.h"
 

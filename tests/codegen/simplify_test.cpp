@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The fast profile: fewer operations, values within a stated tolerance, the same bits on every route.
-#include <dyntape/codegen/simplify.h>
+#include <dyntape/codegen/passes/simplify.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/build/flags.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/flags.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

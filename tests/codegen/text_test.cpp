@@ -2,9 +2,9 @@
 //
 // The printed text: what compilers say of it, exact constants, the golden file, time and size.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/c_text.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/print/c_text.h>
 #include <gtest/gtest.h>
 
 #include <chrono>

@@ -3,9 +3,9 @@
 // Functions that are interpreted until they are compiled: the same bits from every tier, no pause while tiers
 // are swapped, and an orderly end whatever the compiler does.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/cache.h>
-#include <dyntape/codegen/tiered_function.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/run/tiered_function.h>
+#include <dyntape/codegen/store/cache.h>
 #include <gtest/gtest.h>
 
 #include <atomic>

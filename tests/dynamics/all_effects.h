@@ -3,8 +3,8 @@
 // Every effect at once on a random robot, in double and in 113 bits.
 #pragma once
 
-#include <dyntape/dynamics/effects.h>
-#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/effects/effects.h>
 
 #include "random_robots.h"
 

@@ -3,9 +3,9 @@
 // No algorithm takes memory once its workspaces are there, whatever acts on the robot.
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/constraints.h>
-#include <dyntape/dynamics/mimic.h>
-#include <dyntape/dynamics/second_order.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
+#include <dyntape/dynamics/algorithms/second_order.h>
+#include <dyntape/dynamics/contact/constraints.h>
 
 #include <atomic>
 

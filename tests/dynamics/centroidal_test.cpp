@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/centroidal.h>
-#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/centroidal.h>
 
 #include <algorithm>
 #include <functional>

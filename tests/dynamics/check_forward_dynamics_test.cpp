@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/check_forward_dynamics.h>
+#include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
 
 #include <memory>
 

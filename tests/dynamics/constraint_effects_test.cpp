@@ -3,7 +3,7 @@
 // Constrained dynamics with every effect: its equations, and derivatives against 113 bits.
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/constraints.h>
+#include <dyntape/dynamics/contact/constraints.h>
 
 #include "all_effects.h"
 #include "exact_robot.h"

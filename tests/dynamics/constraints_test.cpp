@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/constraints.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include <algorithm>
 #include "exact_robot.h"

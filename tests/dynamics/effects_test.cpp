@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/effects.h>
+#include <dyntape/dynamics/effects/effects.h>
 
 #include <memory>
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/energy.h>
+#include <dyntape/dynamics/algorithms/energy.h>
 
 #include <algorithm>
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/algebra/float128.h>
 
 #include <memory>
 

@@ -3,7 +3,7 @@
 // Long chains, extreme masses and speeds: double against the same algorithms in 113 bits.
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/algebra/float128.h>
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/inertia_condition.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/inertia_condition.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include <limits>
 

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/algebra/float128.h>
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/kinematic_derivatives.h>
+#include <dyntape/dynamics/algorithms/kinematic_derivatives.h>
 
 #include <functional>
 

@@ -3,7 +3,7 @@
 // Rotations and placements, from 0 over denormals to half a turn, against 113 bits.
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/float128.h>
+#include <dyntape/dynamics/algebra/float128.h>
 
 #include <algorithm>
 #include <cmath>

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/mimic.h>
-#include <dyntape/dynamics/model_operations.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
+#include <dyntape/dynamics/model/model_operations.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include "random_robots.h"
 #include "robot_files.h"

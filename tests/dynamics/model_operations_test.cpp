@@ -2,8 +2,8 @@
 //
 // Operations on models against the dynamics of the model they came from, for all robots of config/robots.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/model_operations.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/model/model_operations.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <gtest/gtest.h>
 
 #include "reference_dynamics.h"

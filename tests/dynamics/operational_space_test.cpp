@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/operational_space.h>
+#include <dyntape/dynamics/algorithms/operational_space.h>
 
 #include <Eigen/Eigenvalues>
 #include <limits>

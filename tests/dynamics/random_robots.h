@@ -7,9 +7,9 @@
 //   State s = random_state(robot, random);
 #pragma once
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/mimic_rules.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/model/mimic_rules.h>
 
 #include <Eigen/Dense>
 #include <random>

@@ -3,11 +3,11 @@
 // Rotations on the tape: first and second derivatives where formulas with sqrt and acos break, without a branch.
 #include <gtest/gtest.h>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/eigen.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/joints.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/model/joints.h>
 
 #include <algorithm>
 #include <cmath>

@@ -9,7 +9,7 @@
 //   tau_j  = sum over bodies k beyond j of the power of f_k, n_k on the velocity that joint j alone gives
 #pragma once
 
-#include <dyntape/dynamics/model.h>
+#include <dyntape/dynamics/model/model.h>
 
 #include <Eigen/Dense>
 #include <Eigen/Geometry>

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/effects.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/regressor.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/regressor.h>
+#include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include "random_robots.h"
 #include "robot_files.h"

@@ -5,7 +5,7 @@
 //   k-th moving joint of the file (not of the model, which sorts by name), k = 1 .. n: q = 0.1 sin k, v = 0.2
 //   cos k, a = 0.3 sin 2k; gravity (0, 0, -9.81) floating base: position (.3, -.2, .5), quaternion (.1, -.3,
 //   .2, sqrt .86), velocity (.1 .. .6), acceleration (.6 .. .1), all in the body frame
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <gtest/gtest.h>
 
 #include <fstream>

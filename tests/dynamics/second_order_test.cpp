@@ -2,12 +2,12 @@
 //
 // Second derivatives in double against central differences, in 113 bits, of the first ones; against
 // themselves in 113 bits; and against what must hold between them.
-#include <dyntape/dynamics/second_order.h>
+#include <dyntape/dynamics/algorithms/second_order.h>
 
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include <algorithm>
 #include <functional>

@@ -4,8 +4,8 @@
 // the two-link arm in its plane, of which every derivative is known by hand.
 #include <gtest/gtest.h>
 
-#include <dyntape/dynamics/sparse_factor.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/sparse_factor.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include "random_robots.h"
 #include "robot_files.h"

@@ -3,7 +3,7 @@
 // Every fault that the URDF reader knows, with the line that its message must name, and the oddities that it
 // only notes.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <gtest/gtest.h>
 
 #include "robot_files.h"

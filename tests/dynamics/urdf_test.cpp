@@ -3,10 +3,10 @@
 // What the URDF reader builds, what it makes exact, and that nothing is printed.
 // Faulty files: urdf_faults_test.cpp.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/model_operations.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/model/model_operations.h>
 #include <dyntape/dynamics/urdf/rotation_snap.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/effects.h>
-#include <dyntape/dynamics/energy.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/wrenches.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/energy.h>
+#include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/dynamics/effects/wrenches.h>
 
 #include <memory>
 

@@ -4,11 +4,11 @@
 // steps on its design rather than on its motion.
 #include <cstdio>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/design.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/model_parameters.h>
 
 using namespace dyntape;
 

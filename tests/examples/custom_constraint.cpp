@@ -10,9 +10,9 @@
 #include <cstdio>
 #include <vector>
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/ad_function.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/ocs2/ad_function.h>
 
 using namespace dyntape;
 

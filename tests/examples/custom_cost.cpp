@@ -7,9 +7,9 @@
 //   y = weight (hand(q) - target)                                         cost = 1/2 |y|^2
 #include <cstdio>
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/ad_function.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/ocs2/ad_function.h>
 
 using namespace dyntape;
 

@@ -4,10 +4,10 @@
 // recorded statement by statement.
 #include <iostream>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_callee.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_callee.h>
 
 using namespace dyntape;
 

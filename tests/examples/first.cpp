@@ -2,10 +2,10 @@
 // The program of the README: a cost of one's own on a robot, with exact derivatives from compiled C.
 #include <iostream>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 using namespace dyntape;
 

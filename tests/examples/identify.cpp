@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <random>
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/identification/estimator.h>
 #include <dyntape/interface/identification/excitation.h>
 

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/ocp/optimise.h>
+#include <dyntape/interface/transcription/optimise.h>
 
 using namespace dyntape;
 

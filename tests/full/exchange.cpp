@@ -14,11 +14,11 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/cache_folder.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/build/process.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/library.h>
-#include <dyntape/codegen/process.h>
+#include <dyntape/codegen/store/cache_folder.h>
+#include <dyntape/codegen/store/library.h>
 
 namespace dyntape {
 namespace {

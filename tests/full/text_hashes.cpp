@@ -11,9 +11,9 @@
 #include <iostream>
 
 #include <dyntape/codegen/pipeline.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_callee.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_callee.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
 namespace {

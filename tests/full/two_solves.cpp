@@ -4,8 +4,8 @@
 #include <cstdio>
 #include <thread>
 
-#include <dyntape/interface/ocp/collocation.h>
 #include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/transcription/collocation.h>
 
 namespace {
 

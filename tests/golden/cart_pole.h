@@ -83,15 +83,15 @@ typedef struct dyntape_descriptor {
 #define DYNTAPE_EXPORT
 #endif
 #endif
-void cart_pole_value(const double* x, const double* p, const double* w, double* y,
-    double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-    uint32_t* status);
-void cart_pole_first_order(const double* x, const double* p, const double* w, double* y,
-    double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-    uint32_t* status);
-void cart_pole_second_order(const double* x, const double* p, const double* w, double* y,
-    double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-    uint32_t* status);
+void cart_pole_value(const double* x, const double* p, const double* w, double* y, double* jacobian,
+                     double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+                     uint32_t* status);
+void cart_pole_first_order(const double* x, const double* p, const double* w, double* y, double* jacobian,
+                           double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+                           uint32_t* status);
+void cart_pole_second_order(const double* x, const double* p, const double* w, double* y, double* jacobian,
+                            double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+                            uint32_t* status);
 extern DYNTAPE_EXPORT const dyntape_descriptor dyntape_7cc65fdf4a9c3e10ef9c0fdf4ae9c4f1;
 
 #ifdef __cplusplus

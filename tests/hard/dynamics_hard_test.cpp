@@ -8,14 +8,14 @@
 #include <cmath>
 #include <numbers>
 
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/lie.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_functions.h>
-#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algebra/lie.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_functions.h>
+#include <dyntape/interface/robot/robot_rows.h>
 
 namespace dyntape {
 namespace {
@@ -144,7 +144,7 @@ double error_against_quad(const Model<double>& model, const RobotFunction& funct
                           const Values& got) {
   using Quad = dynamics::Float128;
   const Model<Quad> exact = model.cast<Quad>();
-  detail::RobotWork<Quad> work(exact, function);
+  detail::RobotWorkspace<Quad> work(exact, function);
   const dynamics::VectorX<Quad> x =
       Eigen::Map<const Eigen::VectorXd>(state.data(), static_cast<long>(state.size())).cast<Quad>();
   std::vector<Quad> expected(got.size());

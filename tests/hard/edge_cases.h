@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/record/record.h>
 
 namespace dyntape::testing {
 

@@ -8,8 +8,8 @@
 #include <cmath>
 #include <ostream>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 
 #include "edge_cases.h"
 

@@ -7,7 +7,7 @@
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/ocp/optimise.h>
+#include <dyntape/interface/transcription/optimise.h>
 #include "../interface/ocp_problems.h"
 
 namespace dyntape {

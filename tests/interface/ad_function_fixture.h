@@ -9,7 +9,7 @@
 #include <string>
 #include <utility>
 
-#include <dyntape/interface/function/ad_function.h>
+#include <dyntape/interface/ocs2/ad_function.h>
 
 #include "temporary_cache.h"
 

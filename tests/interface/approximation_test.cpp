@@ -6,7 +6,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/function/approximation.h>
+#include <dyntape/interface/ocs2/approximation.h>
 
 namespace dyntape {
 namespace {

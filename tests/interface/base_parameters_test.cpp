@@ -8,8 +8,8 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/identification/estimator.h>
 #include <dyntape/interface/identification/rank_revealing_qr.h>
 

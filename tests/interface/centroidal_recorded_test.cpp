@@ -6,14 +6,14 @@
 #include <filesystem>
 #include <random>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/centroidal.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/energy.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/dynamics/wrenches.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/algorithms/centroidal.h>
+#include <dyntape/dynamics/algorithms/energy.h>
+#include <dyntape/dynamics/effects/wrenches.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 namespace dyntape {
 namespace {

@@ -4,13 +4,13 @@
 // analytic derivatives, against the analytic ones in plain double.
 #include <gtest/gtest.h>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/eigen.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/constraints.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include <random>
 

@@ -6,15 +6,15 @@
 
 #include <filesystem>
 
-#include <dyntape/autodiff/derive.h>
+#include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/regressor.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/design.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/algorithms/regressor.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/model_parameters.h>
 
 namespace dyntape {
 namespace {

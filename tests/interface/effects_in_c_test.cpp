@@ -6,8 +6,8 @@
 #include <set>
 
 #include <dyntape/codegen/pipeline.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
 namespace {

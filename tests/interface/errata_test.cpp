@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // More often printed statements that give wrong numbers (tests/dynamics/errata_test.cpp), of the tape and of files.
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/eigen.h>
+#include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/interface/io/info.h>
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/identification/estimator.h>
 #include <dyntape/interface/identification/excitation.h>
 #include <dyntape/interface/identification/excitation_problem.h>

@@ -7,11 +7,11 @@
 #include <complex>
 #include <limits>
 
-#include <dyntape/autodiff/jet_eigen.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/detail/configuration.hxx>
-#include <dyntape/dynamics/detail/forward_dynamics.hxx>
-#include <dyntape/dynamics/detail/inverse_dynamics.hxx>
+#include <dyntape/autodiff/scalars/jet_eigen.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/detail/forward_dynamics.hxx>
+#include <dyntape/dynamics/algorithms/detail/inverse_dynamics.hxx>
+#include <dyntape/dynamics/model/detail/configuration.hxx>
 #include "../dynamics/random_robots.h"
 
 namespace dyntape {

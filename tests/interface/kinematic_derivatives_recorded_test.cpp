@@ -7,13 +7,13 @@
 #include <filesystem>
 #include <random>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/kinematic_derivatives.h>
-#include <dyntape/dynamics/operational_space.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/algorithms/kinematic_derivatives.h>
+#include <dyntape/dynamics/algorithms/operational_space.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 namespace dyntape {
 namespace {

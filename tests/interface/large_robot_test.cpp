@@ -2,8 +2,8 @@
 //
 // What the derivatives of forward dynamics of a robot with 38 degrees of freedom cost to make.
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_functions.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 

@@ -10,12 +10,12 @@
 #include <Eigen/Dense>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/mimic.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/packed_robot.h>
-#include <dyntape/interface/function/robot_evaluator.h>
-#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
+#include <dyntape/interface/robot/robot_rows.h>
 #include "../dynamics/random_robots.h"
 #include "temporary_cache.h"
 
@@ -32,7 +32,7 @@ using Matrixq = Eigen::Matrix<Quad, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMa
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 
 Vectorq run(const Model<Quad>& model, const RobotFunction& function, const Vectorq& state) {
-  dyntape::detail::RobotWork<Quad> work(model, function);
+  dyntape::detail::RobotWorkspace<Quad> work(model, function);
   Vectorq y(static_cast<Eigen::Index>(work.n_out()));
   EXPECT_EQ(static_cast<std::size_t>(state.size()), work.n_in());
   work.evaluate(state.data(), y.data());

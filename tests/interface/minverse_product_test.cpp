@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The product with the inverse inertia as a loop: the numbers of the straight-line recording, in C and in lanes.
-#include <dyntape/interface/function/minverse_product.h>
+#include <dyntape/interface/robot/minverse_product.h>
 
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 #include <filesystem>
 #include <random>

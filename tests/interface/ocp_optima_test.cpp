@@ -3,8 +3,8 @@
 // Known optima of problems written by hand.
 #include <gtest/gtest.h>
 
-#include <dyntape/interface/ocp/collocation.h>
 #include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/transcription/collocation.h>
 #include "ocp_problems.h"
 
 namespace dyntape {

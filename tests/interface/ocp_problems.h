@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <dyntape/interface/ocp/optimise.h>
+#include <dyntape/interface/transcription/optimise.h>
 
 namespace dyntape::test {
 

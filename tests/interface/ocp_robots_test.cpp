@@ -11,9 +11,9 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/ocp/optimise.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/ocp/robot_problem.h>
+#include <dyntape/interface/transcription/optimise.h>
 #include "../dynamics/robot_files.h"
 
 namespace dyntape {

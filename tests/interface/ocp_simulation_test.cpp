@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/interface/ocp/dormand_prince.h>
-#include <dyntape/interface/ocp/verify.h>
+#include <dyntape/interface/transcription/dormand_prince.h>
+#include <dyntape/interface/transcription/verify.h>
 #include "ocp_problems.h"
 
 namespace dyntape {

@@ -16,7 +16,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/ocp/optimise.h>
+#include <dyntape/interface/transcription/optimise.h>
 #include "ocp_problems.h"
 
 namespace {

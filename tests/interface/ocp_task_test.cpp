@@ -11,7 +11,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/file.h>
-#include <dyntape/interface/ocp/solve.h>
+#include <dyntape/interface/task/solve.h>
 #include "../dynamics/robot_files.h"
 
 namespace dyntape {

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/ocp/optimise.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/transcription/optimise.h>
 #include "ocp_problems.h"
 
 namespace dyntape {

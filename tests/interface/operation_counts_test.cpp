@@ -7,12 +7,12 @@
 #include <filesystem>
 #include <random>
 
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/codegen/simplify.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/factored_dynamics.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/passes/simplify.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/factored_dynamics.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
 namespace {

@@ -9,11 +9,11 @@
 #include <vector>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/pack_eigen.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/effects.h>
-#include <dyntape/interface/function/packed_robot.h>
-#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/autodiff/scalars/pack_eigen.h>
+#include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/robot_rows.h>
 #include "../dynamics/random_robots.h"
 
 namespace dyntape {
@@ -55,7 +55,7 @@ std::vector<Model<double>> robots(Random& random) {
 // One state in one lane, through the same templates.
 VectorXd alone(const Model<double>& model, const RobotFunction& function, const VectorXd& state) {
   const Model<Pack1> m = model.cast<Pack1>();
-  dyntape::detail::RobotWork<Pack1> work(m, function);
+  dyntape::detail::RobotWorkspace<Pack1> work(m, function);
   const VectorX<Pack1> x = state.cast<Pack1>();
   std::vector<Pack1> y(work.n_out());
   work.evaluate(x.data(), y.data());

@@ -8,10 +8,10 @@
 #include <random>
 #include <set>
 
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
 namespace {

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Dynamics as callees: the value and derivatives of what is recorded without them, in fewer operations.
-#include <dyntape/autodiff/derive.h>
+#include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_callee.h>
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_callee.h>
+#include <dyntape/interface/robot/robot_functions.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>

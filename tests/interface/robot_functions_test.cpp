@@ -10,15 +10,15 @@
 #include <map>
 #include <random>
 
-#include <dyntape/autodiff/derive.h>
+#include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_evaluator.h>
-#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
+#include <dyntape/interface/robot/robot_rows.h>
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -105,7 +105,7 @@ const std::string& shared_cache() {
 // another order where it packs two into a register, so that plain code differs in last bits.)
 VectorXd run_on_numbers(const Model<double>& model, const RobotFunction& function, const VectorXd& state) {
   const Model<AD> numbers = model.cast<AD>();
-  detail::RobotWork<AD> work(numbers, function);
+  detail::RobotWorkspace<AD> work(numbers, function);
   const VectorXad x = state.cast<AD>();
   VectorXad y(static_cast<Eigen::Index>(work.n_out()));
   work.evaluate(x.data(), y.data());

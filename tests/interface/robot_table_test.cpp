@@ -9,12 +9,12 @@
 #include <set>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/robot_evaluator.h>
-#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
+#include <dyntape/interface/robot/robot_rows.h>
 
 namespace dyntape {
 namespace {
@@ -81,7 +81,7 @@ TEST(RobotTable, NamesAndSizesFit) {
   for (const RobotFunction& function : robot_functions()) names.insert(to_string(function));
   EXPECT_EQ(names.size(), robot_functions().size());
   for_every_row([](const Model<double>& model, const RobotFunction& function) {
-    const detail::RobotWork<double> work(model, function);
+    const detail::RobotWorkspace<double> work(model, function);
     const auto in = input_names(model, function), out = output_names(model, function);
     EXPECT_EQ(in.size(), work.n_in());
     EXPECT_EQ(out.size(), work.n_out());
@@ -111,7 +111,7 @@ TEST(RobotTable, PlainCodeAgreesWith113Bits) {
   std::mt19937_64 random(2);
   for_every_row([&](const Model<double>& model, const RobotFunction& function) {
     const Model<Quad> exact = model.cast<Quad>();
-    detail::RobotWork<Quad> work(exact, function);
+    detail::RobotWorkspace<Quad> work(exact, function);
     const VectorXd state = random_state(model, function, random);
     const dynamics::VectorX<Quad> x = state.cast<Quad>();
     dynamics::VectorX<Quad> y(static_cast<Eigen::Index>(work.n_out()));

@@ -4,14 +4,14 @@
 // levers, bodies much heavier than others, trees of both, axes in line.
 #include <gtest/gtest.h>
 
-#include <dyntape/autodiff/interpret.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/simplify.h>
-#include <dyntape/dynamics/float128.h>
-#include <dyntape/dynamics/inertia_condition.h>
-#include <dyntape/dynamics/urdf.h>
-#include <dyntape/interface/function/factored_dynamics.h>
-#include <dyntape/interface/function/robot_evaluator.h>
+#include <dyntape/codegen/passes/simplify.h>
+#include <dyntape/dynamics/algebra/float128.h>
+#include <dyntape/dynamics/algorithms/inertia_condition.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/robot/factored_dynamics.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
 
 #include <cstdio>
 #include <filesystem>

@@ -3,11 +3,11 @@
 // The analytic Hessian against the tape's, two derivations that share nothing; and recorded itself.
 #include <gtest/gtest.h>
 
-#include <dyntape/autodiff/derive.h>
-#include <dyntape/autodiff/eigen.h>
-#include <dyntape/autodiff/interpret.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/dynamics/second_order.h>
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/algorithms/second_order.h>
 
 #include "../dynamics/random_robots.h"
 

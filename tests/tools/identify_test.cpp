@@ -5,8 +5,8 @@
 
 #include <filesystem>
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/identification/base_parameters.h>
 #include <dyntape/interface/io/csv.h>
 

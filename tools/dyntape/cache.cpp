@@ -8,7 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/cache.h>
+#include <dyntape/codegen/store/cache.h>
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
@@ -21,13 +21,13 @@ using codegen::Cache;
 using codegen::Entry;
 using codegen::Fault;
 
-struct Options {
+struct CacheOptions {
   std::string folder;
   bool json = false;
 };
 
 // A folder that is named has to be there: to look at a store does not make it.
-Cache open(const Options& options) {
+Cache open(const CacheOptions& options) {
   const std::string& folder = options.folder;
   if (!folder.empty() && !std::filesystem::exists(folder))
     throw FileError(folder + ": there is no such folder");
@@ -48,7 +48,7 @@ std::string day(std::int64_t seconds) {
   return std::string(text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M", &local));
 }
 
-void list(const Options& options) {
+void list(const CacheOptions& options) {
   const Cache cache = open(options);
   const std::vector<Entry> entries = cache.list();
   if (options.json) {
@@ -84,7 +84,7 @@ void list(const Options& options) {
             << io::with_groups(static_cast<long long>(bytes / 1024)) << " KiB in " << cache.folder() << "\n";
 }
 
-void verify(const Options& options) {
+void verify(const CacheOptions& options) {
   const Cache cache = open(options);
   nlohmann::json bad = nlohmann::json::array();
   const std::vector<Entry> entries = cache.list();
@@ -107,7 +107,7 @@ void verify(const Options& options) {
   if (!bad.empty()) throw Failure{};
 }
 
-void clear(const Options& options) {
+void clear(const CacheOptions& options) {
   const Cache cache = open(options);
   const std::size_t removed = cache.clear();
   if (options.json) {
@@ -123,8 +123,8 @@ void clear(const Options& options) {
 void add_cache(CLI::App& app) {
   CLI::App* command = app.add_subcommand("cache", "list, verify or clear the store of compiled libraries");
   command->require_subcommand(1);
-  const auto options = std::make_shared<Options>();
-  const auto add = [&](const char* name, const char* help, void (*action)(const Options&)) {
+  const auto options = std::make_shared<CacheOptions>();
+  const auto add = [&](const char* name, const char* help, void (*action)(const CacheOptions&)) {
     CLI::App* sub = command->add_subcommand(name, help);
     sub->add_option("--folder", options->folder,
                     "the store (default: $DYNTAPE_CACHE, then the user's cache folder)")

@@ -9,19 +9,17 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 namespace dyntape::tools {
 
 void add_info(CLI::App& app);
 void add_eval(CLI::App& app);
 void add_generate(CLI::App& app);
-void add_bench(CLI::App& app);
 void add_solve(CLI::App& app);
 void add_check_config(CLI::App& app);
 void add_cache(CLI::App& app);
 void add_doctor(CLI::App& app);
-void add_study(CLI::App& app);
 void add_identify(CLI::App& app);
 
 // The outcome has been reported already; only the exit status is left.

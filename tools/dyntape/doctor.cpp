@@ -8,16 +8,16 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/record.h>
-#include <dyntape/codegen/cache.h>
-#include <dyntape/codegen/compile.h>
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/files.h>
+#include <dyntape/codegen/store/cache.h>
+#include <dyntape/codegen/store/files.h>
 #include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
-#include "measure.h"
+#include "host.h"
 
 namespace dyntape::tools {
 namespace {

@@ -7,11 +7,11 @@
 #include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/mimic.h>
-#include <dyntape/interface/function/robot_evaluator.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/file.h>
 #include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
 
 #include "function_options.h"
 #include "words.h"
@@ -19,7 +19,7 @@
 namespace dyntape::tools {
 namespace {
 
-struct Options {
+struct EvalOptions {
   RobotOptions robot;
   FunctionOptions function;
   std::string route, input, output;
@@ -89,7 +89,7 @@ void check_result(const std::vector<double>& result, const std::vector<std::stri
                   "; expected a state where the function is finite");
 }
 
-void run(const Options& options) {
+void run(const EvalOptions& options) {
   io::check_can_write(options.output);
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
@@ -123,7 +123,7 @@ void add_eval(CLI::App& app) {
       "evaluate a function of a robot at given states.\n"
       "Input: a CSV file with columns q0.. v0.. a0.. as the function takes them, one state a row.\n"
       "Output: one row a state, matrices row by row");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EvalOptions>();
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to evaluate")->required();
   command

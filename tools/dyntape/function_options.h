@@ -3,7 +3,7 @@
 // --function and what goes with it, for every command that takes a function of a robot.
 #pragma once
 
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 #include "commands.h"
 

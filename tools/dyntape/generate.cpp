@@ -8,10 +8,10 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/build/stack_usage.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/stack_usage.h>
-#include <dyntape/interface/function/robot_callee.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/robot/robot_callee.h>
 
 #include "function_options.h"
 #include "words.h"
@@ -19,7 +19,7 @@
 namespace dyntape::tools {
 namespace {
 
-struct Options {
+struct GenerateOptions {
   RobotOptions robot;
   FunctionOptions function;
   std::string profile = "strict", output;
@@ -58,7 +58,7 @@ codegen::StackUse stack_of(const codegen::EmbeddedSource& embedded, const std::s
   }
 }
 
-void run_embedded(const Options& options, const Function& recorded, const CodegenOptions& codegen) {
+void run_embedded(const GenerateOptions& options, const Function& recorded, const CodegenOptions& codegen) {
   codegen::EmbeddedOptions how;
   how.single = options.single;
   how.own_trig = options.own_trig;
@@ -98,7 +98,7 @@ void run_embedded(const Options& options, const Function& recorded, const Codege
   for (const std::string& file : files) std::cout << file << "\n";
 }
 
-void run(const Options& options) {
+void run(const GenerateOptions& options) {
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   CodegenOptions codegen;
@@ -161,7 +161,7 @@ void add_generate(CLI::App& app) {
       "write a function of a robot and its derivatives as self-contained C99, and compile it into the "
       "cache.\n"
       "The derivatives of --order are with respect to the entries of the state (q, v, a | tau)");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<GenerateOptions>();
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to generate")->required();
   command->add_option("--order", options->order, "0: values; 1: and Jacobian; 2: and weighted Hessian")

@@ -21,7 +21,7 @@ namespace {
 
 using io::significant;
 
-struct Options {
+struct IdentifyOptions {
   RobotOptions robot;
   BaseOptions base;
   ExcitationOptions excitation;
@@ -79,7 +79,7 @@ double mean_gain(const Excitation& e, const BaseParameters& base) {
 }
 
 // The motion that tells most; false where the solver did not get there.
-bool excite(const Options& options, const dynamics::Model<double>& model, const BaseParameters& base) {
+bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base) {
   const Excitation e = [&] {
     io::Progress progress("exciting", 0);
     return optimal_excitation(model, base, options.excitation);
@@ -105,7 +105,7 @@ bool excite(const Options& options, const dynamics::Model<double>& model, const 
          e.status == SolveStatus::kIterationLimit;
 }
 
-void estimate(const Options& options, const dynamics::Model<double>& model, const BaseParameters& base) {
+void estimate(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base) {
   const io::CsvTable table = io::read_csv(options.data);
   const int nv = base.nv(model), nq = model.nq - (model.nv - nv);
   const Samples samples{
@@ -125,14 +125,14 @@ void estimate(const Options& options, const dynamics::Model<double>& model, cons
   io::write_csv(options.output + "/base_parameters.csv", result);
 }
 
-std::vector<std::string> results(const Options& options) {
+std::vector<std::string> results(const IdentifyOptions& options) {
   std::vector<std::string> files;
   if (options.excite) files = {"excitation.csv", "excitation.svg"};
   if (!options.data.empty()) files.push_back("base_parameters.csv");
   return files;
 }
 
-void run(const Options& options) {
+void run(const IdentifyOptions& options) {
   const std::vector<std::string> files = results(options);
   const auto robot = load_robot(options.robot);
   if (!options.output.empty() && !files.empty()) prepare_folder(options.output, files);
@@ -163,7 +163,7 @@ void add_identify(CLI::App& app) {
       "base parameters: what torques tell about masses, and with what error.\n"
       "Alone: rank and base parameters by name.  --excite: the motion that tells most within the limits.\n"
       "--data: estimates from measured motions, a CSV file with columns q0.. v0.. a0.. tau0..");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<IdentifyOptions>();
   add_robot_options(*command, options->robot);
   command->add_flag("--armature", options->base.columns.armature, "armatures are parameters too");
   command->add_flag(

@@ -6,7 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include <dyntape/dynamics/mimic.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"

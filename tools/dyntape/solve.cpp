@@ -7,7 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/progress.h>
-#include <dyntape/interface/ocp/solve.h>
+#include <dyntape/interface/task/solve.h>
 
 #include "commands.h"
 #include "words.h"
@@ -15,7 +15,7 @@
 namespace dyntape::tools {
 namespace {
 
-struct Options {
+struct SolveOptions {
   std::string task, output;
   bool explain = false, json = false;
 };
@@ -29,7 +29,7 @@ Task task_in(const std::string& file) {
 }
 
 // Once the report is out: the results may not get to where they belong, the work is not lost then.
-void write(const Task& task, const SolveReport& report, const Options& options) {
+void write(const Task& task, const SolveReport& report, const SolveOptions& options) {
   const std::string no_picture = write_results(task, report, options.output);
   if (!options.json) std::cout << "\nresults in " << options.output << "\n";
   if (no_picture.empty()) return;
@@ -37,7 +37,7 @@ void write(const Task& task, const SolveReport& report, const Options& options) 
   throw Failure{};
 }
 
-void run(const Options& options) {
+void run(const SolveOptions& options) {
   const Task task = task_in(options.task);
   if (options.explain) {
     std::cout << explain(task);
@@ -64,7 +64,7 @@ void add_solve(CLI::App& app) {
       "The exit status is 0 only if the solver succeeded, the constraints hold when computed anew and a "
       "known\n"
       "optimum, where the task states one, is met");
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<SolveOptions>();
   command->add_option("task", options->task, "the task, an .info file (config/tasks)")
       ->required()
       ->check(not_empty())

@@ -14,7 +14,7 @@
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/compile.h>
+#include <dyntape/codegen/build/compile.h>
 #include <dyntape/interface/io/number.h>
 
 #include "commands.h"

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <memory>
 
-#include <dyntape/interface/function/packed_robot.h>
-#include <dyntape/interface/function/robot_rows.h>
+#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/robot_rows.h>
 
 #include "route.h"
 
@@ -13,7 +13,7 @@ std::vector<Route> plain_routes(const dynamics::Model<double>& model, const Robo
   struct Plain {
     Plain(const dynamics::Model<double>& robot, const RobotFunction& f) : model(robot), work(model, f) {}
     dynamics::Model<double> model;
-    detail::RobotWork<double> work;
+    detail::RobotWorkspace<double> work;
     std::vector<detail::RobotState<double>> states;
   };
   const auto plain = std::make_shared<Plain>(model, function);

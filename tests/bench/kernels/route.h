@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/function/robot_functions.h>
+#include <dyntape/interface/robot/robot_functions.h>
 
 #include "measure.h"
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <optional>
 
-#include <dyntape/codegen/files.h>
+#include <dyntape/codegen/store/files.h>
 
 namespace dyntape::bench {
 

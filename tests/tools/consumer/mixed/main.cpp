@@ -4,9 +4,9 @@
 #include <Eigen/Dense>
 #include <cstdio>
 
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/configuration.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 #include "algebra.h"
 

@@ -2,9 +2,9 @@
 //   mixed_packs ROBOT.urdf
 #include <cstdio>
 
-#include <dyntape/autodiff/pack_eigen.h>
-#include <dyntape/dynamics/algorithms.h>
-#include <dyntape/dynamics/urdf.h>
+#include <dyntape/autodiff/scalars/pack_eigen.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 
 int main(int, char** arguments) {
   using namespace dyntape;

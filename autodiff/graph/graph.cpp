@@ -1,0 +1,363 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/graph/graph.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <string>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/graph/callee.h>
+
+namespace dyntape {
+namespace {
+
+std::uint64_t mix(std::uint64_t h) {  // the finaliser of a 64-bit multiplicative hash
+  h ^= h >> 32;
+  h *= 0xd6e8feb86659fd93u;
+  h ^= h >> 32;
+  h *= 0xd6e8feb86659fd93u;
+  h ^= h >> 32;
+  return h;
+}
+
+// For nodes of the table.  kNoNode + 1 is 0.
+NodeId newest_argument(const Node& node) { return std::max({node.a + 1, node.b + 1, node.c + 1}) - 1; }
+
+constexpr int kLargestIntegerPower = 16;  // pow(x, n) becomes products up to here
+
+// The four sums of a product rounded once, by their signs.
+bool is_fused(Op op) { return op >= Op::Fma && op <= Op::Fnms; }
+bool negates_product(Op op) { return op == Op::Fnma || op == Op::Fnms; }
+bool negates_sum(Op op) { return op == Op::Fms || op == Op::Fnms; }
+Op fused(bool negative_product, bool negative_sum) {
+  if (negative_product) return negative_sum ? Op::Fnms : Op::Fnma;
+  return negative_sum ? Op::Fms : Op::Fma;
+}
+
+}  // namespace
+
+void Graph::index_nodes() {
+  table_.clear();
+  table_.reserve(nodes_.size());
+  const auto none = [](NodeId) { return false; };  // all are different
+  for (const Node& node : nodes_) {
+    if (node.op == Op::Const) {
+      table_.find_or_add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]), none);
+    } else if (node.op == Op::Input || node.op == Op::Call) {
+      table_.find_or_add_keyed(node.op == Op::Call ? call_key(node) : key(node), none);
+    } else {
+      const NodeId newest = node.op == Op::Result ? node.a : newest_argument(node);
+      table_.find_or_add(newest, none, [&] { return key(node); });
+    }
+  }
+}
+
+void Graph::refuse_more() { throw RecordingError("graph: more than 4294967293 nodes"); }
+
+NodeId Graph::intern_without_arguments(const Node& node) {
+  make_ready();
+  const NodeId id = table_.find_or_add_keyed(key(node), [&](NodeId other) { return nodes_[other] == node; });
+  if (id == nodes_.size()) nodes_.push_back(node);
+  return id;
+}
+
+NodeId Graph::input(Block block, std::uint32_t index) {
+  return intern_without_arguments({Op::Input, static_cast<NodeId>(block), index, kNoNode});
+}
+
+NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
+  // What is neither constant nor a negation, as most nodes, no law simplifies but those of -(x - y) and -fma.
+  if (is_arithmetic(op) && !is_constant(a) && !is_constant(b)) {
+    if (is_plain(a) && is_plain(b)) return make_plain(op, a, b);
+    if ((op == Op::Add || op == Op::Mul) && b < a) std::swap(a, b);
+    const NodeId simpler = simplified_signs(op, a, b);
+    return simpler != kNoNode ? simpler : make_plain(op, a, b);
+  }
+  if (op == Op::Neg && is_plain(a) && nodes_[a].op != Op::Sub && !is_fused(nodes_[a].op))
+    return intern({op, a, b, c}, a);
+  const OpInfo& row = info(op);
+  const bool folds = is_constant(a) && (row.arity < 2 || is_constant(b)) && (row.arity < 3 || is_constant(c));
+  if (folds) {
+    const double x = constant_value(a), y = row.arity > 1 ? constant_value(b) : 0,
+                 z = row.arity > 2 ? constant_value(c) : 0;
+    return constant(evaluate<double>(op, x, y, z));
+  }
+  // One canonical order makes a + b and b + a the same node.
+  if ((row.laws & kCommutative) && b < a) std::swap(a, b);
+  if (const NodeId simpler = simplified(op, a, b, c); simpler != kNoNode) return simpler;
+  const Node node{op, a, b, c};
+  return intern(node, newest_argument(node));
+}
+
+NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
+  const std::uint32_t laws = info(op).laws;
+  const Op inner = nodes_[a].op;
+  if ((laws & kZeroLeft) && is_constant(a, 0)) return b;
+  if ((laws & kZeroRight) && is_constant(b, 0)) return a;
+  if ((laws & kOneLeft) && is_constant(a, 1)) return b;
+  if ((laws & kOneRight) && is_constant(b, 1)) return a;
+  if ((laws & kAbsorbLeft) && is_constant(a, 0)) return constant(0);
+  if ((laws & kAbsorbRight) && is_constant(b, 0)) return constant(0);
+  if ((laws & kIdempotent) && inner == op) return a;
+  if ((laws & kInvolution) && inner == op) return nodes_[a].a;
+  if ((laws & kEven) && inner == Op::Neg) return make(op, nodes_[a].a);
+  if ((laws & kOdd) && inner == Op::Neg) return make(Op::Neg, make(op, nodes_[a].a));
+
+  switch (op) {
+    case Op::Add:
+    case Op::Sub:
+    case Op::Mul:
+    case Op::Div:
+    case Op::Neg:
+      return simplified_signs(op, a, b);
+    case Op::Azmul:  // a non-zero constant cannot be the strong zero
+      return is_constant(a) ? make(Op::Mul, a, b) : kNoNode;
+    case Op::Gate:  // nor can it close a gate; two gates of one condition are one; negations move outwards
+      if (is_constant(a) || (nodes_[b].op == Op::Gate && nodes_[b].a == a)) return b;
+      return nodes_[b].op == Op::Neg ? make(Op::Neg, make(Op::Gate, a, nodes_[b].a)) : kNoNode;
+    case Op::Fma:
+    case Op::Fms:
+    case Op::Fnma:
+    case Op::Fnms:
+      return simplified_fused(op, a, b, c);
+    case Op::Select:
+      return simplified_select(a, b, c);
+    case Op::Pow: {
+      if (!is_constant(b)) return kNoNode;
+      const double p = constant_value(b);
+      if (p != std::floor(p) || std::abs(p) > kLargestIntegerPower) return kNoNode;
+      return integer_power(a, static_cast<int>(p));
+    }
+    default:
+      return kNoNode;
+  }
+}
+
+NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {
+  const bool negative_a = nodes_[a].op == Op::Neg, negative_b = b != kNoNode && nodes_[b].op == Op::Neg;
+  // By value: the recursive calls below may move nodes_.
+  const NodeId inner_a = nodes_[a].a, inner_b = negative_b ? nodes_[b].a : kNoNode;
+  switch (op) {
+    case Op::Neg:
+      if (nodes_[a].op == Op::Sub) return make(Op::Sub, nodes_[a].b, inner_a);  // -(x - y) = y - x
+      return is_fused(nodes_[a].op) ? negated_fused(nodes_[a]) : kNoNode;
+    case Op::Add:
+      if (negative_a && negative_b) return make(Op::Neg, make(Op::Add, inner_a, inner_b));
+      if (negative_b) return make(Op::Sub, a, inner_b);
+      if (negative_a) return make(Op::Sub, b, inner_a);
+      return kNoNode;
+    case Op::Sub:
+      if (is_constant(a, 0)) return make(Op::Neg, b);
+      if (negative_a && negative_b) return make(Op::Sub, inner_b, inner_a);
+      if (negative_b) return make(Op::Add, a, inner_b);
+      if (negative_a) return make(Op::Neg, make(Op::Add, inner_a, b));
+      return kNoNode;
+    case Op::Mul:
+    case Op::Div: {
+      if (negative_a && negative_b) return make(op, inner_a, inner_b);
+      const bool constant_a = is_constant(a), constant_b = is_constant(b);
+      if (negative_a)
+        return constant_b ? make(op, inner_a, constant(-constant_value(b)))
+                          : make(Op::Neg, make(op, inner_a, b));
+      if (negative_b)
+        return constant_a ? make(op, constant(-constant_value(a)), inner_b)
+                          : make(Op::Neg, make(op, a, inner_b));
+      if (constant_b && constant_value(b) == -1) return make(Op::Neg, a);
+      if (op == Op::Mul && constant_a && constant_value(a) == -1) return make(Op::Neg, b);
+      if (op == Op::Div && constant_b) {  // division by a power of two is multiplication by its reciprocal
+        int exponent;
+        const double y = constant_value(b), reciprocal = 1 / y;
+        if (std::abs(std::frexp(y, &exponent)) == 0.5 && std::isnormal(reciprocal)) {
+          return make(Op::Mul, a, constant(reciprocal));
+        }
+      }
+      return kNoNode;
+    }
+    default:
+      return kNoNode;
+  }
+}
+
+// By value: making nodes moves them.
+NodeId Graph::negated_fused(Node node) {
+  return make(fused(!negates_product(node.op), !negates_sum(node.op)), node.a, node.b, node.c);
+}
+
+// Only what leaves one rounding.
+NodeId Graph::simplified_fused(Op op, NodeId x, NodeId y, NodeId z) {
+  bool minus_xy = negates_product(op), minus_z = negates_sum(op);
+  const auto sum_with = [&](NodeId product) {
+    if (minus_xy) product = make(Op::Neg, product);
+    return make(minus_z ? Op::Sub : Op::Add, product, z);
+  };
+  if (is_constant(z, 0)) {
+    const NodeId product = make(Op::Mul, x, y);
+    return minus_xy ? make(Op::Neg, product) : product;
+  }
+  for (int i = 0; i < 2; ++i, std::swap(x, y)) {
+    if (is_constant(x, 0)) return sum_with(x);
+    if (is_constant(x, 1)) return sum_with(y);
+    if (is_constant(x, -1)) return sum_with(make(Op::Neg, y));
+  }
+  if (minus_z && is_constant(z)) return make(fused(minus_xy, false), x, y, constant(-constant_value(z)));
+  // Negations of arguments are part of the operation.
+  bool changed = false;
+  const auto take_sign = [&](NodeId& id, bool& sign) {
+    if (nodes_[id].op != Op::Neg) return;
+    id = nodes_[id].a;
+    sign = !sign;
+    changed = true;
+  };
+  take_sign(x, minus_xy);
+  take_sign(y, minus_xy);
+  take_sign(z, minus_z);
+  return changed ? make(fused(minus_xy, minus_z), x, y, z) : kNoNode;
+}
+
+NodeId Graph::simplified_select(NodeId condition, NodeId a, NodeId b) {
+  if (is_constant(condition)) return constant_value(condition) != 0 ? a : b;
+  if (a == b) return a;
+  const Node test = nodes_[condition];
+  // select(select(c, 1, 0), a, b) and select(select(c, 0, 1), a, b): conditions made of conditions.
+  if (test.op == Op::Select && is_constant(test.b, 1) && is_constant(test.c, 0))
+    return make(Op::Select, test.a, a, b);
+  if (test.op == Op::Select && is_constant(test.b, 0) && is_constant(test.c, 1))
+    return make(Op::Select, test.a, b, a);
+  // The same condition decides again inside a branch.
+  if (nodes_[a].op == Op::Select && nodes_[a].a == condition)
+    return make(Op::Select, condition, nodes_[a].b, b);
+  if (nodes_[b].op == Op::Select && nodes_[b].a == condition)
+    return make(Op::Select, condition, a, nodes_[b].c);
+  return kNoNode;
+}
+
+NodeId Graph::integer_power(NodeId base, int exponent) {
+  if (exponent == 0) return constant(1);
+  if (exponent < 0) return reciprocal_power(base, -exponent);
+  NodeId result = kNoNode, square = base;
+  for (; exponent; exponent >>= 1) {
+    if (exponent & 1) result = result == kNoNode ? square : make(Op::Mul, result, square);
+    if (exponent > 1) square = make(Op::Mul, square, square);
+  }
+  return result;
+}
+
+// 1 / x^n is zero as soon as x^n overflows; with h = n / 2 the square of 1 / x^h is not, and costs the same.
+NodeId Graph::reciprocal_power(NodeId base, int exponent) {
+  if (exponent == 1) return make(Op::Div, constant(1), base);
+  const NodeId root = make(Op::Div, constant(1), integer_power(base, exponent / 2));
+  const NodeId square = make(Op::Mul, root, root);
+  return exponent % 2 ? make(Op::Div, square, base) : square;
+}
+
+std::uint64_t Graph::call_key(const Node& call) const {
+  std::uint64_t h = mix(call.a);
+  for (std::size_t i = 0, n = callees_[call.a]->n_in; i < n; ++i) h = mix(h + call_arguments_[call.b + i]);
+  return h;
+}
+
+NodeId Graph::place_of(const std::shared_ptr<const Callee>& callee) {
+  if (const auto known = callee_places_.find(callee.get()); known != callee_places_.end())
+    return known->second;
+  check_pattern(*callee);
+  const auto place = static_cast<NodeId>(callees_.size());
+  callees_.push_back(callee);
+  callee_places_.emplace(callee.get(), place);
+  return place;
+}
+
+std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
+                                const std::vector<NodeId>& arguments) {
+  if (arguments.size() != callee->n_in) {
+    throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(arguments.size()) +
+                        " arguments, expected " + std::to_string(callee->n_in));
+  }
+  make_ready();
+  const Node added{Op::Call, place_of(callee), static_cast<NodeId>(call_arguments_.size()), n_calls_};
+  call_arguments_.insert(call_arguments_.end(), arguments.begin(), arguments.end());
+  // An equal call is the same call.
+  const auto is_it = [&](NodeId id) {
+    const Node& node = nodes_[id];
+    return node.op == Op::Call && node.a == added.a &&
+           std::equal(arguments.begin(), arguments.end(), call_arguments_.begin() + node.b);
+  };
+  const NodeId call = table_.find_or_add_keyed(call_key(added), is_it);
+  if (call == nodes_.size()) {
+    nodes_.push_back(added);
+    ++n_calls_;
+  } else {
+    call_arguments_.resize(added.b);
+  }
+  std::vector<NodeId> results(callee->n_out);
+  for (std::size_t i = 0; i < results.size(); ++i) {
+    results[i] = intern({Op::Result, call, static_cast<NodeId>(i), kNoNode}, call);
+  }
+  return results;
+}
+
+Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const {
+  Graph copy;
+  // One more each, for what is left out: neither has to be asked about node by node.
+  const auto n = static_cast<NodeId>(nodes_.size());
+  copy.nodes_.resize(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)) + 1, Node{Op::Const});
+  image.assign(nodes_.size() + 1, kNoNode);
+  NodeId next = 0;
+  for (NodeId id = 0; id < n; ++id) {
+    const Node& node = nodes_[id];
+    const bool kept = keep[id];
+    if (is_table_op(node.op)) {
+      copy.nodes_[next] = {node.op, image[node.a], image[std::min(node.b, n)], image[std::min(node.c, n)]};
+    } else if (kept) {
+      copy.nodes_[next] = copy.structural_copy(*this, node, image);
+    }
+    image[id] = kept ? next : kNoNode;
+    next += kept;
+  }
+  image.pop_back();
+  copy.nodes_.pop_back();
+  return copy;
+}
+
+Node Graph::structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image) {
+  switch (node.op) {
+    case Op::Call:
+      return copy_call(source, node, image);
+    case Op::Const:
+      constants_.push_back(source.constants_[node.a]);
+      return {Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode};
+    case Op::Result:
+      return {Op::Result, image[node.a], node.b, kNoNode};
+    default:
+      return node;
+  }
+}
+
+Node Graph::copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image) {
+  const auto& callee = source.callees_[node.a];
+  const auto first = static_cast<NodeId>(call_arguments_.size());
+  for (std::size_t i = 0; i < callee->n_in; ++i) {
+    call_arguments_.push_back(image[source.call_arguments_[node.b + i]]);
+  }
+  return {Op::Call, place_of(callee), first, n_calls_++};
+}
+
+void Graph::clear() {
+  nodes_.clear();
+  table_.clear();
+  constants_.clear();
+  zero_ = kNoNode;
+  callees_.clear();
+  call_arguments_.clear();
+  callee_places_.clear();
+  n_calls_ = 0;
+}
+
+std::size_t call_arity(const Graph& graph, NodeId call) { return graph.callees()[graph[call].a]->n_in; }
+
+std::size_t Graph::bytes() const {
+  return nodes_.capacity() * sizeof(Node) + table_.bytes() + constants_.capacity() * sizeof(double) +
+         call_arguments_.capacity() * sizeof(NodeId);
+}
+
+}  // namespace dyntape

@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The tape is the graph: an append-only array of small nodes whose index order is a topological order.
+//
+//   Graph g;
+//   NodeId x = g.input(Block::kVariables, 0);
+//   NodeId y = g.make(Op::Mul, g.make(Op::Sin, x), g.constant(2.0));     // 2 sin(x)
+//   g.make(Op::Mul, g.constant(2.0), g.make(Op::Sin, x)) == y            // hash-consed: nothing is added
+//
+// Every sweep over it is a `for` loop, forwards or backwards: an argument always precedes its user.  make()
+// simplifies as it builds, with rewrites that are exact for finite values up to the sign of zero; a
+// *constant* zero or one is structural (x * 0 is 0, as in CppAD), an input that happens to be zero never
+// folds.  Only who asks for the sign of a zero can tell the difference: copysign(1, y), atan2(y, -1), 1 / y.
+//
+// The rewrites that move it, each where what it makes is zero:
+//   x + 0, 0 + x, x - (-0)      -> x           -0 stays -0
+//   0 - x                       -> -x          -0 for 0
+//   0 * x, 0 / x                -> 0           whatever the sign of x is
+//   -(x - y)                    -> y - x       0 for -0 where x = y
+//   (-x) + (-y), (-x) - y       -> -(x + y)    -0 for 0 where x = -y
+//   -(x y + z) rounded once     -> -x y - z    0 for -0 where x y = -z; so with the signs of the product and of z
+//   fma(x, y, 0), fma(0, y, z)  -> x y, z      as for sums and products; 0 - x y -> -(x y) likewise
+//   azmul(0, y)                 -> 0           as a product
+//   sign(-x)                    -> -sign(x)    -0 for 0 at zero
+//
+// The sign of a NaN is nobody's: which of two NaN goes on is the compiler's choice, and copysign(1, NaN) may be either.
+//
+// To add an operator: one row in ops.def.  Nodes are made by record() (record.h) and by the derivation
+// (derive.h); graphs are read by the interpreter (interpret.h) and the C printer (codegen/print/print_c.h).
+#pragma once
+
+#include <algorithm>
+#include <bit>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <unordered_map>
+#include <vector>
+
+#include <dyntape/autodiff/graph/node_table.h>
+#include <dyntape/autodiff/graph/op.h>
+
+namespace dyntape {
+
+// The named blocks of inputs.  Derivatives are taken with respect to variables; parameters are values that
+// change between evaluations and are never differentiated; weights are what a derived function takes besides
+// (adjoint weights of vjp and Hessian, directions of jvp).
+enum class Block : std::uint8_t { kVariables, kParameters, kWeights };
+inline constexpr int kBlocks = 3;
+
+struct Node {
+  Op op;
+  NodeId a = kNoNode, b = kNoNode, c = kNoNode;  // arguments, or as Op says for the structural kinds
+
+  NodeId argument(int i) const { return i == 0 ? a : i == 1 ? b : c; }
+  bool operator==(const Node&) const = default;
+};
+
+struct Callee;  // callee.h: what a Call node calls
+
+class Graph {
+ public:
+  // --- building: each returns the node that has this value, old or new ---
+  NodeId constant(double value);
+  NodeId input(Block block, std::uint32_t index);
+  NodeId make(Op op, NodeId a, NodeId b = kNoNode, NodeId c = kNoNode);
+  // make() for + - * / where no law applies: of plain arguments, which are neither constants nor negations.
+  NodeId make_plain(Op op, NodeId a, NodeId b);
+  static constexpr bool is_arithmetic(Op op) {
+    return op == Op::Add || op == Op::Sub || op == Op::Mul || op == Op::Div;
+  }
+  bool is_plain(NodeId id) const { return nodes_[id].op != Op::Const && nodes_[id].op != Op::Neg; }
+  // Results of one call of a recorded function or kernel, (callee->n_out) nodes.
+  std::vector<NodeId> call(const std::shared_ptr<const Callee>& callee, const std::vector<NodeId>& arguments);
+
+  // --- reading ---
+  std::size_t size() const { return nodes_.size(); }
+  const Node& operator[](NodeId id) const { return nodes_[id]; }
+  const std::vector<Node>& nodes() const { return nodes_; }
+  const std::vector<double>& constants() const { return constants_; }
+  const std::vector<std::shared_ptr<const Callee>>& callees() const { return callees_; }
+  const std::vector<NodeId>& call_arguments() const { return call_arguments_; }
+
+  bool is_constant(NodeId id) const { return nodes_[id].op == Op::Const; }
+  double constant_value(NodeId id) const { return constants_[nodes_[id].a]; }
+  bool is_constant(NodeId id, double value) const { return is_constant(id) && constant_value(id) == value; }
+
+  // Visits the arguments of a node, whatever its kind.
+  template <class Visit>
+  void for_each_argument(NodeId id, Visit&& visit) const;
+
+  // A copy of the nodes that `keep` marks (one flag a node; arguments of marked nodes are marked), in the
+  // same order; image[id] is the copy of id, or kNoNode.
+  Graph extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const;
+
+  // Memory held, in bytes.
+  std::size_t bytes() const;
+  // Empties it and keeps the memory, for what is built next.
+  void clear();
+
+ private:
+  static std::uint64_t key(const Node& node);
+  NodeId intern(const Node& node, NodeId newest_argument);
+  NodeId intern_without_arguments(const Node& node);
+  std::uint64_t call_key(const Node& call) const;
+  NodeId place_of(const std::shared_ptr<const Callee>& callee);  // in callees_, to which it is added
+  void make_ready();                                             // to be added to
+  void index_nodes();                                            // enters all nodes into the table
+  [[noreturn]] static void refuse_more();
+  // A node of another graph, as the next node of this one.
+  Node structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image);
+  Node copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image);
+  NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
+  NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
+  NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
+  NodeId negated_fused(Node node);
+  NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
+  NodeId integer_power(NodeId base, int exponent);
+  NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
+
+  std::vector<Node> nodes_;
+  NodeTable table_;  // empty until a node is added: a graph that is only read has none
+  std::vector<double> constants_;
+  NodeId zero_ = kNoNode;  // once it is there, most look-ups of constants are for it
+  std::vector<std::shared_ptr<const Callee>> callees_;
+  std::unordered_map<const Callee*, NodeId> callee_places_;  // in callees_
+  std::vector<NodeId> call_arguments_;
+  NodeId n_calls_ = 0;
+};
+
+// Number of arguments of a Call node.
+std::size_t call_arity(const Graph& graph, NodeId call);
+
+// What changes from node to node most often, the older argument or an input's index, comes last (KeyTable).
+inline std::uint64_t Graph::key(const Node& node) {
+  const bool is_input = node.op == Op::Input;
+  const NodeId last = is_input ? node.b : node.a, other = is_input ? node.a : node.b;
+  const std::uint64_t rest =
+      (std::uint64_t(node.c) << 32 | other) * 0x9e3779b97f4a7c15u + std::uint64_t(node.op);
+  return (rest ^ rest >> 32) << 32 | last;
+}
+
+inline void Graph::make_ready() {
+  if (table_.size() != nodes_.size()) index_nodes();
+  if (nodes_.size() >= kNoNode - 1) refuse_more();
+}
+
+inline NodeId Graph::constant(double value) {
+  const auto bits = std::bit_cast<std::uint64_t>(value);
+  if (bits == 0 && zero_ != kNoNode) return zero_;
+  make_ready();
+  const NodeId id = table_.find_or_add_constant(
+      bits, [&](NodeId other) { return std::bit_cast<std::uint64_t>(constant_value(other)) == bits; });
+  if (bits == 0) zero_ = id;
+  if (id == nodes_.size()) {
+    nodes_.push_back({Op::Const, static_cast<NodeId>(constants_.size()), kNoNode, kNoNode});
+    constants_.push_back(value);
+  }
+  return id;
+}
+
+inline NodeId Graph::intern(const Node& node, NodeId newest_argument) {
+  make_ready();
+  const NodeId id = table_.find_or_add(
+      newest_argument, [&](NodeId other) { return nodes_[other] == node; }, [&] { return key(node); });
+  if (id == nodes_.size()) nodes_.push_back(node);
+  return id;
+}
+
+inline NodeId Graph::make_plain(Op op, NodeId a, NodeId b) {
+  // One canonical order makes a + b and b + a the same node.
+  const bool swap = b < a && (op == Op::Add || op == Op::Mul);
+  return intern({op, swap ? b : a, swap ? a : b, kNoNode}, std::max(a, b));
+}
+
+template <class Visit>
+void Graph::for_each_argument(NodeId id, Visit&& visit) const {
+  const Node& node = nodes_[id];
+  if (node.op == Op::Call) {
+    for (std::size_t i = 0, n = call_arity(*this, id); i < n; ++i) visit(call_arguments_[node.b + i]);
+  } else if (node.op == Op::Result) {
+    visit(node.a);
+  } else {
+    for (int i = 0; i < info(node.op).arity; ++i) visit(node.argument(i));
+  }
+}
+
+}  // namespace dyntape

@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/record/record.h>
+
+#include <atomic>
+#include <ostream>
+#include <random>
+#include <unordered_set>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+
+namespace dyntape {
+namespace {
+
+// The recording that this thread is in the middle of.
+struct Recording {
+  std::string name, place;  // ", begun at spring.cpp:12"
+  std::uint32_t serial;
+  RecordOptions::Branches branches;
+  Graph graph;
+  std::vector<Guard> guards;
+  std::unordered_set<NodeId> guarded;  // their conditions
+};
+
+constinit thread_local Recording* current = nullptr;
+
+// Memory of this thread's last recording, for the next one; much is given back.
+thread_local Graph spare;
+constexpr std::size_t kSpareBytes = std::size_t{1} << 24;
+
+// Serial numbers begin at random, so that two copies of this library in one process do not take each other's
+// values for their own.
+std::uint32_t next_serial() {
+  static std::atomic<std::uint32_t> next{std::random_device{}()};
+  return next++;
+}
+
+// Makes a recording the current one for as long as it lives: it closes however the scope is left.
+class Scope {
+ public:
+  explicit Scope(Recording& recording) : recording_(recording) {
+    if (current) {
+      throw RecordingError("record(\"" + recording.name + "\"): this thread is already recording \"" +
+                           current->name + "\"" + current->place);
+    }
+    current = &recording_;
+    std::swap(recording_.graph, spare);
+  }
+  ~Scope() {
+    current = nullptr;
+    if (recording_.graph.bytes() > kSpareBytes) return;
+    recording_.graph.clear();
+    std::swap(recording_.graph, spare);
+  }
+  Scope(const Scope&) = delete;
+  Scope& operator=(const Scope&) = delete;
+
+ private:
+  Recording& recording_;
+};
+
+[[noreturn, gnu::cold]] void refuse() {
+  if (!current) throw RecordingError("a recorded value is used after its recording has ended");
+  throw RecordingError("a value of another recording is used while \"" + current->name + "\" is recorded" +
+                       current->place +
+                       ": values do not outlive their recording; use its value() or pass it as a parameter");
+}
+
+// The current recording, which values that depend on inputs must be of.
+template <class... Values>
+Recording& recording_of(const Values&... values) {
+  Recording* recording = current;
+  if (!recording || !((!values.is_recorded() || values.tape() == recording->serial) && ...)) refuse();
+  return *recording;
+}
+
+NodeId node(Recording& recording, const AD& a) {
+  if (!a.is_recorded()) return recording.graph.constant(a.value());
+  recording_of(a);
+  return a.id();
+}
+
+AD result(Recording& recording, NodeId id, double value) {
+  // What folded to a constant is one: comparisons of it need no guard.
+  if (recording.graph.is_constant(id)) return recording.graph.constant_value(id);
+  return {value, id, recording.serial};
+}
+
+std::vector<double> recording_point(const std::vector<double>& given, std::size_t n, const std::string& what,
+                                    double offset) {
+  if (!given.empty() && given.size() != n) {
+    throw ArgumentError("record: the recording point has " + std::to_string(given.size()) + " " + what +
+                        ", the function has " + std::to_string(n));
+  }
+  if (!given.empty()) return given;
+  std::vector<double> point(n);
+  for (std::size_t i = 0; i < n; ++i) {  // the fractional parts of multiples of the golden ratio
+    const double t = (static_cast<double>(i) + offset) * 0.6180339887498949;
+    point[i] = 0.3 + 0.8 * (t - std::floor(t));
+  }
+  return point;
+}
+
+}  // namespace
+
+namespace detail {
+
+template <Op op>
+AD apply(AD a) {
+  const double value = evaluate<op>(a.value(), 0.0, 0.0);
+  if (!a.is_recorded()) return value;
+  Recording& r = recording_of(a);
+  return result(r, r.graph.make(op, a.id()), value);
+}
+
+// Each of the three that follow is out of line: most operations are done before they need its registers.
+template <Op op>
+[[gnu::noinline]] AD apply_by_laws(AD a, AD b) {
+  Recording& r = recording_of(a, b);
+  const NodeId x = node(r, a), y = node(r, b);
+  return result(r, r.graph.make(op, x, y), evaluate<op>(a.value(), b.value(), 0.0));
+}
+
+template <Op op>
+[[gnu::noinline]] AD apply_to_nodes(AD a, AD b) {
+  Recording& r = recording_of(a, b);
+  if (!r.graph.is_plain(a.id()) || !r.graph.is_plain(b.id())) return apply_by_laws<op>(a, b);
+  return {evaluate<op>(a.value(), b.value(), 0.0), r.graph.make_plain(op, a.id(), b.id()), r.serial};
+}
+
+// One argument is a constant.  Zeros and ones, most of the constants of a robot, are looked at before the graph
+// is asked; like others they have their place in it.
+template <Op op, bool left>
+[[gnu::noinline]] AD apply_to_constant(AD a, AD b) {
+  constexpr std::uint32_t laws = info(op).laws;
+  const double value = evaluate<op>(a.value(), b.value(), 0.0), c = left ? a.value() : b.value();
+  const AD x = left ? b : a;
+  Recording& r = recording_of(x);
+  const NodeId constant = r.graph.constant(c);
+  if (c == 0) {
+    if (laws & (left ? kAbsorbLeft : kAbsorbRight)) return r.graph.constant(0), 0.0;
+    if (laws & (left ? kZeroLeft : kZeroRight)) return {value, x.id(), r.serial};
+  }
+  if (c == 1 && laws & (left ? kOneLeft : kOneRight)) return {value, x.id(), r.serial};
+  // The others have laws with signs (0 - x, -1 * x, x / -1) and as divisors.
+  if (c == 0 || c == -1 || (op == Op::Div && !left) || !r.graph.is_plain(x.id())) {
+    return apply_by_laws<op>(a, b);
+  }
+  const NodeId id =
+      left ? r.graph.make_plain(op, constant, x.id()) : r.graph.make_plain(op, x.id(), constant);
+  return {value, id, r.serial};
+}
+
+template <Op op>
+AD apply(AD a, AD b) {
+  if (!a.is_recorded() && !b.is_recorded()) return evaluate<op>(a.value(), b.value(), 0.0);
+  if constexpr (Graph::is_arithmetic(op)) {
+    if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
+    if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
+    return apply_to_nodes<op>(a, b);
+  } else {
+    return apply_by_laws<op>(a, b);
+  }
+}
+
+template <Op op>
+AD apply(AD a, AD b, AD c) {
+  const double value = evaluate<op>(a.value(), b.value(), c.value());
+  if (!a.is_recorded() && !b.is_recorded() && !c.is_recorded()) return value;
+  Recording& r = recording_of(a, b, c);
+  const NodeId x = node(r, a), y = node(r, b), z = node(r, c);
+  return result(r, r.graph.make(op, x, y, z), value);
+}
+
+#define OP(name, fn, n, ...) DYNTAPE_APPLY_##n(name)
+#define FN OP
+#define DYNTAPE_APPLY_1(name) template AD apply<Op::name>(AD);
+#define DYNTAPE_APPLY_2(name) template AD apply<Op::name>(AD, AD);
+#define DYNTAPE_APPLY_3(name) template AD apply<Op::name>(AD, AD, AD);
+#include <dyntape/autodiff/graph/ops.def>
+#undef OP
+#undef FN
+#undef DYNTAPE_APPLY_1
+#undef DYNTAPE_APPLY_2
+#undef DYNTAPE_APPLY_3
+
+}  // namespace detail
+
+Condition::operator bool() const {
+  const bool taken = truth_.value() != 0;
+  if (!truth_.is_recorded()) return taken;
+  Recording& r = recording_of(truth_);
+  if (r.branches == RecordOptions::Branches::kError) {
+    throw RecordingError(std::string(file_) + ":" + std::to_string(line_) + ": \"" + r.name +
+                         "\" branches on a recorded value; use select(condition, a, b)");
+  }
+  if (r.guarded.insert(truth_.id()).second) r.guards.push_back({truth_.id(), taken, file_, line_});
+  return taken;
+}
+
+std::ostream& operator<<(std::ostream& out, const AD& a) { return out << a.value(); }
+
+Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
+                const std::function<VectorXad(const VectorXad&, const VectorXad&)>& f,
+                const RecordOptions& options, const char* file, int line) {
+  const auto check_names = [&](const std::vector<std::string>& names, std::size_t n, const char* what) {
+    if (!names.empty() && names.size() != n) {
+      throw ArgumentError("record(\"" + name + "\"): " + std::to_string(names.size()) + " names for " +
+                          std::to_string(n) + " " + what);
+    }
+  };
+  check_names(options.variable_names, n_x, "variables");
+  check_names(options.parameter_names, n_p, "parameters");
+
+  const std::string place = file ? ", begun at " + std::string(file) + ":" + std::to_string(line) : "";
+  Recording recording{name, place, next_serial(), options.branches, {}, {}, {}};
+  const std::vector<double> x0 = recording_point(options.variables, n_x, "variables", 1);
+  const std::vector<double> p0 = recording_point(options.parameters, n_p, "parameters", 1.5);
+  const auto make_inputs = [&](Block block, const std::vector<double>& values) {
+    VectorXad inputs(static_cast<Eigen::Index>(values.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto index = static_cast<std::uint32_t>(i);
+      inputs[static_cast<Eigen::Index>(i)] =
+          AD(values[i], recording.graph.input(block, index), recording.serial);
+    }
+    return inputs;
+  };
+
+  const Scope scope(recording);
+  std::vector<NodeId> outputs;
+  const VectorXad x = make_inputs(Block::kVariables, x0), p = make_inputs(Block::kParameters, p0);
+  const VectorXad y = f(x, p);
+  outputs.reserve(static_cast<std::size_t>(y.size()));
+  for (const AD& entry : y) outputs.push_back(node(recording, entry));
+  check_names(options.output_names, outputs.size(), "outputs");
+  Function function = live_part(recording.graph, outputs, recording.guards);
+  function.name = name;
+  function.inputs = {n_x, n_p, 0};
+  function.input_names = {options.variable_names, options.parameter_names, {}};
+  function.output_names = options.output_names;
+  return function;
+}
+
+Function record(const std::string& name, std::size_t n_x, const std::function<VectorXad(const VectorXad&)>& f,
+                const RecordOptions& options, const char* file, int line) {
+  return record(
+      name, n_x, 0, [&f](const VectorXad& x, const VectorXad&) { return f(x); }, options, file, line);
+}
+
+VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arguments) {
+  std::vector<double> in, out(callee->n_out);
+  bool recorded = false;
+  for (const AD& a : arguments) {
+    in.push_back(a.value());
+    recorded = recorded || a.is_recorded();
+  }
+  if (in.size() != callee->n_in) {
+    throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(in.size()) +
+                        " arguments, expected " + std::to_string(callee->n_in));
+  }
+  if (!callee->evaluate) {
+    throw ArgumentError("call of \"" + callee->name +
+                        "\": it has no `evaluate`; recorded_callee() makes a callee of a recorded function");
+  }
+  evaluate(*callee, in.data(), out.data());
+  VectorXad results(static_cast<Eigen::Index>(out.size()));
+  for (std::size_t i = 0; i < out.size(); ++i) results[static_cast<Eigen::Index>(i)] = out[i];
+  if (!recorded) return results;
+
+  if (!current)
+    throw RecordingError("call of \"" + callee->name + "\": a recorded value is used after its recording");
+  std::vector<NodeId> ids;
+  for (const AD& a : arguments) ids.push_back(node(*current, a));
+  const std::vector<NodeId> nodes = current->graph.call(callee, ids);
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    results[static_cast<Eigen::Index>(i)] = AD(out[i], nodes[i], current->serial);
+  }
+  return results;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,168 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The recording scalar: computes like a double and writes down what it does.
+//
+//   AD f(AD x) { return sin(x) * 2.0 + select(x < 0.0, -x, x); }
+//
+// Inside record() (record.h) an AD that depends on an input is a node of the tape; everything else is a
+// constant. All of <cmath> in ops.def works by argument-dependent lookup, with Eigen through eigen.h.
+//
+// Comparisons give a Condition.  select(condition, a, b) records both branches and is right everywhere.  Used
+// as a bool (`if (x < y)`, as Eigen's factorisations do), a Condition takes the branch of the recording point
+// and records a guard: evaluations that leave this branch report the file and line of the comparison.  In
+// code of your own, prefer select.
+//
+// Classic mistakes, all reported: an AD kept from an earlier recording is used in a new one (RecordingError);
+// a value computed *before* record() is a constant, not a variable.
+#pragma once
+
+#include <iosfwd>
+#include <type_traits>
+
+#include <dyntape/autodiff/graph/graph.h>
+
+namespace dyntape {
+
+class AD {
+ public:
+  AD() = default;
+  AD(double value) : value_(value) {}  // NOLINT: the one implicit constructor; int and float come through it
+
+  // The value at the recording point.
+  double value() const { return value_; }
+  // Whether it depends on an input of the current recording; otherwise it is a constant.
+  bool is_recorded() const { return id_ != kNoNode; }
+  NodeId id() const { return id_; }
+  std::uint32_t tape() const { return tape_; }
+
+  AD& operator+=(const AD& other);
+  AD& operator-=(const AD& other);
+  AD& operator*=(const AD& other);
+  AD& operator/=(const AD& other);
+
+  // For the recording machinery.
+  AD(double value, NodeId id, std::uint32_t tape) : value_(value), id_(id), tape_(tape) {}
+
+ private:
+  double value_ = 0;
+  NodeId id_ = kNoNode;
+  std::uint32_t tape_ = 0;  // serial number of the recording that made the node
+};
+
+namespace detail {
+// A function an operator (record.cpp), and arguments by value: two registers each.
+template <Op op>
+AD apply(AD a);
+template <Op op>
+AD apply(AD a, AD b);
+template <Op op>
+AD apply(AD a, AD b, AD c);
+}  // namespace detail
+
+// Comparisons are spelt with operators that know their place (below), not through the table's functions.
+#define OP(name, fn, n, ...) DYNTAPE_AD_##n(name, fn)
+#define FN OP
+#define DYNTAPE_AD_1(name, fn) \
+  inline AD fn(const AD& a) { return detail::apply<Op::name>(a); }
+#define DYNTAPE_AD_2(name, fn) \
+  inline AD fn(const AD& a, const AD& b) { return detail::apply<Op::name>(a, b); }
+#define DYNTAPE_AD_3(name, fn) \
+  inline AD fn(const AD& a, const AD& b, const AD& c) { return detail::apply<Op::name>(a, b, c); }
+#include <dyntape/autodiff/graph/ops.def>
+#undef OP
+#undef FN
+#undef DYNTAPE_AD_1
+#undef DYNTAPE_AD_2
+#undef DYNTAPE_AD_3
+
+inline AD operator+(const AD& a) { return a; }
+inline AD& AD::operator+=(const AD& other) { return *this = *this + other; }
+inline AD& AD::operator-=(const AD& other) { return *this = *this - other; }
+inline AD& AD::operator*=(const AD& other) { return *this = *this * other; }
+inline AD& AD::operator/=(const AD& other) { return *this = *this / other; }
+
+inline AD fabs(const AD& a) { return abs(a); }
+
+// The outcome of a comparison, and where it stands in the source.
+class Condition {
+ public:
+  Condition(const AD& truth, const char* file, int line) : truth_(truth), file_(file), line_(line) {}
+
+  // Takes the branch of the recording point and records the guard.
+  operator bool() const;  // NOLINT: `if (x < y)` in templated code must compile
+
+  const AD& truth() const { return truth_; }  // 0 or 1
+  const char* file() const { return file_; }
+  int line() const { return line_; }
+
+ private:
+  AD truth_;
+  const char* file_;
+  int line_;
+};
+
+// An operand of a comparison, with the place of the comparison: the default arguments are evaluated there.
+struct Located {
+  AD value;
+  const char* file;
+  int line;
+  Located(const AD& v, const char* f = __builtin_FILE(), int l = __builtin_LINE())
+      : value(v), file(f), line(l) {}
+  template <class Number>
+  requires std::is_arithmetic_v<Number> Located(Number v, const char* f = __builtin_FILE(),
+                                                int l = __builtin_LINE())
+      : value(static_cast<double>(v)), file(f), line(l) {}
+};
+
+inline Condition operator<(const Located& a, const Located& b) {
+  return {less(a.value, b.value), a.file, a.line};
+}
+inline Condition operator>(const Located& a, const Located& b) {
+  return {less(b.value, a.value), a.file, a.line};
+}
+inline Condition operator<=(const Located& a, const Located& b) {
+  return {less_equal(a.value, b.value), a.file, a.line};
+}
+inline Condition operator>=(const Located& a, const Located& b) {
+  return {less_equal(b.value, a.value), a.file, a.line};
+}
+inline Condition operator==(const Located& a, const Located& b) {
+  return {equal(a.value, b.value), a.file, a.line};
+}
+inline Condition operator!=(const Located& a, const Located& b) {
+  return {not_equal(a.value, b.value), a.file, a.line};
+}
+
+// Both branches are recorded; the derivative of the one not taken contributes exactly zero.
+inline AD select(const Condition& condition, const AD& a, const AD& b) {
+  return select(condition.truth(), a, b);
+}
+inline AD select(bool condition, const AD& a, const AD& b) { return condition ? a : b; }
+
+// Both sides of a conjunction of Conditions are recorded.  With a plain bool the language's own && and || are
+// meant, which do not evaluate what they need not, and the Condition becomes a bool, with its guard:
+//
+//   if (limit && x[0] > limit->upper)                    as it looks; a guard where there is a limit
+//   flag ? select(x[0] > 0, a, b) : b                    the way to write select(flag && x[0] > 0, a, b) without
+inline Condition operator!(const Condition& c) {
+  return {select(c.truth(), AD(0), AD(1)), c.file(), c.line()};
+}
+inline Condition operator&&(const Condition& a, const Condition& b) {
+  return {select(a.truth(), b.truth(), AD(0)), a.file(), a.line()};
+}
+inline Condition operator||(const Condition& a, const Condition& b) {
+  return {select(a.truth(), AD(1), b.truth()), a.file(), a.line()};
+}
+
+// As in C: the other argument where one is a NaN.
+inline AD fmin(const AD& a, const AD& b) { return select(a == a, select(b == b, min(a, b), a), b); }
+inline AD fmax(const AD& a, const AD& b) { return select(a == a, select(b == b, max(a, b), a), b); }
+
+// Predicates of the value at the recording point; they do not branch on the tape (Eigen asks them).
+inline bool isnan(const AD& a) { return std::isnan(a.value()); }
+inline bool isinf(const AD& a) { return std::isinf(a.value()); }
+inline bool isfinite(const AD& a) { return std::isfinite(a.value()); }
+
+std::ostream& operator<<(std::ostream& out, const AD& a);
+
+}  // namespace dyntape

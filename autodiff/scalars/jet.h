@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Dual numbers: a value and its tangents in N directions, carried along by the rules of ops.def.
+//
+//   using Dual = Jet<double, 1>;
+//   Dual x = Dual::variable(0.5, 0);                 // dx/dx = 1
+//   Dual y = sin(x) * sin(x) + cos(x);
+//   y.value(), y.tangent(0);                         // f and f'
+//
+// Forward mode without a tape: a template runs on jets as it does on numbers, and N columns of a Jacobian come
+// out of one run.  Values have the bits of a run on T, and a tangent does not depend on N or on the other
+// directions.  T is a float, also of 113 bits, or another jet: Jet<Jet<double, 1>, 1> has second derivatives.
+//
+// Comparisons compare values and give plain bools, so a branch is the branch of the value.  Constants have
+// tangents zero; at the kinks and ends of functions the conventions of ops.def hold.
+#pragma once
+
+#include <array>
+#include <concepts>
+
+#include <dyntape/autodiff/graph/op.h>
+
+namespace dyntape {
+
+template <class T, int N>
+class Jet {
+ public:
+  Jet() : Jet(T(0)) {}
+  // A constant.
+  template <class Number>
+  requires std::convertible_to<Number, T> Jet(const Number& value)  // NOLINT: constants mix with jets
+      : value_(value) {
+    tangents_.fill(T(0));
+  }
+  // The independent variable of the given direction.
+  static Jet variable(const T& value, int direction) {
+    Jet x(value);
+    x.tangents_[direction] = T(1);
+    return x;
+  }
+
+  const T& value() const { return value_; }
+  const T& tangent(int direction) const { return tangents_[direction]; }
+  T& tangent(int direction) { return tangents_[direction]; }
+
+  Jet& operator+=(const Jet& b) { return *this = *this + b; }
+  Jet& operator-=(const Jet& b) { return *this = *this - b; }
+  Jet& operator*=(const Jet& b) { return *this = *this * b; }
+  Jet& operator/=(const Jet& b) { return *this = *this / b; }
+  friend Jet operator+(const Jet& a) { return a; }
+
+// Every function of the table.
+#define OP(name, fn, n, ...) DYNTAPE_JET_##n(name, fn)
+#define FN OP
+#define DYNTAPE_JET_1(name, fn) \
+  friend Jet fn(const Jet& a) { return apply<Op::name>(a); }
+#define DYNTAPE_JET_2(name, fn) \
+  friend Jet fn(const Jet& a, const Jet& b) { return apply<Op::name>(a, b); }
+#define DYNTAPE_JET_3(name, fn) \
+  friend Jet fn(const Jet& a, const Jet& b, const Jet& c) { return apply<Op::name>(a, b, c); }
+#include <dyntape/autodiff/graph/ops.def>
+#undef OP
+#undef FN
+#undef DYNTAPE_JET_1
+#undef DYNTAPE_JET_2
+#undef DYNTAPE_JET_3
+
+  friend Jet select(bool condition, const Jet& a, const Jet& b) { return condition ? a : b; }
+  friend Jet fabs(const Jet& a) { return abs(a); }
+
+  friend bool operator<(const Jet& a, const Jet& b) { return a.value_ < b.value_; }
+  friend bool operator<=(const Jet& a, const Jet& b) { return a.value_ <= b.value_; }
+  friend bool operator>(const Jet& a, const Jet& b) { return a.value_ > b.value_; }
+  friend bool operator>=(const Jet& a, const Jet& b) { return a.value_ >= b.value_; }
+  friend bool operator==(const Jet& a, const Jet& b) { return a.value_ == b.value_; }
+  friend bool operator!=(const Jet& a, const Jet& b) { return a.value_ != b.value_; }
+
+ private:
+  // What a tangent becomes on its way through each argument that has a slope, added up.
+  template <Op op, class... Arguments>
+  static Jet apply(const Arguments&... arguments) {
+    const Jet* a[3] = {&arguments...};
+    const T zero(0);
+    const T &x = a[0]->value_, &y = a[1] ? a[1]->value_ : zero, &z = a[2] ? a[2]->value_ : zero;
+    Jet r(evaluate(op, x, y, z));
+    for (int k = 0; k < N; ++k) {
+      bool first = true;
+      for (int argument = 0; argument < info(op).arity; ++argument) {
+        if (!has_slope(op, argument)) continue;
+        const T through = slope(op, argument, x, y, z, r.value_, a[argument]->tangents_[k]);
+        r.tangents_[k] = first ? through : r.tangents_[k] + through;
+        first = false;
+      }
+    }
+    return r;
+  }
+
+  T value_;
+  std::array<T, N> tangents_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,271 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A pack of lanes: N numbers that go through the same operations side by side, in one vector register.
+//
+//   Pack8 x = Pack8::load(angles);                       // eight states at once
+//   Pack8 y = select(x < 0.0, -x, x) * sin(x);           // a decision is a selection, lane by lane
+//   y.store(results);
+//
+// A template of dynamics/ that runs on double runs on packs (pack_eigen.h makes them a scalar of Eigen) and
+// evaluates N states for little more than the price of one, without generating anything.
+//
+// Bits.  Every lane computes what Pack<double, 1> computes, whatever N is and whatever the other lanes hold:
+// arithmetic and sqrt are IEEE's, nothing is contracted, and the elementary functions are SLEEF's
+// deterministic ones (pack_functions.cpp; 1 ulp), which differ from the C library's in the last bit now and
+// then.  A NaN stays in its lane.
+//
+// Comparisons give a Mask, which does not convert to bool: `if (x < y)` does not compile, for lanes may
+// disagree.  any(mask) and all(mask) ask.
+//
+// Storage.  A pack is aligned to its size; C++17's new and std::vector keep to that.  N is 1, 2, 4 or 8; a
+// processor whose registers are shorter takes several of them.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+#include <dyntape/autodiff/evaluate/portable.h>
+#include <dyntape/autodiff/processor.h>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace dyntape {
+namespace detail {
+template <class Entry, int N>
+struct Lanes {
+  using Type [[gnu::vector_size(sizeof(Entry) * N)]] = Entry;
+};
+}  // namespace detail
+
+inline namespace DYNTAPE_VECTORS {
+
+template <class Real, int N>
+class Pack;
+
+// The outcome of a comparison, a truth value a lane.
+template <int N>
+class Mask {
+ public:
+  using Bits = typename detail::Lanes<std::int64_t, N>::Type;  // 0 or -1
+
+  Mask() = default;
+  explicit Mask(const Bits& bits) : bits_(bits) {}
+  explicit Mask(bool everywhere) : bits_(Bits{} - std::int64_t{everywhere}) {}
+  template <class Other>
+  Mask(Other) = delete;  // NOLINT: not from numbers
+
+  const Bits& bits() const { return bits_; }
+  bool operator[](int lane) const { return bits_[lane] != 0; }
+
+  friend Mask operator!(const Mask& a) { return Mask(Bits(~a.bits_)); }
+  friend Mask operator&&(const Mask& a, const Mask& b) { return Mask(Bits(a.bits_ & b.bits_)); }
+  friend Mask operator||(const Mask& a, const Mask& b) { return Mask(Bits(a.bits_ | b.bits_)); }
+  friend Mask operator&&(const Mask& a, bool b) { return a && Mask(b); }
+  friend Mask operator||(const Mask& a, bool b) { return a || Mask(b); }
+  friend Mask operator&&(bool a, const Mask& b) { return Mask(a) && b; }
+  friend Mask operator||(bool a, const Mask& b) { return Mask(a) || b; }
+
+  friend bool any(const Mask& a) {
+    for (int i = 0; i < N; ++i) {
+      if (a[i]) return true;
+    }
+    return false;
+  }
+  friend bool all(const Mask& a) { return !any(!a); }
+
+ private:
+  Bits bits_;
+};
+
+template <int N>
+class Pack<double, N> {
+ public:
+  static_assert(N == 1 || N == 2 || N == 4 || N == 8, "a pack has 1, 2, 4 or 8 lanes");
+  static constexpr int kLanes = N;
+  using Vector = typename detail::Lanes<double, N>::Type;
+  using Truth = dyntape::Mask<N>;
+
+  Pack() = default;
+  Pack(double everywhere) : v_(everywhere - Vector{}) {}  // NOLINT: constants mix with packs; -0 stays -0
+  explicit Pack(const Vector& v) : v_(v) {}
+
+  // N neighbouring numbers, of any alignment.
+  static Pack load(const double* x) {
+    Pack p;
+    std::memcpy(&p.v_, x, sizeof p.v_);
+    return p;
+  }
+  void store(double* x) const { std::memcpy(x, &v_, sizeof v_); }
+
+  const Vector& vector() const { return v_; }
+  double operator[](int lane) const { return v_[lane]; }
+  void set(int lane, double x) { v_[lane] = x; }
+
+  Pack& operator+=(const Pack& b) { return v_ += b.v_, *this; }
+  Pack& operator-=(const Pack& b) { return v_ -= b.v_, *this; }
+  Pack& operator*=(const Pack& b) { return v_ *= b.v_, *this; }
+  Pack& operator/=(const Pack& b) { return v_ /= b.v_, *this; }
+
+  friend Pack operator+(const Pack& a, const Pack& b) { return Pack(Vector(a.v_ + b.v_)); }
+  friend Pack operator-(const Pack& a, const Pack& b) { return Pack(Vector(a.v_ - b.v_)); }
+  friend Pack operator*(const Pack& a, const Pack& b) { return Pack(Vector(a.v_ * b.v_)); }
+  friend Pack operator/(const Pack& a, const Pack& b) { return Pack(Vector(a.v_ / b.v_)); }
+  friend Pack operator-(const Pack& a) { return Pack(Vector(-a.v_)); }
+  friend Pack operator+(const Pack& a) { return a; }
+
+  friend Truth operator<(const Pack& a, const Pack& b) { return Truth(a.v_ < b.v_); }
+  friend Truth operator<=(const Pack& a, const Pack& b) { return Truth(a.v_ <= b.v_); }
+  friend Truth operator>(const Pack& a, const Pack& b) { return Truth(a.v_ > b.v_); }
+  friend Truth operator>=(const Pack& a, const Pack& b) { return Truth(a.v_ >= b.v_); }
+  friend Truth operator==(const Pack& a, const Pack& b) { return Truth(a.v_ == b.v_); }
+  friend Truth operator!=(const Pack& a, const Pack& b) { return Truth(a.v_ != b.v_); }
+
+  // a where the condition holds, else b; what the other holds there, a NaN say, does not matter.
+  friend Pack select(const Truth& condition, const Pack& a, const Pack& b) {
+    return Pack(Vector(condition.bits() ? a.v_ : b.v_));
+  }
+
+  // The names of ops.def that are not <cmath>'s.
+  friend Pack min(const Pack& a, const Pack& b) { return select(b < a, b, a); }
+  friend Pack max(const Pack& a, const Pack& b) { return select(a < b, b, a); }
+  friend Pack azmul(const Pack& a, const Pack& b) { return select(a == Pack(0), Pack(0), a * b); }
+  friend Pack fma(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(a, b, c); }
+  friend Pack fms(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(a, b, -c); }
+  friend Pack fnma(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(-a, b, c); }
+  friend Pack fnms(const Pack& a, const Pack& b, const Pack& c) { return multiplied_and_added(-a, b, -c); }
+  friend Pack sign(const Pack& a) {
+    return select(a > Pack(0), Pack(1), select(a < Pack(0), Pack(-1), Pack(0)));
+  }
+
+  friend Pack abs(const Pack& a) {
+    return Pack(reinterpret_cast<Vector>(reinterpret_cast<Bits>(a.v_) & kMagnitude));
+  }
+  friend Pack fabs(const Pack& a) { return abs(a); }
+  friend Pack copysign(const Pack& a, const Pack& b) {
+    return Pack(reinterpret_cast<Vector>((reinterpret_cast<Bits>(a.v_) & kMagnitude) |
+                                         (reinterpret_cast<Bits>(b.v_) & ~kMagnitude)));
+  }
+  friend Pack sqrt(const Pack& a) { return a.root(); }
+  friend Pack floor(const Pack& a) {
+    return a.each([](double x) { return std::floor(x); });
+  }
+  friend Pack ceil(const Pack& a) {
+    return a.each([](double x) { return std::ceil(x); });
+  }
+  friend Pack trunc(const Pack& a) {
+    return a.each([](double x) { return std::trunc(x); });
+  }
+  friend Pack round(const Pack& a) {
+    return a.each([](double x) { return std::round(x); });
+  }
+  friend Pack fmod(const Pack& a, const Pack& b) {
+    Pack r;
+    for (int i = 0; i < N; ++i) r.set(i, std::fmod(a[i], b[i]));
+    return r;
+  }
+
+ private:
+  using Bits = typename Truth::Bits;
+  static constexpr std::int64_t kMagnitude = std::numeric_limits<std::int64_t>::max();  // all but the sign
+
+  template <class F>
+  Pack each(F f) const {
+    Pack r;
+    for (int i = 0; i < N; ++i) r.set(i, f(v_[i]));
+    return r;
+  }
+
+  static Pack multiplied_and_added(const Pack& a, const Pack& b, const Pack& c) {
+#if defined(DYNTAPE_HAS_AVX512F)
+    if constexpr (N == 8) return Pack(_mm512_fmadd_pd(a.v_, b.v_, c.v_));
+#endif
+#if defined(DYNTAPE_HAS_FMA)
+    if constexpr (N == 4) return Pack(_mm256_fmadd_pd(a.v_, b.v_, c.v_));
+    if constexpr (N == 2) return Pack(_mm_fmadd_pd(a.v_, b.v_, c.v_));
+#endif
+    Pack r;
+    for (int i = 0; i < N; ++i) r.set(i, std::fma(a[i], b[i], c[i]));
+    return r;
+  }
+
+  Pack root() const {
+#if defined(DYNTAPE_HAS_AVX512F)
+    if constexpr (N == 8) return Pack(_mm512_mask_sqrt_pd(v_, 0xff, v_));  // gcc 12 warns of the plain one
+#endif
+#if defined(DYNTAPE_HAS_AVX)
+    if constexpr (N == 4) return Pack(_mm256_sqrt_pd(v_));
+#endif
+#if defined(__SSE2__)
+    if constexpr (N == 2) return Pack(_mm_sqrt_pd(v_));
+#endif
+    return each([](double x) { return std::sqrt(x); });
+  }
+
+  Vector v_;
+};
+
+}  // namespace DYNTAPE_VECTORS
+
+using Pack4 = Pack<double, 4>;
+using Pack8 = Pack<double, 8>;
+
+namespace detail {
+
+// Elementary functions of n lanes, n = 1, 2, 4 or 8.  By address, so that no vector crosses a boundary between
+// units that may have been compiled for different processors.
+#define DYNTAPE_DECLARE(fn, ulp) void pack_##fn(const double* x, double* y, int n);
+DYNTAPE_PORTABLE_UNARY(DYNTAPE_DECLARE)
+#undef DYNTAPE_DECLARE
+#define DYNTAPE_DECLARE(fn, ulp) void pack_##fn(const double* x, const double* y, double* z, int n);
+DYNTAPE_PORTABLE_BINARY(DYNTAPE_DECLARE)
+#undef DYNTAPE_DECLARE
+void pack_sincos(const double* x, double* sine, double* cosine, int n);
+
+}  // namespace detail
+
+#define DYNTAPE_DEFINE(fn, ulp)                  \
+  template <int N>                               \
+  Pack<double, N> fn(const Pack<double, N>& x) { \
+    alignas(8 * N) double in[N], out[N];         \
+    x.store(in);                                 \
+    detail::pack_##fn(in, out, N);               \
+    return Pack<double, N>::load(out);           \
+  }
+DYNTAPE_PORTABLE_UNARY(DYNTAPE_DEFINE)
+#undef DYNTAPE_DEFINE
+#define DYNTAPE_DEFINE(fn, ulp)                                            \
+  template <int N>                                                         \
+  Pack<double, N> fn(const Pack<double, N>& x, const Pack<double, N>& y) { \
+    alignas(8 * N) double a[N], b[N], out[N];                              \
+    x.store(a);                                                            \
+    y.store(b);                                                            \
+    detail::pack_##fn(a, b, out, N);                                       \
+    return Pack<double, N>::load(out);                                     \
+  }                                                                        \
+  template <int N>                                                         \
+  Pack<double, N> fn(const Pack<double, N>& x, double y) {                 \
+    return fn(x, Pack<double, N>(y));                                      \
+  }                                                                        \
+  template <int N>                                                         \
+  Pack<double, N> fn(double x, const Pack<double, N>& y) {                 \
+    return fn(Pack<double, N>(x), y);                                      \
+  }
+DYNTAPE_PORTABLE_BINARY(DYNTAPE_DEFINE)
+#undef DYNTAPE_DEFINE
+
+// Both at the price of little more than one.  The last bits may differ from those of sin(x) and cos(x).
+template <int N>
+void sincos(const Pack<double, N>& x, Pack<double, N>& sine, Pack<double, N>& cosine) {
+  alignas(8 * N) double in[N], s[N], c[N];
+  x.store(in);
+  detail::pack_sincos(in, s, c, N);
+  sine = Pack<double, N>::load(s);
+  cosine = Pack<double, N>::load(c);
+}
+
+}  // namespace dyntape

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Between states that lie one after the other in memory and packs, whose lanes are the states.
+//
+//   Pack8 x[7];
+//   gather_lanes(states, 7, 8, x, 7);        // x[i] lane k: entry i of state k; state k starts at states + 7 k
+//   scatter_lanes(x, 7, results, 7, 8);      // and back
+//
+// N x N entries at a time are transposed in registers: log2 N rounds of exchanges between pairs of rows.
+#pragma once
+
+#include <cstddef>
+#include <utility>
+
+#include <dyntape/autodiff/scalars/pack.h>
+
+namespace dyntape {
+namespace detail {
+
+// Exchanges the off-diagonal halves of each 2h x 2h block of the rows a and b = a + h.
+template <int H, int N, std::size_t... J>
+[[gnu::always_inline]] inline void exchange(Pack<double, N>& a, Pack<double, N>& b,
+                                            std::index_sequence<J...>) {
+  const auto u = a.vector(), v = b.vector();
+  a = Pack<double, N>(__builtin_shufflevector(u, v, (J & H ? N + J - H : J)...));
+  b = Pack<double, N>(__builtin_shufflevector(u, v, (J & H ? N + J : J + H)...));
+}
+
+// Inlined and unrolled, so that the rows stay in registers.
+template <int N, int H = N / 2>
+[[gnu::always_inline]] inline void transpose(Pack<double, N>* rows) {
+  if constexpr (H > 0) {
+#pragma GCC unroll 8
+    for (int i = 0; i < N; ++i) {
+      if (!(i & H)) exchange<H>(rows[i], rows[i + H], std::make_index_sequence<N>());
+    }
+    transpose<N, H / 2>(rows);
+  }
+}
+
+// N numbers at each of N addresses, from[k] + i, to a square whose rows are its columns; and back, to the first
+// `count` addresses.
+template <int N>
+void load_transposed(const double* const* from, std::size_t i, double* square) {
+  Pack<double, N> rows[N];
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(from[k] + i);
+  transpose(rows);
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) rows[k].store(square + k * N);
+}
+template <int N>
+[[gnu::always_inline]] inline void load_square(const double* square, Pack<double, N>* rows) {
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(square + k * N);
+  transpose(rows);
+}
+template <int N>
+void store_transposed(const double* square, double* const* to, std::size_t i, int count) {
+  Pack<double, N> rows[N];
+  load_square<N>(square, rows);
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) {
+    if (k < count) rows[k].store(to[k] + i);
+  }
+}
+
+#if defined(DYNTAPE_HAS_AVX512F) && !defined(__clang__)
+#define DYNTAPE_STORES_LINES 1
+// The first n / N * N entries of all states, n >= N, to addresses of any alignment.  Stores that straddle two
+// cache lines cost twice, so what two squares have for a line is put together first; only the ends straddle.
+template <int N>
+void store_in_lines(const double* block, double* const* to, std::size_t n) {
+  using Bits = typename Mask<N>::Bits;
+  Bits shift[N];
+  std::size_t head[N];
+  for (int k = 0; k < N; ++k) {
+    head[k] = (N - reinterpret_cast<std::uintptr_t>(to[k]) / sizeof(double) % N) % N;
+    for (int j = 0; j < N; ++j) shift[k][j] = static_cast<std::int64_t>(head[k]) + j;
+  }
+  Pack<double, N> before[N], rows[N];
+  load_square<N>(block, before);
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) before[k].store(to[k]);
+  std::size_t i = N;
+  for (; i + N <= n; i += N) {
+    load_square<N>(block + i * N, rows);
+#pragma GCC unroll 8
+    for (int k = 0; k < N; ++k) {
+      const auto line = __builtin_shuffle(before[k].vector(), rows[k].vector(), shift[k]);
+      Pack<double, N>(line).store(to[k] + i - N + head[k]);
+      before[k] = rows[k];
+    }
+  }
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) before[k].store(to[k] + i - N);
+}
+
+#endif
+
+}  // namespace detail
+
+// A block of N states from n entries of `lanes` of them, state k at states + k stride, 1 <= lanes <= N: entry i
+// of state k goes to block[i N + k].  Lanes beyond the last state repeat it, so that they compute something
+// harmless.  Nothing beyond the n entries of a state is read.
+template <int N>
+void gather_lanes(const double* states, std::size_t stride, int lanes, double* block, std::size_t n) {
+  const double* from[N];
+  for (int k = 0; k < N; ++k) from[k] = states + stride * static_cast<std::size_t>(k < lanes ? k : lanes - 1);
+  std::size_t i = 0;
+  for (; i + N <= n; i += N) detail::load_transposed<N>(from, i, block + i * N);
+  if (i < n && n >= N) {  // some entries once more: cheaper than one by one
+    i = n - N;
+    return detail::load_transposed<N>(from, i, block + i * N);
+  }
+  for (; i < n; ++i) {
+    for (int k = 0; k < N; ++k) block[i * N + static_cast<std::size_t>(k)] = from[k][i];
+  }
+}
+
+// The reverse; lanes beyond the last state are not written.
+template <int N>
+void scatter_lanes(const double* block, std::size_t n, double* states, std::size_t stride, int lanes) {
+  double* to[N];
+  for (int k = 0; k < lanes; ++k) to[k] = states + stride * static_cast<std::size_t>(k);
+  std::size_t i = 0;
+#if defined(DYNTAPE_STORES_LINES)
+  if (N == 8 && lanes == N && n >= 4 * N) {
+    detail::store_in_lines<N>(block, to, n);
+    i = n / N * N;
+  }
+#endif
+  for (; i + N <= n; i += N) detail::store_transposed<N>(block + i * N, to, i, lanes);
+  if (i < n && n >= N) {
+    i = n - N;
+    return detail::store_transposed<N>(block + i * N, to, i, lanes);
+  }
+  for (; i < n; ++i) {
+    for (int k = 0; k < lanes; ++k) to[k][i] = block[i * N + static_cast<std::size_t>(k)];
+  }
+}
+
+// The same between states and packs.
+template <int N>
+void gather_lanes(const double* states, std::size_t stride, int lanes, Pack<double, N>* x, std::size_t n) {
+  if (n > 0) gather_lanes<N>(states, stride, lanes, reinterpret_cast<double*>(x), n);
+}
+template <int N>
+void scatter_lanes(const Pack<double, N>* x, std::size_t n, double* states, std::size_t stride, int lanes) {
+  if (n > 0) scatter_lanes<N>(reinterpret_cast<const double*>(x), n, states, stride, lanes);
+}
+
+}  // namespace dyntape

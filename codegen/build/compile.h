@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The compiler stage: C text to a shared library.
+//
+//   std::optional<Compiler> cc = find_compiler("", {"-O3"});        none: no compiler on this machine
+//   compile(*cc, source, options, "folder");                        folder/source.c -> folder/library.so
+//
+// Throws ToolError with the command, its exit status, everything it said, and where the source is kept; FileError if the
+// disk is full, Unavailable if memory is short.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/print/print_c.h>
+
+namespace dyntape::codegen {
+
+// The surroundings do not allow it, now: no memory, no disk, a policy, a library that is missing.  Nothing is wrong with
+// what was to be compiled or loaded, and who can do without goes on without.
+struct Unavailable : ToolError {
+  using ToolError::ToolError;
+};
+
+struct Compiler {
+  std::string path;
+  std::string version;             // "gcc version 12.2.0 (Debian 12.2.0-14)"
+  std::string identity;            // version, and the processor and features that the flags resolve to here
+  std::vector<std::string> flags;  // all but those of input and output, and perhaps the level
+  bool chooses_level = true;       // no -O among the user's flags: compile() decides
+};
+
+inline constexpr char kSourceFile[] = "source.c";
+inline constexpr char kLibraryFile[] = "library.so";
+
+// `wanted` (a name or path; empty: the usual ones) with the flags of the contract, of the profile and of the
+// user.  `memory`: a folder that remembers identities between processes, or "".
+std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                                      const std::string& memory = "");
+
+// Whether find_compiler() answers without asking a compiler, which takes tens of milliseconds.
+bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                       const std::string& memory = "");
+
+// The sentence for "there is none".
+std::string no_compiler(const std::string& wanted);
+
+// Compiles folder/source.c, whose text is source.text; `final_folder` is where it will lie in the end.
+void compile(const Compiler& compiler, const Source& source, const CodegenOptions& options,
+             const std::string& folder, const std::string& final_folder);
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Which compiler, and with which flags.
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+
+#include <dyntape/codegen/build/compile.h>
+#include <dyntape/codegen/build/flags.h>
+#include <dyntape/codegen/build/identity.h>
+
+namespace dyntape::codegen {
+namespace {
+
+bool is_program(const std::string& path) {
+  struct stat status {};
+  return stat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) && access(path.c_str(), X_OK) == 0;
+}
+
+// The full path of a name, or "".
+std::string in_path(const std::string& name) {
+  if (name.find('/') != std::string::npos) return is_program(name) ? name : "";
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path ? path : "/usr/local/bin:/usr/bin:/bin");
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    const std::string candidate = (folder.empty() ? "." : folder) + "/" + name;
+    if (is_program(candidate)) return candidate;
+  }
+  return {};
+}
+
+std::string program_for(const std::string& wanted) {
+  if (!wanted.empty()) return in_path(wanted);
+  const char* chosen = std::getenv("DYNTAPE_CC");
+  if (chosen && *chosen) return in_path(chosen);
+  for (const char* name : {"cc", "gcc", "clang"}) {
+    if (std::string path = in_path(name); !path.empty()) return path;
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string no_compiler(const std::string& wanted) {
+  const char* chosen = std::getenv("DYNTAPE_CC");
+  if (!wanted.empty()) return "the compiler \"" + wanted + "\" does not exist";
+  if (chosen && *chosen) return "the compiler \"" + std::string(chosen) + "\" of DYNTAPE_CC does not exist";
+  return "no C compiler (cc, gcc or clang) is found";
+}
+
+namespace {
+
+// All but its identity; without a path if there is none.
+Compiler chosen_compiler(const std::string& wanted, const std::vector<std::string>& user_flags) {
+  Compiler compiler;
+  compiler.path = program_for(wanted);
+  compiler.flags = {"-std=c99", "-march=native", "-fPIC", "-fvisibility=hidden", "-pipe"};
+  for (const auto* more : {&user_flags, &contract_flags()})
+    compiler.flags.insert(compiler.flags.end(), more->begin(), more->end());
+  compiler.chooses_level = std::none_of(user_flags.begin(), user_flags.end(),
+                                        [](const std::string& flag) { return flag.starts_with("-O"); });
+  return compiler;
+}
+
+}  // namespace
+
+std::optional<Compiler> find_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                                      const std::string& memory) {
+  Compiler compiler = chosen_compiler(wanted, user_flags);
+  if (compiler.path.empty()) return std::nullopt;
+  const Identity identity = identity_of(compiler.path, compiler.flags, memory);
+  compiler.version = identity.version;
+  compiler.identity = identity.text;
+  return compiler;
+}
+
+bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
+                       const std::string& memory) {
+  const Compiler compiler = chosen_compiler(wanted, user_flags);
+  return compiler.path.empty() || remembered_identity(compiler.path, compiler.flags, memory).has_value();
+}
+
+}  // namespace dyntape::codegen

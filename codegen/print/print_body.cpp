@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/print/print_body.h>
+
+#include <algorithm>
+#include <unordered_set>
+
+#include <dyntape/codegen/print/c_text.h>
+
+namespace dyntape::codegen {
+namespace {
+
+constexpr char kBlockLetter[] = "xpw";
+
+class BodyPrinter {
+ public:
+  BodyPrinter(std::string& text, const Function& function, const Schedule& schedule, const Piece& piece,
+              const BodyStyle& style)
+      : text_(text),
+        function_(function),
+        graph_(function.graph),
+        schedule_(schedule),
+        piece_(piece),
+        style_(style) {}
+
+  void run() {
+    if (!schedule_.calls.empty()) find_read();
+    print_inputs();
+    for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
+      print_heading(i);
+      print(schedule_.steps[i]);
+    }
+  }
+
+ private:
+  // What this piece reads: of the results of a long call it may be few.
+  void find_read() {
+    for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
+      const Step& step = schedule_.steps[i];
+      if (step.kind == Step::Kind::kStore) read_.insert(function_.outputs[step.index]);
+      if (step.kind == Step::Kind::kCheck) read_.insert(function_.guards[step.index].condition);
+      if (step.kind != Step::Kind::kCompute || schedule_.long_call(step.index)) continue;
+      graph_.for_each_argument(step.index, [&](NodeId a) { read_.insert(a); });
+    }
+    for (const Crossing& store : piece_.stores) read_.insert(store.node);
+  }
+
+  void print_inputs() {
+    for (int block = 0; block < kBlocks; ++block) {
+      const auto& names = function_.input_names[block];
+      if (!piece_.inputs[block].empty()) heading("inputs: " + style_.inputs[block]);
+      for (std::uint32_t index : piece_.inputs[block]) {
+        text_ += "  const real ";
+        text_ += kBlockLetter[block];
+        append_integer(text_, index);
+        const bool fills = style_.constant_parameters && block == static_cast<int>(Block::kParameters);
+        text_ += fills ? " = DT_ALL(" : " = ";
+        text_ += style_.inputs[block] + "[";
+        append_integer(text_, index);
+        text_ += fills ? "]);" : "];";
+        if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
+        text_ += '\n';
+      }
+    }
+    if (!piece_.loads.empty()) heading("from earlier pieces");
+    for (const Crossing& load : piece_.loads) {
+      text_ += "  const real ";
+      name(load.node);
+      text_ += " = work[";
+      append_integer(text_, load.slot);
+      text_ += "];\n";
+    }
+  }
+
+  void heading(const std::string& what) { text_ += "  /* --- " + what + " --- */\n"; }
+
+  void print_heading(std::size_t step) {
+    for (const Section& section : schedule_.sections) {
+      const bool starts = section.begin == step, continues = step == piece_.begin && section.begin < step;
+      if (!(starts || continues) || section.end <= step) continue;
+      const std::string count = std::to_string(section.end - section.begin);
+      heading(section.group == Section::kShared ? "shared (" + count + " steps)"
+                                                : style_.outputs[section.group].heading);
+    }
+  }
+
+  void print(const Step& step) {
+    switch (step.kind) {
+      case Step::Kind::kCompute:
+        print_compute(step.index);
+        break;
+      case Step::Kind::kStore: {
+        const OutputArray& array = array_of(step.index);
+        text_ += "  " + array.name + "[";
+        append_integer(text_, array.place(step.index));
+        text_ += "] = ";
+        value(function_.outputs[step.index]);
+        text_ += ";\n";
+        break;
+      }
+      case Step::Kind::kCheck:
+        print_check(step.index);
+    }
+  }
+
+  void print_compute(NodeId id) {
+    const Node& node = graph_[id];
+    if (node.op == Op::Call) return print_call(id);
+    const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
+    if (place && !read_.count(id)) return;
+    text_ += "  const real ";
+    name(id);
+    text_ += " = ";
+    if (place) {
+      text_ += "work[";
+      append_integer(text_, place->out + node.b);
+      text_ += ']';
+    } else if (node.op == Op::Result) {
+      text_ += 'c';
+      append_integer(text_, node.a);
+      text_ += '[';
+      append_integer(text_, node.b);
+      text_ += ']';
+    } else {
+      expression(node);
+    }
+    text_ += ";\n";
+    auto store = std::lower_bound(piece_.stores.begin(), piece_.stores.end(), id,
+                                  [](const Crossing& c, NodeId key) { return c.node < key; });
+    for (; store != piece_.stores.end() && store->node == id; ++store) print_work(store->slot, id);
+  }
+
+  void print_work(std::uint32_t slot, NodeId id) {
+    text_ += "  work[";
+    append_integer(text_, slot);
+    text_ += "] = ";
+    value(id);
+    text_ += ";\n";
+  }
+
+  // The operator's spelling with the names of the arguments put in.
+  void expression(const Node& node) {
+    const std::string_view spelling = info(node.op).c;
+    for (std::size_t i = 0; i < spelling.size(); ++i) {
+      if (spelling[i] == '$') {
+        name(node.argument(spelling[++i] - '0'));
+      } else {
+        text_ += spelling[i];
+        // Its constants are small integers written as 1.0.
+        if (style_.dialect.single && spelling.substr(i).starts_with(".0"))
+          text_ += spelling[++i], text_ += 'f';
+      }
+    }
+  }
+
+  // Its arguments and results are in their places, but for what no piece computes.
+  void print_long_call(NodeId id, const CallPlace& place) {
+    const Callee& callee = *graph_.callees()[graph_[id].a];
+    std::uint32_t slot = place.in;
+    const std::size_t end = slot + stored_arguments(graph_, id);
+    std::string constants;
+    std::size_t count = 0;
+    graph_.for_each_argument(id, [&](NodeId a) {
+      if (slot == end) {
+        constants += constants.empty() ? "" : count % 8 ? ", " : ",\n      ";
+        ++count;
+        append_number(constants, graph_.constant_value(a));
+        return;
+      }
+      if (graph_[a].op == Op::Const || graph_[a].op == Op::Input) print_work(slot, a);
+      ++slot;
+    });
+    if (count) {
+      text_ += "  static const double k";
+      append_integer(text_, id);
+      text_ += '[' + std::to_string(count) + "] = {" + constants + "};\n";
+    }
+    text_ += "  " + called(callee) + "(work + ";
+    append_integer(text_, place.in);
+    if (place.outputs == CallPlace::kInWork) {
+      text_ += ", work + ";
+      append_integer(text_, place.out);
+    } else {
+      const OutputArray& array = array_of(place.outputs);
+      text_ += ", " + array.name + " + ";
+      append_integer(text_, place.outputs - array.begin);
+    }
+    if (count) {
+      text_ += ", k";
+      append_integer(text_, id);
+    }
+    for (const OutputRun& run : place.runs) {
+      const OutputArray& array = array_of(run.first);
+      text_ += ", " + array.name + " + ";
+      append_integer(text_, run.first - array.begin);
+    }
+    close_call(callee);
+  }
+
+  std::string called(const Callee& callee) const {
+    const std::string& function = style_.callees.at(&callee).name;
+    return style_.dialect.lanes ? "DT_NAME(" + function + ")" : function;
+  }
+
+  // The callee's work array lies behind the caller's own slots.
+  void close_call(const Callee& callee) {
+    if (style_.callees.at(&callee).work) {
+      text_ += ", work + ";
+      append_integer(text_, schedule_.work);
+    }
+    text_ += ");\n";
+  }
+
+  const OutputArray& array_of(std::size_t k) const {
+    return *std::find_if(style_.outputs.begin(), style_.outputs.end(),
+                         [&](const OutputArray& a) { return k >= a.begin && k < a.end; });
+  }
+
+  void append_constant(double constant) {
+    if (style_.dialect.single) return append_single(text_, constant);
+    append_number(text_, constant);
+  }
+
+  void print_call(NodeId id) {
+    if (const CallPlace* place = schedule_.long_call(id)) return print_long_call(id, *place);
+    const Callee& callee = *graph_.callees()[graph_[id].a];
+    text_ += "  real c";
+    append_integer(text_, id);
+    text_ += '[' + std::to_string(std::max<std::size_t>(callee.n_out, 1)) + "];\n";
+    if (callee.n_in) {
+      text_ += "  const real a";
+      append_integer(text_, id);
+      text_ += '[' + std::to_string(callee.n_in) + "] = {";
+      bool first = true;
+      graph_.for_each_argument(id, [&](NodeId a) {
+        if (!first) text_ += ", ";
+        first = false;
+        value(a);
+      });
+      text_ += "};\n";
+    }
+    text_ += "  " + called(callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
+    append_integer(text_, id);
+    close_call(callee);
+  }
+
+  // Of several violated guards the first is reported, in whatever order they are met.
+  void print_check(std::uint32_t k) {
+    const Guard& guard = function_.guards[k];
+    text_ += "  DT_CHECK(";
+    value(guard.condition);
+    text_ += guard.expected ? " == " : " != ";
+    append_constant(0);
+    text_ += ", " + std::to_string(k + 1) + "u); /* " + c_comment(guard.file) + ":" +
+             std::to_string(guard.line) + " */\n";
+  }
+
+  // A constant by itself has to fill the lanes; in an expression C does that.
+  void value(NodeId id) {
+    const bool is_constant = style_.dialect.lanes && graph_[id].op == Op::Const;
+    if (is_constant) text_ += "DT_ALL(";
+    name(id);
+    if (is_constant) text_ += ')';
+  }
+
+  void name(NodeId id) {
+    const Node& node = graph_[id];
+    if (node.op == Op::Const) return append_constant(graph_.constant_value(id));
+    text_ += node.op == Op::Input ? kBlockLetter[node.a] : 't';
+    append_integer(text_, node.op == Op::Input ? node.b : id);
+  }
+
+  std::string& text_;
+  const Function& function_;
+  const Graph& graph_;
+  const Schedule& schedule_;
+  const Piece& piece_;
+  const BodyStyle& style_;
+  std::unordered_set<NodeId> read_;  // where there are long calls
+};
+
+}  // namespace
+
+void append_piece(std::string& text, const Function& function, const Schedule& schedule, std::size_t piece,
+                  const BodyStyle& style) {
+  BodyPrinter(text, function, schedule, schedule.pieces[piece], style).run();
+}
+
+}  // namespace dyntape::codegen

@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/print/print_embedded.h>
+
+#include <algorithm>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/build/flags.h>
+#include <dyntape/codegen/print/c_text.h>
+#include <dyntape/codegen/print/own_trig.h>
+#include <dyntape/codegen/print/print_lanes.h>
+#include <dyntape/codegen/print/print_pieces.h>
+#include <dyntape/codegen/print/print_tables.h>
+
+namespace dyntape::codegen {
+namespace {
+
+// Saved registers, return address, arguments and temporaries of one function, on any processor.
+constexpr std::size_t kFrameBytes = 256;
+// dt_sin and what it calls.
+constexpr std::size_t kOwnTrigFrames = 4;
+
+constexpr char kMacros[] = R"(
+/* Compiled with -DDYNTAPE_WORK= the work arrays lie on the stack, and entry points may be entered twice. */
+#ifndef DYNTAPE_WORK
+#define DYNTAPE_WORK static
+#endif
+#if defined(__GNUC__)
+#define DT_PIECE static __attribute__((noinline))
+#define DT_RESTRICT __restrict__
+#else
+#define DT_PIECE static
+#define DT_RESTRICT
+#endif
+)";
+
+constexpr char kSelect[] = "#define dt_select(condition, a, b) ((condition) ? (a) : (b))\n";
+
+// Of several violated guards the first is reported, in whatever order they are met.
+constexpr char kCheck[] =
+    "typedef unsigned dt_words;\n"
+    "#define DT_CHECK(violated, k) if ((violated) && (*guard == 0 || *guard > (k))) *guard = (k)\n";
+
+constexpr char kKernel[] = R"(#define DT_KERNEL(name, n_in, n_out) \
+  DT_PIECE void name(const double* DT_RESTRICT in, double* DT_RESTRICT out)
+)";
+
+constexpr char kSingleKernel[] = R"(#define DT_KERNEL(name, n_in, n_out) \
+  static void name##_in_double(const double* DT_RESTRICT in, double* DT_RESTRICT out); \
+  DT_PIECE void name(const float* DT_RESTRICT in, float* DT_RESTRICT out) { \
+    double a[n_in + 1], b[n_out + 1]; \
+    int i; \
+    for (i = 0; i < n_in; ++i) a[i] = in[i]; \
+    name##_in_double(a, b); \
+    for (i = 0; i < n_out; ++i) out[i] = (float)b[i]; \
+  } \
+  static void name##_in_double(const double* DT_RESTRICT in, double* DT_RESTRICT out)
+)";
+
+class EmbeddedPrinter {
+ public:
+  EmbeddedPrinter(const KernelSets& sets, const EmbeddedOptions& options)
+      : sets_(sets),
+        options_(options),
+        dialect_{false, options.single},
+        real_(options.single ? "float" : "double"),
+        functions_(sets.kernels, sets.piece_statements, dialect_),
+        words_(vocabulary(sets, functions_.callees())) {
+    result_.source.name = c_identifier(sets.name);
+  }
+
+  EmbeddedSource run() {
+    std::string entries;
+    for (std::size_t k = 0; k < sets_.kernels.size(); ++k) entries += entry_point(k);
+    const std::string declarations = declare();
+    Source& source = result_.source;
+    source.text = banner() + headers() + open_c_linkage() + declarations + kMacros + types();
+    // Kernels written by hand come first: what functions of libm are called by is not changed yet.
+    for (const bool is_kernel : {true, false}) {
+      for (const auto& d : functions_.definitions()) {
+        if (d.is_kernel() == is_kernel) source.text += "\n" + d.head + " {\n" + d.body + "}\n";
+      }
+      if (is_kernel) source.text += functions();
+    }
+    source.text += "\n" + entries + tables() + close_c_linkage();
+    std::string guard = source.name + "_H";
+    std::transform(guard.begin(), guard.end(), guard.begin(),
+                   [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+    source.header = header_banner(sets_, source) + "#ifndef " + guard + "\n#define " + guard + "\n" +
+                    open_c_linkage() + declarations + close_c_linkage() + "#endif\n";
+    return std::move(result_);
+  }
+
+ private:
+  bool has_kernels() const {
+    const auto& callees = functions_.callees();
+    return std::any_of(callees.begin(), callees.end(),
+                       [](const Callee* callee) { return !callee->recorded; });
+  }
+
+  bool is_guarded(std::size_t k) const { return !sets_.kernels[k].derivatives.function.guards.empty(); }
+
+  // "void arm_value(const double x[21], double y[7])"
+  std::string head(std::size_t k) const {
+    const Derivatives& d = sets_.kernels[k].derivatives;
+    std::string parameters;
+    const auto add = [&](const char* constness, const char* name, std::size_t n) {
+      if (n == 0) return;
+      parameters +=
+          (parameters.empty() ? "" : ", ") + (constness + real_) + " " + name + "[" + std::to_string(n) + "]";
+    };
+    for (int block = 0; block < kBlocks; ++block) add("const ", kInputNames[block], d.function.inputs[block]);
+    const std::size_t sizes[] = {d.n_y, d.jacobian.nnz(), d.hessian.nnz()};
+    for (std::size_t order = 0; order <= k; ++order) add("", kOutputNames[order], sizes[order]);
+    return (is_guarded(k) ? "unsigned " : "void ") + result_.source.name + "_" + kKernelNames[k] + "(" +
+           (parameters.empty() ? "void" : parameters) + ")";
+  }
+
+  // The function of a kernel; its pieces are added to the others.
+  std::string entry_point(std::size_t k) {
+    const KernelPlan& kernel = sets_.kernels[k];
+    const Function& function = kernel.derivatives.function;
+    const BodyStyle style{{kInputNames[0], kInputNames[1], kInputNames[2]},
+                          outputs_of(kernel.derivatives),
+                          functions_.texts(),
+                          dialect_};
+    const std::size_t first = functions_.definitions().size();
+    const std::string calls = functions_.add_pieces(std::string("dt_") + kKernelNames[k], function,
+                                                    kernel.schedule, style, "", "  ");
+    std::string body;
+    const std::size_t work = functions_.work(function, kernel.schedule);
+    if (work) body += "  DYNTAPE_WORK real work[" + std::to_string(work) + "];\n";
+    if (is_guarded(k)) body += "  dt_words guard = 0;\n";
+    for (int block = 0; block < kBlocks; ++block) {
+      if (function.inputs[block] && calls.find(kInputNames[block]) == std::string::npos)
+        body += std::string("  (void)") + kInputNames[block] + ";\n";
+    }
+    body += calls + (is_guarded(k) ? "  return guard;\n" : "");
+
+    result_.entries.push_back(result_.source.name + "_" + kKernelNames[k]);
+    result_.source.operations.push_back(total_operations(function));
+    const std::size_t bytes = options_.single ? sizeof(float) : sizeof(double);
+    result_.work.push_back(work * bytes);
+    std::size_t values = 0, frames = 0;
+    for (std::size_t i = first; i < functions_.definitions().size(); ++i) {
+      values = std::max(values, functions_.definitions()[i].values);
+      frames = std::max(frames, functions_.definitions()[i].frames);
+    }
+    frames += 1 + (options_.own_trig ? kOwnTrigFrames : 0);
+    result_.stack_bounds.push_back(has_kernels() ? 0 : values * bytes + frames * kFrameBytes);
+    return head(k) + " {\n" + body + "}\n\n";
+  }
+
+  // Of the non-zeros' places.
+  template <class Visit>
+  void for_each_table(Visit&& visit) const {
+    const Derivatives& d = sets_.kernels.back().derivatives;
+    for (const auto& [name, pattern] :
+         {std::pair("jacobian", &d.jacobian), std::pair("hessian", &d.hessian)}) {
+      const std::string type = std::max(pattern->rows, pattern->cols) < 65536 ? "short" : "long";
+      const std::string head = "unsigned " + type + " " + result_.source.name + "_" + name;
+      if (pattern->nnz()) visit(head + "_row", pattern->row), visit(head + "_col", pattern->col);
+    }
+  }
+
+  std::string declare() const {
+    std::string text;
+    for (std::size_t k = 0; k < sets_.kernels.size(); ++k) text += head(k) + ";\n";
+    for_each_table([&](const std::string& name, const std::vector<std::uint32_t>& numbers) {
+      text += "extern const " + name + "[" + std::to_string(numbers.size()) + "];\n";
+    });
+    return text;
+  }
+
+  std::string tables() const {
+    std::string text;
+    for_each_table([&](const std::string& name, const std::vector<std::uint32_t>& numbers) {
+      text += c_numbers(name, numbers);
+    });
+    return text;
+  }
+
+  bool is_own(const std::string& function) const {
+    return options_.own_trig && (function == "sin" || function == "cos");
+  }
+
+  // math.h for functions of libm, infinities and NaN.
+  std::string headers() const {
+    bool math = has_kernels(), own = false;
+    for (const Called& called : called_functions(words_.operators))
+      (is_own(called.function) ? own : math) = true;
+    for (const auto& d : functions_.definitions())
+      math = math || d.body.find("NAN") != std::string::npos || d.body.find("HUGE_VAL") != std::string::npos;
+    return std::string(math ? "#include <math.h>\n" : "") + (own ? "#include <stdint.h>\n" : "") + "\n";
+  }
+
+  std::string types() const {
+    const bool selects = std::any_of(words_.operators.begin(), words_.operators.end(), [](Op op) {
+      return info(op).c.find("dt_select") != std::string_view::npos;
+    });
+    return "typedef " + real_ + " real;\n" + (selects ? kSelect : "") + (words_.guards ? kCheck : "") +
+           (has_kernels() ? (options_.single ? kSingleKernel : kKernel) : "");
+  }
+
+  // What sin(x) and the others are, where they are not libm's functions of doubles.
+  std::string functions() const {
+    std::string macros;
+    bool sine = false, cosine = false;
+    for (const auto& [function, arity] : called_functions(words_.operators)) {
+      if (is_own(function)) {
+        (function == "sin" ? sine : cosine) = true;
+      } else if (options_.single) {
+        const std::string arguments = arity == 1 ? "(a)" : arity == 2 ? "(a, b)" : "(a, b, c)";
+        macros += "#define " + function + arguments + " " + function + "f" + arguments + "\n";
+      }
+    }
+    return own_trig(options_.single, sine, cosine) + (macros.empty() ? "" : "\n" + macros);
+  }
+
+  std::string banner() const {
+    std::string text = description(sets_) + " *\n * functions, in " + real_ +
+                       "; the static arrays may lie on the stack instead: -DDYNTAPE_WORK=\n";
+    const StackUse& stack = options_.stack;
+    for (std::size_t k = 0; k < sets_.kernels.size(); ++k) {
+      text += wrapped(" *   " + result_.entries[k] + ":", operation_words(sets_.kernels[k]));
+      text += " *     " + std::to_string(result_.work[k]) + " bytes of static arrays";
+      if (result_.stack_bounds[k])
+        text +=
+            "; stack below " + std::to_string(result_.stack_bounds[k]) + " bytes at any optimisation level";
+      text += "\n";
+      if (k < stack.bytes.size())
+        text +=
+            " *     stack " + std::to_string(stack.bytes[k]) + " bytes with " + c_comment(stack.with) + "\n";
+    }
+    std::vector<std::string> beyond = {"functions that are called and have stacks of their own:"};
+    for (const auto& [function, arity] : called_functions(words_.operators)) {
+      if (!is_own(function)) beyond.push_back(function + (options_.single ? "f" : ""));
+    }
+    if (beyond.size() > 1) text += wrapped(" *  ", beyond);
+    const std::vector<Guard>& guards = sets_.kernels.back().derivatives.function.guards;
+    if (!guards.empty())
+      text += " *\n * returned: 0, or the number of the first branch that the recording did not take\n";
+    for (std::size_t k = 0; k < guards.size(); ++k)
+      text += " *   " + std::to_string(k + 1) + "  " + c_comment(guards[k].file) + ":" +
+              std::to_string(guards[k].line) + "\n";
+    return text + " */\n";
+  }
+
+  const KernelSets& sets_;
+  const EmbeddedOptions& options_;
+  const Dialect dialect_;
+  const std::string real_;
+  PieceFunctions functions_;
+  const Vocabulary words_;
+  EmbeddedSource result_;
+};
+
+}  // namespace
+
+EmbeddedSource print_embedded(const KernelSets& sets, const EmbeddedOptions& options) {
+  if (sets.functions != Functions::kLibm)
+    throw ArgumentError("embedded text of \"" + sets.name +
+                        "\": functions are libm's, and sin and cos its own on request; expected libm, got " +
+                        to_string(sets.functions));
+  return EmbeddedPrinter(sets, options).run();
+}
+
+}  // namespace dyntape::codegen

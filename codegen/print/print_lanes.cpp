@@ -1,0 +1,267 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/print/print_lanes.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include <dyntape/codegen/build/flags.h>
+
+namespace dyntape::codegen {
+namespace {
+
+constexpr char kOneTypes[] =
+    R"(/* A real is a double, or with -DDYNTAPE_LANES=8 (4, 2) a vector with a double of each of eight states: the
+ * statements are the same.  Reals lie in memory at any address. */
+#ifndef DYNTAPE_LANES
+#define DYNTAPE_LANES 1
+#endif
+#if DYNTAPE_LANES == 1
+typedef double real, reals;
+typedef int64_t dt_words;
+#define DT_NAME(name) name
+#define DT_ALL(constant) (constant)
+)";
+
+constexpr char kOneSelect[] = "#define dt_select(condition, a, b) ((condition) ? (a) : (b))\n";
+
+// Of several violated guards the first is reported, in whatever order they are met.
+constexpr char kOneCheck[] =
+    "#define DT_CHECK(violated, k) if ((violated) && (*guard == 0 || *guard > (k))) *guard = (k)\n";
+
+constexpr char kOneKernel[] =
+    R"(#define DT_KERNEL(name, n_in, n_out) \
+  static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out); \
+  DT_PIECE void name(const double* DT_RESTRICT in, double* DT_RESTRICT out, double* DT_RESTRICT work) { \
+    (void)work; \
+    name##_of_one(in, out); \
+  } \
+  static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out)
+)";
+
+constexpr char kLaneTypes[] = R"(#else
+typedef double real __attribute__((vector_size(8 * DYNTAPE_LANES)));
+typedef real reals __attribute__((aligned(8)));
+typedef int64_t dt_words __attribute__((vector_size(8 * DYNTAPE_LANES)));
+#define DT_INLINE static __inline__ __attribute__((unused, always_inline))
+#define DT_PASTE(a, b, c) a##b##c
+#define DT_JOIN(a, b, c) DT_PASTE(a, b, c)
+#define DT_NAME(name) DT_JOIN(name, _x, DYNTAPE_LANES)
+DT_INLINE real dt_zero(void) {
+  const real zero = {0};
+  return zero;
+}
+#define DT_ALL(constant) ((constant) - dt_zero())
+)";
+
+constexpr char kLaneSelect[] =
+    R"(#define dt_select(condition, a, b) dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b))
+DT_INLINE real dt_blend(dt_words mask, real a, real b) {
+  return (real)((mask & (dt_words)a) | (~mask & (dt_words)b));
+}
+)";
+
+constexpr char kLaneCheck[] = R"(#define DT_CHECK(violated, k) dt_check((dt_words)(violated), k, guard)
+DT_INLINE void dt_check(dt_words violated, int64_t k, dt_words* guard) {
+  const dt_words is_first = violated & (dt_words)((*guard == 0) | (*guard > k));
+  *guard = (is_first & k) | (~is_first & *guard);
+}
+)";
+
+// The compiler puts a negated argument into the instruction, and one that lies in memory.
+constexpr char kLaneFma[] = R"(DT_INLINE real dt_fma(real x, real y, real z) {
+#if defined(__AVX512F__) && DYNTAPE_LANES == 8
+  return __builtin_ia32_vfmaddpd512_mask(x, y, z, (unsigned char)-1, 4);
+#elif defined(__FMA__) && DYNTAPE_LANES == 4
+  return __builtin_ia32_vfmaddpd256(x, y, z);
+#elif defined(__FMA__) && DYNTAPE_LANES == 2
+  return __builtin_ia32_vfmaddpd(x, y, z);
+#elif defined(__aarch64__) && DYNTAPE_LANES == 2
+  __asm__("fmla %0.2d, %1.2d, %2.2d" : "+w"(z) : "w"(x), "w"(y));
+  return z;
+#else
+  int lane;
+  for (lane = 0; lane < DYNTAPE_LANES; ++lane) x[lane] = fma(x[lane], y[lane], z[lane]);
+  return x;
+#endif
+}
+)";
+
+constexpr char kLaneKernel[] = R"(#define DT_KERNEL(name, n_in, n_out) \
+  static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out); \
+  DT_PIECE void DT_NAME(name)(const reals* DT_RESTRICT in, reals* DT_RESTRICT out, \
+                              reals* DT_RESTRICT work) { \
+    double* const a = (double*)work; \
+    double* const b = a + n_in; \
+    int lane, i; \
+    for (lane = 0; lane < DYNTAPE_LANES; ++lane) { \
+      for (i = 0; i < n_in; ++i) a[i] = ((const double*)in)[i * DYNTAPE_LANES + lane]; \
+      name##_of_one(a, b); \
+      for (i = 0; i < n_out; ++i) ((double*)out)[i * DYNTAPE_LANES + lane] = b[i]; \
+    } \
+  } \
+  static void name##_of_one(const double* DT_RESTRICT in, double* DT_RESTRICT out)
+)";
+
+// Functions that are an instruction, or a few of its bits.
+struct OwnForm {
+  std::string_view function;
+  const char* text;
+};
+constexpr OwnForm kOwnForms[] = {
+    {"sqrt", R"(DT_INLINE real dt_sqrt(real x) {
+#if defined(__AVX512F__) && DYNTAPE_LANES == 8
+  __asm__("vsqrtpd %1, %0" : "=v"(x) : "v"(x));
+#elif defined(__AVX__) && DYNTAPE_LANES <= 4
+  __asm__("vsqrtpd %1, %0" : "=x"(x) : "x"(x));
+#elif defined(__SSE2__) && DYNTAPE_LANES == 2
+  __asm__("sqrtpd %1, %0" : "=x"(x) : "x"(x));
+#elif defined(__aarch64__) && DYNTAPE_LANES == 2
+  __asm__("fsqrt %0.2d, %1.2d" : "=w"(x) : "w"(x));
+#else
+  int lane;
+  for (lane = 0; lane < DYNTAPE_LANES; ++lane) x[lane] = sqrt(x[lane]);
+#endif
+  return x;
+}
+)"},
+    {"fabs", R"(DT_INLINE real dt_fabs(real x) { return (real)((dt_words)x & 0x7fffffffffffffff); }
+)"},
+    {"copysign", R"(DT_INLINE real dt_copysign(real x, real y) {
+  return (real)(((dt_words)x & 0x7fffffffffffffff) | ((dt_words)y & ~(int64_t)0x7fffffffffffffff));
+}
+)"},
+};
+
+// All others: as libm computes them, one lane after the other.
+constexpr char kEach[] = R"(#define DT_EACH_1(f) \
+  static __attribute__((unused)) real dt_##f(real x) { \
+    double a[DYNTAPE_LANES]; \
+    int lane; \
+    *(reals*)a = x; \
+    for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane]); \
+    return *(const reals*)a; \
+  }
+#define DT_EACH_2(f) \
+  static __attribute__((unused)) real dt_##f(real x, real y) { \
+    double a[DYNTAPE_LANES], b[DYNTAPE_LANES]; \
+    int lane; \
+    *(reals*)a = x; \
+    *(reals*)b = y; \
+    for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane], b[lane]); \
+    return *(const reals*)a; \
+  }
+)";
+
+constexpr char kPortable[] = R"(
+/* SLEEF's deterministic functions: the same bits in 1, 2, 4 and 8 lanes.  Link with -lsleef. */
+#if DYNTAPE_LANES == 8
+#define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d8_##ulp##avx512fnofma
+#elif DYNTAPE_LANES == 4
+#define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d4_##ulp##avx
+#elif DYNTAPE_LANES == 2 && defined(__aarch64__)
+#define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d2_##ulp##advsimdnofma
+#elif DYNTAPE_LANES == 2
+#define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d2_##ulp##sse2
+#else
+#define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d1_##ulp##purec
+#endif
+)";
+
+const PortableFunction* portable(std::string_view function) {
+  const auto* found = std::find_if(std::begin(kPortableFunctions), std::end(kPortableFunctions),
+                                   [&](const PortableFunction& p) { return p.name == function; });
+  return found == std::end(kPortableFunctions) ? nullptr : found;
+}
+
+// "#define pow(a, b) <to>(DT_ALL(a), DT_ALL(b))"
+std::string definition(const std::string& function, int arity, const std::string& to) {
+  constexpr const char* kParameters[] = {"(a) ", "(a, b) ", "(a, b, c) "};
+  constexpr const char* kArguments[] = {"(DT_ALL(a))\n", "(DT_ALL(a), DT_ALL(b))\n",
+                                        "(DT_ALL(a), DT_ALL(b), DT_ALL(c))\n"};
+  return "#define " + function + kParameters[arity - 1] + to + kArguments[arity - 1];
+}
+
+std::string lane_functions(const std::vector<Op>& operators) {
+  std::string text, macros;
+  for (Op op : operators) {
+    const std::string function(called_function(op));
+    const int arity = info(op).arity;
+    if (function == "fma") {  // real_types() has it: kernels written by hand may use it
+      macros += definition(function, arity, "dt_fma");
+      continue;
+    }
+    const auto* own = std::find_if(std::begin(kOwnForms), std::end(kOwnForms),
+                                   [&](const OwnForm& form) { return form.function == function; });
+    if (own != std::end(kOwnForms)) {
+      text += own->text;
+    } else {
+      if (text.find(kEach) == std::string::npos) text += kEach;
+      text += "DT_EACH_" + std::to_string(arity) + "(" + function + ")\n";
+    }
+    macros += definition(function, arity, "dt_" + function);
+  }
+  return macros.empty() ? "" : "\n#if DYNTAPE_LANES > 1\n" + text + macros + "#endif\n";
+}
+
+std::string portable_functions(const std::vector<Op>& operators) {
+  std::string text, macros;
+  for (Op op : operators) {
+    const std::string function(called_function(op));
+    const int arity = info(op).arity;
+    const std::string name =
+        "DT_PORTABLE(" + function + ", " + std::string(portable(function)->accuracy) + ")";
+    text += "real " + name + (arity == 1 ? "(real);\n" : "(real, real);\n");
+    macros += definition(function, arity, name);
+  }
+  return text.empty() ? "" : kPortable + text + macros;
+}
+
+}  // namespace
+
+Vocabulary vocabulary(const KernelSets& sets, const std::vector<const Callee*>& callees) {
+  Vocabulary words;
+  std::array<bool, kTableOps> used{};
+  const auto add = [&](const Function& function) {
+    for (const Node& node : function.graph.nodes()) {
+      if (static_cast<int>(node.op) < kTableOps) used[static_cast<std::size_t>(node.op)] = true;
+    }
+    words.guards = words.guards || !function.guards.empty();
+  };
+  for (const KernelPlan& kernel : sets.kernels) add(kernel.derivatives.function);
+  for (const Callee* callee : callees) {
+    if (callee->recorded) add(*callee->recorded);
+    words.kernels = words.kernels || (!callee->recorded && callee->c_body_of_lanes.empty());
+    words.fuses = words.fuses || callee->c_body_of_lanes.find("dt_fma(") != std::string::npos;
+  }
+  for (int op = 0; op < kTableOps; ++op) {
+    if (!used[static_cast<std::size_t>(op)]) continue;
+    words.operators.push_back(static_cast<Op>(op));
+    words.fuses = words.fuses || called_function(static_cast<Op>(op)) == "fma";
+  }
+  return words;
+}
+
+std::string real_types(const Vocabulary& words) {
+  const bool selects = std::any_of(words.operators.begin(), words.operators.end(), [](Op op) {
+    return info(op).c.find("dt_select") != std::string_view::npos;
+  });
+  return std::string(kOneTypes) + (selects ? kOneSelect : "") + (words.guards ? kOneCheck : "") +
+         (words.kernels ? kOneKernel : "") + kLaneTypes + (selects ? kLaneSelect : "") +
+         (words.fuses ? kLaneFma : "") + (words.guards ? kLaneCheck : "") +
+         (words.kernels ? kLaneKernel : "") + "#endif\n";
+}
+
+std::string real_functions(const Vocabulary& words, Functions functions) {
+  std::vector<Op> in_lanes, portables;
+  std::set<std::string_view> met;  // several operators call one function
+  for (Op op : words.operators) {
+    const std::string_view function = called_function(op);
+    if (function.empty() || !met.insert(function).second) continue;
+    const bool is_portable = functions == Functions::kPortable && portable(function);
+    (is_portable ? portables : in_lanes).push_back(op);
+  }
+  return portable_functions(portables) + lane_functions(in_lanes);
+}
+
+}  // namespace dyntape::codegen

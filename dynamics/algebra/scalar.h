@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What an algorithm of dynamics/ may do with a scalar.
+//
+//   template <class T> T smooth_abs(const T& x) { return sqrt(x * x + T(1e-6)); }   // unqualified calls
+//   template <class T> T relu(const T& x) { return select(x > T(0), x, T(0)); }     // no `if` on a T
+//
+// Every algorithm is one template on the scalar T: double, float, a 113-bit float, a recording scalar, a pack
+// of lanes.  Mathematical functions are called unqualified: the declarations below serve the built-in floats,
+// every other scalar answers by argument-dependent lookup.  A decision on a value of type T is `select`,
+// never `if`, so that a recording holds both sides; a decision on the structure of a robot is an `if` on
+// plain data.
+#pragma once
+
+#include <cmath>
+#include <concepts>
+#include <limits>
+#include <type_traits>
+
+#include <dyntape/dynamics/algebra/vec3.h>
+
+namespace dyntape::dynamics {
+
+using std::abs;
+using std::acos;
+using std::asin;
+using std::atan;
+using std::atan2;
+using std::cos;
+using std::exp;
+using std::log;
+using std::sin;
+using std::sqrt;
+using std::tan;
+using std::tanh;
+
+// a where the condition holds, else b; for scalars whose comparisons are plain bools.  It takes a bool and
+// nothing that converts to one: a recorded condition that found no `select` of its own must not compile.
+template <class C, class T>
+requires std::same_as<C, bool> T select(C condition, const T& a, const T& b) { return condition ? a : b; }
+
+// Both at once; scalars that have them together at the price of one bring their own.
+template <class T>
+void sincos(const T& x, T& sine, T& cosine) {
+  sine = sin(x);
+  cosine = cos(x);
+}
+
+// Binary digits a series must resolve for T; scalars that wrap double do not specialise numeric_limits.
+template <class T>
+inline constexpr int kDigits = std::numeric_limits<T>::digits > 0 ? std::numeric_limits<T>::digits : 53;
+
+template <class T>
+using Vector4 = Eigen::Matrix<T, 4, 1>;
+template <class T>
+using Vector6 = Eigen::Matrix<T, 6, 1>;
+template <class T>
+using Matrix6 = Eigen::Matrix<T, 6, 6>;
+template <class T>
+using VectorX = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+template <class T>
+using MatrixX = Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>;
+template <class T>
+using Matrix6X = Eigen::Matrix<T, 6, Eigen::Dynamic>;
+
+// A vector argument: any contiguous Eigen vector, without a copy.  The scalar is deduced from the model.
+template <class T>
+using VectorRef = std::type_identity_t<Eigen::Ref<const VectorX<T>>>;
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Results and working memory of the algorithms, allocated once.
+//
+//   Data<double> data(model);
+//   const VectorX<double>& tau = rnea(model, data, q, v, a);    // a reference into data
+//
+// Each algorithm overwrites the fields named in algorithms.h; the others keep their values.  Entries that are
+// zero by structure are set to zero here and never touched again.  One Data per thread.
+#pragma once
+
+#include <dyntape/dynamics/algebra/composite.h>
+#include <dyntape/dynamics/algebra/ldlt6.h>
+#include <dyntape/dynamics/model/following.h>
+#include <dyntape/dynamics/model/joints.h>
+#include <dyntape/dynamics/algorithms/detail/lanes.hxx>
+
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+namespace dyntape::dynamics {
+
+// The shape of a tree: what is known without any number of the state.
+struct Tree {
+  std::vector<Dof> dofs;          // (nv)
+  std::vector<int> first, count;  // (njoints) dofs of joint i: first[i] ... + count[i]
+  std::vector<Axis> axes;         // (njoints)
+  std::vector<int> root;          // (njoints) the joint of the same tree that hangs on the world
+
+  // Columns in preorder, so that a subtree's stand side by side: the dofs of joint i at begin[i] ...
+  // begin[i] + count[i], with all that is beyond it up to end[i].
+  std::vector<int> preorder;    // (njoints) joints, each before what is beyond it, subtree by subtree
+  std::vector<int> begin, end;  // (njoints)
+  std::vector<int> dof_at;      // (nv) index in v of the column at a place
+  std::vector<int> place_of;    // (nv) and back
+  bool in_order = true;         // whether that is the order of v
+  std::vector<int> depth;       // (njoints) joints between joint i and the world
+  int deepest = 0;
+
+  // The dofs on one path with dof j: towards the root first, then those of its joint and all that is beyond.
+  // They stand at path_begin(j) ... path_end[j] of path.
+  std::vector<int> path, path_end;
+  int path_begin(int j) const { return j == 0 ? 0 : path_end[j - 1]; }
+};
+
+template <class T>
+Tree tree_of(const Model<T>& model) {
+  Tree tree;
+  const int n = model.njoints();
+  for (int i = 0; i < n; ++i) {
+    const std::vector<Dof> dofs = joint_dofs(model.joints[i], i);
+    tree.first.push_back(model.joints[i].idx_v);
+    tree.count.push_back(static_cast<int>(dofs.size()));
+    tree.axes.push_back(dofs.front().axis);
+    tree.root.push_back(model.parent[i] < 0 ? i : tree.root[model.parent[i]]);
+    tree.dofs.insert(tree.dofs.end(), dofs.begin(), dofs.end());
+    tree.depth.push_back(model.parent[i] < 0 ? 0 : tree.depth[model.parent[i]] + 1);
+    tree.deepest = std::max(tree.deepest, tree.depth.back());
+  }
+  // Sizes from the leaves, then places from the roots: each joint takes the next free place of its parent.
+  std::vector<int> size = tree.count, next(n), next_joint(n), joints_below(n, 1);
+  for (int i = n - 1; i >= 0; --i) {
+    const int p = model.parent[i];
+    if (p >= 0) size[p] += size[i], joints_below[p] += joints_below[i];
+  }
+  int root_place = 0, root_joint = 0;
+  tree.preorder.resize(n);
+  tree.dof_at.resize(model.nv);
+  tree.place_of.resize(model.nv);
+  for (int i = 0; i < n; ++i) {
+    const int p = model.parent[i];
+    int &place = p < 0 ? root_place : next[p], &joint = p < 0 ? root_joint : next_joint[p];
+    tree.begin.push_back(place);
+    tree.end.push_back(place + size[i]);
+    tree.preorder[joint] = i;
+    for (int k = 0; k < tree.count[i]; ++k) {
+      tree.dof_at[place + k] = tree.first[i] + k;
+      tree.in_order = tree.in_order && place == tree.first[i];
+      tree.place_of[tree.first[i] + k] = place + k;
+    }
+    next[i] = place + tree.count[i];
+    next_joint[i] = joint + 1;
+    place += size[i];
+    joint += joints_below[i];
+  }
+  for (int j = 0; j < model.nv; ++j) {
+    const int i = tree.dofs[j].joint;
+    for (int p = model.parent[i]; p >= 0; p = model.parent[p]) {
+      for (int k = tree.first[p]; k < tree.first[p] + tree.count[p]; ++k) tree.path.push_back(k);
+    }
+    for (int at = tree.begin[i]; at < tree.end[i]; ++at) tree.path.push_back(tree.dof_at[at]);
+    tree.path_end.push_back(static_cast<int>(tree.path.size()));
+  }
+  return tree;
+}
+
+template <class T>
+struct Data {
+  explicit Data(const Model<T>& model) : tree(tree_of(model)) {
+    const int n = model.njoints(), nv = model.nv;
+    for (auto* x : {&X_PB, &X_WB}) x->resize(n);
+    for (auto* x : {&v, &a, &a_gf}) x->resize(n);
+    for (auto* x : {&f, &p_A}) x->resize(n);
+    for (auto* x : {&S_dot, &S_ddot, &S_v}) x->resize(nv);
+    stride = static_cast<int>(detail::whole_lanes<T>(nv));
+    const auto lanes = [&](int quantities) {
+      return detail::LaneArray<T>(std::ptrdiff_t{stride} * quantities);
+    };
+    travellers = lanes(21);
+    rows = lanes(5);
+    responses = lanes(6 * (tree.deepest + 1));
+    upper = columns_of_minverse = lanes(nv);
+    composites.resize(n);
+    velocity_products.resize(n);
+    articulated.resize(n);
+    U.resize(nv);
+    ldlt.resize(n);
+    for (auto* x : {&tau, &ddq, &nle, &g, &D_inverse, &u}) *x = VectorX<T>::Zero(nv);
+    for (auto* x : {&M, &Minv, &dtau_dq, &dtau_dv, &ddq_dq, &ddq_dv}) *x = MatrixX<T>::Zero(nv, nv);
+    J = Matrix6X<T>::Zero(6, nv);
+  }
+
+  Tree tree;
+  // Joints that follow others, for forward dynamics (following.h); none unless set.
+  std::optional<Following<T>> following;
+
+  // Kinematics, per body.
+  std::vector<Placement<T>> X_PB;  // body in its parent (for a root: in the world)
+  std::vector<Placement<T>> X_WB;  // body in the world
+  std::vector<Motion<T>> v;        // velocity, in the body frame
+  std::vector<Motion<T>> a;        // spatial acceleration, in the body frame
+
+  // Results.
+  VectorX<T> tau, ddq, nle, g;  // (nv)
+  MatrixX<T> M, Minv;           // (nv x nv), both triangles
+  MatrixX<T> dtau_dq, dtau_dv;  // (nv x nv) columns: tangent increments
+  MatrixX<T> ddq_dq, ddq_dv;    // (nv x nv)
+  Matrix6X<T> J;                // (6 x nv)
+  T kinetic_energy = T(0), potential_energy = T(0);
+  Vector3<T> com = Vector3<T>::Zero();
+
+  // Working memory.
+  std::vector<Motion<T>> a_gf;                // acceleration against free fall, in the body frame
+  std::vector<Force<T>> f, p_A;               // force through the joint; articulated bias force
+  std::vector<Motion<T>> S_dot, S_ddot, S_v;  // (nv) see algorithms.h, derivatives
+  std::vector<Composite<T>> composites;
+  std::vector<VelocityProduct<T>> velocity_products;
+  std::vector<Articulated<T>> articulated;
+  std::vector<Force<T>> U;     // (nv) I_A S
+  std::vector<Ldlt6<T>> ldlt;  // of the free-flyers
+  VectorX<T> D_inverse, u;     // (nv)
+
+  // Column by column, in the places of the tree, each quantity `stride` apart (detail/columns.hxx).
+  int stride = 0;
+  detail::LaneArray<T> travellers;           // (21) forces on their way to the root
+  detail::LaneArray<T> rows;                 // (5) entries of the joint that they pass
+  detail::LaneArray<T> responses;            // (6) a depth: motions that answer unit torques
+  detail::LaneArray<T> upper;                // (nv) rows of Minv, right of the diagonal
+  detail::LaneArray<T> columns_of_minverse;  // (nv)
+};
+
+}  // namespace dyntape::dynamics

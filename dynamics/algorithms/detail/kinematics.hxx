@@ -1,0 +1,156 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <dyntape/dynamics/model/detail/checks.hxx>
+
+namespace dyntape::dynamics {
+namespace detail {
+
+template <class T>
+void place_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  place_joints(model, data, q);
+  for (int i = 0; i < model.njoints(); ++i) {
+    const int p = model.parent[i];
+    data.X_WB[i] = p < 0 ? data.X_PB[i] : data.X_WB[p] * data.X_PB[i];
+  }
+}
+
+template <class T>
+const Frame<T>& frame_at(const char* function, const Model<T>& model, int frame) {
+  const int n = static_cast<int>(model.frames.size());
+  if (frame < 0 || frame >= n) {
+    throw ArgumentError(std::string(function) + ": frame " + std::to_string(frame) +
+                        " does not exist, model \"" + model.name + "\" has " + std::to_string(n));
+  }
+  return model.frames[frame];
+}
+
+// A place on a body.
+template <class T>
+struct Site {
+  int body = -1;      // -1: fixed to the world
+  Placement<T> X_BF;  // in the body
+};
+
+template <class T>
+Site<T> site_of_frame(const char* function, const Model<T>& model, int frame) {
+  const Frame<T>& F = frame_at(function, model, frame);
+  return {F.body, F.X_BF};
+}
+
+template <class T>
+Site<T> site_of_body(const char* function, const Model<T>& model, int body) {
+  if (body < 0 || body >= model.njoints()) {
+    throw ArgumentError(std::string(function) + ": body " + std::to_string(body) +
+                        " does not exist, model \"" + model.name + "\" has " +
+                        std::to_string(model.njoints()));
+  }
+  return {body, {}};
+}
+
+// A motion of frame F, known in F, in the frame asked for.
+template <class T>
+Motion<T> expressed(const Placement<T>& X_WF, const Motion<T>& m, ReferenceFrame in) {
+  if (in == ReferenceFrame::kLocal) return m;
+  if (in == ReferenceFrame::kWorld) return act(X_WF, m);
+  return {X_WF.R * m.linear, X_WF.R * m.angular};
+}
+
+// Column S_j, seen from F: the placement of F in body j is gathered on the way to the root.
+template <class T>
+const Matrix6X<T>& site_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
+                                 const Site<T>& site, ReferenceFrame in) {
+  data.J.setZero();
+  Placement<T> X_BF = site.X_BF;
+  const Tree& tree = data.tree;
+  for (int i = site.body; i >= 0; i = model.parent[i]) {
+    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
+      data.J.col(k) = act_inverse(X_BF, motion<T>(tree.dofs[k])).vector();
+    }
+    X_BF = joint_placement<T>(model.joints[i], tree.axes[i], model.X_PJ[i], q) * X_BF;
+  }
+  if (in == ReferenceFrame::kLocal) return data.J;
+  for (int i = site.body; i >= 0; i = model.parent[i]) {
+    for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
+      const Motion<T> local{data.J.col(k).template head<3>(), data.J.col(k).template tail<3>()};
+      data.J.col(k) = expressed(X_BF, local, in).vector();
+    }
+  }
+  return data.J;
+}
+
+}  // namespace detail
+
+template <class T>
+void forward_kinematics(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  detail::check_arguments("forward_kinematics", model, data, q);
+  detail::place_bodies(model, data, q);
+}
+
+template <class T>
+void forward_kinematics(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v) {
+  detail::check_arguments("forward_kinematics", model, data, q, &v);
+  detail::place_bodies(model, data, q);
+  detail::move_bodies(model, data, v);
+}
+
+template <class T>
+void forward_kinematics(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
+                        const VectorRef<T>& a) {
+  detail::check_arguments("forward_kinematics", model, data, q, &v, &a);
+  detail::place_bodies(model, data, q);
+  detail::move_bodies(model, data, v);
+  for (int i = 0; i < model.njoints(); ++i) {
+    const int p = model.parent[i];
+    const Motion<T> own = detail::joint_motion(data, a, i) + detail::bias_motion(data, v, i);
+    data.a[i] = p < 0 ? own : act_inverse(data.X_PB[i], data.a[p]) + own;
+  }
+}
+
+template <class T>
+Placement<T> frame_placement(const Model<T>& model, const Data<T>& data, int frame) {
+  const Frame<T>& F = detail::frame_at("frame_placement", model, frame);
+  return F.body < 0 ? F.X_BF : data.X_WB[F.body] * F.X_BF;
+}
+
+template <class T>
+Motion<T> frame_velocity(const Model<T>& model, const Data<T>& data, int frame, ReferenceFrame in) {
+  const Frame<T>& F = detail::frame_at("frame_velocity", model, frame);
+  if (F.body < 0) return {};
+  return detail::expressed(frame_placement(model, data, frame), act_inverse(F.X_BF, data.v[F.body]), in);
+}
+
+template <class T>
+Motion<T> frame_acceleration(const Model<T>& model, const Data<T>& data, int frame, ReferenceFrame in) {
+  const Frame<T>& F = detail::frame_at("frame_acceleration", model, frame);
+  if (F.body < 0) return {};
+  return detail::expressed(frame_placement(model, data, frame), act_inverse(F.X_BF, data.a[F.body]), in);
+}
+
+template <class T>
+Motion<T> frame_classical_acceleration(const Model<T>& model, const Data<T>& data, int frame,
+                                       ReferenceFrame in) {
+  const Frame<T>& F = detail::frame_at("frame_classical_acceleration", model, frame);
+  if (F.body < 0) return {};
+  const Placement<T> X_WF = frame_placement(model, data, frame);
+  const Motion<T> v = detail::expressed(X_WF, act_inverse(F.X_BF, data.v[F.body]), in);
+  Motion<T> a = detail::expressed(X_WF, act_inverse(F.X_BF, data.a[F.body]), in);
+  a.linear += v.angular.cross(v.linear);
+  return a;
+}
+
+template <class T>
+const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int frame,
+                                  ReferenceFrame in) {
+  detail::check_arguments("frame_jacobian", model, data, q);
+  return detail::site_jacobian(model, data, q, detail::site_of_frame("frame_jacobian", model, frame), in);
+}
+
+template <class T>
+const Matrix6X<T>& body_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int body,
+                                 ReferenceFrame in) {
+  detail::check_arguments("body_jacobian", model, data, q);
+  return detail::site_jacobian(model, data, q, detail::site_of_body("body_jacobian", model, body), in);
+}
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Loops in which one instruction serves several neighbours.
+//
+//   over<T>(begin, end, [&](int s, auto lanes) { lanes.store(y + s, lanes.load(x + s) * a); });
+//
+// Built-in floats go kLanes at a time, other scalars one by one; an entry undergoes the same operations either
+// way, so results have the same bits.  Arrays (LaneArray) begin and end on whole groups of lanes, and a loop
+// runs over whole groups: what is written is read back in the same pieces, which is what a processor likes.
+// `over` may overwrite the neighbours of [begin, end) in its first and last group; `over_before` leaves what is
+// at `end` and behind it alone.
+#pragma once
+
+#include <dyntape/autodiff/processor.h>
+#include <dyntape/dynamics/algebra/vec3.h>
+
+#include <cstddef>
+#include <type_traits>
+#include <vector>
+
+namespace dyntape::dynamics::detail {
+
+template <class T>
+inline constexpr int kLanes = std::is_same_v<T, double>  ? 8
+                              : std::is_same_v<T, float> ? 16
+                                                         : 1;
+
+// n, up to the next whole number of groups.
+template <class T>
+constexpr std::ptrdiff_t whole_lanes(std::ptrdiff_t n) {
+  return (n + kLanes<T> - 1) / kLanes<T> * kLanes<T>;
+}
+
+inline namespace DYNTAPE_VECTORS {
+
+template <class T, bool = (kLanes<T> > 1)>
+struct Lanes {
+  using Vector = T;
+  static Vector zero() { return T(0); }
+  T load(const T* x) const { return *x; }
+  void store(T* x, const T& v) const { *x = v; }
+};
+
+template <class T>
+struct Lanes<T, true> {
+  typedef T Vector __attribute__((vector_size(kLanes<T> * sizeof(T)), may_alias));
+  using Index = std::conditional_t<sizeof(T) == 8, long long, int>;
+  typedef Index Indices __attribute__((vector_size(kLanes<T> * sizeof(T))));
+
+  static Vector zero() { return Vector{}; }
+  Vector load(const T* x) const { return *reinterpret_cast<const Vector*>(x); }
+  void store(T* x, const Vector& v) const { *reinterpret_cast<Vector*>(x) = v; }
+  static Indices indices() {
+    Indices k;
+    for (int i = 0; i < kLanes<T>; ++i) k[i] = i;
+    return k;
+  }
+};
+
+// The first `count` of a group.
+template <class T>
+struct FirstLanes : Lanes<T> {
+  using Vector = typename Lanes<T>::Vector;
+  explicit FirstLanes(int count) : here(Lanes<T>::indices() < count) {}
+  void store(T* x, const Vector& v) const { Lanes<T>::store(x, here ? v : Vector(this->load(x))); }
+  typename Lanes<T>::Indices here;
+};
+
+}  // namespace DYNTAPE_VECTORS
+
+template <class T>
+class LaneArray {
+ public:
+  explicit LaneArray(std::ptrdiff_t count = 0)
+      : groups_(static_cast<std::size_t>(whole_lanes<T>(count) / kLanes<T>)) {}
+  T* data() { return groups_.data()->entries; }
+  const T* data() const { return groups_.data()->entries; }
+
+ private:
+  struct alignas(kLanes<T> * alignof(T)) Group {
+    T entries[kLanes<T>] = {};
+  };
+  std::vector<Group> groups_;
+};
+
+template <class T, class Body>
+DYNTAPE_INLINE void over(int begin, int end, Body body) {
+  for (int s = begin / kLanes<T> * kLanes<T>; s < end; s += kLanes<T>) body(s, Lanes<T>());
+}
+
+template <class T, class Body>
+DYNTAPE_INLINE void over_before(int begin, int end, Body body) {
+  int s = begin / kLanes<T> * kLanes<T>;
+  for (; s + kLanes<T> <= end; s += kLanes<T>) body(s, Lanes<T>());
+  if constexpr (kLanes < T >> 1) {
+    if (s < end) body(s, FirstLanes<T>(end - s));
+  }
+}
+
+// The group with its entry `at` replaced; nothing where the group has no such entry.
+template <class T>
+DYNTAPE_INLINE typename Lanes<T>::Vector with_lane(const typename Lanes<T>::Vector& group, int at,
+                                                   const T& value) {
+  if constexpr (kLanes < T >> 1) {
+    return Lanes<T>::indices() == at ? typename Lanes<T>::Vector{} + value : group;
+  } else {
+    return at == 0 ? value : group;
+  }
+}
+
+// The group with its first `count` entries replaced by zeros, and a one at `one`.
+template <class T>
+DYNTAPE_INLINE typename Lanes<T>::Vector with_first_lanes(const typename Lanes<T>::Vector& group, int count,
+                                                          int one) {
+  if constexpr (kLanes < T >> 1) {
+    using Vector = typename Lanes<T>::Vector;
+    const auto indices = Lanes<T>::indices();
+    const Vector unit = indices == one ? Vector{} + T(1) : Vector{};
+    return indices < count ? unit : group;
+  } else {
+    return count <= 0 ? group : one == 0 ? T(1) : T(0);
+  }
+}
+
+// x[at] = value, in a piece that a group can be read back from.
+template <class T>
+DYNTAPE_INLINE void put_lane(T* x, int at, const T& value) {
+  const Lanes<T> lanes;
+  T* group = x + at / kLanes<T> * kLanes<T>;
+  lanes.store(group, with_lane<T>(lanes.load(group), at % kLanes<T>, value));
+}
+
+}  // namespace dyntape::dynamics::detail

@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Wrenches from outside on the bodies of a robot, fixed in the body or in the world, and their derivatives.
+//
+//   std::vector<Wrench<double>> wrenches = {
+//       wrench_at_frame(model, model.frame_index("tool"), FixedIn::kWorld, {{0, 0, -20}, {0, 0, 0}})};
+//   WrenchTorques<double> w(model);                              // results and working memory, beside Data
+//   VectorX<double> tau = wrench_torques(model, data, w, wrenches, q);    // sum of J^T F
+//
+// A wrench acts at the origin of a frame F that is fixed to a body, (force, moment about that origin) in
+//   kBody    the axes of F, in which it is constant: a thruster, a propeller
+//   kWorld   the axes of the world, in which it is constant: wind, a rope, a weight, a contact force
+// The two give the same torques where the axes agree, and different derivatives.  Column S of joint j, with S
+// the same motion seen from F:
+//   d(J^T F) of F in its own axes: 0 (kBody),   - (s x f, s x n), s the angular part of S (kWorld);
+//   the joints before j also see their lever arms change: + S x* F.
+// dtau/dq of inverse dynamics with wrenches is that without, less the derivative of sum J^T F.  Only rotations
+// of the robot enter, not where it is.  Derived in docs/math.md (C.19 to C.25).
+#pragma once
+
+#include <dyntape/dynamics/algorithms/data.h>
+
+#include <vector>
+
+namespace dyntape::dynamics {
+
+enum class FixedIn { kBody, kWorld };
+
+template <class T>
+struct Wrench {
+  int body = -1;      // joint index of the body it acts on; -1: on the world, which does not move
+  Placement<T> X_BF;  // the frame at whose origin it acts, in the body
+  FixedIn fixed_in = FixedIn::kBody;
+  Force<T> value;  // N, N m
+
+  template <class S>
+  Wrench<S> cast() const {
+    return {body,
+            X_BF.template cast<S>(),
+            fixed_in,
+            {value.linear.template cast<S>(), value.angular.template cast<S>()}};
+  }
+};
+
+// At a frame of the model; ArgumentError if there is no such frame.
+template <class T>
+Wrench<T> wrench_at_frame(const Model<T>& model, int frame, FixedIn fixed_in,
+                          const std::type_identity_t<Force<T>>& value);
+
+// What the wrenches on some bodies add up to, and what a turn of the bodies makes of those that do not turn
+// with them: f, n, and P = sum of r f^T, r their points, of the ones fixed in the world.
+template <class T>
+struct WrenchSum {
+  Force<T> all;
+  Vector3<T> f = Vector3<T>::Zero(), n = Vector3<T>::Zero();
+  Matrix3<T> P = Matrix3<T>::Zero();
+};
+
+template <class T>
+struct WrenchTorques {
+  explicit WrenchTorques(const Model<T>& model)
+      : tau(VectorX<T>::Zero(model.nv)),
+        dtau_dq(MatrixX<T>::Zero(model.nv, model.nv)),
+        sums(model.njoints()) {}
+
+  VectorX<T> tau;      // (nv) sum of J^T F
+  MatrixX<T> dtau_dq;  // (nv x nv) its derivative
+
+  // Working memory.
+  std::vector<WrenchSum<T>> sums;  // of body i and all beyond it, in frame i
+};
+
+// w.tau; also data.X_WB.
+template <class T>
+const VectorX<T>& wrench_torques(const Model<T>& model, Data<T>& data, WrenchTorques<T>& w,
+                                 const std::vector<Wrench<T>>& wrenches, const VectorRef<T>& q);
+// w.dtau_dq and w.tau; also data.X_WB.
+template <class T>
+const MatrixX<T>& wrench_torque_derivatives(const Model<T>& model, Data<T>& data, WrenchTorques<T>& w,
+                                            const std::vector<Wrench<T>>& wrenches, const VectorRef<T>& q);
+
+}  // namespace dyntape::dynamics

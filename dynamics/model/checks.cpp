@@ -1,0 +1,11 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/dynamics/model/detail/checks.hxx>
+
+namespace dyntape::dynamics::detail {
+
+void throw_size(const char* function, const char* what, long got, long expected, const std::string& model) {
+  throw ArgumentError(std::string(function) + ": " + what + " has " + std::to_string(got) +
+                      " entries, expected " + std::to_string(expected) + " for model \"" + model + "\"");
+}
+
+}  // namespace dyntape::dynamics::detail

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Sizes of arguments, and the small questions that several recursions ask.
+#pragma once
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+
+#include <string>
+
+namespace dyntape::dynamics::detail {
+
+// Throws ArgumentError: `rnea: q has 6 entries, expected 7 for model "arm"`.
+void throw_size(const char* function, const char* what, long got, long expected, const std::string& model);
+
+template <class T>
+void check(const char* function, const char* what, const Model<T>& model, long got, long expected) {
+  if (got != expected) throw_size(function, what, got, expected, model.name);
+}
+
+template <class T>
+void check_arguments(const char* function, const Model<T>& model, const Data<T>& data, const VectorRef<T>& q,
+                     const VectorRef<T>* v = nullptr, const VectorRef<T>* a = nullptr,
+                     const char* last = "a") {
+  check(function, "q", model, q.size(), model.nq);
+  if (v) check(function, "v", model, v->size(), model.nv);
+  if (a) check(function, last, model, a->size(), model.nv);
+  check(function, "data", model, static_cast<long>(data.tree.dofs.size()), model.nv);
+}
+
+template <class T>
+void check_acting(const char* function, const Model<T>& model, const Acting<T>& acting) {
+  if (acting.armature_values) check(function, "armature", model, acting.armature_values->size(), model.nv);
+  if (acting.external) {
+    check(function, "external", model, static_cast<long>(acting.external->size()), model.njoints());
+  }
+}
+
+// Does an armature enter at joint i?  If so, armature_at gives it.
+template <class T>
+DYNTAPE_INLINE bool has_armature(const Model<T>& model, const Acting<T>& acting, int i) {
+  return acting.armature && is_single(model.joints[i].type);
+}
+
+template <class T>
+DYNTAPE_INLINE T armature_at(const Model<T>& model, const Acting<T>& acting, int i) {
+  if (!has_armature(model, acting, i)) return T(0);
+  return acting.armature_values ? (*acting.armature_values)[model.joints[i].idx_v] : model.joints[i].armature;
+}
+
+template <class T>
+void place_joints(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
+  for (int i = 0; i < model.njoints(); ++i) {
+    data.X_PB[i] = joint_placement<T>(model.joints[i], data.tree.axes[i], model.X_PJ[i], q);
+  }
+}
+
+// S x: what the joint itself adds to a velocity or an acceleration.
+template <class T>
+DYNTAPE_INLINE Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
+  const Tree& tree = data.tree;
+  const int k = tree.first[i];
+  if (tree.count[i] == 6) return {x.template segment<3>(k), x.template segment<3>(k + 3)};
+  Motion<T> m;
+  for (int c = k; c < k + tree.count[i]; ++c) add_along(tree.dofs[c], x[c], m);
+  return m;
+}
+
+// v_i x S v_i: one column crosses cheaply.
+template <class T>
+DYNTAPE_INLINE Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v, int i) {
+  const Tree& tree = data.tree;
+  if (tree.count[i] > 1) return cross(data.v[i], joint_motion(data, v, i));
+  const Motion<T> c = cross(data.v[i], tree.dofs[tree.first[i]]);
+  const T& s = v[tree.first[i]];
+  return {c.linear * s, c.angular * s};
+}
+
+// Acceleration of the world against free fall, seen from a root body: only the rotation of the root enters.
+template <class T>
+DYNTAPE_INLINE Motion<T> root_acceleration(const Model<T>& model, const Data<T>& data,
+                                           const Acting<T>& acting, int i) {
+  Motion<T> a;
+  if (acting.gravity) a.linear = -(data.X_PB[i].R.transpose() * model.gravity);
+  return a;
+}
+
+// Velocities of all bodies.
+template <class T>
+void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v) {
+  for (int i = 0; i < model.njoints(); ++i) {
+    const int p = model.parent[i];
+    const Motion<T> own = joint_motion(data, v, i);
+    data.v[i] = p < 0 ? own : act_inverse(data.X_PB[i], data.v[p]) + own;
+  }
+}
+
+}  // namespace dyntape::dynamics::detail

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Coordinates that follow others, in the full model's own vectors: v = G w with one entry in each row of G.
+//
+//   MimicModel<double> hand(model, rules);         // mimic.h
+//   Data<double> data(model);
+//   data.following = following(hand);
+//   aba(model, data, q, v, tau);                   // data.ddq = G a: what follows keeps following
+//
+// Where Data::following is set, forward dynamics is that of the joints that follow nobody: everywhere
+//   Minv = G (G^T M G)^-1 G^T        ddq = Minv (tau - h)
+// stand for M^-1 and M^-1 (tau - h), in aba, minverse and fd_derivatives, and through them in second order,
+// constraints, impacts, operational space and effects.  Of torques only G^T tau matters.  q and v are to follow
+// already (expand_configuration, expand_tangent).  G^T M G is factored as it is: unlike articulated inertias that loses
+// digits where it is badly conditioned (inertia_condition.h).  Derivatives are those of the full coordinates with G held:
+// their columns times G are derivatives by w.  docs/math.md (J.16).
+#pragma once
+
+#include <dyntape/dynamics/algebra/scalar.h>
+
+#include <utility>
+#include <vector>
+
+namespace dyntape::dynamics {
+
+// An entry of a full vector: factor x[index] + offset.
+struct FollowedEntry {
+  int index = 0;
+  double factor = 1, offset = 0;
+};
+
+template <class T>
+struct Following {
+  // entries (nv of the full model), n: entries of w.
+  Following(std::vector<FollowedEntry> entries, int n)
+      : entries(std::move(entries)),
+        L(MatrixX<T>::Zero(n, n)),
+        inverse(MatrixX<T>::Zero(n, n)),
+        D_inverse(VectorX<T>::Zero(n)),
+        x(VectorX<T>::Zero(n)) {}
+
+  std::vector<FollowedEntry> entries;  // the rows of G
+
+  // Working memory.
+  MatrixX<T> L, inverse;    // (n x n) unit lower triangle of G^T M G = L^T D L; its inverse
+  VectorX<T> D_inverse, x;  // (n)
+};
+
+}  // namespace dyntape::dynamics

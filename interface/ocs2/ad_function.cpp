@@ -1,0 +1,204 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/ocs2/ad_function.h>
+
+#include <chrono>
+#include <cstdio>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocs2/ad_function_model.h>
+
+namespace dyntape {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+Order order_of(AdFunction::ApproximationOrder order) { return static_cast<Order>(order); }
+
+std::vector<double> recording_point(const vector_t& point) { return {point.begin(), point.end()}; }
+
+AdFunctionSettings settings_of(std::string name, std::string folder, std::vector<std::string> flags) {
+  AdFunctionSettings settings;
+  settings.name = std::move(name);
+  settings.folder = std::move(folder);
+  settings.flags = std::move(flags);
+  return settings;
+}
+
+AdFunction::ad_parameterized_function_t without_parameters(AdFunction::ad_function_t function) {
+  if (!function) return nullptr;
+  return [f = std::move(function)](const ad_vector_t& x, const ad_vector_t&, ad_vector_t& y) { f(x, y); };
+}
+
+// One line about what was made: "norm": compiled, 12 operations (value 4, with Jacobian 12), 0.31 s
+void report(const AdFunctionStatistics& s, const std::string& name) {
+  static constexpr const char* kKernels[] = {"value ", ", with Jacobian ", ", with Hessian "};
+  std::string operations;
+  for (std::size_t k = 0; k < s.operations.size(); ++k) {
+    operations += kKernels[k] + std::to_string(s.operations[k]);
+  }
+  const double seconds =
+      s.recordSeconds + s.deriveSeconds + s.printSeconds + s.compileSeconds + s.loadSeconds;
+  const char* how = s.cacheHit ? "loaded from the cache" : s.route.c_str();
+  std::fprintf(stderr, "dyntape: \"%s\": %s in %.3f s; operations: %s%s%s\n", name.c_str(), how, seconds,
+               operations.c_str(), s.sourcePath.empty() ? "" : "; ", s.sourcePath.c_str());
+}
+
+}  // namespace
+
+TieredFunction detail::made(const Function& function, const CodegenOptions& options) {
+  return options.route == Route::kTiered ? TieredFunction::make(function, options)
+                                         : TieredFunction::of(CompiledFunction::make(function, options));
+}
+
+std::vector<std::string> AdFunction::defaultCompileFlags() {
+  return {"-O3", "-g", "-march=native", "-mtune=native", "-ffast-math"};
+}
+
+AdFunction::AdFunction(ad_parameterized_function_t function, std::size_t variableDim,
+                       std::size_t parameterDim, std::string modelName, std::string folderName,
+                       std::vector<std::string> compileFlags, const char* file, int line)
+    : AdFunction(std::move(function), variableDim, parameterDim,
+                 settings_of(std::move(modelName), std::move(folderName), std::move(compileFlags)), file,
+                 line) {}
+
+AdFunction::AdFunction(ad_function_t function, std::size_t variableDim, std::string modelName,
+                       std::string folderName, std::vector<std::string> compileFlags, const char* file,
+                       int line)
+    : AdFunction(without_parameters(std::move(function)), variableDim, 0,
+                 settings_of(std::move(modelName), std::move(folderName), std::move(compileFlags)), file,
+                 line) {}
+
+AdFunction::AdFunction(ad_parameterized_function_t function, std::size_t variableDim,
+                       std::size_t parameterDim, AdFunctionSettings settings, const char* file, int line)
+    : function_(std::move(function)),
+      variable_dim_(variableDim),
+      parameter_dim_(parameterDim),
+      settings_(std::move(settings)),
+      file_(file),
+      line_(line) {
+  if (!function_) throw ArgumentError("AdFunction \"" + settings_.name + "\" is given no function");
+}
+
+Function AdFunction::record_function() const {
+  RecordOptions options;
+  options.variables = recording_point(settings_.variables);
+  options.parameters = recording_point(settings_.parameters);
+  return record(
+      settings_.name, variable_dim_, parameter_dim_,
+      [this](const VectorXad& x, const VectorXad& p) {
+        VectorXad y;
+        function_(x, p, y);
+        return y;
+      },
+      options, file_, line_);
+}
+
+CodegenOptions AdFunction::options(Order order) const {
+  CodegenOptions options = settings_.codegen;
+  options.order = order;
+  options.cache_folder = settings_.folder;
+  options.flags = settings_.flags;
+  options.label = settings_.name;
+  return options;
+}
+
+void AdFunction::build(Function function, ApproximationOrder order, bool rebuild, double record_seconds,
+                       bool verbose) {
+  CodegenOptions chosen = options(order_of(order));
+  chosen.force_rebuild = rebuild;
+  model_ =
+      std::make_shared<const Model>(detail::made(function, chosen), options(order_of(order)), record_seconds);
+  if (verbose) report(statistics(), settings_.name);
+}
+
+void AdFunction::createModels(ApproximationOrder order, bool verbose) {
+  const auto start = Clock::now();
+  Function function = record_function();
+  build(std::move(function), order, settings_.forceRebuild, seconds_since(start), verbose);
+}
+
+void AdFunction::loadModelsIfAvailable(ApproximationOrder order, bool verbose) {
+  const auto start = Clock::now();
+  Function function = record_function();
+  build(std::move(function), order, false, seconds_since(start), verbose);
+}
+
+void AdFunction::loadModels(bool verbose) {
+  const auto start = Clock::now();
+  const Function function = record_function();
+  const double record_seconds = seconds_since(start);
+  for (int order = 2; order >= 0; --order) {
+    const CodegenOptions chosen = options(static_cast<Order>(order));
+    CodegenOptions look = chosen;
+    look.only_cached = true;
+    try {
+      model_ = std::make_shared<const Model>(detail::made(function, look), chosen, record_seconds);
+    } catch (const NotCached&) {
+      continue;
+    }
+    if (verbose) report(statistics(), settings_.name);
+    return;
+  }
+  throw NotCached("loadModels: the cache has no library of the function \"" + settings_.name +
+                  "\" with these flags and this compiler; createModels or loadModelsIfAvailable make one");
+}
+
+AdFunctionStatistics AdFunction::statistics() const {
+  const Model& m = model("statistics");
+  const CompiledFunction f = m.shared.tiers.serving();
+  const Timings& t = f.timings();
+  AdFunctionStatistics s;
+  s.route = to_string(f.route());
+  s.cacheHit = t.cache_hit;
+  s.recordSeconds = m.record_seconds;
+  s.deriveSeconds = t.derive + t.schedule;
+  s.printSeconds = t.print;
+  s.compileSeconds = t.compile;
+  s.loadSeconds = t.hash + t.load;
+  for (int k = 0; k <= static_cast<int>(f.order()); ++k) {
+    s.operations.push_back(f.operations(static_cast<Order>(k)));
+  }
+  if (f.order() >= Order::kFirst) s.jacobianNonZeros = f.jacobian_pattern().nnz();
+  if (f.order() >= Order::kSecond) s.hessianNonZeros = f.hessian_pattern().nnz();
+  s.sourcePath = f.source_path();
+  return s;
+}
+
+const AdFunction::Model& AdFunction::model(const char* asked_for, Order order) const {
+  static constexpr const char* kOrders[] = {"Zero", "First", "Second"};
+  if (!model_) {
+    throw ArgumentError(std::string(asked_for) + " of \"" + settings_.name +
+                        "\": there is no model yet; call createModels or loadModelsIfAvailable first");
+  }
+  const Order made = model_->compiled().order();
+  if (made < order) {
+    throw ArgumentError(std::string(asked_for) + " of \"" + settings_.name + "\" needs order " +
+                        kOrders[static_cast<int>(order)] + ", the model was created with order " +
+                        kOrders[static_cast<int>(made)]);
+  }
+  return *model_;
+}
+
+void AdFunction::waitForCompiler() const { model("waitForCompiler").shared.tiers.wait(); }
+
+std::size_t AdFunction::rangeDim() const { return model("rangeDim").compiled().n_y(); }
+
+AdFunction::ApproximationOrder AdFunction::order() const {
+  return static_cast<ApproximationOrder>(model("order").compiled().order());
+}
+
+const Function& AdFunction::recorded() const { return model("recorded").compiled().function(); }
+
+const Pattern& AdFunction::jacobianPattern() const {
+  return model("jacobianPattern", Order::kFirst).compiled().jacobian_pattern();
+}
+
+const Pattern& AdFunction::hessianPattern() const {
+  return model("hessianPattern", Order::kSecond).compiled().hessian_pattern();
+}
+
+}  // namespace dyntape

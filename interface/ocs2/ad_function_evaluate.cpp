@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/ocs2/ad_function_model.h>
+
+namespace dyntape {
+namespace detail {
+
+void check_size(const char* asked, const std::string& name, const char* what, Eigen::Index got,
+                std::size_t expected) {
+  if (static_cast<std::size_t>(got) == expected) return;
+  throw ArgumentError(std::string(asked) + ": " + what + " has " + std::to_string(got) +
+                      " entries, function \"" + name + "\" expects " + std::to_string(expected));
+}
+
+matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool symmetric) {
+  matrix_t m =
+      matrix_t::Zero(static_cast<Eigen::Index>(pattern.rows), static_cast<Eigen::Index>(pattern.cols));
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    m(pattern.row[k], pattern.col[k]) = values[k];
+    if (symmetric) m(pattern.col[k], pattern.row[k]) = values[k];
+  }
+  return m;
+}
+
+std::ptrdiff_t first_not_finite(const double* values, std::size_t count) {
+  const double* bad = std::find_if(values, values + count, [](double v) { return !std::isfinite(v); });
+  return bad == values + count ? -1 : bad - values;
+}
+
+}  // namespace detail
+
+namespace {
+
+using VectorRef = AdFunction::VectorRef;
+
+// One call of a compatible method.
+struct Call {
+  const char* asked;
+  const std::string& name;
+  bool check_finite;
+  const VectorRef& x;
+  const VectorRef& p;
+  const double* weights = nullptr;
+};
+
+// `x[3] = nan` where an input is not finite, empty otherwise.
+std::string bad_input(const char* what, const VectorRef& v) {
+  for (Eigen::Index i = 0; i < v.size(); ++i) {
+    if (!std::isfinite(v[i]))
+      return std::string(what) + "[" + std::to_string(i) + "] = " + io::shortest(v[i]);
+  }
+  return "";
+}
+
+// The first operation, of the recording and then of its derivatives, that made something not finite.
+std::string culprit(const CompiledFunction& f, Order highest, const Call& call) {
+  for (int order = 0; order <= static_cast<int>(highest); ++order) {
+    const Function derived = derive(f.function(), static_cast<Order>(order)).function;
+    const std::string first = first_not_finite(derived, call.x.data(), call.p.data(), call.weights);
+    if (!first.empty()) return (order == 0 ? "" : "in the derivative, ") + first;
+  }
+  return "";
+}
+
+// Throws unless all values are finite; `entry` names the place of a value.
+template <class Entry>
+void check_finite(const Call& call, const CompiledFunction& f, Order order, const double* values,
+                  std::size_t count, Entry entry) {
+  const std::ptrdiff_t k = call.check_finite ? detail::first_not_finite(values, count) : -1;
+  if (k < 0) return;
+  std::string reason = bad_input("x", call.x);
+  if (reason.empty()) reason = bad_input("p", call.p);
+  if (reason.empty()) reason = culprit(f, order, call);
+  throw NumericalError(std::string(call.asked) + " of \"" + call.name + "\": entry " +
+                       entry(static_cast<std::size_t>(k)) + " is " + io::shortest(values[k]) +
+                       (reason.empty() ? "" : "; first cause: " + reason));
+}
+
+auto place_in(const Pattern& pattern) {
+  return [&pattern](std::size_t k) {
+    return "(" + std::to_string(pattern.row[k]) + ", " + std::to_string(pattern.col[k]) + ")";
+  };
+}
+
+void run_value(const Call& call, const detail::SharedFunction& shared, double* y,
+               TieredFunction::Workspace& workspace) {
+  const CompiledFunction& f = shared.compiled();
+  shared.tiers.value(call.x.data(), call.p.data(), y, workspace);
+  check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
+}
+
+// Non-zeros of the Jacobian into the room; the value into y unless that is null.
+void run_jacobian(const Call& call, const detail::SharedFunction& shared, double* y,
+                  detail::SharedFunction::Room& room) {
+  const CompiledFunction& f = shared.compiled();
+  shared.tiers.first_order(call.x.data(), call.p.data(), y, room.jacobian.data(), room.workspace);
+  const Pattern& pattern = f.jacobian_pattern();
+  if (y) check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
+  check_finite(call, f, Order::kFirst, room.jacobian.data(), pattern.nnz(), place_in(pattern));
+}
+
+void run_hessian(const Call& call, const detail::SharedFunction& shared, detail::SharedFunction::Room& room) {
+  const CompiledFunction& f = shared.compiled();
+  shared.tiers.second_order(call.x.data(), call.p.data(), call.weights, nullptr, nullptr, room.hessian.data(),
+                            room.workspace);
+  const Pattern& pattern = f.hessian_pattern();
+  check_finite(call, f, Order::kSecond, room.hessian.data(), pattern.nnz(), place_in(pattern));
+}
+
+// Products of finite values may overflow.
+void check_blocks(const Call& call, const CompiledFunction& f,
+                  const ScalarFunctionQuadraticApproximation& a) {
+  const auto check = [&](const char* block, const double* values, Eigen::Index size) {
+    check_finite(call, f, Order::kFirst, values, static_cast<std::size_t>(size),
+                 [&](std::size_t k) { return block + ("[" + std::to_string(k)) + "]"; });
+  };
+  check("f", &a.f, 1);
+  check("dfdx", a.dfdx.data(), a.dfdx.size());
+  check("dfdxx", a.dfdxx.data(), a.dfdxx.size());
+}
+
+Eigen::SparseMatrix<double> sparse(const Pattern& pattern, const std::vector<double>& values,
+                                   bool symmetric) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    const auto i = static_cast<int>(pattern.row[k]), j = static_cast<int>(pattern.col[k]);
+    entries.emplace_back(i, j, values[k]);
+    if (symmetric && i != j) entries.emplace_back(j, i, values[k]);
+  }
+  Eigen::SparseMatrix<double> matrix(static_cast<int>(pattern.rows), static_cast<int>(pattern.cols));
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+}  // namespace
+
+void AdFunction::check_inputs(const char* asked, const VectorRef& x, const VectorRef& p) const {
+  detail::check_size(asked, name(), "x", x.size(), variable_dim_);
+  detail::check_size(asked, name(), "p", p.size(), parameter_dim_);
+}
+
+vector_t AdFunction::getFunctionValue(const VectorRef& x, const VectorRef& p) const {
+  const Model& m = model("getFunctionValue");
+  check_inputs("getFunctionValue", x, p);
+  const auto room = m.shared.room();
+  vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
+  run_value({"getFunctionValue", name(), settings_.checkFinite, x, p}, m.shared, y.data(), room->workspace);
+  return y;
+}
+
+matrix_t AdFunction::getJacobian(const VectorRef& x, const VectorRef& p) const {
+  const Model& m = model("getJacobian", Order::kFirst);
+  check_inputs("getJacobian", x, p);
+  const auto room = m.shared.room();
+  run_jacobian({"getJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr, *room);
+  return detail::dense(m.compiled().jacobian_pattern(), room->jacobian, false);
+}
+
+Eigen::SparseMatrix<double> AdFunction::getSparseJacobian(const VectorRef& x, const VectorRef& p) const {
+  const Model& m = model("getSparseJacobian", Order::kFirst);
+  check_inputs("getSparseJacobian", x, p);
+  const auto room = m.shared.room();
+  run_jacobian({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr, *room);
+  return sparse(m.compiled().jacobian_pattern(), room->jacobian, false);
+}
+
+ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(const VectorRef& x,
+                                                                             const VectorRef& p) const {
+  constexpr const char* kAsked = "getGaussNewtonApproximation";
+  const Model& m = model(kAsked, Order::kFirst);
+  check_inputs(kAsked, x, p);
+  const auto room = m.shared.room();
+  vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
+  const Call call{kAsked, name(), settings_.checkFinite, x, p};
+  run_jacobian(call, m.shared, y.data(), *room);
+
+  const auto n = static_cast<Eigen::Index>(variable_dim_);
+  ScalarFunctionQuadraticApproximation result;
+  result.f = 0.5 * y.squaredNorm();
+  result.dfdx = vector_t::Zero(n);
+  result.dfdxx = matrix_t::Zero(n, n);
+  const Pattern& pattern = m.compiled().jacobian_pattern();
+  const std::vector<double>& J = room->jacobian;
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    result.dfdx[pattern.col[k]] += J[k] * y[pattern.row[k]];
+    // The entries of a row follow each other: this one times itself and those before it in its row.
+    for (std::size_t l = k + 1; l-- > 0 && pattern.row[l] == pattern.row[k];) {
+      result.dfdxx(pattern.col[k], pattern.col[l]) += J[k] * J[l];
+    }
+  }
+  result.dfdxx.triangularView<Eigen::StrictlyUpper>() = result.dfdxx.transpose();
+  check_blocks(call, m.compiled(), result);
+  return result;
+}
+
+matrix_t AdFunction::getHessian(std::size_t outputIndex, const VectorRef& x, const VectorRef& p) const {
+  const std::size_t m = model("getHessian", Order::kSecond).compiled().n_y();
+  if (outputIndex >= m) {
+    throw ArgumentError("getHessian: output " + std::to_string(outputIndex) + " does not exist, function \"" +
+                        name() + "\" has " + std::to_string(m) + " outputs, counted from 0");
+  }
+  return getHessian(vector_t::Unit(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(outputIndex)), x,
+                    p);
+}
+
+matrix_t AdFunction::getHessian(const VectorRef& weights, const VectorRef& x, const VectorRef& p) const {
+  const Model& m = model("getHessian", Order::kSecond);
+  detail::check_size("getHessian", name(), "weights", weights.size(), m.compiled().n_y());
+  check_inputs("getHessian", x, p);
+  const auto room = m.shared.room();
+  run_hessian({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared, *room);
+  return detail::dense(m.compiled().hessian_pattern(), room->hessian, true);
+}
+
+Eigen::SparseMatrix<double> AdFunction::getSparseHessian(const VectorRef& weights, const VectorRef& x,
+                                                         const VectorRef& p) const {
+  const Model& m = model("getSparseHessian", Order::kSecond);
+  detail::check_size("getSparseHessian", name(), "weights", weights.size(), m.compiled().n_y());
+  check_inputs("getSparseHessian", x, p);
+  const auto room = m.shared.room();
+  run_hessian({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared, *room);
+  return sparse(m.compiled().hessian_pattern(), room->hessian, true);
+}
+
+}  // namespace dyntape

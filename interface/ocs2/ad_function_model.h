@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What an AdFunction and its copies share: the function, immutable, with room to evaluate in.  Internal.
+#pragma once
+
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include <dyntape/codegen/run/tiered_function.h>
+#include <dyntape/interface/ocs2/ad_function.h>
+#include <dyntape/interface/robot/workspace_pool.h>
+
+namespace dyntape {
+
+namespace detail {
+
+// Throws ArgumentError: `jacobian: x has 11 entries, function "arm" expects 12`.
+void check_size(const char* asked, const std::string& name, const char* what, Eigen::Index got,
+                std::size_t expected);
+
+// Both triangles of a symmetric matrix from its lower one, or a Jacobian as it is.
+matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool symmetric);
+
+// Index of the first entry that is not finite, or -1.
+std::ptrdiff_t first_not_finite(const double* values, std::size_t count);
+
+// In tiers if the options say so, otherwise compiled when it comes back.
+TieredFunction made(const Function& function, const CodegenOptions& options);
+
+// A function that any number of threads may call.
+struct SharedFunction {
+  struct Room {
+    explicit Room(const TieredFunction& f) : workspace(f) {}
+    TieredFunction::Workspace workspace;
+    std::vector<double> jacobian, hessian;
+  };
+
+  explicit SharedFunction(TieredFunction f) : tiers(std::move(f)) {}
+
+  // For sizes, patterns and the like.
+  const CompiledFunction& compiled() const { return tiers.first(); }
+
+  WorkspacePool<Room>::Lease room() const {
+    return pool.take([&] {
+      auto room = std::make_unique<Room>(tiers);
+      const CompiledFunction& f = compiled();
+      if (f.order() >= Order::kFirst) room->jacobian.resize(f.jacobian_pattern().nnz());
+      if (f.order() >= Order::kSecond) room->hessian.resize(f.hessian_pattern().nnz());
+      return room;
+    });
+  }
+
+  const TieredFunction tiers;
+  mutable WorkspacePool<Room> pool;
+};
+
+// Made when it is first asked for, by one thread; an exception leaves it unmade.
+class OnRequest {
+ public:
+  template <class Make>
+  const SharedFunction& get(Make&& make) const {
+    std::call_once(once_, [&] { function_.emplace(make()); });
+    return *function_;
+  }
+
+ private:
+  mutable std::once_flag once_;
+  mutable std::optional<SharedFunction> function_;
+};
+
+}  // namespace detail
+
+struct AdFunction::Model {
+  Model(TieredFunction f, CodegenOptions o, double seconds)
+      : shared(std::move(f)), options(std::move(o)), record_seconds(seconds) {}
+
+  detail::SharedFunction shared;
+  CodegenOptions options;
+  double record_seconds;
+  detail::OnRequest parameter_jacobian, jvp, vjp;
+
+  const CompiledFunction& compiled() const { return shared.compiled(); }
+};
+
+}  // namespace dyntape

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/robot/minverse_product.h>
+
+#include <algorithm>
+#include <string>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record/record.h>
+
+namespace dyntape {
+namespace {
+
+constexpr int kStep = 8;  // rows at once
+
+// x -= m e for a group of rows, rounded once.
+constexpr char kSubtractFused[] = R"(#if defined(__AVX512F__)
+#define SUBTRACT(x, m) x = __builtin_ia32_vfmaddpd512_mask(-(m), e - (group){0}, x, (unsigned char)-1, 4);
+#elif defined(__FMA__)
+typedef double half __attribute__((vector_size(32), aligned(8), may_alias));
+#define SUBTRACT(x, m) { \
+    const group minus = -(m); \
+    half* const h = (half*)&x; \
+    h[0] = __builtin_ia32_vfmaddpd256(((const half*)&minus)[0], e - (half){0}, h[0]); \
+    h[1] = __builtin_ia32_vfmaddpd256(((const half*)&minus)[1], e - (half){0}, h[1]); \
+  }
+#else
+#define SUBTRACT(x, m) { \
+    const group minus = -(m); \
+    for (r = 0; r < 8; ++r) x[r] = __builtin_fma(minus[r], e, x[r]); \
+  }
+#endif
+)";
+
+std::string table(const char* name, const std::vector<int>& values) {
+  std::string text = std::string("static const int ") + name + "[] = {";
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    text += (i % 24 == 0 ? "\n  " : " ") + std::to_string(values[i]) + (i + 1 < values.size() ? "," : "");
+  }
+  return text + "};\n";
+}
+
+}  // namespace
+
+MinverseProduct::MinverseProduct(const dynamics::Tree& tree, Base base)
+    : nv_(static_cast<int>(tree.dofs.size())), path_(tree.path), end_(tree.path_end) {
+  if (base == Base::kFree) known_ = {6, 3};
+}
+
+bool MinverseProduct::is_worth_a_loop() const {
+  constexpr std::size_t kMultiplications = 5000;  // below, straight-line code is as quick
+  return nv_ >= kStep && 2 * path_.size() * static_cast<std::size_t>(nv_) >= kMultiplications;
+}
+
+std::size_t MinverseProduct::n_in() const {
+  const int given = static_cast<int>(path_.size()) - begin(known_[0]) + static_cast<int>(path_.size()) -
+                    begin(known_[1]) + (known_[0] ? 6 : 0);
+  return static_cast<std::size_t>(nv_ * nv_ + given);
+}
+
+VectorXad MinverseProduct::arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq,
+                                     const MatrixXad& dtau_dv, const Vector3ad& gravity,
+                                     const Vector3ad& turn) const {
+  VectorXad in(static_cast<Eigen::Index>(n_in()));
+  Eigen::Index next = 0;
+  for (int k = 0; k < nv_; ++k) {
+    for (int r = 0; r < nv_; ++r) in[next++] = Minv(r, k);
+  }
+  for (int block = 0; block < 2; ++block) {
+    const MatrixXad& D = block ? dtau_dv : dtau_dq;
+    for (int j = known_[block], c = begin(j); j < nv_; ++j) {
+      for (; c < end_[j]; ++c) in[next++] = D(path_[c], j);
+    }
+  }
+  if (known_[0]) in.tail(6) << gravity, -turn;
+  return in;
+}
+
+template <class T, class Subtract>
+void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
+  const T *d = in + nv_ * nv_, *u = in + n_in() - 6;
+  for (int block = 0; block < 2; ++block, out += nv_ * nv_, u += 3) {
+    const int known = known_[block];
+    for (int r = 0; r < nv_; ++r) std::fill_n(out + r * nv_, known, T(0));
+    for (int k = 0; k < 3 && known; ++k) {
+      out[k * nv_ + known - 3 + (k + 1) % 3] = -u[(k + 2) % 3];
+      out[k * nv_ + known - 3 + (k + 2) % 3] = u[(k + 1) % 3];
+    }
+    for (int j = known; j < nv_; ++j) {
+      for (int r = 0; r < nv_; ++r) {
+        T x = -(in[path_[begin(j)] * nv_ + r] * d[0]);
+        for (int c = begin(j) + 1; c < end_[j]; ++c) x = subtract(x, in[path_[c] * nv_ + r], d[c - begin(j)]);
+        out[r * nv_ + j] = x;
+      }
+      d += end_[j] - begin(j);
+    }
+  }
+}
+
+// Eight rows at once: in one lane groups of eight entries, as many as stay in registers; in several lanes eight
+// vectors.  The last group ends with the last row, and may do some rows of the group before once more.
+std::string MinverseProduct::c_loops(const std::string& real, const std::string& body) const {
+  const std::string n = std::to_string(nv_), block = std::to_string(nv_ * nv_);
+  std::vector<int> row_starts;
+  for (const int row : path_) row_starts.push_back(row * nv_);
+  std::string text = table("row", row_starts) + table("end", end_) + "const " + real + " *m, *d = in + " +
+                     block + ";\nint block, j, c, r, begin;\n";
+  std::string columns_known, from = "j = 0, begin = 0";
+  if (known_[0]) {
+    const std::string twice = std::to_string(2 * nv_);
+    text += "const " + real + " *u = in + " + std::to_string(n_in() - 6) + ", zero = {0};\n" + real +
+            "* o;\nint known;\n";
+    columns_known = "  known = block ? 3 : 6;\n  o = out + known - 3;\n  for (r = 0; r < " + n +
+                    "; ++r) {\n    for (j = 0; j < known; ++j) out[r * " + n +
+                    " + j] = zero;\n  }\n  o[1] = -u[2], o[2] = u[1];\n  o[" + n + "] = u[2], o[" + n +
+                    " + 2] = -u[0];\n  o[" + twice + "] = -u[1], o[" + twice + " + 1] = u[0];\n";
+    from = "j = known, begin = end[known - 1]";
+  }
+  return text + "for (block = 0; block < 2; ++block, out += " + block + (known_[0] ? ", u += 3" : "") +
+         ") {\n" + columns_known + "  for (" + from + "; j < " + n +
+         "; d += end[j] - begin, begin = end[j++]) {\n" + body + "  }\n}\n";
+}
+
+std::string MinverseProduct::c_body(Sums sums) const {
+  constexpr int kAtOnce = 6;
+  const int groups = (nv_ + kStep - 1) / kStep;
+  const std::string n = std::to_string(nv_);
+  std::string body = "    double x[" + n + "], e;\n";
+  for (int first = 0; first < groups; first += kAtOnce) {
+    std::string declared, started, summed, stored;
+    for (int g = first; g < std::min(groups, first + kAtOnce); ++g) {
+      const std::string x = "x" + std::to_string(g), at = std::to_string(std::min(g * kStep, nv_ - kStep));
+      const std::string m = "*(const group*)(m + " + at + ") * e";
+      declared += (g == first ? "" : ", ") + x;
+      started += "      " + x + " = -(" + m + ");\n";
+      summed += sums == Sums::kFused ? "        SUBTRACT(" + x + ", *(const group*)(m + " + at + "))\n"
+                                     : "        " + x + " = " + x + " - " + m + ";\n";
+      stored += "      *(group*)(x + " + at + ") = " + x + ";\n";
+    }
+    body += "    {\n      group " + declared + ";\n      m = in + row[begin], e = d[0];\n" + started +
+            "      for (c = begin + 1; c < end[j]; ++c) {\n        m = in + row[c], e = d[c - begin];\n" +
+            summed + "      }\n" + stored + "    }\n";
+  }
+  return "typedef double group __attribute__((vector_size(64), aligned(8), may_alias));\n" +
+         std::string(sums == Sums::kFused ? kSubtractFused : "") +
+         c_loops("double", body + "    for (r = 0; r < " + n + "; ++r) out[r * " + n + " + j] = x[r];\n");
+}
+
+std::string MinverseProduct::c_body_of_lanes(Sums sums) const {
+  const std::string n = std::to_string(nv_);
+  std::string declared, started, summed, stored;
+  for (int k = 0; k < kStep; ++k) {
+    const std::string x = "x" + std::to_string(k), m = "m[" + std::to_string(k) + "]";
+    declared += ", " + x;
+    started += "      " + x + " = -(" + m + " * e);\n";
+    summed += "        " + x + " = " +
+              (sums == Sums::kFused ? "dt_fma(-" + m + ", e, " + x + ")" : x + " - " + m + " * e") + ";\n";
+    stored += "      out[(at + " + std::to_string(k) + ") * " + n + " + j] = " + x + ";\n";
+  }
+  return c_loops("reals", "    for (r = 0; r < " + n + "; r += " + std::to_string(kStep) +
+                              ") {\n      const int at = r < " + std::to_string(nv_ - kStep) +
+                              " ? r : " + std::to_string(nv_ - kStep) + ";\n      real e" + declared +
+                              ";\n      m = in + row[begin] + at, e = d[0];\n" + started +
+                              "      for (c = begin + 1; c < end[j]; ++c) {\n" +
+                              "        m = in + row[c] + at, e = d[c - begin];\n" + summed + "      }\n" +
+                              stored + "    }\n");
+}
+
+// The first row of a column takes a product and a negation, each further one a product and a difference.
+std::vector<OperationCount> MinverseProduct::operations(Sums sums) const {
+  const auto n = static_cast<std::size_t>(nv_), of_path = n_in() - n * n - (known_[0] ? 6 : 0),
+             firsts = n * (2 * n - static_cast<std::size_t>(known_[0] + known_[1])),
+             others = n * of_path - firsts, negations = firsts + (known_[0] ? 6 : 0);
+  if (sums == Sums::kFused) return {{Op::Mul, firsts}, {Op::Neg, negations}, {Op::Fnma, others}};
+  return {{Op::Sub, others}, {Op::Mul, firsts + others}, {Op::Neg, negations}};
+}
+
+std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
+  if (nv_ < kStep) {
+    throw ArgumentError("MinverseProduct: the robot has " + std::to_string(nv_) +
+                        " degrees of freedom, a loop is for " + std::to_string(kStep) + " or more");
+  }
+  const auto apart = [](const auto& x, const auto& a, const auto& b) { return x - a * b; };
+  const auto at_once = [](const auto& x, const auto& a, const auto& b) {
+    using std::fma;
+    return fma(-a, b, x);
+  };
+  auto callee = std::make_shared<Callee>();
+  callee->name = "minus_minverse_times";
+  callee->n_in = n_in();
+  callee->n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
+  callee->operations = operations(sums);
+  callee->c_body = c_body(sums);
+  callee->c_body_of_lanes = c_body_of_lanes(sums);
+  if (sums == Sums::kFused) {
+    callee->evaluate = [self = *this, at_once](const double* in, double* out) { self.run(in, out, at_once); };
+  } else {
+    callee->evaluate = [self = *this, apart](const double* in, double* out) { self.run(in, out, apart); };
+    callee->fused = [self = *this] { return self.callee(Sums::kFused); };
+  }
+  callee->unrolled = [self = *this, sums, apart, at_once, n_in = callee->n_in, n_out = callee->n_out] {
+    return std::make_shared<const Function>(record("minus_minverse_times", n_in, [&](const VectorXad& in) {
+      VectorXad out(static_cast<Eigen::Index>(n_out));
+      sums == Sums::kFused ? self.run(in.data(), out.data(), at_once)
+                           : self.run(in.data(), out.data(), apart);
+      return out;
+    }));
+  };
+  callee->jvp = [unrolled = callee->unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
+  callee->vjp = [unrolled = callee->unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
+  return callee;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The dense end of the derivatives of forward dynamics as a loop: in straight-line code it is two thirds of a
+// humanoid's operations and a megabyte, so that fetching the code costs more than the arithmetic.
+//
+//   const MinverseProduct product(data.tree);
+//   VectorXad ddq_dq_and_dv = call(product.callee(), product.arguments(Minv, dtau_dq, dtau_dv));
+//
+// Results: -Minv dtau_dq, then -Minv dtau_dv (nv x nv each), row by row.  Of dtau_dq and dtau_dv only what can
+// differ from zero is read: column j has entries in the rows that lie on one path with j, docs/math.md (D.19).
+// The sums run in the order of dynamics::fd_derivatives and have its bits.
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/dynamics/algorithms/data.h>
+
+namespace dyntape {
+
+class MinverseProduct {
+ public:
+  using Vector3ad = Eigen::Matrix<AD, 3, 1>;
+
+  // kFree: the first joint is a free-flyer.  What its position, orientation and linear velocity do to accelerations
+  // is known without M: a body in free fall sees gravity turn, and w x v in its own frame; nothing else changes.
+  enum class Base { kAny, kFree };
+  explicit MinverseProduct(const dynamics::Tree& tree, Base base = Base::kAny);
+
+  // Whether a loop beats straight-line code.
+  bool is_worth_a_loop() const;
+
+  // kFused: fma, which differs in last bits; it is what kApart becomes in the profile fast (Callee::fused).
+  enum class Sums { kApart, kFused };
+  // ArgumentError for robots of fewer than eight degrees of freedom.
+  std::shared_ptr<const Callee> callee(Sums sums = Sums::kApart) const;
+  // Of a free base also gravity and the angular velocity, both in its frame.
+  VectorXad arguments(const MatrixXad& Minv, const MatrixXad& dtau_dq, const MatrixXad& dtau_dv,
+                      const Vector3ad& gravity = Vector3ad::Zero(),
+                      const Vector3ad& turn = Vector3ad::Zero()) const;
+
+ private:
+  int begin(int j) const { return j == 0 ? 0 : end_[j - 1]; }
+  std::size_t n_in() const;
+  template <class T, class Subtract>
+  void run(const T* in, T* out, Subtract subtract) const;
+  std::vector<OperationCount> operations(Sums sums) const;
+  std::string c_loops(const std::string& real, const std::string& body) const;
+  std::string c_body(Sums sums) const;
+  std::string c_body_of_lanes(Sums sums) const;
+
+  int nv_;
+  std::array<int, 2> known_ = {0, 0};  // the first columns of the two results that need no product
+  std::vector<int> path_;              // the rows of each column, one after the other
+  std::vector<int> end_;               // where those of a column end
+};
+
+}  // namespace dyntape

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a row of the table of functions says (robot_table.hxx), and how a row is run.  Internal.
+//
+//   .inputs    what the state holds, in this order: q v (a | tau) mu
+//   .outputs   blocks of the result: name, rows, columns, pages
+//   .of, .by   for a derivative: the row of its value, which takes the same state, and the inputs it is taken by;
+//              its blocks are then, for each block of the value, one for each of these inputs
+//   .needs     what must be told besides
+//   .run       computes; .write gives the result out
+// Rows know nothing of joints that follow others: they see full vectors, and a Data that is told (following.h).
+#pragma once
+
+#include <dyntape/interface/robot/robot_workspace.h>
+
+#include <algorithm>
+#include <string>
+
+namespace dyntape::detail {
+
+// kNv: torques, and derivatives by q, v and a; kNvMoved: velocities and accelerations, and derivatives by torques.
+// The two part ways where joints follow others (robot_reduction.hxx); k3Nv, k3NvMoved: q, v and a | tau together.
+enum class Extent { kOne, k3, k6, kNv, kNvMoved, k3Nv, k3NvMoved, k10Bodies, kContactRows };
+
+struct BlockShape {
+  const char* name;
+  Extent rows = Extent::kOne, cols = Extent::kOne, pages = Extent::kOne;
+};
+
+enum Need : unsigned { kNothing = 0, kInertia = 1, kFrame = 2, kContacts = 4 };
+
+template <class T>
+struct RobotRow {
+  const char* name;
+  const char* what;
+  const char* inputs;
+  std::vector<BlockShape> outputs;
+  const char* of = "";
+  const char* by = "";
+  unsigned needs = kNothing;
+  void (*run)(RobotWorkspace<T>&, const RobotState<T>&);
+  void (*write)(const RobotWorkspace<T>&, RobotWriter<T>&);
+};
+
+// The table.
+template <class T>
+const std::vector<RobotRow<T>>& robot_rows();
+
+// --- Sizes -----------------------------------------------------------------------------------------------
+
+template <class T>
+RobotSizes sizes_of(const dynamics::Model<T>& model, const RobotFunction& function) {
+  const int followers = static_cast<int>(function.mimics.size());
+  return {model.nq - followers, model.nv - followers, model.njoints(),
+          std::max(1, static_cast<int>(function.contacts.size()))};
+}
+
+inline int extent(Extent e, const RobotSizes& sizes) {
+  switch (e) {
+    case Extent::k3:
+      return 3;
+    case Extent::k6:
+      return 6;
+    case Extent::kNv:
+    case Extent::kNvMoved:
+      return sizes.nv;
+    case Extent::k3Nv:
+    case Extent::k3NvMoved:
+      return 3 * sizes.nv;
+    case Extent::k10Bodies:
+      return 10 * sizes.bodies;
+    case Extent::kContactRows:
+      return 3 * sizes.contacts;
+    case Extent::kOne:
+      break;
+  }
+  return 1;
+}
+
+inline int size_of(const BlockShape& shape, const RobotSizes& sizes) {
+  return extent(shape.rows, sizes) * extent(shape.cols, sizes) * extent(shape.pages, sizes);
+}
+
+// Number of inputs behind q: 0 to 3.
+inline int inputs_behind_q(const char* inputs) {
+  return static_cast<int>(std::count(inputs, inputs + std::char_traits<char>::length(inputs), ' '));
+}
+
+// Which inputs (0: q) a derivative is taken by.
+std::vector<int> derived_by(const RobotFunction& derivative);
+
+}  // namespace dyntape::detail

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Pictures of the motion of a task.
+//
+//   io::draw(trajectory_plot(task, motion), "out/trajectory.svg");
+//   io::draw(motion_plot(task, motion), "out/motion.png");
+#pragma once
+
+#include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+
+// Positions, velocities, accelerations (joints x points) and driving torques (controls x points), all in
+// physical units.
+struct Curves {
+  Eigen::MatrixXd q, v, a, tau;
+};
+Curves curves_of(const Task& task, const Trajectory& motion);
+
+// Names of the driven joints, in the order of the controls.
+std::vector<std::string> driven_names(const Task& task);
+
+// Positions, velocities and torques over time, with the limits that they come near to.
+io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
+
+// The robot at instants of its motion, as lines between its joints and frames, seen as the task says.
+io::Plot motion_plot(const Task& task, const Trajectory& motion);
+
+}  // namespace dyntape

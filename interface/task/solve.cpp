@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/solve.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
+
+namespace dyntape {
+
+namespace {
+
+MeshOptions mesh_of(const Task& task) {
+  MeshOptions mesh = task.optimise.mesh;
+  if (!task.models.model_folder.empty()) mesh.evaluation.cache = task.models.model_folder;
+  mesh.evaluation.rebuild = mesh.evaluation.rebuild || task.models.recompile_libraries;
+  return mesh;
+}
+
+SolveSizes sizes_of(const Collocation& nlp) {
+  const NlpShape& shape = nlp.shape();
+  return {shape.n(),           shape.m(),          shape.jacobian.nnz(),
+          shape.hessian.nnz(), nlp.times().size(), total_operations(dissolved(nlp.stage().node))};
+}
+
+using Scene = RobotScene;
+
+// An effect by name, whether the scene has it, and the scene without it.
+struct Effect {
+  const char* name;
+  bool present;
+  void (*remove)(dynamics::Effects<double>& effects);
+};
+
+std::vector<Effect> effects_of(const dynamics::Effects<double>& e) {
+  return {{"gravity", e.gravity, [](auto& x) { x.gravity = false; }},
+          {"armature", e.armature.has_value(), [](auto& x) { x.armature.reset(); }},
+          {"joint damping", e.damping.has_value(), [](auto& x) { x.damping.reset(); }},
+          {"joint friction", e.friction.has_value(), [](auto& x) { x.friction.reset(); }},
+          {"joint springs", e.springs.has_value(), [](auto& x) { x.springs.reset(); }}};
+}
+
+std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
+  return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
+}
+
+// What verboseCppAd asks for.
+void say(const Task& task, const BuildReport& build) {
+  std::fprintf(stderr,
+               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d interpreted\n",
+               task.name.c_str(), build.compiled, build.derive + build.print + build.compile + build.load,
+               build.from_cache, build.interpreted);
+  for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
+}
+
+std::string grouped(std::size_t count) { return io::with_groups(static_cast<long long>(count)); }
+
+}  // namespace
+
+bool SolveReport::cost_matches() const {
+  return !expected || std::abs(solution.cost() - expected->cost) <= expected->tolerance;
+}
+
+bool SolveReport::true_enough() const {
+  return solution.verification.worst_defect <= demands.true_defect;  // NaN is not
+}
+
+std::string SolveReport::verdict() const {
+  if (!solution.success()) return describe(solution.nlp.status);
+  if (!feasible()) {
+    return "The solver reports success, but the motion violates " + solution.verification.worst_row + " by " +
+           io::scientific(solution.verification.violation) + " of its magnitude.";
+  }
+  if (!solution.verification.trouble.empty()) {
+    return "The solver reports success, but the motion cannot be re-simulated: " +
+           solution.verification.trouble + ".";
+  }
+  if (!true_enough()) {
+    return "The solver reports success, but re-simulated, the worst interval is off by " +
+           io::scientific(solution.verification.worst_defect) + ", more than the " +
+           io::scientific(demands.true_defect) + " that the task allows: use more intervals.";
+  }
+  if (!cost_matches()) {
+    return "A local optimum was found, but not the known one: the cost differs by " +
+           io::scientific(solution.cost() - expected->cost) + ".";
+  }
+  return expected ? "The known optimum was found and verified." : "A local optimum was found and verified.";
+}
+
+SolveReport solve_task(const Task& task) {
+  SolveReport report;
+  report.task = task.name;
+  report.robot = task.scene.model.name;
+  report.expected = task.expected;
+  report.demands = task.demands;
+  Collocation nlp(task.problem, mesh_of(task));
+  report.record_seconds = nlp.record_seconds();
+  report.build = nlp.build();
+  if (task.models.verbose) say(task, report.build);
+  report.sizes = sizes_of(nlp);
+  report.solution = optimise(nlp, nlp.start(), task.optimise);
+  ScaledNlp scaled(nlp, report.solution.nlp.units);
+  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
+  for (std::size_t i : active.variables) report.active.push_back(nlp.variable_name(i));
+  for (std::size_t j : active.rows) report.active.push_back(nlp.constraint_name(j));
+  return report;
+}
+
+std::string explain(const Task& task) {
+  const RobotScene& scene = task.scene;
+  double mass = 0;
+  for (const auto& inertia : scene.model.inertias) mass += inertia.mass;
+  std::string text = "Task \"" + task.name + "\" (" + task.file + ")\n";
+  text += "Robot \"" + scene.model.name + "\" (" + task.urdf + "): " + std::to_string(scene.model.nv) +
+          " joints, " + std::to_string(actuated_dofs(scene).size()) + " driven, " + io::significant(mass, 6) +
+          " kg moving, fixed base\n";
+  for (const std::string& note : task.notes) text += "  note: " + note + "\n";
+  const std::size_t all = dynamics_operations(scene, task.robot);
+  text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +
+          " form: " + grouped(all) + " operations\n\n";
+  io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
+  for (const Effect& effect : effects_of(scene.effects)) {
+    RobotScene without = scene;
+    effect.remove(without.effects);
+    const std::size_t added = effect.present ? all - dynamics_operations(without, task.robot) : 0;
+    table.append(
+        {effect.name, effect.present ? "yes" : "no", effect.present ? grouped(added) : "not recorded"});
+  }
+  text += table.text();
+  MeshOptions mesh = mesh_of(task);
+  mesh.evaluation.route = EvaluationRoute::kInterpreter;  // nothing need be compiled to count
+  const Collocation nlp(task.problem, mesh);
+  const SolveSizes sizes = sizes_of(nlp);
+  text += "\nOne point with its costs and constraints: " + grouped(sizes.operations) + " operations\n";
+  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(task.optimise.mesh.intervals) +
+          " intervals, " + grouped(sizes.points) + " points): " + grouped(sizes.variables) + " variables, " +
+          grouped(sizes.constraints) + " constraints, " + grouped(sizes.jacobian) +
+          " non-zeros of the Jacobian, " + grouped(sizes.hessian) + " of the Hessian\n";
+  text += "\nThe task as it was understood:\n\n" + task.effective;
+  return text;
+}
+
+}  // namespace dyntape

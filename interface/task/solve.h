@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A task solved, verified and written down.
+//
+//   const Task task = read_task("config/tasks/arm_reaching.info");
+//   const SolveReport report = solve_task(task);
+//   std::cout << report.text();
+//   write_results(task, report, "out/arm_reaching");
+//   return report.success() ? 0 : 1;
+//
+// write_results leaves in the folder, each file whole or not at all:
+//   trajectory.csv  t (s), q.*, v.*, a.*, tau.* (physical units) at every point
+//   iterations.csv  the solver's log
+//   report.json     everything below, for programs
+//   effective.info  the task as it was understood, defaults included
+//   trajectory.svg  positions, velocities and torques over time, with limits
+//   motion.svg      the robot at instants of its motion
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+
+struct SolveSizes {
+  std::size_t variables = 0, constraints = 0, jacobian = 0, hessian = 0;  // of the program; non-zeros
+  std::size_t points = 0, operations = 0;                                 // operations of the stage's values
+};
+
+struct SolveReport {
+  std::string task, robot;
+  Solution solution;
+  std::optional<Task::Expected> expected;
+  SolveSizes sizes;
+  BuildReport build;
+  double record_seconds = 0;
+  std::vector<std::string> active;  // names of variables and rows that rest on a bound
+
+  Task::Demands demands;
+
+  // A motion that breaks a constraint, or is not what its controls do, is no success, whatever the solver says.
+  bool feasible() const { return solution.verification.violation <= demands.violation; }
+  bool true_enough() const;
+  bool cost_matches() const;  // the known optimum, where the task states one
+  bool success() const { return solution.success() && feasible() && true_enough() && cost_matches(); }
+  std::string verdict() const;  // one sentence
+
+  std::string text() const;  // for people
+  std::string json() const;  // for programs
+};
+
+SolveReport solve_task(const Task& task);
+
+// Their names.  For long work: whether they can be written is known before it (check_can_write).
+std::vector<std::string> result_files();
+
+// Pictures need gnuplot; without it the rest is written and the reason returned ("" if all went well).
+std::string write_results(const Task& task, const SolveReport& report, const std::string& folder);
+
+// What is recorded and what is not: the resolved scene, each effect with the operations it adds, the sizes of
+// the program.  Solves nothing.
+std::string explain(const Task& task);
+
+}  // namespace dyntape

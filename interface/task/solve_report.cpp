@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The report for people and for programs.
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/task/solve.h>
+
+namespace dyntape {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+std::string precise(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.12g", value);
+  return text;
+}
+
+// JSON has no NaN and no infinity.
+ordered_json number(double value) {
+  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
+}
+
+}  // namespace
+
+std::string SolveReport::text() const {
+  const NlpSolution& nlp = solution.nlp;
+  const Verification& v = solution.verification;
+  io::TextTable facts({{"quantity"}, {"value"}});
+  facts.append({"status", to_string(nlp.status)});
+  facts.append({"iterations", std::to_string(nlp.iterations())});
+  facts.append({"cost", precise(solution.cost())});
+  if (expected) {
+    facts.append({"known optimum", precise(expected->cost) + " (difference " +
+                                       io::scientific(solution.cost() - expected->cost) + ", allowed " +
+                                       io::scientific(expected->tolerance) + ")"});
+  }
+  facts.append({"constraint violation, relative, plain code",
+                io::scientific(v.violation) + (v.worst_row.empty() ? "" : " (" + v.worst_row + ")")});
+  facts.append({"optimality, relative, recomputed",
+                "stationarity " + io::scientific(solution.kkt.stationarity) + ", feasibility " +
+                    io::scientific(solution.kkt.feasibility) + ", complementarity " +
+                    io::scientific(solution.kkt.complementarity)});
+  facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
+                                                 (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
+  facts.append({"miss of the controls alone", io::scientific(v.miss)});
+  facts.append({"active bounds", std::to_string(active.size())});
+  facts.append({"program", io::with_groups(long(sizes.variables)) + " variables, " +
+                               io::with_groups(long(sizes.constraints)) + " constraints, " +
+                               io::with_groups(long(sizes.jacobian)) + " + " +
+                               io::with_groups(long(sizes.hessian)) + " non-zeros"});
+  io::TextTable times({{"step"}, {"time", "", io::Align::kRight}, {"remark"}});
+  const std::string origin = std::to_string(build.compiled) + " compiled, " +
+                             std::to_string(build.from_cache) + " from the cache, " +
+                             std::to_string(build.interpreted) + " interpreted";
+  times.append({"record", io::duration(record_seconds),
+                io::with_groups(long(sizes.operations)) + " operations a point"});
+  times.append({"derive", io::duration(build.derive), ""});
+  times.append({"print", io::duration(build.print), ""});
+  times.append({"compile", io::duration(build.compile), origin});
+  times.append({"load", io::duration(build.load), ""});
+  times.append({"check derivatives", io::duration(solution.check_seconds),
+                "worst relative difference beyond rounding " +
+                    io::scientific(solution.derivatives.worst_first) + ", second order " +
+                    io::scientific(solution.derivatives.worst_second)});
+  times.append({"solve", io::duration(nlp.times.total),
+                "functions " + io::duration(nlp.times.functions) + ", Jacobian " +
+                    io::duration(nlp.times.jacobian) + ", Hessian " + io::duration(nlp.times.hessian) +
+                    ", linear solver and rest " + io::duration(nlp.times.solver())});
+  times.append({"verify", io::duration(solution.verify_seconds), ""});
+  return task + ": " + verdict() + "\n\n" + facts.text() + "\n" + times.text();
+}
+
+std::string SolveReport::json() const {
+  const NlpSolution& nlp = solution.nlp;
+  const Verification& v = solution.verification;
+  ordered_json j;
+  j["task"] = task;
+  j["robot"] = robot;
+  j["success"] = success();
+  j["status"] = to_string(nlp.status);
+  j["verdict"] = verdict();
+  j["iterations"] = nlp.iterations();
+  j["cost"] = number(solution.cost());
+  if (expected) {
+    j["expected"] = {
+        {"cost", expected->cost}, {"tolerance", expected->tolerance}, {"matches", cost_matches()}};
+  }
+  j["constraint_violation"] = {{"value", number(v.violation)}, {"row", v.worst_row}};
+  j["kkt"] = {{"stationarity", number(solution.kkt.stationarity)},
+              {"feasibility", number(solution.kkt.feasibility)},
+              {"complementarity", number(solution.kkt.complementarity)}};
+  j["true_defect"] = number(v.worst_defect);
+  if (!v.trouble.empty()) j["simulation_trouble"] = v.trouble;
+  j["open_loop_miss"] = number(v.miss);
+  j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},
+                           {"second", number(solution.derivatives.worst_second)}};
+  j["active_bounds"] = active;
+  j["sizes"] = {{"variables", sizes.variables},
+                {"constraints", sizes.constraints},
+                {"jacobian_nonzeros", sizes.jacobian},
+                {"hessian_nonzeros", sizes.hessian},
+                {"points", sizes.points},
+                {"operations_a_point", sizes.operations}};
+  j["functions"] = {{"compiled", build.compiled},
+                    {"from_cache", build.from_cache},
+                    {"interpreted", build.interpreted},
+                    {"sources", build.sources}};
+  j["seconds"] = {{"record", record_seconds},
+                  {"derive", build.derive},
+                  {"print", build.print},
+                  {"compile", build.compile},
+                  {"load", build.load},
+                  {"check_derivatives", solution.check_seconds},
+                  {"solve", nlp.times.total},
+                  {"solve_functions", nlp.times.functions},
+                  {"solve_jacobian", nlp.times.jacobian},
+                  {"solve_hessian", nlp.times.hessian},
+                  {"solve_linear_and_rest", nlp.times.solver()},
+                  {"verify", solution.verify_seconds}};
+  return j.dump(2) + "\n";
+}
+
+}  // namespace dyntape

@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A task file: a robot, what acts on it, where it shall go, and what that shall cost.
+//
+//   robot
+//   {
+//     urdf ../robots/cart_pole.urdf        ; beside this file
+//   }
+//   actuated "slider"                       ; joints that are driven; absent: all
+//   horizon { duration 2  intervals 40 }
+//   start   { q { slider 0  pivot 0 } }     ; at rest
+//   goal    { q { slider 1  pivot 3.14159 } }
+//   costs   { control 1 }
+//
+//   const Task task = read_task("config/tasks/cart_pole_swing_up.info");
+//   const SolveReport report = solve_task(task);                            // solve.h
+//
+// Keys (defaults in brackets; one a line in a real file).  Vectors over the joints are written by joint name,
+// as above, as one quoted list, one number for all, or with OCS2's indices.
+//
+//   name                                          of the task [name of the file]
+//   robot           urdf, base [fixed], lock [none: "joint joint"], snap [1e-8 rad]
+//   effects         gravity [on]; the others off unless given:
+//                   joint_damping robot | VECTOR (N m s/rad),  armature robot | VECTOR (kg m^2)
+//                   joint_friction { torque robot | VECTOR (N m)  smoothing (rad/s) }
+//                   joint_springs { stiffness VECTOR (N m/rad)  rest VECTOR [0] (rad) }
+//   actuated        "joint joint" [all]
+//   horizon         duration (s), intervals
+//   transcription   scheme [hermite-simpson] euler | trapezoid; dynamics [forward] inverse;
+//                   hessian [exact] gauss_newton | limited_memory;
+//                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
+//   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
+//   guess           positions [line], velocities [zero] slope, controls [zero] gravity
+//   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
+//                   tracking { q VECTOR [0]  v VECTOR [0] }: weights of the squared distance to the goal
+//   bounds          positions, velocities, efforts [none] robot | NUMBER: limits of the robot, or +-NUMBER
+//   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],
+//                   max_seconds [1e6], stop_at_acceptable [on], print_level [0], check_derivatives [on],
+//                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
+//   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed, relative to the
+//                   magnitudes of the program (collocation.h);
+//                   true_defect [inf]: most that an interval may differ from its re-simulation (verify.h),
+//                   which has to come to an end whatever is demanded
+//   expected        cost, tolerance: a known optimum to compare with
+//   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
+//   model_settings  as OCS2 spells it (io/model_settings.h)
+//
+// Errors: FileError listing every problem of the file with its place; those of reading the robot.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/io/model_settings.h>
+#include <dyntape/interface/ocp/robot_problem.h>
+#include <dyntape/interface/transcription/optimise.h>
+
+namespace dyntape {
+
+enum class View { kXz, kXy, kYz, kOblique };
+
+struct Task {
+  std::string name, file, urdf;
+  std::vector<std::string> notes;  // what was odd in the robot's file
+  RobotScene scene;
+  RobotProblemOptions robot;
+  Problem problem;
+  OptimiseOptions optimise;
+  struct Expected {
+    double cost, tolerance;
+  };
+  std::optional<Expected> expected;
+  struct Demands {
+    double violation = 1e-6;
+    double true_defect = std::numeric_limits<double>::infinity();
+  };
+  Demands demands;
+  std::vector<std::string> traces;
+  View view = View::kXz;
+  io::ModelSettings models;
+  std::string effective;  // the file as it was understood, defaults included
+};
+
+Task read_task(const std::string& path);
+
+}  // namespace dyntape

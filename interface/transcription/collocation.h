@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Direct collocation: a problem on a mesh as a nonlinear program.
+//
+//   Collocation nlp(problem, {.scheme = hermite_simpson(), .intervals = 40});
+//   NlpSolution s = solve_with_ipopt(nlp, nlp.start());
+//   Trajectory motion = nlp.trajectory(s.x);
+//
+// Variables (n): z = (x, a, u) of every point, in the order of time.  Constraints (m): the defects of
+// interval 0, 1, ... (scheme.h), then the path rows of every point, then the end rows.  Boundary values are
+// variables with equal bounds.  Bounds hold at every point, midpoints included.
+//
+// The functions of a point are recorded and derived once and evaluated at all points in one call.  Then
+//   Jacobian of a defect   alpha I + h beta J_f             blocks of one point each
+//   Lagrangian Hessian     sum over points of the Hessian of  w . (f, path rows, L)  at that point,
+//                          w = (sum h beta lambda, lambda, sigma h gamma):  block-diagonal
+// Patterns are fixed at construction; evaluations allocate nothing.
+//
+// Where the scheme leaves the last point unused (Euler), its controls and accelerations stay at the guess and
+// its path rows are left out.
+//
+// Magnitudes (collocation_magnitudes.cpp), one for each part of z, row of a point and the cost: how far the start
+// moves states, or what its end or its path lacks, or how far the cost alone would move them; what changes them by as
+// much within the duration; what rows and costs then amount to.  A change of the units of mass, length or time
+// changes them alike.
+//
+// Errors: ArgumentError for a problem that does not fit together, Gauss-Newton with a cost that is no sum of
+// squares, a mesh whose program outgrows the memory or what the solver can count (collocation_size.cpp).
+#pragma once
+
+#include <memory>
+
+#include <dyntape/interface/ocp/record_stage.h>
+#include <dyntape/interface/solvers/nlp.h>
+#include <dyntape/interface/transcription/point_function.h>
+#include <dyntape/interface/transcription/trajectory.h>
+
+namespace dyntape {
+
+struct MeshOptions {
+  Scheme scheme = hermite_simpson();
+  int intervals = 40;
+  std::vector<double> nodes =
+      {};  // (intervals + 1) node times from 0 to the duration, which the last may miss
+           // by rounding; empty: evenly spaced
+  HessianKind hessian = HessianKind::kExact;
+  EvaluationOptions evaluation = {};
+};
+
+// Node times of a mesh: the last is the duration to the bit.  ArgumentError for what is no mesh.
+std::vector<double> node_times(const Problem& problem, const MeshOptions& options);
+
+class Collocation : public Nlp {
+ public:
+  Collocation(const Problem& problem, const MeshOptions& options);
+
+  // Variables from the problem's guess, and from and to trajectories on this mesh.
+  std::vector<double> start() const;
+  Trajectory trajectory(const std::vector<double>& x) const;
+  std::vector<double> variables(const Trajectory& trajectory) const;
+
+  const NlpShape& shape() const override { return shape_; }
+  bool objective(const double* x, double& value) override;
+  bool gradient(const double* x, double* gradient) override;
+  bool constraints(const double* x, double* g) override;
+  bool jacobian(const double* x, double* nonzeros) override;
+  bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override;
+  NlpMagnitudes magnitudes(const std::vector<double>& at, const NlpMagnitudes& before = {}) override;
+  std::string variable_name(std::size_t i) const override;
+  std::string constraint_name(std::size_t j) const override;
+
+  // Throws NumericalError naming function, point, row, variable and operation unless values and first
+  // derivatives are finite at x.
+  void check_finite(const std::vector<double>& x);
+
+  const RecordedStage& stage() const { return stage_; }
+  double record_seconds() const { return record_seconds_; }
+  BuildReport build() const;
+  const Problem& problem() const { return problem_; }
+  const std::vector<double>& times() const { return t_; }  // of the points, s
+
+ private:
+  // Entry e of the Jacobian: constant + factor * (non-zero `source` of the point Jacobians).
+  struct JacobianEntry {
+    double constant, factor;
+    std::ptrdiff_t source;  // -1: none
+  };
+  // Gradient: factor * (non-zero `source`) is added to variable `target`.
+  struct GradientEntry {
+    std::size_t target;
+    double factor;
+    std::size_t source;
+  };
+  // Product of two entries of the Jacobian of the residuals, added to a Hessian entry.
+  struct SquareEntry {
+    std::size_t target;
+    double factor;
+    std::size_t left, right;
+  };
+
+  std::size_t defects() const { return intervals_ * rows_ * n_x_; }
+  std::size_t path_row(std::size_t point, std::size_t i) const {
+    return defects() + point * stage_.path_rows.size() + i;
+  }
+  std::size_t end_row(std::size_t i) const { return path_row(used_, i); }
+  double step(std::size_t interval) const { return t_[(interval + 1) * stride_] - t_[interval * stride_]; }
+
+  double numbers_of_interval() const;
+  void check_size() const;
+  void place_points(const MeshOptions& options);
+  void set_bounds();
+  void lay_out_jacobian();
+  void lay_out_gradient();
+  void lay_out_hessian(HessianKind kind);
+  void lay_out_exact_hessian();
+  void lay_out_gauss_newton();
+  void collect_weights(double sigma, const double* lambda);
+  bool evaluate_values(const double* x);
+  bool evaluate_first(const double* x);
+  bool gauss_newton(const double* x, double sigma, double* nonzeros);
+  Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
+                                   const Eigen::MatrixXd& end_slopes);
+  void propagate(Eigen::VectorXd& z, const std::vector<double>& start, const Eigen::MatrixXd& slopes) const;
+  void replace_rounding(Eigen::VectorXd& z, const Eigen::MatrixXd& slopes) const;
+  Eigen::VectorXd missing_of_path() const;
+  Eigen::VectorXd one_sided_room(const std::vector<double>& start) const;
+  double newton_step(const std::vector<double>& start, std::size_t entry);
+  double cost_magnitude(const std::vector<double>& start, const Eigen::VectorXd& z);
+  const double* end_point(const double* x) const { return x + (points_ - 1) * n_z_; }
+
+  Problem problem_;
+  double record_seconds_ = 0;
+  RecordedStage stage_;
+  Scheme scheme_;
+  std::size_t n_x_, n_z_, intervals_, stride_, rows_;  // stride: points from node to node
+  std::size_t points_, used_;                          // used: points at which the stage is evaluated
+  std::vector<double> t_, quadrature_;                 // (points) s; (used) sums of h gamma
+  EvaluationOptions evaluation_;
+
+  std::unique_ptr<PointFunction> node_, terminal_, squares_, terminal_squares_;
+  NlpShape shape_;
+  std::vector<JacobianEntry> jacobian_map_;
+  std::vector<GradientEntry> gradient_map_;
+  std::vector<std::size_t> hessian_map_;  // of each entry of the point Hessians, then of the end's
+  std::vector<SquareEntry> square_map_;
+
+  // The last point evaluated, and what was found there: points one after another, the end behind them.
+  std::vector<double> x_values_, x_first_;
+  bool values_good_ = false, first_good_ = false;
+  std::vector<double> y_, first_y_, first_j_, second_h_, weights_, residuals_, residual_j_;
+};
+
+}  // namespace dyntape

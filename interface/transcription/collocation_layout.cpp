@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Construction: where the points stand, what bounds hold, and where every entry of the derivatives comes
+// from.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/transcription/collocation.h>
+
+namespace dyntape {
+
+namespace {
+
+using Place = std::pair<std::size_t, std::size_t>;  // row, column
+
+constexpr double kNodeRounding = 1e-12;  // of the duration
+
+// Non-zeros of each row of a pattern: [first, last) of row i.
+std::vector<std::size_t> row_begins(const Pattern& pattern) {
+  std::vector<std::size_t> begins(pattern.rows + 1, 0);
+  for (std::uint32_t row : pattern.row) ++begins[row + 1];
+  std::partial_sum(begins.begin(), begins.end(), begins.begin());
+  return begins;
+}
+
+void append(Pattern& pattern, std::size_t row, std::size_t col) {
+  pattern.row.push_back(static_cast<std::uint32_t>(row));
+  pattern.col.push_back(static_cast<std::uint32_t>(col));
+}
+
+// Numbers the places in sorted order and says which number each has.
+std::vector<std::size_t> number_places(const std::vector<Place>& places, Pattern& pattern) {
+  std::map<Place, std::size_t> numbers;
+  for (const Place& place : places) numbers.emplace(place, 0);
+  std::size_t next = 0;
+  for (auto& [place, number] : numbers) {
+    number = next++;
+    append(pattern, place.first, place.second);
+  }
+  std::vector<std::size_t> result;
+  for (const Place& place : places) result.push_back(numbers.at(place));
+  return result;
+}
+
+std::size_t intervals_of(const MeshOptions& options) {
+  if (!options.nodes.empty()) return options.nodes.size() - 1;
+  return static_cast<std::size_t>(std::max(options.intervals, 0));
+}
+
+std::vector<double> even_nodes(double duration, int intervals) {
+  std::vector<double> nodes;
+  for (int k = 0; k < intervals; ++k) nodes.push_back(duration * k / intervals);
+  if (!nodes.empty()) nodes.push_back(duration);
+  return nodes;
+}
+
+RecordedStage timed_recording(const Problem& problem, double& seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  RecordedStage stage = record_stage(problem);
+  seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return stage;
+}
+
+}  // namespace
+
+// The last node is the duration itself: duration * k / k, or a sum of steps, may miss it by rounding.
+std::vector<double> node_times(const Problem& problem, const MeshOptions& options) {
+  const double end = problem.duration;
+  std::vector<double> nodes = options.nodes.empty() ? even_nodes(end, options.intervals) : options.nodes;
+  if (!nodes.empty() && std::abs(nodes.back() - end) <= kNodeRounding * end) nodes.back() = end;
+  const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
+  const bool increasing = std::adjacent_find(nodes.begin(), nodes.end(), not_later) == nodes.end();
+  if (nodes.size() >= 2 && increasing && nodes.front() == 0 && nodes.back() == end) return nodes;
+  throw ArgumentError(
+      "problem \"" + problem.name +
+      "\": a mesh needs at least one interval and increasing node times from 0 to the duration");
+}
+
+BuildReport Collocation::build() const {
+  BuildReport report;
+  for (const auto* f : {&node_, &terminal_, &squares_, &terminal_squares_}) {
+    if (*f) report.add((*f)->build());
+  }
+  return report;
+}
+
+Collocation::Collocation(const Problem& problem, const MeshOptions& options)
+    : problem_(problem),
+      stage_(timed_recording(problem, record_seconds_)),
+      scheme_(options.scheme),
+      n_x_(static_cast<std::size_t>(problem.n_x())),
+      n_z_(n_x_ + static_cast<std::size_t>(problem.n_a() + problem.n_u())),
+      stride_(static_cast<std::size_t>(scheme_.points()) - 1),
+      rows_(static_cast<std::size_t>(scheme_.rows())),
+      evaluation_(options.evaluation) {
+  intervals_ = intervals_of(options);
+  points_ = intervals_ * stride_ + 1;
+  used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
+  shape_.hessian_kind = options.hessian;
+  const Order order = options.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
+  node_ = std::make_unique<PointFunction>(stage_.node, used_, order, evaluation_);
+  terminal_ = std::make_unique<PointFunction>(stage_.terminal, 1, order, evaluation_);
+  check_size();
+  place_points(options);
+  set_bounds();
+  lay_out_jacobian();
+  lay_out_gradient();
+  lay_out_hessian(options.hessian);
+  x_values_.assign(shape_.n(), std::nan(""));
+  x_first_ = x_values_;
+  y_.resize(used_ * node_->n_y() + terminal_->n_y());
+  first_y_ = weights_ = y_;
+  first_j_.resize(used_ * node_->jacobian().nnz() + terminal_->jacobian().nnz());
+  second_h_.resize(used_ * node_->hessian().nnz() + terminal_->hessian().nnz());
+}
+
+void Collocation::place_points(const MeshOptions& options) {
+  const std::vector<double> nodes = node_times(problem_, options);
+  t_.assign(points_, problem_.duration);
+  quadrature_.assign(points_, 0.0);
+  for (std::size_t k = 0; k < intervals_; ++k) {
+    const double h = nodes[k + 1] - nodes[k];
+    for (std::size_t j = 0; j <= stride_; ++j) {
+      if (j < stride_) t_[k * stride_ + j] = nodes[k] + h * scheme_.c[long(j)];
+      quadrature_[k * stride_ + j] += h * scheme_.gamma[long(j)];
+    }
+  }
+  quadrature_.resize(used_);
+}
+
+void Collocation::set_bounds() {
+  const auto append_bounds = [&](const Bounds& bounds) {
+    shape_.x_lower.insert(shape_.x_lower.end(), bounds.lower.begin(), bounds.lower.end());
+    shape_.x_upper.insert(shape_.x_upper.end(), bounds.upper.begin(), bounds.upper.end());
+  };
+  for (std::size_t p = 0; p < points_; ++p) {
+    for (const Bounds* bounds : {&problem_.x, &problem_.a, &problem_.u}) append_bounds(*bounds);
+  }
+  const auto fix = [&](std::size_t i, double value) { shape_.x_lower[i] = shape_.x_upper[i] = value; };
+  for (std::size_t i = 0; i < n_x_; ++i) {
+    const double start = problem_.start[long(i)], goal = problem_.goal[long(i)];
+    if (!std::isnan(start)) fix(i, start);
+    if (!std::isnan(goal)) fix((points_ - 1) * n_z_ + i, goal);
+  }
+  if (used_ < points_) {
+    const Stage<double> end = (problem_.guess ? problem_.guess : straight_line(problem_))(t_.back());
+    std::size_t i = (points_ - 1) * n_z_ + n_x_;
+    for (double a : end.a) fix(i++, a);
+    for (double u : end.u) fix(i++, u);
+  }
+  shape_.g_lower.assign(defects(), 0.0);
+  shape_.g_upper.assign(defects(), 0.0);
+  const auto append_row = [&](const ConstraintRow& row) {
+    shape_.g_lower.push_back(row.lower);
+    shape_.g_upper.push_back(row.upper);
+  };
+  for (std::size_t p = 0; p < used_; ++p)
+    std::for_each(stage_.path_rows.begin(), stage_.path_rows.end(), append_row);
+  std::for_each(stage_.terminal_rows.begin(), stage_.terminal_rows.end(), append_row);
+}
+
+void Collocation::lay_out_jacobian() {
+  const Pattern& block = node_->jacobian();
+  const std::vector<std::size_t> begin = row_begins(block);
+  shape_.jacobian = {shape_.g_lower.size(), shape_.n(), {}, {}};
+  const auto add = [&](std::size_t row, std::size_t col, double constant, double factor,
+                       std::ptrdiff_t source) {
+    append(shape_.jacobian, row, col);
+    jacobian_map_.push_back({constant, factor, source});
+  };
+  // Row i of point p in row `row` of the program: alpha on the point's own state i, factor times the point's
+  // Jacobian.
+  const auto add_point = [&](std::size_t row, std::size_t p, std::size_t i, double alpha, double factor) {
+    bool placed = alpha == 0;
+    for (std::size_t e = begin[i]; factor != 0 && e < begin[i + 1]; ++e) {
+      const std::size_t col = block.col[e];
+      if (!placed && col > i) add(row, p * n_z_ + i, alpha, 0, -1);
+      const bool own = alpha != 0 && col == i;
+      placed = placed || col >= i;
+      add(row, p * n_z_ + col, own ? alpha : 0, factor, static_cast<std::ptrdiff_t>(p * block.nnz() + e));
+    }
+    if (!placed) add(row, p * n_z_ + i, alpha, 0, -1);
+  };
+  std::size_t row = 0;
+  for (std::size_t k = 0; k < intervals_; ++k) {
+    for (std::size_t r = 0; r < rows_; ++r) {
+      for (std::size_t i = 0; i < n_x_; ++i, ++row) {
+        for (std::size_t j = 0; j <= stride_; ++j) {
+          add_point(row, k * stride_ + j, i, scheme_.alpha(long(r), long(j)),
+                    step(k) * scheme_.beta(long(r), long(j)));
+        }
+      }
+    }
+  }
+  for (std::size_t p = 0; p < used_; ++p) {
+    for (std::size_t i = 0; i < stage_.path_rows.size(); ++i) add_point(row++, p, n_x_ + i, 0, 1);
+  }
+  const Pattern& end = terminal_->jacobian();
+  for (std::size_t e = 0; e < end.nnz(); ++e) {
+    if (end.row[e] == stage_.terminal_rows.size()) continue;  // the cost
+    add(row + end.row[e], (points_ - 1) * n_z_ + end.col[e], 0, 1,
+        static_cast<std::ptrdiff_t>(used_ * block.nnz() + e));
+  }
+}
+
+void Collocation::lay_out_gradient() {
+  const Pattern &block = node_->jacobian(), &end = terminal_->jacobian();
+  const std::vector<std::size_t> begin = row_begins(block);
+  const std::size_t cost = node_->n_y() - 1;
+  for (std::size_t p = 0; p < used_; ++p) {
+    for (std::size_t e = begin[cost]; e < begin[cost + 1]; ++e) {
+      gradient_map_.push_back({p * n_z_ + block.col[e], quadrature_[p], p * block.nnz() + e});
+    }
+  }
+  for (std::size_t e = 0; e < end.nnz(); ++e) {
+    if (end.row[e] + 1 != terminal_->n_y()) continue;
+    gradient_map_.push_back({(points_ - 1) * n_z_ + end.col[e], 1.0, used_ * block.nnz() + e});
+  }
+}
+
+void Collocation::lay_out_hessian(HessianKind kind) {
+  shape_.hessian = {shape_.n(), shape_.n(), {}, {}};
+  if (kind == HessianKind::kExact) lay_out_exact_hessian();
+  if (kind == HessianKind::kGaussNewton) lay_out_gauss_newton();
+}
+
+void Collocation::lay_out_exact_hessian() {
+  const Pattern &block = node_->hessian(), &end = terminal_->hessian();
+  std::vector<Place> places;
+  for (std::size_t p = 0; p < used_; ++p) {
+    for (std::size_t e = 0; e < block.nnz(); ++e) {
+      places.emplace_back(p * n_z_ + block.row[e], p * n_z_ + block.col[e]);
+    }
+  }
+  const std::size_t last = (points_ - 1) * n_z_;
+  for (std::size_t e = 0; e < end.nnz(); ++e) places.emplace_back(last + end.row[e], last + end.col[e]);
+  hessian_map_ = number_places(places, shape_.hessian);
+}
+
+void Collocation::lay_out_gauss_newton() {
+  for (const Term& term : problem_.terms) {
+    if (term.role != Role::kCost) continue;
+    throw ArgumentError("problem \"" + problem_.name +
+                        "\": Gauss-Newton needs every cost as squares of residuals, " + "and \"" + term.name +
+                        "\" is a plain cost; use the exact Hessian or limited memory");
+  }
+  squares_ = std::make_unique<PointFunction>(stage_.squares, used_, Order::kFirst, evaluation_);
+  terminal_squares_ = std::make_unique<PointFunction>(stage_.terminal_squares, 1, Order::kFirst, evaluation_);
+  std::vector<Place> places;
+  const auto add = [&](const Pattern& block, std::size_t first_source, std::size_t first_variable,
+                       double weight) {
+    const std::vector<std::size_t> begin = row_begins(block);
+    for (std::size_t r = 0; r < block.rows; ++r) {
+      for (std::size_t i = begin[r]; i < begin[r + 1]; ++i) {
+        for (std::size_t j = begin[r]; j <= i; ++j) {
+          places.emplace_back(first_variable + block.col[i], first_variable + block.col[j]);
+          square_map_.push_back({0, 2 * weight, first_source + i, first_source + j});
+        }
+      }
+    }
+  };
+  const std::size_t nnz = squares_->jacobian().nnz();
+  for (std::size_t p = 0; p < used_; ++p) add(squares_->jacobian(), p * nnz, p * n_z_, quadrature_[p]);
+  add(terminal_squares_->jacobian(), used_ * nnz, (points_ - 1) * n_z_, 1.0);
+  const std::vector<std::size_t> numbers = number_places(places, shape_.hessian);
+  for (std::size_t e = 0; e < numbers.size(); ++e) square_map_[e].target = numbers[e];
+  residuals_.resize(used_ * squares_->n_y() + terminal_squares_->n_y());
+  residual_j_.resize(used_ * nnz + terminal_squares_->jacobian().nnz());
+}
+
+}  // namespace dyntape

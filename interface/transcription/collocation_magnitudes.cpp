@@ -1,0 +1,262 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// How large the numbers of a program typically are.  Every rule below multiplies and compares quantities of one
+// unit, so that other units of mass, length and time change the magnitudes as they change the numbers.
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/interface/transcription/collocation.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::Index;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kRounding = 1e-13;     // what is smaller, relative to its like, is rounding
+constexpr double kNegligible = 1e-12;   // a state that its rate outgrows by more moves by rounding alone
+constexpr double kPace = 4;             // a motion speeds up and slows down again: it changes in T / kPace
+constexpr double kDisplacement = 1e-3;  // at which curvature of the cost is looked for
+constexpr double kUnresolved = 1e-7;    // what a solve leaves of its unit need not be more than its tolerance
+// What the cost amounts to once it is divided: its optimum is then found to 1e-10 with a tolerance of 1e-8, and
+// barrier terms, which start at 0.1, do not outweigh it.
+constexpr double kCostResolution = 100;
+
+// Largest slopes over all points, (rows x variables of a point), without what is rounding beside others of its row.
+MatrixXd largest_slopes(const Pattern& pattern, const std::vector<double>& nonzeros, std::size_t first,
+                        std::size_t points) {
+  MatrixXd slopes = MatrixXd::Zero(Index(pattern.rows), Index(pattern.cols));
+  for (std::size_t k = 0; k < points * pattern.nnz(); ++k) {
+    double& most = slopes(pattern.row[k % pattern.nnz()], pattern.col[k % pattern.nnz()]);
+    most = std::max(most, std::abs(nonzeros[first + k]));
+  }
+  for (auto row : slopes.rowwise()) row = (row.array() < kRounding * row.maxCoeff()).select(0, row);
+  return slopes;
+}
+
+// The largest term of row i, as far as its terms are known.
+double term(const MatrixXd& slopes, Index i, const VectorXd& z) {
+  return slopes.row(i).transpose().cwiseProduct(z).maxCoeff();
+}
+
+// Gives entries [first, last) that are not known what makes their term in a row as large as the row is: the
+// least over all rows in which they count.  Rows of size 0 say nothing.
+void balance(VectorXd& z, Index first, Index last, const MatrixXd& slopes, const VectorXd& rows) {
+  for (Index c = first; c < last; ++c) {
+    double least = HUGE_VAL;
+    for (Index i = 0; i < rows.size(); ++i) {
+      if (rows[i] > 0 && slopes(i, c) > 0) least = std::min(least, rows[i] / slopes(i, c));
+    }
+    if (z[c] == 0 && std::isfinite(least)) z[c] = least;
+  }
+}
+
+// By how much each row lies outside its bounds.
+VectorXd missing(const std::vector<ConstraintRow>& rows, const double* values) {
+  VectorXd result(Index(rows.size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    result[Index(i)] = std::max({0.0, rows[i].lower - values[i], values[i] - rows[i].upper});
+  }
+  return result;
+}
+
+// How far each entry moves over the points.
+VectorXd extents(const Eigen::Map<const MatrixXd>& values) {
+  const VectorXd extent = values.rowwise().maxCoeff() - values.rowwise().minCoeff();
+  const double rounding = kRounding * values.cwiseAbs().maxCoeff();
+  return (extent.array() < rounding).select(0, extent);
+}
+
+// Nothing is larger than its bounds leave room for; what nothing tells takes that room, or 1.
+void keep_within(VectorXd& z, const VectorXd& room) {
+  for (Index c = 0; c < z.size(); ++c) {
+    const bool bounded = std::isfinite(room[c]) && room[c] > 0;
+    if (bounded && (z[c] == 0 || z[c] > room[c])) z[c] = room[c];
+    if (z[c] == 0 || !std::isfinite(z[c])) z[c] = 1;
+  }
+}
+
+// Of constraint rows: their largest term, else the room between their bounds, else 1.
+std::vector<double> row_magnitudes(const MatrixXd& slopes, const std::vector<ConstraintRow>& rows,
+                                   const VectorXd& z) {
+  VectorXd sizes(Index(rows.size())), room = sizes;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    sizes[Index(i)] = term(slopes, Index(i), z);
+    room[Index(i)] = sizes[Index(i)] > 0 ? HUGE_VAL : rows[i].upper - rows[i].lower;
+  }
+  keep_within(sizes, room);
+  return {sizes.begin(), sizes.end()};
+}
+
+}  // namespace
+
+// By how much the path rows lie outside their bounds at the point that was evaluated last, at most.
+VectorXd Collocation::missing_of_path() const {
+  VectorXd most = VectorXd::Zero(Index(stage_.path_rows.size()));
+  for (std::size_t p = 0; p < used_; ++p) {
+    most = most.cwiseMax(missing(stage_.path_rows, first_y_.data() + p * node_->n_y() + n_x_));
+  }
+  return most;
+}
+
+// How far the cost alone would move an entry: its slope over its curvature, 0 where that says nothing.  The second
+// look is from a displacement in the entry's own unit.
+double Collocation::newton_step(const std::vector<double>& start, std::size_t entry) {
+  std::vector<double> here(shape_.n()), there(shape_.n());
+  double step = 1;
+  if (!gradient(start.data(), here.data())) return 0;
+  for (int look = 0; look < 2; ++look) {
+    std::vector<double> moved = start;
+    for (std::size_t i = entry; i < moved.size(); i += n_z_) moved[i] += kDisplacement * step;
+    if (!gradient(moved.data(), there.data())) return 0;
+    double slope = 0, bend = 0;
+    for (std::size_t i = entry; i < moved.size(); i += n_z_) {
+      slope += std::abs(here[i]);
+      bend += std::abs(there[i] - here[i]) / (kDisplacement * step);
+    }
+    step = slope / bend;
+    if (!(step > 0 && std::isfinite(step))) return 0;
+  }
+  return step;
+}
+
+// How far a bound that has no counterpart is away, where there is one.
+VectorXd Collocation::one_sided_room(const std::vector<double>& start) const {
+  VectorXd room = VectorXd::Zero(Index(n_x_));
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const Index c = Index(i % n_z_);
+    if (c >= room.size()) continue;
+    const double lower = problem_.x.lower[c], upper = problem_.x.upper[c];
+    if (std::isfinite(lower) == std::isfinite(upper)) continue;
+    room[c] = std::max(room[c], std::abs(start[i] - (std::isfinite(lower) ? lower : upper)));
+  }
+  return room;
+}
+
+// What the entries that are known make of the others.
+void Collocation::propagate(VectorXd& z, const std::vector<double>& start, const MatrixXd& slopes) const {
+  const Index n_x = Index(n_x_), n_z = Index(n_z_), n_c = Index(stage_.path_rows.size());
+  const double time = problem_.duration / kPace;
+  const Eigen::Map<const MatrixXd> values(start.data(), n_z, Index(points_));
+  const auto rates = slopes.topRows(n_x), relations = slopes.middleRows(n_x, n_c);
+
+  // States whose rate no control enters are moved by other states: a position gives its velocity.
+  VectorXd kinematic = z.head(n_x) / time;
+  for (Index i = 0; i < n_x; ++i) {
+    if (!rates.row(i).tail(n_z - n_x).isZero(0)) kinematic[i] = 0;
+  }
+  balance(z, 0, n_x, rates, kinematic);
+
+  // Accelerations and controls balance the rates, then what is left of them the path equations.
+  VectorXd rows = z.head(n_x) / time;
+  for (Index i = 0; i < n_x; ++i) {
+    if (rows[i] > 0) rows[i] = std::max(rows[i], term(rates, i, z));
+  }
+  balance(z, n_x, n_z, rates, rows);
+  VectorXd equations = VectorXd::Zero(n_c);
+  for (Index i = 0; i < n_c; ++i) {
+    const ConstraintRow& row = stage_.path_rows[std::size_t(i)];
+    if (row.lower == row.upper) equations[i] = term(relations, i, z);
+  }
+  balance(z, n_x, n_z, relations, equations);
+  const VectorXd given = values.bottomRows(n_z - n_x).leftCols(Index(used_)).cwiseAbs().rowwise().maxCoeff();
+  z.tail(n_z - n_x) = z.tail(n_z - n_x).cwiseMax(given);
+
+  // A state that starts and ends alike is moved by what its rate is made of.
+  for (Index sweep = 0; sweep < n_x; ++sweep) {
+    for (Index i = 0; i < n_x; ++i) {
+      if (z[i] == 0) z[i] = time * term(rates, i, z);
+    }
+  }
+}
+
+// A state that moves by rounding alone is moved by what its rate is made of, too.  Once: a stiff spring moves a speed
+// that moves the spring.
+void Collocation::replace_rounding(VectorXd& z, const MatrixXd& slopes) const {
+  const double time = problem_.duration / kPace;
+  std::vector<bool> replaced(n_x_, false);
+  for (std::size_t sweep = 0; sweep < n_x_; ++sweep) {
+    for (std::size_t i = 0; i < n_x_; ++i) {
+      const double moved = time * term(slopes, Index(i), z);
+      if (replaced[i] || !(z[Index(i)] < kNegligible * moved)) continue;
+      z[Index(i)] = moved;
+      replaced[i] = true;
+    }
+  }
+}
+
+// Of the entries of a point.  What is zero afterwards is moved by nothing.  The start may stand still: then what its
+// end lacks moves it, else what the path lacks, else the cost, else it has the room that a bound leaves.
+VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const MatrixXd& slopes,
+                                       const MatrixXd& end_slopes) {
+  const Index n_x = Index(n_x_), n_z = Index(n_z_), n_c = Index(stage_.path_rows.size());
+  const VectorXd path = missing_of_path();
+  VectorXd z = VectorXd::Zero(n_z);
+  z.head(n_x) = extents(Eigen::Map<const MatrixXd>(start.data(), n_z, Index(points_))).head(n_x);
+  balance(z, 0, n_x, end_slopes, missing(stage_.terminal_rows, first_y_.data() + used_ * node_->n_y()));
+  propagate(z, start, slopes);
+  replace_rounding(z, slopes);
+
+  // What is missing from a row that a control enters is the control's to give.
+  const MatrixXd relations = slopes.middleRows(n_x, n_c);
+  VectorXd of_states = path;
+  for (Index i = 0; i < n_c; ++i) {
+    if (!relations.row(i).tail(n_z - n_x).isZero(0)) of_states[i] = 0;
+  }
+  balance(z, 0, n_x, relations, of_states);
+  balance(z, n_x, n_z, relations, path);
+  propagate(z, start, slopes);
+
+  for (Index c = 0; c < n_x; ++c) {
+    if (z[c] == 0) z[c] = newton_step(start, std::size_t(c));
+  }
+  propagate(z, start, slopes);
+  z.head(n_x) = (z.head(n_x).array() == 0).select(one_sided_room(start), z.head(n_x));
+  propagate(z, start, slopes);
+  return z;
+}
+
+// Of the cost, from its slopes at the start and a little beside it: a least-squares cost may start at its least.
+double Collocation::cost_magnitude(const std::vector<double>& start, const VectorXd& z) {
+  std::vector<double> there = start, here_slope(shape_.n()), there_slope(shape_.n());
+  for (std::size_t i = 0; i < there.size(); ++i) there[i] += kDisplacement * z[Index(i % n_z_)];
+  if (!gradient(start.data(), here_slope.data())) return 1;
+  const bool curved = gradient(there.data(), there_slope.data());
+  VectorXd slope = VectorXd::Zero(z.size()), bend = slope;
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    const Index c = Index(i % n_z_);
+    slope[c] += std::abs(here_slope[i]) * z[c];
+    if (curved) bend[c] += std::abs(there_slope[i] - here_slope[i]) * z[c] / (2 * kDisplacement);
+  }
+  const double cost = slope.cwiseMax(bend).maxCoeff();
+  return cost > 0 && std::isfinite(cost) ? cost / kCostResolution : 1;
+}
+
+NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMagnitudes& before) {
+  if (!evaluate_first(at.data())) return before;
+  const std::size_t nonzeros = used_ * node_->jacobian().nnz();
+  const MatrixXd slopes = largest_slopes(node_->jacobian(), first_j_, 0, used_);
+  const MatrixXd end_slopes = largest_slopes(terminal_->jacobian(), first_j_, nonzeros, 1);
+  VectorXd z = stage_magnitudes(at, slopes, end_slopes), lower(z.size()), upper(z.size());
+  lower << problem_.x.lower, problem_.a.lower, problem_.u.lower;
+  upper << problem_.x.upper, problem_.a.upper, problem_.u.upper;
+  keep_within(z, upper - lower);
+  if (!before.x.empty()) {
+    const VectorXd last = Eigen::Map<const VectorXd>(before.x.data(), z.size());
+    z = (z.array() < kUnresolved * last.array()).select(last, z);
+  }
+  NlpMagnitudes m{cost_magnitude(at, z)};
+  const auto path = row_magnitudes(slopes.bottomRows(slopes.rows() - Index(n_x_)), stage_.path_rows, z);
+  const auto append = [](std::vector<double>& to, const auto& part) {
+    to.insert(to.end(), part.begin(), part.end());
+  };
+  for (std::size_t p = 0; p < points_; ++p) append(m.x, z);
+  for (std::size_t k = 0; k < intervals_ * rows_; ++k) append(m.g, z.head(Index(n_x_)));
+  for (std::size_t p = 0; p < used_; ++p) append(m.g, path);
+  append(m.g, row_magnitudes(end_slopes, stage_.terminal_rows, z));
+  return m;
+}
+
+}  // namespace dyntape

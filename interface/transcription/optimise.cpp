@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/transcription/optimise.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
+
+namespace dyntape {
+
+namespace {
+
+double seconds_since(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+}
+
+[[noreturn]] void report(const Problem& problem, const DerivativeCheck& check) {
+  std::string message = "problem \"" + problem.name + "\": the derivatives are not those of the functions:";
+  for (std::size_t k = 0; k < std::min<std::size_t>(3, check.mismatches.size()); ++k) {
+    const DerivativeMismatch& m = check.mismatches[k];
+    char numbers[96];
+    std::snprintf(numbers, sizeof numbers, " is %.9g, differences give %.9g", m.given, m.difference);
+    message += (k == 0 ? " " : "; ") + m.row + " by " + m.variable + numbers;
+  }
+  throw NumericalError(message +
+                       "; a kink (abs, max, select) near the start can look like this: then switch "
+                       "check_derivatives off");
+}
+
+}  // namespace
+
+Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
+  Solution solution;
+  auto begin = std::chrono::steady_clock::now();
+  if (start.size() != nlp.shape().n()) {
+    throw ArgumentError("problem \"" + nlp.problem().name + "\": the start has " +
+                        std::to_string(start.size()) + " entries, the program has " +
+                        std::to_string(nlp.shape().n()) + " variables");
+  }
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (std::isfinite(start[i])) continue;
+    throw ArgumentError("problem \"" + nlp.problem().name + "\": the start of " + nlp.variable_name(i) +
+                        " is " + io::shortest(start[i]) + ", expected a number");
+  }
+  nlp.check_finite(start);
+  if (options.check_derivatives) {
+    solution.derivatives = check_derivatives(nlp, start);
+    if (!solution.derivatives.good()) report(nlp.problem(), solution.derivatives);
+  }
+  solution.check_seconds = seconds_since(begin);
+  solution.nlp = solve_with_ipopt(nlp, start, options.solver);
+  begin = std::chrono::steady_clock::now();
+  solution.motion = nlp.trajectory(solution.nlp.x);
+  ScaledNlp scaled(nlp, solution.nlp.units);
+  solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
+  if (options.verify) solution.verification = verify(nlp.problem(), solution.motion, scaled.units());
+  solution.verify_seconds = seconds_since(begin);
+  return solution;
+}
+
+Solution optimise(const Problem& problem, const OptimiseOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  Collocation nlp(problem, options.mesh);
+  const double build_seconds = seconds_since(begin);
+  Solution solution = optimise(nlp, nlp.start(), options);
+  solution.build_seconds = build_seconds;
+  return solution;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A motion at the points of a mesh.
+//
+//   const Trajectory motion = collocation.trajectory(solution.x);
+//   motion.x.col(k)        // state at time motion.t[k]
+//   motion.node(i)         // index of the point at mesh node i
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <dyntape/interface/transcription/scheme.h>
+
+namespace dyntape {
+
+struct Trajectory {
+  Eigen::VectorXd t;  // (points) s, increasing
+  Eigen::MatrixXd x;  // (n_x x points)
+  Eigen::MatrixXd a;  // (n_a x points)
+  Eigen::MatrixXd u;  // (n_u x points)
+  Scheme scheme;
+
+  int points() const { return static_cast<int>(t.size()); }
+  int intervals() const { return (points() - 1) / (scheme.points() - 1); }
+  int node(int interval) const { return interval * (scheme.points() - 1); }
+
+  // The control at a fraction (0..1) of an interval, as the scheme interpolates it.
+  Eigen::VectorXd control(int interval, double fraction) const {
+    return u.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
+  }
+};
+
+}  // namespace dyntape

@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/transcription/verify.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+class Audit {
+ public:
+  Audit(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes)
+      : problem_(problem), motion_(motion), units_(magnitudes) {}
+
+  Verification run() {
+    check_bounds();
+    check_defects();
+    check_path();
+    check_end();
+    check_units();
+    simulate_intervals();
+    simulate_whole();
+    return std::move(result_);
+  }
+
+ private:
+  // Notes by how many units a value lies outside [lower, upper].
+  void note(double value, double lower, double upper, double unit, const std::string& what) {
+    const double excess = std::isnan(value) ? value : std::max({0.0, lower - value, value - upper}) / unit;
+    if (excess <= result_.violation || std::isnan(result_.violation)) return;
+    result_.violation = excess;
+    result_.worst_row = what;
+  }
+
+  // The same of the next row of the program, in its order.
+  void note_row(double value, double lower, double upper, const std::string& what) {
+    note(value, lower, upper, row_ < units_.g.size() ? units_.g[row_] : 1, what);
+    ++row_;
+  }
+
+  // Of entry i of point p: x, then a, then u.
+  double unit(int p, Eigen::Index i) const {
+    const Eigen::Index n_z = problem_.n_x() + problem_.n_a() + problem_.n_u();
+    const auto variable = static_cast<std::size_t>(p * n_z + i);
+    return variable < units_.x.size() ? units_.x[variable] : 1;
+  }
+
+  void check_units() const {
+    const Eigen::Index n = motion_.x.size() + motion_.a.size() + motion_.u.size();
+    const bool fit_x = units_.x.empty() || units_.x.size() == static_cast<std::size_t>(n);
+    if (fit_x && (units_.g.empty() || units_.g.size() == row_)) return;
+    throw ArgumentError("problem \"" + problem_.name + "\": magnitudes of " +
+                        std::to_string(units_.x.size()) + " variables and " +
+                        std::to_string(units_.g.size()) + " rows, the motion has " + std::to_string(n) +
+                        " and " + std::to_string(row_));
+  }
+
+  Stage<double> stage(int p) const {
+    return {motion_.t[p], motion_.x.col(p), motion_.a.col(p), motion_.u.col(p)};
+  }
+
+  bool used(int p) const { return p + 1 < motion_.points() || motion_.scheme.uses_last_point(); }
+
+  std::string at(const std::string& what, int p) const { return what + " at point " + std::to_string(p); }
+
+  void check_bounds() {
+    const auto check_part = [&](const Bounds& bounds, const Eigen::MatrixXd& values,
+                                const std::vector<std::string>& names, int first, bool last_counts) {
+      for (int p = 0; p < motion_.points(); ++p) {
+        if (!last_counts && !used(p)) continue;
+        for (Eigen::Index i = 0; i < values.rows(); ++i) {
+          note(values(i, p), bounds.lower[i], bounds.upper[i], unit(p, first + i),
+               at(names[std::size_t(i)], p));
+        }
+      }
+    };
+    check_part(problem_.x, motion_.x, problem_.states, 0, true);
+    check_part(problem_.a, motion_.a, problem_.accelerations, problem_.n_x(), false);
+    check_part(problem_.u, motion_.u, problem_.controls, problem_.n_x() + problem_.n_a(), false);
+    const int last = motion_.points() - 1;
+    for (int i = 0; i < problem_.n_x(); ++i) {
+      const double start = problem_.start[i], goal = problem_.goal[i];
+      const std::string& name = problem_.states[std::size_t(i)];
+      if (!std::isnan(start)) note(motion_.x(i, 0), start, start, unit(0, i), name + " at the start");
+      if (!std::isnan(goal)) note(motion_.x(i, last), goal, goal, unit(last, i), name + " at the end");
+    }
+  }
+
+  void check_defects() {
+    Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(problem_.n_x(), motion_.points());
+    for (int p = 0; p < motion_.points(); ++p) {
+      if (used(p)) rates.col(p) = problem_.rate(stage(p));
+    }
+    const Scheme& scheme = motion_.scheme;
+    for (int k = 0; k < motion_.intervals(); ++k) {
+      const int first = motion_.node(k);
+      const double h = motion_.t[motion_.node(k + 1)] - motion_.t[first];
+      const Eigen::MatrixXd defect = motion_.x.middleCols(first, scheme.points()) * scheme.alpha.transpose() +
+                                     h * rates.middleCols(first, scheme.points()) * scheme.beta.transpose();
+      for (Eigen::Index r = 0; r < defect.cols(); ++r) {
+        for (int i = 0; i < problem_.n_x(); ++i) {
+          note_row(defect(i, r), 0, 0,
+                   "defect of " + problem_.states[std::size_t(i)] + " in interval " + std::to_string(k));
+        }
+      }
+    }
+  }
+
+  void add_term(const Term& term, const Stage<double>& s, double weight, const std::string& where) {
+    const Eigen::VectorXd r = term.function(s);
+    if (term.role == Role::kCost) result_.cost += weight * r[0];
+    if (term.role == Role::kSquares) result_.cost += weight * r.squaredNorm();
+    for (Eigen::Index i = 0; i < r.size(); ++i) {
+      if (term.role == Role::kEquality) note_row(r[i], 0, 0, where);
+      if (term.role == Role::kInequality) note_row(r[i], term.lower[i], term.upper[i], where);
+    }
+  }
+
+  void check_path() {
+    const Scheme& scheme = motion_.scheme;
+    Eigen::VectorXd quadrature = Eigen::VectorXd::Zero(motion_.points());
+    for (int k = 0; k < motion_.intervals(); ++k) {
+      const double h = motion_.t[motion_.node(k + 1)] - motion_.t[motion_.node(k)];
+      quadrature.segment(motion_.node(k), scheme.points()) += h * scheme.gamma;
+    }
+    for (int p = 0; p < motion_.points(); ++p) {
+      if (!used(p)) continue;
+      const Stage<double> s = stage(p);
+      if (!problem_.residual.empty()) {
+        for (double r : problem_.residual(s)) note_row(r, 0, 0, at("dynamics", p));
+      }
+      for (const Term& term : problem_.terms) {
+        if (term.where == Where::kRunning) add_term(term, s, quadrature[p], at(term.name, p));
+      }
+    }
+  }
+
+  void check_end() {
+    for (const Term& term : problem_.terms) {
+      if (term.where == Where::kTerminal)
+        add_term(term, stage(motion_.points() - 1), 1, term.name + " at the end");
+    }
+  }
+
+  Simulation simulate_interval(int k, const Eigen::VectorXd& from) const {
+    const double begin = motion_.t[motion_.node(k)], end = motion_.t[motion_.node(k + 1)];
+    return simulate(problem_, from, begin, end,
+                    [&](double t) { return motion_.control(k, (t - begin) / (end - begin)); });
+  }
+
+  void simulate_intervals() {
+    result_.true_defect.resize(motion_.intervals());
+    for (int k = 0; k < motion_.intervals(); ++k) {
+      const Simulation end = simulate_interval(k, motion_.x.col(motion_.node(k)));
+      result_.true_defect[k] = distance(end.x, motion_.node(k + 1));
+      if (result_.trouble.empty() && !end.trouble.empty()) {
+        result_.trouble = "interval " + std::to_string(k) + ": " + end.trouble;
+      }
+    }
+    result_.worst_defect = result_.true_defect.maxCoeff<Eigen::PropagateNaN>();
+  }
+
+  void simulate_whole() {
+    Eigen::VectorXd x = motion_.x.col(0);
+    for (int k = 0; k < motion_.intervals() && !x.hasNaN(); ++k) x = simulate_interval(k, x).x;
+    result_.miss = distance(x, motion_.points() - 1);
+  }
+
+  double distance(const Eigen::VectorXd& x, int p) const {
+    return (x - motion_.x.col(p)).cwiseAbs().maxCoeff<Eigen::PropagateNaN>();
+  }
+
+  const Problem& problem_;
+  const Trajectory& motion_;
+  const NlpMagnitudes& units_;
+  std::size_t row_ = 0;  // of the program, the next to be noted
+  Verification result_;
+};
+
+}  // namespace
+
+Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes) {
+  return Audit(problem, motion, magnitudes).run();
+}
+
+}  // namespace dyntape

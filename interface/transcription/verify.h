@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a motion is worth, found without any recorded, derived or generated code: the problem's functions are
+// run as they are, in doubles.
+//
+//   const Verification v = verify(problem, motion, nlp.magnitudes(start));
+//   v.violation            largest violation of defects, path and end constraints, bounds and boundary values,
+//                          relative to the program's magnitudes (nlp.h), so that units do not change what is small
+//   v.worst_defect         true defect: what the scheme cannot know about itself
+//   v.miss                 where the controls alone lead
+//
+// True defect of an interval: x' = ode(t, x, u(t)) is integrated from the motion's state at its first node by
+// a method of order 8 (dormand_prince.h; tolerance 1e-12), the control interpolated as the scheme says, and
+// compared with the motion's state at the next node (max norm).  The miss is the same over the whole time, from
+// the start, compared with the last state.  For a dynamics that amplifies errors the miss is large although
+// every defect is small.  An interval is simulated in 16 steps or more, so that an event is seen that lasts longer
+// than about a hundredth of it; a shorter one may be stepped over.  The tolerance is relative to 1 + |x| of each state.
+//
+// Whatever is not a number shows: a violation, a defect or a miss that cannot be computed is NaN, and `trouble`
+// says where the simulation of an interval ended.
+#pragma once
+
+#include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/solvers/nlp.h>
+#include <dyntape/interface/transcription/trajectory.h>
+
+namespace dyntape {
+
+struct Verification {
+  double violation = 0;
+  std::string worst_row = {};   // what is violated most
+  double cost = 0;              // the scheme's quadrature of the costs
+  Eigen::VectorXd true_defect;  // (intervals); NaN where the simulation breaks down
+  double worst_defect = 0;
+  double miss = 0;
+  std::string trouble = {};  // "interval 3: the rate of "v" is nan at t = 0.75 s"; empty: none
+};
+
+// Empty magnitudes are ones.  ArgumentError where they are of another program.
+Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes = {});
+
+// The state at the end of x' = ode(t, x, u(t)) from x at time `from`, to <= from being no time at all.
+struct Simulation {
+  Eigen::VectorXd x;    // NaN, all of it, where the simulation breaks down
+  std::string trouble;  // why it did: "the rate of "v" is nan at t = 0.75 s"
+};
+Simulation simulate(const Problem& problem, Eigen::VectorXd x, double from, double to,
+                    const std::function<Eigen::VectorXd(double t)>& control, double tolerance = 1e-12);
+
+}  // namespace dyntape

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "measuring.h"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <utility>
+
+namespace dyntape::tools {
+namespace {
+
+constexpr std::array<std::pair<const char*, const char*>, 2> kCommands = {
+    {{"bench", "measure a function of a robot on every route, beside peers"},
+     {"study", "what accuracy costs: errors and times as CSV and pictures"}}};
+
+}  // namespace
+
+bool is_measuring(const std::string& command) {
+  return std::any_of(kCommands.begin(), kCommands.end(), [&](const auto& c) { return command == c.first; });
+}
+
+void add_measuring(CLI::App& app) {
+  for (const auto& [name, what] : kCommands) app.add_subcommand(name, what);
+}
+
+int run_measuring(char** argv) {
+  constexpr const char* kProgram = "dyntape-bench";
+  std::error_code none;
+  const std::filesystem::path beside =
+      std::filesystem::read_symlink("/proc/self/exe", none).replace_filename(kProgram);
+  execv(beside.c_str(), argv);
+  if (errno == ENOENT) execvp(kProgram, argv);
+  std::cerr << "dyntape: " << argv[1] << " is a command of " << kProgram << ", which is not there ("
+            << std::strerror(errno) << "); tools/build " << kProgram << " makes it\n";
+  return 1;
+}
+
+}  // namespace dyntape::tools

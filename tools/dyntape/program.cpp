@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "program.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/autodiff/error.h>
+
+#include "commands.h"
+
+namespace dyntape::tools {
+namespace {
+
+// A name may be as long as its file; of one that nobody reads to its end the beginning is enough.
+std::string shortened(const std::string& name) {
+  constexpr std::size_t kShown = 60, kLong = 200;
+  if (name.size() <= kLong) return name;
+  std::size_t end = kShown;
+  while ((static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;  // characters stay whole
+  return name.substr(0, end) + "...";
+}
+
+// Names stand in quotes; what stands without may be a path, which is longer for a reason.
+std::string with_short_names(const std::string& sentences) {
+  constexpr std::size_t kLongestPath = 4096;
+  std::string text;
+  for (std::size_t begin = 0; begin < sentences.size();) {
+    const char c = sentences[begin];
+    if (c == ' ' || c == '\n') {
+      text += sentences[begin++];
+      continue;
+    }
+    const bool is_name = c == '"' || c == '\'';
+    const std::string ends = is_name ? std::string{c, '\n'} : " \n\"";
+    const std::size_t end = std::min(sentences.find_first_of(ends, begin + 1), sentences.size());
+    const std::string word = sentences.substr(begin, end - begin);
+    text += is_name || word.size() > kLongestPath ? shortened(word) : word;
+    begin = end;
+    if (is_name && end < sentences.size()) text += sentences[begin++];
+  }
+  return text;
+}
+
+std::string wrong_words(const CLI::App*, const CLI::Error& error) {
+  return with_short_names(one_line(error.what())) + "\nRun with --help for more information.\n";
+}
+
+int failed(const std::string& sentence, int status = 1) {
+  std::cerr << "dyntape: " << sentence << "\n";
+  return status;
+}
+
+// What was printed has arrived, or the command has not done its work.
+int arrived(int status) {
+  errno = 0;
+  if (std::cout.flush()) return status;
+  return failed(
+      "the standard output cannot be written" + (errno ? std::string(": ") + std::strerror(errno) : ""),
+      status ? status : 1);
+}
+
+int parse(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    return app.exit(e) ? 2 : 0;  // 2: the command line itself is wrong
+  } catch (const Failure& failure) {
+    return failure.status;
+  } catch (const Sentence& e) {
+    return failed(with_short_names(e.what()));
+  } catch (const Error& e) {
+    return failed(e.what());
+  } catch (const nlohmann::json::type_error& e) {
+    constexpr int kNotUtf8 = 316;
+    if (e.id != kNotUtf8) return failed(std::string("unexpected failure: ") + e.what());
+    return failed(
+        "a name or a path is not UTF-8, which JSON has to be; expected names in UTF-8 (iconv -t utf-8)");
+  } catch (const std::exception& e) {
+    return failed(std::string("unexpected failure: ") + e.what());
+  }
+  return 0;
+}
+
+}  // namespace
+
+int run(CLI::App& app, int argc, char** argv) {
+  app.require_subcommand(1);
+  app.failure_message(wrong_words);
+  return arrived(parse(app, argc, argv));
+}
+
+}  // namespace dyntape::tools
