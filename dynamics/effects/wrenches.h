@@ -20,6 +20,7 @@
 
 #include <dyntape/dynamics/algorithms/data.h>
 
+#include <utility>
 #include <vector>
 
 namespace dyntape::dynamics {
@@ -46,6 +47,36 @@ struct Wrench {
 template <class T>
 Wrench<T> wrench_at_frame(const Model<T>& model, int frame, FixedIn fixed_in,
                           const std::type_identity_t<Force<T>>& value);
+
+template <class T>
+struct EffectTorques;
+
+// As an effect (effects.h).
+template <class T>
+struct Wrenches : std::vector<Wrench<T>> {
+  static constexpr const char* kName = "wrenches";
+
+  using std::vector<Wrench<T>>::vector;
+  Wrenches(std::vector<Wrench<T>> all) : std::vector<Wrench<T>>(std::move(all)) {}  // NOLINT
+  explicit operator bool() const { return !this->empty(); }
+  void reset() { this->clear(); }
+
+  template <class S>
+  Wrenches<S> cast() const {
+    Wrenches<S> result;
+    for (const Wrench<T>& wrench : *this) result.push_back(wrench.template cast<S>());
+    return result;
+  }
+  void check(const Model<T>&) const {}  // wrench_torques does
+  void add_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                   const VectorRef<T>& q) const {
+    torques.total += wrench_torques(model, data, torques.of_wrenches, *this, q);
+  }
+  void subtract_slopes(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                       const VectorRef<T>& q) const {
+    data.dtau_dq -= wrench_torque_derivatives(model, data, torques.of_wrenches, *this, q);
+  }
+};
 
 // What the wrenches on some bodies add up to, and what a turn of the bodies makes of those that do not turn
 // with them: f, n, and P = sum of r f^T, r their points, of the ones fixed in the world.

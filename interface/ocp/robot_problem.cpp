@@ -46,9 +46,9 @@ struct Plant {
   Vector<T> q(const Stage<T>& s) const { return s.x.head(model.nv); }
   Vector<T> v(const Stage<T>& s) const { return s.x.tail(model.nv); }
 
-  // What friction, damping and springs add.
+  // What effects add that are not the callees' own.
   Vector<T> passive(const Stage<T>& s) {
-    return dynamics::joint_torques<T>(model, torques, effects, q(s), v(s));
+    return dynamics::effect_torques<T>(model, data, torques, effects, q(s), v(s));
   }
   Vector<T> forward(const Stage<T>& s) {
     return dynamics::forward_dynamics(model, data, torques, effects, q(s), v(s), torque(s));
@@ -65,16 +65,6 @@ Vector<T> joined(const Vector<T>& a, const Vector<T>& b) {
   return c;
 }
 
-// The robot as it is where these effects act: gravity and armature are the effects', not the model's.
-Model<double> acting_model(const RobotScene& scene) {
-  Model<double> model = scene.model;
-  if (!scene.effects.gravity) model.gravity.setZero();
-  for (auto& joint : model.joints) {
-    joint.armature = scene.effects.armature ? (*scene.effects.armature)[joint.idx_v] : 0;
-  }
-  return model;
-}
-
 // Both scalars of the plant.  The taped one is made within the recording that asks for it: an AD belongs to
 // one recording.  Its dynamics are callees, whose derivatives are the analytic ones, where that pays.
 struct Plants {
@@ -89,9 +79,10 @@ struct Plants {
         dofs(actuated_dofs(s)),
         gain(std::move(gains)),
         plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {
-    if (!is_worth_callees(s.model) || !s.effects.wrenches.empty()) return;
-    forward_callee = forward_dynamics_callee(acting_model(s));
-    inverse_callee = inverse_dynamics_callee(acting_model(s));
+    if (!is_worth_callees(s.model)) return;
+    const Model<double> acting = dynamics::acting_model(s.model, s.effects);
+    forward_callee = forward_dynamics_callee(acting);
+    inverse_callee = inverse_dynamics_callee(acting);
   }
 
   VectorXad forward(const Stage<AD>& s) const {
@@ -108,7 +99,7 @@ struct Plants {
     return tau - plant.passive(s) - plant.torque(s);
   }
 
-  Plant<AD> recorded() const { return {scene.model.cast<AD>(), recorded_effects(scene.effects), dofs, gain}; }
+  Plant<AD> recorded() const { return {scene.model.cast<AD>(), scene.effects.cast<AD>(), dofs, gain}; }
 };
 
 StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {

@@ -118,13 +118,11 @@ Function named(Function f, const Model<double>& model, const RobotFunction& func
   return f;
 }
 
-VectorX<AD> cast(const VectorX<double>& v) { return v.cast<AD>(); }
-
 template <class Algorithm>
 Function record_with_effects(const Model<double>& model, const dynamics::Effects<double>& effects,
                              const RobotFunction& like, const char* suffix, Algorithm algorithm) {
   const Model<AD> taped = model.cast<AD>();
-  const dynamics::Effects<AD> acting = recorded_effects(effects);
+  const dynamics::Effects<AD> acting = effects.cast<AD>();
   Function f = record(suffix, static_cast<std::size_t>(model.nq + 2 * model.nv), [&](const VectorXad& x) {
     Data<AD> data(taped);
     dynamics::EffectTorques<AD> torques(taped);
@@ -168,17 +166,6 @@ Function record_robot_function(const Model<double>& model, const RobotFunction& 
   for (Function& other : detail::record_factored(model, function)) consider(std::move(other));
   if (is_derivative(function) && least <= kWorthTrying) consider(record_differentiated(model, function));
   return named(std::move(best), model, function);
-}
-
-dynamics::Effects<AD> recorded_effects(const dynamics::Effects<double>& effects) {
-  dynamics::Effects<AD> result;
-  result.gravity = effects.gravity;
-  if (effects.armature) result.armature = cast(*effects.armature);
-  if (effects.damping) result.damping = cast(*effects.damping);
-  if (effects.friction) result.friction = {cast(effects.friction->torque), AD(effects.friction->smoothing)};
-  if (effects.springs) result.springs = {cast(effects.springs->stiffness), cast(effects.springs->rest)};
-  for (const auto& wrench : effects.wrenches) result.wrenches.push_back(wrench.cast<AD>());
-  return result;
 }
 
 Function record_forward_dynamics(const Model<double>& model, const dynamics::Effects<double>& effects) {

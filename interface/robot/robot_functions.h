@@ -111,7 +111,4 @@ Function record_forward_dynamics(const dynamics::Model<double>& model,
 Function record_inverse_dynamics(const dynamics::Model<double>& model,
                                  const dynamics::Effects<double>& effects);
 
-// The same effects with constants of the recording scalar, for recordings of one's own.
-dynamics::Effects<AD> recorded_effects(const dynamics::Effects<double>& effects);
-
 }  // namespace dyntape

@@ -24,23 +24,6 @@ SolveSizes sizes_of(const Collocation& nlp) {
           shape.hessian.nnz(), nlp.times().size(), total_operations(dissolved(nlp.stage().node))};
 }
 
-using Scene = RobotScene;
-
-// An effect by name, whether the scene has it, and the scene without it.
-struct Effect {
-  const char* name;
-  bool present;
-  void (*remove)(dynamics::Effects<double>& effects);
-};
-
-std::vector<Effect> effects_of(const dynamics::Effects<double>& e) {
-  return {{"gravity", e.gravity, [](auto& x) { x.gravity = false; }},
-          {"armature", e.armature.has_value(), [](auto& x) { x.armature.reset(); }},
-          {"joint damping", e.damping.has_value(), [](auto& x) { x.damping.reset(); }},
-          {"joint friction", e.friction.has_value(), [](auto& x) { x.friction.reset(); }},
-          {"joint springs", e.springs.has_value(), [](auto& x) { x.springs.reset(); }}};
-}
-
 std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
   return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
 }
@@ -120,13 +103,15 @@ std::string explain(const Task& task) {
   text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +
           " form: " + grouped(all) + " operations\n\n";
   io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
-  for (const Effect& effect : effects_of(scene.effects)) {
-    RobotScene without = scene;
-    effect.remove(without.effects);
-    const std::size_t added = effect.present ? all - dynamics_operations(without, task.robot) : 0;
-    table.append(
-        {effect.name, effect.present ? "yes" : "no", effect.present ? grouped(added) : "not recorded"});
-  }
+  RobotScene without = scene;
+  dynamics::for_each_effect(without.effects, [&](auto& effect) {
+    if (!effect) return table.append({dynamics::effect_name(effect), "no", "not recorded"});
+    const auto kept = effect;
+    effect.reset();
+    const std::size_t added = all - dynamics_operations(without, task.robot);
+    effect = kept;
+    table.append({dynamics::effect_name(effect), "yes", grouped(added)});
+  });
   text += table.text();
   MeshOptions mesh = mesh_of(task);
   mesh.evaluation.route = EvaluationRoute::kInterpreter;  // nothing need be compiled to count

@@ -24,16 +24,4 @@ inline Effects<double> all_effects(const Model<double>& model, Random& random) {
   return effects;
 }
 
-inline Effects<Float128> exact_effects(const Effects<double>& e) {
-  Effects<Float128> c;
-  c.gravity = e.gravity;
-  c.armature = e.armature->cast<Float128>();
-  c.damping = e.damping->cast<Float128>();
-  c.friction =
-      CoulombFriction<Float128>{e.friction->torque.cast<Float128>(), Float128(e.friction->smoothing)};
-  c.springs = Springs<Float128>{e.springs->stiffness.cast<Float128>(), e.springs->rest.cast<Float128>()};
-  for (const Wrench<double>& wrench : e.wrenches) c.wrenches.push_back(wrench.cast<Float128>());
-  return c;
-}
-
 }  // namespace dyntape::dynamics

@@ -37,7 +37,7 @@ TEST_P(ConstrainedWithEffects, InverseDynamicsGivesTheTorquesBack) {
 }
 
 TEST_P(ConstrainedWithEffects, DerivativesAgreeWith113Bits) {
-  const Effects<Float128> all = exact_effects(effects);
+  const Effects<Float128> all = effects.cast<Float128>();
   Data<Float128> data128(exact);
   EffectTorques<Float128> torques128(exact);
   ConstraintData<Float128> c128(exact, {c.constraints[0].cast<Float128>()});

@@ -40,7 +40,7 @@ TEST_P(EffectsOn, ForwardInvertsInverse) {
 
 TEST_P(EffectsOn, DerivativesMatchDifferences) {
   const Model<Float128> exact = model.cast<Float128>();
-  const Effects<Float128> e = exact_effects(effects);
+  const Effects<Float128> e = effects.cast<Float128>();
   Data<Float128> data128(exact);
   EffectTorques<Float128> torques128(exact);
   const VectorXq q = s.q.cast<Float128>(), v = s.v.cast<Float128>(), tau = s.tau.cast<Float128>();
@@ -74,6 +74,47 @@ TEST_P(EffectsOn, DerivativesMatchDifferences) {
   EXPECT_LE(relative_error(data->ddq_dv, fv), 1e-11);
   EXPECT_LE(relative_error(data->dtau_dq, iq), 1e-13);
   EXPECT_LE(relative_error(data->dtau_dv, iv), 1e-13);
+}
+
+// Whoever walks the list meets every effect: alone it acts, is undone by inverse dynamics, differentiated, cast, and
+// carried by acting_model and effect_torques together.
+TEST_P(EffectsOn, EachActsWhereverTheListIsWalked) {
+  const auto nothing = [] {
+    Effects<double> e;
+    for_each_effect(e, [](auto& effect) { effect.reset(); });
+    return e;
+  };
+  const VectorXd free = forward_dynamics(model, *data, *torques, nothing(), s.q, s.v, s.tau);
+  int count = 0;
+  for_each_effect(effects, [&](auto& effect) {
+    SCOPED_TRACE(effect_name(effect));
+    EXPECT_TRUE(effect);
+    Effects<double> alone = effects;
+    for_each_effect(alone, [&](auto& other) {
+      if (effect_name(other) != effect_name(effect)) other.reset();
+    });
+    ++count;
+    const VectorXd a = forward_dynamics(model, *data, *torques, alone, s.q, s.v, s.tau);
+    const bool has_single_joints = model_armature(model).any();  // on others no effect at joints acts
+    if (has_single_joints) {
+      EXPECT_NE(a, free);
+    }
+    EXPECT_LE(relative_error(inverse_dynamics(model, *data, *torques, alone, s.q, s.v, a), s.tau), 1e-10);
+
+    const Model<double> acting = acting_model(model, alone);
+    Data<double> other(acting);
+    const VectorXd tau = s.tau + effect_torques(model, *data, *torques, alone, s.q, s.v);
+    EXPECT_EQ(aba(acting, other, s.q, s.v, tau), a);
+
+    const Model<Float128> exact = model.cast<Float128>();
+    Data<Float128> data128(exact);
+    EffectTorques<Float128> torques128(exact);
+    const VectorXq q = s.q.cast<Float128>(), v = s.v.cast<Float128>(), tau128 = s.tau.cast<Float128>();
+    const VectorXq a128 =
+        forward_dynamics<Float128>(exact, data128, torques128, alone.cast<Float128>(), q, v, tau128);
+    EXPECT_LE(relative_error(a, a128.cast<double>()), 1e-11);
+  });
+  EXPECT_EQ(count, 6);
 }
 
 // What is not chosen does not act: bit for bit the plain algorithms.

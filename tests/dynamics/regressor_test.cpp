@@ -165,8 +165,8 @@ TEST_P(RegressorOf, ArmatureAndFrictionHaveColumns) {
   theta.head(bodies) = inertial_parameters(model);
   for (long k = 0; k < n; ++k) {
     const int dof = regressor.single[static_cast<std::size_t>(k)];
-    theta[bodies + k] = (*effects.armature)[dof];
-    theta[bodies + n + k] = (*effects.damping)[dof];
+    theta[bodies + k] = effects.armature->inertia[dof];
+    theta[bodies + n + k] = effects.damping->coefficient[dof];
     theta[bodies + 2 * n + k] = effects.friction->torque[dof];
   }
   EffectTorques<double> torques(model);

@@ -11,6 +11,8 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/ocp/robot_problem.h>
 #include <dyntape/interface/transcription/optimise.h>
@@ -174,6 +176,50 @@ TEST(RobotProblem, EffectsChangeTheTorquesOnly) {
       EXPECT_LT((s.motion.u.col(k) - tau - passive).cwiseAbs().maxCoeff(), 1e-6) << "point " << k;
     }
   }
+}
+
+// The program that is solved and the model that verifies it have the same effects, whichever are chosen, also where
+// the dynamics enter as callees.
+TEST(RobotProblem, RecordedAndPlainRatesHaveTheSameEffects) {
+  RobotScene scene{dynamics::load_urdf(dynamics::robot_file("ur5")), {}, {}};
+  const int n = scene.model.nv;
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> number(-1, 1);
+  const auto draw = [&](int size) {
+    return VectorXd(VectorXd::NullaryExpr(size, [&] { return number(random); }));
+  };
+  scene.effects.armature = draw(n).cwiseAbs();
+  scene.effects.damping = draw(n).cwiseAbs();
+  scene.effects.friction = {draw(n).cwiseAbs(), 0.3};
+  scene.effects.springs = {draw(n).cwiseAbs(), draw(n)};
+  for (const auto fixed_in : {dynamics::FixedIn::kBody, dynamics::FixedIn::kWorld}) {
+    scene.effects.wrenches.push_back(dynamics::wrench_at_frame(scene.model, 7, fixed_in, {draw(3), draw(3)}));
+  }
+  const VectorXd state = draw(3 * n);
+  const auto rates_of = [&](const RobotScene& s) {
+    const Problem p = robot_problem(s, {.duration = 1, .form = DynamicsForm::kForward});
+    const Function f = record("rate", static_cast<std::size_t>(3 * n), [&](const VectorXad& x) {
+      Stage<AD> stage;
+      stage.x = x.head(2 * n), stage.u = x.tail(n);
+      return p.rate(stage);
+    });
+    Stage<double> stage;
+    stage.x = state.head(2 * n), stage.u = state.tail(n);
+    const std::vector<double> recorded = evaluate(f, {state.begin(), state.end()});
+    return std::pair(VectorXd(VectorXd::Map(recorded.data(), 2 * n)), p.rate(stage));
+  };
+  const auto [recorded, plain] = rates_of(scene);
+  EXPECT_LT((recorded - plain).norm(), 1e-12 * plain.norm());
+  RobotScene without = scene;
+  dynamics::for_each_effect(without.effects, [&](auto& effect) {
+    SCOPED_TRACE(dynamics::effect_name(effect));
+    const auto kept = effect;
+    effect.reset();
+    const auto [less_recorded, less_plain] = rates_of(without);
+    EXPECT_LT((less_recorded - less_plain).norm(), 1e-12 * less_plain.norm());
+    EXPECT_GT((less_plain - plain).norm(), 1e-6 * plain.norm());
+    effect = kept;
+  });
 }
 
 RobotScene cart_pole() { return {dynamics::load_urdf(dynamics::robot_file("cart_pole")), {}, {"slider"}}; }

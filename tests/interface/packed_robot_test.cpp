@@ -143,9 +143,7 @@ TEST(PackedRobot, ConfigurationsEffectsAndKinematicsHaveTheBitsOfOneLane) {
         for (int i = 0; i < model.nv; ++i) v[i].set(k, states[k].v[i]), a[i].set(k, states[k].a[i]);
       }
       v[0] *= P(1e-9);  // both sides of the series
-      Effects<P> effects;
-      effects.damping = plain.damping->template cast<P>().eval();
-      effects.friction = CoulombFriction<P>{plain.friction->torque.template cast<P>().eval(), P(0.01)};
+      const Effects<P> effects = plain.cast<P>();
       std::vector<P> out;
       const auto keep = [&](const auto& x) {
         for (Eigen::Index j = 0; j < x.cols(); ++j) {

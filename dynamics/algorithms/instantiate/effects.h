@@ -15,6 +15,8 @@
   template struct EffectTorques<T>;                                                                          \
   template const VectorX<T>& joint_torques(DYNTAPE_ME(T), DYNTAPE_V(T), DYNTAPE_V(T));                       \
   template void joint_torque_slopes(DYNTAPE_ME(T), DYNTAPE_V(T), DYNTAPE_V(T));                              \
+  template Model<T> acting_model(const Model<T>&, const Effects<T>&);                                        \
+  template const VectorX<T>& effect_torques(DYNTAPE_MDE(T), DYNTAPE_V(T), DYNTAPE_V(T));                     \
   template const VectorX<T>& forward_dynamics(DYNTAPE_MDE(T), DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T));     \
   template const VectorX<T>& inverse_dynamics(DYNTAPE_MDE(T), DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T));     \
   template void forward_dynamics_derivatives(DYNTAPE_MDE(T), DYNTAPE_V(T), DYNTAPE_V(T), DYNTAPE_V(T));      \

@@ -10,18 +10,12 @@ namespace dyntape::dynamics::detail {
 
 template <class T>
 bool adds_torques(const Effects<T>& effects) {
-  return effects.damping || effects.friction || effects.springs || !effects.wrenches.empty();
-}
-
-// torques.total: what the chosen effects add to the driving torques.
-template <class T>
-const VectorX<T>& added_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
-                                const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v) {
-  torques.total = joint_torques(model, torques, effects, q, v);
-  if (!effects.wrenches.empty()) {
-    torques.total += wrench_torques(model, data, torques.of_wrenches, effects.wrenches, q);
-  }
-  return torques.total;
+  bool adds = false;
+  for_each_chosen_effect(effects, [&]<class E>(const E&) {
+    adds = adds || requires { &E::add_joint_torques; }
+    || requires { &E::add_torques; };
+  });
+  return adds;
 }
 
 // torques.total: and the driving torques.
@@ -29,7 +23,7 @@ template <class T>
 const VectorX<T>& total_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                 const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                 const VectorRef<T>& tau) {
-  added_torques(model, data, torques, effects, q, v);
+  effect_torques(model, data, torques, effects, q, v);
   torques.total = tau + torques.total;
   return torques.total;
 }
@@ -39,10 +33,12 @@ template <class T>
 void subtract_slopes(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                      const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v) {
   joint_torque_slopes(model, torques, effects, q, v);
-  if (effects.springs) data.dtau_dq.diagonal() -= torques.dtau_dq;
-  if (effects.damping || effects.friction) data.dtau_dv.diagonal() -= torques.dtau_dv;
-  if (effects.wrenches.empty()) return;
-  data.dtau_dq -= wrench_torque_derivatives(model, data, torques.of_wrenches, effects.wrenches, q);
+  data.dtau_dq.diagonal() -= torques.dtau_dq;
+  data.dtau_dv.diagonal() -= torques.dtau_dv;
+  for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.subtract_slopes(model, data, torques, q); })
+      effect.subtract_slopes(model, data, torques, q);
+  });
 }
 
 }  // namespace dyntape::dynamics::detail

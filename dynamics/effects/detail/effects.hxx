@@ -18,13 +18,7 @@ VectorX<T> joint_values(const Model<T>& model, Field field) {
 
 template <class T>
 void check_effects(const Model<T>& model, const Effects<T>& effects) {
-  const char* who = "effects";
-  if (effects.armature) check(who, "armature", model, effects.armature->size(), model.nv);
-  if (effects.damping) check(who, "damping", model, effects.damping->size(), model.nv);
-  if (effects.friction) check(who, "friction", model, effects.friction->torque.size(), model.nv);
-  if (!effects.springs) return;
-  check(who, "spring stiffness", model, effects.springs->stiffness.size(), model.nv);
-  check(who, "spring rest", model, effects.springs->rest.size(), model.nq);
+  for_each_chosen_effect(effects, [&](const auto& effect) { effect.check(model); });
 }
 
 template <class T>
@@ -59,22 +53,12 @@ const VectorX<T>& joint_torques(const Model<T>& model, EffectTorques<T>& torques
   detail::check("joint_torques", "v", model, v.size(), model.nv);
   detail::check_effects(model, effects);
   detail::check_torques("joint_torques", model, torques);
-  VectorX<T>& tau = torques.tau;
-  tau.setZero();
-  if (effects.damping) tau -= effects.damping->cwiseProduct(v);
-  if (effects.friction) {
-    for (int k = 0; k < model.nv; ++k) {
-      tau[k] -= effects.friction->torque[k] * tanh(v[k] / effects.friction->smoothing);
-    }
-  }
-  if (effects.springs) {
-    for (const Joint<T>& joint : model.joints) {
-      if (!is_single(joint.type)) continue;
-      difference<T>(joint, effects.springs->rest, q, torques.deflection);
-      tau[joint.idx_v] -= effects.springs->stiffness[joint.idx_v] * torques.deflection[joint.idx_v];
-    }
-  }
-  return tau;
+  torques.tau.setZero();
+  for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.add_joint_torques(model, torques, q, v); })
+      effect.add_joint_torques(model, torques, q, v);
+  });
+  return torques.tau;
 }
 
 template <class T>
@@ -86,19 +70,32 @@ void joint_torque_slopes(const Model<T>& model, EffectTorques<T>& torques, const
   detail::check_torques("joint_torque_slopes", model, torques);
   torques.dtau_dq.setZero();
   torques.dtau_dv.setZero();
-  if (effects.damping) torques.dtau_dv -= *effects.damping;
-  if (effects.friction) {
-    const T& w = effects.friction->smoothing;
-    for (int k = 0; k < model.nv; ++k) {
-      const T t = tanh(v[k] / w);
-      torques.dtau_dv[k] -= effects.friction->torque[k] * ((T(1) - t * t) / w);
-    }
-  }
-  if (!effects.springs) return;
-  for (const Joint<T>& joint : model.joints) {
-    if (!is_single(joint.type)) continue;
-    torques.dtau_dq[joint.idx_v] = -effects.springs->stiffness[joint.idx_v];
-  }
+  for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.add_joint_slopes(model, torques, v); })
+      effect.add_joint_slopes(model, torques, v);
+  });
+}
+
+template <class T>
+const VectorX<T>& effect_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                 const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v) {
+  torques.total = joint_torques(model, torques, effects, q, v);
+  for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.add_torques(model, data, torques, q); })
+      effect.add_torques(model, data, torques, q);
+  });
+  return torques.total;
+}
+
+template <class T>
+Model<T> acting_model(const Model<T>& robot, const Effects<T>& effects) {
+  Model<T> acting = robot;
+  acting.gravity.setZero();
+  for (Joint<T>& joint : acting.joints) joint.armature = T(0);
+  for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.enter(acting, robot); }) effect.enter(acting, robot);
+  });
+  return acting;
 }
 
 template <class T>
@@ -116,7 +113,7 @@ const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, EffectT
                                    const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                    const VectorRef<T>& a) {
   rnea(model, data, q, v, a, effects.acting());
-  if (detail::adds_torques(effects)) data.tau -= detail::added_torques(model, data, torques, effects, q, v);
+  if (detail::adds_torques(effects)) data.tau -= effect_torques(model, data, torques, effects, q, v);
   return data.tau;
 }
 
@@ -126,7 +123,7 @@ void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTo
                                   const VectorRef<T>& a) {
   id_derivatives(model, data, q, v, a, effects.acting());
   if (!detail::adds_torques(effects)) return;
-  data.tau -= detail::added_torques(model, data, torques, effects, q, v);
+  data.tau -= effect_torques(model, data, torques, effects, q, v);
   detail::subtract_slopes(model, data, torques, effects, q, v);
 }
 
