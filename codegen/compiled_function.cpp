@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/run/lane_widths.h>
+#include <dyntape/codegen/lane_widths.h>
 
 namespace dyntape {
 

@@ -6,7 +6,7 @@
 
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/codegen/print/c_text.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 namespace {

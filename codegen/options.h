@@ -14,7 +14,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/derive/derive.h>
-#include <dyntape/autodiff/evaluate/portable.h>
+#include <dyntape/autodiff/scalars/portable.h>
 
 namespace dyntape {
 

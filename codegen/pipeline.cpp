@@ -6,13 +6,13 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/codegen/build/flags.h>
 #include <dyntape/codegen/dump.h>
+#include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/codegen/pipeline_stages.h>
-#include <dyntape/codegen/store/files.h>
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape {
 namespace codegen {

@@ -22,9 +22,9 @@
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret_lanes.h>
-#include <dyntape/autodiff/evaluate/portable.h>
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/autodiff/graph/function.h>
+#include <dyntape/autodiff/scalars/portable.h>
 
 namespace dyntape {
 

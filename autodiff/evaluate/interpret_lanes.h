@@ -15,8 +15,8 @@
 #include <cstdint>
 #include <vector>
 
-#include <dyntape/autodiff/evaluate/portable.h>
 #include <dyntape/autodiff/evaluate/program.h>
+#include <dyntape/autodiff/scalars/portable.h>
 
 namespace dyntape::detail {
 

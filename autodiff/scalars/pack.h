@@ -27,8 +27,8 @@
 #include <limits>
 #include <type_traits>
 
-#include <dyntape/autodiff/evaluate/portable.h>
 #include <dyntape/autodiff/processor.h>
+#include <dyntape/autodiff/scalars/portable.h>
 
 #if defined(__SSE2__)
 #include <immintrin.h>

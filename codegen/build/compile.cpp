@@ -11,8 +11,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/build/identity.h>
-#include <dyntape/codegen/build/process.h>
-#include <dyntape/codegen/run/lane_widths.h>
+#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/system/process.h>
 
 namespace dyntape::codegen {
 namespace {

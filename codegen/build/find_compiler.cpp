@@ -9,8 +9,8 @@
 #include <sstream>
 
 #include <dyntape/codegen/build/compile.h>
-#include <dyntape/codegen/build/flags.h>
 #include <dyntape/codegen/build/identity.h>
+#include <dyntape/codegen/flags.h>
 
 namespace dyntape::codegen {
 namespace {

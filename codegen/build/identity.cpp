@@ -15,9 +15,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/build/compile.h>
-#include <dyntape/codegen/build/process.h>
-#include <dyntape/codegen/store/files.h>
-#include <dyntape/codegen/store/of_this_process.h>
+#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/of_this_process.h>
+#include <dyntape/codegen/system/process.h>
 #if defined(__x86_64__) || defined(__i386__)
 #include <cpuid.h>
 #endif

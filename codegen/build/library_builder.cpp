@@ -2,9 +2,9 @@
 #include <dyntape/codegen/build/library_builder.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/build/flags.h>
-#include <dyntape/codegen/run/lane_widths.h>
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {
 namespace {

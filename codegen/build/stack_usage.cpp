@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/build/flags.h>
-#include <dyntape/codegen/build/process.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/process.h>
 
 namespace dyntape::codegen {
 namespace {

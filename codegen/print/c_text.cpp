@@ -4,7 +4,7 @@
 #include <charconv>
 #include <cmath>
 
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 namespace {

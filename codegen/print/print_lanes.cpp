@@ -5,7 +5,7 @@
 #include <array>
 #include <set>
 
-#include <dyntape/codegen/build/flags.h>
+#include <dyntape/codegen/flags.h>
 
 namespace dyntape::codegen {
 namespace {

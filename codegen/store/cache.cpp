@@ -16,7 +16,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/store/cache_folder.h>
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {
 namespace {

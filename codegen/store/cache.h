@@ -28,7 +28,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include <dyntape/codegen/store/owners.h>
+#include <dyntape/codegen/system/owners.h>
 
 namespace dyntape::codegen {
 namespace {

@@ -10,9 +10,8 @@
 #include <cstring>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/print/print_c.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 #if defined(__SSE2__)
 #include <xmmintrin.h>
 #endif

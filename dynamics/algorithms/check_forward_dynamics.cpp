@@ -4,7 +4,7 @@
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
 #include <dyntape/dynamics/model/configuration.h>
 
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <string>
 
 namespace dyntape::dynamics {

@@ -6,7 +6,7 @@
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/model/checks.h>
 
 namespace dyntape::dynamics {
 

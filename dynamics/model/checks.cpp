@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/model/checks.h>
+
+#include <dyntape/autodiff/error.h>
 
 namespace dyntape::dynamics::detail {
 

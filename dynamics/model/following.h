@@ -46,4 +46,23 @@ struct Following {
   VectorX<T> D_inverse, x;  // (n)
 };
 
+namespace detail {
+
+// Structure is decided on plain numbers: a factor of one leaves no product.
+template <class T>
+T scaled(const T& x, double factor) {
+  return factor == 1 ? x : T(x * T(factor));
+}
+
+// G x, and offsets.
+template <class T>
+void expand(const std::vector<FollowedEntry>& entries, const VectorRef<T>& x, VectorX<T>& full) {
+  for (size_t k = 0; k < entries.size(); ++k) {
+    full[k] = scaled<T>(x[entries[k].index], entries[k].factor);
+    if (entries[k].offset != 0) full[k] += T(entries[k].offset);
+  }
+}
+
+}  // namespace detail
+
 }  // namespace dyntape::dynamics

@@ -100,7 +100,7 @@ class AdFunction {
   // Loads this order from the cache, or creates it; never rebuilds what is there.
   void loadModelsIfAvailable(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
   // With settings.codegen.route = Route::kTiered these come back before a compiler has started, and the first
-  // results are interpreted (codegen/run/tiered_function.h); results have the same bits all along.  This waits until
+  // results are interpreted (codegen/tiered_function.h); results have the same bits all along.  This waits until
   // the compiler is done, and throws ToolError if it failed.
   void waitForCompiler() const;
 

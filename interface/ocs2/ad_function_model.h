@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include <dyntape/codegen/run/tiered_function.h>
+#include <dyntape/codegen/tiered_function.h>
 #include <dyntape/interface/ocs2/ad_function.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 

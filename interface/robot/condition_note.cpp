@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/warn_once.h>
 #include <dyntape/dynamics/algorithms/inertia_condition.h>
 
 namespace dyntape::detail {

@@ -10,8 +10,8 @@
 // forward dynamics that of the leaders.  docs/math.md (J.11) to (J.16).
 #pragma once
 
+#include <dyntape/dynamics/model/following.h>
 #include <dyntape/interface/robot/robot_rows.h>
-#include <dyntape/dynamics/algorithms/detail/following.hxx>
 
 #include <cstring>
 

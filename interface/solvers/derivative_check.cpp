@@ -143,7 +143,7 @@ class Checker {
       for (std::size_t i = 0; i < pattern.rows; ++i) {
         const auto variable = [&] {
           return column[i] == kNoColumn ? std::string("a variable outside the pattern")
-                                    : nlp_.variable_name(column[i]);
+                                        : nlp_.variable_name(column[i]);
         };
         const double unit = row_unit[i] / (column[i] == kNoColumn ? 1 : units().x[column[i]]);
         compare(

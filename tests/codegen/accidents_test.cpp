@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/store/cache.h>
-#include <dyntape/codegen/store/owners.h>
+#include <dyntape/codegen/system/owners.h>
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sched.h>

@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/build/process.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/process.h>
 
 namespace dyntape::testing {
 

@@ -3,7 +3,7 @@
 // Many points in threads: the same bits for any number of them, guards, errors, nesting.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/run/parallel.h>
+#include <dyntape/codegen/parallel.h>
 #include <dyntape/codegen/run/threads.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>

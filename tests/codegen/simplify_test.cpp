@@ -6,8 +6,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/build/flags.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/flags.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -4,8 +4,8 @@
 // are swapped, and an orderly end whatever the compiler does.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/run/tiered_function.h>
 #include <dyntape/codegen/store/cache.h>
+#include <dyntape/codegen/tiered_function.h>
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -15,10 +15,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/build/process.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/store/cache_folder.h>
 #include <dyntape/codegen/store/library.h>
+#include <dyntape/codegen/system/process.h>
 
 namespace dyntape {
 namespace {

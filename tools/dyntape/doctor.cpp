@@ -12,7 +12,7 @@
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/store/cache.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 #include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/io/table.h>
 

@@ -79,7 +79,8 @@ double mean_gain(const Excitation& e, const BaseParameters& base) {
 }
 
 // The motion that tells most; false where the solver did not get there.
-bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base) {
+bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model,
+            const BaseParameters& base) {
   const Excitation e = [&] {
     io::Progress progress("exciting", 0);
     return optimal_excitation(model, base, options.excitation);
@@ -105,7 +106,8 @@ bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model
          e.status == SolveStatus::kIterationLimit;
 }
 
-void estimate(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base) {
+void estimate(const IdentifyOptions& options, const dynamics::Model<double>& model,
+              const BaseParameters& base) {
   const io::CsvTable table = io::read_csv(options.data);
   const int nv = base.nv(model), nq = model.nq - (model.nv - nv);
   const Samples samples{

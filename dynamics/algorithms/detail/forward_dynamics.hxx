@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
 #include <dyntape/dynamics/algorithms/detail/following.hxx>
-#include <dyntape/dynamics/model/detail/checks.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
-#include <dyntape/dynamics/model/detail/checks.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {

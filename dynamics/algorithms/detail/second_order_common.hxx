@@ -4,8 +4,8 @@
 #pragma once
 
 #include <dyntape/dynamics/algorithms/second_order.h>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
-#include <dyntape/dynamics/model/detail/checks.hxx>
 
 #include <algorithm>
 

@@ -3,7 +3,7 @@
 // Sums over body i and all beyond it, in frame i: masses, momenta, forces.  After place_joints.
 #pragma once
 
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 
 namespace dyntape::dynamics::detail {
 

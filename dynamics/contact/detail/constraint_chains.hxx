@@ -4,7 +4,7 @@
 #pragma once
 
 #include <dyntape/dynamics/contact/constraints.h>
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 
 #include <algorithm>
 #include <utility>

@@ -4,7 +4,7 @@
 #pragma once
 
 #include <dyntape/dynamics/effects/effects.h>
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 
 namespace dyntape::dynamics::detail {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dyntape/dynamics/effects/wrenches.h>
-#include <dyntape/dynamics/model/detail/checks.hxx>
+#include <dyntape/dynamics/algorithms/detail/checks.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/model/checks.h>
 #include <dyntape/dynamics/model/configuration.h>
-#include <dyntape/dynamics/model/detail/checks.hxx>
 
 namespace dyntape::dynamics {
 

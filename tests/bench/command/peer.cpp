@@ -2,9 +2,9 @@
 #include "peer.h"
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/build/process.h>
 #include <dyntape/codegen/store/cache.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/process.h>
 
 #include <dlfcn.h>
 #include <unistd.h>

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <memory>
 
-#include <dyntape/codegen/run/tiered_function.h>
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/tiered_function.h>
 
 #include "route.h"
 #include "text_bytes.h"

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <optional>
 
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::bench {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/run/parallel.h>
+#include <dyntape/codegen/parallel.h>
 
 #include <algorithm>
 #include <mutex>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/build/process.h>
+#include <dyntape/codegen/system/process.h>
 
 #include <fcntl.h>
 #include <signal.h>
@@ -15,7 +15,7 @@
 #include <cstring>
 #include <thread>
 
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 namespace {

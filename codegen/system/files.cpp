@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #define XXH_INLINE_ALL
-#include <dyntape/codegen/store/files.h>
+#include <dyntape/codegen/system/files.h>
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -20,8 +20,8 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/store/owners.h>
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/owners.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {
 namespace {

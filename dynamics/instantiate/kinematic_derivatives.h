@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/dynamics/algorithms/instantiate/shorthands.h>
+#include <dyntape/dynamics/instantiate/shorthands.h>
 #include <dyntape/dynamics/algorithms/detail/kinematic_derivatives.hxx>
 
 // clang-format off

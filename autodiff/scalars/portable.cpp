@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/autodiff/evaluate/portable.h>
+#include <dyntape/autodiff/scalars/portable.h>
 
 #include <array>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/run/lane_widths.h>
+#include <dyntape/codegen/lane_widths.h>
 
 namespace dyntape::codegen {
 namespace {

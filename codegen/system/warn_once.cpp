@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 #include <cstdio>
 #include <mutex>

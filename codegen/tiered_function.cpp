@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/run/tiered_function.h>
+#include <dyntape/codegen/tiered_function.h>
 
 #include <algorithm>
 #include <array>
@@ -12,8 +12,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/pipeline_stages.h>
-#include <dyntape/codegen/store/of_this_process.h>
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/of_this_process.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape {
 namespace {

@@ -3,7 +3,7 @@
 // All algorithms for one more scalar, compiled once, in a unit of its own:
 //
 //   #include "my_scalar.h"                      // arithmetic, sqrt, sin, ..., select, Eigen's NumTraits
-//   #include <dyntape/dynamics/algorithms/instantiate.h>
+//   #include <dyntape/dynamics/instantiate.h>
 //   DYNTAPE_INSTANTIATE_DYNAMICS(my::Scalar)    // at global scope
 //
 // Everybody else includes algorithms.h, configuration.h and effects.h, which only declare.
@@ -12,21 +12,21 @@
 // (dynamics/CMakeLists.txt): a new part is a file in instantiate/ and a line here.
 #pragma once
 
-#include <dyntape/dynamics/algorithms/instantiate/centroidal.h>
-#include <dyntape/dynamics/algorithms/instantiate/configuration.h>
-#include <dyntape/dynamics/algorithms/instantiate/constraints.h>
-#include <dyntape/dynamics/algorithms/instantiate/derivatives.h>
-#include <dyntape/dynamics/algorithms/instantiate/effects.h>
-#include <dyntape/dynamics/algorithms/instantiate/energy.h>
-#include <dyntape/dynamics/algorithms/instantiate/forward_dynamics.h>
-#include <dyntape/dynamics/algorithms/instantiate/inverse_dynamics.h>
-#include <dyntape/dynamics/algorithms/instantiate/kinematic_derivatives.h>
-#include <dyntape/dynamics/algorithms/instantiate/kinematics.h>
-#include <dyntape/dynamics/algorithms/instantiate/mimic.h>
-#include <dyntape/dynamics/algorithms/instantiate/operational_space.h>
-#include <dyntape/dynamics/algorithms/instantiate/regressor.h>
-#include <dyntape/dynamics/algorithms/instantiate/second_order.h>
-#include <dyntape/dynamics/algorithms/instantiate/wrenches.h>
+#include <dyntape/dynamics/instantiate/centroidal.h>
+#include <dyntape/dynamics/instantiate/configuration.h>
+#include <dyntape/dynamics/instantiate/constraints.h>
+#include <dyntape/dynamics/instantiate/derivatives.h>
+#include <dyntape/dynamics/instantiate/effects.h>
+#include <dyntape/dynamics/instantiate/energy.h>
+#include <dyntape/dynamics/instantiate/forward_dynamics.h>
+#include <dyntape/dynamics/instantiate/inverse_dynamics.h>
+#include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
+#include <dyntape/dynamics/instantiate/kinematics.h>
+#include <dyntape/dynamics/instantiate/mimic.h>
+#include <dyntape/dynamics/instantiate/operational_space.h>
+#include <dyntape/dynamics/instantiate/regressor.h>
+#include <dyntape/dynamics/instantiate/second_order.h>
+#include <dyntape/dynamics/instantiate/wrenches.h>
 
 #define DYNTAPE_INSTANTIATE_DYNAMICS(T)        \
   DYNTAPE_INSTANTIATE_CENTROIDAL(T)            \

@@ -3,20 +3,10 @@
 // Sizes of arguments, and the small questions that several recursions ask.
 #pragma once
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
-
-#include <string>
+#include <dyntape/dynamics/model/checks.h>
 
 namespace dyntape::dynamics::detail {
-
-// Throws ArgumentError: `rnea: q has 6 entries, expected 7 for model "arm"`.
-void throw_size(const char* function, const char* what, long got, long expected, const std::string& model);
-
-template <class T>
-void check(const char* function, const char* what, const Model<T>& model, long got, long expected) {
-  if (got != expected) throw_size(function, what, got, expected, model.name);
-}
 
 template <class T>
 void check_arguments(const char* function, const Model<T>& model, const Data<T>& data, const VectorRef<T>& q,

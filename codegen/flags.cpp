@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/build/flags.h>
+#include <dyntape/codegen/flags.h>
 
 #include <algorithm>
 #include <set>
 #include <string_view>
 
-#include <dyntape/codegen/store/warn_once.h>
+#include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {
 namespace {
