@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/record/record.h>
 
+#include <algorithm>
 #include <atomic>
 #include <ostream>
 #include <random>
+#include <thread>
 #include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
@@ -12,7 +14,6 @@
 namespace dyntape {
 namespace {
 
-// The recording that this thread is in the middle of.
 struct Recording {
   std::string name, place;  // ", begun at spring.cpp:12"
   std::uint32_t serial;
@@ -22,6 +23,8 @@ struct Recording {
   std::unordered_set<NodeId> guarded;  // their conditions
 };
 
+// The recordings that this thread has open, and the one that its last operation was recorded in.
+thread_local std::vector<Recording*> open_here;
 constinit thread_local Recording* current = nullptr;
 
 // Memory of this thread's last recording, for the next one; much is given back.
@@ -35,48 +38,53 @@ std::uint32_t next_serial() {
   return next++;
 }
 
-// Makes a recording the current one for as long as it lives: it closes however the scope is left.
-class Scope {
- public:
-  explicit Scope(Recording& recording) : recording_(recording) {
-    if (current) {
-      throw RecordingError("record(\"" + recording.name + "\"): this thread is already recording \"" +
-                           current->name + "\"" + current->place);
-    }
-    current = &recording_;
-    std::swap(recording_.graph, spare);
-  }
-  ~Scope() {
-    current = nullptr;
-    if (recording_.graph.bytes() > kSpareBytes) return;
-    recording_.graph.clear();
-    std::swap(recording_.graph, spare);
-  }
-  Scope(const Scope&) = delete;
-  Scope& operator=(const Scope&) = delete;
+std::string titled(const Recording& recording) { return "\"" + recording.name + "\"" + recording.place; }
 
- private:
-  Recording& recording_;
-};
+Recording* open_recording(std::uint32_t tape) {
+  for (Recording* recording : open_here) {
+    if (recording->serial == tape) return recording;
+  }
+  return nullptr;
+}
 
-[[noreturn, gnu::cold]] void refuse() {
-  if (!current) throw RecordingError("a recorded value is used after its recording has ended");
-  throw RecordingError("a value of another recording is used while \"" + current->name + "\" is recorded" +
-                       current->place +
+[[noreturn]] void refuse(std::uint32_t tape, std::uint32_t other) {
+  const Recording *a = open_recording(tape), *b = open_recording(other);
+  if (a && b) {
+    throw RecordingError("values of two recordings meet: of " + titled(*a) + ", and of " + titled(*b) +
+                         "; use the value() of one, or pass it as a parameter");
+  }
+  if (open_here.empty()) throw RecordingError("a recorded value is used after its recording has ended");
+  const Recording& here = a ? *a : b ? *b : *open_here.back();
+  throw RecordingError("a value of another recording is used while \"" + here.name + "\" is recorded" +
+                       here.place +
                        ": values do not outlive their recording; use its value() or pass it as a parameter");
 }
 
-// The current recording, which values that depend on inputs must be of.
+// The open recording of values that depend on inputs, at least one of which is given; from now on the current one.
+template <class... Values>
+[[gnu::cold, gnu::noinline]] Recording& other_recording(const Values&... values) {
+  const AD* first = nullptr;
+  const auto look_at = [&](const AD& a) {
+    if (!a.is_recorded()) return;
+    if (!first) first = &a;
+    if (a.tape() != first->tape() || !open_recording(a.tape())) refuse(first->tape(), a.tape());
+  };
+  (look_at(values), ...);
+  return *(current = open_recording(first->tape()));
+}
+
+// The recording of values that depend on inputs, at least one of which is given.
 template <class... Values>
 Recording& recording_of(const Values&... values) {
   Recording* recording = current;
-  if (!recording || !((!values.is_recorded() || values.tape() == recording->serial) && ...)) refuse();
+  if (!recording || !((!values.is_recorded() || values.tape() == recording->serial) && ...))
+    return other_recording(values...);
   return *recording;
 }
 
 NodeId node(Recording& recording, const AD& a) {
   if (!a.is_recorded()) return recording.graph.constant(a.value());
-  recording_of(a);
+  if (a.tape() != recording.serial) refuse(recording.serial, a.tape());
   return a.id();
 }
 
@@ -200,45 +208,92 @@ Condition::operator bool() const {
 
 std::ostream& operator<<(std::ostream& out, const AD& a) { return out << a.value(); }
 
+// Open for as long as it lives, however its scope is left.
+struct Recorder::Open {
+  explicit Open(Recording r) : recording(std::move(r)), thread(std::this_thread::get_id()) {
+    std::swap(recording.graph, spare);
+    open_here.push_back(&recording);
+    current = &recording;
+  }
+  ~Open() {
+    std::erase(open_here, &recording);
+    current = open_here.empty() ? nullptr : open_here.back();
+    if (recording.graph.bytes() > kSpareBytes) return;
+    recording.graph.clear();
+    std::swap(recording.graph, spare);
+  }
+
+  Recording recording;
+  std::thread::id thread;
+};
+
+namespace {
+
+void check_names(const Recording& recording, const std::vector<std::string>& names, std::size_t n,
+                 const char* what) {
+  if (names.empty() || names.size() == n) return;
+  throw ArgumentError("record(\"" + recording.name + "\"): " + std::to_string(names.size()) + " names for " +
+                      std::to_string(n) + " " + what);
+}
+
+}  // namespace
+
+Recorder::Recorder(const std::string& name, std::size_t n_x, std::size_t n_p, const RecordOptions& options,
+                   const char* file, int line)
+    : options_(options), name_(name) {
+  Recording recording;
+  recording.name = name;
+  recording.place = file ? ", begun at " + std::string(file) + ":" + std::to_string(line) : "";
+  recording.serial = next_serial();
+  recording.branches = options.branches;
+  check_names(recording, options.variable_names, n_x, "variables");
+  check_names(recording, options.parameter_names, n_p, "parameters");
+  const std::vector<double> x = recording_point(options.variables, n_x, "variables", 1),
+                            p = recording_point(options.parameters, n_p, "parameters", 1.5);
+  open_ = std::make_unique<Open>(std::move(recording));
+  x_ = make_inputs(Block::kVariables, x);
+  p_ = make_inputs(Block::kParameters, p);
+}
+
+// Another thread must not touch the list of this one: what it destroys there stays open, and is lost.
+Recorder::~Recorder() {
+  if (open_ && open_->thread != std::this_thread::get_id()) static_cast<void>(open_.release());
+}
+
+VectorXad Recorder::make_inputs(Block block, const std::vector<double>& values) {
+  Recording& recording = open_->recording;
+  VectorXad inputs(static_cast<Eigen::Index>(values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const NodeId id = recording.graph.input(block, static_cast<std::uint32_t>(i));
+    inputs[static_cast<Eigen::Index>(i)] = AD(values[i], id, recording.serial);
+  }
+  return inputs;
+}
+
+Function Recorder::end(const VectorXad& y) {
+  if (!open_) throw RecordingError("Recorder: the recording \"" + name_ + "\" is over already");
+  if (open_->thread != std::this_thread::get_id())
+    throw RecordingError("Recorder: the recording of " + titled(open_->recording) +
+                         " ends in another thread than it began");
+  const std::unique_ptr<Open> ending = std::move(open_);
+  Recording& recording = ending->recording;
+  std::vector<NodeId> outputs;
+  outputs.reserve(static_cast<std::size_t>(y.size()));
+  for (const AD& entry : y) outputs.push_back(node(recording, entry));
+  check_names(recording, options_.output_names, outputs.size(), "outputs");
+  Function function = live_part(recording.graph, outputs, recording.guards);
+  function.name = recording.name;
+  function.inputs = {static_cast<std::size_t>(x_.size()), static_cast<std::size_t>(p_.size()), 0};
+  function.input_names = {options_.variable_names, options_.parameter_names, {}};
+  function.output_names = options_.output_names;
+  return function;
+}
+
 Function record(const std::string& name, std::size_t n_x, std::size_t n_p,
                 const std::function<VectorXad(const VectorXad&, const VectorXad&)>& f,
                 const RecordOptions& options, const char* file, int line) {
-  const auto check_names = [&](const std::vector<std::string>& names, std::size_t n, const char* what) {
-    if (!names.empty() && names.size() != n) {
-      throw ArgumentError("record(\"" + name + "\"): " + std::to_string(names.size()) + " names for " +
-                          std::to_string(n) + " " + what);
-    }
-  };
-  check_names(options.variable_names, n_x, "variables");
-  check_names(options.parameter_names, n_p, "parameters");
-
-  const std::string place = file ? ", begun at " + std::string(file) + ":" + std::to_string(line) : "";
-  Recording recording{name, place, next_serial(), options.branches, {}, {}, {}};
-  const std::vector<double> x0 = recording_point(options.variables, n_x, "variables", 1);
-  const std::vector<double> p0 = recording_point(options.parameters, n_p, "parameters", 1.5);
-  const auto make_inputs = [&](Block block, const std::vector<double>& values) {
-    VectorXad inputs(static_cast<Eigen::Index>(values.size()));
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto index = static_cast<std::uint32_t>(i);
-      inputs[static_cast<Eigen::Index>(i)] =
-          AD(values[i], recording.graph.input(block, index), recording.serial);
-    }
-    return inputs;
-  };
-
-  const Scope scope(recording);
-  std::vector<NodeId> outputs;
-  const VectorXad x = make_inputs(Block::kVariables, x0), p = make_inputs(Block::kParameters, p0);
-  const VectorXad y = f(x, p);
-  outputs.reserve(static_cast<std::size_t>(y.size()));
-  for (const AD& entry : y) outputs.push_back(node(recording, entry));
-  check_names(options.output_names, outputs.size(), "outputs");
-  Function function = live_part(recording.graph, outputs, recording.guards);
-  function.name = name;
-  function.inputs = {n_x, n_p, 0};
-  function.input_names = {options.variable_names, options.parameter_names, {}};
-  function.output_names = options.output_names;
-  return function;
+  Recorder recorder(name, n_x, n_p, options, file, line);
+  return recorder.end(f(recorder.x(), recorder.p()));
 }
 
 Function record(const std::string& name, std::size_t n_x, const std::function<VectorXad(const VectorXad&)>& f,
@@ -249,11 +304,7 @@ Function record(const std::string& name, std::size_t n_x, const std::function<Ve
 
 VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arguments) {
   std::vector<double> in, out(callee->n_out);
-  bool recorded = false;
-  for (const AD& a : arguments) {
-    in.push_back(a.value());
-    recorded = recorded || a.is_recorded();
-  }
+  for (const AD& a : arguments) in.push_back(a.value());
   if (in.size() != callee->n_in) {
     throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(in.size()) +
                         " arguments, expected " + std::to_string(callee->n_in));
@@ -265,15 +316,16 @@ VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arg
   evaluate(*callee, in.data(), out.data());
   VectorXad results(static_cast<Eigen::Index>(out.size()));
   for (std::size_t i = 0; i < out.size(); ++i) results[static_cast<Eigen::Index>(i)] = out[i];
-  if (!recorded) return results;
+  const auto some =
+      std::find_if(arguments.begin(), arguments.end(), [](const AD& a) { return a.is_recorded(); });
+  if (some == arguments.end()) return results;
 
-  if (!current)
-    throw RecordingError("call of \"" + callee->name + "\": a recorded value is used after its recording");
+  Recording& recording = recording_of(*some);
   std::vector<NodeId> ids;
-  for (const AD& a : arguments) ids.push_back(node(*current, a));
-  const std::vector<NodeId> nodes = current->graph.call(callee, ids);
+  for (const AD& a : arguments) ids.push_back(node(recording, a));
+  const std::vector<NodeId> nodes = recording.graph.call(callee, ids);
   for (std::size_t i = 0; i < out.size(); ++i) {
-    results[static_cast<Eigen::Index>(i)] = AD(out[i], nodes[i], current->serial);
+    results[static_cast<Eigen::Index>(i)] = AD(out[i], nodes[i], recording.serial);
   }
   return results;
 }

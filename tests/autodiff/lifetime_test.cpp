@@ -55,17 +55,103 @@ TEST(Lifetime, Case79_AValueDoesNotOutliveItsRecording) {
   EXPECT_EQ((kept + 1).value(), 2);
 }
 
-TEST(Lifetime, Case85_ARecordingInsideARecordingNamesTheFirst) {
-  const int line = __LINE__ + 2;
-  const std::string what = message_of([&] {
-    record("outer", 1, [&](const VectorXad& x) {
-      record("inner", 1, [](const VectorXad& y) { return y; });
-      return x;
-    });
+// A recording within a recording, of its own values; a value of the other is refused, both are named.
+TEST(Lifetime, Case85_ARecordingInsideARecording) {
+  Function inner;
+  const Function outer = record("outer", 2, [&](const VectorXad& x) {
+    const AD before = x[0] * 2;
+    inner = record("inner", 1, [](const VectorXad& y) { return one(y[0] * y[0]); });
+    return one(before + sin(x[1]));
   });
-  EXPECT_NE(what.find("\"inner\""), std::string::npos) << what;
-  EXPECT_NE(what.find("\"outer\""), std::string::npos) << what;
-  EXPECT_NE(what.find("lifetime_test.cpp:" + std::to_string(line)), std::string::npos) << what;
+  EXPECT_EQ(evaluate(inner, {3})[0], 9);
+  EXPECT_EQ(evaluate(outer, {1, 0.5})[0], 2 + std::sin(0.5));
+  EXPECT_EQ(content_hash(inner),
+            content_hash(record("inner", 1, [](const VectorXad& y) { return one(y[0] * y[0]); })));
+
+  const int line = __LINE__ + 3;
+  const auto mixed = [&](auto use) {
+    return message_of([&] {
+      record("outer", 1, [&](const VectorXad& x) {
+        record("inner", 1, [&](const VectorXad& y) { return one(use(x[0], y[0])); });
+        return x;
+      });
+    });
+  };
+  const auto callee = recorded_callee(inner);
+  for (const std::string& what :
+       {mixed([](const AD&x, const AD&y) { return x + y; }),
+        mixed([](const AD&x, const AD&y) { return y * x; }), mixed([](const AD&x, const AD&) { return x; }),
+        mixed([](const AD&x, const AD&y) { return atan2(x, y); }),
+        mixed([](const AD&x, const AD&y) { return select(x < y, x, y); }),
+        mixed([&](const AD&x, const AD&) { return call(callee, one(x))[0]; })}) {
+    EXPECT_NE(what.find("\"inner\", begun at"), std::string::npos) << what;
+    EXPECT_NE(what.find("\"outer\", begun at"), std::string::npos) << what;
+    EXPECT_NE(what.find("lifetime_test.cpp:" + std::to_string(line)), std::string::npos) << what;
+  }
+}
+
+// Recordings side by side, whose operations alternate, are those that are made one after the other.
+TEST(Recorder, SeveralAreOpenAtOnce) {
+  const auto alone = [](const Program& program) { return content_hash(recorded(program)); };
+  Random random(5);
+  const Program a = random_program(random, 100), b = random_program(random, 100);
+  EXPECT_NE(alone(a), alone(b));
+  Recorder first("first", 2), second("second", 2, 1);
+  AD u = first.x()[0], v = second.x()[0];
+  for (int i = 0; i < 50; ++i) {
+    u = sin(u) + first.x()[1];
+    v = v * second.x()[1] + second.p()[0];
+    if (i == 25) {
+      EXPECT_EQ(alone(a), alone(a));  // and one within
+    }
+  }
+  const Function g = second.end(one(v)), f = first.end(one(u));
+  EXPECT_EQ(f.name, "first");
+  EXPECT_EQ(g.n_x(), 2u);
+  EXPECT_EQ(g.n_p(), 1u);
+  EXPECT_EQ(content_hash(f), content_hash(record("first", 2, [](const VectorXad& x) {
+              AD y = x[0];
+              for (int i = 0; i < 50; ++i) y = sin(y) + x[1];
+              return one(y);
+            })));
+  EXPECT_EQ(content_hash(g), content_hash(record("second", 2, 1, [](const VectorXad& x, const VectorXad& p) {
+              AD y = x[0];
+              for (int i = 0; i < 50; ++i) y = y * x[1] + p[0];
+              return one(y);
+            })));
+}
+
+TEST(Recorder, EndsOnce) {
+  Recorder recorder("f", 1);
+  const AD y = recorder.x()[0] + 1;
+  EXPECT_EQ(evaluate(recorder.end(one(y)), {2})[0], 3);
+  EXPECT_NE(message_of([&] { recorder.end(one(y)); }).find("\"f\" is over"), std::string::npos);
+  EXPECT_NE(message_of([&] { static_cast<void>(y + 1); }).find("after its recording has ended"),
+            std::string::npos);
+}
+
+// Guards belong to the recording whose values are compared.
+TEST(Recorder, GuardsStayWithTheirRecording) {
+  Recorder first("first", 1);
+  const AD x = first.x()[0];
+  Recorder second("second", 1);
+  const AD y = second.x()[0] * 2;
+  if (x > 0.0) static_cast<void>(y + 1);
+  EXPECT_EQ(second.end(one(y)).guards.size(), 0u);
+  EXPECT_EQ(first.end(one(x)).guards.size(), 1u);
+}
+
+TEST(Recorder, AnotherThreadIsRefusedAndHarmless) {
+  auto recorder = std::make_unique<Recorder>("here", 1);
+  std::string what;
+  std::thread([&] {
+    what = message_of([&] { recorder->end(recorder->x()); });
+    EXPECT_NE(message_of([&] { static_cast<void>(recorder->x()[0] + 1); }), "no error");
+    recorder.reset();
+  }).join();
+  EXPECT_NE(what.find("in another thread"), std::string::npos) << what;
+  const Function f = record("next", 1, [](const VectorXad& x) { return one(x[0] * 2); });
+  EXPECT_EQ(evaluate(f, {2})[0], 4);
 }
 
 // Who records for others names their line, or none: never its own.
