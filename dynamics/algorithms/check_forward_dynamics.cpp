@@ -56,7 +56,7 @@ void judge(const Model<Real>& model, Data<Real>& data, const Acting<Real>& actin
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i];
     Articulated<Real> felt = data.articulated[i];
-    if (data.tree.count[i] == 6) {
+    if (data.tree.is_free(i)) {
       zero_count[i] += free_flyer_is_zero(data.composites[i], felt);
       felt = {};
     } else {

@@ -38,6 +38,9 @@ struct Tree {
   std::vector<int> depth;       // (njoints) joints between joint i and the world
   int deepest = 0;
 
+  // Whether joint i moves along all six directions: its columns are then 1 (6 x 6).
+  bool is_free(int i) const { return count[i] == 6; }
+
   // The dofs on one path with dof j: towards the root first, then those of its joint and all that is beyond.
   // They stand at path_begin(j) ... path_end[j] of path.
   std::vector<int> path, path_end;

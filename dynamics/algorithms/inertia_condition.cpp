@@ -15,8 +15,7 @@ namespace {
 void align(const Model<double>& model, std::mt19937_64& random, VectorX<double>& q) {
   constexpr double kRightAngle = 1.57079632679489661923;
   for (const Joint<double>& joint : model.joints) {
-    if (joint.type == JointType::kRevolute || joint.type == JointType::kHelical)
-      q[joint.idx_q] = static_cast<double>(random() % 4) * kRightAngle;
+    if (traits(joint.type).has_angle) q[joint.idx_q] = static_cast<double>(random() % 4) * kRightAngle;
   }
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Everything that distinguishes one joint type from another.  To add a joint: a name in JointType (model.h),
-// a row in joints.cpp, and a case in each switch of this file; the algorithms and the tests follow.
+// a row in its table of traits, and a case in each switch of this file; the algorithms and the tests follow.
 //
 //   Placement<T> X_PB = joint_placement(joint, X_PJ, q);   // body in its parent
 //   integrate(joint, q, v, q_next);                        // q_next = q (+) v, only this joint's entries

@@ -30,7 +30,7 @@ std::string fault_of(const std::vector<JointKind>& joints, const std::vector<Mim
   const std::string mimics = " mimics \"" + rule.leader + "\"";
   const std::string expected = "; expected a revolute, prismatic or helical joint";
   const auto suggested = [&](const std::string& name) { return suggestion(name, detail::names_of(joints)); };
-  const auto is_on_a_line = [](const JointKind* joint) { return nq(joint->type) == 1; };
+  const auto is_on_a_line = [](const JointKind* joint) { return traits(joint->type).on_a_line; };
   const JointKind *joint = joint_of(joints, rule.joint), *leader = joint_of(joints, rule.leader);
   if (!joint) return mimics + ", but no joint that moves has its own name" + suggested(rule.joint);
   if (rule.joint == rule.leader) return " mimics itself; expected another joint";

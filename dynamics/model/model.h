@@ -26,23 +26,34 @@ namespace dyntape::dynamics {
 
 enum class Base { kFixed, kFloating };
 
-enum class JointType {
-  kRevolute,    // nq 1, nv 1: angle about the axis
-  kContinuous,  // nq 2, nv 1: (cos, sin) of an unbounded angle
-  kPrismatic,   // nq 1, nv 1: displacement along the axis
-  kHelical,     // nq 1, nv 1: angle about the axis, with a displacement of pitch times the angle along it
-  kSpherical,   // nq 4, nv 3: quaternion (x y z w); angular velocity in the moving frame
+enum class JointType {  // in the order of kJointTraits
+  kRevolute,            // nq 1, nv 1: angle about the axis
+  kContinuous,          // nq 2, nv 1: (cos, sin) of an unbounded angle
+  kPrismatic,           // nq 1, nv 1: displacement along the axis
+  kHelical,    // nq 1, nv 1: angle about the axis, with a displacement of pitch times the angle along it
+  kSpherical,  // nq 4, nv 3: quaternion (x y z w); angular velocity in the moving frame
   kPlanar,  // nq 4, nv 3: x, y, (cos, sin) of the angle about z; velocity (x, y, angular) in the moving frame
   kFreeFlyer,  // nq 7, nv 6: position, quaternion (x y z w); velocity (linear, angular) in the moving frame
 };
 
-// One column S: the joints that have an axis, limits, an armature, damping and friction.
-constexpr bool is_single(JointType type) { return type <= JointType::kHelical; }
-
-// Names as `info` prints them.
-const char* to_string(JointType type);
-int nq(JointType type);
-int nv(JointType type);
+// What lists of joints ask; everything else that tells types apart is in joints.h.
+struct JointTraits {
+  const char* name;  // as `info` prints it
+  int nq, nv;
+  bool single;     // one column S: it has an axis, limits, an armature, damping and friction
+  bool on_a_line;  // q is one number, and q (+) v = q + v
+  bool has_angle;  // q is an angle
+};
+inline constexpr JointTraits kJointTraits[] = {
+    {"revolute", 1, 1, true, true, true},     {"continuous", 2, 1, true, false, false},
+    {"prismatic", 1, 1, true, true, false},   {"helical", 1, 1, true, true, true},
+    {"spherical", 4, 3, false, false, false}, {"planar", 4, 3, false, false, false},
+    {"free-flyer", 7, 6, false, false, false}};
+constexpr const JointTraits& traits(JointType type) { return kJointTraits[static_cast<int>(type)]; }
+constexpr const char* to_string(JointType type) { return traits(type).name; }
+constexpr int nq(JointType type) { return traits(type).nq; }
+constexpr int nv(JointType type) { return traits(type).nv; }
+constexpr bool is_single(JointType type) { return traits(type).single; }
 
 struct JointLimits {
   static constexpr double kNone = std::numeric_limits<double>::infinity();

@@ -127,7 +127,7 @@ std::vector<std::string> prefixed(const std::string& prefix, const Model<double>
 
 void check_joints(const Model<double>& model) {
   for (const auto& joint : model.joints) {
-    if (dynamics::nq(joint.type) == 1) continue;
+    if (dynamics::traits(joint.type).on_a_line) continue;
     const bool continuous = joint.type == dynamics::JointType::kContinuous;
     throw ArgumentError(
         "robot \"" + model.name + "\": joint \"" + joint.name + "\" is " + dynamics::to_string(joint.type) +

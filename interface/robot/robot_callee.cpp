@@ -54,7 +54,7 @@ VectorXad product(const MatrixXad& A, const VectorXad& x) {
 }
 
 bool has_one_coordinate(const dynamics::Joint<double>& joint) {
-  return dynamics::nq(joint.type) == 1 && dynamics::nv(joint.type) == 1;
+  return dynamics::traits(joint.type).on_a_line;
 }
 
 void check_joints(const Model<double>& model) {

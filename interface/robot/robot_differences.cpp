@@ -28,9 +28,7 @@ RobotDifferences::RobotDifferences(const dynamics::Model<double>& model, const R
   const double eps = std::numeric_limits<double>::epsilon();
   if (step_ == 0) step_ = central ? std::cbrt(eps) : std::sqrt(eps);
   for (const auto& joint : model.joints) {
-    const bool on_a_line =
-        joint.type == dynamics::JointType::kRevolute || joint.type == dynamics::JointType::kPrismatic;
-    if (!on_a_line) continue;
+    if (!dynamics::traits(joint.type).on_a_line) continue;
     const auto* mimic = work_.mimic();
     const auto idx_q = static_cast<std::size_t>(joint.idx_q), idx_v = static_cast<std::size_t>(joint.idx_v);
     const int q = mimic ? mimic->q_entries[idx_q].index : joint.idx_q;

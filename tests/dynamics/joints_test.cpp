@@ -67,6 +67,24 @@ TEST_P(JointSheet, SizesAgree) {
   EXPECT_STRNE(to_string(GetParam()), "");
 }
 
+// The row of the table says what the joint does.
+TEST_P(JointSheet, TraitsAreTheJointsOwn) {
+  const JointTraits& row = traits(GetParam());
+  EXPECT_EQ(row.single, row.nv == 1);
+  for (int n = 0; n < kTries; ++n) {
+    next_robot();
+    const bool adds = model.nq == model.nv && integrate<double>(model, q, v) == VectorXd(q + v);
+    EXPECT_EQ(adds, row.on_a_line);
+    if (!row.on_a_line) continue;
+    // Only an angle brings the rotation back after a turn.
+    const VectorXd turned = q.array() + 2 * 3.14159265358979323846;
+    const Matrix3<double> R = place<double>(q).R, after = place<double>(turned).R;
+    const bool turns = (place<double>(VectorXd(q.array() + 1)).R - R).norm() > 1e-3;
+    EXPECT_EQ(row.has_angle, turns && (after - R).norm() < 1e-12);
+  }
+  EXPECT_EQ(std::size(kAll), std::size(kJointTraits));
+}
+
 TEST_P(JointSheet, NeutralIsTheIdentity) {
   next_robot();
   const Placement<double> X = place<double>(neutral(model));

@@ -50,7 +50,7 @@ template <class T>
 DYNTAPE_INLINE Motion<T> joint_motion(const Data<T>& data, const VectorRef<T>& x, int i) {
   const Tree& tree = data.tree;
   const int k = tree.first[i];
-  if (tree.count[i] == 6) return {x.template segment<3>(k), x.template segment<3>(k + 3)};
+  if (tree.is_free(i)) return {x.template segment<3>(k), x.template segment<3>(k + 3)};
   Motion<T> m;
   for (int c = k; c < k + tree.count[i]; ++c) add_along(tree.dofs[c], x[c], m);
   return m;

@@ -45,7 +45,7 @@ void articulate(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) data.articulated[i] = articulated(model.inertias[i]);
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i];
-    if (data.tree.count[i] == 6) {
+    if (data.tree.is_free(i)) {
       data.ldlt[i] = Ldlt6<T>(matrix(data.articulated[i]));
       continue;
     }
@@ -68,7 +68,7 @@ void gather_bias(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, co
   }
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i], k = tree.first[i];
-    if (tree.count[i] == 6) {
+    if (tree.is_free(i)) {
       data.u.template segment<6>(k) = tau.template segment<6>(k) - data.p_A[i].vector();
       const Force<T> through{tau.template segment<3>(k), tau.template segment<3>(k + 3)};
       if (p >= 0) data.p_A[p] = data.p_A[p] + act(data.X_PB[i], through);
@@ -97,7 +97,7 @@ void spread_accelerations(const Model<T>& model, Data<T>& data, const VectorRef<
     const int p = model.parent[i], k = tree.first[i];
     Motion<T> a = p < 0 ? root_acceleration(model, data, acting, i) : act_inverse(data.X_PB[i], data.a_gf[p]);
     if (p >= 0) a = a + bias_motion(data, v, i);  // v_i x S v = 0 at a root
-    if (tree.count[i] == 6) {
+    if (tree.is_free(i)) {
       const Vector6<T> total = data.ldlt[i].solve(data.u.template segment<6>(k));
       data.ddq.template segment<6>(k) = total - a.vector();
       data.a_gf[i] = motion_of<T>(total);
@@ -233,7 +233,7 @@ DYNTAPE_INLINE void spread_responses(const Model<T>& model, Data<T>& data, int i
   }
   for (int c = 0; c < count; ++c, row += stride) {
     const int dof = tree.first[i] + c;
-    if (count == 6) {
+    if (tree.is_free(i)) {
       if (p >= 0) subtract_columns(m + c * stride, T(1), begin + c, end, row);
       continue;
     }
