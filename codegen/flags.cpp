@@ -131,10 +131,10 @@ std::vector<std::string> accepted_flags(const std::vector<std::string>& flags) {
     if (is_accepted(whole)) {
       accepted.insert(accepted.end(), &flags[i], &flags[last] + 1);
     } else if (!whole.empty()) {
-      say_once("the compile flag " + whole +
-               " is left out: passed on are -O0 to -O3, -g, -W, -I, -march, -mcpu, -mtune, features of the "
-               "processor "
-               "(-mavx2, -mfma, ...) and definitions in capitals (-DNAME=1), which do not change results");
+      warn_once("the compile flag " + whole +
+                " is left out: passed on are -O0 to -O3, -g, -W, -I, -march, -mcpu, -mtune, features of the "
+                "processor "
+                "(-mavx2, -mfma, ...) and definitions in capitals (-DNAME=1), which do not change results");
     }
     i = last;
   }

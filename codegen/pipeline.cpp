@@ -85,21 +85,21 @@ auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltyp
   } catch (const Unavailable& e) {
     if (options.route == Route::kCompiled) throw;
     const std::string reason = e.what();
-    say_once(reason.substr(0, reason.find('\n')) + "; derivatives are interpreted");
+    warn_once(reason.substr(0, reason.find('\n')) + "; derivatives are interpreted");
     return std::nullopt;
   }
 }
 
-std::optional<Workshop> found(Product& product, const CodegenOptions& options) {
+std::optional<LibraryBuilder> found(Product& product, const CodegenOptions& options) {
   Timings& t = product.timings;
-  auto workshop = timed(t.hash, [&] { return Workshop::open(product.function, options); });
-  if (!workshop) return std::nullopt;
-  product.compiler = workshop->compiler().version;
-  if (auto loaded = timed(t.load, [&] { return workshop->find(); })) {
+  auto builder = timed(t.hash, [&] { return LibraryBuilder::open(product.function, options); });
+  if (!builder) return std::nullopt;
+  product.compiler = builder->compiler().version;
+  if (auto loaded = timed(t.load, [&] { return builder->find(); })) {
     t.cache_hit = true;
     product = with_library(std::move(product), std::move(*loaded));
   }
-  return workshop;
+  return builder;
 }
 
 }  // namespace
@@ -111,7 +111,7 @@ Product begin(const Function& recorded) {
   return product;
 }
 
-std::optional<Workshop> find(Product& product, const CodegenOptions& options) {
+std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options) {
   if (options.route == Route::kInterpreter) return std::nullopt;
   return unless_unavailable(options, [&] { return found(product, options); });
 }
@@ -124,11 +124,11 @@ std::vector<Derivatives> derive(Product& product, const CodegenOptions& options)
   return derived;
 }
 
-Source print(Product& product, std::vector<Derivatives> derived, const Workshop& workshop,
+Source print(Product& product, std::vector<Derivatives> derived, const LibraryBuilder& builder,
              const CodegenOptions& options) {
   Timings& t = product.timings;
   const Dump dump(product.function.name);
-  KernelSets sets = kernel_sets(product.function, workshop.content(), options);
+  KernelSets sets = kernel_sets(product.function, builder.content(), options);
   sets.kernels = timed(t.schedule, [&] {
     return schedule_all(std::move(derived), options.piece_statements, options.lanes == Lanes::kNone);
   });
@@ -138,23 +138,23 @@ Source print(Product& product, std::vector<Derivatives> derived, const Workshop&
   return source;
 }
 
-Product make(Product product, const Source& source, const Workshop& workshop) {
+Product make(Product product, const Source& source, const LibraryBuilder& builder) {
   Timings& t = product.timings;
-  Draft draft = timed(t.compile, [&] { return workshop.compile(source); });
-  Loaded loaded = timed(t.load, [&] { return workshop.load(std::move(draft)); });
+  Draft draft = timed(t.compile, [&] { return builder.compile(source); });
+  Loaded loaded = timed(t.load, [&] { return builder.load(std::move(draft)); });
   return with_library(std::move(product), std::move(loaded));
 }
 
 Product produce(const Function& recorded, const CodegenOptions& options) {
   Product product = begin(recorded);
-  const std::optional<Workshop> workshop = find(product, options);
+  const std::optional<LibraryBuilder> builder = find(product, options);
   if (product.library) return product;
   if (options.only_cached && options.route != Route::kInterpreter)
     throw NotCached("the cache has no library of \"" + product.function.name + "\"");
   auto derived = derive(product, options);
   const auto made = unless_unavailable(options, [&]() -> std::optional<Product> {
-    if (!workshop) return std::nullopt;
-    return make(product, print(product, derived, *workshop, options), *workshop);
+    if (!builder) return std::nullopt;
+    return make(product, print(product, derived, *builder, options), *builder);
   });
   if (made) return *made;
   product.interpreted = std::move(derived);

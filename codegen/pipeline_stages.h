@@ -4,10 +4,10 @@
 // produce() (pipeline.h) is all of them in order:
 //
 //   Product product = begin(recorded);
-//   std::optional<Workshop> workshop = find(product, options);          product.library: it was in the cache
+//   std::optional<LibraryBuilder> builder = find(product, options);          product.library: it was in the cache
 //   std::vector<Derivatives> derived = derive(product, options);        none: product.interpreted = derived
-//   Source source = print(product, derived, *workshop, options);
-//   product = make(product, source, *workshop);
+//   Source source = print(product, derived, *builder, options);
+//   product = make(product, source, *builder);
 //
 // Each adds the time it takes to product.timings.
 #pragma once
@@ -23,15 +23,15 @@ namespace dyntape::codegen {
 Product begin(const Function& recorded);
 
 // The compiler and the place in the cache; none: to be interpreted.
-std::optional<Workshop> find(Product& product, const CodegenOptions& options);
+std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options);
 
 // By order, simplified.
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options);
 
-Source print(Product& product, std::vector<Derivatives> derived, const Workshop& workshop,
+Source print(Product& product, std::vector<Derivatives> derived, const LibraryBuilder& builder,
              const CodegenOptions& options);
 
-// Compiled, put into the cache if the workshop has one, and loaded.
-Product make(Product product, const Source& source, const Workshop& workshop);
+// Compiled, put into the cache if the builder has one, and loaded.
+Product make(Product product, const Source& source, const LibraryBuilder& builder);
 
 }  // namespace dyntape::codegen

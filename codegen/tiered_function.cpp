@@ -104,8 +104,8 @@ struct TieredFunction::Builder {
   }
 
   std::shared_ptr<Tiers> tiers;
-  codegen::Product product;                   // as far as it has come
-  std::optional<codegen::Workshop> workshop;  // none: the compiler has to be asked what it is
+  codegen::Product product;                        // as far as it has come
+  std::optional<codegen::LibraryBuilder> builder;  // none: the compiler has to be asked what it is
   std::vector<Derivatives> derived;
   CodegenOptions options;
   std::stop_source stop;       // the options have its token
@@ -121,27 +121,27 @@ struct TieredFunction::Builder {
       failure = std::current_exception();
       const std::string reason = e.what();
       if (!stop.stop_requested())
-        codegen::say_once("\"" + tiers->first.name() + "\" stays " + to_string(tiers->tier) + ": " +
-                          reason.substr(0, reason.find('\n')));
+        codegen::warn_once("\"" + tiers->first.name() + "\" stays " + to_string(tiers->tier) + ": " +
+                           reason.substr(0, reason.find('\n')));
     } catch (...) {  // a kernel's own functions may throw anything
       failure = std::current_exception();
-      codegen::say_once("\"" + tiers->first.name() + "\" stays " + to_string(tiers->tier) + ": " +
-                        kNoException);
+      codegen::warn_once("\"" + tiers->first.name() + "\" stays " + to_string(tiers->tier) + ": " +
+                         kNoException);
     }
     tiers->settle(std::move(failure));
   }
 
   void build() {
-    if (!workshop) workshop = codegen::find(product, options);
+    if (!builder) builder = codegen::find(product, options);
     if (product.library) return serve(Tier::kFinal, std::move(product));
-    if (!workshop || stop.stop_requested()) return;
-    const codegen::Source source = codegen::print(product, std::move(derived), *workshop, options);
-    if (const auto quick = workshop->quick(); quick && is_worth_a_quick_tier(source)) {
+    if (!builder || stop.stop_requested()) return;
+    const codegen::Source source = codegen::print(product, std::move(derived), *builder, options);
+    if (const auto quick = builder->quick(); quick && is_worth_a_quick_tier(source)) {
       const Turn turn(options.stop);
       if (!stop.stop_requested()) serve(Tier::kQuick, codegen::make(product, source, *quick));
     }
     const Turn turn(options.stop);
-    if (!stop.stop_requested()) serve(Tier::kFinal, codegen::make(std::move(product), source, *workshop));
+    if (!stop.stop_requested()) serve(Tier::kFinal, codegen::make(std::move(product), source, *builder));
   }
 
   void serve(Tier tier, codegen::Product made) {
@@ -170,15 +170,15 @@ TieredFunction TieredFunction::make(const Function& function, const CodegenOptio
   CodegenOptions& options = builder->options = given;
   options.stop = builder->stop.get_token();
   codegen::Product& product = builder->product = codegen::begin(function);
-  const bool opens_at_once = codegen::Workshop::opens_at_once(options);
-  if (opens_at_once) builder->workshop = codegen::find(product, options);
+  const bool opens_at_once = codegen::LibraryBuilder::opens_at_once(options);
+  if (opens_at_once) builder->builder = codegen::find(product, options);
   if (product.library) return of(CompiledFunction::from(std::move(product), given));
 
   codegen::Product interpreted = product;
   interpreted.interpreted = codegen::derive(interpreted, options);
   builder->derived = interpreted.interpreted;
   CompiledFunction first = CompiledFunction::from(std::move(interpreted), given);
-  const bool has_compiler = builder->workshop || !opens_at_once;
+  const bool has_compiler = builder->builder || !opens_at_once;
   if (!has_compiler || given.route == Route::kInterpreter) return of(std::move(first));
   builder->tiers = std::make_shared<Tiers>(std::move(first), Tier::kInterpreted);
   builder->thread = std::thread([b = builder.get()] { b->run(); });

@@ -29,75 +29,75 @@ Key key_of(const std::string& content, const Function& function, const CodegenOp
 
 }  // namespace
 
-std::optional<Workshop> Workshop::open(const Function& function, const CodegenOptions& options) {
+std::optional<LibraryBuilder> LibraryBuilder::open(const Function& function, const CodegenOptions& options) {
   auto cache = options.use_cache ? Cache::open(options.cache_folder) : std::nullopt;
   auto compiler =
       find_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
-  if (compiler) return Workshop(function, options, std::move(cache), std::move(*compiler));
+  if (compiler) return LibraryBuilder(function, options, std::move(cache), std::move(*compiler));
   if (options.only_cached) return std::nullopt;
   if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
-  say_once(no_compiler(options.compiler) + "; derivatives are interpreted");
+  warn_once(no_compiler(options.compiler) + "; derivatives are interpreted");
   return std::nullopt;
 }
 
-bool Workshop::opens_at_once(const CodegenOptions& options) {
+bool LibraryBuilder::opens_at_once(const CodegenOptions& options) {
   const auto cache = options.use_cache ? Cache::open(options.cache_folder) : std::nullopt;
   return is_known_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
 }
 
-std::optional<Workshop> Workshop::quick() const {
+std::optional<LibraryBuilder> LibraryBuilder::quick() const {
   std::string level;
   for (const std::string& flag : compiler_.flags) {
     if (flag.starts_with("-O")) level = flag;
   }
   if (level.empty() || level == "-O" || level == "-O0" || level == "-O1" || level == "-Og")
     return std::nullopt;
-  Workshop other = *this;
+  LibraryBuilder other = *this;
   other.cache_.reset();
   other.compiler_.flags.push_back("-O1");
   return other;
 }
 
-Workshop::Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
-                   Compiler compiler)
+LibraryBuilder::LibraryBuilder(const Function& function, const CodegenOptions& options,
+                               std::optional<Cache> cache, Compiler compiler)
     : options_(options),
       cache_(std::move(cache)),
       compiler_(std::move(compiler)),
       content_(content_hash(function)),
       key_(key_of(content_, function, options_, compiler_)) {}
 
-std::optional<Loaded> Workshop::find() const {
+std::optional<Loaded> LibraryBuilder::find() const {
   if (!cache_ || options_.force_rebuild) return std::nullopt;
   const auto entry = cache_->find(key_);
   return entry ? load_entry(*entry) : std::nullopt;
 }
 
 // None if it turns out not to be of this function, and then the entry is gone.
-std::optional<Loaded> Workshop::load_entry(const Entry& entry) const {
+std::optional<Loaded> LibraryBuilder::load_entry(const Entry& entry) const {
   try {
     return Loaded{Library::load(entry.image, entry.library(), content_), entry.source()};
   } catch (const Unavailable&) {
     throw;  // nothing is wrong with the entry
   } catch (const ToolError& e) {
-    say_once(e.what());
+    warn_once(e.what());
     cache_->remove(key_);
     return std::nullopt;
   }
 }
 
-Draft Workshop::compile(const Source& source) const {
+Draft LibraryBuilder::compile(const Source& source) const {
   try {
     if (cache_) {
       return compile_in(std::make_unique<TemporaryFolder>(cache_->folder(), "build-"),
                         cache_->folder() + "/" + key_.digest, source);
     }
   } catch (const FileError& e) {  // may not be written, is full, ...
-    say_once("compiled derivatives are not kept: " + std::string(e.what()));
+    warn_once("compiled derivatives are not kept: " + std::string(e.what()));
   }
   return compile_elsewhere(source);
 }
 
-Draft Workshop::compile_elsewhere(const Source& source) const {
+Draft LibraryBuilder::compile_elsewhere(const Source& source) const {
   try {
     auto folder = std::make_unique<TemporaryFolder>(system_temporary_folder(), "dyntape-");
     const std::string path = folder->path();
@@ -107,8 +107,8 @@ Draft Workshop::compile_elsewhere(const Source& source) const {
   }
 }
 
-Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
-                           const Source& source) const {
+Draft LibraryBuilder::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
+                                 const Source& source) const {
   write_file(folder->path() + "/" + kSourceFile, source.text);
   try {
     codegen::compile(compiler_, source, options_, folder->path(), final_folder);
@@ -119,7 +119,7 @@ Draft Workshop::compile_in(std::unique_ptr<TemporaryFolder> folder, const std::s
   return {std::move(folder), source.name, checksum(source.text)};
 }
 
-Loaded Workshop::load(Draft draft) const {
+Loaded LibraryBuilder::load(Draft draft) const {
   // Loaded first: what does not load is not kept, and what is kept may be gone the next moment.
   Loaded loaded{Library::load(draft.folder->path() + "/" + kLibraryFile, content_), ""};
   if (const auto entry = publish(draft)) loaded.source_path = entry->source();
@@ -127,7 +127,7 @@ Loaded Workshop::load(Draft draft) const {
   return loaded;
 }
 
-std::optional<Entry> Workshop::publish(Draft& draft) const {
+std::optional<Entry> LibraryBuilder::publish(Draft& draft) const {
   if (!cache_ || !draft.folder->path().starts_with(cache_->folder() + "/")) return std::nullopt;
   const Manifest manifest{draft.name,
                           static_cast<int>(options_.order),

@@ -2,10 +2,10 @@
 //
 // Where the library of one function is found or made: its compiler, its place in the cache, its folder.
 //
-//   std::optional<Workshop> workshop = Workshop::open(function, options);   none: no compiler, interpret
-//   if (auto loaded = workshop->find()) ...                                 a hit: nothing else is done
-//   Draft draft = workshop->compile(source);                                library.so in a folder of its own
-//   Loaded loaded = workshop->load(std::move(draft));                       and into the cache, if it has one
+//   std::optional<LibraryBuilder> builder = LibraryBuilder::open(function, options);   none: no compiler, interpret
+//   if (auto loaded = builder->find()) ...                                 a hit: nothing else is done
+//   Draft draft = builder->compile(source);                                library.so in a folder of its own
+//   Loaded loaded = builder->load(std::move(draft));                       and into the cache, if it has one
 #pragma once
 
 #include <memory>
@@ -29,16 +29,16 @@ struct Loaded {
   std::string source_path;  // empty: not kept
 };
 
-class Workshop {
+class LibraryBuilder {
  public:
   // Says once on stderr why there is none; throws ToolError instead where the compiled route is asked for.
-  static std::optional<Workshop> open(const Function& function, const CodegenOptions& options);
+  static std::optional<LibraryBuilder> open(const Function& function, const CodegenOptions& options);
 
   // Whether open() answers at once: it need not ask a compiler what it is.
   static bool opens_at_once(const CodegenOptions& options);
 
   // The same compiler at -O1 and without the cache, where the options ask for more; none: they do not.
-  std::optional<Workshop> quick() const;
+  std::optional<LibraryBuilder> quick() const;
 
   const std::string& content() const { return content_; }  // hash of the function
   const Compiler& compiler() const { return compiler_; }
@@ -51,8 +51,8 @@ class Workshop {
   Loaded load(Draft draft) const;
 
  private:
-  Workshop(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
-           Compiler compiler);
+  LibraryBuilder(const Function& function, const CodegenOptions& options, std::optional<Cache> cache,
+                 Compiler compiler);
   Draft compile_in(std::unique_ptr<TemporaryFolder> folder, const std::string& final_folder,
                    const Source& source) const;
   Draft compile_elsewhere(const Source& source) const;

@@ -86,7 +86,7 @@ std::optional<Cache> Cache::open(const std::string& folder) {
   std::string reason = "neither DYNTAPE_CACHE, XDG_CACHE_HOME nor HOME is set";
   const std::string path = wanted.empty() ? "" : private_folder(wanted, reason);
   if (!path.empty()) return Cache(path);
-  say_once("compiled derivatives are not kept: " + reason);
+  warn_once("compiled derivatives are not kept: " + reason);
   return std::nullopt;
 }
 
@@ -99,12 +99,12 @@ std::optional<Entry> Cache::find(const Key& key) const {
       (void)utimensat(AT_FDCWD, (entry.folder + "/manifest.json").c_str(), nullptr, 0);
       return entry;
     case Fault::kContent:
-      say_once("a library in the cache is compiled again: " + verdict.reason);
+      warn_once("a library in the cache is compiled again: " + verdict.reason);
       remove(key);
       break;
     case Fault::kRefused:
     case Fault::kInputOutput:
-      say_once("an entry of the cache is not used: " + verdict.reason);
+      warn_once("an entry of the cache is not used: " + verdict.reason);
       break;
     case Fault::kMissing:
       break;
@@ -135,7 +135,7 @@ std::optional<Entry> Cache::publish(TemporaryFolder& built, const Key& key, cons
     built.release();
     unlink((entry + "/" + kMark).c_str());
   } catch (const std::exception& e) {
-    say_once("a compiled library is not kept: " + std::string(e.what()));
+    warn_once("a compiled library is not kept: " + std::string(e.what()));
     return std::nullopt;
   }
   return find(key);
@@ -243,7 +243,7 @@ void Cache::sweep_sometimes() const {
     codegen::remove_left_over(system_temporary_folder(), "dyntape-");
     sweep(cache_limit());
   } catch (const Error& e) {
-    say_once(e.what());
+    warn_once(e.what());
   }
 }
 

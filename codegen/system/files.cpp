@@ -145,7 +145,7 @@ std::string system_temporary_folder() {
     if (folder.empty()) continue;
     const std::string fault = fault_of_temporary(folder);
     if (!fault.empty()) faults += (faults.empty() ? "" : "; ") + fault;
-    if (fault.empty() && !faults.empty()) say_once("TMPDIR is not used, " + folder + " is: " + faults);
+    if (fault.empty() && !faults.empty()) warn_once("TMPDIR is not used, " + folder + " is: " + faults);
     if (fault.empty()) return folder;
   }
   throw FileError("there is no folder for temporary files: " + faults);

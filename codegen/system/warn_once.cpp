@@ -7,7 +7,7 @@
 
 namespace dyntape::codegen {
 
-void say_once(const std::string& sentence) {
+void warn_once(const std::string& sentence) {
   static std::mutex mutex;
   static std::set<std::string> said;
   const std::scoped_lock lock(mutex);

@@ -2,13 +2,13 @@
 //
 // What a user should know and need not be stopped for: one line on stderr, once in a process.
 //
-//   say_once("no compiler is found; derivatives are interpreted");      dyntape: no compiler is found; ...
+//   warn_once("no compiler is found; derivatives are interpreted");      dyntape: no compiler is found; ...
 #pragma once
 
 #include <string>
 
 namespace dyntape::codegen {
 
-void say_once(const std::string& sentence);
+void warn_once(const std::string& sentence);
 
 }  // namespace dyntape::codegen

@@ -17,10 +17,10 @@ void note_condition(const dynamics::Model<double>& model, const RobotFunction& f
   if (condition <= kWorthANote || !std::isfinite(condition)) return;
   char figure[32];
   std::snprintf(figure, sizeof figure, "%.1e", condition);
-  codegen::say_once("the inertia matrix of model \"" + model.name + "\" has a condition of " + figure +
-                    " (the largest M_kk (M^-1)_kk; below 1e+12 is usual): derivatives of its accelerations "
-                    "may lose up to " +
-                    std::to_string(std::lround(std::min(16.0, std::log10(condition)))) + " of 16 digits");
+  codegen::warn_once("the inertia matrix of model \"" + model.name + "\" has a condition of " + figure +
+                     " (the largest M_kk (M^-1)_kk; below 1e+12 is usual): derivatives of its accelerations "
+                     "may lose up to " +
+                     std::to_string(std::lround(std::min(16.0, std::log10(condition)))) + " of 16 digits");
 }
 
 }  // namespace dyntape::detail

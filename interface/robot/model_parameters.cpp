@@ -31,7 +31,7 @@ int body_of(const Model<double>& model, const std::string& name, const std::stri
 
 }  // namespace
 
-Design::Design(const Model<double>& model, const std::vector<std::string>& names)
+ModelParameters::ModelParameters(const Model<double>& model, const std::vector<std::string>& names)
     : model_(model), names_(names) {
   for (std::size_t k = 0; k < names.size(); ++k) {
     if (std::find(names.begin(), names.begin() + static_cast<long>(k), names[k]) !=
@@ -42,7 +42,7 @@ Design::Design(const Model<double>& model, const std::vector<std::string>& names
   }
 }
 
-Design::Part Design::part_from(const std::string& name) const {
+ModelParameters::Part ModelParameters::part_from(const std::string& name) const {
   static const std::map<std::string, Part> kKinds = {{"mass", {Kind::kMass}},
                                                      {"comx", {Kind::kCom, 0, 0}},
                                                      {"comy", {Kind::kCom, 0, 1}},
@@ -87,7 +87,7 @@ Design::Part Design::part_from(const std::string& name) const {
   return part;
 }
 
-std::vector<double> Design::nominal() const {
+std::vector<double> ModelParameters::nominal() const {
   std::vector<double> values;
   for (const Part& part : parts_) {
     const dynamics::Inertia<double>& body = model_.inertias[part.index];
@@ -115,7 +115,7 @@ std::vector<double> Design::nominal() const {
   return values;
 }
 
-Function record_design(const Model<double>& model, const Design& design, std::size_t n_state,
+Function record_design(const Model<double>& model, const ModelParameters& design, std::size_t n_state,
                        const RobotProgram& program, DesignAs as, const char* file, int line) {
   const bool variables = as == DesignAs::kVariables;
   RecordOptions options;

@@ -2,7 +2,7 @@
 //
 // Co-design: derivatives of whatever a robot computes by what it is built of.
 //
-//   Design design(arm, {"mass:forearm_link", "length:wrist_1_joint", "armature:elbow_joint", "gravity:z"});
+//   ModelParameters design(arm, {"mass:forearm_link", "length:wrist_1_joint", "armature:elbow_joint", "gravity:z"});
 //   Function f = record_design(arm, design, 18, [](const Model<AD>& robot, const VectorXad& x) {
 //     Data<AD> data(robot);
 //     return VectorXad(rnea<AD>(robot, data, x.head(6), x.segment(6, 6), x.tail(6)));
@@ -34,9 +34,9 @@
 
 namespace dyntape {
 
-class Design {
+class ModelParameters {
  public:
-  Design(const dynamics::Model<double>& model, const std::vector<std::string>& names);
+  ModelParameters(const dynamics::Model<double>& model, const std::vector<std::string>& names);
 
   const std::vector<std::string>& names() const { return names_; }
   std::size_t size() const { return names_.size(); }
@@ -96,8 +96,8 @@ enum class DesignAs { kVariables, kParameters };
 
 using RobotProgram = std::function<VectorXad(const dynamics::Model<AD>& robot, const VectorXad& state)>;
 
-Function record_design(const dynamics::Model<double>& model, const Design& design, std::size_t n_state,
-                       const RobotProgram& program, DesignAs as = DesignAs::kVariables,
+Function record_design(const dynamics::Model<double>& model, const ModelParameters& design,
+                       std::size_t n_state, const RobotProgram& program, DesignAs as = DesignAs::kVariables,
                        const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
 }  // namespace dyntape

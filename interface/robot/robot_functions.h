@@ -6,7 +6,7 @@
 //   Function f = record_robot_function(arm, RobotFunction("id-derivatives"));
 //   std::vector<double> y = evaluate(f, state);          // state: (q, v, a), y: dtau_dq | dtau_dv | dtau_da
 //
-// robot_rows.h is the table of all functions, a row each; `dyntape info --functions` prints it.  A state is
+// robot_rows.h is the table of all functions, a row each; `dyntape eval --help` prints it.  A state is
 // q (nq), then v, then a or tau, then mu (nv each), as far as the function takes them; units as in
 // dynamics/model/model.h.  A result is one block after the other, matrices row by row, tensors page (i, j, k) with k
 // running first.  Derivatives with respect to q are tangent: a column for each increment q (+) d in the moving

@@ -14,7 +14,8 @@ using namespace dyntape;
 
 int main(int argc, char** argv) {
   const auto arm = dynamics::load_urdf(argc > 1 ? argv[1] : "config/robots/ur5.urdf");
-  const Design design(arm, {"length:wrist_1_joint", "mass:forearm_link", "comx:forearm_link", "gravity:z"});
+  const ModelParameters design(
+      arm, {"length:wrist_1_joint", "mass:forearm_link", "comx:forearm_link", "gravity:z"});
 
   // Holding torque of shoulder and elbow at a posture: variables are the design, the posture is a parameter.
   const Function holding =

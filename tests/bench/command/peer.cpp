@@ -156,9 +156,9 @@ std::string library(const std::string& include) {
   std::cerr << "compiling Pinocchio's algorithms, once: minutes, gigabytes\n";
   codegen::TemporaryFolder folder(cache->folder(), "new-");
   {
-    const codegen::TemporaryFolder workshop(codegen::system_temporary_folder(), "dyntape-");
-    build(workshop.path(), compiler);
-    fs::copy_file(workshop.path() + "/library.so", folder.path() + "/library.so");
+    const codegen::TemporaryFolder builder(codegen::system_temporary_folder(), "dyntape-");
+    build(builder.path(), compiler);
+    fs::copy_file(builder.path() + "/library.so", folder.path() + "/library.so");
   }
   codegen::write_file(folder.path() + "/source.c", text);  // the name that every entry has
   const auto entry =

@@ -67,9 +67,9 @@ const std::vector<std::string> kNames = {"mass:forearm_link",
                                          "gravity:z",
                                          "mass:tool0"};
 
-TEST(Design, JacobianMatchesDifferencesIn113Bits) {
+TEST(ModelParameters, JacobianMatchesDifferencesIn113Bits) {
   const Model<double> model = load("ur5");
-  const Design design(model, kNames);
+  const ModelParameters design(model, kNames);
   const std::vector<double> state = some_state(model), nominal = design.nominal();
   const Function f = record_design(model, design, state.size(), dynamics_both_ways<AD>);
   const MatrixXd J = dense(sparse_jacobian(f), nominal, state);
@@ -95,9 +95,9 @@ TEST(Design, JacobianMatchesDifferencesIn113Bits) {
 }
 
 // Torques are linear in mass at a fixed centre of mass: the column of Y, moved along.
-TEST(Design, MassesAgreeWithTheRegressor) {
+TEST(ModelParameters, MassesAgreeWithTheRegressor) {
   const Model<double> model = load("ur5");
-  const Design design(model, {"mass:forearm_link"});
+  const ModelParameters design(model, {"mass:forearm_link"});
   const std::vector<double> state = some_state(model);
   const Function f =
       record_design(model, design, state.size(), [](const Model<AD>& robot, const VectorXad& x) {
@@ -118,7 +118,7 @@ TEST(Design, MassesAgreeWithTheRegressor) {
 }
 
 // dtau/dtheta of the recorded algorithm is Y: recorded in the parameters themselves.
-TEST(Design, DerivativeByInertialParametersIsTheRegressor) {
+TEST(ModelParameters, DerivativeByInertialParametersIsTheRegressor) {
   const Model<double> model = load("ur5");
   const std::vector<double> state = some_state(model);
   const VectorXd theta = dynamics::inertial_parameters(model);
@@ -141,9 +141,9 @@ TEST(Design, DerivativeByInertialParametersIsTheRegressor) {
   EXPECT_LE((J - Y).cwiseAbs().maxCoeff(), 1e-12 * Y.cwiseAbs().maxCoeff());
 }
 
-TEST(Design, AsParametersTheStateIsDifferentiated) {
+TEST(ModelParameters, AsParametersTheStateIsDifferentiated) {
   const Model<double> model = load("arm_2r");
-  const Design design(model, {"gravity:z"});
+  const ModelParameters design(model, {"gravity:z"});
   const Function by_design = record_design(model, design, 6, dynamics_both_ways<AD>);
   const Function by_state = record_design(model, design, 6, dynamics_both_ways<AD>, DesignAs::kParameters);
   EXPECT_EQ(by_design.n_x(), 1u);
@@ -154,11 +154,11 @@ TEST(Design, AsParametersTheStateIsDifferentiated) {
   EXPECT_EQ(all_as_variables(by_state).n_x(), 7u);
 }
 
-TEST(Design, FaultsAreNamed) {
+TEST(ModelParameters, FaultsAreNamed) {
   const Model<double> model = load("ur5");
   const auto message = [&](const std::string& name) -> std::string {
     try {
-      Design(model, {name});
+      ModelParameters(model, {name});
     } catch (const ArgumentError& e) {
       return e.what();
     }
@@ -169,7 +169,7 @@ TEST(Design, FaultsAreNamed) {
   EXPECT_NE(message("gravity:w").find("gravity:x"), std::string::npos);
   EXPECT_NE(message("mass").find("form"), std::string::npos);
   EXPECT_NE(message("length:elbow").find("elbow_joint"), std::string::npos);
-  EXPECT_THROW(Design(model, {"gravity:x", "gravity:x"}), ArgumentError);
+  EXPECT_THROW(ModelParameters(model, {"gravity:x", "gravity:x"}), ArgumentError);
 }
 
 }  // namespace
