@@ -12,7 +12,7 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 
 namespace dyntape {
-namespace {
+namespace detail {
 
 struct Recording {
   std::string name, place;  // ", begun at spring.cpp:12"
@@ -22,6 +22,12 @@ struct Recording {
   std::vector<Guard> guards;
   std::unordered_set<NodeId> guarded;  // their conditions
 };
+
+}  // namespace detail
+
+namespace {
+
+using detail::Recording;
 
 // The recordings that this thread has open, and the one that its last operation was recorded in.
 thread_local std::vector<Recording*> open_here;
