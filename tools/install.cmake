@@ -8,9 +8,13 @@ install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff d
   EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
 install(TARGETS dyntape_cli dyntape-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-foreach(folder autodiff dynamics codegen interface)
-  install(DIRECTORY ${folder}/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder}
-    FILES_MATCHING PATTERN "*.h" PATTERN "*.hxx" PATTERN "*.def")
+execute_process(COMMAND python3 ${PROJECT_SOURCE_DIR}/tools/public_headers.py
+  OUTPUT_VARIABLE headers OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+string(REPLACE "\n" ";" headers "${headers}")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS tools/public_headers.txt ${headers})
+foreach(header ${headers})
+  get_filename_component(folder ${header} DIRECTORY)
+  install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder})
 endforeach()
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
 
