@@ -18,6 +18,7 @@ void add_eval(CLI::App& app);
 void add_generate(CLI::App& app);
 void add_solve(CLI::App& app);
 void add_check_config(CLI::App& app);
+void add_check_config_keys(CLI::App& app);  // an option of it
 void add_cache(CLI::App& app);
 void add_doctor(CLI::App& app);
 void add_identify(CLI::App& app);
