@@ -35,6 +35,7 @@ struct RobotOptions {
   std::vector<std::string> lock;
   double snap = 1e-8;
   bool mimic = false;
+  std::string inertia = "error";
 };
 void add_robot_options(CLI::App& command, RobotOptions& options);
 dynamics::UrdfRobot load_robot(const RobotOptions& options);
