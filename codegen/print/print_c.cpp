@@ -2,6 +2,7 @@
 #include <dyntape/codegen/print/print_c.h>
 
 #include <dyntape/codegen/print/c_text.h>
+#include <dyntape/codegen/print/print_header.h>
 #include <dyntape/codegen/print/print_lanes.h>
 #include <dyntape/codegen/print/print_pieces.h>
 #include <dyntape/codegen/print/print_tables.h>
@@ -94,16 +95,15 @@ class Printer {
   }
 
   void add_descriptor(const std::string& entries) {
-    std::vector<KernelEntry> kernels;
     for (std::size_t order = 0; order < sets_.kernels.size(); ++order) {
       const KernelPlan& kernel = sets_.kernels[order];
-      kernels.push_back(
+      kernels_.push_back(
           {source_.name + "_" + kKernelNames[order], order,
            functions_.work(kernel.derivatives.function, kernel.schedule) + kernel.derivatives.function.n_y(),
            source_.operations[order], kernel.schedule.live});
     }
     descriptor_ =
-        entries + "#if DYNTAPE_LANES == 1\n" + descriptor_tables(sets_, source_, kernels) + "#endif\n";
+        entries + "#if DYNTAPE_LANES == 1\n" + descriptor_tables(sets_, source_, kernels_) + "#endif\n";
   }
 
   std::string entry_declarations() const {
@@ -132,7 +132,8 @@ class Printer {
     text += "\n" + piece_guard(0) + descriptor_ + "#endif\n" + close_c_linkage();
     source_.header = header_banner(sets_, source_) + "#ifndef " + source_.symbol + "_H\n#define " +
                      source_.symbol + "_H\n" + preamble() + open_c_linkage() + abi_text() + "\n" +
-                     export_macro() + entry_declarations() + close_c_linkage() + "#endif\n";
+                     export_macro() + "\n" + header_sizes(sets_, source_, kernels_) + entry_declarations() +
+                     close_c_linkage() + "#endif\n";
   }
 
   std::string piece(std::size_t k) const {
@@ -149,6 +150,7 @@ class Printer {
   Source source_;
   PieceFunctions functions_;
   std::string descriptor_;
+  std::vector<KernelEntry> kernels_;
 };
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/print/c_text.h>
 #include <dyntape/codegen/print/own_trig.h>
+#include <dyntape/codegen/print/print_header.h>
 #include <dyntape/codegen/print/print_lanes.h>
 #include <dyntape/codegen/print/print_pieces.h>
 #include <dyntape/codegen/print/print_tables.h>
@@ -82,11 +83,10 @@ class EmbeddedPrinter {
       if (is_kernel) source.text += functions();
     }
     source.text += "\n" + entries + tables() + close_c_linkage();
-    std::string guard = source.name + "_H";
-    std::transform(guard.begin(), guard.end(), guard.begin(),
-                   [](char c) { return c >= 'a' && c <= 'z' ? static_cast<char>(c - 'a' + 'A') : c; });
+    const std::string guard = macro_prefix(source.name) + "_H";
     source.header = header_banner(sets_, source) + "#ifndef " + guard + "\n#define " + guard + "\n" +
-                    open_c_linkage() + declarations + close_c_linkage() + "#endif\n";
+                    open_c_linkage() + header_sizes(sets_, source, {}) + declarations + close_c_linkage() +
+                    "#endif\n";
     return std::move(result_);
   }
 

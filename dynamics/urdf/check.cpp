@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <string_view>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 
 namespace dyntape::dynamics {
@@ -47,7 +48,6 @@ constexpr NumberAttribute kNumbers[] = {{"origin", "xyz", 3},
                                         {"sphere", "radius", 1},
                                         {"cylinder", "radius", 1},
                                         {"cylinder", "length", 1},
-                                        {"mesh", "scale", 3},
                                         {"color", "rgba", 4}};
 
 void check_attributes(const UrdfText& text, const XMLElement& element) {
@@ -75,11 +75,23 @@ void check_document_type(const UrdfText& text) {
   }
 }
 
+// One factor for all, as other formats have it, is what files get wrong here.
+void check_mesh(const UrdfText& text, const XMLElement& owner, const XMLElement& mesh) {
+  try {
+    text.numbers(mesh, "scale", 3);
+  } catch (const FileError&) {
+    text.fail(mesh, std::string("<mesh scale=\"") + one_line(mesh.Attribute("scale")) + "\"> of " +
+                        describe(owner) +
+                        ": expected three numbers, the factors along x, y and z, as in \"1 1 1\"");
+  }
+}
+
 // tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
-void check_numbers_below(const UrdfText& text, const XMLElement& element) {
+void check_numbers_below(const UrdfText& text, const XMLElement& owner, const XMLElement& element) {
   check_attributes(text, element);
+  if (std::string_view(element.Name()) == "mesh") check_mesh(text, owner, element);
   for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
-    check_numbers_below(text, *child);
+    check_numbers_below(text, owner, *child);
 }
 
 const XMLElement& required_child(const UrdfText& text, const XMLElement& owner, const XMLElement& element,
@@ -116,11 +128,13 @@ void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XM
   const Eigen::Vector3d e =
       scale * Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I / scale, Eigen::EigenvaluesOnly).eigenvalues();
   if (e[0] < -std::max(1e-9 * scale, 1e-12 * mass)) {
-    const std::string sentence = describe(link) +
-                                 " has an inertia that no body has: its smallest principal " + "moment is " +
-                                 digits(e[0]) + " kg m^2; expected none below zero";
-    if (!accept_nonphysical) text.fail(inertia, sentence);
-    notes.push_back(text.where(inertia) + sentence);
+    const std::string fault = describe(link) + " has an inertia that no body has: its smallest principal " +
+                              "moment is " + digits(e[0]) + " kg m^2";
+    if (!accept_nonphysical)
+      text.fail(inertia, fault +
+                             "; expected none below zero, or --inertia warn (in a task file: inertia warn), "
+                             "which reads it as it is");
+    notes.push_back(text.where(inertia) + fault + "; read as it is");
     return;
   }
   if (e[2] > (e[0] + e[1]) * (1 + 1e-6))
@@ -145,7 +159,7 @@ void note_repeated(const UrdfText& text, const XMLElement& element, std::initial
 
 void check_urdf_numbers(const UrdfText& text) {
   for (const char* tag : {"link", "joint", "material"})
-    for (const XMLElement* element : text.children(tag)) check_numbers_below(text, *element);
+    for (const XMLElement* element : text.children(tag)) check_numbers_below(text, *element, *element);
 }
 
 void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia,
@@ -174,6 +188,7 @@ std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysica
                                     bool follow_mimics) {
   std::vector<std::string> notes;
   check_urdf_encoding(text);
+  check_urdf_is_expanded(text);
   check_urdf_names(text);
   check_urdf_numbers(text);
   check_urdf_tree(text);

@@ -5,6 +5,7 @@
 //   std::vector<std::string> notes = check_urdf(text);   // FileError "file:line: sentence" on the first fault
 //
 // Faults (errors)
+//   what is left of xacro, before xacro has run: xacro: elements, ${...} and $(...) in links and joints;
 //   declarations in a document type; names missing, used twice, not UTF-8 or of several lines; unknown parent or
 //   child; a link with two parents; two roots; a loop; joint types other than revolute, continuous, prismatic,
 //   planar and fixed; a zero axis; limits
@@ -33,6 +34,7 @@ std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysica
 
 // The parts, in the order in which check_urdf calls them.
 void check_urdf_encoding(const UrdfText& text);
+void check_urdf_is_expanded(const UrdfText& text);
 void check_urdf_names(const UrdfText& text);
 void check_urdf_numbers(const UrdfText& text);
 void check_urdf_tree(const UrdfText& text);

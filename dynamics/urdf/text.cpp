@@ -54,6 +54,28 @@ std::string xml_problem(const tinyxml2::XMLDocument& document) {
   }
 }
 
+// Of files that are no XML, in words for whoever gave the wrong one.
+void check_is_xml(std::string_view contents, const std::string& file) {
+  if (contents.starts_with("\xEF\xBB\xBF")) contents.remove_prefix(3);
+  const size_t first = contents.find_first_not_of(kBlanks);
+  if (first == contents.npos || contents[first] == '<') return;
+  if (file.ends_with(".info"))
+    throw FileError(
+        file +
+        ": this is an .info file, not a URDF; expected a robot, a file that begins with <; tasks are "
+        "for dyntape solve and dyntape check-config");
+  throw FileError(file + ":1: this is not XML; expected a URDF file, which begins with <, got \"" +
+                  one_line(std::string(contents.substr(first, 1))) + "\"");
+}
+
+// Other descriptions of robots by their root elements.
+std::string kind_of_root(std::string_view root) {
+  if (root == "sdf") return ", an SDF file (of Gazebo)";
+  if (root == "mujoco") return ", an MJCF file (of MuJoCo)";
+  if (root == "COLLADA") return ", a COLLADA mesh";
+  return "";
+}
+
 }  // namespace
 
 UrdfText::UrdfText(std::unique_ptr<tinyxml2::XMLDocument> document, std::string file)
@@ -122,6 +144,7 @@ Eigen::Vector3d UrdfText::vector_below(const XMLElement& element, const char* ta
 UrdfText parse_urdf_text(const std::string& contents, const std::string& file) {
   if (contents.find('\0') != contents.npos)
     throw FileError(file + ": contains a zero byte; expected a URDF text file");
+  check_is_xml(contents, file);
   auto document = std::make_unique<tinyxml2::XMLDocument>();
   if (document->Parse(contents.c_str(), contents.size()) != tinyxml2::XML_SUCCESS)
     throw FileError(file + ":" + std::to_string(std::max(1, document->ErrorLineNum())) + ": " +
@@ -130,7 +153,7 @@ UrdfText parse_urdf_text(const std::string& contents, const std::string& file) {
   if (!root) throw FileError(file + ":1: the file holds no element; expected <robot>");
   if (std::string_view(root->Name()) != "robot")
     throw FileError(file + ":" + std::to_string(root->GetLineNum()) + ": the root element is <" +
-                    root->Name() + ">; expected <robot>, a URDF file");
+                    root->Name() + ">" + kind_of_root(root->Name()) + "; expected <robot>, a URDF file");
   return UrdfText(std::move(document), file);
 }
 

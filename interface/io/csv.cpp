@@ -39,6 +39,9 @@ class CsvReader {
 
   CsvTable read(std::string_view text) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+    if (text.starts_with("<?xml") || text.starts_with("<!--") || text.starts_with("<robot"))
+      throw FileError(file_ +
+                      ": this is XML, not a table; expected a CSV file, whose first line names the columns");
     for (bool more = true; more;) {
       const size_t end = text.find('\n');
       more = end != std::string_view::npos;

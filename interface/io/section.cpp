@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
@@ -41,6 +42,30 @@ Section Section::parse(std::string_view text, const std::string& file_name, Mode
 
 Section Section::read(const std::string& path, Mode mode) { return parse(read_file(path), path, mode); }
 
+Section Section::catalogue() {
+  Section section = parse("", "", Mode::kStrict);
+  section.reading_->is_catalogue = true;
+  return section;
+}
+
+const std::vector<Question>& Section::questions() const { return reading_->questions; }
+
+Section& Section::about(const std::string& meaning) {
+  state_->meaning = meaning;
+  return *this;
+}
+
+// Asked first, the question decides; what it takes may become known later.
+void Section::ask(const std::string& key, const std::string& takes, const std::string* fallback) {
+  if (!reading_->is_catalogue) return;
+  given(key);
+  Question& question = reading_->question(full(key));
+  if (question.takes.empty()) question.takes = takes;
+  if (!fallback) return;
+  question.is_required = false;
+  if (question.fallback.empty()) question.fallback = *fallback;
+}
+
 bool Section::strict() const { return reading_->mode == Mode::kStrict; }
 bool Section::present() const { return state_->node != nullptr; }
 std::string Section::name() const { return state_->node ? state_->node->key : ""; }
@@ -61,19 +86,33 @@ void Section::note(const Where& where, std::string message) {
 
 void Section::problem(const std::string& key, const std::string& message) { note(where(key), message); }
 
-bool Section::has(const std::string& key) {
+bool Section::given(const std::string& key) {
   check_question(key);
   state_->remember(key);
+  if (reading_->is_catalogue && !state_->meaning.empty())
+    reading_->question(full(key)).meaning = std::exchange(state_->meaning, {});
   return state_->node && state_->node->child(key);
 }
 
+bool Section::has(const std::string& key) {
+  const bool is_there = given(key);
+  if (reading_->is_catalogue) reading_->question(full(key)).is_required = false;
+  return is_there || reading_->is_catalogue;
+}
+
+void Section::defer(const std::string& key, const std::string& takes, const char* fallback) {
+  const std::string otherwise = fallback ? fallback : "";
+  ask(key, takes, fallback ? &otherwise : nullptr);
+  find(key, !fallback);
+}
+
 void Section::ignore(const std::string& key) {
-  has(key);
+  given(key);
   state_->repeatable.insert(key);
 }
 
 const InfoNode* Section::find(const std::string& key, bool required) {
-  if (has(key)) return state_->node->child(key);
+  if (given(key)) return state_->node->child(key);
   if (required) note(state_->where, "required key '" + full(key) + "' is missing");
   return nullptr;
 }
@@ -92,6 +131,7 @@ std::string Section::value() {
 }
 
 Section Section::child(const std::string& key) {
+  ask(key, "a block", nullptr);
   const InfoNode* node = find(key, true);
   if (node && strict() && !node->has_block)
     note(node->where, "'" + full(key) + "' is a block; '{' was expected");
@@ -99,12 +139,14 @@ Section Section::child(const std::string& key) {
 }
 
 Section Section::child_or_empty(const std::string& key) {
-  return has(key) ? child(key) : Section(reading_, state_->block_of(nullptr, key));
+  const std::string absent;
+  ask(key, "a block", &absent);
+  return given(key) ? child(key) : Section(reading_, state_->block_of(nullptr, key));
 }
 
 std::vector<Section> Section::children(const std::string& key) {
   std::vector<Section> sections;
-  if (!has(key)) return sections;
+  if (!given(key)) return sections;
   state_->repeatable.insert(key);
   for (const InfoNode& node : state_->node->children) {
     if (node.key == key) sections.push_back(Section(reading_, state_->block_of(&node, key)));
@@ -122,7 +164,18 @@ std::vector<Section> Section::all_children() {
   return sections;
 }
 
+bool Section::sound() const {
+  if (!reading_->problems.empty()) return false;
+  std::set<std::string> met;
+  for (const InfoNode& child : state_->node ? state_->node->children : std::vector<InfoNode>{}) {
+    const bool is_again = !met.insert(child.key).second && !state_->repeatable.count(child.key);
+    if (is_again || !state_->known.count(child.key)) return false;
+  }
+  return true;
+}
+
 void Section::finish() {
+  if (reading_->is_catalogue) return;
   reading_->find_asked();
   if (strict()) check_unread();
   throw_if_any(reading_->problems);

@@ -72,10 +72,31 @@ struct InfoMatrix {
   double operator()(int i, int j) const { return values[static_cast<size_t>(i * cols + j)]; }
 };
 
+// A question that was asked, for those who write files.
+struct Question {
+  std::string path;      // "solver.tolerance"
+  std::string takes;     // "a number, positive", "euler | trapezoid"; "a block"
+  std::string fallback;  // what an absent key stands for
+  bool is_required = false;
+  std::string meaning;
+};
+
 class Section {
  public:
   static Section read(const std::string& path, Mode mode = Mode::kStrict);
   static Section parse(std::string_view text, const std::string& file_name, Mode mode = Mode::kStrict);
+
+  // For the list of all keys: a file in which nothing stands, where has() says yes and nothing is a problem, so that a
+  // reader asks all that it would ever ask; questions() are then in the order of asking, each once.
+  //
+  //   Section file = Section::catalogue();
+  //   read_all(file);
+  //   for (const Question& q : file.questions()) ...
+  static Section catalogue();
+  const std::vector<Question>& questions() const;
+
+  // What the key means that is asked for next, with its unit: section.about("most time [s]").get_or("time", 1.0).
+  Section& about(const std::string& meaning);
 
   // T: double, int, long, unsigned, unsigned long, bool, std::string.
   template <class T>
@@ -118,7 +139,9 @@ class Section {
   bool present() const;                 // false for an optional block that is absent
   bool has(const std::string& key);     // whether the key is there; it counts as known from now on
   void ignore(const std::string& key);  // known, but of no interest here
-  Where where() const;                  // of the block's key
+  // Known, but not read now, since what its value depends on is missing; a problem if it is absent without fallback.
+  void defer(const std::string& key, const std::string& takes, const char* fallback = nullptr);
+  Where where() const;                        // of the block's key
   Where where(const std::string& key) const;  // of the value of a key; of the block if it is absent
   // Notes a problem found by the caller, at the value of `key`.
   void problem(const std::string& key, const std::string& message);
@@ -131,6 +154,9 @@ class Section {
   // What was asked for in this block and what the answers were, as .info text; defaults are marked in a
   // comment.
   std::string effective_values() const;
+
+  // Whether nothing was wrong so far, and all that stands in this block was asked for.
+  bool sound() const;
 
  private:
   struct Reading;  // what all sections of a file share
@@ -154,6 +180,8 @@ class Section {
   void check_entries(const std::string& key, const InfoNode& node, int rows, int cols);
   double factor(const std::string& key, const InfoNode& node, const std::string& which, double fallback);
   void note(const Where& where, std::string message);
+  bool given(const std::string& key);  // has(), whatever the list of keys wants
+  void ask(const std::string& key, const std::string& takes, const std::string* fallback);
   void check_unread();
   std::string unknown(const std::string& key) const;
   std::string hint(const std::string& key) const;

@@ -105,6 +105,7 @@ std::vector<std::string> split(const std::string& text) {
 }  // namespace
 
 std::vector<double> Section::vector(const std::string& key, int size, const Range& range) {
+  ask(key, size < 0 ? "numbers" : std::to_string(size) + " numbers", nullptr);
   const InfoNode* node = find(key, true);
   if (!node) return std::vector<double>(static_cast<size_t>(std::max(size, 0)));
   std::vector<double> values;
@@ -127,8 +128,10 @@ std::vector<double> Section::vector(const std::string& key, int size, const Rang
 
 std::vector<double> Section::vector_or(const std::string& key, const std::vector<double>& fallback,
                                        const Range& range) {
-  if (has(key)) return vector(key, -1, range);
-  state_->answer(answer_node(key, joined(fallback), nullptr));
+  const std::string text = joined(fallback);
+  ask(key, "numbers", &text);
+  if (given(key)) return vector(key, -1, range);
+  state_->answer(answer_node(key, text, nullptr));
   return fallback;
 }
 
@@ -176,6 +179,7 @@ std::vector<double> Section::list_of_entries(const std::string& key, const InfoN
 }
 
 std::vector<std::string> Section::strings(const std::string& key, const std::vector<std::string>& valid) {
+  ask(key, "names", nullptr);
   std::vector<std::string> names;
   const InfoNode* node = find(key, true);
   if (!node) return names;
@@ -196,12 +200,15 @@ std::vector<std::string> Section::strings(const std::string& key, const std::vec
 
 std::vector<std::string> Section::strings_or(const std::string& key, const std::vector<std::string>& fallback,
                                              const std::vector<std::string>& valid) {
-  if (has(key)) return strings(key, valid);
+  const std::string none;
+  ask(key, "names", &none);
+  if (given(key)) return strings(key, valid);
   state_->answer(list_answer(key, fallback, nullptr));
   return fallback;
 }
 
 InfoMatrix Section::matrix(const std::string& key, int rows, int cols) {
+  ask(key, "a matrix", nullptr);
   const InfoNode* node = find(key, true);
   if (!node) return {rows, cols, std::vector<double>(static_cast<size_t>(rows * cols))};
   const InfoMatrix matrix = read_entries(key, *node, rows, cols, {});

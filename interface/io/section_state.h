@@ -27,8 +27,9 @@ struct Section::State {
   std::vector<std::string> asked = {};
   std::unordered_set<std::string> known = {};  // the same
   std::set<std::string> repeatable = {};
-  bool all_asked = false;   // every child was handed out by all_children
-  bool value_read = false;  // the block's own value was asked for
+  bool all_asked = false;    // every child was handed out by all_children
+  bool value_read = false;   // the block's own value was asked for
+  std::string meaning = {};  // of the key that is asked for next
   std::vector<Answer> answers = {};
   std::unordered_map<std::string, std::size_t> places = {};  // of the answers that are no blocks, by key
   std::list<State> blocks = {};                              // a list, since Sections point into it
@@ -67,6 +68,15 @@ struct Section::Reading {
   std::set<std::string> noted;                                 // by sections
   std::list<State> top;                                        // one element
   std::unordered_map<std::string, std::string> asked_in = {};  // paths of blocks, by keys that were asked for
+  bool is_catalogue = false;
+  std::vector<Question> questions = {};
+
+  Question& question(const std::string& path) {
+    for (Question& q : questions)
+      if (q.path == path) return q;
+    questions.push_back({path, "", "", true, ""});
+    return questions.back();
+  }
 
   void find_asked() {
     asked_in.clear();

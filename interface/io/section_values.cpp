@@ -14,11 +14,19 @@ namespace dyntape::io {
 namespace {
 
 template <class T>
-const char* expected() {
+std::string expected() {
+  if constexpr (std::is_same_v<T, std::string>) return "a word";
   if constexpr (std::is_same_v<T, bool>) return "true or false";
   if constexpr (std::is_same_v<T, double>) return "a number";
   if constexpr (std::is_unsigned_v<T>) return "a whole number without sign";
   return "a whole number";
+}
+
+// "a | b"
+std::string one_of(const std::vector<std::string>& names) {
+  std::string text;
+  for (const std::string& name : names) text += (text.empty() ? "" : " | ") + name;
+  return text;
 }
 
 std::optional<bool> strict_bool(const std::string& word) {
@@ -100,8 +108,7 @@ std::optional<T> convert(const std::string& word, const Range& range, Mode mode,
   const std::optional<T> value = mode == Mode::kStrict ? strict_value<T>(word) : lenient_value<T>(word);
   if (!value) {
     const bool beyond = std::is_same_v<T, double> && mode == Mode::kStrict && is_out_of_range(word);
-    wrong = std::string("expects ") + expected<T>() + (beyond ? " in the range of a double" : "") +
-            ", got '" + word + "'";
+    wrong = "expects " + expected<T>() + (beyond ? " in the range of a double" : "") + ", got '" + word + "'";
   } else if constexpr (std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) {
     wrong = wrong_range(range, static_cast<double>(*value));
     if (!wrong.empty()) wrong += ", got '" + word + "'";
@@ -111,6 +118,7 @@ std::optional<T> convert(const std::string& word, const Range& range, Mode mode,
 
 template <class T>
 T Section::get(const std::string& key, const Range& range) {
+  ask(key, expected<T>() + (range.text.empty() ? "" : ", " + range.text), nullptr);
   const InfoNode* node = find_value(key, true);
   if (!node) return T();
   std::string wrong;
@@ -122,14 +130,17 @@ T Section::get(const std::string& key, const Range& range) {
 
 template <class T>
 T Section::get_or(const std::string& key, T fallback, const Range& range) {
-  if (has(key)) return get<T>(key, range);
-  state_->answer(answer_node(key, printed(fallback), nullptr));
+  const std::string text = printed(fallback);
+  ask(key, expected<T>() + (range.text.empty() ? "" : ", " + range.text), &text);
+  if (given(key)) return get<T>(key, range);
+  state_->answer(answer_node(key, text, nullptr));
   return fallback;
 }
 
 size_t Section::choose(const std::string& key, const std::vector<std::string>& names,
                        const std::string* fallback) {
-  const InfoNode* node = !fallback || has(key) ? find_value(key, true) : nullptr;
+  ask(key, one_of(names), fallback);
+  const InfoNode* node = !fallback || given(key) ? find_value(key, true) : nullptr;
   if (!node && !fallback) return 0;
   const std::string& wanted = node ? node->value : *fallback;
   for (size_t i = 0; i < names.size(); ++i) {

@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/task.h>
 
-#include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <filesystem>
 
-#include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/io/section.h>
-#include <dyntape/interface/task/joint_values.h>
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/file.h>
+#include <dyntape/interface/task/task_keys.h>
 
 namespace dyntape {
 
@@ -16,182 +14,35 @@ namespace {
 
 using io::Section;
 
-// A list in which no name stands twice.
-std::vector<std::string> distinct_names(Section& section, const std::string& key,
-                                        const std::vector<std::string>& valid = {}) {
-  const std::vector<std::string> names = section.strings_or(key, {}, valid);
-  for (auto name = names.begin(); name != names.end(); ++name) {
-    if (std::find(names.begin(), name, *name) == name) continue;
-    section.problem(key, "'" + key + "' names '" + *name + "' twice, expected once");
+// Each line of a robot's file would be a problem of its own.
+void check_is_no_robot(std::string_view text, const std::string& file) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == text.npos || text[first] != '<') return;
+  const char* const kind = text.find("<robot") == text.npos ? "XML" : "a URDF";
+  throw FileError(file + " is " + kind +
+                  ", not a task file; expected an .info file that names its robot, as those in config/tasks "
+                  "do (dyntape info shows "
+                  "a robot)");
+}
+
+// Nothing where there is none, or not the one that is meant: the file has a problem then.
+std::optional<dynamics::UrdfRobot> read_robot(Section& file, Task& task) {
+  const RobotKeys keys = read_robot_keys(file);
+  if (!keys.are_sound) return std::nullopt;
+  Section block = file.child("robot");
+  task.urdf = (std::filesystem::path(task.file).parent_path() / keys.urdf).lexically_normal().string();
+  try {
+    dynamics::UrdfRobot robot = dynamics::read_urdf(task.urdf, keys.options);
+    if (robot.model.nv > 0) return robot;
+    block.problem("urdf", "'" + keys.urdf + "' has no joint that moves: nothing to control");
+  } catch (const Error& e) {
+    block.problem("urdf", e.what());
   }
-  return names;
+  return std::nullopt;
 }
 
-// The robot is read as soon as its block is known to be right: joint names are keys of what follows.
-dynamics::UrdfRobot read_robot(Section& file, Task& task) {
-  Section robot = file.child("robot");
-  const auto urdf = robot.get<std::string>("urdf");
-  dynamics::UrdfOptions options;
-  options.base = robot.choice_or<dynamics::Base>("base", "fixed", {{"fixed", dynamics::Base::kFixed}});
-  options.lock = distinct_names(robot, "lock");
-  options.snap = robot.get_or("snap", options.snap, io::between(0, 0.01));
-  options.continuous = dynamics::ContinuousJoint::kAngle;
-  if (urdf.empty()) robot.problem("urdf", "'robot.urdf' is empty");
-  robot.finish();
-  task.urdf = (std::filesystem::path(task.file).parent_path() / urdf).lexically_normal().string();
-  dynamics::UrdfRobot read = dynamics::read_urdf(task.urdf, options);
-  if (read.model.nv == 0) robot.problem("urdf", "'" + urdf + "' has no joint that moves: nothing to control");
-  robot.finish();
-  return read;
-}
-
-// `robot` takes the values of the robot's file, anything else is a vector.
-std::optional<Eigen::VectorXd> read_effect(Section& section, const std::string& key,
-                                           const dynamics::Model<double>& model,
-                                           const Eigen::VectorXd& of_robot) {
-  if (!section.has(key)) return std::nullopt;
-  const std::string word = section.children(key).front().value();
-  if (word == "off") return std::nullopt;
-  if (word == "robot" || word == "on") return of_robot;
-  return read_joint_values(section, key, model, 0.0, io::not_negative());
-}
-
-dynamics::Effects<double> read_effects(Section& file, const dynamics::Model<double>& model) {
-  Section section = file.child_or_empty("effects");
-  dynamics::Effects<double> effects;
-  effects.gravity = section.get_or("gravity", true);
-  effects.armature = read_effect(section, "armature", model, dynamics::model_armature(model));
-  effects.damping = read_effect(section, "joint_damping", model, dynamics::model_damping(model));
-  if (section.has("joint_friction")) {
-    Section friction = section.child("joint_friction");
-    const auto torque = read_effect(friction, "torque", model, dynamics::model_friction(model));
-    const double smoothing = friction.get<double>("smoothing", io::positive());
-    if (torque) effects.friction = {*torque, smoothing};
-  }
-  if (section.has("joint_springs")) {
-    Section springs = section.child("joint_springs");
-    effects.springs = {read_joint_values(springs, "stiffness", model, std::nullopt, io::not_negative()),
-                       read_joint_values(springs, "rest", model, 0.0)};
-  }
-  return effects;
-}
-
-RobotProblemOptions read_form(Section& file) {
-  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
-  RobotProblemOptions options;
-  options.duration = horizon.get<double>("duration", io::positive());
-  options.form = transcription.choice_or<DynamicsForm>(
-      "dynamics", "forward", {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
-  options.unit = transcription.choice_or<ControlUnit>(
-      "controls", "physical", {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}});
-  return options;
-}
-
-MeshOptions read_mesh(Section& file) {
-  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
-  std::vector<std::pair<std::string, Scheme>> schemes;
-  for (const std::string& name : scheme_names()) schemes.emplace_back(name, scheme_by_name(name));
-  MeshOptions mesh;
-  mesh.intervals = horizon.get<int>("intervals", io::at_least(1));
-  mesh.scheme = transcription.choice_or<Scheme>("scheme", "hermite-simpson", schemes);
-  mesh.hessian = transcription.choice_or<HessianKind>("hessian", "exact",
-                                                      {{"exact", HessianKind::kExact},
-                                                       {"gauss_newton", HessianKind::kGaussNewton},
-                                                       {"limited_memory", HessianKind::kLimitedMemory}});
-  return mesh;
-}
-
-void read_solver(Section& file, OptimiseOptions& optimise) {
-  Section solver = file.child_or_empty("solver");
-  IpoptOptions& options = optimise.solver;
-  options.tolerance = solver.get_or("tolerance", options.tolerance, io::positive());
-  options.dual_tolerance = solver.get_or("dual_tolerance", options.dual_tolerance, io::positive());
-  options.bound_relaxation = solver.get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
-  options.max_iterations = solver.get_or("max_iterations", options.max_iterations, io::not_negative());
-  options.max_seconds = solver.get_or("max_seconds", options.max_seconds, io::positive());
-  options.stop_at_acceptable = solver.get_or("stop_at_acceptable", options.stop_at_acceptable);
-  options.print_level = solver.get_or("print_level", options.print_level, io::between(0, 12));
-  optimise.check_derivatives = solver.get_or("check_derivatives", true);
-  Section extra = solver.child_or_empty("ipopt");
-  for (Section& option : extra.all_children()) options.extra.emplace_back(option.name(), option.value());
-}
-
-// State at one end, at rest unless it says otherwise; joints named in `free` are left open.
-Eigen::VectorXd read_end(Section& file, const std::string& key, const dynamics::Model<double>& model) {
-  Section end = file.child(key);
-  Eigen::VectorXd x(2 * model.nv);
-  x << read_joint_values(end, "q", model, std::nullopt), read_joint_values(end, "v", model, 0.0);
-  const std::vector<std::string> names = joint_names(model);
-  for (const std::string& name : distinct_names(end, "free", names)) {
-    for (int i = 0; i < model.nv; ++i) {
-      if (names[static_cast<std::size_t>(i)] == name) x[i] = x[model.nv + i] = Problem::kFree;
-    }
-  }
-  return x;
-}
-
-struct Costs {
-  double control, effort, acceleration;
-  Eigen::VectorXd tracking_q, tracking_v;
-};
-
-Costs read_costs(Section& file, const dynamics::Model<double>& model) {
-  Section costs = file.child("costs");
-  const auto weight = [&](const std::string& key) { return costs.get_or(key, 0.0, io::not_negative()); };
-  Section tracking = costs.child_or_empty("tracking");
-  return {weight("control"), weight("effort"), weight("acceleration"),
-          read_joint_values(tracking, "q", model, 0.0, io::not_negative()),
-          read_joint_values(tracking, "v", model, 0.0, io::not_negative())};
-}
-
-struct Guess {
-  bool slope, holding;
-};
-
-Guess read_guess(Section& file) {
-  Section guess = file.child_or_empty("guess");
-  guess.choice_or<int>("positions", "line", {{"line", 0}});
-  return {guess.choice_or<bool>("velocities", "zero", {{"zero", false}, {"slope", true}}),
-          guess.choice_or<bool>("control", "zero", {{"zero", false}, {"gravity", true}})};
-}
-
-// Where the bounds come from: nothing, the robot, or one number for all.
-struct Limit {
-  bool robot = false;
-  double value = std::numeric_limits<double>::infinity();
-};
-
-Limit read_limit(Section& bounds, const std::string& key) {
-  const std::string word = bounds.get_or(key, "none");
-  if (word == "none") return {};
-  if (word == "robot") return {true};
-  Limit limit;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), limit.value);
-  if (error != std::errc() || end != word.data() + word.size() || !(limit.value > 0)) {
-    bounds.problem(key, "'" + key + "' must be none, robot or a positive number, got '" + word + "'");
-  }
-  return limit;
-}
-
-struct Limits {
-  Limit positions, velocities, efforts;
-};
-
-Limits read_limits(Section& file) {
-  Section bounds = file.child_or_empty("bounds");
-  return {read_limit(bounds, "positions"), read_limit(bounds, "velocities"), read_limit(bounds, "efforts")};
-}
-
-void read_output(Section& file, Task& task) {
-  Section output = file.child_or_empty("output");
-  std::vector<std::string> frames;
-  for (const auto& frame : task.scene.model.frames) frames.push_back(frame.name);
-  task.traces = distinct_names(output, "trace", frames);
-  task.view = output.choice_or<View>(
-      "view", "xz", {{"xz", View::kXz}, {"xy", View::kXy}, {"yz", View::kYz}, {"oblique", View::kOblique}});
-}
-
-void add_costs(Problem& problem, const Task& task, const Costs& costs) {
+void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs) {
   if (costs.control > 0) problem.add(squared_controls(costs.control));
   if (costs.effort > 0) problem.add(squared_fractions(task.scene, costs.effort, task.robot.unit));
   if (costs.acceleration > 0) problem.add(squared_accelerations(problem, costs.acceleration));
@@ -201,7 +52,7 @@ void add_costs(Problem& problem, const Task& task, const Costs& costs) {
   problem.add(joint_tracking(costs.tracking_q, goal.head(n), costs.tracking_v, goal.tail(n)));
 }
 
-void add_limits(Problem& problem, const Task& task, const Limits& limits) {
+void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limits) {
   const int n = task.scene.model.nv;
   const auto all = [](auto lower, auto upper, const Limit& limit) {
     lower.setConstant(-limit.value);
@@ -215,7 +66,7 @@ void add_limits(Problem& problem, const Task& task, const Limits& limits) {
   if (limits.efforts.robot) limit_efforts(problem, task.scene, task.robot.unit);
 }
 
-void add_guess(Problem& problem, const Task& task, const Guess& guess) {
+void add_guess(Problem& problem, const Task& task, const TaskKeys::Guess& guess) {
   const auto line = straight_line(problem);
   const int n = task.scene.model.nv;
   const Eigen::VectorXd slope =
@@ -239,43 +90,28 @@ void add_guess(Problem& problem, const Task& task, const Guess& guess) {
 }  // namespace
 
 Task read_task(const std::string& path) {
-  Section file = Section::read(path);
+  const std::string text = read_file(path);
+  check_is_no_robot(text, path);
+  Section file = Section::parse(text, path);
   Task task;
   task.file = path;
-  task.name = file.get_or<std::string>("name", std::filesystem::path(path).stem().string());
-  dynamics::UrdfRobot robot = read_robot(file, task);
-  task.notes = std::move(robot.notes);
-  task.scene.model = std::move(robot.model);
-  const dynamics::Model<double>& model = task.scene.model;
-  task.scene.effects = read_effects(file, model);
-  task.scene.actuated = distinct_names(file, "actuated", joint_names(model));
-  task.robot = read_form(file);
-  task.optimise.mesh = read_mesh(file);
-  read_solver(file, task.optimise);
-  const Eigen::VectorXd start = read_end(file, "start", model), goal = read_end(file, "goal", model);
-  const Guess guess = read_guess(file);
-  const Costs costs = read_costs(file, model);
-  const Limits limits = read_limits(file);
-  read_output(file, task);
-  task.models = io::read_model_settings(file);
-  Section verify = file.child_or_empty("verify");
-  task.demands.violation = verify.get_or("violation", task.demands.violation, io::positive());
-  task.demands.true_defect =
-      verify.get_or("true_defect", task.demands.true_defect, io::or_infinite(io::positive()));
-  if (file.has("expected")) {
-    Section expected = file.child("expected");
-    task.expected = {expected.get<double>("cost"), expected.get<double>("tolerance", io::positive())};
+  task.name = read_task_name(file, std::filesystem::path(path).stem().string());
+  std::optional<dynamics::UrdfRobot> robot = read_robot(file, task);
+  if (robot) {
+    task.notes = std::move(robot->notes);
+    task.scene.model = std::move(robot->model);
   }
+  const TaskKeys keys = read_task_keys(file, task, robot ? &task.scene.model : nullptr);
   file.finish();
   task.effective = file.effective_values();
 
   task.problem = robot_problem(task.scene, task.robot);
   task.problem.name = task.name;
-  task.problem.start = start;
-  task.problem.goal = goal;
-  add_costs(task.problem, task, costs);
-  add_limits(task.problem, task, limits);
-  add_guess(task.problem, task, guess);
+  task.problem.start = keys.start;
+  task.problem.goal = keys.goal;
+  add_costs(task.problem, task, keys.costs);
+  add_limits(task.problem, task, keys.limits);
+  add_guess(task.problem, task, keys.guess);
   return task;
 }
 

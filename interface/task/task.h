@@ -15,11 +15,12 @@
 //   const Task task = read_task("config/tasks/cart_pole_swing_up.info");
 //   const SolveReport report = solve_task(task);                            // solve.h
 //
-// Keys (defaults in brackets; one a line in a real file).  Vectors over the joints are written by joint name,
+// Keys (defaults in brackets; one a line in a real file; all with their meanings: dyntape check-config --keys).  Vectors over the joints are written by joint name,
 // as above, as one quoted list, one number for all, or with OCS2's indices.
 //
 //   name                                          of the task [name of the file]
-//   robot           urdf, base [fixed], lock [none: "joint joint"], snap [1e-8 rad]
+//   robot           urdf, base [fixed], lock [none: "joint joint"], snap [1e-8 rad],
+//                   inertia [error] warn: of an inertia that no body has
 //   effects         gravity [on]; the others off unless given:
 //                   joint_damping robot | VECTOR (N m s/rad),  armature robot | VECTOR (kg m^2)
 //                   joint_friction { torque robot | VECTOR (N m)  smoothing (rad/s) }
@@ -30,7 +31,7 @@
 //                   hessian [exact] gauss_newton | limited_memory;
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
-//   guess           positions [line], velocities [zero] slope, controls [zero] gravity
+//   guess           positions [line], velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
 //                   tracking { q VECTOR [0]  v VECTOR [0] }: weights of the squared distance to the goal
 //   bounds          positions, velocities, efforts [none] robot | NUMBER: limits of the robot, or +-NUMBER

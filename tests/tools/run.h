@@ -47,8 +47,9 @@ class Scratch {
   std::filesystem::path path_;
 };
 
-// `output`: where the standard output goes in place of Outcome::out.
-inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std::string& output = "") {
+// `output`: where the standard output goes in place of Outcome::out; `input`: a file in place of the standard input.
+inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std::string& output = "",
+                           const std::string& input = "/dev/null") {
   const Scratch scratch;
   const std::string out = output.empty() ? scratch / "out" : output, err = scratch / "err";
   std::vector<std::string> words{DYNTAPE_COMMAND};
@@ -58,6 +59,7 @@ inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std:
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_addopen(&actions, 0, input.c_str(), O_RDONLY, 0);
   posix_spawn_file_actions_addopen(&actions, 1, out.c_str(), O_CREAT | O_WRONLY, 0600);
   posix_spawn_file_actions_addopen(&actions, 2, err.c_str(), O_CREAT | O_WRONLY, 0600);
   pid_t pid = 0;

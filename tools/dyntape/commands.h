@@ -18,6 +18,7 @@ void add_eval(CLI::App& app);
 void add_generate(CLI::App& app);
 void add_solve(CLI::App& app);
 void add_check_config(CLI::App& app);
+void add_check_config_keys(CLI::App& app);  // an option of it
 void add_cache(CLI::App& app);
 void add_doctor(CLI::App& app);
 void add_identify(CLI::App& app);
@@ -34,6 +35,7 @@ struct RobotOptions {
   std::vector<std::string> lock;
   double snap = 1e-8;
   bool mimic = false;
+  std::string inertia = "error";
 };
 void add_robot_options(CLI::App& command, RobotOptions& options);
 dynamics::UrdfRobot load_robot(const RobotOptions& options);

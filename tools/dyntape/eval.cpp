@@ -3,8 +3,9 @@
 // dyntape eval: a function of a robot at the states of a CSV file, by one route.
 #include <algorithm>
 #include <cmath>
+#include <iostream>
+#include <iterator>
 #include <memory>
-#include <unordered_set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/mimic.h>
@@ -14,6 +15,7 @@
 #include <dyntape/interface/robot/robot_evaluator.h>
 
 #include "function_options.h"
+#include "state_columns.h"
 #include "words.h"
 
 namespace dyntape::tools {
@@ -23,30 +25,19 @@ struct EvalOptions {
   RobotOptions robot;
   FunctionOptions function;
   std::string route, input, output;
+  ColumnOptions columns;
 };
 
-// The columns of the state in the order that the function takes them, wherever they stand in the file.
-std::vector<int> columns(const io::CsvTable& table, const std::vector<std::string>& wanted,
-                         const std::string& file) {
-  std::vector<int> indices;
-  for (const std::string& name : wanted) {
-    if (!table.has(name)) {
-      throw FileError(file + ":1: no column \"" + name + "\"; expected " + wanted.front() + " to " +
-                      wanted.back() + " (" + std::to_string(wanted.size()) + " columns), got " +
-                      std::to_string(table.cols()));
-    }
-    indices.push_back(table.index(name));
-  }
-  if (table.cols() != static_cast<int>(wanted.size())) {
-    const std::unordered_set<std::string> inputs(wanted.begin(), wanted.end());
-    for (const std::string& name : table.names()) {
-      if (!inputs.count(name)) {
-        throw FileError(file + ":1: column \"" + name + "\" is not an input of this function; expected " +
-                        wanted.front() + " to " + wanted.back());
-      }
-    }
-  }
-  return indices;
+constexpr const char* kStream = "-";  // the standard input, or output
+
+io::CsvTable read_states(const std::string& input) {
+  if (input != kStream) return io::read_csv(input);
+  return io::parse_csv(std::string(std::istreambuf_iterator<char>(std::cin), {}), "the standard input");
+}
+
+void write_results(const std::string& output, const io::CsvTable& results) {
+  if (output != kStream) return io::write_csv(output, results);
+  std::cout << io::format_csv(results);
 }
 
 // Entries of q that are read by their direction: a quaternion, or a pair (cos, sin).
@@ -90,13 +81,14 @@ void check_result(const std::vector<double>& result, const std::vector<std::stri
 }
 
 void run(const EvalOptions& options) {
-  io::check_can_write(options.output);
+  if (options.output != kStream) io::check_can_write(options.output);
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   check_moves(robot, "a file of states has no columns");
   // The file first: what a large robot's evaluator takes is not worth building for states of another.
-  const io::CsvTable states = io::read_csv(options.input);
-  const std::vector<int> order = columns(states, input_names(robot.model, function), options.input);
+  const io::CsvTable states = read_states(options.input);
+  const std::string input = options.input == kStream ? "the standard input" : options.input;
+  const StateColumns columns(states, robot, function, input, options.columns);
   RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
 
   const std::vector<Direction> read_by_direction = directions(robot);
@@ -104,15 +96,15 @@ void run(const EvalOptions& options) {
   io::Progress progress("evaluating", states.rows());
   std::vector<double> state(evaluate.n_in()), result(evaluate.n_out());
   for (int i = 0; i < states.rows(); ++i) {
-    for (std::size_t k = 0; k < state.size(); ++k) state[k] = states(i, order[k]);
-    const std::string where = options.input + ": row " + std::to_string(i + 1) + ": ";
+    columns.read(states, i, state);
+    const std::string where = input + ": row " + std::to_string(i + 1) + ": ";
     check_directions(read_by_direction, state, where);
     evaluate.evaluate(state.data(), result.data());
     check_result(result, results.names(), where);
     results.append(result);
     progress.update(i + 1);
   }
-  io::write_csv(options.output, results);
+  write_results(options.output, results);
 }
 
 }  // namespace
@@ -120,27 +112,35 @@ void run(const EvalOptions& options) {
 void add_eval(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "eval",
-      "evaluate a function of a robot at given states.\n"
-      "Input: a CSV file with columns q0.. v0.. a0.. as the function takes them, one state a row.\n"
-      "Output: one row a state, matrices row by row");
+      "evaluate a function of a robot at given states.\n\n"
+      "Input: a CSV file, one state a row.  Its columns are what the function takes, in any order, by number "
+      "(q0, v0, tau0) or by joint (q.elbow, v.elbow, tau.elbow).\n\n"
+      "Output: one row a state, matrices row by row.\n\n"
+      "The torques of a motion that solve found, and inverse dynamics in a pipe:\n"
+      "  dyntape eval arm.urdf --function rnea --route analytic --pass-over \\\n"
+      "    --input out/trajectory.csv --output torques.csv\n"
+      "  ... | dyntape eval arm.urdf --function rnea --route tape --input - --output -");
   const auto options = std::make_shared<EvalOptions>();
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to evaluate")->required();
   command
       ->add_option("--route", options->route,
-                   "analytic: plain double code; tape: the recorded value, differentiated and interpreted;\n"
+                   "analytic: plain double code; tape: the recorded value, differentiated and interpreted; "
                    "generated: compiled C; fd-forward, fd-central: finite differences of the value")
       ->required()
       ->check(CLI::IsMember({"analytic", "tape", "generated", "fd-forward", "fd-central"}))
       ->type_name("analytic|tape|generated|fd-forward|fd-central");
-  command->add_option("--input", options->input, "states")
+  command->add_option("--input", options->input, "states; - for the standard input")
       ->required()
       ->check(not_empty())
       ->type_name("states.csv");
-  command->add_option("--output", options->output, "results")
+  command->add_option("--output", options->output, "results; - for the standard output")
       ->required()
       ->check(not_empty())
       ->type_name("out.csv");
+  command->add_flag("--pass-over", options->columns.pass_over, "pass over columns that are not inputs");
+  command->add_flag("--fill-zero", options->columns.fill_zero,
+                    "inputs without a column are zero, as the torques of joints that a task does not drive");
   command->callback([options] { run(*options); });
 }
 

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "function_options.h"
 
+#include <algorithm>
+
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/table.h>
+
+#include "help.h"
 
 namespace dyntape::tools {
 namespace {
@@ -17,16 +20,41 @@ std::string text_of(const std::vector<RobotBlock>& blocks) {
   return text;
 }
 
+// Three columns, of which the last flows in what is left of the line.
+constexpr std::size_t kFunctionColumn = 32, kStateColumn = 11;
+
+std::string function_row(std::string function, std::string state, const std::string& what) {
+  function.resize(kFunctionColumn, ' ');
+  state.resize(kStateColumn, ' ');
+  return function + state + wrapped(what, kFunctionColumn + kStateColumn, help_width()) + "\n";
+}
+
+// Below it, from the second column on; a shape stays in one line.
+std::string result_row(const std::string& result) {
+  constexpr char kHard = '\1';
+  std::string words = "-> " + result;
+  bool is_shape = false;
+  for (char& c : words) {
+    is_shape = c == '[' || (is_shape && c != ']');
+    if (is_shape && c == ' ') c = kHard;
+  }
+  std::string text = std::string(kFunctionColumn, ' ') + wrapped(words, kFunctionColumn, help_width()) + "\n";
+  std::replace(text.begin(), text.end(), kHard, ' ');
+  return text;
+}
+
 std::string table_of_functions() {
   const dynamics::Model<double> none;
-  io::TextTable table({{"function"}, {"state"}, {"what"}, {"result"}});
+  std::string table = function_row("function", "state", "what, and below -> the result");
   for (const RobotFunction& function : robot_functions()) {
     std::string state, what = description(function);
     for (const RobotBlock& block : inputs(none, function)) state += (state.empty() ? "" : " ") + block.name;
     if (takes_frame(function)) what += takes_contacts(function) ? " (--contacts)" : " (--frame)";
-    table.append({to_string(function), state, what, text_of(outputs(none, function))});
+    table += function_row(to_string(function), state, what) + result_row(text_of(outputs(none, function)));
   }
-  return table.text() + "\nq[nq], v, a, tau, mu[nv]; matrices row by row; derivatives by q are tangent.";
+  return table + "\n" +
+         wrapped("q[nq], v, a, tau, mu[nv]; matrices row by row; derivatives by q are tangent.", 0,
+                 help_width());
 }
 
 std::string fault(const std::string& name) {

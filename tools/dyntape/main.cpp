@@ -22,6 +22,7 @@ int main(int argc, char** argv) {
   add_solve(app);
   add_identify(app);
   add_check_config(app);
+  add_check_config_keys(app);
   add_cache(app);
   add_doctor(app);
   add_measuring(app);

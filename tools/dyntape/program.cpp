@@ -8,8 +8,10 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
 
 #include "commands.h"
+#include "help.h"
 
 namespace dyntape::tools {
 namespace {
@@ -44,8 +46,32 @@ std::string with_short_names(const std::string& sentences) {
   return text;
 }
 
-std::string wrong_words(const CLI::App*, const CLI::Error& error) {
-  return with_short_names(one_line(error.what())) + "\nRun with --help for more information.\n";
+std::vector<std::string> names_of_commands(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+// What nobody expects: where it looks like an option, with the nearest one of the command that was given.
+std::string unexpected(const CLI::App& app) {
+  const CLI::App* command = &app;
+  while (!command->get_subcommands().empty()) command = command->get_subcommands().front();
+  std::vector<std::string> options;
+  for (const CLI::Option* option : command->get_options()) {
+    if (!option->get_positional()) options.push_back(option->get_name());
+  }
+  const std::vector<std::string> words = app.remaining(true);
+  const std::string word = words.empty() ? "" : words.front();
+  const std::string what = "the command \"" + command->get_name() + "\" ";
+  if (!word.starts_with("-")) return what + "does not expect the word '" + word + "'";
+  const std::string name = word.substr(0, word.find('='));
+  return what + "has no option '" + name + "'" + suggestion(name, options);
+}
+
+std::string wrong_words(const CLI::App* app, const CLI::Error& error) {
+  const bool is_unexpected = dynamic_cast<const CLI::ExtrasError*>(&error);
+  return with_short_names(one_line(is_unexpected ? unexpected(*app) : error.what())) +
+         "\nRun with --help for more information.\n";
 }
 
 int failed(const std::string& sentence, int status = 1) {
@@ -60,6 +86,18 @@ int arrived(int status) {
   return failed(
       "the standard output cannot be written" + (errno ? std::string(": ") + std::strerror(errno) : ""),
       status ? status : 1);
+}
+
+// CLI11 says no more of a misspelt command than that one is required.  "" if the words name one.
+std::string misspelt_command(const CLI::App& app, int argc, char** argv) {
+  const std::vector<std::string> names = names_of_commands(app);
+  if (names.empty() || argc < 2 || argv[1][0] == '-') return {};
+  const std::string word = argv[1];
+  if (std::find(names.begin(), names.end(), word) != names.end())
+    return misspelt_command(*app.get_subcommand(word), argc - 1, argv + 1);
+  const std::string owner =
+      app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : app.get_name();
+  return "'" + word + "' is no command of " + owner + suggestion(word, names);
 }
 
 int parse(CLI::App& app, int argc, char** argv) {
@@ -89,6 +127,9 @@ int parse(CLI::App& app, int argc, char** argv) {
 int run(CLI::App& app, int argc, char** argv) {
   app.require_subcommand(1);
   app.failure_message(wrong_words);
+  set_help(app);
+  if (const std::string fault = misspelt_command(app, argc, argv); !fault.empty())
+    return failed(with_short_names(one_line(fault)) + "\nRun with --help for more information.", 2);
   return arrived(parse(app, argc, argv));
 }
 

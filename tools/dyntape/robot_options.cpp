@@ -34,6 +34,14 @@ void add_robot_options(CLI::App& command, RobotOptions& options) {
       ->capture_default_str();
   command.add_flag("--mimic", options.mimic,
                    "joints with <mimic> follow their leader and have no entries of their own");
+  command
+      .add_option(
+          "--inertia", options.inertia,
+          "what an inertia that no body has is (a principal moment below zero): an error, or a note of "
+          "info, and the robot is read as it is written")
+      ->check(CLI::IsMember({"error", "warn"}))
+      ->type_name("error|warn")
+      ->capture_default_str();
 }
 
 dynamics::UrdfRobot load_robot(const RobotOptions& options) {
@@ -42,6 +50,7 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
   urdf.lock = options.lock;
   urdf.snap = options.snap;
   urdf.mimic = options.mimic;
+  urdf.accept_nonphysical_inertia = options.inertia == "warn";
   return dynamics::read_urdf(options.path, urdf);
 }
 

@@ -1,0 +1,284 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/task_keys.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/task/joint_values.h>
+
+namespace dyntape {
+
+namespace {
+
+using io::Section;
+using RobotModel = dynamics::Model<double>;
+
+// A list in which no name stands twice.
+std::vector<std::string> distinct_names(Section& section, const std::string& key,
+                                        const std::vector<std::string>& valid = {}) {
+  const std::vector<std::string> names = section.strings_or(key, {}, valid);
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    if (std::find(names.begin(), name, *name) == name) continue;
+    section.problem(key, "'" + key + "' names '" + *name + "' twice, expected once");
+  }
+  return names;
+}
+
+std::vector<std::string> joints_of(const RobotModel* model) {
+  return model ? joint_names(*model) : std::vector<std::string>{};
+}
+
+// Without a robot nobody knows the joints.
+Eigen::VectorXd joint_values(Section& section, const std::string& key, const RobotModel* model,
+                             std::optional<double> fallback, const io::Range& range = {}) {
+  if (model) return read_joint_values(section, key, *model, fallback, range);
+  const std::string text = fallback ? io::shortest(*fallback) : "";
+  section.defer(key, "a number a joint", fallback ? text.c_str() : nullptr);
+  return {};
+}
+
+// `robot` takes the values of the robot's file, anything else is a vector.
+std::optional<Eigen::VectorXd> read_effect(Section& section, const std::string& key, const RobotModel* model,
+                                           Eigen::VectorXd (*of_robot)(const RobotModel&)) {
+  if (!model) section.defer(key, "off | robot | a number a joint", "off");
+  if (!model) return std::nullopt;
+  if (!section.has(key)) return std::nullopt;
+  const std::string word = section.children(key).front().value();
+  if (word == "off") return std::nullopt;
+  if (word == "robot" || word == "on") return of_robot(*model);
+  return read_joint_values(section, key, *model, 0.0, io::not_negative());
+}
+
+dynamics::Effects<double> read_effects(Section& file, const RobotModel* model) {
+  Section section =
+      file.about("what acts on the robot; what is not chosen costs nothing").child_or_empty("effects");
+  dynamics::Effects<double> effects;
+  effects.gravity = section.about("9.81 m/s^2 along -z").get_or("gravity", true);
+  section.about("inertia of the motors about their joints [kg m^2]");
+  effects.armature = read_effect(section, "armature", model, dynamics::model_armature);
+  section.about("torque against the velocity [N m s/rad]");
+  effects.damping = read_effect(section, "joint_damping", model, dynamics::model_damping);
+  if (section.about("dry friction").has("joint_friction")) {
+    Section friction = section.child("joint_friction");
+    friction.about("its torque [N m]");
+    const auto torque = read_effect(friction, "torque", model, dynamics::model_friction);
+    friction.about("velocity within which friction grows to its full torque [rad/s]");
+    const double smoothing = friction.get<double>("smoothing", io::positive());
+    if (torque) effects.friction = {*torque, smoothing};
+  }
+  if (section.about("springs at the joints").has("joint_springs")) {
+    Section springs = section.child("joint_springs");
+    springs.about("torque an angle [N m/rad]");
+    const Eigen::VectorXd stiffness =
+        joint_values(springs, "stiffness", model, std::nullopt, io::not_negative());
+    springs.about("where the spring is at rest [rad]");
+    effects.springs = {stiffness, joint_values(springs, "rest", model, 0.0)};
+  }
+  return effects;
+}
+
+RobotProblemOptions read_form(Section& file) {
+  Section horizon = file.about("the time that the motion has").child("horizon");
+  Section transcription =
+      file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
+  RobotProblemOptions options;
+  options.duration = horizon.about("from start to goal [s]").get<double>("duration", io::positive());
+  options.form =
+      transcription
+          .about("dynamics as a constraint: accelerations from torques, or torques from accelerations")
+          .choice_or<DynamicsForm>(
+              "dynamics", "forward",
+              {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
+  options.unit = transcription.about("unit of the controls: N m, or the fraction of the effort limit")
+                     .choice_or<ControlUnit>(
+                         "controls", "physical",
+                         {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}});
+  return options;
+}
+
+MeshOptions read_mesh(Section& file) {
+  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
+  std::vector<std::pair<std::string, Scheme>> schemes;
+  for (const std::string& name : scheme_names()) schemes.emplace_back(name, scheme_by_name(name));
+  MeshOptions mesh;
+  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
+  mesh.scheme = transcription.about("what connects neighbouring points")
+                    .choice_or<Scheme>("scheme", "hermite-simpson", schemes);
+  mesh.hessian = transcription.about("second derivatives that the solver gets")
+                     .choice_or<HessianKind>("hessian", "exact",
+                                             {{"exact", HessianKind::kExact},
+                                              {"gauss_newton", HessianKind::kGaussNewton},
+                                              {"limited_memory", HessianKind::kLimitedMemory}});
+  return mesh;
+}
+
+void read_solver(Section& file, OptimiseOptions& optimise) {
+  Section solver = file.about("Ipopt").child_or_empty("solver");
+  IpoptOptions& options = optimise.solver;
+  options.tolerance =
+      solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
+  options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
+                               .get_or("dual_tolerance", options.dual_tolerance, io::positive());
+  options.bound_relaxation = solver.about("relative widening of bounds; 0 keeps them exact")
+                                 .get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
+  options.max_iterations = solver.about("after which it gives up")
+                               .get_or("max_iterations", options.max_iterations, io::not_negative());
+  options.max_seconds = solver.about("processor time of all threads after which it gives up [s]")
+                            .get_or("max_seconds", options.max_seconds, io::positive());
+  options.stop_at_acceptable = solver.about("give up early when stalled at an acceptable point")
+                                   .get_or("stop_at_acceptable", options.stop_at_acceptable);
+  options.print_level =
+      solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
+  optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")
+                                   .get_or("check_derivatives", true);
+  Section extra =
+      solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
+          .child_or_empty("ipopt");
+  for (Section& option : extra.all_children()) options.extra.emplace_back(option.name(), option.value());
+}
+
+// State at one end, at rest unless it says otherwise; joints named in `free` are left open.
+Eigen::VectorXd read_end(Section& file, const std::string& key, const std::string& what,
+                         const RobotModel* model) {
+  Section end = file.about(what).child(key);
+  const Eigen::VectorXd q = joint_values(end.about("positions [rad or m]"), "q", model, std::nullopt);
+  const Eigen::VectorXd v = joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  Eigen::VectorXd x(q.size() + v.size());
+  x << q, v;
+  const std::vector<std::string> names = joints_of(model);
+  end.about("joints whose position and velocity are left open");
+  for (const std::string& name : distinct_names(end, "free", names)) {
+    for (Eigen::Index i = 0; i < q.size(); ++i) {
+      if (names[static_cast<std::size_t>(i)] == name) x[i] = x[q.size() + i] = Problem::kFree;
+    }
+  }
+  return x;
+}
+
+TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
+  Section costs = file.about("weights of what is integrated over the motion").child("costs");
+  const auto weight = [&](const std::string& key, const std::string& what) {
+    return costs.about(what).get_or(key, 0.0, io::not_negative());
+  };
+  Section tracking = costs.about("weights of the squared distance to the goal").child_or_empty("tracking");
+  TaskKeys::Costs c;
+  c.control = weight("control", "of the squared controls");
+  c.effort = weight("effort", "of the squared fractions of the effort limits");
+  c.acceleration = weight("acceleration", "of the squared accelerations");
+  c.tracking_q = joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
+  c.tracking_v = joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
+  return c;
+}
+
+TaskKeys::Guess read_guess(Section& file) {
+  Section guess = file.about("where the solver begins").child_or_empty("guess");
+  guess.about("from start to goal").choice_or<int>("positions", "line", {{"line", 0}});
+  const bool slope = guess.about("at rest, or the slope of the line")
+                         .choice_or<bool>("velocities", "zero", {{"zero", false}, {"slope", true}});
+  guess.about("none, or what holds the robot against gravity");
+  return {slope, guess.choice_or<bool>("control", "zero", {{"zero", false}, {"gravity", true}})};
+}
+
+Limit read_limit(Section& bounds, const std::string& key, const std::string& what) {
+  const std::string word =
+      bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "none");
+  if (word == "none") return {};
+  if (word == "robot") return {true};
+  Limit limit;
+  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), limit.value);
+  if (error != std::errc() || end != word.data() + word.size() || !(limit.value > 0)) {
+    bounds.problem(key, "'" + key + "' must be none, robot or a positive number, got '" + word + "'");
+  }
+  return limit;
+}
+
+TaskKeys::Limits read_limits(Section& file) {
+  Section bounds = file.about("limits of the motion").child_or_empty("bounds");
+  TaskKeys::Limits limits;
+  limits.positions = read_limit(bounds, "positions", "positions [rad or m]");
+  limits.velocities = read_limit(bounds, "velocities", "velocities [rad/s or m/s]");
+  limits.efforts = read_limit(bounds, "efforts", "controls [N m or N]");
+  return limits;
+}
+
+void read_output(Section& file, Task& task, const RobotModel* model) {
+  Section output = file.about("the pictures").child_or_empty("output");
+  std::vector<std::string> frames;
+  if (model) {
+    for (const auto& frame : model->frames) frames.push_back(frame.name);
+  }
+  output.about("frames whose paths are drawn");
+  task.traces = distinct_names(output, "trace", frames);
+  task.view = output.about("plane that the motion is seen in")
+                  .choice_or<View>(
+                      "view", "xz",
+                      {{"xz", View::kXz}, {"xy", View::kXy}, {"yz", View::kYz}, {"oblique", View::kOblique}});
+}
+
+}  // namespace
+
+RobotKeys read_robot_keys(Section& file) {
+  Section robot = file.about("the robot that moves").child("robot");
+  RobotKeys keys;
+  dynamics::UrdfOptions& options = keys.options;
+  keys.urdf = robot.about("its file, a path from the folder of this one").get<std::string>("urdf");
+  robot.about("its root link is the world");
+  options.base = robot.choice_or<dynamics::Base>("base", "fixed", {{"fixed", dynamics::Base::kFixed}});
+  options.lock = distinct_names(robot.about("joints held at their neutral position"), "lock");
+  robot.about("rotations within this angle of a right one become exact [rad]");
+  options.snap = robot.get_or("snap", options.snap, io::between(0, 0.01));
+  robot.about("what an inertia that no body has is: an error, or a note");
+  options.accept_nonphysical_inertia =
+      robot.choice_or<bool>("inertia", "error", {{"error", false}, {"warn", true}});
+  options.continuous = dynamics::ContinuousJoint::kAngle;
+  if (robot.present() && keys.urdf.empty() && robot.has("urdf"))
+    robot.problem("urdf", "'robot.urdf' is empty");
+  keys.are_sound = robot.present() && robot.sound();
+  return keys;
+}
+
+TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
+  TaskKeys keys;
+  task.scene.effects = read_effects(file, model);
+  task.scene.actuated =
+      distinct_names(file.about("joints that are driven; absent: all"), "actuated", joints_of(model));
+  task.robot = read_form(file);
+  task.optimise.mesh = read_mesh(file);
+  read_solver(file, task.optimise);
+  keys.start = read_end(file, "start", "the state at the beginning", model);
+  keys.goal = read_end(file, "goal", "the state at the end", model);
+  keys.guess = read_guess(file);
+  keys.costs = read_costs(file, model);
+  keys.limits = read_limits(file);
+  read_output(file, task, model);
+  task.models = io::read_model_settings(file);
+  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
+  verify.about("most that it breaks a constraint by, computed anew, relative to the program's magnitudes");
+  task.demands.violation = verify.get_or("violation", task.demands.violation, io::positive());
+  verify.about("most that an interval differs from its re-simulation");
+  task.demands.true_defect =
+      verify.get_or("true_defect", task.demands.true_defect, io::or_infinite(io::positive()));
+  if (file.about("a known optimum to compare with").has("expected")) {
+    Section expected = file.child("expected");
+    const double cost = expected.about("of the optimum").get<double>("cost");
+    expected.about("most that the cost differs by");
+    task.expected = {cost, expected.get<double>("tolerance", io::positive())};
+  }
+  return keys;
+}
+
+std::vector<io::Question> task_questions() {
+  Section file = Section::catalogue();
+  Task task;
+  read_task_name(file, "its file's");
+  read_robot_keys(file);
+  read_task_keys(file, task, nullptr);
+  return file.questions();
+}
+
+std::string read_task_name(Section& file, const std::string& fallback) {
+  return file.about("of the task, in reports and pictures").get_or<std::string>("name", fallback);
+}
+
+}  // namespace dyntape

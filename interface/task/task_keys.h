@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The keys of a task file: asked for here and nowhere else, each with what it means.
+//
+//   io::Section file = io::Section::parse(text, path);
+//   Task task;
+//   const RobotKeys robot = read_robot_keys(file);
+//   const TaskKeys keys = read_task_keys(file, task, &model);     // null: no robot, whose joints are keys
+//   file.finish();                                                // every problem
+//
+//   for (const io::Question& q : task_questions()) ...            // the list of all keys (dyntape check-config --keys)
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/io/section.h>
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+
+struct RobotKeys {
+  std::string urdf;
+  dynamics::UrdfOptions options;
+  bool are_sound = false;  // else the robot that they name is not the one that is meant
+};
+RobotKeys read_robot_keys(io::Section& file);
+std::string read_task_name(io::Section& file, const std::string& fallback);
+
+// Where bounds come from: nothing, the robot, or one number for all.
+struct Limit {
+  bool robot = false;
+  double value = std::numeric_limits<double>::infinity();
+};
+
+// What is wanted, before there is a problem to put it into.
+struct TaskKeys {
+  Eigen::VectorXd start, goal;
+  struct Costs {
+    double control = 0, effort = 0, acceleration = 0;
+    Eigen::VectorXd tracking_q, tracking_v;
+  } costs;
+  struct Guess {
+    bool slope = false, holding = false;
+  } guess;
+  struct Limits {
+    Limit positions, velocities, efforts;
+  } limits;
+};
+
+// All but the robot's; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not
+// read.
+TaskKeys read_task_keys(io::Section& file, Task& task, const dynamics::Model<double>* model);
+
+// Every key that a task file may have, in the order of reading.
+std::vector<io::Question> task_questions();
+
+}  // namespace dyntape

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What generate leaves behind, for people and for build systems.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "run.h"
+
+namespace {
+
+using dyntape::test::config;
+using dyntape::test::run_dyntape;
+using dyntape::test::Scratch;
+using dyntape::test::slurp;
+
+mode_t permissions(const std::string& path) {
+  struct stat status {};
+  EXPECT_EQ(stat(path.c_str(), &status), 0) << path;
+  return status.st_mode & 0777;
+}
+
+void generate(const std::string& folder, std::vector<std::string> more = {}) {
+  std::vector<std::string> words = {
+      "generate", config("robots/pendulum.urdf"), "--function", "rnea", "--order", "2", "--output", folder};
+  words.insert(words.end(), more.begin(), more.end());
+  const auto run = run_dyntape(words);
+  ASSERT_EQ(run.status, 0) << run.err;
+}
+
+TEST(Generated, FilesHaveThePermissionsThatTheUserWants) {
+  const Scratch scratch;
+  const mode_t old = umask(022);
+  generate(scratch / "open");
+  umask(027);
+  generate(scratch / "group");
+  umask(old);
+  for (const char* file : {"/pendulum_rnea.c", "/pendulum_rnea.h"}) {
+    EXPECT_EQ(permissions(scratch / "open" + file), 0644u);
+    EXPECT_EQ(permissions(scratch / "group" + file), 0640u);
+  }
+}
+
+TEST(Generated, TheHeaderSaysWhatTheArraysHold) {
+  const Scratch scratch;
+  for (const bool embedded : {false, true}) {
+    const std::string folder = scratch / (embedded ? "embedded" : "kernels");
+    generate(folder, embedded ? std::vector<std::string>{"--embedded"} : std::vector<std::string>{});
+    const std::string header = slurp(folder + "/pendulum_rnea.h");
+    for (const char* part :
+         {"x[3] variables: q0, v0, a0", "y[1] values: tau0", "jacobian[2]", "hessian[1]",
+          "#define PENDULUM_RNEA_N_X 3\n", "#define PENDULUM_RNEA_N_Y 1\n", "#define PENDULUM_RNEA_N_W 1\n",
+          "#define PENDULUM_RNEA_JACOBIAN_NNZ 2\n", "#define PENDULUM_RNEA_HESSIAN_NNZ 1\n"})
+      EXPECT_NE(header.find(part), std::string::npos) << part << "\n" << header;
+    EXPECT_EQ(header.find("_VALUE_WORK ") == std::string::npos, embedded) << header;
+    EXPECT_EQ(header.find("#define PENDULUM_RNEA_DESCRIPTOR dyntape_") == std::string::npos, embedded)
+        << header;
+  }
+}
+
+// A program that knows no number and no name that a change of the robot would change.
+TEST(Generated, AProgramNeedsTheHeaderAlone) {
+  const Scratch scratch;
+  generate(scratch / "c");
+  std::ofstream(scratch / "c/main.c") <<
+      R"(#include "pendulum_rnea.h"
+int main(void) {
+  double x[PENDULUM_RNEA_N_X] = {0}, y[PENDULUM_RNEA_N_Y], work[PENDULUM_RNEA_FIRST_ORDER_WORK + 1];
+  double jacobian[PENDULUM_RNEA_JACOBIAN_NNZ];
+  pendulum_rnea_first_order(x, 0, 0, y, jacobian, 0, work, 1, 0, 0);
+  return PENDULUM_RNEA_DESCRIPTOR.x.size == PENDULUM_RNEA_N_X && y[0] == 0 ? 0 : 1;
+}
+)";
+  const std::string folder = scratch / "c";
+  const std::string build =
+      "cd " + folder + " && cc -std=c99 -Wall -Wextra -Werror main.c pendulum_rnea.c -lm -o program";
+  ASSERT_EQ(std::system(build.c_str()), 0);
+  EXPECT_EQ(std::system((folder + "/program").c_str()), 0);
+}
+
+}  // namespace

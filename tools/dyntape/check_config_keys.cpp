@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape check-config --keys: every key that a task file may have, by the code that reads them.
+#include <iostream>
+
+#include <dyntape/interface/task/task_keys.h>
+
+#include "commands.h"
+#include "help.h"
+
+namespace dyntape::tools {
+namespace {
+
+std::string owner_of(const std::string& path) {
+  const std::size_t dot = path.rfind('.');
+  return dot == std::string::npos ? "" : path.substr(0, dot);
+}
+
+// "a number, positive; default 1e-08"
+std::string what_it_takes(const io::Question& q) {
+  if (q.is_required) return q.takes + "; required";
+  return q.fallback.empty() ? q.takes : q.takes + "; default " + q.fallback;
+}
+
+// The keys of one block, each followed by its own.
+std::string keys_of(const std::vector<io::Question>& questions, const std::string& block, std::size_t depth) {
+  std::string text;
+  for (const io::Question& q : questions) {
+    if (owner_of(q.path) != block) continue;
+    const std::string key = q.path.substr(block.empty() ? 0 : block.size() + 1);
+    if (depth == 0) text += "\n";
+    text += help_entry(std::string(2 * depth, ' ') + key, q.meaning + " (" + what_it_takes(q) + ")");
+    text += keys_of(questions, q.path, depth + 1);
+  }
+  return text;
+}
+
+std::string all_keys() {
+  return "Keys of a task file, blocks with theirs.  A number a joint is written by joint name in a block\n"
+         "(q { shoulder 0  elbow 1 }), as one quoted list in the order of the joints, or as one number for\n"
+         "all.  Required keys of a block are required where the block is there.\n";
+}
+
+}  // namespace
+
+void add_check_config_keys(CLI::App& app) {
+  const auto print = [] {
+    std::cout << flowing(all_keys()) << keys_of(task_questions(), "", 0);
+    throw CLI::Success();
+  };
+  app.get_subcommand("check-config")
+      ->add_flag_callback("--keys", print,
+                          "print every key that a task file may have, with unit and default");
+}
+
+}  // namespace dyntape::tools

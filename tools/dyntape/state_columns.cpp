@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "state_columns.h"
+
+#include <cmath>
+#include <unordered_set>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
+#include <dyntape/dynamics/algorithms/mimic.h>
+
+namespace dyntape::tools {
+namespace {
+
+using dynamics::JointType;
+
+// "a", "b" and "c"; a long list ends with how many more there are.
+std::string quoted_list(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 8;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kShown); ++i)
+    text += (i == 0 ? "\"" : i + 1 == names.size() ? " and \"" : ", \"") + names[i] + "\"";
+  return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
+}
+
+// The names of one block's entries by joint, "" where an entry has none: of joints of several entries, and followers.
+std::vector<std::string> names_by_joint(const dynamics::MimicModel<double>& robot, const std::string& block,
+                                        std::size_t size) {
+  std::vector<std::string> names(size);
+  const bool is_q = block == "q";
+  for (const auto& joint : robot.full.joints) {
+    const auto idx = static_cast<std::size_t>(is_q ? joint.idx_q : joint.idx_v);
+    const int full = static_cast<int>(idx);
+    const int entry = (is_q ? robot.q_entries : robot.v_entries)[idx].index;
+    const bool is_own = (is_q ? robot.q_owners : robot.v_owners)[static_cast<std::size_t>(entry)] == full;
+    if (dynamics::nv(joint.type) != 1 || !is_own) continue;
+    for (int k = 0; k < (is_q ? dynamics::nq(joint.type) : 1); ++k)
+      names[static_cast<std::size_t>(entry + k)] = block + "." + joint.name;
+  }
+  return names;
+}
+
+// Of all inputs, in their order.
+std::vector<std::string> names_by_joint(const dynamics::UrdfRobot& robot, const RobotFunction& function) {
+  const dynamics::MimicModel<double> model(robot.model, robot.mimics);
+  std::vector<std::string> names;
+  for (const RobotBlock& block : inputs(robot.model, function)) {
+    for (std::string& name : names_by_joint(model, block.name, static_cast<std::size_t>(block.size())))
+      names.push_back(std::move(name));
+  }
+  return names;
+}
+
+std::string expected_columns(const std::vector<std::string>& numbered,
+                             const std::vector<std::string>& named) {
+  std::string text = "; expected " + numbered.front() + " to " + numbered.back() + " (" +
+                     std::to_string(numbered.size()) + " columns)";
+  if (!named.front().empty()) text += ", or " + named.front() + " and so on";
+  return text;
+}
+
+}  // namespace
+
+StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot,
+                           const RobotFunction& function, const std::string& file,
+                           const ColumnOptions& options) {
+  const std::vector<std::string> numbered = input_names(robot.model, function);
+  const std::vector<std::string> named = names_by_joint(robot, function);
+  const std::string head = file + ":1: ", expected = expected_columns(numbered, named);
+  std::unordered_set<std::string> known(numbered.begin(), numbered.end());
+  std::vector<std::string> missing;
+  for (std::size_t i = 0; i < numbered.size(); ++i) {
+    const bool has_number = table.has(numbered[i]), has_name = !named[i].empty() && table.has(named[i]);
+    if (has_number && has_name)
+      throw FileError(head + "columns " + quoted_list({numbered[i], named[i]}) +
+                      " are the same input; expected one of them");
+    const bool is_second = i > 0 && !named[i].empty() && named[i] == named[i - 1];
+    const bool is_pair = is_second || (i + 1 < named.size() && !named[i].empty() && named[i] == named[i + 1]);
+    Source source;
+    if (has_number) source.column = table.index(numbered[i]);
+    if (has_name) source.column = table.index(named[i]);
+    if (has_name && is_pair) source.meaning = is_second ? Meaning::kSine : Meaning::kCosine;
+    if (has_name) known.insert(named[i]);
+    if (source.column < 0) missing.push_back(numbered[i]);
+    sources_.push_back(source);
+  }
+  std::vector<std::string> others;
+  for (const std::string& name : table.names()) {
+    if (!known.count(name)) others.push_back(name);
+  }
+  if (missing.size() == numbered.size() || (!missing.empty() && !options.fill_zero)) {
+    const bool is_partly = missing.size() < numbered.size();
+    throw FileError(head + (missing.size() == 1 ? "no column " : "no columns ") + quoted_list(missing) +
+                    expected + ", got " + std::to_string(table.cols()) +
+                    (is_partly ? "; --fill-zero takes zeros for them" : ""));
+  }
+  if (!others.empty() && !options.pass_over) {
+    throw FileError(head + (others.size() == 1 ? "column " : "columns ") + quoted_list(others) +
+                    (others.size() == 1 ? " is not an input" : " are not inputs") + " of this function" +
+                    expected + "; --pass-over reads the file without");
+  }
+}
+
+void StateColumns::read(const io::CsvTable& table, int row, std::vector<double>& state) const {
+  for (std::size_t k = 0; k < sources_.size(); ++k) {
+    const Source& source = sources_[k];
+    const double value = source.column < 0 ? 0 : table(row, source.column);
+    state[k] = source.meaning == Meaning::kCosine ? std::cos(value)
+               : source.meaning == Meaning::kSine ? std::sin(value)
+                                                  : value;
+  }
+}
+
+}  // namespace dyntape::tools

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Which columns of a table are the inputs of a robot's function, whoever wrote the table.
+//
+//   StateColumns columns(table, robot, function, "states.csv", {});
+//   for (int i = 0; i < table.rows(); ++i) columns.read(table, i, state);      // in the order that the function takes
+//
+// An input has two names: its number (q0, v3, tau1), as identify writes it, and where a joint has one entry, its joint's
+// (q.elbow, v.elbow, tau.elbow), as solve does.  A joint that turns without end has two entries, cos and sin; q.JOINT
+// is then its angle [rad].
+//
+// FileError, once for all columns, for what is missing, given by both names, or no input.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/robot/robot_functions.h>
+
+namespace dyntape::tools {
+
+struct ColumnOptions {
+  bool pass_over = false;  // columns that are no input
+  bool fill_zero = false;  // inputs that have no column
+};
+
+class StateColumns {
+ public:
+  StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot, const RobotFunction& function,
+               const std::string& file, const ColumnOptions& options);
+
+  // `state` has the size of all inputs.
+  void read(const io::CsvTable& table, int row, std::vector<double>& state) const;
+
+ private:
+  enum class Meaning { kValue, kCosine, kSine };
+  struct Source {
+    int column = -1;  // -1: zero
+    Meaning meaning = Meaning::kValue;
+  };
+  std::vector<Source> sources_;  // by input
+};
+
+}  // namespace dyntape::tools
