@@ -1,4 +1,4 @@
-# `cmake --install build --prefix P`: headers, libraries, the command, robots and tasks, and a package for
+# `cmake --install build --prefix P`: headers, libraries, the command, robots, tasks and examples, and a package for
 # find_package(dyntape).
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
@@ -13,6 +13,8 @@ foreach(folder autodiff dynamics codegen interface)
     FILES_MATCHING PATTERN "*.h" PATTERN "*.hxx" PATTERN "*.def")
 endforeach()
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
+install(DIRECTORY tests/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples FILES_MATCHING PATTERN "*.cpp")
+install(FILES tools/examples.cmake DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples RENAME CMakeLists.txt)
 
 configure_package_config_file(tools/dyntapeConfig.cmake.in ${PROJECT_BINARY_DIR}/dyntapeConfig.cmake
   INSTALL_DESTINATION ${package_dir})
