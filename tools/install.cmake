@@ -1,4 +1,4 @@
-# `cmake --install build --prefix P`: headers, libraries, the command, robots and tasks, and a package for
+# `cmake --install build --prefix P`: headers, libraries, the command, robots, tasks and examples, and a package for
 # find_package(dyntape).
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
@@ -17,6 +17,8 @@ foreach(header ${headers})
   install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder})
 endforeach()
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
+install(DIRECTORY tests/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples FILES_MATCHING PATTERN "*.cpp")
+install(FILES tools/examples.cmake DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples RENAME CMakeLists.txt)
 
 configure_package_config_file(tools/dyntapeConfig.cmake.in ${PROJECT_BINARY_DIR}/dyntapeConfig.cmake
   INSTALL_DESTINATION ${package_dir})

@@ -145,7 +145,7 @@ TEST(UrdfFaults, TheUnbrokenFileLoads) {
 TEST(UrdfFaults, WholeFiles) {
   EXPECT_EQ(error_of("").substr(0, 8), "t.urdf:1");
   EXPECT_EQ(error_of("<sdf version='1.7'/>"),
-            "t.urdf:1: the root element is <sdf>; expected <robot>, a URDF file");
+            "t.urdf:1: the root element is <sdf>, an SDF file (of Gazebo); expected <robot>, a URDF file");
   EXPECT_EQ(error_of("<robot name='r'/>"), "t.urdf:1: robot \"r\" has no <link>; expected at least one");
   EXPECT_EQ(error_of(std::string("<robot\0", 7)).substr(0, 30), "t.urdf: contains a zero byte; ");
   EXPECT_EQ(error_of(with_line(2, "<link name='b\xe9'/>")).substr(0, 55),

@@ -35,6 +35,47 @@ void expect_contains(const std::string& text, const std::string& part) {
   EXPECT_NE(text.find(part), std::string::npos) << "expected: " << part << "\ngot: " << text;
 }
 
+// The questions of a reader, whatever they hang upon, without a file.
+TEST(Section, lists_the_questions) {
+  Section file = Section::catalogue();
+  Section mesh = file.about("the grid").child_or_empty("mesh");
+  EXPECT_EQ(mesh.about("of equal length").get<int>("intervals", at_least(1)), 0);
+  EXPECT_EQ(mesh.about("between points [s]").get_or("step", 0.05, positive()), 0.05);
+  mesh.choice_or<int>("kind", "b", {{"a", 1}, {"b", 2}});
+  if (file.about("where known").has("expected")) file.child("expected").get<double>("cost");
+  file.about("by joint").defer("q", "a number a joint");
+  mesh.get<int>("intervals");
+  EXPECT_NO_THROW(file.finish());
+  std::string text;
+  for (const Question& q : file.questions())
+    text += q.path + "|" + q.takes + "|" + q.fallback + "|" + (q.is_required ? "!" : "") + "|" + q.meaning + "\n";
+  EXPECT_EQ(text,
+            "mesh|a block|||the grid\n"
+            "mesh.intervals|a whole number, at least 1||!|of equal length\n"
+            "mesh.step|a number, positive|0.05||between points [s]\n"
+            "mesh.kind|a | b|b||\n"
+            "expected|a block|||where known\n"
+            "expected.cost|a number||!|\n"
+            "q|a number a joint||!|by joint\n");
+}
+
+TEST(Section, what_is_deferred_is_known_and_may_be_missing) {
+  const auto ask = [](Section& file) { file.defer("q", "numbers"), file.defer("v", "numbers", "0"); };
+  EXPECT_EQ(report("q { a 1 }\nv 2\n", ask), "");
+  EXPECT_EQ(report("q { a 1 }\n", ask), "");
+  expect_contains(report("v 2\n", ask), "required key 'q' is missing");
+  expect_contains(report("q 1\nq 2\n", ask), "duplicate key 'q'");
+}
+
+TEST(Section, soundness_is_known_before_the_end) {
+  Section good = Section::parse("a 1\n", "t.info"), odd = Section::parse("a 1\nb 2\n", "t.info"),
+          wrong = Section::parse("a x\n", "t.info");
+  for (Section* file : {&good, &odd, &wrong}) file->get<int>("a");
+  EXPECT_TRUE(good.sound());
+  EXPECT_FALSE(odd.sound());
+  EXPECT_FALSE(wrong.sound());
+}
+
 TEST(Section, reads_every_type) {
   Section s = Section::parse("d -1.5e-3\ni -7\nu 7\nl 4000000000\nb on\nn \"left arm\"\np +2\n", "t.info");
   EXPECT_EQ(s.get<double>("d"), -1.5e-3);

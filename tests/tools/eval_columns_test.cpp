@@ -104,7 +104,9 @@ TEST(Eval, AnAngleStandsForCosineAndSine) {
 TEST(Eval, WhatHasNoColumnIsZeroOnRequest) {
   const Scratch scratch;
   const std::string states = file_of(scratch, "q.slider,q.pivot,v0,v1,tau.slider\n0,1,0,0,2\n");
-  expect_sentence(eval(kCart, "aba", states, "-"), {"no column \"tau1\"", "--fill-zero"});
+  expect_sentence(
+      eval(kCart, "aba", states, "-"),
+      {"no column \"tau.pivot\"; expected q0 to tau1 (6 columns), or q.slider and so on", "--fill-zero"});
   const auto filled = eval(kCart, "aba", states, "-", {"--fill-zero"});
   const auto whole = eval(kCart, "aba", file_of(scratch, "q0,q1,v0,v1,tau0,tau1\n0,1,0,0,2,0\n"), "-");
   EXPECT_EQ(filled.status, 0) << filled.err;

@@ -103,6 +103,13 @@ TEST(Help, AMisspeltCommandHasANearestOne) {
       << below.err;
 }
 
+TEST(Help, AMissingCommandIsOneOfAList) {
+  const auto run = run_dyntape({"cache"});
+  EXPECT_EQ(run.status, 2);
+  EXPECT_NE(run.err.find("dyntape cache needs a command; expected list, verify or clear"), std::string::npos)
+      << run.err;
+}
+
 TEST(Help, AMisspeltOptionHasANearestOne) {
   const auto run = run_dyntape({"info", config("robots/panda.urdf"), "--jsn"});
   EXPECT_EQ(run.status, 2);

@@ -15,6 +15,14 @@ cmake --build "$scratch/build" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exi
 "$scratch/build/consumer" "$robots/panda.urdf"
 "$scratch/prefix/bin/dyntape" info "$robots/panda.urdf" --json >/dev/null
 
+# The examples as they are installed, from a folder that is not the repository.
+cd "$scratch"
+cmake -S "$scratch/prefix/share/dyntape/examples" -B "$scratch/examples" -G Ninja -DCMAKE_PREFIX_PATH="$scratch/prefix" \
+  -DCMAKE_CXX_COMPILER="$compiler" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
+cmake --build "$scratch/examples" --target first custom_cost >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
+"$scratch/examples/first" "$robots/panda.urdf"
+"$scratch/examples/custom_cost" "$robots/ur5.urdf" >/dev/null
+
 for program in "$scratch"/build/mixed/mixed_*[0-9] "$scratch/build/mixed/mixed_packs"; do
   "$program" "$robots/ur5.urdf" || { echo "$(basename "$program") fails"; exit 1; }
 done

@@ -112,9 +112,9 @@ void run(const EvalOptions& options) {
 void add_eval(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "eval",
-      "evaluate a function of a robot at given states.\n\n"
+      "evaluate a function of a robot at given states.\n"
       "Input: a CSV file, one state a row.  Its columns are what the function takes, in any order, by number "
-      "(q0, v0, tau0) or by joint (q.elbow, v.elbow, tau.elbow).\n\n"
+      "(q0, v0, tau0) or by joint (q.elbow, v.elbow, tau.elbow).\n"
       "Output: one row a state, matrices row by row.\n\n"
       "The torques of a motion that solve found, and inverse dynamics in a pipe:\n"
       "  dyntape eval arm.urdf --function rnea --route analytic --pass-over \\\n"

@@ -42,6 +42,18 @@ std::string remarks_on(const CLI::Option& option, bool is_positional) {
   return text.empty() ? text : text + ")";
 }
 
+// What a list of commands says of each, without the point at its end.
+std::string first_sentence(const std::string& description) {
+  std::istringstream lines(description);
+  std::string sentence;
+  for (std::string line; std::getline(lines, line) && !line.empty() && line[0] != ' ';) {
+    sentence += (sentence.empty() ? "" : " ") + line;
+    if (line.ends_with('.')) break;
+  }
+  if (sentence.ends_with('.')) sentence.pop_back();
+  return sentence;
+}
+
 class Help : public CLI::Formatter {
  public:
   std::string make_description(const CLI::App* app) const override {
@@ -56,10 +68,7 @@ class Help : public CLI::Formatter {
   }
 
   std::string make_subcommand(const CLI::App* command) const override {
-    const std::string text = command->get_description();
-    std::string first = text.substr(0, text.find('\n'));
-    if (first.ends_with('.')) first.pop_back();
-    return help_entry(command->get_name(), first);
+    return help_entry(command->get_name(), first_sentence(command->get_description()));
   }
 
   // A table, laid out by whoever wrote it.
@@ -130,6 +139,7 @@ std::string flowing(const std::string& text) {
   for (std::string line; std::getline(lines, line);) {
     if (!line.empty() && line[0] != ' ') {
       paragraph += (paragraph.empty() ? "" : " ") + line;
+      if (line.ends_with('.')) flush();
       continue;
     }
     flush();

@@ -6,7 +6,8 @@
 //   wrapped("a long sentence ...", 30, help_width());    lines of at most 80 columns, the second and on after 30 blanks
 //
 // Options stand on the left with what they take; on the right what they mean, then the default, or that one has to be
-// given.  In descriptions a line that begins with a blank stays as it is, and others flow together.
+// given.  In descriptions a line that begins with a blank stays as it is, and others flow together
+// to the end of a sentence.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -25,7 +26,7 @@ std::string wrapped(const std::string& text, std::size_t indent, std::size_t wid
 // A line of a list: `left`, and from column 24 on `right`, which has lines of its own where `left` is longer.
 std::string help_entry(const std::string& left, const std::string& right);
 
-// Paragraphs of at most help_width() columns.
+// Paragraphs of at most help_width() columns: one ends where a line does that ends a sentence.
 std::string flowing(const std::string& text);
 
 void set_help(CLI::App& app);

@@ -88,16 +88,28 @@ int arrived(int status) {
       status ? status : 1);
 }
 
-// CLI11 says no more of a misspelt command than that one is required.  "" if the words name one.
+std::string whole_name(const CLI::App& app) {
+  return app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : app.get_name();
+}
+
+// "a, b or c"
+std::string listed(const std::vector<std::string>& names) {
+  std::string text;
+  for (std::size_t i = 0; i < names.size(); ++i)
+    text += (i == 0 ? "" : i + 1 == names.size() ? " or " : ", ") + names[i];
+  return text;
+}
+
+// CLI11 says no more of a missing or misspelt command than that one is required.  "" if the words name one.
 std::string misspelt_command(const CLI::App& app, int argc, char** argv) {
   const std::vector<std::string> names = names_of_commands(app);
-  if (names.empty() || argc < 2 || argv[1][0] == '-') return {};
+  if (names.empty()) return {};
+  if (argc < 2) return whole_name(app) + " needs a command; expected " + listed(names);
+  if (argv[1][0] == '-') return {};
   const std::string word = argv[1];
   if (std::find(names.begin(), names.end(), word) != names.end())
     return misspelt_command(*app.get_subcommand(word), argc - 1, argv + 1);
-  const std::string owner =
-      app.get_parent() ? app.get_parent()->get_name() + " " + app.get_name() : app.get_name();
-  return "'" + word + "' is no command of " + owner + suggestion(word, names);
+  return "'" + word + "' is no command of " + whole_name(app) + suggestion(word, names);
 }
 
 int parse(CLI::App& app, int argc, char** argv) {

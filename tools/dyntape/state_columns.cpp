@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "state_columns.h"
 
+#include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
@@ -54,8 +55,9 @@ std::string expected_columns(const std::vector<std::string>& numbered,
                              const std::vector<std::string>& named) {
   std::string text = "; expected " + numbered.front() + " to " + numbered.back() + " (" +
                      std::to_string(numbered.size()) + " columns)";
-  if (!named.front().empty()) text += ", or " + named.front() + " and so on";
-  return text;
+  const auto first =
+      std::find_if(named.begin(), named.end(), [](const std::string& name) { return !name.empty(); });
+  return first == named.end() ? text : text + ", or " + *first + " and so on";
 }
 
 }  // namespace
@@ -67,6 +69,9 @@ StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot&
   const std::vector<std::string> named = names_by_joint(robot, function);
   const std::string head = file + ":1: ", expected = expected_columns(numbered, named);
   std::unordered_set<std::string> known(numbered.begin(), numbered.end());
+  // What is missing is told in the names that the file goes by.
+  const bool is_by_joint =
+      std::any_of(named.begin(), named.end(), [&](const std::string& name) { return table.has(name); });
   std::vector<std::string> missing;
   for (std::size_t i = 0; i < numbered.size(); ++i) {
     const bool has_number = table.has(numbered[i]), has_name = !named[i].empty() && table.has(named[i]);
@@ -80,7 +85,7 @@ StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot&
     if (has_name) source.column = table.index(named[i]);
     if (has_name && is_pair) source.meaning = is_second ? Meaning::kSine : Meaning::kCosine;
     if (has_name) known.insert(named[i]);
-    if (source.column < 0) missing.push_back(numbered[i]);
+    if (source.column < 0) missing.push_back(is_by_joint && !named[i].empty() ? named[i] : numbered[i]);
     sources_.push_back(source);
   }
   std::vector<std::string> others;
