@@ -9,6 +9,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/section.h>
 #include <dyntape/interface/task/joint_values.h>
+#include <dyntape/interface/task/limits.h>
 
 namespace dyntape {
 
@@ -162,7 +163,7 @@ struct Limit {
 };
 
 Limit read_limit(Section& bounds, const std::string& key) {
-  const std::string word = bounds.get_or(key, "none");
+  const std::string word = bounds.get_or(key, "robot");
   if (word == "none") return {};
   if (word == "robot") return {true};
   Limit limit;
@@ -175,11 +176,22 @@ Limit read_limit(Section& bounds, const std::string& key) {
 
 struct Limits {
   Limit positions, velocities, efforts;
+  RatedParts of_robot() const { return {positions.robot, velocities.robot, efforts.robot}; }
 };
 
 Limits read_limits(Section& file) {
   Section bounds = file.child_or_empty("bounds");
   return {read_limit(bounds, "positions"), read_limit(bounds, "velocities"), read_limit(bounds, "efforts")};
+}
+
+Task::Demands read_demands(Section& file) {
+  Task::Demands demands;
+  Section verify = file.child_or_empty("verify");
+  demands.violation = verify.get_or("violation", demands.violation, io::positive());
+  demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
+  demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
+  demands.limits = verify.get_or("limits", demands.limits);
+  return demands;
 }
 
 void read_output(Section& file, Task& task) {
@@ -210,9 +222,7 @@ void add_limits(Problem& problem, const Task& task, const Limits& limits) {
   all(problem.x.lower.head(n), problem.x.upper.head(n), limits.positions);
   all(problem.x.lower.tail(n), problem.x.upper.tail(n), limits.velocities);
   all(problem.u.lower.head(problem.n_u()), problem.u.upper.head(problem.n_u()), limits.efforts);
-  if (limits.positions.robot) limit_positions(problem, task.scene);
-  if (limits.velocities.robot) limit_velocities(problem, task.scene);
-  if (limits.efforts.robot) limit_efforts(problem, task.scene, task.robot.unit);
+  bound_by_ratings(problem, task, limits.of_robot());
 }
 
 void add_guess(Problem& problem, const Task& task, const Guess& guess) {
@@ -258,10 +268,7 @@ Task read_task(const std::string& path) {
   const Limits limits = read_limits(file);
   read_output(file, task);
   task.models = io::read_model_settings(file);
-  Section verify = file.child_or_empty("verify");
-  task.demands.violation = verify.get_or("violation", task.demands.violation, io::positive());
-  task.demands.true_defect =
-      verify.get_or("true_defect", task.demands.true_defect, io::or_infinite(io::positive()));
+  task.demands = read_demands(file);
   if (file.has("expected")) {
     Section expected = file.child("expected");
     task.expected = {expected.get<double>("cost"), expected.get<double>("tolerance", io::positive())};
@@ -276,6 +283,7 @@ Task read_task(const std::string& path) {
   add_costs(task.problem, task, costs);
   add_limits(task.problem, task, limits);
   add_guess(task.problem, task, guess);
+  check_ends(task, limits.of_robot());
   return task;
 }
 
