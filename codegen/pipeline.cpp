@@ -90,6 +90,12 @@ auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltyp
   }
 }
 
+// Between stages: a derivation or a text that nobody waits for any more is not begun.
+void check_stop(const Product& product, const CodegenOptions& options) {
+  if (options.stop.stop_requested())
+    throw ToolError("the compilation of \"" + product.function.name + "\" was told to stop");
+}
+
 std::optional<LibraryBuilder> found(Product& product, const CodegenOptions& options) {
   Timings& t = product.timings;
   auto builder = timed(t.hash, [&] { return LibraryBuilder::open(product.function, options); });
@@ -151,10 +157,14 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
   if (product.library) return product;
   if (options.only_cached && options.route != Route::kInterpreter)
     throw NotCached("the cache has no library of \"" + product.function.name + "\"");
+  check_stop(product, options);
   auto derived = derive(product, options);
+  check_stop(product, options);
   const auto made = unless_unavailable(options, [&]() -> std::optional<Product> {
     if (!builder) return std::nullopt;
-    return make(product, print(product, derived, *builder, options), *builder);
+    const Source source = print(product, derived, *builder, options);
+    check_stop(product, options);
+    return make(product, source, *builder);
   });
   if (made) return *made;
   product.interpreted = std::move(derived);

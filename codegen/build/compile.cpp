@@ -84,6 +84,7 @@ std::string reason_of(const Outcome& outcome, const CodegenOptions& options) {
                     how = to_text(command.arguments) + "\n" + outcome.output;
   if (is_disk_full(outcome))
     throw FileError(source.substr(0, source.rfind('/')) + ": the disk is full: " + what);
+  if (outcome.status == Outcome::kStopped) throw ToolError(what);  // and nothing is kept
   const std::string message = what + "; the source is kept in " + source + "\n  " + how;
   if (is_no_fault_of_the_text(outcome)) throw Unavailable(message);
   throw ToolError(message);
@@ -95,9 +96,19 @@ std::string result_of(const Command& command) {
   return *std::next(std::find(arguments.begin(), arguments.end(), "-o"));
 }
 
-void run(const std::vector<Command>& commands, const CodegenOptions& options, const std::string& source) {
-  std::vector<Outcome> outcomes =
-      run_all(commands, {jobs_of(options), options.compile_seconds, options.compile_bytes, options.stop});
+// How many of how many runs of the compiler are done.
+struct Pieces {
+  std::size_t done, of;
+};
+
+void run(const std::vector<Command>& commands, const CodegenOptions& options, const std::string& source,
+         const Pieces& pieces) {
+  const auto tell = [&](std::size_t ended) {
+    if (options.compiled_piece) options.compiled_piece(pieces.done + ended, pieces.of);
+  };
+  tell(0);
+  std::vector<Outcome> outcomes = run_all(
+      commands, {jobs_of(options), options.compile_seconds, options.compile_bytes, options.stop, tell});
   for (std::size_t i = 0; i < commands.size(); ++i) {
     const bool is_made = access(result_of(commands[i]).c_str(), F_OK) == 0;
     if (outcomes[i].status == Outcome::kUnknown && is_made) outcomes[i].status = 0;
@@ -160,6 +171,7 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
   const std::vector<unsigned> widths = lane_widths(options.lanes);
   const std::vector<Unit> units = units_of(source.pieces, jobs_of(options));
   std::vector<std::string> link = {"-shared", "-o", library};
+  Pieces pieces{0, 1};
   if (units.size() == 1 && widths.empty()) {
     link.push_back(text);
   } else {
@@ -179,10 +191,12 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
       add(unit, "", listed(widths));
       for (unsigned width : widths) add(unit, "-x" + std::to_string(width), lane_flags(width));
     }
-    run(commands, options, text);
+    pieces.of = commands.size() + 1;
+    run(commands, options, text, pieces);
+    pieces.done = commands.size();
   }
   for (const std::string& name : libraries(options)) link.push_back(name);
-  run({command(std::move(link))}, options, text);
+  run({command(std::move(link))}, options, text, pieces);
 }
 
 }  // namespace dyntape::codegen

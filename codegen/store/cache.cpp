@@ -30,6 +30,8 @@ std::string environment(const char* name) {
   return value ? value : "";
 }
 
+// Folders in which something is compiled, here and in the folder for temporary files (library_builder.cpp).
+constexpr char kBuild[] = "build-", kElsewhere[] = "dyntape-";
 constexpr char kRemoved[] = "removed-";
 
 // Nobody is to see an entry that is half gone: it is renamed first.  Why it cannot be removed, or "".
@@ -174,6 +176,24 @@ Verdict Cache::verify(const std::string& digest) const {
   return {};
 }
 
+std::vector<LeftOver> Cache::left_over() const {
+  std::vector<LeftOver> found;
+  const auto look = [&](const std::string& parent, const std::string& prefix, bool only_over) {
+    for (const std::string& name : names_in(parent)) {
+      const std::string folder = parent + "/" + name;
+      const Left state = name.starts_with(prefix) ? state_of(folder) : Left::kNotOurs;
+      if (state != Left::kNotOurs && (state == Left::kOver || !only_over))
+        found.push_back({folder, state, bytes_of(folder), modified(folder)});
+    }
+  };
+  look(folder_, kBuild, false);
+  try {
+    look(system_temporary_folder(), kElsewhere, true);  // the others may be of another store
+  } catch (const FileError&) {                          // there is none, and nothing in it
+  }
+  return found;
+}
+
 std::size_t Cache::clear() const {
   std::size_t removed = 0;
   std::string trouble;
@@ -185,8 +205,10 @@ std::size_t Cache::clear() const {
   for (const std::string& name : names_in(folder_)) {
     std::error_code ignored;
     if (is_record(name)) fs::remove(folder_of(name), ignored);
-    if (name.starts_with("build-") && state_of(folder_of(name)) == Left::kKept)
-      fs::remove_all(folder_of(name), ignored);
+  }
+  for (const LeftOver& left : left_over()) {
+    std::error_code ignored;
+    if (left.state != Left::kInUse) fs::remove_all(left.folder, ignored);
   }
   remove_left_over();
   if (!trouble.empty()) throw FileError(trouble);
@@ -194,7 +216,7 @@ std::size_t Cache::clear() const {
 }
 
 void Cache::remove_left_over() const {
-  codegen::remove_left_over(folder_, "build-");
+  codegen::remove_left_over(folder_, kBuild);
   for (const std::string& name : names_in(folder_)) {
     std::error_code ignored;
     if (is_half_removed(name)) fs::remove_all(folder_of(name), ignored);
@@ -216,7 +238,7 @@ std::size_t Cache::sweep(std::uint64_t limit) const {
   };
   for (const std::string& folder : entries()) add(folder, modified(folder + "/manifest.json"));
   for (const std::string& name : names_in(folder_)) {  // sources that a person was told of
-    if (name.starts_with("build-") && state_of(folder_of(name)) == Left::kKept)
+    if (name.starts_with(kBuild) && state_of(folder_of(name)) == Left::kKept)
       add(folder_of(name), modified(folder_of(name)));
   }
   std::sort(all.begin(), all.end(),
@@ -240,7 +262,7 @@ void Cache::sweep_sometimes() const {
     return;  // another process is sweeping
   (void)futimens(file.number(), nullptr);
   try {
-    codegen::remove_left_over(system_temporary_folder(), "dyntape-");
+    codegen::remove_left_over(system_temporary_folder(), kElsewhere);
     sweep(cache_limit());
   } catch (const Error& e) {
     warn_once(e.what());

@@ -56,6 +56,15 @@ struct Entry {
   std::string source() const { return folder + "/source.c"; }
 };
 
+// A folder in which something is or was compiled: at work, of a build that was ended half-way, or the source of one that
+// failed, kept for a day.
+struct LeftOver {
+  std::string folder;
+  Left state = Left::kOver;
+  std::uint64_t bytes = 0;
+  std::int64_t modified = 0;  // seconds since 1970
+};
+
 // What is wrong with an entry.
 enum class Fault { kNone, kMissing, kContent, kInputOutput, kRefused };
 struct Verdict {
@@ -81,8 +90,9 @@ class Cache {
 
   // For people: everything that is stored, what is wrong with an entry, and removal of all.
   std::vector<Entry> list() const;
+  std::vector<LeftOver> left_over() const;  // and what is over in the folder for temporary files
   Verdict verify(const std::string& digest) const;
-  // Returns the number of entries removed; FileError if one cannot be.
+  // With what builds left behind.  Returns the number of entries removed; FileError if one cannot be.
   std::size_t clear() const;
   // Removes what was used longest ago until the rest fits; returns the number of entries removed.
   std::size_t sweep(std::uint64_t limit) const;

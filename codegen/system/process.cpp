@@ -163,8 +163,10 @@ class Programs {
     while (next_ < commands_.size() || !running_.empty()) {
       while (next_ < commands_.size() && running_.size() < std::max(bounds_.jobs, 1u)) start_next();
       check_bounds();
-      if (std::erase_if(running_, [&](const Running& r) { return has_ended(r); }) || running_.empty())
+      if (std::erase_if(running_, [&](const Running& r) { return has_ended(r); }) || running_.empty()) {
+        if (bounds_.on_end) bounds_.on_end(next_ - running_.size());
         continue;
+      }
       std::this_thread::sleep_for(pause);
       pause = std::min(pause * 2, std::chrono::microseconds(2000));
     }

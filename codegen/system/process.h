@@ -12,6 +12,7 @@
 #pragma once
 
 #include <cstddef>
+#include <functional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -25,10 +26,11 @@ struct Command {
 };
 
 struct Bounds {
-  unsigned jobs = 1;               // programs at a time
-  double seconds = 600;            // each; one that takes longer ends all
-  std::size_t bytes = 8ull << 30;  // address space of each
-  std::stop_token stop = {};       // a request ends those that run and starts no others
+  unsigned jobs = 1;                                   // programs at a time
+  double seconds = 600;                                // each; one that takes longer ends all
+  std::size_t bytes = 8ull << 30;                      // address space of each
+  std::stop_token stop = {};                           // a request ends those that run and starts no others
+  std::function<void(std::size_t ended)> on_end = {};  // whenever some have ended: how many by now
 };
 
 struct Outcome {

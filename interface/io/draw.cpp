@@ -9,8 +9,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
+#include <string_view>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/file.h>
@@ -56,6 +55,14 @@ int run(const std::string& program, const std::string& script, const std::string
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+// gnuplot may end well on a disk that is full: what it wrote is then cut off, and such a file lacks its end.
+bool is_whole(const std::string& picture, const std::string& extension) {
+  using namespace std::string_view_literals;
+  if (extension == ".png") return picture.ends_with("\0\0\0\0IEND\xae\x42\x60\x82"sv);
+  const std::size_t last = picture.find_last_not_of(" \t\r\n");
+  return last != std::string::npos && std::string_view(picture).substr(0, last + 1).ends_with("</svg>");
+}
+
 }  // namespace
 
 void draw(const Plot& plot, const std::string& path, const std::string& gnuplot) {
@@ -74,8 +81,12 @@ void draw(const Plot& plot, const std::string& path, const std::string& gnuplot)
     throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " + std::to_string(status) +
                     "): " + said);
   }
-  std::ifstream file(picture.path, std::ios::binary);
-  write_file_atomically(path, std::string(std::istreambuf_iterator<char>(file), {}));
+  const std::string text = read_file(picture.path);
+  if (!is_whole(text, extension)) {
+    throw FileError(path + ": '" + gnuplot + "' left a picture of " + std::to_string(text.size()) +
+                    " bytes that is cut off; expected room for all of it on the disk");
+  }
+  write_file_atomically(path, text);
 }
 
 }  // namespace dyntape::io

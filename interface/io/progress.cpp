@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/terminal.h>
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -10,7 +11,6 @@
 #include <string_view>
 
 namespace dyntape::io {
-namespace {
 
 bool terminal_understands() {
   const char* kind = std::getenv("TERM");
@@ -22,8 +22,6 @@ int terminal_width() {
   const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
   return known ? size.ws_col : 80;
 }
-
-}  // namespace
 
 Progress::Progress(std::string what, long total, Show show)
     : what_(std::move(what)),

@@ -39,11 +39,32 @@ class Stopwatch {
   Clock::time_point begin_;
 };
 
+// What a solve that is stopped ends with (ipopt.h).
+struct BestPoint {
+  std::vector<double> x, g;
+  double violation = HUGE_VAL, objective = HUGE_VAL;
+
+  bool is_worse_than(double other_violation, double other_objective) const {
+    constexpr double kFeasible = 1e-6;
+    if (violation <= kFeasible && other_violation <= kFeasible) return other_objective < objective;
+    return other_violation < violation;
+  }
+};
+
+double violation_of(const NlpShape& shape, const std::vector<double>& g) {
+  double most = 0;
+  for (std::size_t j = 0; j < g.size(); ++j)
+    most = std::max({most, shape.g_lower[j] - g[j], g[j] - shape.g_upper[j]});
+  return most;
+}
+
 // Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(Nlp& nlp, const std::vector<double>& start, NlpSolution& solution)
-      : nlp_(nlp), shape_(nlp.shape()), start_(start), solution_(solution) {}
+  Adapter(Nlp& nlp, const std::vector<double>& start, const IpoptOptions& options, NlpSolution& solution)
+      : nlp_(nlp), shape_(nlp.shape()), start_(start), options_(options), solution_(solution) {}
+
+  const BestPoint& best() const { return best_; }
 
   void rethrow() const {
     if (exception_) std::rethrow_exception(exception_);
@@ -90,6 +111,7 @@ class Adapter : public Ipopt::TNLP {
                   Number* values) override {
     if (values == nullptr) return copy(shape_.jacobian, row, col);
     const Stopwatch watch(solution_.times.jacobian, solution_.times.jacobian_calls);
+    current_.assign(x, x + shape_.n());
     return guarded([&] { return nlp_.jacobian(x, values); });
   }
   bool eval_h(Index, const Number* x, bool, Number sigma, Index, const Number* lambda, bool, Index,
@@ -105,7 +127,12 @@ class Adapter : public Ipopt::TNLP {
                              Ipopt::IpoptCalculatedQuantities*) override {
     solution_.log.push_back({iteration, objective, primal, dual, mu, step, regularization, alpha_dual,
                              alpha_primal, trials, mode == Ipopt::RestorationPhaseMode});
-    return !exception_;
+    guarded([&] {
+      if (options_.stop.stop_possible()) note_current();
+      if (options_.watch) options_.watch(solution_.log.back());
+      return true;
+    });
+    return !exception_ && !options_.stop.stop_requested();
   }
 
   void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number* zl, const Number* zu,
@@ -120,6 +147,18 @@ class Adapter : public Ipopt::TNLP {
   }
 
  private:
+  // Ipopt differentiates at the points that it goes to, and at no others: the last one is where it is.  What it says
+  // of violation is, within a restoration, about another program.
+  void note_current() {
+    std::vector<double> g(shape_.m());
+    double objective = 0;
+    if (current_.empty() || !nlp_.constraints(current_.data(), g.data()) ||
+        !nlp_.objective(current_.data(), objective))
+      return;
+    const double violation = violation_of(shape_, g);
+    if (best_.is_worse_than(violation, objective)) best_ = {current_, std::move(g), violation, objective};
+  }
+
   template <class F>
   bool guarded(const F& evaluate) {
     if (exception_) return false;
@@ -140,7 +179,10 @@ class Adapter : public Ipopt::TNLP {
   Nlp& nlp_;
   const NlpShape& shape_;
   const std::vector<double>& start_;
+  const IpoptOptions& options_;
   NlpSolution& solution_;
+  std::vector<double> current_;  // empty: nowhere yet
+  BestPoint best_;
   int uncounted_ = 0;
   std::exception_ptr exception_;
 };
@@ -221,7 +263,7 @@ NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions o
   if (options.print_level > 0) {
     application->Jnlst()->AddFileJournal("console", "stdout", Ipopt::EJournalLevel(options.print_level));
   }
-  Ipopt::SmartPtr<Adapter> adapter = new Adapter(problem, start, solution);
+  Ipopt::SmartPtr<Adapter> adapter = new Adapter(problem, start, options, solution);
   const auto begin = Clock::now();
   const std::clock_t processor_begin = std::clock();
   const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(GetRawPtr(adapter));
@@ -230,12 +272,25 @@ NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions o
   adapter->rethrow();
   solution.status = translate(status);
   solution.native_status = status;
+  if (solution.status == SolveStatus::kStopped && !adapter->best().x.empty()) {
+    solution.x = adapter->best().x;
+    solution.g = adapter->best().g;
+    solution.objective = adapter->best().objective;
+  }
   return solution;
 }
 
+// `before`: iterations of earlier rounds.
 NlpSolution solve_in(const NlpMagnitudes& units, Nlp& problem, const std::vector<double>& start,
-                     const IpoptOptions& options) {
+                     IpoptOptions options, int before = 0) {
   ScaledNlp scaled(problem, units);
+  if (options.watch) {
+    options.watch = [watch = options.watch, unit = scaled.units().objective, before](IterationRecord record) {
+      record.objective *= unit;
+      record.iteration += before;
+      watch(record);
+    };
+  }
   NlpSolution solution = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
   solution.units = scaled.units();
   return solution;
@@ -294,7 +349,7 @@ NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, con
     const NlpMagnitudes found = problem.magnitudes(solution.x, solution.units);
     if (!coarse(solution.units, found)) break;
     const std::vector<double> again = solution.x;
-    NlpSolution next = solve_in(found, problem, again, less(options, solution));
+    NlpSolution next = solve_in(found, problem, again, less(options, solution), solution.iterations());
     solution = joined(std::move(solution), std::move(next));
   }
   return solution;

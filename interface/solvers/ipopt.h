@@ -18,6 +18,9 @@
 // optimum that is found are smaller, the solve goes on from there in these, up to three times more; limits of
 // iterations and time hold for all rounds together.
 //
+// Stopping.  The best point of a solve that was stopped is the one that violates the constraints least; of those that
+// violate them by less than 1e-6 of their magnitudes, the one of the least cost.  Multipliers are the last ones.
+//
 // Threads.  Ipopt's linear solver keeps static state, so one solve runs at a time in a process: calls from other
 // threads wait for their turn, which counts neither as time of the solve nor against max_seconds.  The problem's
 // functions must not solve again, in their thread or in one that they wait for.
@@ -27,6 +30,8 @@
 // problem's functions throw comes through.
 #pragma once
 
+#include <functional>
+#include <stop_token>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,6 +40,15 @@
 #include <dyntape/interface/solvers/status.h>
 
 namespace dyntape {
+
+// One line of Ipopt's log.
+struct IterationRecord {
+  int iteration;
+  double objective, primal_infeasibility, dual_infeasibility;
+  double barrier, step_norm, regularization, dual_step, primal_step;
+  int line_search_trials;
+  bool restoration;
+};
 
 struct IpoptOptions {
   double tolerance = 1e-8;         // of the scaled optimality error
@@ -48,15 +62,10 @@ struct IpoptOptions {
   // Options by Ipopt's name, numbers in full and in any locale ("1e-3", but "1000" where it is a whole one).
   // Refused are options that name files or libraries, that print, and that start from multipliers.
   std::vector<std::pair<std::string, std::string>> extra = {};
-};
-
-// One line of Ipopt's log.
-struct IterationRecord {
-  int iteration;
-  double objective, primal_infeasibility, dual_infeasibility;
-  double barrier, step_norm, regularization, dual_step, primal_step;
-  int line_search_trials;
-  bool restoration;
+  // A request ends the solve with the iteration: kStopped, and the best point so far (below).
+  std::stop_token stop = {};
+  std::function<void(const IterationRecord&)> watch =
+      {};  // told of each iteration, in the program's own units
 };
 
 // Seconds of wall time (`processor`: of all threads together), and how often each was asked for.

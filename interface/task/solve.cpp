@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/solve.h>
 
-#include <cmath>
 #include <cstdio>
 
 #include <dyntape/interface/io/table.h>
@@ -41,52 +40,27 @@ std::string grouped(std::size_t count) { return io::with_groups(static_cast<long
 
 }  // namespace
 
-bool SolveReport::cost_matches() const {
-  return !expected || std::abs(solution.cost() - expected->cost) <= expected->tolerance;
-}
-
-bool SolveReport::true_enough() const {
-  return solution.verification.worst_defect <= demands.true_defect;  // NaN is not
-}
-
-std::string SolveReport::verdict() const {
-  if (!solution.success()) return describe(solution.nlp.status);
-  if (!feasible()) {
-    return "The solver reports success, but the motion violates " + solution.verification.worst_row + " by " +
-           io::scientific(solution.verification.violation) + " of its magnitude.";
-  }
-  if (!solution.verification.trouble.empty()) {
-    return "The solver reports success, but the motion cannot be re-simulated: " +
-           solution.verification.trouble + ".";
-  }
-  if (!true_enough()) {
-    return "The solver reports success, but re-simulated, the worst interval is off by " +
-           io::scientific(solution.verification.worst_defect) + ", more than the " +
-           io::scientific(demands.true_defect) + " that the task allows: use more intervals.";
-  }
-  if (!cost_matches()) {
-    return "A local optimum was found, but not the known one: the cost differs by " +
-           io::scientific(solution.cost() - expected->cost) + ".";
-  }
-  return expected ? "The known optimum was found and verified." : "A local optimum was found and verified.";
-}
-
-SolveReport solve_task(const Task& task) {
+SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   SolveReport report;
   report.task = task.name;
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;
-  Collocation nlp(task.problem, mesh_of(task));
-  report.record_seconds = nlp.record_seconds();
-  report.build = nlp.build();
-  if (task.models.verbose) say(task, report.build);
-  report.sizes = sizes_of(nlp);
-  report.solution = optimise(nlp, nlp.start(), task.optimise);
-  ScaledNlp scaled(nlp, report.solution.nlp.units);
+  RefinedSolve solve = solve_refined(task, mesh_of(task), watch);
+  if (task.models.verbose) say(task, solve.build);
+  report.record_seconds = solve.record_seconds;
+  report.build = std::move(solve.build);
+  report.sizes = sizes_of(*solve.program);
+  report.meshes = std::move(solve.meshes);
+  report.refinement_trouble = std::move(solve.trouble);
+  report.solution = std::move(solve.solution);
+  report.excesses = limit_excesses(task, report.solution.motion);
+  ScaledNlp scaled(*solve.program, report.solution.nlp.units);
   const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
-  for (std::size_t i : active.variables) report.active.push_back(nlp.variable_name(i));
-  for (std::size_t j : active.rows) report.active.push_back(nlp.constraint_name(j));
+  for (std::size_t i : active.variables) report.active.push_back(solve.program->variable_name(i));
+  for (std::size_t j : active.rows) report.active.push_back(solve.program->constraint_name(j));
+  // A request that comes when all is done changes nothing.
+  report.interrupted = watch.stop.stop_requested() && !report.success();
   return report;
 }
 

@@ -20,7 +20,8 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/task/limits.h>
+#include <dyntape/interface/task/refined_solve.h>
 
 namespace dyntape {
 
@@ -38,25 +39,35 @@ struct SolveReport {
   double record_seconds = 0;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
+  std::vector<MeshRound> meshes;      // coarsest first
+  std::string refinement_trouble;     // why a finer mesh was given up, or ""
+  std::vector<LimitExcess> excesses;  // of the robot's limits
+  bool interrupted = false;           // stopped from outside: the motion is the best so far
+
   Task::Demands demands;
 
-  // A motion that breaks a constraint, or is not what its controls do, is no success, whatever the solver says.
+  // A motion that breaks a constraint, is not what its controls do, or is beyond the robot, is no success, whatever the
+  // solver says.
   bool feasible() const { return solution.verification.violation <= demands.violation; }
   bool true_enough() const;
+  bool within_limits() const { return excesses.empty() || !demands.limits; }
   bool cost_matches() const;  // the known optimum, where the task states one
-  bool success() const { return solution.success() && feasible() && true_enough() && cost_matches(); }
+  bool success() const;
+  int iterations() const;       // on all meshes
   std::string verdict() const;  // one sentence
 
   std::string text() const;  // for people
   std::string json() const;  // for programs
 };
 
-SolveReport solve_task(const Task& task);
+// Interrupted, if the watch stops it before the first iteration.
+SolveReport solve_task(const Task& task, const SolveWatch& watch = {});
 
 // Their names.  For long work: whether they can be written is known before it (check_can_write).
 std::vector<std::string> result_files();
 
-// Pictures need gnuplot; without it the rest is written and the reason returned ("" if all went well).
+// Pictures need gnuplot; without it the rest is written and the reason returned ("" if all went well).  Of a solve that
+// was interrupted none are drawn, and those of an earlier motion are removed.
 std::string write_results(const Task& task, const SolveReport& report, const std::string& folder);
 
 // What is recorded and what is not: the resolved scene, each effect with the operations it adds, the sizes of

@@ -24,6 +24,64 @@ ordered_json number(double value) {
   return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
 }
 
+std::string defect_text(const SolveReport& report) {
+  const Verification& v = report.solution.verification;
+  const std::string worst = v.worst_state.empty()
+                                ? ""
+                                : v.worst_state + " in interval " + std::to_string(v.worst_interval) +
+                                      " of " + std::to_string(v.relative_defect.size()) + ", ";
+  return io::scientific(v.worst_relative) + " (" + worst + "allowed " +
+         io::scientific(report.demands.true_defect) + ")";
+}
+
+std::string excess_text(const std::vector<LimitExcess>& excesses) {
+  std::string text;
+  for (const LimitExcess& excess : excesses) text += "  " + excess.text() + "\n";
+  return text.empty() ? "" : "\nbeyond the robot's limits:\n" + text;
+}
+
+// Where the mesh was refined.
+std::string mesh_text(const std::vector<MeshRound>& meshes) {
+  if (meshes.size() < 2) return "";
+  io::TextTable table({{"intervals", "", io::Align::kRight},
+                       {"status"},
+                       {"iterations", "", io::Align::kRight},
+                       {"cost", "", io::Align::kRight},
+                       {"defect of the motion", "", io::Align::kRight},
+                       {"time", "", io::Align::kRight}});
+  for (const MeshRound& m : meshes) {
+    table.append({std::to_string(m.intervals), to_string(m.status), std::to_string(m.iterations),
+                  precise(m.cost), io::scientific(m.relative_defect), io::duration(m.seconds)});
+  }
+  return "\n" + table.text();
+}
+
+ordered_json rounds_of(const std::vector<MeshRound>& meshes) {
+  ordered_json rounds = ordered_json::array();
+  for (const MeshRound& m : meshes) {
+    rounds.push_back({{"intervals", m.intervals},
+                      {"status", to_string(m.status)},
+                      {"iterations", m.iterations},
+                      {"cost", number(m.cost)},
+                      {"relative_defect", number(m.relative_defect)},
+                      {"seconds", m.seconds}});
+  }
+  return rounds;
+}
+
+ordered_json limits_of(const SolveReport& report) {
+  ordered_json excesses = ordered_json::array();
+  for (const LimitExcess& e : report.excesses) {
+    excesses.push_back({{"joint", e.joint},
+                        {"quantity", e.quantity},
+                        {"value", e.value},
+                        {"limit", e.limit},
+                        {"unit", e.unit},
+                        {"time", e.time}});
+  }
+  return {{"kept", report.excesses.empty()}, {"demanded", report.demands.limits}, {"excesses", excesses}};
+}
+
 }  // namespace
 
 std::string SolveReport::text() const {
@@ -46,7 +104,9 @@ std::string SolveReport::text() const {
                     io::scientific(solution.kkt.complementarity)});
   facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
                                                  (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
+  facts.append({"true defect, of the motion", defect_text(*this)});
   facts.append({"miss of the controls alone", io::scientific(v.miss)});
+  facts.append({"robot's limits", excesses.empty() ? "kept" : std::to_string(excesses.size()) + " exceeded"});
   facts.append({"active bounds", std::to_string(active.size())});
   facts.append({"program", io::with_groups(long(sizes.variables)) + " variables, " +
                                io::with_groups(long(sizes.constraints)) + " constraints, " +
@@ -71,7 +131,8 @@ std::string SolveReport::text() const {
                     io::duration(nlp.times.jacobian) + ", Hessian " + io::duration(nlp.times.hessian) +
                     ", linear solver and rest " + io::duration(nlp.times.solver())});
   times.append({"verify", io::duration(solution.verify_seconds), ""});
-  return task + ": " + verdict() + "\n\n" + facts.text() + "\n" + times.text();
+  return task + ": " + verdict() + "\n\n" + facts.text() + excess_text(excesses) + mesh_text(meshes) + "\n" +
+         times.text();
 }
 
 std::string SolveReport::json() const {
@@ -81,6 +142,7 @@ std::string SolveReport::json() const {
   j["task"] = task;
   j["robot"] = robot;
   j["success"] = success();
+  j["interrupted"] = interrupted;
   j["status"] = to_string(nlp.status);
   j["verdict"] = verdict();
   j["iterations"] = nlp.iterations();
@@ -94,6 +156,13 @@ std::string SolveReport::json() const {
               {"feasibility", number(solution.kkt.feasibility)},
               {"complementarity", number(solution.kkt.complementarity)}};
   j["true_defect"] = number(v.worst_defect);
+  j["relative_defect"] = {{"value", number(v.worst_relative)},
+                          {"interval", v.worst_interval},
+                          {"state", v.worst_state},
+                          {"allowed", number(demands.true_defect)}};
+  j["limits"] = limits_of(*this);
+  j["meshes"] = rounds_of(meshes);
+  if (!refinement_trouble.empty()) j["refinement_trouble"] = refinement_trouble;
   if (!v.trouble.empty()) j["simulation_trouble"] = v.trouble;
   j["open_loop_miss"] = number(v.miss);
   j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The files of a solved task.
+#include <cstdio>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/csv.h>
@@ -64,6 +65,10 @@ std::string write_results(const Task& task, const SolveReport& report, const std
   io::write_csv(in(kIterations), iteration_table(report.solution.nlp), io::NonFinite::kAllow);
   io::write_file_atomically(in(kEffective), task.effective);
   io::write_file_atomically(in(kReport), report.json());
+  if (report.interrupted) {  // who interrupts does not wait for gnuplot, and is not shown another motion
+    for (const char* picture : {kCurves, kMotion}) std::remove(in(picture).c_str());
+    return "";
+  }
   try {
     io::draw(trajectory_plot(task, motion), in(kCurves));
     io::draw(motion_plot(task, motion), in(kMotion));

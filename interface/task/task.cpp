@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/file.h>
+#include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task_keys.h>
 
 namespace dyntape {
@@ -61,9 +62,7 @@ void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limi
   all(problem.x.lower.head(n), problem.x.upper.head(n), limits.positions);
   all(problem.x.lower.tail(n), problem.x.upper.tail(n), limits.velocities);
   all(problem.u.lower.head(problem.n_u()), problem.u.upper.head(problem.n_u()), limits.efforts);
-  if (limits.positions.robot) limit_positions(problem, task.scene);
-  if (limits.velocities.robot) limit_velocities(problem, task.scene);
-  if (limits.efforts.robot) limit_efforts(problem, task.scene, task.robot.unit);
+  bound_by_ratings(problem, task, limits.of_robot());
 }
 
 void add_guess(Problem& problem, const Task& task, const TaskKeys::Guess& guess) {
@@ -112,6 +111,7 @@ Task read_task(const std::string& path) {
   add_costs(task.problem, task, keys.costs);
   add_limits(task.problem, task, keys.limits);
   add_guess(task.problem, task, keys.guess);
+  check_ends(task, keys.limits.of_robot());
   return task;
 }
 

@@ -34,14 +34,18 @@
 //   guess           positions [line], velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
 //                   tracking { q VECTOR [0]  v VECTOR [0] }: weights of the squared distance to the goal
-//   bounds          positions, velocities, efforts [none] robot | NUMBER: limits of the robot, or +-NUMBER
+//   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
+//                   or effort limit of 0 in the robot's file is none
 //   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],
 //                   max_seconds [1e6], stop_at_acceptable [on], print_level [0], check_derivatives [on],
 //                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
 //   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed, relative to the
 //                   magnitudes of the program (collocation.h);
-//                   true_defect [inf]: most that an interval may differ from its re-simulation (verify.h),
-//                   which has to come to an end whatever is demanded
+//                   true_defect [1e-3]: most that an interval may differ from its re-simulation, as a part of how far
+//                   the motion moves each state (verify.h); the simulation has to come to an end whatever is demanded;
+//                   refinements [4]: times that the mesh is refined and the task solved again where it is more;
+//                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
+//                   impose, is no success; off: it is reported only
 //   expected        cost, tolerance: a known optimum to compare with
 //   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
 //   model_settings  as OCS2 spells it (io/model_settings.h)
@@ -72,9 +76,14 @@ struct Task {
     double cost, tolerance;
   };
   std::optional<Expected> expected;
+  // A thousandth of the motion is what a controller corrects without being seen to, and less than a robot's masses are
+  // known to; a mesh that is fine enough for its motion stays below it by orders.  Each refinement of a trapezoid
+  // divides the defect by 8, of Hermite-Simpson by 32: what four do not cure is no matter of the mesh.
   struct Demands {
     double violation = 1e-6;
-    double true_defect = std::numeric_limits<double>::infinity();
+    double true_defect = 1e-3;
+    int refinements = 4;
+    bool limits = true;
   };
   Demands demands;
   std::vector<std::string> traces;

@@ -182,7 +182,7 @@ TaskKeys::Guess read_guess(Section& file) {
 
 Limit read_limit(Section& bounds, const std::string& key, const std::string& what) {
   const std::string word =
-      bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "none");
+      bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "robot");
   if (word == "none") return {};
   if (word == "robot") return {true};
   Limit limit;
@@ -200,6 +200,18 @@ TaskKeys::Limits read_limits(Section& file) {
   limits.velocities = read_limit(bounds, "velocities", "velocities [rad/s or m/s]");
   limits.efforts = read_limit(bounds, "efforts", "controls [N m or N]");
   return limits;
+}
+
+void read_demands(Section& file, Task::Demands& demands) {
+  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
+  verify.about("most that it breaks a constraint by, computed anew, relative to the program's magnitudes");
+  demands.violation = verify.get_or("violation", demands.violation, io::positive());
+  verify.about("most that an interval differs from its re-simulation, relative to the motion's magnitudes");
+  demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
+  verify.about("how often the mesh is refined until it does not");
+  demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
+  verify.about("whether it has to keep within the robot's limits, also those that do not bound it");
+  demands.limits = verify.get_or("limits", demands.limits);
 }
 
 void read_output(Section& file, Task& task, const RobotModel* model) {
@@ -253,12 +265,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = io::read_model_settings(file);
-  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
-  verify.about("most that it breaks a constraint by, computed anew, relative to the program's magnitudes");
-  task.demands.violation = verify.get_or("violation", task.demands.violation, io::positive());
-  verify.about("most that an interval differs from its re-simulation");
-  task.demands.true_defect =
-      verify.get_or("true_defect", task.demands.true_defect, io::or_infinite(io::positive()));
+  read_demands(file, task.demands);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");
     const double cost = expected.about("of the optimum").get<double>("cost");

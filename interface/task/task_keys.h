@@ -16,6 +16,7 @@
 
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/section.h>
+#include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
 
 namespace dyntape {
@@ -46,6 +47,7 @@ struct TaskKeys {
   } guess;
   struct Limits {
     Limit positions, velocities, efforts;
+    RatedParts of_robot() const { return {positions.robot, velocities.robot, efforts.robot}; }
   } limits;
 };
 

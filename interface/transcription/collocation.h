@@ -53,6 +53,8 @@ std::vector<double> node_times(const Problem& problem, const MeshOptions& option
 class Collocation : public Nlp {
  public:
   Collocation(const Problem& problem, const MeshOptions& options);
+  // The same problem on other nodes; what is recorded and compiled is taken over.
+  Collocation(const Collocation& ready, std::vector<double> nodes);
 
   // Variables from the problem's guess, and from and to trajectories on this mesh.
   std::vector<double> start() const;
@@ -80,6 +82,9 @@ class Collocation : public Nlp {
   const std::vector<double>& times() const { return t_; }  // of the points, s
 
  private:
+  // `ready`: of which the functions are taken, or null.
+  Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready);
+
   // Entry e of the Jacobian: constant + factor * (non-zero `source` of the point Jacobians).
   struct JacobianEntry {
     double constant, factor;
@@ -113,6 +118,8 @@ class Collocation : public Nlp {
   void lay_out_gradient();
   void lay_out_hessian(HessianKind kind);
   void lay_out_exact_hessian();
+  std::unique_ptr<PointFunction> point_function(const Function& function, std::size_t points,
+                                                const PointFunction* ready) const;
   void lay_out_gauss_newton();
   void collect_weights(double sigma, const double* lambda);
   bool evaluate_values(const double* x);

@@ -89,8 +89,27 @@ BuildReport Collocation::build() const {
 }
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options)
+    : Collocation(problem, options, nullptr) {}
+
+Collocation::Collocation(const Collocation& ready, std::vector<double> nodes)
+    : Collocation(ready.problem_,
+                  {.scheme = ready.scheme_,
+                   .nodes = std::move(nodes),
+                   .hessian = ready.shape_.hessian_kind,
+                   .evaluation = ready.evaluation_},
+                  &ready) {}
+
+std::unique_ptr<PointFunction> Collocation::point_function(const Function& function, std::size_t points,
+                                                           const PointFunction* ready) const {
+  if (ready) return std::make_unique<PointFunction>(*ready, points);
+  const bool exact = shape_.hessian_kind == HessianKind::kExact;
+  return std::make_unique<PointFunction>(function, points, exact ? Order::kSecond : Order::kFirst,
+                                         evaluation_);
+}
+
+Collocation::Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready)
     : problem_(problem),
-      stage_(timed_recording(problem, record_seconds_)),
+      stage_(ready ? ready->stage_ : timed_recording(problem, record_seconds_)),
       scheme_(options.scheme),
       n_x_(static_cast<std::size_t>(problem.n_x())),
       n_z_(n_x_ + static_cast<std::size_t>(problem.n_a() + problem.n_u())),
@@ -101,9 +120,9 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options)
   points_ = intervals_ * stride_ + 1;
   used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
   shape_.hessian_kind = options.hessian;
-  const Order order = options.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
-  node_ = std::make_unique<PointFunction>(stage_.node, used_, order, evaluation_);
-  terminal_ = std::make_unique<PointFunction>(stage_.terminal, 1, order, evaluation_);
+  node_ = point_function(stage_.node, used_, ready ? ready->node_.get() : nullptr);
+  terminal_ = point_function(stage_.terminal, 1, ready ? ready->terminal_.get() : nullptr);
+  if (ready) evaluation_.rebuild = false;  // what is left to compile was compiled for `ready`
   check_size();
   place_points(options);
   set_bounds();

@@ -34,6 +34,10 @@ double seconds_since(std::chrono::steady_clock::time_point begin) {
 
 Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
   Solution solution;
+  const auto enter = [&](OptimiseStep step) {
+    if (options.enter) options.enter(step);
+  };
+  enter(OptimiseStep::kChecking);
   auto begin = std::chrono::steady_clock::now();
   if (start.size() != nlp.shape().n()) {
     throw ArgumentError("problem \"" + nlp.problem().name + "\": the start has " +
@@ -51,12 +55,15 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
     if (!solution.derivatives.good()) report(nlp.problem(), solution.derivatives);
   }
   solution.check_seconds = seconds_since(begin);
+  enter(OptimiseStep::kSolving);
   solution.nlp = solve_with_ipopt(nlp, start, options.solver);
+  enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
   solution.motion = nlp.trajectory(solution.nlp.x);
   ScaledNlp scaled(nlp, solution.nlp.units);
   solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
-  if (options.verify) solution.verification = verify(nlp.problem(), solution.motion, scaled.units());
+  if (options.verify)
+    solution.verification = verify(nlp.problem(), solution.motion, scaled.units(), options.solver.stop);
   solution.verify_seconds = seconds_since(begin);
   return solution;
 }

@@ -21,11 +21,14 @@
 
 namespace dyntape {
 
+enum class OptimiseStep { kChecking, kSolving, kVerifying };
+
 struct OptimiseOptions {
   MeshOptions mesh = {};
-  IpoptOptions solver = {};
+  IpoptOptions solver = {};  // a request to solver.stop ends the verification's simulations as well
   bool check_derivatives = true;
   bool verify = true;
+  std::function<void(OptimiseStep)> enter = {};  // told of each step when it begins
 };
 
 struct Solution {

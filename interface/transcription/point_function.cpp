@@ -16,6 +16,8 @@ CodegenOptions codegen_options(const Function& function, Order order, const Eval
   c.route = interpret ? Route::kInterpreter : Route::kAutomatic;
   c.cache_folder = options.cache;
   c.force_rebuild = options.rebuild;
+  c.stop = options.stop;
+  c.compiled_piece = options.compiled;
   return c;
 }
 
@@ -50,6 +52,8 @@ struct PointFunction::Routes {
     if (!compiled.source_path().empty()) build.sources.push_back(compiled.source_path());
   }
 
+  explicit Routes(const CompiledFunction& ready) : compiled(ready), workspace(compiled) {}
+
   bool evaluate(Order order, const Points& points) {
     violation = compiled.run(order, points, workspace);
     lanes = points.lanes;
@@ -66,6 +70,9 @@ struct PointFunction::Routes {
 PointFunction::PointFunction(const Function& function, std::size_t points, Order order,
                              const EvaluationOptions& options)
     : routes_(std::make_unique<Routes>(function, order, options)), points_(points), n_y_(function.n_y()) {}
+
+PointFunction::PointFunction(const PointFunction& ready, std::size_t points)
+    : routes_(std::make_unique<Routes>(ready.routes_->compiled)), points_(points), n_y_(ready.n_y_) {}
 
 PointFunction::~PointFunction() = default;
 PointFunction::PointFunction(PointFunction&&) noexcept = default;

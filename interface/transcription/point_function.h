@@ -10,7 +10,9 @@
 // results are finite is for the caller to see.  One thread at a time.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <stop_token>
 #include <string>
 
 #include <dyntape/autodiff/derive/derive.h>
@@ -24,8 +26,11 @@ enum class EvaluationRoute {
 
 struct EvaluationOptions {
   EvaluationRoute route = EvaluationRoute::kAutomatic;
-  std::string cache = {};  // folder; empty: the user's default
-  bool rebuild = false;    // compile although the cache has it
+  std::string cache = {};     // folder; empty: the user's default
+  bool rebuild = false;       // compile although the cache has it
+  std::stop_token stop = {};  // a request ends the compilers: ToolError
+  // After each of the compiler's runs: how many of how many pieces of the function are done.
+  std::function<void(std::size_t done, std::size_t of)> compiled = {};
 };
 
 // What it took to make functions ready, summed over them.
@@ -40,6 +45,8 @@ class PointFunction {
  public:
   PointFunction(const Function& function, std::size_t points, Order order,
                 const EvaluationOptions& options = {});
+  // The same functions, made ready already, at another number of points.
+  PointFunction(const PointFunction& ready, std::size_t points);
   ~PointFunction();
   PointFunction(PointFunction&&) noexcept;
 

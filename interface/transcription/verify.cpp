@@ -10,10 +10,13 @@ namespace dyntape {
 
 namespace {
 
+constexpr double kStill = 0.01;  // of its magnitude: what moves less stands still
+
 class Audit {
  public:
-  Audit(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes)
-      : problem_(problem), motion_(motion), units_(magnitudes) {}
+  Audit(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes,
+        const std::stop_token& stop)
+      : problem_(problem), motion_(motion), units_(magnitudes), stop_(stop) {}
 
   Verification run() {
     check_bounds();
@@ -147,15 +150,46 @@ class Audit {
 
   Simulation simulate_interval(int k, const Eigen::VectorXd& from) const {
     const double begin = motion_.t[motion_.node(k)], end = motion_.t[motion_.node(k + 1)];
-    return simulate(problem_, from, begin, end,
-                    [&](double t) { return motion_.control(k, (t - begin) / (end - begin)); });
+    // A control that is no number ends a simulation at once.
+    return simulate(problem_, from, begin, end, [&](double t) {
+      Eigen::VectorXd u = motion_.control(k, (t - begin) / (end - begin));
+      if (stop_.stop_requested()) u.setConstant(std::nan(""));
+      return u;
+    });
+  }
+
+  // Of each state: how far the motion moves it (verify.h).
+  Eigen::VectorXd extents() const {
+    Eigen::VectorXd extents = motion_.x.rowwise().maxCoeff() - motion_.x.rowwise().minCoeff();
+    for (Eigen::Index i = 0; i < extents.size(); ++i) extents[i] = std::max(extents[i], kStill * unit(0, i));
+    return extents;
+  }
+
+  Simulation until_stopped(int k, const Eigen::VectorXd& from) const {
+    Simulation end = stop_.stop_requested() ? Simulation{} : simulate_interval(k, from);
+    if (!stop_.stop_requested()) return end;
+    return {Eigen::VectorXd::Constant(from.size(), std::nan("")), "the simulation was told to stop"};
+  }
+
+  // Notes the interval if it is off by most so far; a state that is no number is off by more than any.
+  void note_defect(int k, const Eigen::VectorXd& relative) {
+    Eigen::Index state = 0;
+    const double most = relative.maxCoeff<Eigen::PropagateNaN>(&state);
+    result_.relative_defect[k] = most;
+    if (most <= result_.worst_relative || std::isnan(result_.worst_relative)) return;
+    result_.worst_relative = most;
+    result_.worst_interval = k;
+    result_.worst_state = problem_.states[std::size_t(state)];
   }
 
   void simulate_intervals() {
     result_.true_defect.resize(motion_.intervals());
+    result_.relative_defect.resize(motion_.intervals());
+    const Eigen::VectorXd extents = this->extents();
     for (int k = 0; k < motion_.intervals(); ++k) {
-      const Simulation end = simulate_interval(k, motion_.x.col(motion_.node(k)));
+      const Simulation end = until_stopped(k, motion_.x.col(motion_.node(k)));
       result_.true_defect[k] = distance(end.x, motion_.node(k + 1));
+      note_defect(k, (end.x - motion_.x.col(motion_.node(k + 1))).cwiseAbs().cwiseQuotient(extents));
       if (result_.trouble.empty() && !end.trouble.empty()) {
         result_.trouble = "interval " + std::to_string(k) + ": " + end.trouble;
       }
@@ -165,7 +199,7 @@ class Audit {
 
   void simulate_whole() {
     Eigen::VectorXd x = motion_.x.col(0);
-    for (int k = 0; k < motion_.intervals() && !x.hasNaN(); ++k) x = simulate_interval(k, x).x;
+    for (int k = 0; k < motion_.intervals() && !x.hasNaN(); ++k) x = until_stopped(k, x).x;
     result_.miss = distance(x, motion_.points() - 1);
   }
 
@@ -176,14 +210,16 @@ class Audit {
   const Problem& problem_;
   const Trajectory& motion_;
   const NlpMagnitudes& units_;
+  const std::stop_token& stop_;
   std::size_t row_ = 0;  // of the program, the next to be noted
   Verification result_;
 };
 
 }  // namespace
 
-Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes) {
-  return Audit(problem, motion, magnitudes).run();
+Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes,
+                    const std::stop_token& stop) {
+  return Audit(problem, motion, magnitudes, stop).run();
 }
 
 }  // namespace dyntape

@@ -7,6 +7,7 @@
 //   v.violation            largest violation of defects, path and end constraints, bounds and boundary values,
 //                          relative to the program's magnitudes (nlp.h), so that units do not change what is small
 //   v.worst_defect         true defect: what the scheme cannot know about itself
+//   v.worst_relative       the same, measured by how far the motion moves each state, and worst_interval, worst_state
 //   v.miss                 where the controls alone lead
 //
 // True defect of an interval: x' = ode(t, x, u(t)) is integrated from the motion's state at its first node by
@@ -16,9 +17,17 @@
 // every defect is small.  An interval is simulated in 16 steps or more, so that an event is seen that lasts longer
 // than about a hundredth of it; a shorter one may be stepped over.  The tolerance is relative to 1 + |x| of each state.
 //
+// Relative defects have no unit: each state is divided by its extent, the largest less the smallest value that the
+// motion gives it, or by a hundredth of its magnitude in the program, if that is more: of a joint that is held still a
+// millionth of a radian is no large part of anything.
+//
+// A request to stop ends the simulations: what was not simulated is NaN, and `trouble` says so.
+//
 // Whatever is not a number shows: a violation, a defect or a miss that cannot be computed is NaN, and `trouble`
 // says where the simulation of an interval ended.
 #pragma once
+
+#include <stop_token>
 
 #include <dyntape/interface/ocp/problem.h>
 #include <dyntape/interface/solvers/nlp.h>
@@ -32,12 +41,17 @@ struct Verification {
   double cost = 0;              // the scheme's quadrature of the costs
   Eigen::VectorXd true_defect;  // (intervals); NaN where the simulation breaks down
   double worst_defect = 0;
+  Eigen::VectorXd relative_defect;  // (intervals) the same of the motion's extents
+  double worst_relative = 0;
+  int worst_interval = 0;        // which is off by most, relatively
+  std::string worst_state = {};  // and the state that is; empty: none
   double miss = 0;
   std::string trouble = {};  // "interval 3: the rate of "v" is nan at t = 0.75 s"; empty: none
 };
 
 // Empty magnitudes are ones.  ArgumentError where they are of another program.
-Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes = {});
+Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes = {},
+                    const std::stop_token& stop = {});
 
 // The state at the end of x' = ode(t, x, u(t)) from x at time `from`, to <= from being no time at all.
 struct Simulation {

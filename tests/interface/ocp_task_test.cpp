@@ -151,13 +151,14 @@ TEST_F(TaskFiles, AWrongExpectationOrACoarseMeshIsNoSuccess) {
   EXPECT_FALSE(wrong.success());
   EXPECT_NE(wrong.verdict().find("not the known one"), std::string::npos);
   const SolveReport coarse =
-      solve_task(without_compiler(read(cart_pole("verify\n{\n true_defect 1e-9\n}\n"))));
+      solve_task(without_compiler(read(cart_pole("verify\n{\n true_defect 1e-9\n refinements 0\n}\n"))));
   EXPECT_FALSE(coarse.success());
   EXPECT_NE(coarse.verdict().find("more intervals"), std::string::npos);
 }
 
 TEST_F(TaskFiles, ResultsAreWrittenWhole) {
-  const Task task = read(cart_pole("expected\n{\n cost 1\n tolerance 1e9\n}\noutput\n{\n trace tip\n}\n"));
+  const Task task = read(cart_pole(
+      "expected\n{\n cost 1\n tolerance 1e9\n}\nverify\n{\n true_defect 1\n}\noutput\n{\n trace tip\n}\n"));
   const SolveReport report = solve_task(without_compiler(task));
   const std::string out = (folder_ / "out").string();
   EXPECT_EQ(write_results(task, report, out), "");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape cache: what is stored, whether it is sound, and how to be rid of it.
+#include <algorithm>
 #include <ctime>
 #include <filesystem>
 #include <iostream>
@@ -20,6 +21,8 @@ namespace {
 using codegen::Cache;
 using codegen::Entry;
 using codegen::Fault;
+using codegen::Left;
+using codegen::LeftOver;
 
 struct CacheOptions {
   std::string folder;
@@ -48,9 +51,32 @@ std::string day(std::int64_t seconds) {
   return std::string(text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M", &local));
 }
 
+const char* to_string(Left state) {
+  return state == Left::kInUse ? "at work" : state == Left::kKept ? "failed, source kept" : "interrupted";
+}
+
+// "2 builds, 130 KiB: " and each with what became of it.
+void list_builds(const std::vector<LeftOver>& builds) {
+  if (builds.empty()) return;
+  std::uint64_t bytes = 0;
+  io::TextTable table({{"build"}, {"state"}, {"size", "KiB", io::Align::kRight}, {"changed"}});
+  for (const LeftOver& b : builds) {
+    bytes += b.bytes;
+    table.append({b.folder, to_string(b.state), io::with_groups(static_cast<long long>(b.bytes / 1024)),
+                  day(b.modified)});
+  }
+  std::cout << "\n"
+            << table.text() << "\n"
+            << builds.size() << (builds.size() == 1 ? " build, " : " builds, ")
+            << io::with_groups(static_cast<long long>(bytes / 1024))
+            << " KiB: `dyntape cache clear` removes all "
+            << "but those at work\n";
+}
+
 void list(const CacheOptions& options) {
   const Cache cache = open(options);
   const std::vector<Entry> entries = cache.list();
+  const std::vector<LeftOver> builds = cache.left_over();
   if (options.json) {
     nlohmann::json rows = nlohmann::json::array();
     for (const Entry& e : entries) {
@@ -64,7 +90,13 @@ void list(const CacheOptions& options) {
                       {"library", e.library()},
                       {"source", e.source()}});
     }
-    std::cout << nlohmann::json{{"folder", cache.folder()}, {"entries", rows}}.dump(2) << "\n";
+    nlohmann::json left = nlohmann::json::array();
+    for (const LeftOver& b : builds) {
+      left.push_back(
+          {{"folder", b.folder}, {"state", to_string(b.state)}, {"bytes", b.bytes}, {"changed", b.modified}});
+    }
+    std::cout << nlohmann::json{{"folder", cache.folder()}, {"entries", rows}, {"builds", left}}.dump(2)
+              << "\n";
     return;
   }
   io::TextTable table({{"function"},
@@ -82,6 +114,7 @@ void list(const CacheOptions& options) {
   if (!entries.empty()) std::cout << table.text() << "\n";
   std::cout << entries.size() << (entries.size() == 1 ? " library, " : " libraries, ")
             << io::with_groups(static_cast<long long>(bytes / 1024)) << " KiB in " << cache.folder() << "\n";
+  list_builds(builds);
 }
 
 void verify(const CacheOptions& options) {
@@ -109,13 +142,26 @@ void verify(const CacheOptions& options) {
 
 void clear(const CacheOptions& options) {
   const Cache cache = open(options);
+  const std::size_t before = cache.left_over().size();
   const std::size_t removed = cache.clear();
+  const std::vector<LeftOver> left = cache.left_over();
+  const std::size_t builds = before - std::min(before, left.size());
+  const auto at_work =
+      std::count_if(left.begin(), left.end(), [](const LeftOver& b) { return b.state == Left::kInUse; });
   if (options.json) {
-    std::cout << nlohmann::json{{"folder", cache.folder()}, {"removed", removed}}.dump(2) << "\n";
-  } else {
-    std::cout << removed << (removed == 1 ? " library" : " libraries") << " removed from " << cache.folder()
-              << "\n";
+    const nlohmann::json report = {{"folder", cache.folder()},
+                                   {"removed", removed},
+                                   {"builds_removed", builds},
+                                   {"builds_at_work", at_work}};
+    std::cout << report.dump(2) << "\n";
+    return;
   }
+  std::cout << removed << (removed == 1 ? " library" : " libraries") << " removed from " << cache.folder()
+            << "\n";
+  if (builds)
+    std::cout << builds << (builds == 1 ? " interrupted or failed build" : " interrupted or failed builds")
+              << " removed\n";
+  if (at_work) std::cout << at_work << (at_work == 1 ? " build is" : " builds are") << " at work and stay\n";
 }
 
 }  // namespace
@@ -133,10 +179,13 @@ void add_cache(CLI::App& app) {
     sub->add_flag("--json", options->json, "for programs");
     sub->callback([options, action] { action(*options); });
   };
-  add("list", "every library: function, order, profile, size, when it was last used, key", list);
+  add("list",
+      "every library: function, order, profile, size, when it was last used, key; and builds that were "
+      "interrupted",
+      list);
   add("verify", "check every library against its manifest; the exit status is 0 only if all are sound",
       verify);
-  add("clear", "remove every library", clear);
+  add("clear", "remove every library, and what interrupted and failed builds left", clear);
 }
 
 }  // namespace dyntape::tools

@@ -24,7 +24,7 @@ struct GenerateOptions {
   FunctionOptions function;
   std::string profile = "strict", output;
   int order = 0;
-  bool json = false;
+  bool json = false, yes = false;
 
   bool embedded = false, single = false, own_trig = false;
   std::string cross;  // compiler and flags that the stack is measured with
@@ -58,11 +58,31 @@ codegen::StackUse stack_of(const codegen::EmbeddedSource& embedded, const std::s
   }
 }
 
+// A slip of --order makes a text of hundreds of megabytes, and a compiler of gigabytes.
+constexpr std::size_t kLargestText = 20'000'000;
+
+// Says how large the text is, and refuses one that nobody meant, before anything is written or compiled.
+void check_size(const GenerateOptions& options, const codegen::Source& source) {
+  const std::size_t bytes = source.text.size() + source.header.size();
+  const std::string size = source.name + ": " +
+                           (bytes < 1'000'000 ? io::significant(double(bytes) / 1e3, 3) + " kB"
+                                              : io::significant(double(bytes) / 1e6, 3) + " MB") +
+                           " of C";
+  if (bytes > kLargestText && !options.yes) {
+    throw ArgumentError(size +
+                        ", more than 20 MB, which takes a compiler minutes and gigabytes; nothing is " +
+                        "written: expected a lower --order, or --yes to go on");
+  }
+  if (!options.json) std::cout << size << std::endl;  // ahead of the compiler
+}
+
 void run_embedded(const GenerateOptions& options, const Function& recorded, const CodegenOptions& codegen) {
   codegen::EmbeddedOptions how;
   how.single = options.single;
   how.own_trig = options.own_trig;
-  how.stack = stack_of(generate_embedded(recorded, codegen, how), options.cross);
+  const codegen::EmbeddedSource unmeasured = generate_embedded(recorded, codegen, how);
+  check_size(options, unmeasured.source);
+  how.stack = stack_of(unmeasured, options.cross);
   const codegen::EmbeddedSource e = generate_embedded(recorded, codegen, how);
   const std::vector<std::string> files = write_source(e.source, options.output);
 
@@ -112,19 +132,16 @@ void run(const GenerateOptions& options) {
   const double record_seconds = seconds_since(start);
   if (options.embedded) return run_embedded(options, recorded, codegen);
   const codegen::Source source = generate_source(recorded, codegen);
+  check_size(options, source);
   const std::vector<std::string> files = write_source(source, options.output);
   const auto compiled = CompiledFunction::make(recorded, codegen);
   const Timings& t = compiled.timings();
 
-  nlohmann::json report = {{"name", source.name},
-                           {"symbol", source.symbol},
-                           {"files", files},
-                           {"cache_hit", t.cache_hit},
-                           {"record_s", record_seconds},
-                           {"derive_s", t.derive},
-                           {"print_s", t.schedule + t.print},
-                           {"compile_s", t.compile},
-                           {"load_s", t.load}};
+  nlohmann::json report = {{"name", source.name},      {"symbol", source.symbol},
+                           {"files", files},           {"bytes", source.text.size() + source.header.size()},
+                           {"cache_hit", t.cache_hit}, {"record_s", record_seconds},
+                           {"derive_s", t.derive},     {"print_s", t.schedule + t.print},
+                           {"compile_s", t.compile},   {"load_s", t.load}};
   io::TextTable table({{"kernel"},
                        {"operations", "", io::Align::kRight},
                        {"non-zeros", "", io::Align::kRight},
@@ -193,6 +210,7 @@ void add_generate(CLI::App& app) {
           "embedded: the gcc and flags that the stack is measured with, in one word (default: gcc -O2)")
       ->needs(embedded)
       ->type_name("\"CC FLAGS\"");
+  command->add_flag("--yes", options->yes, "go on where the C text is larger than 20 MB");
   command->add_flag("--json", options->json, "sizes and times for programs");
   command->callback([options] { run(*options); });
 }

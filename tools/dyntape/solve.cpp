@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape solve: a task file to a verified motion, with pictures.
+#include <atomic>
 #include <iostream>
 #include <memory>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/task/solve.h>
 
 #include "commands.h"
+#include "interruption.h"
 #include "words.h"
 
 namespace dyntape::tools {
@@ -37,6 +39,42 @@ void write(const Task& task, const SolveReport& report, const SolveOptions& opti
   throw Failure{};
 }
 
+// The solve, shown while it runs.
+class SolveDisplay {
+ public:
+  explicit SolveDisplay(const Task& task) : silent_solver_(task.optimise.solver.print_level == 0) {}
+
+  void show(const SolveMoment& moment) {
+    using enum SolveStage;
+    has_iterated_ = has_iterated_ || moment.now;
+    nothing_to_save_ = !has_iterated_ && moment.stage != kCompiling;
+    if (!moment.now) line_.show(moment.text());
+    if (moment.now && silent_solver_) line_.show(moment.text());
+  }
+  void erase() { line_.erase(); }
+  // Neither a motion nor a folder of the compiler's.  For any thread.
+  bool nothing_to_save() const { return nothing_to_save_; }
+
+ private:
+  io::LiveLine line_;
+  bool has_iterated_ = false;
+  const bool silent_solver_;  // or the terminal is its own
+  std::atomic<bool> nothing_to_save_ = true;
+};
+
+SolveReport watched(const Task& task, SolveDisplay& display, const Interruption& interruption) {
+  try {
+    const SolveReport report =
+        solve_task(task, {interruption.token(), [&](const SolveMoment& moment) { display.show(moment); }});
+    display.erase();
+    return report;
+  } catch (const Interrupted& e) {
+    display.erase();
+    std::cerr << "dyntape: " << e.what() << "\n";
+    throw Failure{interruption.status()};
+  }
+}
+
 void run(const SolveOptions& options) {
   const Task task = task_in(options.task);
   if (options.explain) {
@@ -44,14 +82,13 @@ void run(const SolveOptions& options) {
     return;
   }
   if (!options.output.empty()) prepare_folder(options.output, result_files());
-  const SolveReport report = [&] {
-    io::Progress progress("recording, compiling, solving", 0);
-    progress.update(0, task.name);
-    return solve_task(task);
-  }();
+  SolveDisplay display(task);
+  const Interruption interruption([&] { return display.nothing_to_save(); });
+  const SolveReport report = watched(task, display, interruption);
   std::cout << (options.json ? report.json() : report.text()) << std::flush;
   if (!report.success()) std::cerr << "dyntape: " << report.verdict() << "\n";
   if (!options.output.empty()) write(task, report, options);
+  if (report.interrupted) throw Failure{interruption.status()};
   if (!report.success()) throw Failure{};
 }
 
@@ -61,9 +98,11 @@ void add_solve(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "solve",
       "solve a task and verify the motion: record, derive, compile, optimise, re-simulate, draw.\n"
-      "The exit status is 0 only if the solver succeeded, the constraints hold when computed anew and a "
-      "known\n"
-      "optimum, where the task states one, is met");
+      "The mesh is refined until the motion is what its controls do.  The exit status is 0 only if the "
+      "solver\n"
+      "succeeded, the constraints hold when computed anew, the re-simulated motion is true, no limit of the\n"
+      "robot is exceeded and a known optimum, where the task states one, is met; Ctrl-C ends with the best\n"
+      "motion so far and status 130, a second one at once");
   const auto options = std::make_shared<SolveOptions>();
   command->add_option("task", options->task, "the task, an .info file (config/tasks)")
       ->required()

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What the robot's file says the robot can do, and where a motion asks for more.
+//
+//   for (const LimitExcess& e : limit_excesses(task, motion)) std::cout << e.text() << "\n";
+//   velocity of panda_joint1 is 2.41 rad/s at 0.52 s, rated for 2.175
+//
+// A velocity or an effort limit of zero is none: files that know no limit say so.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+
+struct LimitExcess {
+  std::string quantity, joint, unit;  // "velocity", "panda_joint1", "rad/s"
+  double value, limit, time;          // where it is exceeded most (s)
+  std::string text() const;
+};
+
+// Of each joint and quantity the worst, in the order of the joints; rounding and the solver's widening of bounds are
+// no excess.  Limits are those of the robot, whatever the task bounds.
+std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
+
+// The robot's limits as bounds of the problem: positions, velocities, efforts.
+struct RatedParts {
+  bool positions, velocities, efforts;
+};
+void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& parts);
+
+// FileError where the task starts or ends beyond a limit of the robot by which the problem is bounded.
+void check_ends(const Task& task, const RatedParts& parts);
+
+}  // namespace dyntape

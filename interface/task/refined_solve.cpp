@@ -1,0 +1,172 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/refined_solve.h>
+
+#include <algorithm>
+#include <chrono>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/transcription/refine.h>
+
+namespace dyntape {
+
+namespace {
+
+constexpr double kLeastSecondsLeft = 1e-3;  // a limit of the solver has to be above zero
+
+SolveStage stage_of(OptimiseStep step) {
+  switch (step) {
+    case OptimiseStep::kChecking:
+      return SolveStage::kChecking;
+    case OptimiseStep::kSolving:
+      return SolveStage::kSolving;
+    case OptimiseStep::kVerifying:
+      break;
+  }
+  return SolveStage::kVerifying;
+}
+
+// Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
+bool is_too_coarse(const Solution& solution, const Task::Demands& demands) {
+  const Verification& v = solution.verification;
+  return solution.success() && v.violation <= demands.violation && !(v.worst_relative <= demands.true_defect);
+}
+
+// The motion on another mesh, moved to within the bounds, which it keeps at its own points only.
+std::vector<double> warm_start(const Problem& problem, const Trajectory& motion, const Collocation& program) {
+  std::vector<double> x = program.variables(resampled(problem, motion, program.times()));
+  const NlpShape& shape = program.shape();
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
+  return x;
+}
+
+class Rounds {
+ public:
+  Rounds(const Task& task, const SolveWatch& watch) : task_(task), watch_(watch) {}
+
+  RefinedSolve run(MeshOptions mesh) {
+    moment_.intervals = mesh.nodes.empty() ? mesh.intervals : int(mesh.nodes.size()) - 1;
+    build(std::move(mesh));
+    result_.solution = optimise(*result_.program, result_.program->start(), options());
+    note(result_.solution);
+    while (moment_.refinement < task_.demands.refinements && is_too_coarse(result_.solution, task_.demands) &&
+           !watch_.stop.stop_requested()) {
+      if (!refine()) break;
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void tell(SolveStage stage) {
+    moment_.stage = stage;
+    if (watch_.tell) watch_.tell(moment_);
+  }
+
+  void build(MeshOptions mesh) {
+    mesh.evaluation.stop = watch_.stop;
+    // Outlives this object within the program, so it holds what it needs.
+    mesh.evaluation.compiled = [tell = watch_.tell, intervals = moment_.intervals](std::size_t done,
+                                                                                   std::size_t of) {
+      if (tell) tell({SolveStage::kCompiling, intervals, 0, done, of});
+    };
+    tell(SolveStage::kRecording);
+    try {
+      result_.program = std::make_unique<Collocation>(task_.problem, mesh);
+    } catch (const ToolError&) {
+      if (!watch_.stop.stop_requested()) throw;
+    }
+    if (watch_.stop.stop_requested())
+      throw Interrupted("interrupted before the first iteration: there is no motion yet");
+    result_.build = result_.program->build();
+    result_.record_seconds = result_.program->record_seconds();
+  }
+
+  // Iterations and time are limited for all meshes together.
+  OptimiseOptions options() {
+    OptimiseOptions options = task_.optimise;
+    options.solver.stop = watch_.stop;
+    options.solver.watch = [this](const IterationRecord& record) {
+      moment_.now = &record;
+      tell(SolveStage::kSolving);
+      moment_.now = nullptr;
+    };
+    options.enter = [this](OptimiseStep step) { tell(stage_of(step)); };
+    options.solver.max_iterations = std::max(options.solver.max_iterations - iterations_, 0);
+    options.solver.max_seconds = std::max(options.solver.max_seconds - processor_seconds_, kLeastSecondsLeft);
+    options.check_derivatives = options.check_derivatives && moment_.refinement == 0;
+    return options;
+  }
+
+  void note(const Solution& s) {
+    iterations_ += s.nlp.iterations();
+    processor_seconds_ += s.nlp.times.processor;
+    result_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
+                              s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
+                              s.verification.worst_relative, s.nlp.status});
+  }
+
+  // False where the finer mesh is given up, and the coarser motion stays.
+  bool refine() {
+    const Solution& coarse = result_.solution;
+    std::vector<double> nodes = halved(coarse.motion);
+    ++moment_.refinement;
+    moment_.intervals = int(nodes.size()) - 1;
+    const std::string where = "the mesh of " + std::to_string(moment_.intervals) + " intervals: ";
+    try {
+      auto program = std::make_unique<Collocation>(*result_.program, std::move(nodes));
+      Solution fine = optimise(*program, warm_start(task_.problem, coarse.motion, *program), options());
+      note(fine);
+      if (!fine.success()) {
+        result_.trouble = where + describe(fine.nlp.status);
+        return false;
+      }
+      fine.derivatives = coarse.derivatives;
+      fine.check_seconds += coarse.check_seconds;
+      result_.solution = std::move(fine);
+      result_.program = std::move(program);
+    } catch (const Error& e) {  // too large, or without a finite value at the start
+      result_.trouble = where + e.what();
+      return false;
+    }
+    return true;
+  }
+
+  const Task& task_;
+  const SolveWatch& watch_;
+  RefinedSolve result_;
+  SolveMoment moment_{SolveStage::kRecording};
+  int iterations_ = 0;
+  double processor_seconds_ = 0;
+};
+
+std::string share(std::size_t done, std::size_t of) {
+  return of == 0 ? "" : " piece " + std::to_string(std::min(done + 1, of)) + " of " + std::to_string(of);
+}
+
+}  // namespace
+
+std::string SolveMoment::text() const {
+  const std::string mesh = " on " + std::to_string(intervals) + " intervals" +
+                           (refinement ? " (refinement " + std::to_string(refinement) + ")" : "");
+  switch (stage) {
+    case SolveStage::kRecording:
+      return "recording and deriving";
+    case SolveStage::kCompiling:
+      return "compiling" + share(done, of);
+    case SolveStage::kChecking:
+      return "checking the derivatives" + mesh;
+    case SolveStage::kSolving:
+      break;
+    case SolveStage::kVerifying:
+      return "verifying the motion" + mesh;
+  }
+  if (!now) return "solving" + mesh;
+  return "solving" + mesh + ": iteration " + std::to_string(now->iteration) + ", cost " +
+         io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility);
+}
+
+RefinedSolve solve_refined(const Task& task, MeshOptions mesh, const SolveWatch& watch) {
+  return Rounds(task, watch).run(std::move(mesh));
+}
+
+}  // namespace dyntape

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a solved task is worth, in one sentence.
+#include <cmath>
+
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/task/solve.h>
+
+namespace dyntape {
+
+namespace {
+
+// "velocity of panda_joint1 is 2.41 rad/s at 0.52 s, rated for 2.175, and 2 more"
+std::string first_of(const std::vector<LimitExcess>& excesses) {
+  const std::size_t others = excesses.size() - 1;
+  return excesses.front().text() + (others ? ", and " + std::to_string(others) + " more" : "");
+}
+
+// "interval 12 of 50 is off by 95.0, 3.7e-01 of the motion of v.elbow, where the task allows 1.0e-03"
+std::string defect_of(const Solution& solution, const Task::Demands& demands) {
+  const Verification& v = solution.verification;
+  const int k = v.worst_interval;
+  return "interval " + std::to_string(k) + " of " + std::to_string(solution.motion.intervals()) +
+         " is off by " + io::significant(v.true_defect[k], 3) + ", " + io::scientific(v.worst_relative) +
+         " of the motion of " + v.worst_state + ", where the task allows " +
+         io::scientific(demands.true_defect);
+}
+
+std::string of_coarse(const SolveReport& report) {
+  const std::string why =
+      !report.refinement_trouble.empty() ? "; a finer mesh was given up, " + report.refinement_trouble
+      : report.meshes.size() > 1
+          ? " after " + std::to_string(report.meshes.size() - 1) + " refinements of the mesh."
+          : ": use more intervals, or let the mesh be refined.";
+  return "Solved, but too coarse: re-simulated, " + defect_of(report.solution, report.demands) + why;
+}
+
+std::string of_interrupted(const SolveReport& report) {
+  const std::string after = "Interrupted after " + std::to_string(report.iterations()) + " iterations: ";
+  const Verification& v = report.solution.verification;
+  if (report.solution.success()) {
+    return after + "the motion is an optimum of " + std::to_string(report.solution.motion.intervals()) +
+           " intervals, and not verified to be what its controls do.";
+  }
+  return after + "the motion is the best so far, no optimum, and violates the constraints by up to " +
+         io::scientific(v.violation) + " of their magnitudes.";
+}
+
+}  // namespace
+
+bool SolveReport::cost_matches() const {
+  return !expected || std::abs(solution.cost() - expected->cost) <= expected->tolerance;
+}
+
+bool SolveReport::true_enough() const {
+  return solution.verification.worst_relative <= demands.true_defect &&  // NaN is not
+         solution.verification.trouble.empty();
+}
+
+bool SolveReport::success() const {
+  return solution.success() && feasible() && true_enough() && within_limits() && cost_matches();
+}
+
+int SolveReport::iterations() const {
+  int sum = 0;
+  for (const MeshRound& mesh : meshes) sum += mesh.iterations;
+  return sum;
+}
+
+std::string SolveReport::verdict() const {
+  const Verification& v = solution.verification;
+  if (interrupted) return of_interrupted(*this);
+  if (!solution.success()) return describe(solution.nlp.status);
+  if (!feasible()) {
+    return "The solver reports success, but the motion violates " + v.worst_row + " by " +
+           io::scientific(v.violation) + " of its magnitude.";
+  }
+  if (!v.trouble.empty())
+    return "The solver reports success, but the motion cannot be re-simulated: " + v.trouble + ".";
+  if (!true_enough()) return of_coarse(*this);
+  if (!within_limits())
+    return "A local optimum was found, but it asks for more than the robot can do: " + first_of(excesses) +
+           ".";
+  if (!cost_matches()) {
+    return "A local optimum was found, but not the known one: the cost differs by " +
+           io::scientific(solution.cost() - expected->cost) + ".";
+  }
+  const std::string found = expected ? "The known optimum was found" : "A local optimum was found";
+  if (excesses.empty()) return found + " and verified.";
+  return found +
+         " and verified, but for the robot's limits, which the task does not ask for: " + first_of(excesses) +
+         ".";
+}
+
+}  // namespace dyntape

@@ -1,0 +1,223 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a verdict is worth: a motion that its controls do not make, or that the robot cannot make, is not called found and
+// verified, and a solve that is stopped gives what it has.
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/transcription/refine.h>
+
+namespace dyntape {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Verdicts : public ::testing::Test {
+ protected:
+  Verdicts() : folder_(fs::temp_directory_path() / ("dyntape-verdict-" + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+  }
+  ~Verdicts() override { fs::remove_all(folder_); }
+
+  Task read(const std::string& text) const {
+    const std::string path = (folder_ / "task.info").string();
+    write_file_atomically(path, text);
+    Task task = read_task(path);
+    task.optimise.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    return task;
+  }
+
+  // A kilogram on a rail, rated for these, to be moved by 1 m.
+  Task slider(const std::string& velocity, const std::string& effort, const std::string& more,
+              const std::string& goal = "1") const {
+    write_file_atomically(
+        (folder_ / "slider.urdf").string(),
+        "<robot name=\"slider\"><link name=\"world\"/><link name=\"block\"><inertial><mass value=\"1\"/>"
+        "<inertia ixx=\"1\" ixy=\"0\" ixz=\"0\" iyy=\"1\" iyz=\"0\" izz=\"1\"/></inertial></link>"
+        "<joint name=\"rail\" type=\"prismatic\"><parent link=\"world\"/><child link=\"block\"/>"
+        "<axis xyz=\"1 0 0\"/><limit lower=\"-2\" upper=\"2\" velocity=\"" +
+            velocity + "\" effort=\"" + effort + "\"/></joint></robot>");
+    return read(
+        "robot\n{\n urdf slider.urdf\n}\nhorizon\n{\n duration 1.5\n intervals 10\n}\nstart\n{\n q 0\n}\n"
+        "goal\n{\n q " +
+        goal + "\n}\ncosts\n{\n control 1\n}\n" + more);
+  }
+
+  static Task cart_pole(int intervals) {
+    Task task = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/cart_pole_swing_up.info");
+    task.optimise.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    task.optimise.mesh.intervals = intervals;
+    task.expected.reset();
+    return task;
+  }
+
+  fs::path folder_;
+};
+
+TEST_F(Verdicts, LimitsOfTheRobotHoldUnlessTheTaskSaysOtherwise) {
+  const SolveReport kept = solve_task(slider("0.84", "100", ""));
+  EXPECT_TRUE(kept.success()) << kept.verdict();
+  EXPECT_LE(kept.solution.motion.x.row(1).maxCoeff(), 0.84 * (1 + 1e-6));
+
+  const SolveReport beyond = solve_task(slider("0.84", "100", "bounds\n{\n velocities none\n}\n"));
+  ASSERT_EQ(beyond.excesses.size(), 1u);
+  EXPECT_EQ(beyond.excesses[0].joint, "rail");
+  EXPECT_EQ(beyond.excesses[0].quantity, "velocity");
+  EXPECT_NEAR(beyond.excesses[0].value, 1.0, 1e-6);  // 1.5 times the mean speed, half-way
+  EXPECT_EQ(beyond.excesses[0].limit, 0.84);
+  EXPECT_NEAR(beyond.excesses[0].time, 0.75, 1e-12);
+  EXPECT_FALSE(beyond.success());
+  EXPECT_NE(beyond.verdict().find("velocity of rail is 1 m/s at 0.75 s, rated for 0.84"), std::string::npos)
+      << beyond.verdict();
+  EXPECT_NE(beyond.text().find("rated for 0.84"), std::string::npos);
+  const auto json = nlohmann::json::parse(beyond.json());
+  EXPECT_EQ(json["limits"]["excesses"][0]["joint"], "rail");
+  EXPECT_EQ(json["success"], false);
+
+  const SolveReport wanted =
+      solve_task(slider("0.84", "100", "bounds\n{\n velocities none\n}\nverify\n{\n limits off\n}\n"));
+  EXPECT_TRUE(wanted.success());
+  EXPECT_NE(wanted.verdict().find("but for the robot's limits"), std::string::npos) << wanted.verdict();
+
+  // A bound of the task's own that is wider than the robot's.
+  EXPECT_FALSE(solve_task(slider("0.84", "100", "bounds\n{\n velocities 0.9\n}\n")).success());
+}
+
+TEST_F(Verdicts, EffortsCountAndZeroIsNoLimit) {
+  const SolveReport weak = solve_task(slider("100", "2", "bounds\n{\n efforts none\n}\n"));
+  ASSERT_EQ(weak.excesses.size(), 1u);
+  EXPECT_EQ(weak.excesses[0].quantity, "effort");
+  EXPECT_NEAR(std::abs(weak.excesses[0].value), 6 / 1.5 / 1.5, 1e-6);
+  const SolveReport unknown = solve_task(slider("0", "0", ""));
+  EXPECT_TRUE(unknown.success()) << unknown.verdict();
+}
+
+TEST_F(Verdicts, AnEndBeyondALimitIsSaidWithTheWayOut) {
+  try {
+    slider("1", "1", "", "2.5");
+    FAIL() << "nothing thrown";
+  } catch (const FileError& e) {
+    const std::string what = e.what();
+    for (const char* part : {"task.info", "the goal of \"q.rail\" is 2.5", "-2 and 2", "positions none"})
+      EXPECT_NE(what.find(part), std::string::npos) << what;
+  }
+  EXPECT_FALSE(solve_task(slider("100", "100", "bounds\n{\n positions none\n}\n", "2.5")).success());
+}
+
+TEST_F(Verdicts, TheMeshIsRefinedUntilTheMotionIsTrue) {
+  Task task = cart_pole(8);
+  task.demands.refinements = 0;
+  const SolveReport coarse = solve_task(task);
+  EXPECT_TRUE(coarse.solution.success());
+  EXPECT_FALSE(coarse.success());
+  const Verification& v = coarse.solution.verification;
+  EXPECT_GT(v.worst_relative, 1e-3);
+  EXPECT_NE(coarse.verdict().find("too coarse: re-simulated, interval " + std::to_string(v.worst_interval) +
+                                  " of 8"),
+            std::string::npos)
+      << coarse.verdict();
+  EXPECT_NE(coarse.verdict().find("more intervals"), std::string::npos) << coarse.verdict();
+
+  task.demands.refinements = 4;
+  const SolveReport fine = solve_task(task);
+  EXPECT_TRUE(fine.success()) << fine.text();
+  ASSERT_GE(fine.meshes.size(), 2u);
+  EXPECT_EQ(fine.meshes[0].intervals, 8);
+  EXPECT_EQ(fine.meshes[0].cost, coarse.solution.cost());
+  EXPECT_GT(fine.meshes[1].intervals, 8);
+  EXPECT_LE(fine.solution.verification.worst_relative, 1e-3);
+  EXPECT_EQ(fine.build.interpreted + fine.build.compiled + fine.build.from_cache, 1);  // recorded once
+  EXPECT_EQ(nlohmann::json::parse(fine.json())["meshes"].size(), fine.meshes.size());
+  EXPECT_NE(fine.text().find("defect of the motion"), std::string::npos);
+}
+
+TEST_F(Verdicts, DefectsOfTheMotionHaveNoUnit) {
+  const SolveReport report = solve_task(cart_pole(20));
+  const Trajectory& motion = report.solution.motion;
+  const Verification& v = report.solution.verification;
+  const Eigen::VectorXd extents = motion.x.rowwise().maxCoeff() - motion.x.rowwise().minCoeff();
+  EXPECT_LE(v.worst_relative, v.worst_defect / extents.minCoeff());
+  EXPECT_GE(v.worst_relative, v.worst_defect / extents.maxCoeff());
+  EXPECT_EQ(v.relative_defect.maxCoeff(), v.worst_relative);
+  EXPECT_EQ(v.relative_defect[v.worst_interval], v.worst_relative);
+}
+
+TEST_F(Verdicts, HalvedEverywhere) {
+  Trajectory motion{Eigen::Vector3d(0, 1, 4), {}, {}, {}, trapezoid()};
+  EXPECT_EQ(halved(motion), (std::vector<double>{0, 0.5, 1, 2.5, 4}));
+  motion.scheme = hermite_simpson();
+  EXPECT_EQ(halved(motion), (std::vector<double>{0, 2, 4}));
+}
+
+TEST_F(Verdicts, AMotionOfCubicsIsTheSameOnAnyMesh) {
+  const Task task = slider("100", "100", "");
+  const Trajectory motion = solve_task(task).solution.motion;
+  const std::vector<double> times = {0, 0.1, 0.33, 0.75, 1.21, 1.5};
+  const Trajectory other = resampled(task.problem, motion, times);
+  for (Eigen::Index i = 0; i < other.points(); ++i) {
+    const double s = times[std::size_t(i)] / 1.5;
+    EXPECT_NEAR(other.x(0, i), s * s * (3 - 2 * s), 1e-9);
+    EXPECT_NEAR(other.x(1, i), 6 * s * (1 - s) / 1.5, 1e-9);
+    EXPECT_NEAR(other.u(0, i), (6 - 12 * s) / 2.25, 1e-7);
+  }
+}
+
+TEST_F(Verdicts, AStoppedSolveGivesItsBestPoint) {
+  const Task task = cart_pole(40);
+  std::stop_source stop;
+  std::vector<SolveStage> stages;
+  int told = 0;
+  const SolveReport report = solve_task(task, {stop.get_token(), [&](const SolveMoment& m) {
+                                                 if (stages.empty() || stages.back() != m.stage)
+                                                   stages.push_back(m.stage);
+                                                 EXPECT_FALSE(m.text().empty());
+                                                 if (m.now) told = m.now->iteration;
+                                                 if (told == 6) stop.request_stop();
+                                               }});
+  EXPECT_EQ(report.solution.nlp.status, SolveStatus::kStopped);
+  EXPECT_TRUE(report.interrupted);
+  EXPECT_FALSE(report.success());
+  EXPECT_EQ(report.iterations(), 6);
+  EXPECT_NE(report.verdict().find("Interrupted after 6 iterations"), std::string::npos) << report.verdict();
+  using enum SolveStage;
+  EXPECT_EQ(stages, (std::vector<SolveStage>{kRecording, kChecking, kSolving, kVerifying}));
+  double least =
+      HUGE_VAL;  // what the log says, of the iterates' slack variables, is near what their rows say
+  for (const IterationRecord& r : report.solution.nlp.log) least = std::min(least, r.primal_infeasibility);
+  EXPECT_LE(report.solution.verification.violation, 2 * least);
+  EXPECT_EQ(nlohmann::json::parse(report.json())["interrupted"], true);
+
+  const std::string out = (folder_ / "out").string();
+  write_file_atomically(out + "/motion.svg", "of another motion");
+  EXPECT_EQ(write_results(task, report, out), "");
+  EXPECT_TRUE(fs::exists(out + "/trajectory.csv"));
+  EXPECT_FALSE(fs::exists(out + "/motion.svg"));
+}
+
+TEST_F(Verdicts, StoppedBeforeThereIsAMotion) {
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_THROW(solve_task(cart_pole(10), {stop.get_token(), {}}), Interrupted);
+}
+
+TEST_F(Verdicts, StoppedWhileTheMeshIsRefinedTheCoarserMotionStays) {
+  Task task = cart_pole(8);
+  std::stop_source stop;
+  const SolveReport report = solve_task(task, {stop.get_token(), [&](const SolveMoment& m) {
+                                                 if (m.refinement == 1 && m.now) stop.request_stop();
+                                               }});
+  EXPECT_TRUE(report.interrupted);
+  EXPECT_EQ(report.solution.motion.intervals(), 8);
+  EXPECT_NE(report.verdict().find("an optimum of 8 intervals"), std::string::npos) << report.verdict();
+  EXPECT_FALSE(report.success());
+}
+
+}  // namespace
+}  // namespace dyntape
