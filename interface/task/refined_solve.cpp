@@ -65,8 +65,8 @@ class Rounds {
   void build(MeshOptions mesh) {
     mesh.evaluation.stop = watch_.stop;
     // Outlives this object within the program, so it holds what it needs.
-    mesh.evaluation.compiled = [tell = watch_.tell, intervals = moment_.intervals](std::size_t done,
-                                                                                   std::size_t of) {
+    mesh.evaluation.compiled_piece = [tell = watch_.tell, intervals = moment_.intervals](std::size_t done,
+                                                                                         std::size_t of) {
       if (tell) tell({SolveStage::kCompiling, intervals, 0, done, of});
     };
     tell(SolveStage::kRecording);

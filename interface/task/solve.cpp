@@ -12,8 +12,8 @@ namespace {
 
 MeshOptions mesh_of(const Task& task) {
   MeshOptions mesh = task.optimise.mesh;
-  if (!task.models.model_folder.empty()) mesh.evaluation.cache = task.models.model_folder;
-  mesh.evaluation.rebuild = mesh.evaluation.rebuild || task.models.recompile_libraries;
+  if (!task.models.model_folder.empty()) mesh.evaluation.cache_folder = task.models.model_folder;
+  mesh.evaluation.force_rebuild = mesh.evaluation.force_rebuild || task.models.recompile_libraries;
   return mesh;
 }
 
@@ -88,7 +88,7 @@ std::string explain(const Task& task) {
   });
   text += table.text();
   MeshOptions mesh = mesh_of(task);
-  mesh.evaluation.route = EvaluationRoute::kInterpreter;  // nothing need be compiled to count
+  mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
   const Collocation nlp(task.problem, mesh);
   const SolveSizes sizes = sizes_of(nlp);
   text += "\nOne point with its costs and constraints: " + grouped(sizes.operations) + " operations\n";

@@ -15,8 +15,9 @@
 //   const Task task = read_task("config/tasks/cart_pole_swing_up.info");
 //   const SolveReport report = solve_task(task);                            // solve.h
 //
-// Keys (defaults in brackets; one a line in a real file; all with their meanings: dyntape check-config --keys).  Vectors over the joints are written by joint name,
-// as above, as one quoted list, one number for all, or with OCS2's indices.
+// Keys (defaults in brackets; one a line in a real file; all with their meanings: dyntape check-config --keys).
+// Vectors over the joints are written by joint name, as above, as one quoted list, one number for all, or with OCS2's
+// indices.
 //
 //   name                                          of the task [name of the file]
 //   robot           urdf, base [fixed], lock [none: "joint joint"], snap [1e-8 rad],
@@ -30,6 +31,8 @@
 //   transcription   scheme [hermite-simpson] euler | trapezoid; dynamics [forward] inverse;
 //                   hessian [exact] gauss_newton | limited_memory;
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
+//   evaluation      profile [strict] fast; lanes [none] native: points side by side in registers;
+//                   route [automatic] interpreter; threads [0: all] that share the points
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
 //   guess           positions [line], velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;

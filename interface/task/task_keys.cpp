@@ -113,6 +113,22 @@ MeshOptions read_mesh(Section& file) {
   return mesh;
 }
 
+void read_evaluation(Section& file, MeshOptions& mesh) {
+  Section block = file.about("how functions are made and evaluated").child_or_empty("evaluation");
+  mesh.evaluation.profile =
+      block.about("strict: the interpreter's bits; fast: rounded otherwise")
+          .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
+  mesh.evaluation.lanes =
+      block.about("points side by side in registers: longer to compile, several times as fast")
+          .choice_or<Lanes>("lanes", "none", {{"none", Lanes::kNone}, {"native", Lanes::kNative}});
+  mesh.evaluation.route =
+      block.about("automatic: compiled where there is a compiler; interpreter: nothing is compiled")
+          .choice_or<Route>("route", "automatic",
+                            {{"automatic", Route::kAutomatic}, {"interpreter", Route::kInterpreter}});
+  block.about("that share the points; 0: as many as the processor has");
+  mesh.threads = static_cast<unsigned>(block.get_or("threads", 0, io::between(0, 1024)));
+}
+
 void read_solver(Section& file, OptimiseOptions& optimise) {
   Section solver = file.about("Ipopt").child_or_empty("solver");
   IpoptOptions& options = optimise.solver;
@@ -257,6 +273,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
       distinct_names(file.about("joints that are driven; absent: all"), "actuated", joints_of(model));
   task.robot = read_form(file);
   task.optimise.mesh = read_mesh(file);
+  read_evaluation(file, task.optimise.mesh);
   read_solver(file, task.optimise);
   keys.start = read_end(file, "start", "the state at the beginning", model);
   keys.goal = read_end(file, "goal", "the state at the end", model);

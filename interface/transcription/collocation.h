@@ -44,7 +44,8 @@ struct MeshOptions {
       {};  // (intervals + 1) node times from 0 to the duration, which the last may miss
            // by rounding; empty: evenly spaced
   HessianKind hessian = HessianKind::kExact;
-  EvaluationOptions evaluation = {};
+  CodegenOptions evaluation = {};  // how functions are made; `order` is the collocation's own
+  unsigned threads = 0;            // that evaluate the points; 0: as many as there are
 };
 
 // Node times of a mesh: the last is the duration to the bit.  ArgumentError for what is no mesh.
@@ -142,7 +143,8 @@ class Collocation : public Nlp {
   std::size_t n_x_, n_z_, intervals_, stride_, rows_;  // stride: points from node to node
   std::size_t points_, used_;                          // used: points at which the stage is evaluated
   std::vector<double> t_, quadrature_;                 // (points) s; (used) sums of h gamma
-  EvaluationOptions evaluation_;
+  CodegenOptions evaluation_;
+  unsigned threads_;
 
   std::unique_ptr<PointFunction> node_, terminal_, squares_, terminal_squares_;
   NlpShape shape_;

@@ -96,15 +96,15 @@ Collocation::Collocation(const Collocation& ready, std::vector<double> nodes)
                   {.scheme = ready.scheme_,
                    .nodes = std::move(nodes),
                    .hessian = ready.shape_.hessian_kind,
-                   .evaluation = ready.evaluation_},
+                   .evaluation = ready.evaluation_,
+                   .threads = ready.threads_},
                   &ready) {}
 
 std::unique_ptr<PointFunction> Collocation::point_function(const Function& function, std::size_t points,
                                                            const PointFunction* ready) const {
-  if (ready) return std::make_unique<PointFunction>(*ready, points);
-  const bool exact = shape_.hessian_kind == HessianKind::kExact;
-  return std::make_unique<PointFunction>(function, points, exact ? Order::kSecond : Order::kFirst,
-                                         evaluation_);
+  const unsigned threads = points == 1 ? 1 : threads_;
+  if (ready) return std::make_unique<PointFunction>(*ready, points, threads);
+  return std::make_unique<PointFunction>(function, points, evaluation_, threads);
 }
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready)
@@ -115,14 +115,16 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
       n_z_(n_x_ + static_cast<std::size_t>(problem.n_a() + problem.n_u())),
       stride_(static_cast<std::size_t>(scheme_.points()) - 1),
       rows_(static_cast<std::size_t>(scheme_.rows())),
-      evaluation_(options.evaluation) {
+      evaluation_(options.evaluation),
+      threads_(options.threads) {
   intervals_ = intervals_of(options);
   points_ = intervals_ * stride_ + 1;
   used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
   shape_.hessian_kind = options.hessian;
+  evaluation_.order = options.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
   node_ = point_function(stage_.node, used_, ready ? ready->node_.get() : nullptr);
   terminal_ = point_function(stage_.terminal, 1, ready ? ready->terminal_.get() : nullptr);
-  if (ready) evaluation_.rebuild = false;  // what is left to compile was compiled for `ready`
+  if (ready) evaluation_.force_rebuild = false;  // what is left to compile was compiled for `ready`
   check_size();
   place_points(options);
   set_bounds();
@@ -267,8 +269,8 @@ void Collocation::lay_out_gauss_newton() {
                         "\": Gauss-Newton needs every cost as squares of residuals, " + "and \"" + term.name +
                         "\" is a plain cost; use the exact Hessian or limited memory");
   }
-  squares_ = std::make_unique<PointFunction>(stage_.squares, used_, Order::kFirst, evaluation_);
-  terminal_squares_ = std::make_unique<PointFunction>(stage_.terminal_squares, 1, Order::kFirst, evaluation_);
+  squares_ = point_function(stage_.squares, used_, nullptr);
+  terminal_squares_ = point_function(stage_.terminal_squares, 1, nullptr);
   std::vector<Place> places;
   const auto add = [&](const Pattern& block, std::size_t first_source, std::size_t first_variable,
                        double weight) {

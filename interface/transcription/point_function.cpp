@@ -2,23 +2,15 @@
 #include <dyntape/interface/transcription/point_function.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/parallel.h>
 
 namespace dyntape {
 
 namespace {
 
-CodegenOptions codegen_options(const Function& function, Order order, const EvaluationOptions& options) {
-  CodegenOptions c;
-  c.order = order;
-  const bool nothing_to_compile = function.n_y() == 0;
-  const bool interpret = nothing_to_compile || options.route == EvaluationRoute::kInterpreter;
-  c.route = interpret ? Route::kInterpreter : Route::kAutomatic;
-  c.cache_folder = options.cache;
-  c.force_rebuild = options.rebuild;
-  c.stop = options.stop;
-  c.compiled_piece = options.compiled;
-  return c;
+CodegenOptions unless_empty(const Function& function, CodegenOptions options) {
+  if (function.n_y() == 0) options.route = Route::kInterpreter;  // there is nothing to compile
+  return options;
 }
 
 const Pattern kNoPattern;
@@ -37,9 +29,9 @@ void BuildReport::add(const BuildReport& other) {
 }
 
 struct PointFunction::Routes {
-  Routes(const Function& function, Order order, const EvaluationOptions& options)
-      : compiled(CompiledFunction::make(function, codegen_options(function, order, options))),
-        workspace(compiled) {
+  Routes(const Function& function, const CodegenOptions& options, unsigned threads)
+      : compiled(CompiledFunction::make(function, unless_empty(function, options))),
+        workspaces(make_workspaces(compiled, threads)) {
     const Timings& t = compiled.timings();
     build.derive = t.derive;
     build.print = t.schedule + t.print;
@@ -52,27 +44,30 @@ struct PointFunction::Routes {
     if (!compiled.source_path().empty()) build.sources.push_back(compiled.source_path());
   }
 
-  explicit Routes(const CompiledFunction& ready) : compiled(ready), workspace(compiled) {}
+  Routes(const CompiledFunction& ready, unsigned threads)
+      : compiled(ready), workspaces(make_workspaces(compiled, threads)) {}
 
   bool evaluate(Order order, const Points& points) {
-    violation = compiled.run(order, points, workspace);
+    violation = run_parallel(compiled, order, points, workspaces);
     lanes = points.lanes;
     return !violation;
   }
 
   CompiledFunction compiled;
-  CompiledFunction::Workspace workspace;
+  std::vector<CompiledFunction::Workspace> workspaces;  // one a thread
   BuildReport build;
   Violation violation;
   std::size_t lanes = 0;
 };
 
-PointFunction::PointFunction(const Function& function, std::size_t points, Order order,
-                             const EvaluationOptions& options)
-    : routes_(std::make_unique<Routes>(function, order, options)), points_(points), n_y_(function.n_y()) {}
+PointFunction::PointFunction(const Function& function, std::size_t points, const CodegenOptions& options,
+                             unsigned threads)
+    : routes_(std::make_unique<Routes>(function, options, threads)), points_(points), n_y_(function.n_y()) {}
 
-PointFunction::PointFunction(const PointFunction& ready, std::size_t points)
-    : routes_(std::make_unique<Routes>(ready.routes_->compiled)), points_(points), n_y_(ready.n_y_) {}
+PointFunction::PointFunction(const PointFunction& ready, std::size_t points, unsigned threads)
+    : routes_(std::make_unique<Routes>(ready.routes_->compiled, threads)),
+      points_(points),
+      n_y_(ready.n_y_) {}
 
 PointFunction::~PointFunction() = default;
 PointFunction::PointFunction(PointFunction&&) noexcept = default;

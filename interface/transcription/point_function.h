@@ -2,36 +2,21 @@
 //
 // A recorded function evaluated at all points of a mesh in one call, values and derivatives side by side.
 //
-//   PointFunction f(function, 81, Order::kSecond);
+//   PointFunction f(function, 81, {.order = Order::kSecond, .lanes = Lanes::kNative});
 //   f.values(z, t, y);                 // z (points x n_x), t (points x n_p) -> y (points x n_y)
 //   f.second(z, t, w, y, J, H);        // w (points x n_y) -> J, H: non-zeros, point after point
 //
 // Nothing is allocated after construction.  The calls return false where a recorded branch is left; whether
-// results are finite is for the caller to see.  One thread at a time.
+// results are finite is for the caller to see.  Points are shared out among threads, which changes no bit; one call at a
+// time.
 #pragma once
 
-#include <functional>
 #include <memory>
-#include <stop_token>
 #include <string>
 
-#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/codegen/options.h>
 
 namespace dyntape {
-
-enum class EvaluationRoute {
-  kAutomatic,    // compiled; interpreted where that is not possible (no compiler)
-  kInterpreter,  // node by node, without compiling anything
-};
-
-struct EvaluationOptions {
-  EvaluationRoute route = EvaluationRoute::kAutomatic;
-  std::string cache = {};     // folder; empty: the user's default
-  bool rebuild = false;       // compile although the cache has it
-  std::stop_token stop = {};  // a request ends the compilers: ToolError
-  // After each of the compiler's runs: how many of how many pieces of the function are done.
-  std::function<void(std::size_t done, std::size_t of)> compiled = {};
-};
 
 // What it took to make functions ready, summed over them.
 struct BuildReport {
@@ -43,10 +28,11 @@ struct BuildReport {
 
 class PointFunction {
  public:
-  PointFunction(const Function& function, std::size_t points, Order order,
-                const EvaluationOptions& options = {});
+  // options.order is the highest that will be asked for; threads: 0 for as many as there are (threads.h).
+  PointFunction(const Function& function, std::size_t points, const CodegenOptions& options,
+                unsigned threads = 1);
   // The same functions, made ready already, at another number of points.
-  PointFunction(const PointFunction& ready, std::size_t points);
+  PointFunction(const PointFunction& ready, std::size_t points, unsigned threads = 1);
   ~PointFunction();
   PointFunction(PointFunction&&) noexcept;
 

@@ -21,7 +21,7 @@ Problem block(double mass) {
 
 // Whether a hundred solves find the optimum 12 m^2.
 void solve(double mass, int* wrong) {
-  Collocation nlp(block(mass), {.intervals = 40, .evaluation = {EvaluationRoute::kInterpreter}});
+  Collocation nlp(block(mass), {.intervals = 40, .evaluation = {.route = Route::kInterpreter}});
   for (int k = 0; k < 100; ++k) {
     const NlpSolution s = solve_with_ipopt(nlp, nlp.start());
     const double error = s.objective / (12 * mass * mass) - 1;

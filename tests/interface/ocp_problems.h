@@ -11,7 +11,7 @@
 namespace dyntape::test {
 
 // Nothing is compiled, nothing is left in the user's cache.
-inline const EvaluationOptions kInterpreted{EvaluationRoute::kInterpreter};
+inline const CodegenOptions kInterpreted{.route = Route::kInterpreter};
 
 // p'' = u, rest to rest over a distance in 1 s, least int u^2.  Continuous optimum 12 d^2/T^3.
 inline Problem block_move(double distance = 1, double duration = 1) {

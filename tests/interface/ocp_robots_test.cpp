@@ -96,7 +96,7 @@ TEST_P(FullyActuated, MinimumAccelerationIsTheClosedForm) {
   const Problem p = problem();
   OptimiseOptions options;
   options.mesh.intervals = 5;
-  options.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+  options.mesh.evaluation.route = Route::kInterpreter;
   options.solver.tolerance = 1e-10;
   const Solution s = optimise(p, options);
   EXPECT_TRUE(s.success() || s.nlp.status == SolveStatus::kAcceptable) << describe(s.nlp.status);
@@ -134,7 +134,7 @@ TEST(RobotProblem, OtherSchemesHaveTheirClosedForms) {
       p.start << -0.6, 0.3, 0, 0;
       p.goal << 0.5, 1.0, 0, 0;
       OptimiseOptions options;
-      options.mesh = {.scheme = scheme, .intervals = n, .evaluation = {EvaluationRoute::kInterpreter}};
+      options.mesh = {.scheme = scheme, .intervals = n, .evaluation = {.route = Route::kInterpreter}};
       options.solver.tolerance = 1e-10;
       const Solution s = optimise(p, options);
       EXPECT_NEAR(s.cost() / (value * (1.1 * 1.1 + 0.7 * 0.7)), 1, 1e-9)
@@ -157,7 +157,7 @@ TEST(RobotProblem, EffectsChangeTheTorquesOnly) {
     p.start << from, 0, 0;
     p.goal << from + dq, 0, 0;
     OptimiseOptions options;
-    options.mesh = {.intervals = 5, .evaluation = {EvaluationRoute::kInterpreter}};
+    options.mesh = {.intervals = 5, .evaluation = {.route = Route::kInterpreter}};
     options.solver.tolerance = 1e-10;
     const Solution s = optimise(p, options);
     EXPECT_NEAR(s.cost() / (12 * dq.squaredNorm()), 1, 1e-9);
@@ -236,7 +236,7 @@ TEST(RobotProblem, CartPoleSwingUpFromItsFile) {
     limit_efforts(p, scene, ControlUnit::kPhysical);
     OptimiseOptions options;
     options.mesh.intervals = 160;
-    options.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    options.mesh.evaluation.route = Route::kInterpreter;
     options.solver = {.tolerance = 1e-12, .dual_tolerance = 1e-10, .bound_relaxation = 0};
     const Solution s = optimise(p, options);
     EXPECT_TRUE(s.success());
@@ -273,7 +273,7 @@ TEST(RobotProblem, FractionsOfTheLimitAreTheSameProblem) {
     p.start << -0.6, 0.3, 0, 0;
     p.goal << 0.5, 1.0, 0, 0;
     OptimiseOptions options;
-    options.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    options.mesh.evaluation.route = Route::kInterpreter;
     const Solution s = optimise(p, options);
     EXPECT_TRUE(s.success());
     cost[int(unit)] = s.cost();

@@ -175,10 +175,11 @@ TEST(Collocation, GaussNewtonIsTwiceTheSquareOfTheJacobianOfTheResiduals) {
 // By each route and with each kind of Hessian, from the first evaluation on.
 TEST(Collocation, EvaluationsAllocateNothing) {
   const auto cache = std::filesystem::temp_directory_path() / ("dyntape-ocp-" + std::to_string(getpid()));
-  for (EvaluationRoute route : {EvaluationRoute::kInterpreter, EvaluationRoute::kAutomatic}) {
+  for (Route route : {Route::kInterpreter, Route::kAutomatic}) {
     for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
-      Collocation nlp(test::swing_up(1.0),
-                      {.intervals = 20, .hessian = kind, .evaluation = {route, cache.string()}});
+      Collocation nlp(
+          test::swing_up(1.0),
+          {.intervals = 20, .hessian = kind, .evaluation = {.route = route, .cache_folder = cache.string()}});
       std::vector<std::vector<double>> points;
       for (unsigned seed = 0; seed < 5; ++seed) points.push_back(random_point(nlp, seed));
       std::vector<double> gradient(nlp.shape().n()), g(nlp.shape().m()), lambda(g.size(), 0.5);

@@ -56,7 +56,7 @@ class TaskFiles : public ::testing::Test {
 };
 
 Task without_compiler(Task task) {
-  task.optimise.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+  task.optimise.mesh.evaluation.route = Route::kInterpreter;
   return task;
 }
 

@@ -30,7 +30,7 @@ class Verdicts : public ::testing::Test {
     const std::string path = (folder_ / "task.info").string();
     write_file_atomically(path, text);
     Task task = read_task(path);
-    task.optimise.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    task.optimise.mesh.evaluation.route = Route::kInterpreter;
     return task;
   }
 
@@ -52,7 +52,7 @@ class Verdicts : public ::testing::Test {
 
   static Task cart_pole(int intervals) {
     Task task = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/cart_pole_swing_up.info");
-    task.optimise.mesh.evaluation.route = EvaluationRoute::kInterpreter;
+    task.optimise.mesh.evaluation.route = Route::kInterpreter;
     task.optimise.mesh.intervals = intervals;
     task.expected.reset();
     return task;
