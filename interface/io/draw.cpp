@@ -9,6 +9,8 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <string_view>
 
 #include <dyntape/autodiff/error.h>
@@ -81,7 +83,8 @@ void draw(const Plot& plot, const std::string& path, const std::string& gnuplot)
     throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " + std::to_string(status) +
                     "): " + said);
   }
-  const std::string text = read_file(picture.path);
+  std::ifstream file(picture.path, std::ios::binary);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
   if (!is_whole(text, extension)) {
     throw FileError(path + ": '" + gnuplot + "' left a picture of " + std::to_string(text.size()) +
                     " bytes that is cut off; expected room for all of it on the disk");

@@ -10,19 +10,21 @@ namespace dyntape {
 
 namespace {
 
+const std::string kLimitsHold =
+    " The robot's limits hold unless the task says otherwise (bounds): within them there may be none.";
+
 // "velocity of panda_joint1 is 2.41 rad/s at 0.52 s, rated for 2.175, and 2 more"
 std::string first_of(const std::vector<LimitExcess>& excesses) {
   const std::size_t others = excesses.size() - 1;
   return excesses.front().text() + (others ? ", and " + std::to_string(others) + " more" : "");
 }
 
-// "interval 12 of 50 is off by 95.0, 3.7e-01 of the motion of v.elbow, where the task allows 1.0e-03"
+// "v.elbow is off by 95.0 in interval 12 of 50, 3.7e-01 of its motion, where the task allows 1.0e-03"
 std::string defect_of(const Solution& solution, const Task::Demands& demands) {
   const Verification& v = solution.verification;
-  const int k = v.worst_interval;
-  return "interval " + std::to_string(k) + " of " + std::to_string(solution.motion.intervals()) +
-         " is off by " + io::significant(v.true_defect[k], 3) + ", " + io::scientific(v.worst_relative) +
-         " of the motion of " + v.worst_state + ", where the task allows " +
+  return v.worst_state + " is off by " + io::significant(v.worst_state_defect, 3) + " in interval " +
+         std::to_string(v.worst_interval) + " of " + std::to_string(solution.motion.intervals()) + ", " +
+         io::scientific(v.worst_relative) + " of its motion, where the task allows " +
          io::scientific(demands.true_defect);
 }
 
@@ -70,6 +72,8 @@ int SolveReport::iterations() const {
 std::string SolveReport::verdict() const {
   const Verification& v = solution.verification;
   if (interrupted) return of_interrupted(*this);
+  if (solution.nlp.status == SolveStatus::kLocallyInfeasible)
+    return std::string(describe(solution.nlp.status)) + kLimitsHold;
   if (!solution.success()) return describe(solution.nlp.status);
   if (!feasible()) {
     return "The solver reports success, but the motion violates " + v.worst_row + " by " +

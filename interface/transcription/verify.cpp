@@ -172,14 +172,15 @@ class Audit {
   }
 
   // Notes the interval if it is off by most so far; a state that is no number is off by more than any.
-  void note_defect(int k, const Eigen::VectorXd& relative) {
+  void note_defect(int k, const Eigen::VectorXd& defect, const Eigen::VectorXd& extents) {
     Eigen::Index state = 0;
-    const double most = relative.maxCoeff<Eigen::PropagateNaN>(&state);
+    const double most = defect.cwiseQuotient(extents).maxCoeff<Eigen::PropagateNaN>(&state);
     result_.relative_defect[k] = most;
     if (most <= result_.worst_relative || std::isnan(result_.worst_relative)) return;
     result_.worst_relative = most;
     result_.worst_interval = k;
     result_.worst_state = problem_.states[std::size_t(state)];
+    result_.worst_state_defect = defect[state];
   }
 
   void simulate_intervals() {
@@ -189,7 +190,7 @@ class Audit {
     for (int k = 0; k < motion_.intervals(); ++k) {
       const Simulation end = until_stopped(k, motion_.x.col(motion_.node(k)));
       result_.true_defect[k] = distance(end.x, motion_.node(k + 1));
-      note_defect(k, (end.x - motion_.x.col(motion_.node(k + 1))).cwiseAbs().cwiseQuotient(extents));
+      note_defect(k, (end.x - motion_.x.col(motion_.node(k + 1))).cwiseAbs(), extents);
       if (result_.trouble.empty() && !end.trouble.empty()) {
         result_.trouble = "interval " + std::to_string(k) + ": " + end.trouble;
       }

@@ -43,8 +43,9 @@ struct Verification {
   double worst_defect = 0;
   Eigen::VectorXd relative_defect;  // (intervals) the same of the motion's extents
   double worst_relative = 0;
-  int worst_interval = 0;        // which is off by most, relatively
-  std::string worst_state = {};  // and the state that is; empty: none
+  int worst_interval = 0;         // which is off by most, relatively
+  std::string worst_state = {};   // and the state that is; empty: none
+  double worst_state_defect = 0;  // by how much, in its own unit
   double miss = 0;
   std::string trouble = {};  // "interval 3: the rate of "v" is nan at t = 0.75 s"; empty: none
 };

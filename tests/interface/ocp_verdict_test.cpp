@@ -119,10 +119,13 @@ TEST_F(Verdicts, TheMeshIsRefinedUntilTheMotionIsTrue) {
   EXPECT_FALSE(coarse.success());
   const Verification& v = coarse.solution.verification;
   EXPECT_GT(v.worst_relative, 1e-3);
-  EXPECT_NE(coarse.verdict().find("too coarse: re-simulated, interval " + std::to_string(v.worst_interval) +
-                                  " of 8"),
+  EXPECT_NE(coarse.verdict().find("in interval " + std::to_string(v.worst_interval) + " of 8"),
             std::string::npos)
       << coarse.verdict();
+  EXPECT_NE(coarse.verdict().find("too coarse: re-simulated, " + v.worst_state + " is off by "),
+            std::string::npos)
+      << coarse.verdict();
+  EXPECT_LE(v.worst_state_defect, v.worst_defect);
   EXPECT_NE(coarse.verdict().find("more intervals"), std::string::npos) << coarse.verdict();
 
   task.demands.refinements = 4;
