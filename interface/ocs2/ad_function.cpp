@@ -55,7 +55,7 @@ TieredFunction detail::made(const Function& function, const CodegenOptions& opti
 }
 
 std::vector<std::string> AdFunction::defaultCompileFlags() {
-  return {"-O3", "-g", "-march=native", "-mtune=native", "-ffast-math"};
+  return {"-O3", "-g", "-march=native", "-mtune=native"};
 }
 
 AdFunction::AdFunction(ad_parameterized_function_t function, std::size_t variableDim,

@@ -77,7 +77,7 @@ class AdFunction {
 
   enum class ApproximationOrder { Zero, First, Second };
 
-  // OCS2's defaults.  All but -ffast-math reach the compiler; that one is left out, said once.
+  // OCS2's defaults but -ffast-math, which would not be passed on: that is said once to those who give it.
   static std::vector<std::string> defaultCompileFlags();
 
   // Errors of the recording name the line that makes the object.

@@ -21,7 +21,8 @@ cmake -S "$scratch/prefix/share/dyntape/examples" -B "$scratch/examples" -G Ninj
   -DCMAKE_CXX_COMPILER="$compiler" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 cmake --build "$scratch/examples" --target first custom_cost >"$scratch/log" 2>&1 || { cat "$scratch/log"; exit 1; }
 "$scratch/examples/first" "$robots/panda.urdf"
-"$scratch/examples/custom_cost" "$robots/ur5.urdf" >/dev/null
+"$scratch/examples/custom_cost" "$robots/ur5.urdf" >/dev/null 2>"$scratch/said"
+[ ! -s "$scratch/said" ] || { cat "$scratch/said"; echo "an example that is as it should be has something to say"; exit 1; }
 
 for program in "$scratch"/build/mixed/mixed_*[0-9] "$scratch/build/mixed/mixed_packs"; do
   "$program" "$robots/ur5.urdf" || { echo "$(basename "$program") fails"; exit 1; }
