@@ -16,14 +16,9 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
-
-// The surroundings do not allow it, now: no memory, no disk, a policy, a library that is missing.  Nothing is wrong with
-// what was to be compiled or loaded, and who can do without goes on without.
-struct Unavailable : ToolError {
-  using ToolError::ToolError;
-};
 
 struct Compiler {
   std::string path;

@@ -19,6 +19,7 @@
 #include <string>
 
 #include <dyntape/codegen/store/abi.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 

@@ -18,7 +18,15 @@
 #include <utility>
 #include <vector>
 
+#include <dyntape/autodiff/error.h>
+
 namespace dyntape::codegen {
+
+// The surroundings do not allow it, now: no memory, no disk, a policy, a library that is missing.  Nothing is wrong with
+// what was to be compiled or loaded, and who can do without goes on without.
+struct Unavailable : ToolError {
+  using ToolError::ToolError;
+};
 
 // An open file; a negative number: none.
 class Descriptor {
