@@ -53,25 +53,25 @@ struct CodegenOptions {
   std::size_t widest_lanes = 8;  // wider kernels are not used, even if the library has them
 
   // Empty: $DYNTAPE_CACHE, $XDG_CACHE_HOME/dyntape or ~/.cache/dyntape.
-  std::string cache_folder;
+  std::string cache_folder = {};
   bool use_cache = true;       // false: compiled in a temporary folder that is removed again
   bool force_rebuild = false;  // compiles even if the library is there
   bool only_cached = false;    // NotCached (pipeline.h) if the library is not there: nothing is made
 
   // Empty: $DYNTAPE_CC, cc, gcc or clang, the first that exists.
-  std::string compiler;
+  std::string compiler = {};
   // Levels, -g, -W, processors and their features, -DNAME=1, -I are passed on (flags.h); others are left out, said once.
-  std::vector<std::string> flags;
+  std::vector<std::string> flags = {};
 
-  std::string label;  // name in the generated code; empty: the name of the function
+  std::string label = {};  // name in the generated code; empty: the name of the function
 
   std::size_t piece_statements = 250;      // longer bodies are cut into functions of about this length
   unsigned jobs = 0;                       // compilers at a time; 0: one a hardware thread
   double compile_seconds = 900;            // a compiler that takes longer is ended
   std::size_t compile_bytes = 8ull << 30;  // address space of one compiler
-  std::stop_token stop;                    // a request ends the compilers: ToolError
+  std::stop_token stop = {};               // a request ends the compilers: ToolError
   // Called in the thread that compiles, when it begins and whenever a compiler is done: pieces done, and of how many.
-  std::function<void(std::size_t done, std::size_t of)> compiled_piece;
+  std::function<void(std::size_t done, std::size_t of)> compiled_piece = {};
 };
 
 }  // namespace dyntape

@@ -2,6 +2,7 @@
 #include <dyntape/codegen/parallel.h>
 
 #include <algorithm>
+#include <functional>
 #include <mutex>
 
 #include <dyntape/autodiff/error.h>
@@ -44,6 +45,8 @@ Strides strides_of(const CompiledFunction& f, Order order, const Points& points)
 
 std::vector<CompiledFunction::Workspace> make_workspaces(const CompiledFunction& function, unsigned threads) {
   if (threads == 0) threads = codegen::thread_count();
+  if (threads > 1)
+    codegen::run_tasks(threads, [](std::size_t) {});  // they are made now, not by the first evaluation
   return std::vector<CompiledFunction::Workspace>(threads, CompiledFunction::Workspace(function));
 }
 
@@ -56,7 +59,7 @@ Violation run_parallel(const CompiledFunction& function, Order order, const Poin
                     parts = std::clamp<std::size_t>(blocks, 1, workspaces.size());
   std::mutex mutex;
   Violation first;
-  codegen::run_tasks(parts, [&](std::size_t k) {
+  const auto run_part = [&](std::size_t k) {
     const auto bound = [&](std::size_t part) {
       return std::min(blocks * part / parts * width, points.lanes);
     };
@@ -66,7 +69,8 @@ Violation run_parallel(const CompiledFunction& function, Order order, const Poin
     found.lane += begin;
     const std::scoped_lock lock(mutex);
     if (!first || found.lane < first.lane) first = found;
-  });
+  };
+  codegen::run_tasks(parts, std::ref(run_part));  // a reference: nothing is allocated
   return first;
 }
 

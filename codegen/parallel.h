@@ -7,7 +7,7 @@
 //
 // The points are cut into as many parts as there are workspaces, at multiples of f.lane_width(); the parts run on
 // the threads of the process (threads.h), of which there are $DYNTAPE_THREADS or what the processor has.  A point's
-// result does not depend on the number of parts or threads.  Nothing is allocated after the first call.
+// result does not depend on the number of parts or threads.  Nothing is allocated.
 #pragma once
 
 #include <vector>

@@ -83,7 +83,7 @@ class Page(unittest.TestCase):
 
     def test_peers_are_named_with_the_flags_of_their_users(self):
         self.assertEqual(casadi_peer_flags()[:3], ['-O3', '-march=native', '-DNDEBUG'])
-        header = (ROOT / 'tools' / 'dyntape' / 'peer.h').read_text()
+        header = (ROOT / 'tests' / 'bench' / 'command' / 'peer.h').read_text()
         self.assertIn('kPeerFlags[] = "-O3 -march=native -DNDEBUG"', header)
 
     def test_an_interrupted_run_loses_no_rows(self):

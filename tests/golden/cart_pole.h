@@ -83,15 +83,35 @@ typedef struct dyntape_descriptor {
 #define DYNTAPE_EXPORT
 #endif
 #endif
-void cart_pole_value(const double* x, const double* p, const double* w, double* y, double* jacobian,
-                     double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-                     uint32_t* status);
-void cart_pole_first_order(const double* x, const double* p, const double* w, double* y, double* jacobian,
-                           double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-                           uint32_t* status);
-void cart_pole_second_order(const double* x, const double* p, const double* w, double* y, double* jacobian,
-                            double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
-                            uint32_t* status);
+
+/* Arrays of one point:
+ *   x[4] variables: position, angle, rate, force
+ *   p[2] parameters: pole mass, length
+ *   w[2] weights, the last of them one an output
+ *   y[2] values: cart acceleration, pole acceleration
+ *   jacobian[6] non-zeros of dy/dx (2 x 4)
+ *   hessian[4] non-zeros of the lower triangle of the weighted Hessian (4 x 4)
+ */
+#define CART_POLE_N_X 4
+#define CART_POLE_N_P 2
+#define CART_POLE_N_W 2
+#define CART_POLE_N_Y 2
+#define CART_POLE_JACOBIAN_NNZ 6
+#define CART_POLE_HESSIAN_NNZ 4
+#define CART_POLE_VALUE_WORK 2
+#define CART_POLE_FIRST_ORDER_WORK 8
+#define CART_POLE_SECOND_ORDER_WORK 12
+#define CART_POLE_DESCRIPTOR dyntape_7cc65fdf4a9c3e10ef9c0fdf4ae9c4f1
+
+void cart_pole_value(const double* x, const double* p, const double* w, double* y,
+    double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+    uint32_t* status);
+void cart_pole_first_order(const double* x, const double* p, const double* w, double* y,
+    double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+    uint32_t* status);
+void cart_pole_second_order(const double* x, const double* p, const double* w, double* y,
+    double* jacobian, double* hessian, double* work, size_t lanes, const dyntape_strides* strides,
+    uint32_t* status);
 extern DYNTAPE_EXPORT const dyntape_descriptor dyntape_7cc65fdf4a9c3e10ef9c0fdf4ae9c4f1;
 
 #ifdef __cplusplus
