@@ -32,7 +32,7 @@
 //                   hessian [exact] gauss_newton | limited_memory;
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
 //   evaluation      profile [strict] fast; lanes [none] native: points side by side in registers;
-//                   route [automatic] interpreter; threads [0: all] that share the points
+//                   route [automatic] interpreter; threads [1], 0: all, that share the points
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
 //   guess           positions [line], velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;

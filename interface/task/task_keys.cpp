@@ -126,7 +126,7 @@ void read_evaluation(Section& file, MeshOptions& mesh) {
           .choice_or<Route>("route", "automatic",
                             {{"automatic", Route::kAutomatic}, {"interpreter", Route::kInterpreter}});
   block.about("that share the points; 0: as many as the processor has");
-  mesh.threads = static_cast<unsigned>(block.get_or("threads", 0, io::between(0, 1024)));
+  mesh.threads = static_cast<unsigned>(block.get_or("threads", 1, io::between(0, 1024)));
 }
 
 void read_solver(Section& file, OptimiseOptions& optimise) {
