@@ -19,6 +19,8 @@ def main():
     new = lines[lines_before:] if len(lines) > lines_before else lines[1:] if len(lines) < lines_before else []
     seconds = {}
     for line in new:
+        if line.startswith('#'):
+            continue
         begin, end, _, output, _ = line.split('\t')
         seconds[output] = (int(end) - int(begin)) / 1000
     print(f'{whole:6.0f} s  from the first unit to the last, {len(seconds)} steps')

@@ -3,6 +3,7 @@
 // A robot description that xacro has yet to expand: urdfdom would pass over its macros and read a part of the robot.
 #include <string_view>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/urdf/check.h>
 
