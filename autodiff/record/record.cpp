@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <mutex>
 #include <ostream>
 #include <random>
 #include <thread>
@@ -261,9 +262,13 @@ Recorder::Recorder(const std::string& name, std::size_t n_x, std::size_t n_p, co
   p_ = make_inputs(Block::kParameters, p);
 }
 
-// Another thread must not touch the list of this one: what it destroys there stays open, and is lost.
+// Another thread must not touch the list of this one: what it destroys stays open, and is kept to the end.
 Recorder::~Recorder() {
-  if (open_ && open_->thread != std::this_thread::get_id()) static_cast<void>(open_.release());
+  if (!open_ || open_->thread == std::this_thread::get_id()) return;
+  static std::mutex mutex;
+  static std::vector<std::unique_ptr<Open>>& kept = *new std::vector<std::unique_ptr<Open>>;
+  const std::scoped_lock lock(mutex);
+  kept.push_back(std::move(open_));
 }
 
 VectorXad Recorder::make_inputs(Block block, const std::vector<double>& values) {

@@ -48,7 +48,8 @@ TEST(Section, lists_the_questions) {
   EXPECT_NO_THROW(file.finish());
   std::string text;
   for (const Question& q : file.questions())
-    text += q.path + "|" + q.takes + "|" + q.fallback + "|" + (q.is_required ? "!" : "") + "|" + q.meaning + "\n";
+    text +=
+        q.path + "|" + q.takes + "|" + q.fallback + "|" + (q.is_required ? "!" : "") + "|" + q.meaning + "\n";
   EXPECT_EQ(text,
             "mesh|a block|||the grid\n"
             "mesh.intervals|a whole number, at least 1||!|of equal length\n"
