@@ -40,7 +40,6 @@ struct Expr {
 };
 
 #define OP(name, fn, n, ...) DYNTAPE_EXPR_##n(name, fn)
-#define FN OP
 #define DYNTAPE_EXPR_1(name, fn) \
   inline Expr fn(Expr a) { return Expr(GraphScope::graph().make(Op::name, a.id)); }
 #define DYNTAPE_EXPR_2(name, fn) \
@@ -50,8 +49,6 @@ struct Expr {
     return Expr(GraphScope::graph().make(Op::name, a.id, b.id, c.id)); \
   }
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_EXPR_1
 #undef DYNTAPE_EXPR_2
 #undef DYNTAPE_EXPR_3

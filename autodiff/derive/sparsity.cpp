@@ -6,7 +6,6 @@
 #include <numeric>
 #include <span>
 
-#include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/graph/callee.h>
 
 namespace dyntape {
@@ -230,17 +229,6 @@ Pattern jacobian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs
 
 Pattern jacobian_sparsity(const Function& function) {
   return jacobian_sparsity(function.graph, function.outputs, function.n_x());
-}
-
-Pattern hessian_sparsity(const Function& function) {
-  Pattern full = jacobian_sparsity(vjp(function));
-  Pattern lower{full.rows, full.cols, {}, {}};
-  for (std::size_t k = 0; k < full.nnz(); ++k) {
-    if (full.col[k] > full.row[k]) continue;
-    lower.row.push_back(full.row[k]);
-    lower.col.push_back(full.col[k]);
-  }
-  return lower;
 }
 
 }  // namespace dyntape

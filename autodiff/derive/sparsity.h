@@ -3,7 +3,6 @@
 // Which outputs depend on which variables.
 //
 //   Pattern j = jacobian_sparsity(f);       // j.row[k], j.col[k]: entries sorted by row, then column
-//   Pattern h = hessian_sparsity(f);        // lower triangle of the Hessian of any weighted sum of outputs
 //
 // An entry is present where a chain of non-zero slopes leads from the variable to the output: sign, floor and
 // comparisons end such a chain, and both branches of a select count.
@@ -21,8 +20,5 @@ namespace dyntape {
 Pattern jacobian_sparsity(const Function& function);
 // The same of any nodes of a graph of n_x variables.
 Pattern jacobian_sparsity(const Graph& graph, const std::vector<NodeId>& outputs, std::size_t n_x);
-
-// Lower triangle (col <= row), (n_x x n_x); the union over outputs.  Derives the gradient to find it.
-Pattern hessian_sparsity(const Function& function);
 
 }  // namespace dyntape

@@ -187,7 +187,7 @@ Seeds Sweep::kinds_of(const std::vector<Flow>& flows, const Callee& callee) {
     kinds.push_back(!flow.exists() ? SeedKind::kNone : is_weight ? SeedKind::kWeight : SeedKind::kNumber);
   }
   const auto is_number = [](SeedKind kind) { return kind == SeedKind::kNumber; };
-  if (callee.dissolves || std::all_of(kinds.begin(), kinds.end(), is_number)) return kinds;
+  if (callee.dissolves() || std::all_of(kinds.begin(), kinds.end(), is_number)) return kinds;
   std::set<Seeds>& ways = ways_called_[&callee];
   if (ways.size() < kMostWays) ways.insert(kinds);
   return ways.count(kinds) ? kinds : Seeds(flows.size(), SeedKind::kWeight);

@@ -2,6 +2,8 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 
 #include <algorithm>
+#include <memory>
+#include <mutex>
 
 #include <dyntape/autodiff/error.h>
 
@@ -22,8 +24,8 @@ std::size_t Interpreter::link(const Function& function, std::map<const Callee*, 
     call_space = std::max(call_space, callee->n_in + callee->n_out);
     auto found = known.find(callee.get());
     if (found == known.end()) {
-      const std::size_t number =
-          callee->recorded ? link(*callee->recorded, known) : detail::LinkedProgram::kKernel;
+      const Recorded* const recorded = callee->recorded();
+      const std::size_t number = recorded ? link(*recorded->function, known) : detail::LinkedProgram::kKernel;
       found = known.emplace(callee.get(), number).first;
     }
     callees.push_back(found->second);
@@ -105,6 +107,12 @@ void detail::check_sizes(const Function& function, std::size_t x, std::size_t p,
   }
 }
 
+std::shared_ptr<const Function> detail::recorded_form(const Callee& callee) {
+  if (const Recorded* recorded = callee.recorded()) return recorded->function;
+  const auto& unrolled = callee.kernel()->unrolled;
+  return unrolled ? unrolled() : nullptr;
+}
+
 std::vector<double> evaluate(const Function& function, const std::vector<double>& x,
                              const std::vector<double>& p, const std::vector<double>& w) {
   detail::check_sizes(function, x.size(), p.size(), w.size());
@@ -116,6 +124,18 @@ std::vector<double> evaluate(const Function& function, const std::vector<double>
   return y;
 }
 
-void evaluate(const Callee& callee, const double* in, double* out) { callee.evaluate(in, out); }
+void evaluate(const Callee& callee, const double* in, double* out) {
+  if (const Kernel* kernel = callee.kernel()) return kernel->evaluate(in, out);
+  static std::mutex mutex;
+  std::shared_ptr<const Interpreter> run;
+  {
+    const std::scoped_lock lock(mutex);
+    auto& program = callee.made.program;
+    if (!program) program = std::make_shared<Interpreter>(*callee.recorded()->function);
+    run = program;
+  }
+  Interpreter::Workspace workspace(*run);
+  (*run)(in, nullptr, nullptr, out, workspace);
+}
 
 }  // namespace dyntape

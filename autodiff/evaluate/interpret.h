@@ -89,9 +89,10 @@ void evaluate(const Callee& callee, const double* in, double* out);
 
 namespace detail {
 void check_sizes(const Function& function, std::size_t x, std::size_t p, std::size_t w);
-}
+std::shared_ptr<const Function> recorded_form(const Callee& callee);  // null: it is in double only
+}  // namespace detail
 
-// The same tape in the float type T.  Kernels that exist in double only (Callee::unrolled) throw ArgumentError;
+// The same tape in the float type T.  Kernels that exist in double only (Kernel::unrolled) throw ArgumentError;
 // guards are not checked.
 template <class T>
 std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, const std::vector<T>& p = {},

@@ -24,7 +24,7 @@ std::vector<T> evaluate_as(const Function& function, const std::vector<T>& x, co
         break;
       case Op::Call: {
         const Callee& callee = *graph.callees()[node.a];
-        const auto recorded = callee.recorded || !callee.unrolled ? callee.recorded : callee.unrolled();
+        const auto recorded = detail::recorded_form(callee);
         if (!recorded)
           throw ArgumentError("evaluate_as: kernel \"" + callee.name + "\" exists in double only");
         std::vector<T> arguments;

@@ -42,10 +42,7 @@ const Word* compute(bool is_portable, const Program::Run& step, const Word* code
 #define OP(name, ...) \
   case Op::name:      \
     return compute<Op::name, N>(is_portable, code, step.count, values);
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
     default:
       return code;
   }
@@ -94,7 +91,7 @@ void call_kernel(const Callee& callee, LaneRoom<N>& room) {
   double* const out = in + callee.n_in;
   for (int l = 0; l < N; ++l) {
     for (std::size_t i = 0; i < callee.n_in; ++i) in[i] = room.call[i].lane[l];
-    callee.evaluate(in, out);
+    callee.kernel()->evaluate(in, out);
     for (std::size_t i = 0; i < callee.n_out; ++i) room.call[callee.n_in + i].lane[l] = out[i];
   }
 }

@@ -91,7 +91,7 @@ std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& root
         source.for_each_argument(id, [&](NodeId a) { arguments.push_back(image[a]); });
         results.resize(std::max<std::size_t>(results.size(), node.c + 1));
         const auto& callee = source.callees()[node.a];
-        results[node.c] = dissolved && callee->dissolves
+        results[node.c] = dissolved && callee->dissolves()
                               ? dissolved_call(callee, arguments, target, *dissolved)
                               : target.call(callee, arguments);
         break;
@@ -117,9 +117,10 @@ std::vector<NodeId> dissolved_call(const std::shared_ptr<const Callee>& callee,
                                    DissolvedCalls& dissolved) {
   if (const auto known = dissolved.find({callee.get(), arguments}); known != dissolved.end())
     return known->second;
+  const Function& function = *callee->recorded()->function;
   const std::vector<NodeId> results = spliced(
-      callee->recorded->graph, callee->recorded->outputs, target,
-      [&](Block, std::uint32_t i) { return arguments[i]; }, &dissolved);
+      function.graph, function.outputs, target, [&](Block, std::uint32_t i) { return arguments[i]; },
+      &dissolved);
   dissolved.emplace(std::pair(callee.get(), arguments), results);
   return results;
 }
@@ -133,7 +134,7 @@ std::vector<NodeId> splice(const Graph& source, const std::vector<NodeId>& roots
 
 Function dissolved(const Function& function) {
   const auto& callees = function.graph.callees();
-  if (std::none_of(callees.begin(), callees.end(), [](const auto& c) { return c->dissolves; }))
+  if (std::none_of(callees.begin(), callees.end(), [](const auto& c) { return c->dissolves(); }))
     return compact(function);
   Graph graph;
   DissolvedCalls calls;
@@ -267,6 +268,20 @@ void check(const Function& function) {
   for (NodeId root : roots_of(function)) {
     if (root >= graph.size()) fail("an output does not exist");
   }
+}
+
+std::vector<OperationCount> count_operations(const Callee& callee) {
+  if (const Kernel* kernel = callee.kernel()) return kernel->operations;
+  static std::mutex mutex;
+  auto& made = callee.made.operations;
+  {
+    const std::scoped_lock lock(mutex);
+    if (made) return *made;
+  }
+  auto operations = count_operations(*callee.recorded()->function);  // and of what that calls: once each
+  const std::scoped_lock lock(mutex);
+  if (!made) made = std::move(operations);
+  return *made;
 }
 
 std::vector<OperationCount> count_operations(const Function& function) {

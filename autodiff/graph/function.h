@@ -90,6 +90,7 @@ Function select_outputs(const Function& function, const std::vector<std::size_t>
 // counts as one, and with it what is done in the callee.
 std::vector<OperationCount> count_operations(const Function& function);
 std::size_t total_operations(const Function& function);
+std::vector<OperationCount> count_operations(const Callee& callee);  // of one call
 
 // Copies the part of `source` that `roots` need into `target`, with inputs replaced by `input(block, index)`.
 // Returns the images of the roots.

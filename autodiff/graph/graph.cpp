@@ -360,4 +360,13 @@ std::size_t Graph::bytes() const {
          call_arguments_.capacity() * sizeof(NodeId);
 }
 
+bool has_pole(const Graph& graph, NodeId id) {
+  const Node& node = graph[id];
+  if (node.op == Op::Call) return graph.callees()[node.a]->has_poles;
+  if (node.op == Op::Const) return !std::isfinite(graph.constant_value(id));
+  const bool by_constant =
+      node.op == Op::Div && graph.is_constant(node.b) && graph.constant_value(node.b) != 0;
+  return (info(node.op).laws & kPole) && !by_constant;
+}
+
 }  // namespace dyntape

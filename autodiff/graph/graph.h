@@ -131,6 +131,9 @@ class Graph {
 // Number of arguments of a Call node.
 std::size_t call_arity(const Graph& graph, NodeId call);
 
+// Whether the value or a slope at a node may be infinite though its arguments are not.
+bool has_pole(const Graph& graph, NodeId id);
+
 // What changes from node to node most often, the older argument or an input's index, comes last (KeyTable).
 inline std::uint64_t Graph::key(const Node& node) {
   const bool is_input = node.op == Op::Input;

@@ -88,19 +88,20 @@ void add_pattern(Hasher& hasher, const Pattern& pattern) {
   }
 }
 
-void add_kernel(Hasher& hasher, const Callee& kernel) {
-  hasher.add(kernel.name);
+void add_kernel(Hasher& hasher, const std::string& name, const Kernel& kernel) {
+  hasher.add(name);
   hasher.add(kernel.c_body);
   hasher.add(kernel.c_body_of_lanes);
 }
 
 // What decides how a caller is derived and printed, besides the values.
 void add_treatment(Hasher& hasher, const Callee& callee) {
-  hasher.add(callee.dissolves);
+  hasher.add(callee.dissolves());
   hasher.add(callee.has_poles);
   add_pattern(hasher, callee.pattern);
-  hasher.add(callee.operations.size());
-  for (const OperationCount& entry : callee.operations) {
+  const auto operations = callee.kernel() ? callee.kernel()->operations : std::vector<OperationCount>();
+  hasher.add(operations.size());
+  for (const OperationCount& entry : operations) {
     hasher.add(info(entry.op).name);
     hasher.add(entry.count);
   }
@@ -114,16 +115,20 @@ std::string computed(const std::shared_ptr<const Callee>& callee, Sweeps sweeps)
   hasher.add(callee->n_in);
   hasher.add(callee->n_out);
   if (sweeps.derives) add_treatment(hasher, *callee);
-  if (callee->recorded) {
+  const Recorded* const recorded = callee->recorded();
+  if (recorded) {
     // Derivatives that follow are those of the recorded function, kernels inside it included.
-    hasher.add(digest_of(*callee->recorded, follow ? sweeps : sweeps.of_values()));
+    hasher.add(digest_of(*recorded->function, follow ? sweeps : sweeps.of_values()));
   } else {
-    add_kernel(hasher, *callee);
-    if (const auto fused = callee->fused ? callee->fused() : nullptr) hasher.add(digest_of(fused, sweeps));
+    const Kernel& kernel = *callee->kernel();
+    add_kernel(hasher, callee->name, kernel);
+    if (const auto fused = kernel.fused ? kernel.fused() : nullptr) hasher.add(digest_of(fused, sweeps));
   }
   if (follow) return hasher.digest();
-  if (sweeps.forward) hasher.add(callee->jvp ? digest_of(jvp_callee(callee), sweeps.of_values()) : "none");
-  if (sweeps.reverse) hasher.add(callee->vjp ? digest_of(vjp_callee(callee), sweeps.of_adjoints()) : "none");
+  const bool derives = recorded && recorded->derivative;
+  const bool has_jvp = callee->jvp || derives, has_vjp = callee->vjp || derives;
+  if (sweeps.forward) hasher.add(has_jvp ? digest_of(jvp_callee(callee), sweeps.of_values()) : "none");
+  if (sweeps.reverse) hasher.add(has_vjp ? digest_of(vjp_callee(callee), sweeps.of_adjoints()) : "none");
   return hasher.digest();
 }
 

@@ -21,10 +21,7 @@ namespace dyntape {
 
 enum class Op : std::uint8_t {
 #define OP(name, ...) name,
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
   // The structural kinds, which are not in the table.
   Const,  // a: index into Graph::constants()
   Input,  // a: block, b: index within the block
@@ -73,10 +70,7 @@ struct OpInfo {
 
 inline constexpr OpInfo kOpInfo[] = {
 #define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi) {#name, #fn, n, c, laws, lo, hi},
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
     {"Const", "", 0, "", kNone, 0, 0},
     {"Input", "", 0, "", kNone, 0, 0},
     {"Call", "", 0, "", kNone, 0, 0},
@@ -91,8 +85,6 @@ namespace ops {
 #define OP(...)
 #define FN(name, fn, ...) using std::fn;
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 
 // The names of ours, for number types; graph expressions bring their own overloads.
 template <class C, class T>
@@ -143,10 +135,7 @@ T value_of(Op op, const T& x, const T& y, const T& z) {
 #define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi) \
   case Op::name:                                            \
     return value;
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
     default:
       return x;
   }
@@ -164,10 +153,7 @@ struct Row;
       return value;                                   \
     }                                                 \
   };
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 
 template <class T>
 T zero_slope() {
@@ -190,10 +176,7 @@ T slope_of(Op op, int argument, const T& x, const T& y, const T& z, const T& r, 
 #define OP(name, fn, n, value, dx, dy, dz, c, laws, lo, hi) \
   case Op::name:                                            \
     return argument == 0 ? as_slope<T>(dx) : argument == 1 ? as_slope<T>(dy) : as_slope<T>(dz);
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
     default:
       return zero_slope<T>();
   }
@@ -243,10 +226,7 @@ constexpr SlopeCell read_slope(std::string_view cell) {
 }
 inline constexpr SlopeCell kSlopes[][3] = {
 #define OP(name, fn, n, value, dx, dy, dz, ...) {read_slope(#dx), read_slope(#dy), read_slope(#dz)},
-#define FN OP
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 };
 inline constexpr SlopeCell kNoSlope = {};
 constexpr const SlopeCell& slope_cell(Op op, int argument) {

@@ -188,13 +188,10 @@ AD apply(AD a, AD b, AD c) {
 }
 
 #define OP(name, fn, n, ...) DYNTAPE_APPLY_##n(name)
-#define FN OP
 #define DYNTAPE_APPLY_1(name) template AD apply<Op::name>(AD);
 #define DYNTAPE_APPLY_2(name) template AD apply<Op::name>(AD, AD);
 #define DYNTAPE_APPLY_3(name) template AD apply<Op::name>(AD, AD, AD);
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_APPLY_1
 #undef DYNTAPE_APPLY_2
 #undef DYNTAPE_APPLY_3
@@ -320,9 +317,10 @@ VectorXad call(const std::shared_ptr<const Callee>& callee, const VectorXad& arg
     throw ArgumentError("call of \"" + callee->name + "\": got " + std::to_string(in.size()) +
                         " arguments, expected " + std::to_string(callee->n_in));
   }
-  if (!callee->evaluate) {
-    throw ArgumentError("call of \"" + callee->name +
-                        "\": it has no `evaluate`; recorded_callee() makes a callee of a recorded function");
+  const Kernel* const kernel = callee->kernel();
+  if (kernel ? !kernel->evaluate : !callee->recorded()->derivative) {
+    throw ArgumentError("call of \"" + callee->name + "\": " +
+                        (kernel ? "its kernel has no `evaluate`" : "it was not made by recorded_callee()"));
   }
   evaluate(*callee, in.data(), out.data());
   VectorXad results(static_cast<Eigen::Index>(out.size()));

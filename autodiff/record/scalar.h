@@ -61,7 +61,6 @@ AD apply(AD a, AD b, AD c);
 
 // Comparisons are spelt with operators that know their place (below), not through the table's functions.
 #define OP(name, fn, n, ...) DYNTAPE_AD_##n(name, fn)
-#define FN OP
 #define DYNTAPE_AD_1(name, fn) \
   inline AD fn(const AD& a) { return detail::apply<Op::name>(a); }
 #define DYNTAPE_AD_2(name, fn) \
@@ -69,8 +68,6 @@ AD apply(AD a, AD b, AD c);
 #define DYNTAPE_AD_3(name, fn) \
   inline AD fn(const AD& a, const AD& b, const AD& c) { return detail::apply<Op::name>(a, b, c); }
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_AD_1
 #undef DYNTAPE_AD_2
 #undef DYNTAPE_AD_3

@@ -51,7 +51,6 @@ class Jet {
 
 // Every function of the table.
 #define OP(name, fn, n, ...) DYNTAPE_JET_##n(name, fn)
-#define FN OP
 #define DYNTAPE_JET_1(name, fn) \
   friend Jet fn(const Jet& a) { return apply<Op::name>(a); }
 #define DYNTAPE_JET_2(name, fn) \
@@ -59,8 +58,6 @@ class Jet {
 #define DYNTAPE_JET_3(name, fn) \
   friend Jet fn(const Jet& a, const Jet& b, const Jet& c) { return apply<Op::name>(a, b, c); }
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_JET_1
 #undef DYNTAPE_JET_2
 #undef DYNTAPE_JET_3

@@ -218,17 +218,19 @@ namespace detail {
 
 // Elementary functions of n lanes, n = 1, 2, 4 or 8.  By address, so that no vector crosses a boundary between
 // units that may have been compiled for different processors.
-#define DYNTAPE_DECLARE(fn, ulp) void pack_##fn(const double* x, double* y, int n);
-DYNTAPE_PORTABLE_UNARY(DYNTAPE_DECLARE)
-#undef DYNTAPE_DECLARE
-#define DYNTAPE_DECLARE(fn, ulp) void pack_##fn(const double* x, const double* y, double* z, int n);
-DYNTAPE_PORTABLE_BINARY(DYNTAPE_DECLARE)
-#undef DYNTAPE_DECLARE
+#define OP(...)
+#define FN(...)
+#define LIBM(ulp, name, fn, n, ...) DYNTAPE_DECLARE_##n(fn)
+#define DYNTAPE_DECLARE_1(fn) void pack_##fn(const double* x, double* y, int n);
+#define DYNTAPE_DECLARE_2(fn) void pack_##fn(const double* x, const double* y, double* z, int n);
+#include <dyntape/autodiff/graph/ops.def>
+#undef DYNTAPE_DECLARE_1
+#undef DYNTAPE_DECLARE_2
 void pack_sincos(const double* x, double* sine, double* cosine, int n);
 
 }  // namespace detail
 
-#define DYNTAPE_DEFINE(fn, ulp)                  \
+#define DYNTAPE_DEFINE_1(fn)                     \
   template <int N>                               \
   Pack<double, N> fn(const Pack<double, N>& x) { \
     alignas(8 * N) double in[N], out[N];         \
@@ -236,9 +238,7 @@ void pack_sincos(const double* x, double* sine, double* cosine, int n);
     detail::pack_##fn(in, out, N);               \
     return Pack<double, N>::load(out);           \
   }
-DYNTAPE_PORTABLE_UNARY(DYNTAPE_DEFINE)
-#undef DYNTAPE_DEFINE
-#define DYNTAPE_DEFINE(fn, ulp)                                            \
+#define DYNTAPE_DEFINE_2(fn)                                               \
   template <int N>                                                         \
   Pack<double, N> fn(const Pack<double, N>& x, const Pack<double, N>& y) { \
     alignas(8 * N) double a[N], b[N], out[N];                              \
@@ -255,8 +255,12 @@ DYNTAPE_PORTABLE_UNARY(DYNTAPE_DEFINE)
   Pack<double, N> fn(double x, const Pack<double, N>& y) {                 \
     return fn(Pack<double, N>(x), y);                                      \
   }
-DYNTAPE_PORTABLE_BINARY(DYNTAPE_DEFINE)
-#undef DYNTAPE_DEFINE
+#define OP(...)
+#define FN(...)
+#define LIBM(ulp, name, fn, n, ...) DYNTAPE_DEFINE_##n(fn)
+#include <dyntape/autodiff/graph/ops.def>
+#undef DYNTAPE_DEFINE_1
+#undef DYNTAPE_DEFINE_2
 
 // Both at the price of little more than one.  The last bits may differ from those of sin(x) and cos(x).
 template <int N>

@@ -3,6 +3,8 @@
 // Elementary functions of packs: SLEEF's deterministic ones (N. Shibata, F. Petrogalli, SLEEF: A Portable
 // Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which have the same bits in 1, 2, 4
 // and 8 lanes on any processor.  The widest registers that this unit is compiled for take what they hold.
+#include <array>
+
 #include <dyntape/autodiff/scalars/pack.h>
 
 // SLEEF declares what the compiler's own macros name.
@@ -68,18 +70,50 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
     put(cosine + i, both.y);                                               \
   }
 
-#define DYNTAPE_UNARY(fn, ulp) \
+#define DYNTAPE_DEFINE_1(fn, ulp) \
   void pack_##fn(const double* x, double* y, int n) { DYNTAPE_STEPS(DYNTAPE_UNARY_STEP, fn, ulp) }
-#define DYNTAPE_BINARY(fn, ulp)                                        \
+#define DYNTAPE_DEFINE_2(fn, ulp)                                      \
   void pack_##fn(const double* x, const double* y, double* z, int n) { \
     DYNTAPE_STEPS(DYNTAPE_BINARY_STEP, fn, ulp)                        \
   }
 
-DYNTAPE_PORTABLE_UNARY(DYNTAPE_UNARY)
-DYNTAPE_PORTABLE_BINARY(DYNTAPE_BINARY)
+#define OP(...)
+#define FN(...)
+#define LIBM(ulp, name, fn, n, ...) DYNTAPE_DEFINE_##n(fn, ulp)
+#include <dyntape/autodiff/graph/ops.def>
 
 void pack_sincos(const double* x, double* sine, double* cosine, int n) {
   DYNTAPE_STEPS(DYNTAPE_SINCOS_STEP, sincos, u10)
 }
 
 }  // namespace dyntape::detail
+
+namespace dyntape {
+namespace {
+
+// The portable function of an operator, with one argument or with two.
+struct Portable {
+  void (*of_one)(const double*, double*, int) = nullptr;
+  void (*of_two)(const double*, const double*, double*, int) = nullptr;
+};
+
+constexpr std::array<Portable, kTableOps> kPortable = [] {
+  std::array<Portable, kTableOps> table{};
+#define OP(...)
+#define FN(...)
+#define LIBM(ulp, name, fn, n, ...) DYNTAPE_ENTER_##n(table[std::size_t(Op::name)], detail::pack_##fn)
+#define DYNTAPE_ENTER_1(row, function) row.of_one = function;
+#define DYNTAPE_ENTER_2(row, function) row.of_two = function;
+#include <dyntape/autodiff/graph/ops.def>
+  return table;
+}();
+
+}  // namespace
+
+void portable_values(Op op, const double* x, const double* y, double* result, int n) {
+  const Portable& row = kPortable[static_cast<std::size_t>(op)];
+  if (row.of_one) row.of_one(x, result, n);
+  if (row.of_two) row.of_two(x, y, result, n);
+}
+
+}  // namespace dyntape

@@ -5,8 +5,6 @@
 //   kLibm       the C library's: what plain C++ gives on this machine
 //   kPortable   SLEEF's deterministic ones: within 1 ulp (erfc: 1.5), with the same bits on every processor and
 //               in 1, 2, 4 and 8 lanes, and in vectors much faster than the C library
-//
-//   portable_values(Op::Sin, x, nullptr, y, 8);      eight sines
 #pragma once
 
 #include <string_view>
@@ -19,21 +17,14 @@ enum class Functions { kLibm, kPortable };
 
 // The functions of the operator table that differ between the two: name, and the accuracy that SLEEF names them
 // by.  The others (sqrt, floor, fmod, ...) are exact, or correctly rounded, everywhere.
-// clang-format off
-#define DYNTAPE_PORTABLE_UNARY(X)                                                                             \
-  X(sin, u10) X(cos, u10) X(tan, u10) X(asin, u10) X(acos, u10) X(atan, u10) X(sinh, u10) X(cosh, u10)        \
-  X(tanh, u10) X(asinh, u10) X(acosh, u10) X(atanh, u10) X(exp, u10) X(expm1, u10) X(log, u10) X(log1p, u10)  \
-  X(log10, u10) X(cbrt, u10) X(erf, u10) X(erfc, u15)
-#define DYNTAPE_PORTABLE_BINARY(X) X(atan2, u10) X(pow, u10) X(hypot, u05)
-// clang-format on
-
 struct PortableFunction {
   std::string_view name, accuracy;
 };
 inline constexpr PortableFunction kPortableFunctions[] = {
-#define DYNTAPE_ROW(fn, ulp) {#fn, #ulp},
-    DYNTAPE_PORTABLE_UNARY(DYNTAPE_ROW) DYNTAPE_PORTABLE_BINARY(DYNTAPE_ROW)
-#undef DYNTAPE_ROW
+#define OP(...)
+#define FN(...)
+#define LIBM(ulp, name, fn, ...) {#fn, #ulp},
+#include <dyntape/autodiff/graph/ops.def>
 };
 
 // Whether the two differ in an operator.

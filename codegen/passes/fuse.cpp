@@ -123,7 +123,8 @@ class Fusion : public Rewriter {
   std::uint32_t users_end(NodeId id) const { return first_user_[id + 1]; }
 
   std::shared_ptr<const Callee> callee_instead_of(const std::shared_ptr<const Callee>& callee) override {
-    return callee->fused ? callee->fused() : callee;
+    const Kernel* const kernel = callee->kernel();
+    return kernel && kernel->fused ? kernel->fused() : callee;
   }
 
   NodeId instead_of(NodeId id, const Node& node) override {

@@ -136,11 +136,10 @@ class Outliner {
   void call_parts(std::size_t phase, Graph& target) {
     Part part = part_of(phase);
     if (part.results.empty()) return;
-    auto callee = std::make_shared<Callee>();
-    callee->name = "part";
-    callee->n_in = part.arguments.size() + part.constants.size();
-    callee->n_out = part.results.size();
-    callee->recorded = std::make_shared<const Function>(std::move(part.function));
+    const auto function = std::make_shared<const Function>(std::move(part.function));
+    const auto callee =
+        std::make_shared<const Callee>("part", part.arguments.size() + part.constants.size(),
+                                       part.results.size(), Recorded{function, Recorded::Use::kPart});
     for (std::size_t i = 0; i < repeats_.count; ++i) {
       Tuple arguments;
       for (const auto* tuples : {&part.arguments, &part.constants}) {

@@ -28,7 +28,7 @@ bool is_partial(Op op) {
 // A kernel that does not say what it does may do that.
 bool is_partial(const Callee& callee) {
   const auto operations = count_operations(callee);
-  if (!callee.recorded && operations.empty()) return true;
+  if (callee.kernel() && operations.empty()) return true;
   return std::any_of(operations.begin(), operations.end(),
                      [](const OperationCount& entry) { return is_partial(entry.op); });
 }

@@ -93,8 +93,7 @@ class EmbeddedPrinter {
  private:
   bool has_kernels() const {
     const auto& callees = functions_.callees();
-    return std::any_of(callees.begin(), callees.end(),
-                       [](const Callee* callee) { return !callee->recorded; });
+    return std::any_of(callees.begin(), callees.end(), [](const Callee* callee) { return callee->kernel(); });
   }
 
   bool is_guarded(std::size_t k) const { return !sets_.kernels[k].derivatives.function.guards.empty(); }

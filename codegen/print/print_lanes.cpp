@@ -230,9 +230,11 @@ Vocabulary vocabulary(const KernelSets& sets, const std::vector<const Callee*>& 
   };
   for (const KernelPlan& kernel : sets.kernels) add(kernel.derivatives.function);
   for (const Callee* callee : callees) {
-    if (callee->recorded) add(*callee->recorded);
-    words.kernels = words.kernels || (!callee->recorded && callee->c_body_of_lanes.empty());
-    words.fuses = words.fuses || callee->c_body_of_lanes.find("dt_fma(") != std::string::npos;
+    if (const Recorded* recorded = callee->recorded()) add(*recorded->function);
+    if (const Kernel* kernel = callee->kernel()) {
+      words.kernels = words.kernels || kernel->c_body_of_lanes.empty();
+      words.fuses = words.fuses || kernel->c_body_of_lanes.find("dt_fma(") != std::string::npos;
+    }
   }
   for (int op = 0; op < kTableOps; ++op) {
     if (!used[static_cast<std::size_t>(op)]) continue;

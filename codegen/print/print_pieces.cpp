@@ -19,8 +19,8 @@ std::vector<const Callee*> collect_callees(const std::vector<KernelPlan>& kernel
   while (!stack.empty()) {
     const Callee* callee = stack.back();
     const auto [entry, is_new] = done.emplace(callee, false);
-    if (is_new && callee->recorded) {
-      push_all(callee->recorded->graph);
+    if (is_new && callee->recorded()) {
+      push_all(callee->recorded()->function->graph);
       continue;
     }
     stack.pop_back();
@@ -87,11 +87,12 @@ void PieceFunctions::add_callee(const Callee& callee) {
   const std::string type = dialect_.lanes ? "reals" : "real";
   std::string parameters = "\n    const " + type + "* DT_RESTRICT in, " + type + "* DT_RESTRICT out";
   auto& [values, frames] = depth_[&callee];
-  if (callee.recorded) {
-    const Function& function = *callee.recorded;
+  const Kernel* const kernel = callee.kernel();
+  if (!kernel) {
+    const Function& function = *callee.recorded()->function;
     const std::vector<OutputArray> outputs = outputs_of_part(callee);
     const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_);
-    const BodyStyle style{{"in", "constants", ""}, outputs, texts_, dialect_, is_part(callee)};
+    const BodyStyle style{{"in", "constants", ""}, outputs, texts_, dialect_, callee.is_part()};
     if (function.n_p()) {
       parameters += ", const double* constants";
       d.body += "  (void)constants;\n";
@@ -113,10 +114,10 @@ void PieceFunctions::add_callee(const Callee& callee) {
         d.frames = std::max(d.frames, definitions_[k].frames + 1);
       }
     }
-  } else if (dialect_.lanes && !callee.c_body_of_lanes.empty()) {
-    d.body += "#if DYNTAPE_LANES == 1\n" + callee.c_body + "#else\n" + callee.c_body_of_lanes + "#endif\n";
+  } else if (dialect_.lanes && !kernel->c_body_of_lanes.empty()) {
+    d.body += "#if DYNTAPE_LANES == 1\n" + kernel->c_body + "#else\n" + kernel->c_body_of_lanes + "#endif\n";
   } else {
-    d.body += callee.c_body + "\n";
+    d.body += kernel->c_body + "\n";
     d.head =
         "DT_KERNEL(" + name + ", " + std::to_string(callee.n_in) + ", " + std::to_string(callee.n_out) + ")";
     // In lanes, which are two at least, the arguments and results of one of them.

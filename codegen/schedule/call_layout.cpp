@@ -103,11 +103,9 @@ bool CallPlace::writes(std::size_t result) const {
   return run != runs.end() && result >= run->begin;
 }
 
-bool is_part(const Callee& callee) { return callee.recorded && !callee.evaluate; }
-
 std::size_t stored_arguments(const Graph& graph, NodeId call) {
   const Callee& callee = *graph.callees()[graph[call].a];
-  return is_part(callee) ? callee.recorded->n_x() : call_arity(graph, call);
+  return callee.is_part() ? callee.recorded()->function->n_x() : call_arity(graph, call);
 }
 
 std::vector<CallPlace> place_calls(const Function& function, const std::vector<OutputRange>& groups,
@@ -120,7 +118,7 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
     if (graph[id].op != Op::Call) continue;
     const std::size_t numbers = call_arity(graph, id) + n_out(id);
     const bool is_long = numbers > kLong || short_together + numbers > kShortTogether ||
-                         is_part(*graph.callees()[graph[id].a]);
+                         graph.callees()[graph[id].a]->is_part();
     if (is_long) {
       places.push_back({id});
     } else {
@@ -132,7 +130,7 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
   std::map<NodeId, std::vector<NodeId>> calls_of;  // by callee, those of parts
   for (const CallPlace& place : places) {
     const NodeId callee = graph[place.call].a;
-    if (is_part(*graph.callees()[callee])) calls_of[callee].push_back(place.call);
+    if (graph.callees()[callee]->is_part()) calls_of[callee].push_back(place.call);
   }
   const auto reserve = [&](std::size_t slots) {
     work += slots;
@@ -140,7 +138,7 @@ std::vector<CallPlace> place_calls(const Function& function, const std::vector<O
   };
   for (CallPlace& place : places) {
     place.in = reserve(stored_arguments(graph, place.call));
-    if (is_part(*graph.callees()[graph[place.call].a])) {
+    if (graph.callees()[graph[place.call].a]->is_part()) {
       const std::vector<NodeId>& calls = calls_of[graph[place.call].a];
       const auto number = std::find(calls.begin(), calls.end(), place.call) - calls.begin();
       place.runs = find_runs(calls, static_cast<std::size_t>(number), n_out(place.call), results, groups);

@@ -39,9 +39,8 @@ struct CallPlace {
   bool writes(std::size_t result) const;
 };
 
-// A function that only the text has (outline.h).  Its parameters are constants that differ from call to call.
-bool is_part(const Callee& callee);
-// Arguments of a call that lie in the work array: all but the constants of a part.
+// Arguments of a call that lie in the work array: all but the constants of a part (outline.h), which are the parameters
+// of its function.
 std::size_t stored_arguments(const Graph& graph, NodeId call);
 
 // Of every call with more than 64 arguments and results, of every part, and of those behind the first short calls

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <string>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 
@@ -184,29 +185,29 @@ std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
     using std::fma;
     return fma(-a, b, x);
   };
-  auto callee = std::make_shared<Callee>();
-  callee->name = "minus_minverse_times";
-  callee->n_in = n_in();
-  callee->n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
-  callee->operations = operations(sums);
-  callee->c_body = c_body(sums);
-  callee->c_body_of_lanes = c_body_of_lanes(sums);
+  const std::string name = "minus_minverse_times";
+  const std::size_t n_out = 2 * static_cast<std::size_t>(nv_) * nv_;
+  Kernel kernel;
+  kernel.operations = operations(sums);
+  kernel.c_body = c_body(sums);
+  kernel.c_body_of_lanes = c_body_of_lanes(sums);
   if (sums == Sums::kFused) {
-    callee->evaluate = [self = *this, at_once](const double* in, double* out) { self.run(in, out, at_once); };
+    kernel.evaluate = [self = *this, at_once](const double* in, double* out) { self.run(in, out, at_once); };
   } else {
-    callee->evaluate = [self = *this, apart](const double* in, double* out) { self.run(in, out, apart); };
-    callee->fused = [self = *this] { return self.callee(Sums::kFused); };
+    kernel.evaluate = [self = *this, apart](const double* in, double* out) { self.run(in, out, apart); };
+    kernel.fused = [self = *this] { return self.callee(Sums::kFused); };
   }
-  callee->unrolled = [self = *this, sums, apart, at_once, n_in = callee->n_in, n_out = callee->n_out] {
-    return std::make_shared<const Function>(record("minus_minverse_times", n_in, [&](const VectorXad& in) {
+  kernel.unrolled = [=, self = *this] {
+    return std::make_shared<const Function>(record(name, self.n_in(), [&](const VectorXad& in) {
       VectorXad out(static_cast<Eigen::Index>(n_out));
       sums == Sums::kFused ? self.run(in.data(), out.data(), at_once)
                            : self.run(in.data(), out.data(), apart);
       return out;
     }));
   };
-  callee->jvp = [unrolled = callee->unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
-  callee->vjp = [unrolled = callee->unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
+  auto callee = std::make_shared<Callee>(name, n_in(), n_out, kernel);
+  callee->jvp = [unrolled = kernel.unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
+  callee->vjp = [unrolled = kernel.unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
   return callee;
 }
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/interface/robot/robot_functions.h>

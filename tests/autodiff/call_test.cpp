@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/derive/sparsity.h>
 #include <dyntape/autodiff/record/record.h>
 
@@ -112,10 +113,9 @@ TEST(Call, ThePatternOfTheCalleeIsRespected) {
 // Found by bisection: unsorted, a column would be missed.
 TEST(Call, APatternThatIsNoneIsRefused) {
   const auto message = [](const Pattern& pattern) -> std::string {
-    auto kernel = std::make_shared<Callee>();
-    kernel->name = "swap";
-    kernel->n_in = kernel->n_out = 2;
-    kernel->evaluate = [](const double* in, double* out) { out[0] = in[1], out[1] = in[0]; };
+    Kernel swap;
+    swap.evaluate = [](const double* in, double* out) { out[0] = in[1], out[1] = in[0]; };
+    auto kernel = std::make_shared<Callee>("swap", 2, 2, swap);
     kernel->pattern = pattern;
     try {
       record("f", 2, [&](const VectorXad& x) { return call(kernel, x); });
@@ -232,10 +232,9 @@ TEST(Call, Errors) {
   EXPECT_THROW(recorded_callee(branching), ArgumentError);
   const auto callee = recorded_callee(all_as_variables(with_parameters));
   EXPECT_THROW(record("f", 1, [&](const VectorXad& x) { return call(callee, x); }), ArgumentError);
-  auto kernel = std::make_shared<Callee>();
-  kernel->name = "opaque";
-  kernel->n_in = kernel->n_out = 1;
-  kernel->evaluate = [](const double* in, double* out) { out[0] = in[0] * in[0]; };
+  Kernel square;
+  square.evaluate = [](const double* in, double* out) { out[0] = in[0] * in[0]; };
+  const auto kernel = std::make_shared<const Callee>("opaque", 1, 1, square);
   const Function f = record("f", 1, [&](const VectorXad& x) { return call(kernel, x); });
   EXPECT_EQ(evaluate(f, {3})[0], 9);
   EXPECT_THROW(jvp(f), ArgumentError);
@@ -312,11 +311,10 @@ TEST(Call, TheHashTellsEveryFunctionApart) {
   std::vector<std::string> hashes;
   for (int owned : {0, 1}) {
     for (int k : {0, 1}) {
-      Callee& kernel = kernels->all[k];
-      kernel.name = "times";
-      kernel.n_in = kernel.n_out = 1;
-      kernel.c_body = k == 0 ? "out[0] = 2.0 * in[0];" : "out[0] = 3.0 * in[0];";
-      kernel.evaluate = [k](const double* in, double* out) { out[0] = (k + 2.0) * in[0]; };
+      Kernel times;
+      times.c_body = k == 0 ? "out[0] = 2.0 * in[0];" : "out[0] = 3.0 * in[0];";
+      times.evaluate = [k](const double* in, double* out) { out[0] = (k + 2.0) * in[0]; };
+      Callee& kernel = kernels->all[k] = Callee("times", 1, 1, times);
       const std::shared_ptr<const Callee> callee(
           owned ? std::shared_ptr<void>(kernels) : std::shared_ptr<void>(), &kernel);
       hashes.push_back(content_hash(record("f", 1, [&](const VectorXad& x) { return call(callee, x); })));
@@ -328,28 +326,27 @@ TEST(Call, TheHashTellsEveryFunctionApart) {
 }
 
 TEST(Call, WhatCannotBeEvaluatedIsRefused) {
-  const auto callee = std::make_shared<Callee>();
-  callee->name = "half";
-  callee->n_in = callee->n_out = 1;
-  callee->recorded =
-      std::make_shared<const Function>(record("g", 1, [](const VectorXad& x) { return VectorXad(x * 2.0); }));
-  try {
-    record("f", 1, [&](const VectorXad& x) { return call(callee, x); });
-    FAIL() << "accepted";
-  } catch (const ArgumentError& e) {
-    EXPECT_STREQ(
-        e.what(),
-        "call of \"half\": it has no `evaluate`; recorded_callee() makes a callee of a recorded function");
-  }
+  const auto refusal = [](const std::variant<Kernel, Recorded>& body) -> std::string {
+    const auto callee = std::make_shared<const Callee>("half", 1, 1, body);
+    try {
+      record("f", 1, [&](const VectorXad& x) { return call(callee, x); });
+    } catch (const ArgumentError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  const auto half =
+      std::make_shared<const Function>(record("g", 1, [](const VectorXad& x) { return VectorXad(x / 2.0); }));
+  EXPECT_EQ(refusal(Recorded{half}), "call of \"half\": it was not made by recorded_callee()");
+  EXPECT_EQ(refusal(Kernel()), "call of \"half\": its kernel has no `evaluate`");
 }
 
 TEST(Call, TheHashCoversTheDerivativesThatAKernelGives) {
   const auto function = [](double slope) {
-    auto kernel = std::make_shared<Callee>();
-    kernel->name = "kernel";
-    kernel->n_in = kernel->n_out = 1;
-    kernel->evaluate = [](const double* in, double* out) { out[0] = 2 * in[0]; };
-    kernel->c_body = "out[0] = 2 * in[0];";
+    Kernel twice;
+    twice.evaluate = [](const double* in, double* out) { out[0] = 2 * in[0]; };
+    twice.c_body = "out[0] = 2 * in[0];";
+    auto kernel = std::make_shared<Callee>("kernel", 1, 1, twice);
     kernel->jvp = kernel->vjp = [slope] {
       return recorded_callee(record("slope", 2, [slope](const VectorXad& v) { return one(slope * v[1]); }));
     };

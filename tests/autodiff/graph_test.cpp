@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/graph/dump.h>
 #include <dyntape/autodiff/record/record.h>
 

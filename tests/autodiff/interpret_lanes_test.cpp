@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 
@@ -155,14 +156,12 @@ TEST(InterpretLanes, DerivativesOfPrograms) {
 
 // A kernel by hand, and recorded functions that call each other.
 TEST(InterpretLanes, Calls) {
-  auto kernel = std::make_shared<Callee>();
-  kernel->name = "mean_and_largest";
-  kernel->n_in = 3;
-  kernel->n_out = 2;
-  kernel->evaluate = [](const double* in, double* out) {
+  Kernel by_hand;
+  by_hand.evaluate = [](const double* in, double* out) {
     out[0] = (in[0] + in[1] + in[2]) / 3;
     out[1] = *std::max_element(in, in + 3);
   };
+  const auto kernel = std::make_shared<const Callee>("mean_and_largest", 3, 2, by_hand);
   const auto inner = recorded_callee(record("inner", 2, [&](const VectorXad& v) {
     VectorXad in(3), y(2);
     in << v[0] * v[1], v[0], sin(v[1]);

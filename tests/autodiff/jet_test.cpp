@@ -82,13 +82,10 @@ J call(Op op, const J* x) {
 #define OP(name, fn, n, ...) \
   case Op::name:             \
     return DYNTAPE_CALL_##n(fn);
-#define FN OP
 #define DYNTAPE_CALL_1(fn) fn(x[0])
 #define DYNTAPE_CALL_2(fn) fn(x[0], x[1])
 #define DYNTAPE_CALL_3(fn) fn(x[0], x[1], x[2])
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_CALL_1
 #undef DYNTAPE_CALL_2
 #undef DYNTAPE_CALL_3

@@ -5,6 +5,7 @@
 
 #include <thread>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"

@@ -69,8 +69,6 @@ void every_function() {
       #fn, [](auto x, auto y) { return fn(x, y, x); }, \
       [](long double x, long double y) { return std::fn(x, y, x); }, lo, hi);
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_TEST_1
 #undef DYNTAPE_TEST_2
 #undef DYNTAPE_TEST_3

@@ -8,6 +8,7 @@
 #include <limits>
 #include <sstream>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"

@@ -15,13 +15,10 @@ AD apply_by_name(Op op, const AD& a, const AD& b, const AD& c) {
 #define OP(name, fn, n, ...) \
   case Op::name:             \
     return DYNTAPE_TEST_##n(fn);
-#define FN OP
 #define DYNTAPE_TEST_1(fn) fn(a)
 #define DYNTAPE_TEST_2(fn) fn(a, b)
 #define DYNTAPE_TEST_3(fn) fn(a, b, c)
 #include <dyntape/autodiff/graph/ops.def>
-#undef OP
-#undef FN
 #undef DYNTAPE_TEST_1
 #undef DYNTAPE_TEST_2
 #undef DYNTAPE_TEST_3

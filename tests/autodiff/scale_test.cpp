@@ -10,6 +10,7 @@
 #include <functional>
 #include <random>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/derive/sparsity.h>
 #include <dyntape/autodiff/derive/sweep.h>
 #include <dyntape/autodiff/error.h>

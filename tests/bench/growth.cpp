@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/derive/sparsity.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <memory>
 
-#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 
 namespace dyntape::testing {
@@ -19,16 +19,14 @@ inline void solve_kepler(const double* in, double* out) {
 }
 
 inline std::shared_ptr<const Callee> kepler() {
-  auto callee = std::make_shared<Callee>();
-  const std::weak_ptr<const Callee> self = callee;
-  callee->name = "kepler";
-  callee->n_in = 2;
-  callee->n_out = 1;
-  callee->evaluate = solve_kepler;
-  callee->c_body =
+  Kernel newton;
+  newton.evaluate = solve_kepler;
+  newton.c_body =
       "  double e = in[1];\n  int i;\n"
       "  for (i = 0; i < 10; ++i) e = e - (e - in[0] * sin(e) - in[1]) / (1.0 - in[0] * cos(e));\n"
       "  out[0] = e;";
+  auto callee = std::make_shared<Callee>("kepler", 2, 1, newton);
+  const std::weak_ptr<const Callee> self = callee;
   // dE = (sin E de + dM) / (1 - e cos E)
   callee->jvp = [self] {
     return recorded_callee(record("kepler_jvp", 4, [&](const VectorXad& v) {
@@ -75,25 +73,24 @@ inline std::shared_ptr<const Callee> matrix_times_vector(int n) {
       out[i] = sum;
     }
   };
-  auto callee = std::make_shared<Callee>();
-  callee->name = "matrix_times_vector";
-  callee->n_in = static_cast<std::size_t>(n * n + n);
-  callee->n_out = static_cast<std::size_t>(n);
-  callee->evaluate = multiply;
+  Kernel loop;
+  loop.evaluate = multiply;
   const std::string N = std::to_string(n);
-  callee->c_body = "int i, j;\nfor (i = 0; i < " + N + "; ++i) {\n  out[i] = in[i * " + N + "] * in[" + N +
-                   " * " + N + "];\n  for (j = 1; j < " + N + "; ++j) out[i] = out[i] + in[i * " + N +
-                   " + j] * in[" + N + " * " + N + " + j];\n}\n";
-  callee->c_body_of_lanes = callee->c_body;  // it reads the same
-  callee->unrolled = [multiply, n] {
+  loop.c_body = "int i, j;\nfor (i = 0; i < " + N + "; ++i) {\n  out[i] = in[i * " + N + "] * in[" + N +
+                " * " + N + "];\n  for (j = 1; j < " + N + "; ++j) out[i] = out[i] + in[i * " + N +
+                " + j] * in[" + N + " * " + N + " + j];\n}\n";
+  loop.c_body_of_lanes = loop.c_body;  // it reads the same
+  loop.unrolled = [multiply, n] {
     return std::make_shared<const Function>(record("unrolled", n * n + n, [&](const VectorXad& in) {
       VectorXad out(n);
       multiply(in.data(), out.data());
       return out;
     }));
   };
-  callee->jvp = [unrolled = callee->unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
-  callee->vjp = [unrolled = callee->unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
+  auto callee = std::make_shared<Callee>("matrix_times_vector", static_cast<std::size_t>(n * n + n),
+                                         static_cast<std::size_t>(n), loop);
+  callee->jvp = [unrolled = loop.unrolled] { return jvp_callee(recorded_callee(*unrolled())); };
+  callee->vjp = [unrolled = loop.unrolled] { return vjp_callee(recorded_callee(*unrolled())); };
   return callee;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Calls of recorded functions and of kernels in generated code.
-#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
@@ -142,17 +142,14 @@ std::shared_ptr<const Callee> all_alive(int n) {
   }));
 }
 std::shared_ptr<const Callee> weighted_sum(int n) {
-  auto callee = std::make_shared<Callee>();
-  callee->name = "weighted_sum";
-  callee->n_in = static_cast<std::size_t>(n);
-  callee->n_out = 1;
-  callee->evaluate = [n](const double* in, double* out) {
+  Kernel loop;
+  loop.evaluate = [n](const double* in, double* out) {
     out[0] = 0;
     for (int i = 0; i < n; ++i) out[0] = out[0] * 0.5 + in[i];
   };
-  callee->c_body = "  int i;\n  out[0] = 0;\n  for (i = 0; i < " + std::to_string(n) +
-                   "; ++i) out[0] = out[0] * 0.5 + in[i];\n";
-  return callee;
+  loop.c_body = "  int i;\n  out[0] = 0;\n  for (i = 0; i < " + std::to_string(n) +
+                "; ++i) out[0] = out[0] * 0.5 + in[i];\n";
+  return std::make_shared<const Callee>("weighted_sum", static_cast<std::size_t>(n), 1, loop);
 }
 
 // What runs in a thread with a stack of so many bytes.

@@ -2,7 +2,7 @@
 //
 // Time is linear in outputs, in parts that are alike and in how often they meet.  Times are of the processor, and
 // asserted where quadratic work takes seconds: four times the size may take seven times as long.
-#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/repeats.h>

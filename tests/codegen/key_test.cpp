@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // What decides a library enters its key: each ingredient is changed alone, through the whole pipeline.
-#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
@@ -41,27 +41,30 @@ std::shared_ptr<const Callee> slope_of(double slope, double second, bool is_reve
 }
 
 std::shared_ptr<const Callee> kernel(const Recipe& r) {
-  auto callee = std::make_shared<Callee>();
-  if (r.is_recorded)
-    *callee = *recorded_callee(record("kernel", 1, [&r](const VectorXad& x) { return one(r.value * x[0]); }));
-  callee->name = r.name;
-  callee->n_in = callee->n_out = 1;
-  callee->evaluate = [value = r.value](const double* in, double* out) { out[0] = value * in[0]; };
-  if (!r.is_recorded) callee->c_body = r.comment + "out[0] = " + std::to_string(r.value) + " * in[0];\n";
-  callee->c_body_of_lanes = r.lanes;
-  callee->operations = {{Op::Mul, r.operations}};
+  std::variant<Kernel, Recorded> body;
+  if (r.is_recorded) {
+    const Function f = record("kernel", 1, [&r](const VectorXad& x) { return one(r.value * x[0]); });
+    body = (r.dissolves ? dissolving_callee(f) : recorded_callee(f))->body;
+  } else {
+    Kernel& kernel = std::get<Kernel>(body);
+    kernel.evaluate = [value = r.value](const double* in, double* out) { out[0] = value * in[0]; };
+    kernel.c_body = r.comment + "out[0] = " + std::to_string(r.value) + " * in[0];\n";
+    kernel.c_body_of_lanes = r.lanes;
+    kernel.operations = {{Op::Mul, r.operations}};
+    if (!r.fused.empty()) {
+      kernel.fused = [r] {
+        Recipe fused = r;
+        fused.fused = "";
+        auto callee = std::make_shared<Callee>(*dyntape::kernel(fused));
+        std::get<Kernel>(callee->body).c_body = r.fused;
+        return callee;
+      };
+    }
+  }
+  auto callee = std::make_shared<Callee>(r.name, 1, 1, body);
   callee->pattern = r.pattern;
-  callee->dissolves = r.dissolves;
   callee->jvp = [r] { return slope_of(r.jvp, 0, false); };
   callee->vjp = [r] { return slope_of(r.vjp, r.second, true); };
-  if (!r.fused.empty()) {
-    callee->fused = [r, plain = *callee] {
-      auto fused = std::make_shared<Callee>(plain);
-      fused->fused = nullptr;
-      fused->c_body = r.fused;
-      return fused;
-    };
-  }
   return callee;
 }
 
@@ -175,7 +178,7 @@ TEST(Callees, ACopyHasItsOwnDerivatives) {
   const auto held = jvp_callee(original);
   auto copy = std::make_shared<Callee>(*original);
   copy->jvp = [] { return slope_of(7, 0, false); };
-  EXPECT_EQ(evaluate(*jvp_callee(copy)->recorded, {1, 1})[0], 7);
+  EXPECT_EQ(evaluate(*jvp_callee(copy)->recorded()->function, {1, 1})[0], 7);
   EXPECT_EQ(jvp_callee(original), held);
 }
 

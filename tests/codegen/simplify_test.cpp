@@ -3,6 +3,7 @@
 // The fast profile: fewer operations, values within a stated tolerance, the same bits on every route.
 #include <dyntape/codegen/passes/simplify.h>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
@@ -162,11 +163,10 @@ TEST(Simplify, ExactZerosOfDifferencesStay) {
   };
   using Edge = std::function<AD(const AD&)>;
   // A kernel may take the root inside without saying so.
-  const auto silent = std::make_shared<Callee>();
-  silent->name = "root";
-  silent->n_in = silent->n_out = 1;
-  silent->c_body = "out[0] = sqrt(in[0]);";
-  silent->evaluate = [](const double* in, double* out) { out[0] = std::sqrt(in[0]); };
+  Kernel root;
+  root.c_body = "out[0] = sqrt(in[0]);";
+  root.evaluate = [](const double* in, double* out) { out[0] = std::sqrt(in[0]); };
+  const auto silent = std::make_shared<const Callee>("root", 1, 1, root);
   const Edge edges[] = {[](const AD& d) { return sqrt(d); },
                         [](const AD& d) { return pow(d, 0.5); },
                         [](const AD& d) { return sqrt(3.0 * d + 0.0 * d); },

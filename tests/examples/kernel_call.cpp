@@ -12,6 +12,7 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 
@@ -26,19 +27,17 @@ std::shared_ptr<const Callee> kepler() {
 }
 
 std::shared_ptr<const Callee> make_kepler() {
-  auto kernel = std::make_shared<Callee>();
-  kernel->name = "kepler";
-  kernel->n_in = 2;
-  kernel->n_out = 1;
-  kernel->evaluate = [](const double* in, double* out) {
+  Kernel newton;
+  newton.evaluate = [](const double* in, double* out) {
     double E = in[0];
     for (int i = 0; i < 12; ++i) E = E - (E - in[1] * std::sin(E) - in[0]) / (1.0 - in[1] * std::cos(E));
     out[0] = E;
   };
-  kernel->c_body =  // the same arithmetic in the same order
+  newton.c_body =  // the same arithmetic in the same order
       "double E = in[0];\n"
       "for (int i = 0; i < 12; ++i) E = E - (E - in[1] * sin(E) - in[0]) / (1.0 - in[1] * cos(E));\n"
       "out[0] = E;\n";
+  auto kernel = std::make_shared<Callee>("kepler", 2, 1, newton);
   kernel->jvp = [] {  // (M, e, dM, de) -> dE
     return recorded_callee(record("kepler_jvp", 4, [](const VectorXad& v) {
       const AD E = call(kepler(), v.head(2))[0];

@@ -142,7 +142,7 @@ TEST(OperationCounts, ALoopCountsWithWhatItDoes) {
   const Callee& loop = *f.graph.callees()[0];
   std::size_t stated = 0;
   for (const OperationCount& entry : count_operations(loop)) stated += entry.count;
-  EXPECT_EQ(stated, total_operations(*loop.unrolled())) << "as many as without the loop";
+  EXPECT_EQ(stated, total_operations(*loop.kernel()->unrolled())) << "as many as without the loop";
   std::size_t straight = 0;
   for (const Node& node : f.graph.nodes()) straight += static_cast<int>(node.op) < kTableOps;
   EXPECT_EQ(total_operations(f), straight + 1 + stated);

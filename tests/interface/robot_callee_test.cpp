@@ -2,6 +2,7 @@
 //
 // Dynamics as callees: the value and derivatives of what is recorded without them, in fewer operations.
 #include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
@@ -58,11 +59,7 @@ class RobotCallee : public ::testing::TestWithParam<Case> {
   }
 
   // The recorded value, spliced into the recording at hand: what one gets who calls dynamics::rnea there.
-  static VectorXad inlined(const Function& f, const VectorXad& x) {
-    auto plain = std::make_shared<Callee>(*recorded_callee(f));
-    plain->dissolves = true;
-    return call(plain, x);
-  }
+  static VectorXad inlined(const Function& f, const VectorXad& x) { return call(dissolving_callee(f), x); }
 
   Model<double> model;
   std::shared_ptr<const Callee> callee;
@@ -154,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Robots, CompiledRobotCallee,
 
 TEST(RobotCallees, WhatTheDerivativesAreEntersTheKey) {
   const Model<double> arm = robot("arm_2r");
-  const auto known = inverse_dynamics_callee(arm), plain = recorded_callee(*known->recorded);
+  const auto known = inverse_dynamics_callee(arm), plain = recorded_callee(*known->recorded()->function);
   const auto f = [&](const std::shared_ptr<const Callee>& callee) {
     return record("f", callee->n_in, [&](const VectorXad& x) { return call(callee, x); });
   };
