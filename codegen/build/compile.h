@@ -15,7 +15,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/options.h>
-#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/source.h>
 #include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {

@@ -14,7 +14,6 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/of_this_process.h>
 #include <dyntape/codegen/system/process.h>

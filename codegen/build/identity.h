@@ -24,7 +24,8 @@ struct Identity {
 // What generated text includes, and nothing else.
 const std::vector<std::string>& included_headers();
 
-// Throws Unavailable (compile.h) if the program does not run, ToolError if it refuses the flags.  `memory`: a folder that remembers between processes, or "".
+// Throws Unavailable (files.h) if the program does not run, ToolError if it refuses the flags.  `memory`: a folder that
+// remembers between processes, or "".
 Identity identity_of(const std::string& path, const std::vector<std::string>& flags,
                      const std::string& memory);
 

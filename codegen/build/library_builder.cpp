@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/print/print_tables.h>
 #include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {

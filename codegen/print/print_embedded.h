@@ -23,7 +23,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/source.h>
 
 namespace dyntape::codegen {
 

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/graph/callee.h>
-#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/source.h>
 
 namespace dyntape::codegen {
 

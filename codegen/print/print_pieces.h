@@ -14,7 +14,7 @@
 
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/codegen/print/print_body.h>
-#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/source.h>
 
 namespace dyntape::codegen {
 

@@ -6,9 +6,16 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/source.h>
 
 namespace dyntape::codegen {
+
+// "0.1.0", and a fingerprint of the sources that decide what is derived and printed.
+const char* generator_version();
+const char* generator_fingerprint();
+
+// The descriptor's name for a function with this content hash.
+std::string descriptor_symbol(const std::string& content_hash);
 
 // What the function is, its inputs and outputs, and operations by kind.  No date: the same function always
 // gives the same text.

@@ -15,7 +15,6 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/store/cache_folder.h>
 #include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {
@@ -69,11 +68,6 @@ std::uint64_t bytes_of(const std::string& folder) {
 }
 
 }  // namespace
-
-Key make_key(std::string text) {
-  std::string digest = checksum(text);
-  return {std::move(text), std::move(digest)};
-}
 
 std::string Cache::usual_folder() {
   if (const std::string folder = environment("DYNTAPE_CACHE"); !folder.empty()) return folder;

@@ -28,33 +28,10 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/codegen/store/entry.h>
 #include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
-
-struct Key {
-  std::string text;    // everything that decides the library, in words
-  std::string digest;  // its hash: the name of the entry
-};
-Key make_key(std::string text);
-
-// What the manifest records besides key and checksums.
-struct Manifest {
-  std::string name;  // of the function: a label
-  int order = 0;
-  std::string profile, generator, compiler;
-  std::string text_hash;  // of the C text
-};
-
-struct Entry {
-  std::string folder;  // absolute path
-  Manifest manifest;
-  std::uint64_t bytes = 0;     // of all files
-  std::int64_t last_used = 0;  // seconds since 1970
-  std::string image;           // of find() and publish(): the bytes of the library that were checked
-  std::string library() const { return folder + "/library.so"; }
-  std::string source() const { return folder + "/source.c"; }
-};
 
 // A folder in which something is or was compiled: at work, of a build that was ended half-way, or the source of one that
 // failed, kept for a day.
@@ -63,13 +40,6 @@ struct LeftOver {
   Left state = Left::kOver;
   std::uint64_t bytes = 0;
   std::int64_t modified = 0;  // seconds since 1970
-};
-
-// What is wrong with an entry.
-enum class Fault { kNone, kMissing, kContent, kInputOutput, kRefused };
-struct Verdict {
-  Fault fault = Fault::kNone;
-  std::string reason;
 };
 
 class Cache {

@@ -10,7 +10,7 @@
 #include <cstring>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/print_tables.h>
 #include <dyntape/codegen/system/files.h>
 #if defined(__SSE2__)
 #include <xmmintrin.h>

@@ -65,13 +65,6 @@ Descriptor locked_mark(const std::string& folder) {
 
 }  // namespace
 
-Descriptor::~Descriptor() { close(); }
-
-bool Descriptor::close() {
-  const int number = std::exchange(number_, -1);
-  return number < 0 || ::close(number) == 0;
-}
-
 void write_all(int file, const std::string& path, std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = write(file, text.data(), text.size());

@@ -15,10 +15,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/system/descriptor.h>
 
 namespace dyntape::codegen {
 
@@ -26,20 +26,6 @@ namespace dyntape::codegen {
 // what was to be compiled or loaded, and who can do without goes on without.
 struct Unavailable : ToolError {
   using ToolError::ToolError;
-};
-
-// An open file; a negative number: none.
-class Descriptor {
- public:
-  explicit Descriptor(int number = -1) : number_(number) {}
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept { return std::swap(number_, other.number_), *this; }
-  ~Descriptor();
-  int number() const { return number_; }
-  bool close();  // false: with the number of the error in errno
-
- private:
-  int number_;
 };
 
 void write_file(const std::string& path, std::string_view text);

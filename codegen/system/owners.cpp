@@ -9,7 +9,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/descriptor.h>
 
 namespace dyntape::codegen {
 namespace {

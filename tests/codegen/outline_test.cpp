@@ -66,7 +66,7 @@ std::size_t operations_of(const Function& f) {
 // Each callee once.
 std::size_t operations_in_text(const Function& f) {
   std::size_t operations = operations_of(f);
-  for (const auto& callee : f.graph.callees()) operations += operations_of(*callee->recorded);
+  for (const auto& callee : f.graph.callees()) operations += operations_of(*callee->recorded()->function);
   return operations;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/codegen/store/cache_folder.h>
+#include <dyntape/codegen/store/entry.h>
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -131,6 +131,11 @@ std::string fault_of_private(const std::string& path) {
 }
 
 }  // namespace
+
+Key make_key(std::string text) {
+  std::string digest = checksum(text);
+  return {std::move(text), std::move(digest)};
+}
 
 bool is_digest(const std::string& name) {
   return name.size() == 32 && name.find_first_not_of("0123456789abcdef") == std::string::npos;

@@ -1,13 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Whether a folder may hold libraries that we run, and the checks of one entry.
+// What an entry of the cache is, its checks, and whether a folder may hold libraries that we run.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
-#include <dyntape/codegen/store/cache.h>
-
 namespace dyntape::codegen {
+
+struct Key {
+  std::string text;    // everything that decides the library, in words
+  std::string digest;  // its hash: the name of the entry
+};
+Key make_key(std::string text);
+
+// What the manifest records besides key and checksums.
+struct Manifest {
+  std::string name;  // of the function: a label
+  int order = 0;
+  std::string profile, generator, compiler;
+  std::string text_hash;  // of the C text
+};
+
+struct Entry {
+  std::string folder;  // absolute path
+  Manifest manifest;
+  std::uint64_t bytes = 0;     // of all files
+  std::int64_t last_used = 0;  // seconds since 1970
+  std::string image;           // of find() and publish(): the bytes of the library that were checked
+  std::string library() const { return folder + "/library.so"; }
+  std::string source() const { return folder + "/source.c"; }
+};
+
+// What is wrong with an entry.
+enum class Fault { kNone, kMissing, kContent, kInputOutput, kRefused };
+struct Verdict {
+  Fault fault = Fault::kNone;
+  std::string reason;
+};
 
 // The folder itself if it is this user's alone, the private one in it if it is shared, made if need be.
 // Empty, with a reason: there is no usable one, or others could exchange it (owners.h).

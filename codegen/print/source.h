@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What printers take and give.
+//
+//   KernelSets sets = {function, "arm", content_hash(function), Profile::kStrict, plans};
+//   Source source = print_c(sets);                                                          print_c.h
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/schedule/schedule.h>
+
+namespace dyntape::codegen {
+
+// One kernel: a derived function and the order in which it is computed.
+struct KernelPlan {
+  Derivatives derivatives;
+  Schedule schedule;
+};
+
+struct KernelSets {
+  const Function& function;  // before derivation
+  std::string name;          // any text
+  std::string content_hash;
+  Profile profile = Profile::kStrict;
+  std::vector<KernelPlan> kernels;     // by order, from kValue
+  std::size_t piece_statements = 250;  // of the functions that are called
+  Functions functions = Functions::kLibm;
+};
+
+struct Source {
+  std::string text;
+  std::string header;  // declares what the text exports
+  std::string name;    // as a C identifier
+  std::string symbol;
+  std::vector<std::size_t> pieces;      // length of each in statements; piece 0 holds tables and entry points
+  std::vector<std::size_t> operations;  // by kernel
+};
+
+}  // namespace dyntape::codegen
