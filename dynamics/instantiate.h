@@ -8,39 +8,43 @@
 //
 // Everybody else includes algorithms.h, configuration.h and effects.h, which only declare.
 //
-// dyntape's own scalars are instantiated part by part, each part and scalar a small unit that CMake writes
-// (dynamics/CMakeLists.txt): a new part is a file in instantiate/ and a line here.
+// A new algorithm is a row at the end of the file that defines it; a new file is named here, which is what CMake
+// reads: it writes small units for dyntape's own scalars, a few of these parts and one scalar each.
 #pragma once
 
-#include <dyntape/dynamics/instantiate/centroidal.h>
-#include <dyntape/dynamics/instantiate/configuration.h>
-#include <dyntape/dynamics/instantiate/constraints.h>
-#include <dyntape/dynamics/instantiate/derivatives.h>
-#include <dyntape/dynamics/instantiate/effects.h>
-#include <dyntape/dynamics/instantiate/energy.h>
-#include <dyntape/dynamics/instantiate/forward_dynamics.h>
-#include <dyntape/dynamics/instantiate/inverse_dynamics.h>
-#include <dyntape/dynamics/instantiate/kinematic_derivatives.h>
-#include <dyntape/dynamics/instantiate/kinematics.h>
-#include <dyntape/dynamics/instantiate/mimic.h>
-#include <dyntape/dynamics/instantiate/operational_space.h>
-#include <dyntape/dynamics/instantiate/regressor.h>
-#include <dyntape/dynamics/instantiate/second_order.h>
-#include <dyntape/dynamics/instantiate/wrenches.h>
+#include <dyntape/dynamics/algorithms/detail/centroidal.hxx>
+#include <dyntape/dynamics/algorithms/detail/derivatives.hxx>
+#include <dyntape/dynamics/algorithms/detail/energy.hxx>
+#include <dyntape/dynamics/algorithms/detail/forward_dynamics.hxx>
+#include <dyntape/dynamics/algorithms/detail/hessian.hxx>
+#include <dyntape/dynamics/algorithms/detail/inverse_dynamics.hxx>
+#include <dyntape/dynamics/algorithms/detail/kinematic_derivatives.hxx>
+#include <dyntape/dynamics/algorithms/detail/kinematics.hxx>
+#include <dyntape/dynamics/algorithms/detail/mimic.hxx>
+#include <dyntape/dynamics/algorithms/detail/operational_space.hxx>
+#include <dyntape/dynamics/algorithms/detail/regressor.hxx>
+#include <dyntape/dynamics/algorithms/detail/second_order.hxx>
+#include <dyntape/dynamics/contact/detail/constraint_derivatives.hxx>
+#include <dyntape/dynamics/contact/detail/constraints.hxx>
+#include <dyntape/dynamics/effects/detail/effects.hxx>
+#include <dyntape/dynamics/effects/detail/wrenches.hxx>
+#include <dyntape/dynamics/model/detail/configuration.hxx>
 
-#define DYNTAPE_INSTANTIATE_DYNAMICS(T)        \
-  DYNTAPE_INSTANTIATE_CENTROIDAL(T)            \
-  DYNTAPE_INSTANTIATE_CONFIGURATION(T)         \
-  DYNTAPE_INSTANTIATE_CONSTRAINTS(T)           \
-  DYNTAPE_INSTANTIATE_DERIVATIVES(T)           \
-  DYNTAPE_INSTANTIATE_EFFECTS(T)               \
-  DYNTAPE_INSTANTIATE_ENERGY(T)                \
-  DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T)      \
-  DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T)      \
-  DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T) \
-  DYNTAPE_INSTANTIATE_KINEMATICS(T)            \
-  DYNTAPE_INSTANTIATE_MIMIC(T)                 \
-  DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T)     \
-  DYNTAPE_INSTANTIATE_REGRESSOR(T)             \
-  DYNTAPE_INSTANTIATE_SECOND_ORDER(T)          \
-  DYNTAPE_INSTANTIATE_WRENCHES(T)
+#define DYNTAPE_INSTANTIATE_DYNAMICS(T)         \
+  DYNTAPE_INSTANTIATE_CENTROIDAL(T)             \
+  DYNTAPE_INSTANTIATE_DERIVATIVES(T)            \
+  DYNTAPE_INSTANTIATE_ENERGY(T)                 \
+  DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T)       \
+  DYNTAPE_INSTANTIATE_HESSIAN(T)                \
+  DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T)       \
+  DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T)  \
+  DYNTAPE_INSTANTIATE_KINEMATICS(T)             \
+  DYNTAPE_INSTANTIATE_MIMIC(T)                  \
+  DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T)      \
+  DYNTAPE_INSTANTIATE_REGRESSOR(T)              \
+  DYNTAPE_INSTANTIATE_SECOND_ORDER(T)           \
+  DYNTAPE_INSTANTIATE_CONSTRAINT_DERIVATIVES(T) \
+  DYNTAPE_INSTANTIATE_CONSTRAINTS(T)            \
+  DYNTAPE_INSTANTIATE_EFFECTS(T)                \
+  DYNTAPE_INSTANTIATE_WRENCHES(T)               \
+  DYNTAPE_INSTANTIATE_CONFIGURATION(T)

@@ -19,6 +19,10 @@
 
 #include <dyntape/dynamics/algebra/vec3.h>
 
+// Compiles a function template of dynamics/ for T; one that is overloaded is written out (instantiate.h).
+#define DYNTAPE_COMPILE(function, T) \
+  template decltype(dyntape::dynamics::function<T>) dyntape::dynamics::function<T>;
+
 namespace dyntape::dynamics {
 
 using std::abs;

@@ -13,7 +13,7 @@
 //   G^+ = P L^-T D^+ L^-1 P.
 #pragma once
 
-#include <dyntape/dynamics/algebra/scalar.h>
+#include <dyntape/dynamics/algebra/ldlt.h>
 
 #include <vector>
 
@@ -121,18 +121,7 @@ void Semidefinite<T>::factor_null_space() {
     }
     C_(j, j) += T(1) - dependent_[j];
   }
-  for (long j = 0; j < m; ++j) {
-    T d = C_(j, j);
-    for (long k = 0; k < j; ++k) {
-      y_[k] = C_(j, k);
-      C_(j, k) = y_[k] * C_inverse_[k];
-      d -= y_[k] * C_(j, k);
-    }
-    C_inverse_[j] = T(1) / d;
-    for (long i = j + 1; i < m; ++i) {
-      for (long k = 0; k < j; ++k) C_(i, j) -= C_(i, k) * C_(j, k);
-    }
-  }
+  factor_ldlt(C_, C_inverse_);
 }
 
 // x -= N (N^T N)^-1 N^T x.

@@ -127,10 +127,10 @@ DYNTAPE_INLINE Force<T> act(const Placement<T>& X_AB, const Force<T>& f) {
   const Vector3<T> l = X_AB.R * f.linear;
   return {l, X_AB.R * f.angular + X_AB.p.cross(l)};
 }
-// F_B from F_A.
+// f, felt at B, is part of what is felt at A.
 template <class T>
-DYNTAPE_INLINE Force<T> act_inverse(const Placement<T>& X_AB, const Force<T>& f) {
-  return {transposed_times(X_AB.R, f.linear), transposed_times(X_AB.R, f.angular - X_AB.p.cross(f.linear))};
+DYNTAPE_INLINE void accumulate(const Placement<T>& X_AB, const Force<T>& f, Force<T>& parent) {
+  parent = parent + act(X_AB, f);
 }
 
 // Matrix of act(X_AB, motion), linear first (6 x 6).
@@ -156,15 +156,21 @@ struct Inertia {
   }
 };
 
+// 1 / mass, or zero for what weighs nothing.
+template <class T>
+DYNTAPE_INLINE T per_mass(const T& mass) {
+  return select(mass > T(0), T(1) / select(mass > T(0), mass, T(1)), T(0));
+}
+
 // Two bodies welded together, both in one frame.  With d = c_a - c_b and the reduced mass m_a m_b / (m_a +
 // m_b) nothing is subtracted; two massless bodies make a massless body at the origin.
 template <class T>
 DYNTAPE_INLINE Inertia<T> operator+(const Inertia<T>& a, const Inertia<T>& b) {
   const T mass = a.mass + b.mass;
-  const T per_mass = select(mass > T(0), T(1) / select(mass > T(0), mass, T(1)), T(0));
-  const Vector3<T> com = (a.mass * a.com + b.mass * b.com) * per_mass;
+  const T share = per_mass(mass);
+  const Vector3<T> com = (a.mass * a.com + b.mass * b.com) * share;
   const Vector3<T> d = a.com - b.com;
-  return {mass, com, a.I_c + b.I_c + unit_point_inertia(d) * T(a.mass * b.mass * per_mass)};
+  return {mass, com, a.I_c + b.I_c + unit_point_inertia(d) * T(a.mass * b.mass * share)};
 }
 
 // The same body seen from frame A.
@@ -178,18 +184,6 @@ template <class T>
 DYNTAPE_INLINE Force<T> operator*(const Inertia<T>& I, const Motion<T>& v) {
   const Vector3<T> momentum = (v.linear + v.angular.cross(I.com)) * I.mass;
   return {momentum, I.I_c * v.angular + I.com.cross(momentum)};
-}
-
-// Matrix of I v, linear first, about the frame's origin (6 x 6).
-template <class T>
-DYNTAPE_INLINE Matrix6<T> matrix(const Inertia<T>& I) {
-  Matrix6<T> m = Matrix6<T>::Zero();
-  const Matrix3<T> mc = skew(Vector3<T>(I.com * I.mass));
-  m.template topLeftCorner<3, 3>().diagonal().setConstant(I.mass);
-  m.template topRightCorner<3, 3>() = -mc;
-  m.template bottomLeftCorner<3, 3>() = mc;
-  m.template bottomRightCorner<3, 3>() = I.I_c + unit_point_inertia(I.com) * I.mass;
-  return m;
 }
 
 }  // namespace dyntape::dynamics

@@ -49,6 +49,18 @@ enum class ReferenceFrame {
   kLocalWorldAligned  // world axes; linear part: the origin of F
 };
 
+// A frame, by its index in model.frames; or on_body(i), the frame of body i itself.
+struct Place {
+  Place(int frame) : index(frame) {}  // NOLINT: a frame's index is a place
+  int index;
+  bool is_body = false;
+};
+inline Place on_body(int body) {
+  Place place(body);
+  place.is_body = true;
+  return place;
+}
+
 // --- Kinematics ------------------------------------------------------------------------------------------
 // data.X_WB; with v also data.v; with a also data.a (spatial acceleration, without gravity).
 template <class T>
@@ -72,13 +84,10 @@ template <class T>
 Motion<T> frame_classical_acceleration(const Model<T>& model, const Data<T>& data, int frame,
                                        ReferenceFrame in);
 
-// J (6 x nv) with V_F = J v; of a body: of its frame.  Their derivatives: kinematic_derivatives.h.
+// J (6 x nv) with V_F = J v.  Their derivatives: kinematic_derivatives.h.
 template <class T>
-const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int frame,
+const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, Place frame,
                                   ReferenceFrame in);
-template <class T>
-const Matrix6X<T>& body_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int body,
-                                 ReferenceFrame in);
 
 // --- Inverse dynamics ------------------------------------------------------------------------------------
 // tau = M a + h - sum J^T f_ext                                                         data.tau (nv)
@@ -140,11 +149,7 @@ void id_derivatives_under(const Model<T>& model, Data<T>& data, const VectorRef<
 template <class T>
 const T& kinetic_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                         const Acting<T>& acting = {});
-// -sum m gravity . c, zero at the world's origin (J)
+// -sum m gravity . c, zero at the world's origin (J); the centre of mass: centroidal.h
 template <class T>
 const T& potential_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q);
-// Centre of mass in the world (m)
-template <class T>
-const Vector3<T>& center_of_mass(const Model<T>& model, Data<T>& data, const VectorRef<T>& q);
-
 }  // namespace dyntape::dynamics

@@ -10,7 +10,7 @@
 #pragma once
 
 #include <dyntape/dynamics/algebra/composite.h>
-#include <dyntape/dynamics/algebra/ldlt6.h>
+#include <dyntape/dynamics/algebra/ldlt.h>
 #include <dyntape/dynamics/model/following.h>
 #include <dyntape/dynamics/model/joints.h>
 #include <dyntape/dynamics/algorithms/detail/lanes.hxx>
@@ -141,7 +141,6 @@ struct Data {
   MatrixX<T> ddq_dq, ddq_dv;    // (nv x nv)
   Matrix6X<T> J;                // (6 x nv)
   T kinetic_energy = T(0), potential_energy = T(0);
-  Vector3<T> com = Vector3<T>::Zero();
 
   // Working memory.
   std::vector<Motion<T>> a_gf;                // acceleration against free fall, in the body frame

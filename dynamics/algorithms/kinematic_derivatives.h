@@ -8,8 +8,8 @@
 //   frame_acceleration_derivatives(model, data, K, frame, ReferenceFrame::kLocalWorldAligned);
 //   a_next = K.C.vector() + K.dC_dq * dq + K.dC_dv * dv + K.J * da;      // first order
 //
-// Every function comes for a frame (index into model.frames) and for a body (index of its joint), after
-// forward_kinematics with the arguments named, in kLocal, kWorld and kLocalWorldAligned (algorithms.h).
+// Every function takes a frame (index into model.frames) or on_body(index of its joint), after forward_kinematics
+// with the arguments named, in kLocal, kWorld and kLocalWorldAligned (algorithms.h).
 // Columns of dofs that do not move the frame are zero.  Units: m, rad, s.  ArgumentError: no such frame or
 // body, a workspace of another model.  Nothing is allocated.
 //
@@ -62,26 +62,17 @@ struct KinematicDerivatives {
 // After forward_kinematics(q, v): K.V, K.J, K.J_dot.
 template <class T>
 const Matrix6X<T>& frame_jacobian_rate(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                       int frame, ReferenceFrame in);
-template <class T>
-const Matrix6X<T>& body_jacobian_rate(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                      int body, ReferenceFrame in);
+                                       Place frame, ReferenceFrame in);
 
 // After forward_kinematics(q, v): K.V, K.J, K.dV_dq.
 template <class T>
 void frame_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                int frame, ReferenceFrame in);
-template <class T>
-void body_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                               int body, ReferenceFrame in);
+                                Place frame, ReferenceFrame in);
 
 // After forward_kinematics(q, v, a): everything of first order, K.V ... K.dC_dv.
 template <class T>
 void frame_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                    int frame, ReferenceFrame in);
-template <class T>
-void body_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                   int body, ReferenceFrame in);
+                                    Place frame, ReferenceFrame in);
 
 // H_kj = dJ_k/dq_j, six entries each.  Where j and k belong to different joints, with n the one nearer to the
 // root and m the other, and where they belong to one joint:
@@ -111,21 +102,14 @@ struct KinematicHessian {
 // After forward_kinematics(q).  Cost: one product of motions a pair of supporting dofs, or less.
 template <class T>
 const Matrix6X<T>& frame_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K,
-                                 int frame, ReferenceFrame in);
-template <class T>
-const Matrix6X<T>& body_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K, int body,
-                                ReferenceFrame in);
+                                 Place frame, ReferenceFrame in);
 
 // fH_kj = f . H_kj without H: the slope of the torques J^T f, f constant in the frame asked for.  Quadratic
 // forms see its symmetric part only: v^T fH v = f . (J_dot v), so (fH + fH^T) / 2 is the second derivative of
 // a pose along q (+) v t, weighted by f.  Six products a pair.  After forward_kinematics(q).
 template <class T>
 const MatrixX<T>& frame_weighted_hessian(const Model<T>& model, const Data<T>& data,
-                                         KinematicDerivatives<T>& K, int frame, ReferenceFrame in,
+                                         KinematicDerivatives<T>& K, Place frame, ReferenceFrame in,
                                          const Force<T>& f);
-template <class T>
-const MatrixX<T>& body_weighted_hessian(const Model<T>& model, const Data<T>& data,
-                                        KinematicDerivatives<T>& K, int body, ReferenceFrame in,
-                                        const Force<T>& f);
 
 }  // namespace dyntape::dynamics

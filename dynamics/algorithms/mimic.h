@@ -4,24 +4,24 @@
 //
 //   UrdfRobot hand = read_urdf("hand.urdf", {.mimic = true});
 //   MimicModel<double> model(hand.model, hand.mimics);         // nq, nv: without the followers
-//   MimicData<double> data(model);
-//   VectorX<double> tau = rnea(model, data, q, v, a);          // (nv) and so on, as algorithms.h
+//   Data<double> data(model.full);
+//   data.following = following(model);                         // for forward dynamics: following.h
+//   VectorX<double> q = expand_configuration(model, q_short);  // and v, a by expand_tangent
+//   VectorX<double> tau = gather(model, rnea(model.full, data, q, v, a));      // (nv)
 //
-// Shapes.  q (nq) and v (nv) hold the entries of the joints that follow nobody, in the order of the full
-// model; so do all results.  Interchangeable with what Pinocchio builds with mimic = True.
+// Every algorithm runs on the full model: expand its arguments, gather its results.  Short vectors hold the entries
+// of the joints that follow nobody, (nq) and (nv), in the order of the full model, and are interchangeable with those of
+// what Pinocchio builds with mimic = True.
 //
 // With the constant matrix G (full.nv x nv) of the multipliers (docs/math.md J.3):
 //   q_full = G q + offset   v_full = G v   a_full = G a        (on the lines on which followers live)
 //   tau = G^T tau_full      M = G^T M_full G                   (virtual work)
 //   d tau/dx = G^T (d tau_full/dx) G                           (G is constant)
 //   a = M^-1 (tau - h)      d a/dx = -M^-1 d tau/dx
-// G has one entry a row and is kept as such.  M is factorised densely, last row first (L^T D L), so that a
-// tree without followers fills nothing in.
+// G has one entry a row and is kept as such.
 //
 // Followers and leaders have one entry in q on a line: revolute, prismatic or helical.  A leader may follow
-// another; chains are resolved to their first leader.  In `acting` everything is of the full model: external
-// forces a body, armature values a joint.  What this header does not name is a call away: expand the
-// arguments, call the full model with data.full (following.h), gather the result.
+// another; chains are resolved to their first leader.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
@@ -67,58 +67,9 @@ MatrixX<T> gather_columns(const MimicModel<T>& model, const MatrixX<T>& J_full);
 template <class T>
 MatrixX<T> gather_both(const MimicModel<T>& model, const MatrixX<T>& D_full);  // G^T D G
 
-template <class T>
-struct MimicData {
-  explicit MimicData(const MimicModel<T>& model);
-
-  Data<T> full;  // of the full model, with `following`; its results are those of the last call
-
-  // Results, as Data's.
-  VectorX<T> tau, ddq, nle, g;                  // (nv)
-  MatrixX<T> M, Minv;                           // (nv x nv), both triangles
-  MatrixX<T> dtau_dq, dtau_dv, ddq_dq, ddq_dv;  // (nv x nv)
-  T kinetic_energy = T(0), potential_energy = T(0);
-
-  // Working memory.
-  VectorX<T> q_full, v_full, w_full;
-};
-
-// As algorithms.h and configuration.h.
-template <class T>
-const VectorX<T>& rnea(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                       const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting = {});
-template <class T>
-const VectorX<T>& nonlinear_effects(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                                    const VectorRef<T>& v, const Acting<T>& acting = {});
-template <class T>
-const VectorX<T>& generalized_gravity(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q);
-template <class T>
-const MatrixX<T>& crba(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                       const Acting<T>& acting = {});
-template <class T>
-const VectorX<T>& aba(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                      const VectorRef<T>& v, const VectorRef<T>& tau, const Acting<T>& acting = {});
-template <class T>
-const MatrixX<T>& minverse(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                           const Acting<T>& acting = {});
-template <class T>
-void id_derivatives(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                    const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting = {});
-template <class T>
-void fd_derivatives(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                    const VectorRef<T>& v, const VectorRef<T>& tau, const Acting<T>& acting = {});
-template <class T>
-const T& kinetic_energy(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q,
-                        const VectorRef<T>& v, const Acting<T>& acting = {});
-template <class T>
-const T& potential_energy(const MimicModel<T>& model, MimicData<T>& data, const VectorRef<T>& q);
-
+// As configuration.h.
 template <class T>
 VectorX<T> integrate(const MimicModel<T>& model, const VectorRef<T>& q, const VectorRef<T>& v);
-template <class T>
-VectorX<T> difference(const MimicModel<T>& model, const VectorRef<T>& q0, const VectorRef<T>& q1);
-template <class T>
-VectorX<T> neutral(const MimicModel<T>& model);
 // Leaders within their own limits; those of followers are not looked at.
 template <class T>
 VectorX<T> random_configuration(const MimicModel<T>& model, std::mt19937_64& random);

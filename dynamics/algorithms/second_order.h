@@ -26,7 +26,8 @@
 // mass of products of velocity fields, which leaves a three-vector a pair and dot products a triple.
 #pragma once
 
-#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/algorithms/hessian.h>
+#include <dyntape/dynamics/algorithms/second_order_common.h>
 
 #include <vector>
 
@@ -64,20 +65,6 @@ struct Corner {
 
 }  // namespace detail
 
-// Working memory that both forms share: motions, moments of the bodies beyond each joint, in body frames.
-template <class T>
-struct MovingBodies {
-  explicit MovingBodies(const Model<T>& model);
-
-  std::vector<Motion<T>> v_p, v, a;              // (njoints) of the parent seen from the body; of the body
-  std::vector<Motion<T>> S, S_dot, S_ddot, S_v;  // (nv) see algorithms.h
-  std::vector<Composite<T>> composites;          // (njoints)
-  std::vector<VelocityProduct<T>> products;      // (njoints)
-  std::vector<Force<T>> f;                       // (njoints)
-  std::vector<int> above;                        // (njoints) columns above
-  int levels = 0, longest_path = 0;              // in joints and in columns
-};
-
 template <class T>
 struct SecondOrder {
   explicit SecondOrder(const Model<T>& model);
@@ -111,26 +98,6 @@ struct ForwardSecondOrder {
   MatrixX<T> work, solved;  // (nv x nv)
 };
 
-template <class T>
-struct Hessian {
-  explicit Hessian(const Model<T>& model);
-
-  MatrixX<T> d2tau;  // (3nv x 3nv) of mu^T tau over (q, v, a)
-  MatrixX<T> d2ddq;  // (3nv x 3nv) of lambda^T ddq over (q, v, tau)
-
-  // Working memory.
-  MovingBodies<T> bodies;
-  std::vector<Motion<T>> m_p, m;               // (njoints) the motion with velocity mu, as v_p and v
-  std::vector<VelocityProduct<T>> m_products;  // (njoints)
-  std::vector<Vector3<T>> couples;             // (njoints) int v x m dm
-  std::vector<Motion<T>> S_mu;                 // (nv) m_p x S
-  int stride = 0;
-  detail::LaneArray<T> travellers;  // wrenches and couples of all columns on their way to the root
-  detail::LaneArray<T> meetings;    // their products with one column
-  VectorX<T> mu;                    // (nv)
-  MatrixX<T> B, E;                  // (nv x nv)
-};
-
 // Tensors of second derivatives of tau(q, v, a); d2tau/da2 and d2tau/dadv are zero.  O(n d^2) for n columns
 // on paths of d.
 template <class T>
@@ -143,17 +110,5 @@ template <class T>
 void fd_second_order(const Model<T>& model, Data<T>& data, ForwardSecondOrder<T>& second,
                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
                      const Acting<T>& acting = {});
-
-// Hessian of mu^T tau over (q, v, a), in one sweep without tensors: O(n d), as id_derivatives.
-template <class T>
-const MatrixX<T>& id_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
-                             const VectorRef<T>& v, const VectorRef<T>& a, const VectorRef<T>& mu,
-                             const Acting<T>& acting = {});
-
-// Hessian of lambda^T ddq over (q, v, tau).  Calls fd_derivatives, whose results it leaves in data.
-template <class T>
-const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
-                             const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& lambda,
-                             const Acting<T>& acting = {});
 
 }  // namespace dyntape::dynamics

@@ -32,11 +32,6 @@ struct Armature {
     acting.armature = true;
     acting.armature_values = &inertia;
   }
-  void enter(Model<T>& acting, const Model<T>&) const {
-    for (Joint<T>& joint : acting.joints) {
-      if (is_single(joint.type)) joint.armature = inertia[joint.idx_v];
-    }
-  }
 };
 
 }  // namespace dyntape::dynamics

@@ -20,7 +20,7 @@
 // To add an effect: a struct in a file of its own, like damping.h, and its name in Effects, twice.  What it has
 // says how it acts, and whoever treats effects alike finds it by for_each_effect:
 //   kName, check(model), cast<S>()                           always
-//   enter(acting), enter(model, robot)                       carried by the recursions, not by torques
+//   enter(acting)                                            carried by the recursions, not by torques
 //   add_joint_torques(...), add_joint_slopes(...)            torques at single joints, with diagonal slopes
 //   add_torques(...), subtract_slopes(...)                   any other torques
 #pragma once

@@ -27,10 +27,6 @@ struct Gravity {
   void enter(Acting<T>& acting) const {
     acting.gravity = true;
   }
-  template <class T>
-  void enter(Model<T>& acting, const Model<T>& robot) const {
-    acting.gravity = robot.gravity;
-  }
 };
 
 }  // namespace dyntape::dynamics

@@ -32,6 +32,17 @@ Matrix6d cross_matrix(const Vector6d& v) {
   return m;
 }
 
+// Of I v, linear first, about the frame's origin.
+Matrix6d matrix(const Inertia<double>& I) {
+  Matrix6d m = Matrix6d::Zero();
+  const Matrix3<double> mc = skew(Vector3<double>(I.com * I.mass));
+  m.topLeftCorner<3, 3>().diagonal().setConstant(I.mass);
+  m.topRightCorner<3, 3>() = -mc;
+  m.bottomLeftCorner<3, 3>() = mc;
+  m.bottomRightCorner<3, 3>() = I.I_c + unit_point_inertia(I.com) * I.mass;
+  return m;
+}
+
 struct Slopes {
   MatrixXd by_q, by_v;
 };

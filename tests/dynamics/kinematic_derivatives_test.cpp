@@ -229,20 +229,20 @@ TEST_P(KinematicDerivativesOf, BodiesAreThoseOfTheirFrames) {
   for (const ReferenceFrame in : kFrames) {
     SCOPED_TRACE(name(in));
     frame_acceleration_derivatives(model, *data, *K, frame, in);
-    body_acceleration_derivatives(model, *data, B, body, in);
+    frame_acceleration_derivatives(model, *data, B, on_body(body), in);
     for (const auto x : {&KinematicDerivatives<double>::J, &KinematicDerivatives<double>::J_dot,
                          &KinematicDerivatives<double>::dV_dq, &KinematicDerivatives<double>::dA_dq,
                          &KinematicDerivatives<double>::dA_dv, &KinematicDerivatives<double>::dC_dq,
                          &KinematicDerivatives<double>::dC_dv}) {
       EXPECT_EQ((*K).*x, B.*x);
     }
-    body_velocity_derivatives(model, *data, B, body, in);
+    frame_velocity_derivatives(model, *data, B, on_body(body), in);
     EXPECT_EQ(K->dV_dq, B.dV_dq);
-    EXPECT_EQ(K->J_dot, body_jacobian_rate(model, *data, B, body, in));
-    EXPECT_EQ(frame_hessian(model, *data, H, frame, in), body_hessian(model, *data, HB, body, in));
+    EXPECT_EQ(K->J_dot, frame_jacobian_rate(model, *data, B, on_body(body), in));
+    EXPECT_EQ(frame_hessian(model, *data, H, frame, in), frame_hessian(model, *data, HB, on_body(body), in));
     EXPECT_EQ(frame_weighted_hessian(model, *data, *K, frame, in, f),
-              body_weighted_hessian(model, *data, B, body, in, f));
-    expect_near(body_jacobian(model, *data, s.q, body, in), K->J, 0);
+              frame_weighted_hessian(model, *data, B, on_body(body), in, f));
+    expect_near(frame_jacobian(model, *data, s.q, on_body(body), in), K->J, 0);
   }
 }
 
@@ -309,13 +309,13 @@ TEST(KinematicDerivatives, NamesWhatIsWrong) {
   KinematicHessian<double> H(model);
   const ReferenceFrame in = ReferenceFrame::kLocal;
   EXPECT_THROW(frame_velocity_derivatives(model, data, K, 99, in), ArgumentError);
-  EXPECT_THROW(body_hessian(model, data, H, -1, in), ArgumentError);
+  EXPECT_THROW(frame_hessian(model, data, H, on_body(-1), in), ArgumentError);
   EXPECT_THROW(frame_jacobian_rate(model, data, wrong, 0, in), ArgumentError);
   try {
-    body_jacobian_rate(model, data, K, 10, in);
+    frame_jacobian_rate(model, data, K, on_body(10), in);
     FAIL() << "no error";
   } catch (const ArgumentError& e) {
-    EXPECT_NE(std::string(e.what()).find("body_jacobian_rate: body 10 does not exist"), std::string::npos)
+    EXPECT_NE(std::string(e.what()).find("frame_jacobian_rate: body 10 does not exist"), std::string::npos)
         << e.what();
   }
 }

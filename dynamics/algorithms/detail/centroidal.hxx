@@ -197,7 +197,7 @@ template <class T>
 const Matrix3X<T>& com_jacobian(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                 const VectorRef<T>& q) {
   center_of_mass(model, data, c, q);
-  const T scale = detail::per_mass(c.mass);
+  const T scale = per_mass(c.mass);
   for (int k = 0; k < model.nv; ++k) {
     const Dof& S = data.tree.dofs[k];
     const Composite<T>& moment = c.composites[S.joint];
@@ -215,7 +215,7 @@ const Matrix3X<T>& subtree_com_jacobian(const Model<T>& model, Data<T>& data, Ce
   }
   center_of_mass(model, data, c, q);
   c.J.setZero();
-  const T scale = detail::per_mass(c.subtree_mass[body]);
+  const T scale = per_mass(c.subtree_mass[body]);
   for (int k = 0; k < model.nv; ++k) {
     const Dof& S = data.tree.dofs[k];
     if (!detail::is_beyond(model, S.joint, body)) continue;
@@ -304,3 +304,19 @@ void centroidal_derivatives(const Model<T>& model, Data<T>& data, Centroidal<T>&
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_CENTROIDAL(T)                                                                    \
+  DYNTAPE_COMPILE(com_jacobian, T)                                                                           \
+  DYNTAPE_COMPILE(subtree_com_jacobian, T)                                                                   \
+  DYNTAPE_COMPILE(centroidal_momentum, T)                                                                    \
+  DYNTAPE_COMPILE(centroidal_momentum_rate, T)                                                               \
+  DYNTAPE_COMPILE(centroidal_matrix, T)                                                                      \
+  DYNTAPE_COMPILE(centroidal_matrix_rate, T)                                                                 \
+  DYNTAPE_COMPILE(centroidal_derivatives, T)                                                                 \
+  namespace dyntape::dynamics {                                                                              \
+  template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, const VectorRef<T>&); \
+  template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, const VectorRef<T>&,  \
+                                            const VectorRef<T>&);                                            \
+  template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, const VectorRef<T>&,  \
+                                            const VectorRef<T>&, const VectorRef<T>&);                       \
+  }

@@ -26,6 +26,14 @@ void check_acting(const char* function, const Model<T>& model, const Acting<T>& 
   }
 }
 
+template <class T>
+void check_arguments(const char* function, const Model<T>& model, const Data<T>& data,
+                     const Acting<T>& acting, const VectorRef<T>& q, const VectorRef<T>* v = nullptr,
+                     const VectorRef<T>* a = nullptr, const char* last = "a") {
+  check_arguments(function, model, data, q, v, a, last);
+  check_acting(function, model, acting);
+}
+
 // Does an armature enter at joint i?  If so, armature_at gives it.
 template <class T>
 DYNTAPE_INLINE bool has_armature(const Model<T>& model, const Acting<T>& acting, int i) {

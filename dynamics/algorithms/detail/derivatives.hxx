@@ -215,8 +215,7 @@ void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const Vec
 template <class T>
 void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                     const VectorRef<T>& a, const Acting<T>& acting) {
-  detail::check_arguments("id_derivatives", model, data, q, &v, &a);
-  detail::check_acting("id_derivatives", model, acting);
+  detail::check_arguments("id_derivatives", model, data, acting, q, &v, &a);
   detail::place_joints(model, data, q);
   detail::id_derivatives_placed(model, data, v, a, acting);
 }
@@ -224,8 +223,7 @@ void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 template <class T>
 void id_derivatives_under(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                           const VectorRef<T>& tau, const Acting<T>& acting) {
-  detail::check_arguments("fd_derivatives", model, data, q, &v, &tau, "tau");
-  detail::check_acting("fd_derivatives", model, acting);
+  detail::check_arguments("fd_derivatives", model, data, acting, q, &v, &tau, "tau");
   detail::derivatives_at_acceleration(model, data, q, v, tau, acting);
 }
 
@@ -238,3 +236,8 @@ void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_DERIVATIVES(T) \
+  DYNTAPE_COMPILE(id_derivatives, T)       \
+  DYNTAPE_COMPILE(id_derivatives_under, T) \
+  DYNTAPE_COMPILE(fd_derivatives, T)

@@ -89,3 +89,8 @@ void nonlinear_effects_derivatives(const Model<T>& model, Data<T>& data, EnergyG
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_ENERGY(T)          \
+  DYNTAPE_COMPILE(kinetic_energy_gradients, T) \
+  DYNTAPE_COMPILE(gravity_derivatives, T)      \
+  DYNTAPE_COMPILE(nonlinear_effects_derivatives, T)

@@ -269,8 +269,7 @@ void minverse_articulated(const Model<T>& model, Data<T>& data) {
 template <class T>
 const VectorX<T>& aba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                       const VectorRef<T>& tau, const Acting<T>& acting) {
-  detail::check_arguments("aba", model, data, q, &v, &tau, "tau");
-  detail::check_acting("aba", model, acting);
+  detail::check_arguments("aba", model, data, acting, q, &v, &tau, "tau");
   if (data.following) {
     detail::factorise(*data.following, crba<T>(model, data, q, acting));
     detail::accelerate_following(model, data, q, v, tau, acting);
@@ -285,8 +284,7 @@ const VectorX<T>& aba(const Model<T>& model, Data<T>& data, const VectorRef<T>& 
 template <class T>
 const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
                            const Acting<T>& acting) {
-  detail::check_arguments("minverse", model, data, q);
-  detail::check_acting("minverse", model, acting);
+  detail::check_arguments("minverse", model, data, acting, q);
   if (data.following) {
     detail::factorise(*data.following, crba<T>(model, data, q, acting));
     detail::invert_following(data);
@@ -299,3 +297,7 @@ const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T) \
+  DYNTAPE_COMPILE(aba, T)                       \
+  DYNTAPE_COMPILE(minverse, T)

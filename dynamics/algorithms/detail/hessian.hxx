@@ -7,6 +7,7 @@
 // there.  All that is under way through one joint stands side by side, a subtree's columns in one piece.
 #pragma once
 
+#include <dyntape/dynamics/algorithms/hessian.h>
 #include <dyntape/dynamics/algorithms/detail/derivatives.hxx>
 #include <dyntape/dynamics/algorithms/detail/second_order_common.hxx>
 
@@ -180,4 +181,42 @@ const MatrixX<T>& id_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& h
   return hessian.d2tau;
 }
 
+// With mu = M^-1 lambda, G the Hessian of mu^T tau over (q, v, a) and B = G_qa:
+//   H_qq = -(G_qq + B a_q + (B a_q)^T)   H_qv = -(G_qv + B a_v)   H_vv = -G_vv   H_qtau = -B M^-1
+template <class T>
+const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
+                             const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& lambda,
+                             const Acting<T>& acting) {
+  detail::check("fd_hessian", "lambda", model, lambda.size(), model.nv);
+  detail::check("fd_hessian", "workspace", model, hessian.mu.size(), model.nv);
+  fd_derivatives<T>(model, data, q, v, tau, acting);
+  hessian.mu.setZero();
+  detail::add_product(data.Minv.data(), lambda.data(), model.nv, 1, hessian.mu.data());
+  id_hessian<T>(model, data, hessian, q, v, data.ddq, hessian.mu, acting);
+  const int n = model.nv;
+  const MatrixX<T>& G = hessian.d2tau;
+  MatrixX<T>& H = hessian.d2ddq;
+  hessian.B = -G.topRightCorner(n, n);
+  const auto fill = [&](const MatrixX<T>& by, int at) {
+    hessian.E.setZero();
+    detail::add_product(hessian.B, by, hessian.E);
+    if (at < 2 * n) hessian.E -= G.block(0, at, n, n);
+    H.block(0, at, n, n) = hessian.E;
+    H.block(at, 0, n, n) = hessian.E.transpose();
+  };
+  fill(data.ddq_dv, n);
+  fill(data.Minv, 2 * n);
+  hessian.E.setZero();
+  detail::add_product(hessian.B, data.ddq_dq, hessian.E);
+  H.topLeftCorner(n, n) = hessian.E + hessian.E.transpose();
+  H.topLeftCorner(n, n) -= G.topLeftCorner(n, n);
+  H.block(n, n, n, n) = -G.block(n, n, n, n);
+  return H;
+}
+
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_HESSIAN(T)           \
+  template struct dyntape::dynamics::Hessian<T>; \
+  DYNTAPE_COMPILE(id_hessian, T)                 \
+  DYNTAPE_COMPILE(fd_hessian, T)

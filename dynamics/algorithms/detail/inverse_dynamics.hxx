@@ -89,8 +89,7 @@ void cross_joint(const Model<T>& model, Data<T>& data, int i) {
 template <class T>
 const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                        const VectorRef<T>& a, const Acting<T>& acting) {
-  detail::check_arguments("rnea", model, data, q, &v, &a);
-  detail::check_acting("rnea", model, acting);
+  detail::check_arguments("rnea", model, data, acting, q, &v, &a);
   detail::place_joints(model, data, q);
   detail::move_bodies(model, data, v);
   detail::accelerate_bodies(model, data, &v, &a, acting);
@@ -106,8 +105,7 @@ const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>&
 template <class T>
 const VectorX<T>& nonlinear_effects(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
                                     const VectorRef<T>& v, const Acting<T>& acting) {
-  detail::check_arguments("nonlinear_effects", model, data, q, &v);
-  detail::check_acting("nonlinear_effects", model, acting);
+  detail::check_arguments("nonlinear_effects", model, data, acting, q, &v);
   detail::place_joints(model, data, q);
   detail::move_bodies(model, data, v);
   detail::accelerate_bodies<T>(model, data, &v, nullptr, acting);
@@ -128,8 +126,7 @@ const VectorX<T>& generalized_gravity(const Model<T>& model, Data<T>& data, cons
 
 template <class T>
 const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const Acting<T>& acting) {
-  detail::check_arguments("crba", model, data, q);
-  detail::check_acting("crba", model, acting);
+  detail::check_arguments("crba", model, data, acting, q);
   detail::place_joints(model, data, q);
   for (int i = 0; i < model.njoints(); ++i) data.composites[i] = composite(model.inertias[i]);
   for (int at = model.njoints() - 1; at >= 0; --at) {
@@ -150,8 +147,7 @@ const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>&
 template <class T>
 const T& kinetic_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
                         const Acting<T>& acting) {
-  detail::check_arguments("kinetic_energy", model, data, q, &v);
-  detail::check_acting("kinetic_energy", model, acting);
+  detail::check_arguments("kinetic_energy", model, data, acting, q, &v);
   detail::place_joints(model, data, q);
   detail::move_bodies(model, data, v);
   T twice = T(0);
@@ -174,17 +170,12 @@ const T& potential_energy(const Model<T>& model, Data<T>& data, const VectorRef<
   return data.potential_energy;
 }
 
-template <class T>
-const Vector3<T>& center_of_mass(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
-  forward_kinematics(model, data, q);
-  Vector3<T> sum = Vector3<T>::Zero();
-  T mass = T(0);
-  for (int i = 0; i < model.njoints(); ++i) {
-    const Vector3<T> c = data.X_WB[i].R * model.inertias[i].com + data.X_WB[i].p;
-    sum += c * model.inertias[i].mass;
-    mass += model.inertias[i].mass;
-  }
-  return data.com = sum / mass;
-}
-
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T) \
+  DYNTAPE_COMPILE(rnea, T)                      \
+  DYNTAPE_COMPILE(nonlinear_effects, T)         \
+  DYNTAPE_COMPILE(generalized_gravity, T)       \
+  DYNTAPE_COMPILE(crba, T)                      \
+  DYNTAPE_COMPILE(kinetic_energy, T)            \
+  DYNTAPE_COMPILE(potential_energy, T)

@@ -51,10 +51,12 @@ void put_column(Matrix6X<T>& columns, int k, const Motion<T>& m) {
   }
 }
 
+// The place, once data and a workspace for `nv` dofs fit the model.
 template <class T>
-void check_workspace(const char* function, const Model<T>& model, const Data<T>& data, long nv) {
+Site<T> checked_site(const char* function, const Model<T>& model, const Data<T>& data, Place place, long nv) {
   check(function, "data", model, static_cast<long>(data.tree.dofs.size()), model.nv);
   check(function, "workspace", model, nv, model.nv);
+  return site_of(function, model, place);
 }
 
 // Up to which derivative in time the bodies are looked at.
@@ -119,50 +121,6 @@ Motion<T> classical(const Motion<T>& V, const Motion<T>& dV, const Motion<T>& dA
   return {dA.linear + dV.angular.cross(V.linear) + V.angular.cross(dV.linear), dA.angular};
 }
 
-template <class T>
-const Matrix6X<T>& jacobian_rate(const char* function, const Model<T>& model, const Data<T>& data,
-                                 KinematicDerivatives<T>& K, const Site<T>& site, ReferenceFrame in) {
-  check_workspace(function, model, data, K.J.cols());
-  gather_motions(model, data, K, site, in, Order::kVelocity);
-  K.J_dot.setZero();
-  for (int k : K.support) put_column(K.J_dot, k, column_rate(in, K.S[k], K.v[data.tree.dofs[k].joint], K.V));
-  return K.J_dot;
-}
-
-template <class T>
-void velocity_derivatives(const char* function, const Model<T>& model, const Data<T>& data,
-                          KinematicDerivatives<T>& K, const Site<T>& site, ReferenceFrame in) {
-  check_workspace(function, model, data, K.J.cols());
-  gather_motions(model, data, K, site, in, Order::kVelocity);
-  K.dV_dq.setZero();
-  for (int k : K.support) {
-    put_column(K.dV_dq, k, slope(in, K.S[k], parent_motion(model, K.v, data.tree.dofs[k].joint), K.V));
-  }
-}
-
-template <class T>
-void acceleration_derivatives(const char* function, const Model<T>& model, const Data<T>& data,
-                              KinematicDerivatives<T>& K, const Site<T>& site, ReferenceFrame in) {
-  check_workspace(function, model, data, K.J.cols());
-  gather_motions(model, data, K, site, in, Order::kAcceleration);
-  for (auto* x : {&K.J_dot, &K.dV_dq, &K.dA_dq, &K.dA_dv, &K.dC_dq, &K.dC_dv}) x->setZero();
-  for (int k : K.support) {
-    const Motion<T>& J = K.S[k];
-    const int i = data.tree.dofs[k].joint;
-    const Motion<T> V_p = parent_motion(model, K.v, i), A_p = parent_motion(model, K.a, i);
-    const Motion<T> shift = cross(V_p, J);
-    const Motion<T> dV_dq = slope(in, J, V_p, K.V);
-    const Motion<T> dA_dq = slope(in, J, A_p, K.A) + cross(shift, K.V - V_p);
-    const Motion<T> dA_dv = cross(J, K.V - K.v[i]) + shift;
-    put_column(K.J_dot, k, column_rate(in, J, K.v[i], K.V));
-    put_column(K.dV_dq, k, dV_dq);
-    put_column(K.dA_dq, k, dA_dq);
-    put_column(K.dA_dv, k, dA_dv);
-    put_column(K.dC_dq, k, classical(K.V, dV_dq, dA_dq));
-    put_column(K.dC_dv, k, classical(K.V, J, dA_dv));
-  }
-}
-
 // dJ_k/dq_j; joint_k and joint_j on one path, the smaller nearer to the root.
 template <class T>
 Motion<T> hessian_entry(ReferenceFrame in, const Motion<T>& J_k, const Motion<T>& J_j, int joint_k,
@@ -180,25 +138,6 @@ Motion<T> hessian_entry(ReferenceFrame in, const Motion<T>& J_k, const Motion<T>
   return turned(J_j.angular, J_k);
 }
 
-template <class T>
-const Matrix6X<T>& hessian(const char* function, const Model<T>& model, const Data<T>& data,
-                           KinematicHessian<T>& K, const Site<T>& site, ReferenceFrame in) {
-  check_workspace(function, model, data, K.nv);
-  for (int j : K.support) {
-    for (int k : K.support) K.H.col(K.nv * j + k).setZero();
-  }
-  K.support.clear();
-  walk(model, data, site, in,
-       [&](int i, const View<T>& view) { gather_columns(data, i, view, K.support, K.S); });
-  const std::vector<Dof>& dofs = data.tree.dofs;
-  for (int j : K.support) {
-    for (int k : K.support) {
-      put_column(K.H, K.nv * j + k, hessian_entry(in, K.S[k], K.S[j], dofs[k].joint, dofs[j].joint));
-    }
-  }
-  return K.H;
-}
-
 // f . (a x b) = -b . (a x* f), and f . (w x b, w x c) = (b, c) . (f x w, ...): one vector a column.
 template <class T>
 Force<T> weight(ReferenceFrame in, const Motion<T>& J, const Force<T>& f) {
@@ -209,19 +148,106 @@ Force<T> weight(ReferenceFrame in, const Motion<T>& J, const Force<T>& f) {
   return {-g.linear, -g.angular};
 }
 
+}  // namespace detail
+
 template <class T>
-const MatrixX<T>& weighted_hessian(const char* function, const Model<T>& model, const Data<T>& data,
-                                   KinematicDerivatives<T>& K, const Site<T>& site, ReferenceFrame in,
-                                   const Force<T>& f) {
-  check_workspace(function, model, data, K.J.cols());
+KinematicDerivatives<T>::KinematicDerivatives(const Model<T>& model) {
+  for (auto* x : {&J, &J_dot, &dV_dq, &dA_dq, &dA_dv, &dC_dq, &dC_dv}) *x = Matrix6X<T>::Zero(6, model.nv);
+  fH = MatrixX<T>::Zero(model.nv, model.nv);
+  support.reserve(model.nv);
+  fH_support.reserve(model.nv);
+  S.resize(model.nv);
+  for (auto* x : {&v, &a}) x->resize(model.njoints());
+}
+
+template <class T>
+KinematicHessian<T>::KinematicHessian(const Model<T>& model) : nv(model.nv), S(model.nv) {
+  H = Matrix6X<T>::Zero(6, static_cast<Eigen::Index>(nv) * nv);
+  support.reserve(nv);
+}
+
+template <class T>
+const Matrix6X<T>& frame_jacobian_rate(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
+                                       Place frame, ReferenceFrame in) {
+  const auto site = detail::checked_site("frame_jacobian_rate", model, data, frame, K.J.cols());
+  detail::gather_motions(model, data, K, site, in, detail::Order::kVelocity);
+  K.J_dot.setZero();
+  for (int k : K.support)
+    detail::put_column(K.J_dot, k, detail::column_rate(in, K.S[k], K.v[data.tree.dofs[k].joint], K.V));
+  return K.J_dot;
+}
+
+template <class T>
+void frame_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
+                                Place frame, ReferenceFrame in) {
+  const auto site = detail::checked_site("frame_velocity_derivatives", model, data, frame, K.J.cols());
+  detail::gather_motions(model, data, K, site, in, detail::Order::kVelocity);
+  K.dV_dq.setZero();
+  for (int k : K.support) {
+    detail::put_column(
+        K.dV_dq, k,
+        detail::slope(in, K.S[k], detail::parent_motion(model, K.v, data.tree.dofs[k].joint), K.V));
+  }
+}
+
+template <class T>
+void frame_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
+                                    Place frame, ReferenceFrame in) {
+  const auto site = detail::checked_site("frame_acceleration_derivatives", model, data, frame, K.J.cols());
+  detail::gather_motions(model, data, K, site, in, detail::Order::kAcceleration);
+  for (auto* x : {&K.J_dot, &K.dV_dq, &K.dA_dq, &K.dA_dv, &K.dC_dq, &K.dC_dv}) x->setZero();
+  for (int k : K.support) {
+    const Motion<T>& J = K.S[k];
+    const int i = data.tree.dofs[k].joint;
+    const Motion<T> V_p = detail::parent_motion(model, K.v, i), A_p = detail::parent_motion(model, K.a, i);
+    const Motion<T> shift = cross(V_p, J);
+    const Motion<T> dV_dq = detail::slope(in, J, V_p, K.V);
+    const Motion<T> dA_dq = detail::slope(in, J, A_p, K.A) + cross(shift, K.V - V_p);
+    const Motion<T> dA_dv = cross(J, K.V - K.v[i]) + shift;
+    detail::put_column(K.J_dot, k, detail::column_rate(in, J, K.v[i], K.V));
+    detail::put_column(K.dV_dq, k, dV_dq);
+    detail::put_column(K.dA_dq, k, dA_dq);
+    detail::put_column(K.dA_dv, k, dA_dv);
+    detail::put_column(K.dC_dq, k, detail::classical(K.V, dV_dq, dA_dq));
+    detail::put_column(K.dC_dv, k, detail::classical(K.V, J, dA_dv));
+  }
+}
+
+template <class T>
+const Matrix6X<T>& frame_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K,
+                                 Place frame, ReferenceFrame in) {
+  const auto site = detail::checked_site("frame_hessian", model, data, frame, K.nv);
+  for (int j : K.support) {
+    for (int k : K.support) K.H.col(K.nv * j + k).setZero();
+  }
+  K.support.clear();
+  detail::walk(model, data, site, in, [&](int i, const detail::View<T>& view) {
+    detail::gather_columns(data, i, view, K.support, K.S);
+  });
+  const std::vector<Dof>& dofs = data.tree.dofs;
+  for (int j : K.support) {
+    for (int k : K.support) {
+      detail::put_column(K.H, K.nv * j + k,
+                         detail::hessian_entry(in, K.S[k], K.S[j], dofs[k].joint, dofs[j].joint));
+    }
+  }
+  return K.H;
+}
+
+template <class T>
+const MatrixX<T>& frame_weighted_hessian(const Model<T>& model, const Data<T>& data,
+                                         KinematicDerivatives<T>& K, Place frame, ReferenceFrame in,
+                                         const Force<T>& f) {
+  const auto site = detail::checked_site("frame_weighted_hessian", model, data, frame, K.J.cols());
   for (int j : K.fH_support) {
     for (int k : K.fH_support) K.fH(k, j) = T(0);
   }
   K.fH_support.clear();
-  walk(model, data, site, in,
-       [&](int i, const View<T>& view) { gather_columns(data, i, view, K.fH_support, K.S); });
+  detail::walk(model, data, site, in, [&](int i, const detail::View<T>& view) {
+    detail::gather_columns(data, i, view, K.fH_support, K.S);
+  });
   for (int n : K.fH_support) {
-    const Force<T> g = weight(in, K.S[n], f);
+    const Force<T> g = detail::weight(in, K.S[n], f);
     for (int m : K.fH_support) {  // n nearer to the root, or of the same joint
       const int joint_n = data.tree.dofs[n].joint, joint_m = data.tree.dofs[m].joint;
       if (joint_n > joint_m) continue;
@@ -245,89 +271,13 @@ const MatrixX<T>& weighted_hessian(const char* function, const Model<T>& model, 
   return K.fH;
 }
 
-}  // namespace detail
-
-template <class T>
-KinematicDerivatives<T>::KinematicDerivatives(const Model<T>& model) {
-  for (auto* x : {&J, &J_dot, &dV_dq, &dA_dq, &dA_dv, &dC_dq, &dC_dv}) *x = Matrix6X<T>::Zero(6, model.nv);
-  fH = MatrixX<T>::Zero(model.nv, model.nv);
-  support.reserve(model.nv);
-  fH_support.reserve(model.nv);
-  S.resize(model.nv);
-  for (auto* x : {&v, &a}) x->resize(model.njoints());
-}
-
-template <class T>
-KinematicHessian<T>::KinematicHessian(const Model<T>& model) : nv(model.nv), S(model.nv) {
-  H = Matrix6X<T>::Zero(6, static_cast<Eigen::Index>(nv) * nv);
-  support.reserve(nv);
-}
-
-template <class T>
-const Matrix6X<T>& frame_jacobian_rate(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                       int frame, ReferenceFrame in) {
-  const char* who = "frame_jacobian_rate";
-  return detail::jacobian_rate(who, model, data, K, detail::site_of_frame(who, model, frame), in);
-}
-template <class T>
-const Matrix6X<T>& body_jacobian_rate(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                      int body, ReferenceFrame in) {
-  const char* who = "body_jacobian_rate";
-  return detail::jacobian_rate(who, model, data, K, detail::site_of_body(who, model, body), in);
-}
-
-template <class T>
-void frame_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                int frame, ReferenceFrame in) {
-  const char* who = "frame_velocity_derivatives";
-  detail::velocity_derivatives(who, model, data, K, detail::site_of_frame(who, model, frame), in);
-}
-template <class T>
-void body_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                               int body, ReferenceFrame in) {
-  const char* who = "body_velocity_derivatives";
-  detail::velocity_derivatives(who, model, data, K, detail::site_of_body(who, model, body), in);
-}
-
-template <class T>
-void frame_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                    int frame, ReferenceFrame in) {
-  const char* who = "frame_acceleration_derivatives";
-  detail::acceleration_derivatives(who, model, data, K, detail::site_of_frame(who, model, frame), in);
-}
-template <class T>
-void body_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
-                                   int body, ReferenceFrame in) {
-  const char* who = "body_acceleration_derivatives";
-  detail::acceleration_derivatives(who, model, data, K, detail::site_of_body(who, model, body), in);
-}
-
-template <class T>
-const Matrix6X<T>& frame_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K,
-                                 int frame, ReferenceFrame in) {
-  const char* who = "frame_hessian";
-  return detail::hessian(who, model, data, K, detail::site_of_frame(who, model, frame), in);
-}
-template <class T>
-const Matrix6X<T>& body_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K, int body,
-                                ReferenceFrame in) {
-  const char* who = "body_hessian";
-  return detail::hessian(who, model, data, K, detail::site_of_body(who, model, body), in);
-}
-
-template <class T>
-const MatrixX<T>& frame_weighted_hessian(const Model<T>& model, const Data<T>& data,
-                                         KinematicDerivatives<T>& K, int frame, ReferenceFrame in,
-                                         const Force<T>& f) {
-  const char* who = "frame_weighted_hessian";
-  return detail::weighted_hessian(who, model, data, K, detail::site_of_frame(who, model, frame), in, f);
-}
-template <class T>
-const MatrixX<T>& body_weighted_hessian(const Model<T>& model, const Data<T>& data,
-                                        KinematicDerivatives<T>& K, int body, ReferenceFrame in,
-                                        const Force<T>& f) {
-  const char* who = "body_weighted_hessian";
-  return detail::weighted_hessian(who, model, data, K, detail::site_of_body(who, model, body), in, f);
-}
-
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T)          \
+  template struct dyntape::dynamics::KinematicDerivatives<T>; \
+  template struct dyntape::dynamics::KinematicHessian<T>;     \
+  DYNTAPE_COMPILE(frame_jacobian_rate, T)                     \
+  DYNTAPE_COMPILE(frame_velocity_derivatives, T)              \
+  DYNTAPE_COMPILE(frame_acceleration_derivatives, T)          \
+  DYNTAPE_COMPILE(frame_hessian, T)                           \
+  DYNTAPE_COMPILE(frame_weighted_hessian, T)

@@ -33,19 +33,17 @@ struct Site {
 };
 
 template <class T>
-Site<T> site_of_frame(const char* function, const Model<T>& model, int frame) {
-  const Frame<T>& F = frame_at(function, model, frame);
-  return {F.body, F.X_BF};
-}
-
-template <class T>
-Site<T> site_of_body(const char* function, const Model<T>& model, int body) {
-  if (body < 0 || body >= model.njoints()) {
-    throw ArgumentError(std::string(function) + ": body " + std::to_string(body) +
+Site<T> site_of(const char* function, const Model<T>& model, Place place) {
+  if (!place.is_body) {
+    const Frame<T>& F = frame_at(function, model, place.index);
+    return {F.body, F.X_BF};
+  }
+  if (place.index < 0 || place.index >= model.njoints()) {
+    throw ArgumentError(std::string(function) + ": body " + std::to_string(place.index) +
                         " does not exist, model \"" + model.name + "\" has " +
                         std::to_string(model.njoints()));
   }
-  return {body, {}};
+  return {place.index, {}};
 }
 
 // A motion of frame F, known in F, in the frame asked for.
@@ -140,17 +138,23 @@ Motion<T> frame_classical_acceleration(const Model<T>& model, const Data<T>& dat
 }
 
 template <class T>
-const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int frame,
+const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, Place frame,
                                   ReferenceFrame in) {
   detail::check_arguments("frame_jacobian", model, data, q);
-  return detail::site_jacobian(model, data, q, detail::site_of_frame("frame_jacobian", model, frame), in);
-}
-
-template <class T>
-const Matrix6X<T>& body_jacobian(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, int body,
-                                 ReferenceFrame in) {
-  detail::check_arguments("body_jacobian", model, data, q);
-  return detail::site_jacobian(model, data, q, detail::site_of_body("body_jacobian", model, body), in);
+  return detail::site_jacobian(model, data, q, detail::site_of("frame_jacobian", model, frame), in);
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_KINEMATICS(T)                                                                \
+  DYNTAPE_COMPILE(frame_placement, T)                                                                    \
+  DYNTAPE_COMPILE(frame_velocity, T)                                                                     \
+  DYNTAPE_COMPILE(frame_acceleration, T)                                                                 \
+  DYNTAPE_COMPILE(frame_classical_acceleration, T)                                                       \
+  DYNTAPE_COMPILE(frame_jacobian, T)                                                                     \
+  namespace dyntape::dynamics {                                                                          \
+  template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&);                      \
+  template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&, const VectorRef<T>&); \
+  template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&, const VectorRef<T>&,  \
+                                   const VectorRef<T>&);                                                 \
+  }

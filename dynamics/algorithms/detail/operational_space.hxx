@@ -194,3 +194,9 @@ const VectorX<T>& operational_bias(const Model<T>& model, Data<T>& data, Operati
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T)          \
+  template struct dyntape::dynamics::OperationalSpace<T>; \
+  DYNTAPE_COMPILE(operational_space, T)                   \
+  DYNTAPE_COMPILE(operational_torque, T)                  \
+  DYNTAPE_COMPILE(operational_bias, T)

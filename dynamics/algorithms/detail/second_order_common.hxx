@@ -3,7 +3,7 @@
 // What both forms of second derivatives start from: docs/math.md (H.1) to (H.4).
 #pragma once
 
-#include <dyntape/dynamics/algorithms/second_order.h>
+#include <dyntape/dynamics/algorithms/second_order_common.h>
 #include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
 
@@ -111,6 +111,30 @@ template <class T>
 Force<T> slope_of_force(const Composite<T>& I, const VelocityProduct<T>& b, const Motion<T>& a,
                         const Vector3<T>& w) {
   return I * a + twice_b(b, w);
+}
+
+// C += A B for A (n x n), column by column, four of A at a time; no memory is taken.
+template <class T>
+void add_product(const T* A, const T* B, int n, int columns, T* C) {
+  for (int j = 0; j < columns; ++j, B += n, C += n) {
+    T* __restrict c = C;
+    int k = 0;
+    for (; k + 4 <= n; k += 4) {
+      const T *a0 = A + k * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;
+      const T b0 = B[k], b1 = B[k + 1], b2 = B[k + 2], b3 = B[k + 3];
+      for (int i = 0; i < n; ++i) c[i] += (a0[i] * b0 + a1[i] * b1) + (a2[i] * b2 + a3[i] * b3);
+    }
+    for (; k < n; ++k) {
+      const T* a = A + k * n;
+      const T b = B[k];
+      for (int i = 0; i < n; ++i) c[i] += a[i] * b;
+    }
+  }
+}
+
+template <class MA, class MB, class T>
+void add_product(const MA& A, const MB& B, MatrixX<T>& C) {
+  add_product(A.data(), B.data(), static_cast<int>(A.rows()), static_cast<int>(B.cols()), C.data());
 }
 
 }  // namespace detail

@@ -7,12 +7,6 @@
 
 namespace dyntape::dynamics::detail {
 
-// 1 / mass, or zero for what weighs nothing.
-template <class T>
-T per_mass(const T& mass) {
-  return select(mass > T(0), T(1) / select(mass > T(0), mass, T(1)), T(0));
-}
-
 // Velocity of the parent, seen from body i; data.v.
 template <class T>
 Motion<T> move_body(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, int i) {
@@ -48,21 +42,19 @@ void gather_moments(const Model<T>& model, const Data<T>& data, std::vector<Comp
   }
 }
 
-template <class T>
-void gather_composites(const Model<T>& model, const Data<T>& data, std::vector<Composite<T>>& composites) {
-  for (int i = 0; i < model.njoints(); ++i) composites[i] = composite(model.inertias[i]);
+// What is of body i becomes the sum over body i and all beyond it.
+template <class T, class Sum>
+void gather(const Model<T>& model, const Data<T>& data, std::vector<Sum>& sums) {
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i];
-    if (p >= 0) accumulate(data.X_PB[i], composites[i], composites[p]);
+    if (p >= 0) accumulate(data.X_PB[i], sums[i], sums[p]);
   }
 }
 
 template <class T>
-void gather(const Model<T>& model, const Data<T>& data, std::vector<Force<T>>& sums) {
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i];
-    if (p >= 0) sums[p] = sums[p] + act(data.X_PB[i], sums[i]);
-  }
+void gather_composites(const Model<T>& model, const Data<T>& data, std::vector<Composite<T>>& composites) {
+  for (int i = 0; i < model.njoints(); ++i) composites[i] = composite(model.inertias[i]);
+  gather(model, data, composites);
 }
 
 template <class T>
@@ -71,10 +63,7 @@ void gather_velocity_products(const Model<T>& model, const Data<T>& data,
   for (int i = 0; i < model.njoints(); ++i) {
     products[i] = velocity_product(composite(model.inertias[i]), data.v[i]);
   }
-  for (int i = model.njoints() - 1; i >= 0; --i) {
-    const int p = model.parent[i];
-    if (p >= 0) accumulate(data.X_PB[i], products[i], products[p]);
-  }
+  gather(model, data, products);
 }
 
 }  // namespace dyntape::dynamics::detail

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/dynamics/algorithms/detail/derivatives.hxx>
-#include <dyntape/dynamics/effects/detail/added_torques.hxx>
 
 namespace dyntape::dynamics {
 namespace detail {
@@ -24,6 +24,39 @@ void check_effects(const Model<T>& model, const Effects<T>& effects) {
 template <class T>
 void check_torques(const char* function, const Model<T>& model, const EffectTorques<T>& torques) {
   check(function, "torques", model, torques.tau.size(), model.nv);
+}
+
+template <class T>
+bool adds_torques(const Effects<T>& effects) {
+  bool adds = false;
+  for_each_chosen_effect(effects, [&]<class E>(const E&) {
+    adds = adds || requires { &E::add_joint_torques; }
+    || requires { &E::add_torques; };
+  });
+  return adds;
+}
+
+// torques.total: and the driving torques.
+template <class T>
+const VectorX<T>& total_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                                const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
+                                const VectorRef<T>& tau) {
+  effect_torques(model, data, torques, effects, q, v);
+  torques.total = tau + torques.total;
+  return torques.total;
+}
+
+// data.dtau_dq and dtau_dv less what the chosen effects add.
+template <class T>
+void subtract_slopes(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
+                     const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v) {
+  joint_torque_slopes(model, torques, effects, q, v);
+  data.dtau_dq.diagonal() -= torques.dtau_dq;
+  data.dtau_dv.diagonal() -= torques.dtau_dv;
+  for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.subtract_slopes(model, data, torques, q); })
+      effect.subtract_slopes(model, data, torques, q);
+  });
 }
 
 }  // namespace detail
@@ -89,13 +122,11 @@ const VectorX<T>& effect_torques(const Model<T>& model, Data<T>& data, EffectTor
 
 template <class T>
 Model<T> acting_model(const Model<T>& robot, const Effects<T>& effects) {
-  Model<T> acting = robot;
-  acting.gravity.setZero();
-  for (Joint<T>& joint : acting.joints) joint.armature = T(0);
-  for_each_chosen_effect(effects, [&](const auto& effect) {
-    if constexpr (requires { effect.enter(acting, robot); }) effect.enter(acting, robot);
-  });
-  return acting;
+  const Acting<T> acting = effects.acting();
+  Model<T> model = robot;
+  if (!acting.gravity) model.gravity.setZero();
+  for (int i = 0; i < model.njoints(); ++i) model.joints[i].armature = detail::armature_at(robot, acting, i);
+  return model;
 }
 
 template <class T>
@@ -142,3 +173,17 @@ void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTo
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_EFFECTS(T)                 \
+  template struct dyntape::dynamics::EffectTorques<T>; \
+  DYNTAPE_COMPILE(model_armature, T)                   \
+  DYNTAPE_COMPILE(model_damping, T)                    \
+  DYNTAPE_COMPILE(model_friction, T)                   \
+  DYNTAPE_COMPILE(joint_torques, T)                    \
+  DYNTAPE_COMPILE(joint_torque_slopes, T)              \
+  DYNTAPE_COMPILE(acting_model, T)                     \
+  DYNTAPE_COMPILE(effect_torques, T)                   \
+  DYNTAPE_COMPILE(forward_dynamics, T)                 \
+  DYNTAPE_COMPILE(inverse_dynamics, T)                 \
+  DYNTAPE_COMPILE(forward_dynamics_derivatives, T)     \
+  DYNTAPE_COMPILE(inverse_dynamics_derivatives, T)

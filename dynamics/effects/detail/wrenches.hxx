@@ -137,3 +137,8 @@ const MatrixX<T>& wrench_torque_derivatives(const Model<T>& model, Data<T>& data
 }
 
 }  // namespace dyntape::dynamics
+
+#define DYNTAPE_INSTANTIATE_WRENCHES(T) \
+  DYNTAPE_COMPILE(wrench_at_frame, T)   \
+  DYNTAPE_COMPILE(wrench_torques, T)    \
+  DYNTAPE_COMPILE(wrench_torque_derivatives, T)
