@@ -44,8 +44,9 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/autodiff/graph/function.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/options.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/run/points.h>
 #include <dyntape/codegen/timings.h>
 

@@ -246,10 +246,10 @@ TEST(Lanes, BlocksOfThoseWhoKeepThem) {
       const auto x = random.vector(3 * sx, 0, 2.2), p = random.vector(3 * sp + 2 * width, 1, 2);
       std::vector<double> y(3 * sy, kUntouched), jacobian(3 * sj, kUntouched);
       std::vector<std::uint32_t> status(count, 99);
-      const Violation violation = c.run(
-          Order::kFirst,
-          {count, x.data(), p.data(), nullptr, y.data(), jacobian.data(), nullptr, strides, status.data(), width},
-          workspace);
+      const Violation violation = c.run(Order::kFirst,
+                                        {count, x.data(), p.data(), nullptr, y.data(), jacobian.data(),
+                                         nullptr, strides, status.data(), width},
+                                        workspace);
       std::vector<bool> written(y.size(), false);
       for (std::size_t i = 0; i < count; ++i) {
         const std::size_t block = i / width, lane = i % width;

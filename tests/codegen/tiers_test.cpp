@@ -396,7 +396,7 @@ TEST_F(Tiered, OneFunctionAtATimeIsCompiled) {
 
 TEST_F(Tiered, WorkspacesMoveAndBelongToOneFunction) {
   const CompiledFunction a = CompiledFunction::make(small(), options()),
-                       b = CompiledFunction::make(small(), options());
+                         b = CompiledFunction::make(small(), options());
   CompiledFunction::Workspace of_a(a), of_b(b);
   const double x[2] = {0.5, 2};
   double y[2];
