@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/options.h>
 
-#include <dyntape/autodiff/error.h>
-
 namespace dyntape {
 
 const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
@@ -12,6 +10,11 @@ const char* to_string(Functions functions) { return functions == Functions::kPor
 const char* to_string(Route route) {
   constexpr const char* kNames[] = {"automatic", "interpreter", "compiled", "tiered"};
   return kNames[static_cast<int>(route)];
+}
+
+const char* to_string(Tier tier) {
+  constexpr const char* kNames[] = {"interpreted", "compiled at -O1", "compiled"};
+  return kNames[static_cast<int>(tier)];
 }
 
 Profile profile_from(const std::string& word) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/scalars/portable.h>
 
 namespace dyntape {
@@ -24,9 +25,15 @@ namespace dyntape {
 enum class Profile { kStrict, kFast };
 
 // automatic: compiled, or interpreted where there is no compiler (said once on stderr).
-// tiered:    likewise, but interpreted until the compiler is done (tiered_function.h); where nobody serves
-//            tiers it is automatic.
+// tiered:    likewise, but there at once: interpreted until a compiler in the background is done.
 enum class Route { kAutomatic, kInterpreter, kCompiled, kTiered };
+
+// What of a tiered function serves now.
+enum class Tier {
+  kInterpreted,
+  kQuick,  // compiled at -O1, where the options ask for more
+  kFinal   // compiled as the options say, or from the cache
+};
 
 // Which kernels that evaluate several points at once are compiled besides the one of a single point.
 //   kNone     none
@@ -37,9 +44,15 @@ enum class Lanes { kNone, kNative, kAll };
 const char* to_string(Profile profile);
 const char* to_string(Functions functions);
 const char* to_string(Route route);
+const char* to_string(Tier tier);
 // Throw ArgumentError for any other word.
 Profile profile_from(const std::string& word);
 Order order_from(int number);
+
+// options.only_cached, and the cache has no library of exactly this function and these options.
+struct NotCached : ArgumentError {
+  using ArgumentError::ArgumentError;
+};
 
 struct CodegenOptions {
   Order order = Order::kFirst;  // the highest that will be asked for; lower ones are always there
@@ -56,7 +69,7 @@ struct CodegenOptions {
   std::string cache_folder = {};
   bool use_cache = true;       // false: compiled in a temporary folder that is removed again
   bool force_rebuild = false;  // compiles even if the library is there
-  bool only_cached = false;    // NotCached (pipeline.h) if the library is not there: nothing is made
+  bool only_cached = false;    // NotCached if the library is not there: nothing is made
 
   // Empty: $DYNTAPE_CC, cc, gcc or clang, the first that exists.
   std::string compiler = {};

@@ -1,37 +1,63 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The stages of the pipeline one by one, for those who do other things in between (tiered_function.cpp).
-// produce() (pipeline.h) is all of them in order:
+// The way from a recorded function to a loaded library, stage by stage, in the order of docs/architecture.md.  Internal.
 //
 //   Product product = begin(recorded);
 //   std::optional<LibraryBuilder> builder = find(product, options);          product.library: it was in the cache
 //   std::vector<Derivatives> derived = derive(product, options);        none: product.interpreted = derived
-//   Source source = print(product, derived, *builder, options);
+//   Source source = print(product, derived, builder->content(), options);
 //   product = make(product, source, *builder);
 //
-// Each adds the time it takes to product.timings.
+// Each adds the time it takes to product.timings.  produce() is all of them:
+//
+//   Product product = produce(function, options);
+//   if (product.library) product.library->descriptor().kernels[0].run(...);
+//   else Interpreter(product.interpreted[0].function)(...);                   there is no compiler
+//
+// DYNTAPE_DUMP=folder writes what each stage made: the recorded graph, the derived ones, their schedules, the
+// C text and the compiler's command.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <dyntape/codegen/build/library_builder.h>
-#include <dyntape/codegen/pipeline.h>
+#include <dyntape/codegen/timings.h>
 
 namespace dyntape::codegen {
+
+struct Product {
+  Function function;                       // as recorded, compact
+  std::shared_ptr<const Library> library;  // null: interpreted
+  std::vector<Derivatives> interpreted;    // by order, where there is no library
+  std::string source_path;                 // beside the library in the cache; empty without cache
+  std::string compiler;                    // its version
+  Timings timings;
+};
 
 Product begin(const Function& recorded);
 
 // The compiler and the place in the cache; none: to be interpreted.
 std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options);
 
-// By order, simplified.
+// By order up to options.order, simplified; `fused`: for code that has fma.
+std::vector<Derivatives> derive(Product& product, const CodegenOptions& options, bool fused);
 std::vector<Derivatives> derive(Product& product, const CodegenOptions& options);
 
-Source print(Product& product, std::vector<Derivatives> derived, const LibraryBuilder& builder,
+// The first half of print: scheduled; `outlines`: repeated parts as functions.
+KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
+                const CodegenOptions& options, bool outlines);
+
+// `content`: the hash of the function.
+Source print(Product& product, std::vector<Derivatives> derived, const std::string& content,
              const CodegenOptions& options);
 
 // Compiled, put into the cache if the builder has one, and loaded.
 Product make(Product product, const Source& source, const LibraryBuilder& builder);
+
+// All of it; NotCached.
+Product produce(const Function& recorded, const CodegenOptions& options);
 
 }  // namespace dyntape::codegen

@@ -11,9 +11,8 @@ namespace {
 template <int W>
 class LaneRun {
  public:
-  LaneRun(const dyntape_kernel& kernel, const PointSizes& sizes, const PointArrays& points,
-          const dyntape_strides& strides, double* room)
-      : kernel_(kernel), sizes_(sizes), points_(points), strides_(strides) {
+  LaneRun(const dyntape_kernel& kernel, const Strides& sizes, const Points& points, double* room)
+      : kernel_(kernel), sizes_(sizes), points_(points), strides_(*points.strides) {
     const auto take = [&](std::size_t entries, bool is_wanted) {
       double* const start = is_wanted ? room : nullptr;
       room += entries * W;
@@ -26,7 +25,8 @@ class LaneRun {
   }
 
   // `count` points from `first` on, at most W.
-  void block(std::size_t first, std::size_t count, std::uint32_t* status) {
+  void block(std::size_t first, std::size_t count) {
+    std::uint32_t* const status = points_.status;
     const auto lanes = static_cast<int>(count);
     const auto in = [&](const double* from, std::size_t stride, double* to, std::size_t entries) {
       if (from && (stride > 0 || first == 0))
@@ -48,33 +48,31 @@ class LaneRun {
 
  private:
   const dyntape_kernel& kernel_;
-  const PointSizes& sizes_;
-  const PointArrays& points_;
-  const dyntape_strides& strides_;
+  const Strides& sizes_;
+  const Points& points_;
+  const Strides& strides_;
   double *x_, *p_, *w_, *y_, *jacobian_, *hessian_, *work_;
 };
 
 template <int W>
-void run_blocks(const dyntape_kernel& kernel, const PointSizes& sizes, const PointArrays& points,
-                const dyntape_strides& strides, std::size_t count, double* room, std::uint32_t* status) {
-  LaneRun<W> run(kernel, sizes, points, strides, room);
-  for (std::size_t first = 0; first < count; first += W)
-    run.block(first, std::min<std::size_t>(W, count - first), status);
+void run_blocks(const dyntape_kernel& kernel, const Strides& sizes, const Points& points, double* room) {
+  LaneRun<W> run(kernel, sizes, points, room);
+  for (std::size_t first = 0; first < points.count; first += W)
+    run.block(first, std::min<std::size_t>(W, points.count - first));
 }
 
 }  // namespace
 
-std::size_t room_for_lanes(const dyntape_kernel& kernel, const PointSizes& sizes) {
+std::size_t room_for_lanes(const dyntape_kernel& kernel, const Strides& sizes) {
   const std::size_t entries = sizes.x + sizes.p + sizes.w + sizes.y + sizes.jacobian + sizes.hessian;
   return entries * kernel.lane_width + kernel.work;
 }
 
-void run_in_lanes(const dyntape_kernel& kernel, const PointSizes& sizes, const PointArrays& points,
-                  const dyntape_strides& strides, std::size_t count, double* room, std::uint32_t* status) {
+void run_in_lanes(const dyntape_kernel& kernel, const Strides& sizes, const Points& points, double* room) {
   const auto run = kernel.lane_width == 8   ? run_blocks<8>
                    : kernel.lane_width == 4 ? run_blocks<4>
                                             : run_blocks<2>;
-  run(kernel, sizes, points, strides, count, room, status);
+  run(kernel, sizes, points, room);
 }
 
 }  // namespace dyntape::codegen

@@ -5,17 +5,16 @@
 //
 //   AlignedRoom room;
 //   room.resize(room_for_lanes(kernel, sizes));
-//   run_in_lanes(kernel, sizes, points, strides, count, room.data(), status);
+//   run_in_lanes(kernel, sizes, points, room.data());
 //
 // W x W entries at a time are transposed in registers.  The last block repeats the last point in its unused
 // lanes, and writes nothing of them.  Inputs of stride 0, shared by all points, are put into lanes once.
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
-#include <dyntape/codegen/store/abi.h>
+#include <dyntape/codegen/run/points.h>
 
 namespace dyntape::codegen {
 
@@ -33,21 +32,10 @@ class AlignedRoom {
   std::vector<Line> lines_;
 };
 
-// Entries of one point in each array.
-struct PointSizes {
-  std::size_t x = 0, p = 0, w = 0, y = 0, jacobian = 0, hessian = 0;
-};
+// Doubles that run_in_lanes needs; sizes: those of one point in each array.
+std::size_t room_for_lanes(const dyntape_kernel& kernel, const Strides& sizes);
 
-struct PointArrays {
-  const double *x = nullptr, *p = nullptr, *w = nullptr;
-  double *y = nullptr, *jacobian = nullptr, *hessian = nullptr;
-};
-
-// Doubles that run_in_lanes needs.
-std::size_t room_for_lanes(const dyntape_kernel& kernel, const PointSizes& sizes);
-
-// Evaluates `count` points.  status: a word a point, or NULL.
-void run_in_lanes(const dyntape_kernel& kernel, const PointSizes& sizes, const PointArrays& points,
-                  const dyntape_strides& strides, std::size_t count, double* room, std::uint32_t* status);
+// The points have strides.
+void run_in_lanes(const dyntape_kernel& kernel, const Strides& sizes, const Points& points, double* room);
 
 }  // namespace dyntape::codegen

@@ -40,19 +40,12 @@ void report(const AdFunctionStatistics& s, const std::string& name) {
   for (std::size_t k = 0; k < s.operations.size(); ++k) {
     operations += kKernels[k] + std::to_string(s.operations[k]);
   }
-  const double seconds =
-      s.recordSeconds + s.deriveSeconds + s.printSeconds + s.compileSeconds + s.loadSeconds;
-  const char* how = s.cacheHit ? "loaded from the cache" : s.route.c_str();
-  std::fprintf(stderr, "dyntape: \"%s\": %s in %.3f s; operations: %s%s%s\n", name.c_str(), how, seconds,
-               operations.c_str(), s.sourcePath.empty() ? "" : "; ", s.sourcePath.c_str());
+  const char* how = s.timings.cache_hit ? "loaded from the cache" : s.route.c_str();
+  std::fprintf(stderr, "dyntape: \"%s\": %s in %.3f s; operations: %s%s%s\n", name.c_str(), how,
+               s.timings.total(), operations.c_str(), s.sourcePath.empty() ? "" : "; ", s.sourcePath.c_str());
 }
 
 }  // namespace
-
-TieredFunction detail::made(const Function& function, const CodegenOptions& options) {
-  return options.route == Route::kTiered ? TieredFunction::make(function, options)
-                                         : TieredFunction::of(CompiledFunction::make(function, options));
-}
 
 std::vector<std::string> AdFunction::defaultCompileFlags() {
   return {"-O3", "-g", "-march=native", "-mtune=native"};
@@ -106,37 +99,35 @@ CodegenOptions AdFunction::options(Order order) const {
   return options;
 }
 
-void AdFunction::build(Function function, ApproximationOrder order, bool rebuild, double record_seconds,
-                       bool verbose) {
-  CodegenOptions chosen = options(order_of(order));
-  chosen.force_rebuild = rebuild;
-  model_ =
-      std::make_shared<const Model>(detail::made(function, chosen), options(order_of(order)), record_seconds);
+void AdFunction::build(Order order, bool rebuild, bool verbose) {
+  const auto start = Clock::now();
+  const Function function = record_function();
+  const double seconds = seconds_since(start);
+  const CodegenOptions chosen = options(order);
+  CodegenOptions now = chosen;
+  now.force_rebuild = rebuild;
+  model_ = std::make_shared<const Model>(CompiledFunction::make(function, now), chosen, seconds);
   if (verbose) report(statistics(), settings_.name);
 }
 
 void AdFunction::createModels(ApproximationOrder order, bool verbose) {
-  const auto start = Clock::now();
-  Function function = record_function();
-  build(std::move(function), order, settings_.forceRebuild, seconds_since(start), verbose);
+  build(order_of(order), settings_.forceRebuild, verbose);
 }
 
 void AdFunction::loadModelsIfAvailable(ApproximationOrder order, bool verbose) {
-  const auto start = Clock::now();
-  Function function = record_function();
-  build(std::move(function), order, false, seconds_since(start), verbose);
+  build(order_of(order), false, verbose);
 }
 
 void AdFunction::loadModels(bool verbose) {
   const auto start = Clock::now();
   const Function function = record_function();
-  const double record_seconds = seconds_since(start);
+  const double seconds = seconds_since(start);
   for (int order = 2; order >= 0; --order) {
     const CodegenOptions chosen = options(static_cast<Order>(order));
     CodegenOptions look = chosen;
     look.only_cached = true;
     try {
-      model_ = std::make_shared<const Model>(detail::made(function, look), chosen, record_seconds);
+      model_ = std::make_shared<const Model>(CompiledFunction::make(function, look), chosen, seconds);
     } catch (const NotCached&) {
       continue;
     }
@@ -149,16 +140,11 @@ void AdFunction::loadModels(bool verbose) {
 
 AdFunctionStatistics AdFunction::statistics() const {
   const Model& m = model("statistics");
-  const CompiledFunction f = m.shared.tiers.serving();
-  const Timings& t = f.timings();
+  const CompiledFunction& f = m.compiled();
   AdFunctionStatistics s;
   s.route = to_string(f.route());
-  s.cacheHit = t.cache_hit;
-  s.recordSeconds = m.record_seconds;
-  s.deriveSeconds = t.derive + t.schedule;
-  s.printSeconds = t.print;
-  s.compileSeconds = t.compile;
-  s.loadSeconds = t.hash + t.load;
+  s.timings = f.timings();
+  s.timings.record = m.record_seconds;
   for (int k = 0; k <= static_cast<int>(f.order()); ++k) {
     s.operations.push_back(f.operations(static_cast<Order>(k)));
   }
@@ -183,7 +169,7 @@ const AdFunction::Model& AdFunction::model(const char* asked_for, Order order) c
   return *model_;
 }
 
-void AdFunction::waitForCompiler() const { model("waitForCompiler").shared.tiers.wait(); }
+void AdFunction::waitForCompiler() const { model("waitForCompiler").compiled().wait(); }
 
 std::size_t AdFunction::rangeDim() const { return model("rangeDim").compiled().n_y(); }
 

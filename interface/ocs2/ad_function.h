@@ -39,6 +39,7 @@
 
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/options.h>
+#include <dyntape/codegen/timings.h>
 #include <dyntape/interface/ocs2/approximation.h>
 
 namespace dyntape {
@@ -61,12 +62,15 @@ struct AdFunctionSettings {
 // What happened in createModels or loadModels, and what was made: of what serves now.
 struct AdFunctionStatistics {
   std::string route;  // "compiled" or "interpreter"
-  bool cacheHit = false;
-  double recordSeconds = 0, deriveSeconds = 0, printSeconds = 0, compileSeconds = 0, loadSeconds = 0;
+  Timings timings;
   std::vector<std::size_t> operations;  // of the kernels: value; with Jacobian; with Hessian
   std::size_t jacobianNonZeros = 0, hessianNonZeros = 0;  // of the Hessian: lower triangle
   std::string sourcePath;                                 // the generated C, empty if there is none
 };
+
+namespace detail {
+struct AdFunctionModel;
+}
 
 class AdFunction {
  public:
@@ -100,7 +104,7 @@ class AdFunction {
   // Loads this order from the cache, or creates it; never rebuilds what is there.
   void loadModelsIfAvailable(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
   // With settings.codegen.route = Route::kTiered these come back before a compiler has started, and the first
-  // results are interpreted (codegen/tiered_function.h); results have the same bits all along.  This waits until
+  // results are interpreted (codegen/compiled_function.h); results have the same bits all along.  This waits until
   // the compiler is done, and throws ToolError if it failed.
   void waitForCompiler() const;
 
@@ -147,11 +151,11 @@ class AdFunction {
   AdFunctionStatistics statistics() const;
 
  private:
-  struct Model;
+  using Model = detail::AdFunctionModel;
 
   Function record_function() const;
   CodegenOptions options(Order order) const;
-  void build(Function function, ApproximationOrder order, bool rebuild, double record_seconds, bool verbose);
+  void build(Order order, bool rebuild, bool verbose);
   void check_inputs(const char* asked, const VectorRef& x, const VectorRef& p) const;
   const Model& model(const char* asked_for, Order order = Order::kValue) const;
 

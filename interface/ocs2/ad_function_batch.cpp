@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/ocs2/ad_function.h>
 #include <dyntape/interface/ocs2/ad_function_model.h>
 
 namespace dyntape {
@@ -26,16 +27,11 @@ Function of_parameters(const Function& f) {
   return compact(swapped);
 }
 
-TieredFunction made(const Function& f, CodegenOptions options, Order order) {
+// A function made on request, with the options of its model.
+CompiledFunction made(const Function& f, CodegenOptions options, Order order) {
   options.order = order;
   options.label = f.name;
-  return detail::made(f, options);
-}
-
-// One evaluation at (x, p) with `order`; what is wanted of it is in `points`.
-void run_one(const detail::SharedFunction& shared, Order order, Points points,
-             TieredFunction::Workspace& workspace) {
-  shared.tiers.check(shared.tiers.run(order, points, workspace));
+  return CompiledFunction::make(f, options);
 }
 
 void check_finite(bool wanted, const char* asked, const std::string& name, const double* values,
@@ -50,10 +46,9 @@ void check_finite(bool wanted, const char* asked, const std::string& name, const
 vector_t product(const detail::SharedFunction& shared, const AdFunction::VectorRef& x,
                  const AdFunction::VectorRef& p, const AdFunction::VectorRef& w) {
   const auto room = shared.room();
-  vector_t result(static_cast<Eigen::Index>(shared.compiled().n_y()));
-  Points points;
-  points.x = x.data(), points.p = p.data(), points.w = w.data(), points.y = result.data();
-  run_one(shared, Order::kValue, points, room->workspace);
+  vector_t result(static_cast<Eigen::Index>(shared.f.n_y()));
+  const Points point{.x = x.data(), .p = p.data(), .w = w.data(), .y = result.data()};
+  shared.f.check(shared.f.run(Order::kValue, point, room->workspace));
   return result;
 }
 
@@ -71,13 +66,18 @@ void AdFunction::evaluateBatch(std::size_t count, const double* x, const double*
   if (hessian && !weights && m.compiled().n_y() > 0) {
     throw ArgumentError("evaluate of \"" + name() + "\": a Hessian is asked for without weights");
   }
-  Points points;
-  points.lanes = count;
-  points.x = x, points.p = p, points.w = hessian ? weights : nullptr;
-  points.y = y, points.jacobian = jacobian, points.hessian = hessian;
   const auto room = m.shared.room();
-  const TieredFunction& f = m.shared.tiers;
-  f.check(f.run(order, points, room->workspace), count);
+  const CompiledFunction& f = m.compiled();
+  f.check(f.run(order,
+                {.count = count,
+                 .x = x,
+                 .p = p,
+                 .w = hessian ? weights : nullptr,
+                 .y = y,
+                 .jacobian = jacobian,
+                 .hessian = hessian},
+                room->workspace),
+          count);
 }
 
 matrix_t AdFunction::getParameterJacobian(const VectorRef& x, const VectorRef& p) const {
@@ -87,11 +87,9 @@ matrix_t AdFunction::getParameterJacobian(const VectorRef& x, const VectorRef& p
   const auto& shared = m.parameter_jacobian.get(
       [&] { return made(of_parameters(m.compiled().function()), m.options, Order::kFirst); });
   const auto room = shared.room();
-  Points points;
-  points.x = p.data(), points.p = x.data(), points.jacobian = room->jacobian.data();
-  run_one(shared, Order::kFirst, points, room->workspace);
+  shared.f.first_order(p.data(), x.data(), nullptr, room->jacobian.data(), room->workspace);
   check_finite(settings_.checkFinite, kAsked, name(), room->jacobian.data(), room->jacobian.size());
-  return detail::dense(shared.compiled().jacobian_pattern(), room->jacobian, false);
+  return detail::dense(shared.f.jacobian_pattern(), room->jacobian, false);
 }
 
 vector_t AdFunction::jvp(const VectorRef& x, const VectorRef& p, const VectorRef& direction) const {

@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/ocs2/ad_function.h>
 #include <dyntape/interface/ocs2/ad_function_model.h>
 
 namespace dyntape {
@@ -88,29 +89,24 @@ auto place_in(const Pattern& pattern) {
   };
 }
 
-void run_value(const Call& call, const detail::SharedFunction& shared, double* y,
-               TieredFunction::Workspace& workspace) {
-  const CompiledFunction& f = shared.compiled();
-  shared.tiers.value(call.x.data(), call.p.data(), y, workspace);
+void check_values(const Call& call, const CompiledFunction& f, const double* y) {
   check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
 }
 
 // Non-zeros of the Jacobian into the room; the value into y unless that is null.
-void run_jacobian(const Call& call, const detail::SharedFunction& shared, double* y,
+void run_jacobian(const Call& call, const CompiledFunction& f, double* y,
                   detail::SharedFunction::Room& room) {
-  const CompiledFunction& f = shared.compiled();
-  shared.tiers.first_order(call.x.data(), call.p.data(), y, room.jacobian.data(), room.workspace);
-  const Pattern& pattern = f.jacobian_pattern();
-  if (y) check_finite(call, f, Order::kValue, y, f.n_y(), [](std::size_t k) { return std::to_string(k); });
-  check_finite(call, f, Order::kFirst, room.jacobian.data(), pattern.nnz(), place_in(pattern));
+  f.first_order(call.x.data(), call.p.data(), y, room.jacobian.data(), room.workspace);
+  if (y) check_values(call, f, y);
+  check_finite(call, f, Order::kFirst, room.jacobian.data(), room.jacobian.size(),
+               place_in(f.jacobian_pattern()));
 }
 
-void run_hessian(const Call& call, const detail::SharedFunction& shared, detail::SharedFunction::Room& room) {
-  const CompiledFunction& f = shared.compiled();
-  shared.tiers.second_order(call.x.data(), call.p.data(), call.weights, nullptr, nullptr, room.hessian.data(),
-                            room.workspace);
-  const Pattern& pattern = f.hessian_pattern();
-  check_finite(call, f, Order::kSecond, room.hessian.data(), pattern.nnz(), place_in(pattern));
+void run_hessian(const Call& call, const CompiledFunction& f, detail::SharedFunction::Room& room) {
+  f.second_order(call.x.data(), call.p.data(), call.weights, nullptr, nullptr, room.hessian.data(),
+                 room.workspace);
+  check_finite(call, f, Order::kSecond, room.hessian.data(), room.hessian.size(),
+               place_in(f.hessian_pattern()));
 }
 
 // Products of finite values may overflow.
@@ -150,7 +146,8 @@ vector_t AdFunction::getFunctionValue(const VectorRef& x, const VectorRef& p) co
   check_inputs("getFunctionValue", x, p);
   const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
-  run_value({"getFunctionValue", name(), settings_.checkFinite, x, p}, m.shared, y.data(), room->workspace);
+  m.compiled().value(x.data(), p.data(), y.data(), room->workspace);
+  check_values({"getFunctionValue", name(), settings_.checkFinite, x, p}, m.compiled(), y.data());
   return y;
 }
 
@@ -158,7 +155,7 @@ matrix_t AdFunction::getJacobian(const VectorRef& x, const VectorRef& p) const {
   const Model& m = model("getJacobian", Order::kFirst);
   check_inputs("getJacobian", x, p);
   const auto room = m.shared.room();
-  run_jacobian({"getJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr, *room);
+  run_jacobian({"getJacobian", name(), settings_.checkFinite, x, p}, m.compiled(), nullptr, *room);
   return detail::dense(m.compiled().jacobian_pattern(), room->jacobian, false);
 }
 
@@ -166,7 +163,7 @@ Eigen::SparseMatrix<double> AdFunction::getSparseJacobian(const VectorRef& x, co
   const Model& m = model("getSparseJacobian", Order::kFirst);
   check_inputs("getSparseJacobian", x, p);
   const auto room = m.shared.room();
-  run_jacobian({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.shared, nullptr, *room);
+  run_jacobian({"getSparseJacobian", name(), settings_.checkFinite, x, p}, m.compiled(), nullptr, *room);
   return sparse(m.compiled().jacobian_pattern(), room->jacobian, false);
 }
 
@@ -178,7 +175,7 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
   const auto room = m.shared.room();
   vector_t y(static_cast<Eigen::Index>(m.compiled().n_y()));
   const Call call{kAsked, name(), settings_.checkFinite, x, p};
-  run_jacobian(call, m.shared, y.data(), *room);
+  run_jacobian(call, m.compiled(), y.data(), *room);
 
   const auto n = static_cast<Eigen::Index>(variable_dim_);
   ScalarFunctionQuadraticApproximation result;
@@ -214,7 +211,7 @@ matrix_t AdFunction::getHessian(const VectorRef& weights, const VectorRef& x, co
   detail::check_size("getHessian", name(), "weights", weights.size(), m.compiled().n_y());
   check_inputs("getHessian", x, p);
   const auto room = m.shared.room();
-  run_hessian({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared, *room);
+  run_hessian({"getHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.compiled(), *room);
   return detail::dense(m.compiled().hessian_pattern(), room->hessian, true);
 }
 
@@ -224,7 +221,7 @@ Eigen::SparseMatrix<double> AdFunction::getSparseHessian(const VectorRef& weight
   detail::check_size("getSparseHessian", name(), "weights", weights.size(), m.compiled().n_y());
   check_inputs("getSparseHessian", x, p);
   const auto room = m.shared.room();
-  run_hessian({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.shared, *room);
+  run_hessian({"getSparseHessian", name(), settings_.checkFinite, x, p, weights.data()}, m.compiled(), *room);
   return sparse(m.compiled().hessian_pattern(), room->hessian, true);
 }
 

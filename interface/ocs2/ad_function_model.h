@@ -8,13 +8,11 @@
 #include <optional>
 #include <vector>
 
-#include <dyntape/codegen/tiered_function.h>
-#include <dyntape/interface/ocs2/ad_function.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/ocs2/approximation.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 
-namespace dyntape {
-
-namespace detail {
+namespace dyntape::detail {
 
 // Throws ArgumentError: `jacobian: x has 11 entries, function "arm" expects 12`.
 void check_size(const char* asked, const std::string& name, const char* what, Eigen::Index got,
@@ -26,33 +24,24 @@ matrix_t dense(const Pattern& pattern, const std::vector<double>& values, bool s
 // Index of the first entry that is not finite, or -1.
 std::ptrdiff_t first_not_finite(const double* values, std::size_t count);
 
-// In tiers if the options say so, otherwise compiled when it comes back.
-TieredFunction made(const Function& function, const CodegenOptions& options);
-
 // A function that any number of threads may call.
 struct SharedFunction {
   struct Room {
-    explicit Room(const TieredFunction& f) : workspace(f) {}
-    TieredFunction::Workspace workspace;
+    explicit Room(const CompiledFunction& f) : workspace(f) {
+      if (f.order() >= Order::kFirst) jacobian.resize(f.jacobian_pattern().nnz());
+      if (f.order() >= Order::kSecond) hessian.resize(f.hessian_pattern().nnz());
+    }
+    CompiledFunction::Workspace workspace;
     std::vector<double> jacobian, hessian;
   };
 
-  explicit SharedFunction(TieredFunction f) : tiers(std::move(f)) {}
-
-  // For sizes, patterns and the like.
-  const CompiledFunction& compiled() const { return tiers.first(); }
+  explicit SharedFunction(CompiledFunction compiled) : f(std::move(compiled)) {}
 
   WorkspacePool<Room>::Lease room() const {
-    return pool.take([&] {
-      auto room = std::make_unique<Room>(tiers);
-      const CompiledFunction& f = compiled();
-      if (f.order() >= Order::kFirst) room->jacobian.resize(f.jacobian_pattern().nnz());
-      if (f.order() >= Order::kSecond) room->hessian.resize(f.hessian_pattern().nnz());
-      return room;
-    });
+    return pool.take([&] { return std::make_unique<Room>(f); });
   }
 
-  const TieredFunction tiers;
+  const CompiledFunction f;
   mutable WorkspacePool<Room> pool;
 };
 
@@ -70,18 +59,16 @@ class OnRequest {
   mutable std::optional<SharedFunction> function_;
 };
 
-}  // namespace detail
-
-struct AdFunction::Model {
-  Model(TieredFunction f, CodegenOptions o, double seconds)
+struct AdFunctionModel {
+  AdFunctionModel(CompiledFunction f, CodegenOptions o, double seconds)
       : shared(std::move(f)), options(std::move(o)), record_seconds(seconds) {}
 
-  detail::SharedFunction shared;
+  const CompiledFunction& compiled() const { return shared.f; }
+
+  SharedFunction shared;
   CodegenOptions options;
   double record_seconds;
-  detail::OnRequest parameter_jacobian, jvp, vjp;
-
-  const CompiledFunction& compiled() const { return shared.compiled(); }
+  OnRequest parameter_jacobian, jvp, vjp;
 };
 
-}  // namespace dyntape
+}  // namespace dyntape::detail

@@ -1,25 +1,71 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocs2/approximation.h>
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <ostream>
+#include <tuple>
+#include <utility>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
-std::string detail::shape(Eigen::Index rows, Eigen::Index cols) {
-  return "(" + std::to_string(rows) + " x " + std::to_string(cols) + ")";
-}
-
 namespace {
 
-using detail::shape;
 using Scalar1 = ScalarFunctionLinearApproximation;
 using Scalar2 = ScalarFunctionQuadraticApproximation;
 using Vector1 = VectorFunctionLinearApproximation;
 using Vector2 = VectorFunctionQuadraticApproximation;
+using Matrices = std::vector<matrix_t>;
+
+std::string shape(Eigen::Index rows, Eigen::Index cols) {
+  return "(" + std::to_string(rows) + " x " + std::to_string(cols) + ")";
+}
+
+// --- the blocks of an approximation, in one order ---
+
+constexpr const char* kNames[] = {"f", "dfdx", "dfdu", "dfdxx", "dfdux", "dfduu"};
+
+template <class A>
+auto blocks(A& a) {
+  if constexpr (requires { a.dfdxx; }) {
+    return std::tie(a.f, a.dfdx, a.dfdu, a.dfdxx, a.dfdux, a.dfduu);
+  } else {
+    return std::tie(a.f, a.dfdx, a.dfdu);
+  }
+}
+
+// visit(k, block k of the first, block k of the second, ...)
+template <class Visit, class A, class... Others>
+void for_each_block(Visit visit, A& a, Others&... others) {
+  constexpr std::size_t kCount = std::tuple_size_v<decltype(blocks(a))>;
+  const auto visit_one = [&](auto k) { visit(k, std::get<k>(blocks(a)), std::get<k>(blocks(others))...); };
+  [&]<std::size_t... k>(std::index_sequence<k...>) {
+    (visit_one(std::integral_constant<std::size_t, k>()), ...);
+  }
+  (std::make_index_sequence<kCount>());
+}
+
+using Shapes = std::array<std::pair<int, int>, 6>;
+
+Shapes shapes(std::pair<int, int> f, std::pair<int, int> dfdx, std::pair<int, int> dfdu, int nx, int nu) {
+  const int inputs = std::max(nu, 0);
+  return {f, dfdx, dfdu, std::pair(nx, nx), std::pair(inputs, nu < 0 ? 0 : nx), std::pair(inputs, inputs)};
+}
+
+Shapes shapes_of_scalar(int nx, int nu) { return shapes({1, 1}, {nx, 1}, {std::max(nu, 0), 1}, nx, nu); }
+
+Shapes shapes_of_vector(int nf, int nx, int nu) {
+  return shapes({nf, 1}, {nf, nx}, {nu < 0 ? 0 : nf, std::max(nu, 0)}, nx, nu);
+}
+
+// --- what is done to each ---
 
 // a += b, where an empty block is zero.
+void add(scalar_t& a, scalar_t b, const char*) { a += b; }
+
 template <class Block>
 void add(Block& a, const Block& b, const char* name) {
   if (b.size() == 0) return;
@@ -34,7 +80,7 @@ void add(Block& a, const Block& b, const char* name) {
   a += b;
 }
 
-void add(std::vector<matrix_t>& a, const std::vector<matrix_t>& b, const char* name) {
+void add(Matrices& a, const Matrices& b, const char* name) {
   if (a.empty()) a.resize(b.size());
   if (!b.empty() && a.size() != b.size()) {
     throw ArgumentError(std::string("sum of approximations: ") + name + " has " + std::to_string(a.size()) +
@@ -43,200 +89,170 @@ void add(std::vector<matrix_t>& a, const std::vector<matrix_t>& b, const char* n
   for (std::size_t i = 0; i < b.size(); ++i) add(a[i], b[i], name);
 }
 
-void scale(std::vector<matrix_t>& a, scalar_t factor) {
-  for (matrix_t& m : a) m *= factor;
+template <class Block>
+void scale(Block& block, scalar_t factor) {
+  block *= factor;
+}
+void scale(Matrices& list, scalar_t factor) {
+  for (matrix_t& m : list) m *= factor;
+}
+
+void resize_block(scalar_t&, std::pair<int, int>, int) {}
+template <class Block>
+void resize_block(Block& block, std::pair<int, int> to, int) {
+  block.resize(to.first, to.second);
+}
+void resize_block(Matrices& list, std::pair<int, int> to, int nf) {
+  list.assign(static_cast<std::size_t>(nf), matrix_t(to.first, to.second));
+}
+
+void set_zero(scalar_t& number) { number = 0; }
+template <class Block>
+void set_zero(Block& block) {
+  block.setZero();
+}
+void set_zero(Matrices& list) {
+  for (matrix_t& m : list) m.setZero();
+}
+
+void print(std::ostream& out, const std::string& name, scalar_t number) {
+  out << name << ": " << number << "\n";
+}
+void print(std::ostream& out, const std::string& name, const vector_t& v) {
+  out << name << ": " << v.transpose() << "\n";
+}
+void print(std::ostream& out, const std::string& name, const matrix_t& m) {
+  out << name << ":\n" << m << "\n";
+}
+void print(std::ostream& out, const std::string& name, const Matrices& list) {
+  for (std::size_t i = 0; i < list.size(); ++i) print(out, name + "[" + std::to_string(i) + "]", list[i]);
+}
+
+std::string misfit(scalar_t, const std::string&, std::pair<int, int>, int) { return ""; }
+template <class Block>
+std::string misfit(const Block& block, const std::string& name, std::pair<int, int> expected, int) {
+  if (block.rows() == expected.first && block.cols() == expected.second) return "";
+  return name + " is " + shape(block.rows(), block.cols()) + ", expected " +
+         shape(expected.first, expected.second) + "\n";
+}
+std::string misfit(const Matrices& list, const std::string& name, std::pair<int, int> expected, int nf) {
+  std::string complaint;
+  if (static_cast<int>(list.size()) != nf)
+    complaint =
+        name + " has " + std::to_string(list.size()) + " outputs, expected " + std::to_string(nf) + "\n";
+  for (const matrix_t& m : list) complaint += misfit(m, name, expected, nf);
+  return complaint;
+}
+
+template <class A>
+void resize_all(A& a, const Shapes& to, int nf) {
+  for_each_block([&](std::size_t k, auto& block) { resize_block(block, to[k], nf); }, a);
+}
+
+// Without inputs (nu < 0) the blocks of u may be anything.
+template <class A>
+std::string misfits(const A& a, const Shapes& expected, int nf, int nu, const std::string& name) {
+  std::string complaint;
+  for_each_block(
+      [&](std::size_t k, const auto& block) {
+        const std::string_view of = kNames[k];
+        if (nu >= 0 || of.find('u') == of.npos)
+          complaint += misfit(block, name + "." + kNames[k], expected[k], nf);
+      },
+      a);
+  return complaint;
 }
 
 }  // namespace
 
-// --- scalar, linear ---
-
-Scalar1::ScalarFunctionLinearApproximation(int nx, int nu) { resize(nx, nu); }
-
-Scalar1& Scalar1::operator+=(const Scalar1& other) {
-  f += other.f;
-  add(dfdx, other.dfdx, "dfdx");
-  add(dfdu, other.dfdu, "dfdu");
-  return *this;
+template <class Self>
+Self& detail::ApproximationBlocks<Self>::operator+=(const Self& other) {
+  auto& self = static_cast<Self&>(*this);
+  for_each_block([](std::size_t k, auto& a, const auto& b) { add(a, b, kNames[k]); }, self, other);
+  return self;
 }
 
-Scalar1& Scalar1::operator*=(scalar_t factor) {
-  f *= factor;
-  dfdx *= factor;
-  dfdu *= factor;
-  return *this;
+template <class Self>
+Self& detail::ApproximationBlocks<Self>::operator*=(scalar_t factor) {
+  auto& self = static_cast<Self&>(*this);
+  for_each_block([&](std::size_t, auto& block) { scale(block, factor); }, self);
+  return self;
 }
 
-Scalar1& Scalar1::resize(int nx, int nu) {
-  dfdx.resize(nx);
-  dfdu.resize(std::max(nu, 0));
-  return *this;
+template <class Self>
+Self& detail::ScalarApproximation<Self>::resize(int nx, int nu) {
+  auto& self = static_cast<Self&>(*this);
+  resize_all(self, shapes_of_scalar(nx, nu), 1);
+  return self;
 }
 
-Scalar1& Scalar1::setZero(int nx, int nu) {
-  resize(nx, nu);
-  f = 0;
-  dfdx.setZero();
-  dfdu.setZero();
-  return *this;
+template <class Self>
+Self& detail::ScalarApproximation<Self>::setZero(int nx, int nu) {
+  for_each_block([](std::size_t, auto& block) { set_zero(block); }, resize(nx, nu));
+  return static_cast<Self&>(*this);
 }
 
-Scalar1 Scalar1::Zero(int nx, int nu) { return Scalar1().setZero(nx, nu); }
-
-// --- scalar, quadratic ---
-
-Scalar2::ScalarFunctionQuadraticApproximation(int nx, int nu) { resize(nx, nu); }
-
-Scalar2& Scalar2::operator+=(const Scalar2& other) {
-  f += other.f;
-  add(dfdx, other.dfdx, "dfdx");
-  add(dfdu, other.dfdu, "dfdu");
-  add(dfdxx, other.dfdxx, "dfdxx");
-  add(dfdux, other.dfdux, "dfdux");
-  add(dfduu, other.dfduu, "dfduu");
-  return *this;
+template <class Self>
+Self& detail::VectorApproximation<Self>::resize(int nf, int nx, int nu) {
+  auto& self = static_cast<Self&>(*this);
+  resize_all(self, shapes_of_vector(nf, nx, nu), nf);
+  return self;
 }
 
-Scalar2& Scalar2::operator*=(scalar_t factor) {
-  f *= factor;
-  dfdx *= factor;
-  dfdu *= factor;
-  dfdxx *= factor;
-  dfdux *= factor;
-  dfduu *= factor;
-  return *this;
+template <class Self>
+Self& detail::VectorApproximation<Self>::setZero(int nf, int nx, int nu) {
+  for_each_block([](std::size_t, auto& block) { set_zero(block); }, resize(nf, nx, nu));
+  return static_cast<Self&>(*this);
 }
 
-Scalar2& Scalar2::resize(int nx, int nu) {
-  const int inputs = std::max(nu, 0);
-  dfdx.resize(nx);
-  dfdu.resize(inputs);
-  dfdxx.resize(nx, nx);
-  dfdux.resize(inputs, nu < 0 ? 0 : nx);
-  dfduu.resize(inputs, inputs);
-  return *this;
-}
-
-Scalar2& Scalar2::setZero(int nx, int nu) {
-  resize(nx, nu);
-  f = 0;
-  dfdx.setZero();
-  dfdu.setZero();
-  dfdxx.setZero();
-  dfdux.setZero();
-  dfduu.setZero();
-  return *this;
-}
-
-Scalar2 Scalar2::Zero(int nx, int nu) { return Scalar2().setZero(nx, nu); }
-
-// --- vector, linear ---
-
-Vector1::VectorFunctionLinearApproximation(int nf, int nx, int nu) { resize(nf, nx, nu); }
-
-Vector1& Vector1::operator+=(const Vector1& other) {
-  add(f, other.f, "f");
-  add(dfdx, other.dfdx, "dfdx");
-  add(dfdu, other.dfdu, "dfdu");
-  return *this;
-}
-
-Vector1& Vector1::operator*=(scalar_t factor) {
-  f *= factor;
-  dfdx *= factor;
-  dfdu *= factor;
-  return *this;
-}
-
-Vector1& Vector1::resize(int nf, int nx, int nu) {
-  f.resize(nf);
-  dfdx.resize(nf, nx);
-  dfdu.resize(nu < 0 ? 0 : nf, std::max(nu, 0));
-  return *this;
-}
-
-Vector1& Vector1::setZero(int nf, int nx, int nu) {
-  resize(nf, nx, nu);
-  f.setZero();
-  dfdx.setZero();
-  dfdu.setZero();
-  return *this;
-}
-
-Vector1 Vector1::Zero(int nf, int nx, int nu) { return Vector1().setZero(nf, nx, nu); }
-
-// --- vector, quadratic ---
-
-Vector2::VectorFunctionQuadraticApproximation(int nf, int nx, int nu) { resize(nf, nx, nu); }
-
-Vector2& Vector2::operator+=(const Vector2& other) {
-  add(f, other.f, "f");
-  add(dfdx, other.dfdx, "dfdx");
-  add(dfdu, other.dfdu, "dfdu");
-  add(dfdxx, other.dfdxx, "dfdxx");
-  add(dfdux, other.dfdux, "dfdux");
-  add(dfduu, other.dfduu, "dfduu");
-  return *this;
-}
-
-Vector2& Vector2::operator*=(scalar_t factor) {
-  f *= factor;
-  dfdx *= factor;
-  dfdu *= factor;
-  scale(dfdxx, factor);
-  scale(dfdux, factor);
-  scale(dfduu, factor);
-  return *this;
-}
-
-Vector2& Vector2::resize(int nf, int nx, int nu) {
-  const int inputs = std::max(nu, 0);
-  f.resize(nf);
-  dfdx.resize(nf, nx);
-  dfdu.resize(nu < 0 ? 0 : nf, inputs);
-  dfdxx.assign(nf, matrix_t(nx, nx));
-  dfdux.assign(nf, matrix_t(inputs, nu < 0 ? 0 : nx));
-  dfduu.assign(nf, matrix_t(inputs, inputs));
-  return *this;
-}
-
-Vector2& Vector2::setZero(int nf, int nx, int nu) {
-  resize(nf, nx, nu);
-  f.setZero();
-  dfdx.setZero();
-  dfdu.setZero();
-  for (auto* list : {&dfdxx, &dfdux, &dfduu}) {
-    for (matrix_t& m : *list) m.setZero();
-  }
-  return *this;
-}
-
-Vector2 Vector2::Zero(int nf, int nx, int nu) { return Vector2().setZero(nf, nx, nu); }
-
-// --- text ---
-
-std::ostream& operator<<(std::ostream& out, const Scalar1& a) {
-  return out << "f: " << a.f << "\ndfdx: " << a.dfdx.transpose() << "\ndfdu: " << a.dfdu.transpose() << "\n";
-}
-
-std::ostream& operator<<(std::ostream& out, const Scalar2& a) {
-  return out << "f: " << a.f << "\ndfdx: " << a.dfdx.transpose() << "\ndfdu: " << a.dfdu.transpose()
-             << "\ndfdxx:\n"
-             << a.dfdxx << "\ndfdux:\n"
-             << a.dfdux << "\ndfduu:\n"
-             << a.dfduu << "\n";
-}
-
-std::ostream& operator<<(std::ostream& out, const Vector1& a) {
-  return out << "f: " << a.f.transpose() << "\ndfdx:\n" << a.dfdx << "\ndfdu:\n" << a.dfdu << "\n";
-}
-
-std::ostream& operator<<(std::ostream& out, const Vector2& a) {
-  out << "f: " << a.f.transpose() << "\ndfdx:\n" << a.dfdx << "\ndfdu:\n" << a.dfdu << "\n";
-  for (std::size_t i = 0; i < a.dfdxx.size(); ++i) out << "dfdxx[" << i << "]:\n" << a.dfdxx[i] << "\n";
-  for (std::size_t i = 0; i < a.dfdux.size(); ++i) out << "dfdux[" << i << "]:\n" << a.dfdux[i] << "\n";
-  for (std::size_t i = 0; i < a.dfduu.size(); ++i) out << "dfduu[" << i << "]:\n" << a.dfduu[i] << "\n";
+template <Approximation A>
+std::ostream& operator<<(std::ostream& out, const A& a) {
+  for_each_block([&](std::size_t k, const auto& block) { print(out, kNames[k], block); }, a);
   return out;
 }
+
+template <ScalarFunctionApproximation A>
+std::string checkSize(int nx, int nu, const A& a, const std::string& name) {
+  return misfits(a, shapes_of_scalar(nx, nu), 1, nu, name);
+}
+
+template <VectorFunctionApproximation A>
+std::string checkSize(int nf, int nx, int nu, const A& a, const std::string& name) {
+  return misfits(a, shapes_of_vector(nf, nx, nu), nf, nu, name);
+}
+
+std::string checkBeingPSD(const matrix_t& matrix, const std::string& name) {
+  if (matrix.rows() != matrix.cols()) {
+    return name + " is not square: " + shape(matrix.rows(), matrix.cols()) + "\n";
+  }
+  if (matrix.size() == 0) return "";
+  if (!matrix.allFinite()) return name + " is not finite\n";
+  const double rounding =
+      static_cast<double>(matrix.rows()) * matrix.cwiseAbs().maxCoeff() * Eigen::NumTraits<double>::epsilon();
+  if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > rounding) return name + " is not symmetric\n";
+  const double least =
+      Eigen::SelfAdjointEigenSolver<matrix_t>(matrix, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+  if (least < -rounding) {
+    return name + " is not positive semi-definite: least eigenvalue " + io::shortest(least) + "\n";
+  }
+  return "";
+}
+
+template struct detail::ApproximationBlocks<Scalar1>;
+template struct detail::ApproximationBlocks<Scalar2>;
+template struct detail::ApproximationBlocks<Vector1>;
+template struct detail::ApproximationBlocks<Vector2>;
+template struct detail::ScalarApproximation<Scalar1>;
+template struct detail::ScalarApproximation<Scalar2>;
+template struct detail::VectorApproximation<Vector1>;
+template struct detail::VectorApproximation<Vector2>;
+template std::ostream& operator<<(std::ostream&, const Scalar1&);
+template std::ostream& operator<<(std::ostream&, const Scalar2&);
+template std::ostream& operator<<(std::ostream&, const Vector1&);
+template std::ostream& operator<<(std::ostream&, const Vector2&);
+template std::string checkSize(int, int, const Scalar1&, const std::string&);
+template std::string checkSize(int, int, const Scalar2&, const std::string&);
+template std::string checkSize(int, int, int, const Vector1&, const std::string&);
+template std::string checkSize(int, int, int, const Vector2&, const std::string&);
 
 }  // namespace dyntape

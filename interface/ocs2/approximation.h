@@ -29,69 +29,73 @@ using scalar_t = double;
 using vector_t = Eigen::VectorXd;
 using matrix_t = Eigen::MatrixXd;
 
-struct ScalarFunctionLinearApproximation {
+namespace detail {
+
+// What is done to all blocks of an approximation alike.  Entries of what is resized are undefined.
+template <class Self>
+struct ApproximationBlocks {
+  Self& operator+=(const Self& other);
+  Self& operator*=(scalar_t factor);
+};
+
+template <class Self>
+struct ScalarApproximation : ApproximationBlocks<Self> {
+  Self& resize(int nx, int nu = -1);
+  Self& setZero(int nx, int nu = -1);
+  static Self Zero(int nx, int nu = -1) { return Self().setZero(nx, nu); }
+};
+
+template <class Self>
+struct VectorApproximation : ApproximationBlocks<Self> {
+  Self& resize(int nf, int nx, int nu = -1);
+  Self& setZero(int nf, int nx, int nu = -1);
+  static Self Zero(int nf, int nx, int nu = -1) { return Self().setZero(nf, nx, nu); }
+};
+
+}  // namespace detail
+
+struct ScalarFunctionLinearApproximation : detail::ScalarApproximation<ScalarFunctionLinearApproximation> {
   scalar_t f = 0;
   vector_t dfdx, dfdu;
 
   ScalarFunctionLinearApproximation() = default;
-  explicit ScalarFunctionLinearApproximation(int nx, int nu = -1);
-
-  ScalarFunctionLinearApproximation& operator+=(const ScalarFunctionLinearApproximation& other);
-  ScalarFunctionLinearApproximation& operator*=(scalar_t factor);
-  ScalarFunctionLinearApproximation& resize(int nx, int nu = -1);  // entries are left undefined
-  ScalarFunctionLinearApproximation& setZero(int nx, int nu = -1);
-  static ScalarFunctionLinearApproximation Zero(int nx, int nu = -1);
+  explicit ScalarFunctionLinearApproximation(int nx, int nu = -1) { resize(nx, nu); }
 };
 
-struct ScalarFunctionQuadraticApproximation {
+struct ScalarFunctionQuadraticApproximation
+    : detail::ScalarApproximation<ScalarFunctionQuadraticApproximation> {
   scalar_t f = 0;
   vector_t dfdx, dfdu;
   matrix_t dfdxx, dfdux, dfduu;
 
   ScalarFunctionQuadraticApproximation() = default;
-  explicit ScalarFunctionQuadraticApproximation(int nx, int nu = -1);
-
-  ScalarFunctionQuadraticApproximation& operator+=(const ScalarFunctionQuadraticApproximation& other);
-  ScalarFunctionQuadraticApproximation& operator*=(scalar_t factor);
-  ScalarFunctionQuadraticApproximation& resize(int nx, int nu = -1);
-  ScalarFunctionQuadraticApproximation& setZero(int nx, int nu = -1);
-  static ScalarFunctionQuadraticApproximation Zero(int nx, int nu = -1);
+  explicit ScalarFunctionQuadraticApproximation(int nx, int nu = -1) { resize(nx, nu); }
 };
 
-struct VectorFunctionLinearApproximation {
+struct VectorFunctionLinearApproximation : detail::VectorApproximation<VectorFunctionLinearApproximation> {
   vector_t f;
   matrix_t dfdx, dfdu;
 
   VectorFunctionLinearApproximation() = default;
-  explicit VectorFunctionLinearApproximation(int nf, int nx, int nu = -1);
-
-  VectorFunctionLinearApproximation& operator+=(const VectorFunctionLinearApproximation& other);
-  VectorFunctionLinearApproximation& operator*=(scalar_t factor);
-  VectorFunctionLinearApproximation& resize(int nf, int nx, int nu = -1);
-  VectorFunctionLinearApproximation& setZero(int nf, int nx, int nu = -1);
-  static VectorFunctionLinearApproximation Zero(int nf, int nx, int nu = -1);
+  explicit VectorFunctionLinearApproximation(int nf, int nx, int nu = -1) { resize(nf, nx, nu); }
 };
 
-struct VectorFunctionQuadraticApproximation {
+struct VectorFunctionQuadraticApproximation
+    : detail::VectorApproximation<VectorFunctionQuadraticApproximation> {
   vector_t f;
   matrix_t dfdx, dfdu;
   std::vector<matrix_t> dfdxx, dfdux, dfduu;  // (nf) each
 
   VectorFunctionQuadraticApproximation() = default;
-  explicit VectorFunctionQuadraticApproximation(int nf, int nx, int nu = -1);
-
-  VectorFunctionQuadraticApproximation& operator+=(const VectorFunctionQuadraticApproximation& other);
-  VectorFunctionQuadraticApproximation& operator*=(scalar_t factor);
-  VectorFunctionQuadraticApproximation& resize(int nf, int nx, int nu = -1);
-  VectorFunctionQuadraticApproximation& setZero(int nf, int nx, int nu = -1);
-  static VectorFunctionQuadraticApproximation Zero(int nf, int nx, int nu = -1);
+  explicit VectorFunctionQuadraticApproximation(int nf, int nx, int nu = -1) { resize(nf, nx, nu); }
 };
 
 template <class T>
-concept Approximation = std::same_as<T, ScalarFunctionLinearApproximation> ||
-    std::same_as<T, ScalarFunctionQuadraticApproximation> ||
-    std::same_as<T, VectorFunctionLinearApproximation> ||
-    std::same_as<T, VectorFunctionQuadraticApproximation>;
+concept ScalarFunctionApproximation = std::derived_from<T, detail::ScalarApproximation<T>>;
+template <class T>
+concept VectorFunctionApproximation = std::derived_from<T, detail::VectorApproximation<T>>;
+template <class T>
+concept Approximation = ScalarFunctionApproximation<T> || VectorFunctionApproximation<T>;
 
 template <Approximation A>
 A operator+(A a, const A& b) {
@@ -106,27 +110,17 @@ A operator*(scalar_t factor, A a) {
   return a *= factor;
 }
 
-std::ostream& operator<<(std::ostream& out, const ScalarFunctionLinearApproximation& a);
-std::ostream& operator<<(std::ostream& out, const ScalarFunctionQuadraticApproximation& a);
-std::ostream& operator<<(std::ostream& out, const VectorFunctionLinearApproximation& a);
-std::ostream& operator<<(std::ostream& out, const VectorFunctionQuadraticApproximation& a);
+template <Approximation A>
+std::ostream& operator<<(std::ostream& out, const A& a);
 
-// What does not have the shapes above, as a sentence that starts with `name`; empty if everything fits.
-std::string checkSize(int nx, int nu, const ScalarFunctionLinearApproximation& a, const std::string& name);
-std::string checkSize(int nx, int nu, const ScalarFunctionQuadraticApproximation& a, const std::string& name);
-std::string checkSize(int nf, int nx, int nu, const VectorFunctionLinearApproximation& a,
-                      const std::string& name);
-std::string checkSize(int nf, int nx, int nu, const VectorFunctionQuadraticApproximation& a,
-                      const std::string& name);
+// What does not have the shapes above, as sentences that start with `name`; empty if everything fits.
+template <ScalarFunctionApproximation A>
+std::string checkSize(int nx, int nu, const A& a, const std::string& name);
+template <VectorFunctionApproximation A>
+std::string checkSize(int nf, int nx, int nu, const A& a, const std::string& name);
 
 // Whether a matrix is square, finite, symmetric and positive semi-definite, each up to rounding on the scale
 // of its largest entry (n eps max |a_ij|): a sentence, or empty.
 std::string checkBeingPSD(const matrix_t& matrix, const std::string& name);
-
-namespace detail {
-
-std::string shape(Eigen::Index rows, Eigen::Index cols);  // "(3 x 4)"
-
-}  // namespace detail
 
 }  // namespace dyntape

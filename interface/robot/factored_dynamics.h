@@ -16,7 +16,8 @@
 
 #include <vector>
 
-#include <dyntape/interface/robot/robot_functions.h>
+#include <dyntape/autodiff/graph/function.h>
+#include <dyntape/interface/robot/robot_function.h>
 
 namespace dyntape::detail {
 

@@ -8,8 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/scalars/pack_eigen.h>
 #include <dyntape/autodiff/scalars/pack_lanes.h>
-#include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
-#include <dyntape/interface/robot/condition_note.h>
+#include <dyntape/interface/robot/check_accelerations.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
 namespace dyntape {
@@ -53,8 +52,7 @@ struct PackedRobot::Lanes final : Path {
 };
 
 PackedRobot::PackedRobot(const dynamics::Model<double>& model, const RobotFunction& function, int lanes) {
-  if (is_forward(function)) dynamics::check_forward_dynamics(model);
-  detail::note_condition(model, function);
+  detail::check_accelerations(model, function);
   if (lanes == 0) lanes = kBestLanes;
   if (lanes == 8) {
     path_ = std::make_unique<Lanes<Pack8>>(model, function);
@@ -80,21 +78,6 @@ void PackedRobot::evaluate(const double* states, std::size_t count, double* resu
     const auto several = static_cast<int>(std::min(lanes, count - first));
     path.evaluate(states + first * path.n_in, several, results + first * path.n_out);
   }
-}
-
-Eigen::MatrixXd evaluate_packed(const dynamics::Model<double>& model, const RobotFunction& function,
-                                const Eigen::Ref<const Eigen::MatrixXd>& states) {
-  PackedRobot robot(model, function);
-  const auto n_in = static_cast<Eigen::Index>(robot.n_in());
-  if (states.rows() != n_in) {
-    throw ArgumentError("evaluate_packed: the states have " + std::to_string(states.rows()) +
-                        " rows, model \"" + model.name + "\" expects " + std::to_string(n_in) + " for " +
-                        to_string(function));
-  }
-  const Eigen::MatrixXd packed = states;  // without a gap between columns
-  Eigen::MatrixXd results(static_cast<Eigen::Index>(robot.n_out()), states.cols());
-  robot.evaluate(packed.data(), static_cast<std::size_t>(states.cols()), results.data());
-  return results;
 }
 
 }  // namespace dyntape

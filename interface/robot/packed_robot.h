@@ -4,7 +4,6 @@
 //
 //   PackedRobot id(arm, RobotFunction("id-derivatives"));    // 8 lanes with AVX-512, else 4
 //   id.evaluate(states, count, results);                     // states (n_in x count), results (n_out x count)
-//   Eigen::MatrixXd y = evaluate_packed(arm, RobotFunction("aba"), states);     // the same, once
 //
 // States and results one after the other, shapes of one as in robot_functions.h.  A state's result does not
 // depend on the others, nor on the number of lanes, to the last bit; it differs from the plain double code
@@ -14,8 +13,6 @@
 
 #include <cstddef>
 #include <memory>
-
-#include <Eigen/Core>
 
 #include <dyntape/interface/robot/robot_functions.h>
 
@@ -43,9 +40,5 @@ class PackedRobot {
   struct Lanes;
   std::unique_ptr<Path> path_;
 };
-
-// states (n_in x count); result (n_out x count).  ArgumentError for another n_in.
-Eigen::MatrixXd evaluate_packed(const dynamics::Model<double>& model, const RobotFunction& function,
-                                const Eigen::Ref<const Eigen::MatrixXd>& states);
 
 }  // namespace dyntape

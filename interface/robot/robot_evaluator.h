@@ -26,7 +26,9 @@
 #include <memory>
 #include <string>
 
-#include <dyntape/codegen/options.h>
+#include <Eigen/Core>
+
+#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
@@ -49,8 +51,6 @@ struct RobotEvaluatorOptions {
   double step = 0;         // s of the differences; 0: the default
 };
 
-class CompiledFunction;
-
 // One thread at a time.
 class RobotEvaluator {
  public:
@@ -67,10 +67,8 @@ class RobotEvaluator {
   void evaluate(const double* state, double* result);
   Eigen::VectorXd operator()(const Eigen::Ref<const Eigen::VectorXd>& state);
 
-  // What the generated route runs; null on the others.
+  // What the tape and generated routes run, interpreted or compiled; null on the others.
   const CompiledFunction* compiled() const;
-  // What the tape and generated routes recorded; null on the others.
-  const Function* recorded() const;
 
  private:
   struct Path;

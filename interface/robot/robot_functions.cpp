@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
 #include <dyntape/dynamics/model/configuration.h>
-#include <dyntape/interface/robot/condition_note.h>
+#include <dyntape/interface/robot/check_accelerations.h>
 #include <dyntape/interface/robot/factored_dynamics.h>
 #include <dyntape/interface/robot/minverse_product.h>
 #include <dyntape/interface/robot/robot_rows.h>
@@ -151,8 +151,7 @@ Eigen::VectorXd evaluate_analytic(const Model<double>& model, const RobotFunctio
 
 Function record_robot_function(const Model<double>& model, const RobotFunction& function,
                                RobotSource source) {
-  if (is_forward(function)) dynamics::check_forward_dynamics(model);
-  detail::note_condition(model, function);
+  detail::check_accelerations(model, function);
   if (source == RobotSource::kDifferentiated && is_derivative(function)) {
     return named(record_differentiated(model, function), model, function);
   }

@@ -16,7 +16,7 @@
 #include <dyntape/dynamics/algorithms/regressor.h>
 #include <dyntape/dynamics/algorithms/second_order.h>
 #include <dyntape/dynamics/contact/constraints.h>
-#include <dyntape/interface/robot/robot_functions.h>
+#include <dyntape/interface/robot/robot_function.h>
 
 #include <memory>
 

@@ -78,7 +78,6 @@ class Rounds {
     if (watch_.stop.stop_requested())
       throw Interrupted("interrupted before the first iteration: there is no motion yet");
     result_.build = result_.program->build();
-    result_.record_seconds = result_.program->record_seconds();
   }
 
   // Iterations and time are limited for all meshes together.

@@ -32,7 +32,6 @@ struct RefinedSolve {
       meshes;           // coarsest first; the last may have failed, and is then not that of `solution`
   std::string trouble;  // why a finer mesh was given up: "the mesh of 200 intervals: ..."; empty: it was not
   BuildReport build;
-  double record_seconds = 0;
 };
 
 // Interrupted, where the watch stops it before the first iteration; else as optimise().

@@ -31,7 +31,7 @@ std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptio
 void say(const Task& task, const BuildReport& build) {
   std::fprintf(stderr,
                "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d interpreted\n",
-               task.name.c_str(), build.compiled, build.derive + build.print + build.compile + build.load,
+               task.name.c_str(), build.compiled, build.seconds.total() - build.seconds.record,
                build.from_cache, build.interpreted);
   for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
 }
@@ -48,7 +48,6 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.demands = task.demands;
   RefinedSolve solve = solve_refined(task, mesh_of(task), watch);
   if (task.models.verbose) say(task, solve.build);
-  report.record_seconds = solve.record_seconds;
   report.build = std::move(solve.build);
   report.sizes = sizes_of(*solve.program);
   report.meshes = std::move(solve.meshes);

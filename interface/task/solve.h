@@ -36,7 +36,6 @@ struct SolveReport {
   std::optional<Task::Expected> expected;
   SolveSizes sizes;
   BuildReport build;
-  double record_seconds = 0;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
   std::vector<MeshRound> meshes;      // coarsest first

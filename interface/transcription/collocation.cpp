@@ -24,32 +24,36 @@ bool same(const std::vector<double>& a, const double* b) {
 
 }  // namespace
 
-// One call for all points, one for the end; repeated questions about the same x cost nothing.
+// At all points and the end.
+bool Collocation::evaluate(StageFunctions& f, Order order, const double* x, const Points& points) {
+  Points at = points;
+  at.x = x, at.p = t_.data();
+  return f.run(order, at, end_point(x), &t_.back());
+}
+
+// Repeated questions about the same x cost nothing.
 bool Collocation::evaluate_values(const double* x) {
   if (same(x_values_, x)) return values_good_;
   std::copy(x, x + x_values_.size(), x_values_.begin());
-  values_good_ = node_->values(x, t_.data(), y_.data()) &&
-                 terminal_->values(end_point(x), &t_.back(), y_.data() + used_ * node_->n_y()) &&
-                 all_finite(y_);
+  values_good_ = evaluate(*functions_, Order::kValue, x, {.y = y_.data()}) && all_finite(y_);
   return values_good_;
 }
 
 bool Collocation::evaluate_first(const double* x) {
   if (same(x_first_, x)) return first_good_;
   std::copy(x, x + x_first_.size(), x_first_.begin());
-  first_good_ = node_->first(x, t_.data(), first_y_.data(), first_j_.data()) &&
-                terminal_->first(end_point(x), &t_.back(), first_y_.data() + used_ * node_->n_y(),
-                                 first_j_.data() + used_ * node_->jacobian().nnz()) &&
-                all_finite(first_y_) && all_finite(first_j_);
+  const Points results{.y = first_y_.data(), .jacobian = first_j_.data()};
+  first_good_ =
+      evaluate(*functions_, Order::kFirst, x, results) && all_finite(first_y_) && all_finite(first_j_);
   return first_good_;
 }
 
 bool Collocation::objective(const double* x, double& value) {
   if (!evaluate_values(x)) return false;
-  const std::size_t n_y = node_->n_y();
+  const std::size_t n_y = stage_.node.n_y();
   value = 0;
   for (std::size_t p = 0; p < used_; ++p) value += quadrature_[p] * y_[(p + 1) * n_y - 1];
-  if (terminal_->n_y() > 0) value += y_.back();
+  if (stage_.terminal.n_y() > 0) value += y_.back();
   return true;
 }
 
@@ -62,7 +66,7 @@ bool Collocation::gradient(const double* x, double* gradient) {
 
 bool Collocation::constraints(const double* x, double* g) {
   if (!evaluate_values(x)) return false;
-  const std::size_t n_y = node_->n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
+  const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
   for (std::size_t k = 0; k < intervals_; ++k) {
     const double h = step(k);
     for (std::size_t r = 0; r < rows_; ++r, g += n_x_) {
@@ -100,7 +104,7 @@ bool Collocation::jacobian(const double* x, double* nonzeros) {
 
 // What multiplies each output of each point in sigma f + lambda . g.
 void Collocation::collect_weights(double sigma, const double* lambda) {
-  const std::size_t n_y = node_->n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
+  const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
   std::fill(weights_.begin(), weights_.end(), 0.0);
   for (std::size_t k = 0; k < intervals_; ++k) {
     const double h = step(k);
@@ -118,7 +122,7 @@ void Collocation::collect_weights(double sigma, const double* lambda) {
     std::copy(lambda, lambda + n_c, w + n_x_);
     w[n_y - 1] = sigma * quadrature_[p];
   }
-  if (terminal_->n_y() == 0) return;
+  if (stage_.terminal.n_y() == 0) return;
   std::copy(lambda, lambda + n_e, weights_.data() + used_ * n_y);
   weights_.back() = sigma;
 }
@@ -127,14 +131,10 @@ bool Collocation::hessian(const double* x, double sigma, const double* lambda, d
   std::fill(nonzeros, nonzeros + shape_.hessian.nnz(), 0.0);
   if (shape_.hessian_kind != HessianKind::kExact) return gauss_newton(x, sigma, nonzeros);
   collect_weights(sigma, lambda);
-  const std::size_t values = used_ * node_->n_y(), jacobians = used_ * node_->jacobian().nnz();
-  const std::size_t hessians = used_ * node_->hessian().nnz();
   std::copy(x, x + x_first_.size(), x_first_.begin());  // values and Jacobian come along
-  const bool good =
-      node_->second(x, t_.data(), weights_.data(), first_y_.data(), first_j_.data(), second_h_.data()) &&
-      terminal_->second(end_point(x), &t_.back(), weights_.data() + values, first_y_.data() + values,
-                        first_j_.data() + jacobians, second_h_.data() + hessians) &&
-      all_finite(second_h_);
+  const Points results{
+      .w = weights_.data(), .y = first_y_.data(), .jacobian = first_j_.data(), .hessian = second_h_.data()};
+  const bool good = evaluate(*functions_, Order::kSecond, x, results) && all_finite(second_h_);
   first_good_ = good && all_finite(first_y_) && all_finite(first_j_);
   if (!good) return false;
   for (std::size_t e = 0; e < hessian_map_.size(); ++e) nonzeros[hessian_map_[e]] += second_h_[e];
@@ -143,12 +143,8 @@ bool Collocation::hessian(const double* x, double sigma, const double* lambda, d
 
 bool Collocation::gauss_newton(const double* x, double sigma, double* nonzeros) {
   if (!squares_) return true;
-  const std::size_t values = used_ * squares_->n_y(), jacobians = used_ * squares_->jacobian().nnz();
-  const bool good = squares_->first(x, t_.data(), residuals_.data(), residual_j_.data()) &&
-                    terminal_squares_->first(end_point(x), &t_.back(), residuals_.data() + values,
-                                             residual_j_.data() + jacobians) &&
-                    all_finite(residual_j_);
-  if (!good) return false;
+  const Points results{.y = residuals_.data(), .jacobian = residual_j_.data()};
+  if (!evaluate(*squares_, Order::kFirst, x, results) || !all_finite(residual_j_)) return false;
   for (const SquareEntry& e : square_map_) {
     nonzeros[e.target] += sigma * e.factor * residual_j_[e.left] * residual_j_[e.right];
   }

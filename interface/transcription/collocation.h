@@ -28,11 +28,11 @@
 // squares, a mesh whose program outgrows the memory or what the solver can count (collocation_size.cpp).
 #pragma once
 
-#include <memory>
+#include <optional>
 
 #include <dyntape/interface/ocp/record_stage.h>
 #include <dyntape/interface/solvers/nlp.h>
-#include <dyntape/interface/transcription/point_function.h>
+#include <dyntape/interface/transcription/stage_functions.h>
 #include <dyntape/interface/transcription/trajectory.h>
 
 namespace dyntape {
@@ -79,7 +79,6 @@ class Collocation : public Nlp {
   void check_finite(const std::vector<double>& x);
 
   const RecordedStage& stage() const { return stage_; }
-  double record_seconds() const { return record_seconds_; }
   BuildReport build() const;
   const Problem& problem() const { return problem_; }
   const std::vector<double>& times() const { return t_; }  // of the points, s
@@ -121,10 +120,9 @@ class Collocation : public Nlp {
   void lay_out_gradient();
   void lay_out_hessian(HessianKind kind);
   void lay_out_exact_hessian();
-  std::unique_ptr<PointFunction> point_function(const Function& function, std::size_t points,
-                                                const PointFunction* ready) const;
   void lay_out_gauss_newton();
   void collect_weights(double sigma, const double* lambda);
+  bool evaluate(StageFunctions& f, Order order, const double* x, const Points& points);
   bool evaluate_values(const double* x);
   bool evaluate_first(const double* x);
   bool gauss_newton(const double* x, double sigma, double* nonzeros);
@@ -148,7 +146,7 @@ class Collocation : public Nlp {
   CodegenOptions evaluation_;
   unsigned threads_;
 
-  std::unique_ptr<PointFunction> node_, terminal_, squares_, terminal_squares_;
+  std::optional<StageFunctions> functions_, squares_;  // squares: for Gauss-Newton
   NlpShape shape_;
   std::vector<JacobianEntry> jacobian_map_;
   std::vector<GradientEntry> gradient_map_;

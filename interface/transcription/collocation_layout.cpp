@@ -82,9 +82,10 @@ std::vector<double> node_times(const Problem& problem, const MeshOptions& option
 
 BuildReport Collocation::build() const {
   BuildReport report;
-  for (const auto* f : {&node_, &terminal_, &squares_, &terminal_squares_}) {
-    if (*f) report.add((*f)->build());
+  for (const auto* functions : {&functions_, &squares_}) {
+    if (*functions) (*functions)->add_to(report);
   }
+  report.seconds.record = record_seconds_;
   return report;
 }
 
@@ -99,13 +100,6 @@ Collocation::Collocation(const Collocation& ready, std::vector<double> nodes)
                    .evaluation = ready.evaluation_,
                    .threads = ready.threads_},
                   &ready) {}
-
-std::unique_ptr<PointFunction> Collocation::point_function(const Function& function, std::size_t points,
-                                                           const PointFunction* ready) const {
-  const unsigned threads = points == 1 ? 1 : threads_;
-  if (ready) return std::make_unique<PointFunction>(*ready, points, threads);
-  return std::make_unique<PointFunction>(function, points, evaluation_, threads);
-}
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready)
     : problem_(problem),
@@ -122,8 +116,10 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
   used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
   shape_.hessian_kind = options.hessian;
   evaluation_.order = options.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
-  node_ = point_function(stage_.node, used_, ready ? ready->node_.get() : nullptr);
-  terminal_ = point_function(stage_.terminal, 1, ready ? ready->terminal_.get() : nullptr);
+  if (ready)
+    functions_.emplace(*ready->functions_, used_, threads_);
+  else
+    functions_.emplace(stage_.node, stage_.terminal, evaluation_, used_, threads_);
   if (ready) evaluation_.force_rebuild = false;  // what is left to compile was compiled for `ready`
   check_size();
   place_points(options);
@@ -133,10 +129,10 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
   lay_out_hessian(options.hessian);
   x_values_.assign(shape_.n(), std::nan(""));
   x_first_ = x_values_;
-  y_.resize(used_ * node_->n_y() + terminal_->n_y());
+  y_.resize(functions_->values());
   first_y_ = weights_ = y_;
-  first_j_.resize(used_ * node_->jacobian().nnz() + terminal_->jacobian().nnz());
-  second_h_.resize(used_ * node_->hessian().nnz() + terminal_->hessian().nnz());
+  first_j_.resize(functions_->jacobians());
+  second_h_.resize(functions_->hessians());
 }
 
 void Collocation::place_points(const MeshOptions& options) {
@@ -185,7 +181,7 @@ void Collocation::set_bounds() {
 }
 
 void Collocation::lay_out_jacobian() {
-  const Pattern& block = node_->jacobian();
+  const Pattern& block = functions_->node().jacobian_pattern();
   const std::vector<std::size_t> begin = row_begins(block);
   shape_.jacobian = {shape_.g_lower.size(), shape_.n(), {}, {}};
   const auto add = [&](std::size_t row, std::size_t col, double constant, double factor,
@@ -220,7 +216,7 @@ void Collocation::lay_out_jacobian() {
   for (std::size_t p = 0; p < used_; ++p) {
     for (std::size_t i = 0; i < stage_.path_rows.size(); ++i) add_point(row++, p, n_x_ + i, 0, 1);
   }
-  const Pattern& end = terminal_->jacobian();
+  const Pattern& end = functions_->end().jacobian_pattern();
   for (std::size_t e = 0; e < end.nnz(); ++e) {
     if (end.row[e] == stage_.terminal_rows.size()) continue;  // the cost
     add(row + end.row[e], (points_ - 1) * n_z_ + end.col[e], 0, 1,
@@ -229,16 +225,17 @@ void Collocation::lay_out_jacobian() {
 }
 
 void Collocation::lay_out_gradient() {
-  const Pattern &block = node_->jacobian(), &end = terminal_->jacobian();
+  const CompiledFunction &node = functions_->node(), &terminal = functions_->end();
+  const Pattern &block = node.jacobian_pattern(), &end = terminal.jacobian_pattern();
   const std::vector<std::size_t> begin = row_begins(block);
-  const std::size_t cost = node_->n_y() - 1;
+  const std::size_t cost = node.n_y() - 1;
   for (std::size_t p = 0; p < used_; ++p) {
     for (std::size_t e = begin[cost]; e < begin[cost + 1]; ++e) {
       gradient_map_.push_back({p * n_z_ + block.col[e], quadrature_[p], p * block.nnz() + e});
     }
   }
   for (std::size_t e = 0; e < end.nnz(); ++e) {
-    if (end.row[e] + 1 != terminal_->n_y()) continue;
+    if (end.row[e] + 1 != terminal.n_y()) continue;
     gradient_map_.push_back({(points_ - 1) * n_z_ + end.col[e], 1.0, used_ * block.nnz() + e});
   }
 }
@@ -250,7 +247,7 @@ void Collocation::lay_out_hessian(HessianKind kind) {
 }
 
 void Collocation::lay_out_exact_hessian() {
-  const Pattern &block = node_->hessian(), &end = terminal_->hessian();
+  const Pattern &block = functions_->node().hessian_pattern(), &end = functions_->end().hessian_pattern();
   std::vector<Place> places;
   for (std::size_t p = 0; p < used_; ++p) {
     for (std::size_t e = 0; e < block.nnz(); ++e) {
@@ -269,8 +266,8 @@ void Collocation::lay_out_gauss_newton() {
                         "\": Gauss-Newton needs every cost as squares of residuals, " + "and \"" + term.name +
                         "\" is a plain cost; use the exact Hessian or limited memory");
   }
-  squares_ = point_function(stage_.squares, used_, nullptr);
-  terminal_squares_ = point_function(stage_.terminal_squares, 1, nullptr);
+  squares_.emplace(stage_.squares, stage_.terminal_squares, evaluation_, used_, threads_);
+  const Pattern &node = squares_->node().jacobian_pattern(), &end = squares_->end().jacobian_pattern();
   std::vector<Place> places;
   const auto add = [&](const Pattern& block, std::size_t first_source, std::size_t first_variable,
                        double weight) {
@@ -284,13 +281,12 @@ void Collocation::lay_out_gauss_newton() {
       }
     }
   };
-  const std::size_t nnz = squares_->jacobian().nnz();
-  for (std::size_t p = 0; p < used_; ++p) add(squares_->jacobian(), p * nnz, p * n_z_, quadrature_[p]);
-  add(terminal_squares_->jacobian(), used_ * nnz, (points_ - 1) * n_z_, 1.0);
+  for (std::size_t p = 0; p < used_; ++p) add(node, p * node.nnz(), p * n_z_, quadrature_[p]);
+  add(end, used_ * node.nnz(), (points_ - 1) * n_z_, 1.0);
   const std::vector<std::size_t> numbers = number_places(places, shape_.hessian);
   for (std::size_t e = 0; e < numbers.size(); ++e) square_map_[e].target = numbers[e];
-  residuals_.resize(used_ * squares_->n_y() + terminal_squares_->n_y());
-  residual_j_.resize(used_ * nnz + terminal_squares_->jacobian().nnz());
+  residuals_.resize(squares_->values());
+  residual_j_.resize(squares_->jacobians());
 }
 
 }  // namespace dyntape

@@ -96,7 +96,7 @@ std::vector<double> row_magnitudes(const MatrixXd& slopes, const std::vector<Con
 VectorXd Collocation::missing_of_path() const {
   VectorXd most = VectorXd::Zero(Index(stage_.path_rows.size()));
   for (std::size_t p = 0; p < used_; ++p) {
-    most = most.cwiseMax(missing(stage_.path_rows, first_y_.data() + p * node_->n_y() + n_x_));
+    most = most.cwiseMax(missing(stage_.path_rows, first_y_.data() + p * stage_.node.n_y() + n_x_));
   }
   return most;
 }
@@ -195,7 +195,7 @@ VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const M
   const VectorXd path = missing_of_path();
   VectorXd z = VectorXd::Zero(n_z);
   z.head(n_x) = extents(Eigen::Map<const MatrixXd>(start.data(), n_z, Index(points_))).head(n_x);
-  balance(z, 0, n_x, end_slopes, missing(stage_.terminal_rows, first_y_.data() + used_ * node_->n_y()));
+  balance(z, 0, n_x, end_slopes, missing(stage_.terminal_rows, first_y_.data() + used_ * stage_.node.n_y()));
   propagate(z, start, slopes);
   replace_rounding(z, slopes);
 
@@ -236,9 +236,9 @@ double Collocation::cost_magnitude(const std::vector<double>& start, const Vecto
 
 NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMagnitudes& before) {
   if (!evaluate_first(at.data())) return before;
-  const std::size_t nonzeros = used_ * node_->jacobian().nnz();
-  const MatrixXd slopes = largest_slopes(node_->jacobian(), first_j_, 0, used_);
-  const MatrixXd end_slopes = largest_slopes(terminal_->jacobian(), first_j_, nonzeros, 1);
+  const Pattern &node = functions_->node().jacobian_pattern(), &end = functions_->end().jacobian_pattern();
+  const MatrixXd slopes = largest_slopes(node, first_j_, 0, used_);
+  const MatrixXd end_slopes = largest_slopes(end, first_j_, used_ * node.nnz(), 1);
   VectorXd z = stage_magnitudes(at, slopes, end_slopes), lower(z.size()), upper(z.size());
   lower << problem_.x.lower, problem_.a.lower, problem_.u.lower;
   upper << problem_.x.upper, problem_.a.upper, problem_.u.upper;

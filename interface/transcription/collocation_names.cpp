@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/interface/transcription/collocation.h>
 
 namespace dyntape {
@@ -42,20 +43,27 @@ std::string Collocation::constraint_name(std::size_t j) const {
 
 void Collocation::check_finite(const std::vector<double>& x) {
   const std::vector<std::string> names = stage_names(problem_);
-  const auto check_part = [&](PointFunction& f, const Function& recorded, const double* z, const double* t,
-                              std::size_t first_point) {
-    std::vector<double> y(f.points() * f.n_y()), j(f.points() * f.jacobian().nnz());
-    const std::string head = "problem \"" + problem_.name + "\": ";
-    if (!f.first(z, t, y.data(), j.data())) throw GuardViolation(head + f.complaint());
+  const std::string head = "problem \"" + problem_.name + "\": ";
+  const auto check_part = [&](const CompiledFunction& f, const double* z, const double* t,
+                              std::size_t first_point, std::size_t points) {
+    const Function& recorded = f.function();
+    const Pattern& pattern = f.jacobian_pattern();
+    std::vector<double> y(points * f.n_y()), j(points * pattern.nnz());
+    CompiledFunction::Workspace workspace(f);
+    const Points at_all{.count = points, .x = z, .p = t, .y = y.data(), .jacobian = j.data()};
+    try {
+      f.check(f.run(Order::kFirst, at_all, workspace), points);
+    } catch (const GuardViolation& e) {
+      throw GuardViolation(head + e.what());
+    }
     for (std::size_t k = 0; k < y.size(); ++k) {
       if (std::isfinite(y[k])) continue;
       const std::size_t p = k / f.n_y();
-      const std::string cause = f.first_not_finite(p, z, t);
+      const std::string cause = first_not_finite(recorded, z + p * n_z_, t + p, nullptr);
       throw NumericalError(head + "\"" + recorded.output_names[k % f.n_y()] + "\" at " +
                            at(first_point + p, t[p]) + " is " + six_digits(y[k]) + " at the start" +
                            (cause.empty() ? "" : "; " + cause));
     }
-    const Pattern& pattern = f.jacobian();
     for (std::size_t k = 0; k < j.size(); ++k) {
       if (std::isfinite(j[k])) continue;
       const std::size_t p = k / pattern.nnz(), e = k % pattern.nnz(), col = pattern.col[e];
@@ -65,8 +73,8 @@ void Collocation::check_finite(const std::vector<double>& x) {
                            six_digits(z[p * n_z_ + col]));
     }
   };
-  check_part(*node_, stage_.node, x.data(), t_.data(), 0);
-  check_part(*terminal_, stage_.terminal, end_point(x.data()), &t_.back(), points_ - 1);
+  check_part(functions_->node(), x.data(), t_.data(), 0, used_);
+  check_part(functions_->end(), end_point(x.data()), &t_.back(), points_ - 1, 1);
 }
 
 }  // namespace dyntape

@@ -40,8 +40,9 @@ std::string rounded(double number) {
 double Collocation::numbers_of_interval() const {
   const auto terms = [](const Eigen::MatrixXd& weights) { return double((weights.array() != 0).count()); };
   double of_point = double(n_z_ + stage_.path_rows.size()), of_rates = 0;
-  for (std::size_t row : node_->jacobian().row) (row < n_x_ ? of_rates : of_point) += 1;
-  of_point += double(node_->hessian().nnz());
+  const CompiledFunction& node = functions_->node();
+  for (std::size_t row : node.jacobian_pattern().row) (row < n_x_ ? of_rates : of_point) += 1;
+  if (node.order() == Order::kSecond) of_point += double(node.hessian_pattern().nnz());
   return double(stride_) * of_point + double(rows_ * n_x_) + terms(scheme_.alpha) * double(n_x_) +
          terms(scheme_.beta) * of_rates;
 }

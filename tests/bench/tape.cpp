@@ -14,7 +14,7 @@
 
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/system/files.h>
-#include <dyntape/codegen/tiered_function.h>
+#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
@@ -71,10 +71,11 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function)
     CodegenOptions options;
     options.order = Order::kValue;
     options.cache_folder = cold.path();
-    std::optional<TieredFunction> tiers;  // to end the compiler is not part of it
+    options.route = Route::kTiered;
+    std::optional<CompiledFunction> tiers;  // to end the compiler is not part of it
     row.first = std::min(row.first, least_seconds(1, [&] {
-                           tiers = TieredFunction::make(f, options);
-                           TieredFunction::Workspace room(*tiers);
+                           tiers = CompiledFunction::make(f, options);
+                           CompiledFunction::Workspace room(*tiers);
                            tiers->value(x.data(), nullptr, y.data(), room);
                          }));
   }

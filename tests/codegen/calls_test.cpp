@@ -192,7 +192,7 @@ TEST(Calls, NeedLittleStack) {
   CompiledFunction::Workspace workspace(compiled);
   auto run = [&] {
     Points points;
-    points.lanes = 8;
+    points.count = 8;
     points.x = x.data();
     points.y = y.data();
     EXPECT_FALSE(compiled.run(Order::kValue, points, workspace));

@@ -178,10 +178,10 @@ TEST_P(Kernels, TheFirstViolatedGuardIsReported) {
                      nullptr, nullptr,       nullptr, status.data()};
   const Violation violation = c.run(Order::kValue, batch, workspace);
   EXPECT_EQ(status, expected);
-  EXPECT_EQ(violation.lane, 1u);
+  EXPECT_EQ(violation.point, 1u);
   Points silent = batch;
   silent.status = nullptr;
-  EXPECT_EQ(c.run(Order::kValue, silent, workspace).lane, 1u);
+  EXPECT_EQ(c.run(Order::kValue, silent, workspace).point, 1u);
   EXPECT_THROW(c.check(violation, 8), GuardViolation);
 }
 

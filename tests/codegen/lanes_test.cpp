@@ -227,8 +227,8 @@ TEST(Lanes, GuardsAreOfTheLaneThatViolatesThem) {
     const Violation violation = c.run(Order::kFirst, batch, workspace);
     EXPECT_EQ(status, expected);
     batch.status = nullptr;
-    EXPECT_EQ(c.run(Order::kValue, batch, workspace).lane, violation.lane);
-    EXPECT_EQ(violation.guard, expected[violation.lane]);
+    EXPECT_EQ(c.run(Order::kValue, batch, workspace).point, violation.point);
+    EXPECT_EQ(violation.guard, expected[violation.point]);
   }
 }
 
@@ -246,10 +246,10 @@ TEST(Lanes, BlocksOfThoseWhoKeepThem) {
       const auto x = random.vector(3 * sx, 0, 2.2), p = random.vector(3 * sp + 2 * width, 1, 2);
       std::vector<double> y(3 * sy, kUntouched), jacobian(3 * sj, kUntouched);
       std::vector<std::uint32_t> status(count, 99);
-      const Violation violation = c.run_in_lanes(
-          Order::kFirst,
-          {count, x.data(), p.data(), nullptr, y.data(), jacobian.data(), nullptr, strides, status.data()},
-          workspace);
+      const Violation violation = c.run(Order::kFirst,
+                                        {count, x.data(), p.data(), nullptr, y.data(), jacobian.data(),
+                                         nullptr, strides, status.data(), width},
+                                        workspace);
       std::vector<bool> written(y.size(), false);
       for (std::size_t i = 0; i < count; ++i) {
         const std::size_t block = i / width, lane = i % width;
@@ -268,11 +268,11 @@ TEST(Lanes, BlocksOfThoseWhoKeepThem) {
         for (std::size_t k = 0; k < nj; ++k) EXPECT_EQ(jacobian[block * sj + k * width + lane], ji[k]);
       }
       for (std::size_t i = 0; i < y.size(); ++i) EXPECT_EQ(y[i] == kUntouched, !written[i]);
-      EXPECT_EQ(bool(violation), violation && status[violation.lane] == violation.guard);
+      EXPECT_EQ(bool(violation), violation && status[violation.point] == violation.guard);
     }
     if (width == 1) continue;
-    const Points odd{width + 1, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr, nullptr};
-    EXPECT_THROW((void)c.run_in_lanes(Order::kValue, odd, workspace), ArgumentError);
+    const Points odd{.count = width + 1, .side_by_side = width};
+    EXPECT_THROW((void)c.run(Order::kValue, odd, workspace), ArgumentError);
   }
 }
 

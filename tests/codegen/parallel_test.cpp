@@ -3,7 +3,7 @@
 // Many points in threads: the same bits for any number of them, guards, errors, nesting.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/parallel.h>
+#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/run/threads.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -55,16 +55,15 @@ TEST(ParallelThreads, AnyNumberGivesTheSameBits) {
     CompiledFunction::Workspace workspace(c);
     std::vector<double> y(count * f.n_y()), j(count * nj);
     EXPECT_FALSE(c.run(Order::kFirst,
-                       {.lanes = count, .x = x.data(), .p = p.data(), .y = y.data(), .jacobian = j.data()},
+                       {.count = count, .x = x.data(), .p = p.data(), .y = y.data(), .jacobian = j.data()},
                        workspace));
     for (unsigned threads : {1u, 2u, 3u, 7u, 64u}) {
-      auto workspaces = make_workspaces(c, threads);
+      CompiledFunction::Workspace parts(c, threads);
       std::vector<double> y2(y.size(), -7), j2(j.size(), -7);
       for (int repeat = 0; repeat < 3; ++repeat)
-        EXPECT_FALSE(run_parallel(
-            c, Order::kFirst,
-            {.lanes = count, .x = x.data(), .p = p.data(), .y = y2.data(), .jacobian = j2.data()},
-            workspaces));
+        EXPECT_FALSE(c.run(
+            Order::kFirst,
+            {.count = count, .x = x.data(), .p = p.data(), .y = y2.data(), .jacobian = j2.data()}, parts));
       for (std::size_t i = 0; i < y.size(); ++i)
         ASSERT_TRUE(same(y2[i], y[i])) << threads << " threads, " << i;
       for (std::size_t i = 0; i < j.size(); ++i)
@@ -75,28 +74,43 @@ TEST(ParallelThreads, AnyNumberGivesTheSameBits) {
 
 TEST(ParallelThreads, TheFirstViolationOfAll) {
   const CompiledFunction c = compiled(branching(), Route::kCompiled, Lanes::kNative);
-  auto workspaces = make_workspaces(c, 4);
+  CompiledFunction::Workspace workspace(c, 4);
   const std::size_t count = 90;
   std::vector<double> x(2 * count, 1.0), p = {2.0}, y(2 * count);
   const Strides shared{2, 0, 0, 2, 0, 0};
-  const Points points{.lanes = count, .x = x.data(), .p = p.data(), .y = y.data(), .strides = &shared};
-  EXPECT_FALSE(run_parallel(c, Order::kValue, points, workspaces));
+  const Points points{.count = count, .x = x.data(), .p = p.data(), .y = y.data(), .strides = &shared};
+  EXPECT_FALSE(c.run(Order::kValue, points, workspace));
   for (const std::size_t at : {89, 61, 37, 2}) {
     x[2 * at] = 11;
-    EXPECT_EQ(run_parallel(c, Order::kValue, points, workspaces).lane, at);
+    EXPECT_EQ(c.run(Order::kValue, points, workspace).point, at);
   }
-  std::vector<CompiledFunction::Workspace> none;
-  EXPECT_THROW((void)run_parallel(c, Order::kValue, points, none), ArgumentError);
+  CompiledFunction::Workspace moved = std::move(workspace);
+  EXPECT_THROW((void)c.run(Order::kValue, points, workspace), ArgumentError) << "it has moved";
   const CompiledFunction other = compiled(branching(), Route::kInterpreter, Lanes::kNone);
-  auto foreign = make_workspaces(other, 4);
-  EXPECT_THROW((void)run_parallel(c, Order::kValue, points, foreign), ArgumentError);
+  CompiledFunction::Workspace foreign(other, 4);
+  EXPECT_THROW((void)c.run(Order::kValue, points, foreign), ArgumentError);
+}
+
+// Blocks of points side by side are shared out whole.
+TEST(ParallelThreads, PointsSideBySide) {
+  const CompiledFunction c = compiled(branching(), Route::kCompiled, Lanes::kNative);
+  const std::size_t width = c.lane_width(), count = 7 * width;
+  std::vector<double> x(2 * count), p(count, 2.0), y(2 * count), expected(y);
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = 0.25 + double(i) / double(x.size());
+  Points points{.count = count, .x = x.data(), .p = p.data(), .y = expected.data(), .side_by_side = width};
+  CompiledFunction::Workspace alone(c), parts(c, 3);
+  EXPECT_FALSE(c.run(Order::kValue, points, alone));
+  points.y = y.data();
+  EXPECT_FALSE(c.run(Order::kValue, points, parts));
+  EXPECT_EQ(y, expected);
+  x[5 * 2 * width + 1] = 11;  // the first variable of lane 1 of block 5
+  EXPECT_EQ(c.run(Order::kValue, points, parts).point, 5 * width + 1);
 }
 
 TEST(ParallelThreads, NoPointsAtAll) {
   const CompiledFunction c = compiled(branching(), Route::kCompiled, Lanes::kNative);
-  auto workspaces = make_workspaces(c);
-  EXPECT_EQ(workspaces.size(), codegen::thread_count());
-  EXPECT_FALSE(run_parallel(c, Order::kFirst, {.lanes = 0}, workspaces));
+  CompiledFunction::Workspace workspace(c, 0);
+  EXPECT_FALSE(c.run(Order::kFirst, {.count = 0}, workspace));
 }
 
 TEST(Threads, EachTaskOnceAlsoNestedAndFromSeveralThreads) {

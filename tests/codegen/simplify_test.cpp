@@ -330,7 +330,7 @@ TEST(Simplify, LanesHaveTheBitsOfTheInterpreter) {
     const auto x = random.vector(5 * kPoints, -2, 2);
     std::vector<double> y(8 * kPoints);
     Points points;
-    points.lanes = kPoints;
+    points.count = kPoints;
     points.x = x.data();
     points.y = y.data();
     ASSERT_FALSE(compiled.run(Order::kValue, points, workspace));

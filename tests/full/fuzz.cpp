@@ -76,7 +76,7 @@ std::string compiled_failure(std::uint64_t seed) {
     const std::size_t n = f.n_y(), nnz = function.jacobian_pattern().nnz();
     std::vector<double> all(kPoints * (n + nnz));
     Points points;
-    points.lanes = kPoints;
+    points.count = kPoints;
     points.x = x.data();
     points.p = p.data();
     points.y = all.data();

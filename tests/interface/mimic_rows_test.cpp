@@ -13,10 +13,10 @@
 #include <dyntape/dynamics/algebra/float128.h>
 #include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/robot/packed_robot.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
 #include "../dynamics/random_robots.h"
+#include "packed.h"
 #include "temporary_cache.h"
 
 namespace dyntape {

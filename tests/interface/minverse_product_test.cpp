@@ -69,7 +69,7 @@ TEST(MinverseProduct, GeneratedCodeHasTheBitsOfTheInterpreter) {
     Eigen::Map<Eigen::Vector4d>(&x[i * f.n_x() + 3]).normalize();  // the base's quaternion
   }
   Points points;
-  points.lanes = count;
+  points.count = count;
   points.x = x.data();
   points.y = y.data();
   ASSERT_FALSE(compiled.run(Order::kValue, points, workspace));

@@ -165,7 +165,7 @@ TEST(RobotFunctions, GeneratedCodeHasTheBitsOfTheInterpreter) {
       options.codegen.flags = {model.nv > 7 ? "-O0" : "-O1"};
       RobotEvaluator generated(model, function, RobotRoute::kGenerated, options);
       ASSERT_EQ(generated.compiled()->route(), Route::kCompiled);
-      const Interpreter interpreter(*generated.recorded());
+      const Interpreter interpreter(generated.compiled()->function());
       Interpreter::Workspace workspace(interpreter);
       std::mt19937_64 random(2);
       for (int i = 0; i < 100; ++i) {

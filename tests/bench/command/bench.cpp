@@ -61,7 +61,6 @@ Row measure(const dynamics::Model<double>& model, const RobotFunction& function,
   }
   row.seconds = median_seconds(
       [&](std::size_t i) { evaluate.evaluate(states[i % states.size()].data(), result.data()); });
-  if (evaluate.recorded()) row.operations = total_operations(*evaluate.recorded());
   if (evaluate.compiled()) {
     row.operations = evaluate.compiled()->operations(Order::kValue);
     row.timings = evaluate.compiled()->timings();

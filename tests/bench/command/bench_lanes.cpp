@@ -50,7 +50,7 @@ std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const R
     const std::vector<double> x = in_blocks(states, n, 1), blocks = in_blocks(states, n, width);
     const std::size_t padded = blocks.size() / std::max<std::size_t>(n, 1);
     std::vector<double> y(padded * f.n_y());
-    Points points{.lanes = count, .x = x.data(), .y = y.data()};
+    Points points{.count = count, .x = x.data(), .y = y.data()};
     row.name = width == 1 ? "generated, portable" : "generated, " + std::to_string(width) + " lanes";
     f.check(f.run(Order::kValue, points, workspace), count);
     for (std::size_t i = 0; i < count; ++i) {
@@ -63,9 +63,9 @@ std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const R
     row.seconds = measured([&] { return f.run(Order::kValue, points, workspace); }, count);
     rows.push_back(row);
     if (width == 1) continue;
-    points.lanes = padded, points.x = blocks.data();
+    points.count = padded, points.x = blocks.data(), points.side_by_side = width;
     row.name = "the same, kept in lanes";
-    row.seconds = measured([&] { return f.run_in_lanes(Order::kValue, points, workspace); }, padded);
+    row.seconds = measured([&] { return f.run(Order::kValue, points, workspace); }, padded);
     rows.push_back(row);
   }
   return rows;

@@ -3,9 +3,9 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 #include <dyntape/codegen/system/files.h>
-#include <dyntape/codegen/tiered_function.h>
 
 #include "route.h"
 #include "text_bytes.h"
@@ -48,13 +48,13 @@ struct Batch {
   }
   void many(std::size_t first, std::size_t points) {
     in_batches(first, points, [&](std::size_t i, std::size_t n) {
-      f.check(f.run(Order::kValue, {.lanes = n, .x = &x[i * f.n_x()], .y = y.data()}, workspace), n);
+      f.check(f.run(Order::kValue, {.count = n, .x = &x[i * f.n_x()], .y = y.data()}, workspace), n);
     });
   }
   void many_kept(std::size_t first, std::size_t points) {
     in_batches(first, points, [&](std::size_t i, std::size_t n) {
-      const Points kept{.lanes = n, .x = &in_lanes[i * f.n_x()], .y = y.data()};
-      f.check(f.run_in_lanes(Order::kValue, kept, workspace), n);
+      const Points kept{.count = n, .x = &in_lanes[i * f.n_x()], .y = y.data(), .side_by_side = width};
+      f.check(f.run(Order::kValue, kept, workspace), n);
     });
   }
 
@@ -115,13 +115,14 @@ CodegenOptions options_of(const Variant& variant, const std::string& cache) {
 double first_result(const dynamics::Model<double>& model, const RobotFunction& function,
                     const Eigen::VectorXd& state) {
   const codegen::TemporaryFolder cold(codegen::system_temporary_folder(), "dyntape-");
-  const CodegenOptions options = options_of(kVariants[0], cold.path());
+  CodegenOptions options = options_of(kVariants[0], cold.path());
+  options.route = dyntape::Route::kTiered;
   std::vector<double> y;
-  std::unique_ptr<TieredFunction> tiers;  // to end the compiler is not part of it
+  std::optional<CompiledFunction> tiers;  // to end the compiler is not part of it
   return seconds_of([&] {
     const Function recorded = record_robot_function(model, function);
-    tiers = std::make_unique<TieredFunction>(TieredFunction::make(recorded, options));
-    TieredFunction::Workspace room(*tiers);
+    tiers = CompiledFunction::make(recorded, options);
+    CompiledFunction::Workspace room(*tiers);
     y.resize(recorded.n_y());
     tiers->value(state.data(), nullptr, y.data(), room);
   });

@@ -1,18 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/robot/condition_note.h>
+#include <dyntape/interface/robot/check_accelerations.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
 #include <dyntape/codegen/system/warn_once.h>
+#include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
 #include <dyntape/dynamics/algorithms/inertia_condition.h>
 
 namespace dyntape::detail {
 
-void note_condition(const dynamics::Model<double>& model, const RobotFunction& function) {
+void check_accelerations(const dynamics::Model<double>& model, const RobotFunction& function) {
   constexpr double kWorthANote = 1e12;
-  if (!is_forward(function) || !function.mimics.empty()) return;
+  if (!is_forward(function)) return;
+  dynamics::check_forward_dynamics(model);
+  if (!function.mimics.empty()) return;
   const double condition = dynamics::worst_inertia_condition(model);
   if (condition <= kWorthANote || !std::isfinite(condition)) return;
   char figure[32];

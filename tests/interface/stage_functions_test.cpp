@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// All points of a mesh in one call, by every option that solve has.
+// All points of a mesh and its end in one call, by every option that solve has.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/interface/transcription/point_function.h>
+#include <dyntape/interface/transcription/stage_functions.h>
 
 namespace dyntape {
 namespace {
@@ -33,16 +33,24 @@ Results results(const CodegenOptions& options, unsigned threads, std::size_t poi
     for (double& v : x) v = number(random);
     return x;
   };
-  PointFunction f(pendulum(), points, options, threads);
+  StageFunctions f(pendulum(), pendulum(), options, points - 1, threads);  // the end is one like the others
+  f.node().wait();
   const std::vector<double> z = draw(3 * points), p = draw(points), w = draw(2 * points);
-  Results r{std::vector<double>(2 * points), std::vector<double>(f.jacobian().nnz() * points),
-            std::vector<double>(f.hessian().nnz() * points)};
-  EXPECT_TRUE(f.second(z.data(), p.data(), w.data(), r.y.data(), r.jacobian.data(), r.hessian.data()));
+  Results r{std::vector<double>(f.values()), std::vector<double>(f.jacobians()),
+            std::vector<double>(f.hessians())};
+  EXPECT_EQ(r.y.size(), 2 * points);
+  const Points at{.x = z.data(),
+                  .p = p.data(),
+                  .w = w.data(),
+                  .y = r.y.data(),
+                  .jacobian = r.jacobian.data(),
+                  .hessian = r.hessian.data()};
+  EXPECT_TRUE(f.run(Order::kSecond, at, &z[3 * (points - 1)], &p.back()));
   return r;
 }
 
 // Threads, and lanes in strict with portable functions, change no bit; fast stays within rounding.
-TEST(PointFunction, EveryOptionGivesTheSame) {
+TEST(StageFunctions, EveryOptionGivesTheSame) {
   constexpr std::size_t kPoints = 83;
   const CodegenOptions interpreted{.order = Order::kSecond, .route = Route::kInterpreter};
   const Results expected = results(interpreted, 1, kPoints);
@@ -57,17 +65,24 @@ TEST(PointFunction, EveryOptionGivesTheSame) {
     EXPECT_NEAR(fast.hessian[i], expected.hessian[i], 1e-13 * (1 + std::abs(expected.hessian[i])));
 }
 
-// The violation of a branch is that of its point, whichever thread meets it.
-TEST(PointFunction, LeavesABranchAtOnePoint) {
+// Interpreted, and some day compiled: the same.
+TEST(StageFunctions, Tiers) {
+  EXPECT_EQ(results({.order = Order::kSecond, .route = Route::kTiered}, 2, 83),
+            results({.order = Order::kSecond, .route = Route::kInterpreter}, 1, 83));
+}
+
+TEST(StageFunctions, ABranchIsLeftAtOnePointOrAtTheEnd) {
   const Function f = record(
       "side", 1, [](const VectorXad& x) { return VectorXad::Constant(1, x[0] > 0.0 ? x[0] * x[0] : -x[0]); });
-  std::vector<double> z(64, 0.5), y(64);
+  std::vector<double> z(64, 0.5), y(65);
+  const double inside = 1, outside = -1;
   for (unsigned threads : {1u, 2u}) {
-    PointFunction g(f, 64, {.order = Order::kValue, .route = Route::kInterpreter}, threads);
-    EXPECT_TRUE(g.values(z.data(), nullptr, y.data()));
+    StageFunctions g(f, f, {.order = Order::kValue, .route = Route::kInterpreter}, 64, threads);
+    const Points at{.x = z.data(), .y = y.data()};
+    EXPECT_TRUE(g.run(Order::kValue, at, &inside, nullptr));
+    EXPECT_FALSE(g.run(Order::kValue, at, &outside, nullptr));
     z[40] = -1;
-    EXPECT_FALSE(g.values(z.data(), nullptr, y.data()));
-    EXPECT_NE(g.complaint().find("point_function_test.cpp"), std::string::npos) << g.complaint();
+    EXPECT_FALSE(g.run(Order::kValue, at, &inside, nullptr));
     z[40] = 0.5;
   }
 }

@@ -3,9 +3,10 @@
 // Functions that are interpreted until they are compiled: the same bits from every tier, no pause while tiers
 // are swapped, and an orderly end whatever the compiler does.
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/store/cache.h>
-#include <dyntape/codegen/tiered_function.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -43,7 +44,6 @@ using testing::fake_compiler;
 using testing::Random;
 using testing::same;
 using testing::Scratch;
-using Tier = TieredFunction::Tier;
 using Clock = std::chrono::steady_clock;
 
 // Enough statements for a quick tier.
@@ -65,6 +65,7 @@ class Tiered : public ::testing::Test {
   CodegenOptions options(Order order = Order::kValue) const {
     CodegenOptions o;
     o.order = order;
+    o.route = Route::kTiered;
     o.cache_folder = scratch_ / "cache";
     o.flags = {"-O2"};  // more than the quick tier has
     return o;
@@ -88,12 +89,12 @@ TEST_F(Tiered, EveryTierHasTheBitsOfTheInterpreter) {
   CodegenOptions interpreted = options(Order::kFirst);
   interpreted.route = Route::kInterpreter;
   const CompiledFunction reference = CompiledFunction::make(f, interpreted);
-  const TieredFunction t = TieredFunction::make(f, options(Order::kFirst));
+  const CompiledFunction t = CompiledFunction::make(f, options(Order::kFirst));
   EXPECT_EQ(t.tier(), Tier::kInterpreted);
   EXPECT_FALSE(t.is_settled());
-  EXPECT_EQ(t.first().jacobian_pattern(), reference.jacobian_pattern());
+  EXPECT_EQ(t.jacobian_pattern(), reference.jacobian_pattern());
 
-  TieredFunction::Workspace workspace(t);
+  CompiledFunction::Workspace workspace(t);
   CompiledFunction::Workspace room(reference);
   std::vector<double> y(f.n_y()), expected_y(f.n_y()), j(reference.jacobian_pattern().nnz()), expected_j(j);
   std::set<Tier> met;
@@ -114,13 +115,13 @@ TEST_F(Tiered, EveryTierHasTheBitsOfTheInterpreter) {
   EXPECT_EQ(met, (std::set<Tier>{Tier::kInterpreted, Tier::kQuick, Tier::kFinal}));
   t.wait();
   EXPECT_EQ(t.trouble(), "");
-  EXPECT_EQ(t.serving().route(), Route::kCompiled);
-  EXPECT_EQ(t.serving().jacobian_pattern(), reference.jacobian_pattern());
+  EXPECT_EQ(t.route(), Route::kCompiled);
+  EXPECT_EQ(t.jacobian_pattern(), reference.jacobian_pattern());
 }
 
 TEST_F(Tiered, ThreadsEvaluateWhileTiersAreSwapped) {
   const Function f = large();
-  const TieredFunction t = TieredFunction::make(f, options());
+  const CompiledFunction t = CompiledFunction::make(f, options());
   std::atomic<int> wrong = 0, evaluations = 0;
   std::vector<std::thread> threads;
   for (int k = 0; k < 4; ++k) {
@@ -128,11 +129,11 @@ TEST_F(Tiered, ThreadsEvaluateWhileTiersAreSwapped) {
       Random random(30 + std::uint64_t(k));
       const Interpreter reference(f);
       Interpreter::Workspace room(reference);
-      const TieredFunction copy = t;
+      const CompiledFunction copy = t;
       std::vector<double> y(f.n_y()), expected(f.n_y());
       for (bool last = false; !last;) {
         last = copy.is_settled();
-        TieredFunction::Workspace workspace(copy);  // workspaces come and go
+        CompiledFunction::Workspace workspace(copy);  // workspaces come and go
         for (int i = 0; i < 50; ++i, ++evaluations) {
           const auto x = random.vector(f.n_x(), -2, 2), p = random.vector(f.n_p(), -2, 2);
           copy.value(x.data(), p.data(), y.data(), workspace);
@@ -150,12 +151,12 @@ TEST_F(Tiered, ThreadsEvaluateWhileTiersAreSwapped) {
 
 TEST_F(Tiered, EvaluationsAllocateNothing) {
   const Function f = large();
-  const TieredFunction t = TieredFunction::make(f, options());
-  TieredFunction::Workspace workspace(t);
+  const CompiledFunction t = CompiledFunction::make(f, options());
+  CompiledFunction::Workspace workspace(t);
   const std::vector<double> x(10 * f.n_x(), 0.5), p(10 * f.n_p(), 0.25);
   std::vector<double> y(10 * f.n_y());
   Points points;
-  points.lanes = 10, points.x = x.data(), points.p = p.data(), points.y = y.data();
+  points.count = 10, points.x = x.data(), points.p = p.data(), points.y = y.data();
   for (bool last = false; !last;) {
     last = t.is_settled();
     const std::size_t before = allocations;
@@ -170,8 +171,8 @@ TEST_F(Tiered, ManyPointsOnEveryTier) {
   Random random(2);
   SCOPED_TRACE(random.seed_text());
   const Function f = large();
-  const TieredFunction t = TieredFunction::make(f, options());
-  TieredFunction::Workspace workspace(t);
+  const CompiledFunction t = CompiledFunction::make(f, options());
+  CompiledFunction::Workspace workspace(t);
   const Interpreter reference(f);
   Interpreter::Workspace room(reference);
   for (bool last = false; !last;) {
@@ -182,7 +183,7 @@ TEST_F(Tiered, ManyPointsOnEveryTier) {
       std::vector<double> y(n * f.n_y()), expected(f.n_y());
       const Strides strides{f.n_x(), 0, 0, f.n_y(), 0, 0};
       Points points;
-      points.lanes = n, points.x = x.data(), points.p = p.data(), points.y = y.data();
+      points.count = n, points.x = x.data(), points.p = p.data(), points.y = y.data();
       points.strides = &strides;
       t.check(t.run(Order::kValue, points, workspace));
       for (std::size_t k = 0; k < n; ++k) {
@@ -193,33 +194,64 @@ TEST_F(Tiered, ManyPointsOnEveryTier) {
   }
 }
 
+// Lanes and threads are those of the function, whichever tier serves.
+TEST_F(Tiered, ThreadsAndLanesOnEveryTier) {
+  Random random(3);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 60, 9);
+  CodegenOptions o = options(Order::kFirst);
+  o.lanes = Lanes::kNative;
+  o.functions = Functions::kPortable;
+  CodegenOptions interpreted = o;
+  interpreted.route = Route::kInterpreter;
+  const CompiledFunction t = CompiledFunction::make(f, o), reference = CompiledFunction::make(f, interpreted);
+  CompiledFunction::Workspace workspace(t, 3), room(reference);
+  const std::size_t n = 41, nj = t.jacobian_pattern().nnz();
+  std::vector<double> y(n * f.n_y()), expected_y(y), j(n * nj), expected_j(j);
+  for (bool last = false; !last;) {
+    last = t.is_settled();
+    EXPECT_EQ(t.lane_width(), 1u) << "points are kept as the first tier wants them";
+    const auto x = testing::random_arguments(random, n * f.n_x()),
+               p = testing::random_arguments(random, n * f.n_p());
+    Points points{.count = n, .x = x.data(), .p = p.data(), .y = y.data(), .jacobian = j.data()};
+    t.check(t.run(Order::kFirst, points, workspace));
+    points.y = expected_y.data(), points.jacobian = expected_j.data();
+    reference.check(reference.run(Order::kFirst, points, room));
+    for (std::size_t i = 0; i < y.size(); ++i) ASSERT_TRUE(same(y[i], expected_y[i])) << to_string(t.tier());
+    for (std::size_t i = 0; i < j.size(); ++i) ASSERT_TRUE(same(j[i], expected_j[i])) << to_string(t.tier());
+  }
+  EXPECT_EQ(t.tier(), Tier::kFinal) << t.trouble();
+}
+
 TEST_F(Tiered, WhatTheCacheHasIsUsedAtOnce) {
   const Function f = large();
-  const TieredFunction cold = TieredFunction::make(f, options());
+  const CompiledFunction cold = CompiledFunction::make(f, options());
   cold.wait();
   const auto entries = codegen::Cache::open(scratch_ / "cache")->list();
   EXPECT_EQ(entries.size(), 1u) << "the quick one is not kept";
-  const TieredFunction warm = TieredFunction::make(f, options());
+  const CompiledFunction warm = CompiledFunction::make(f, options());
   EXPECT_TRUE(warm.is_settled());
   EXPECT_EQ(warm.tier(), Tier::kFinal);
-  EXPECT_TRUE(warm.serving().timings().cache_hit);
-  // And what CompiledFunction compiles is the same entry.
-  EXPECT_TRUE(CompiledFunction::make(f, options()).timings().cache_hit);
+  EXPECT_TRUE(warm.timings().cache_hit);
+  // And what is compiled at once is the same entry.
+  CodegenOptions at_once = options();
+  at_once.route = Route::kCompiled;
+  EXPECT_TRUE(CompiledFunction::make(f, at_once).timings().cache_hit);
 }
 
 TEST_F(Tiered, OnlyCached) {
   CodegenOptions o = options();
   o.only_cached = true;
-  EXPECT_THROW(TieredFunction::make(small(), o), NotCached);
-  CompiledFunction::make(small(), options());
-  EXPECT_EQ(TieredFunction::make(small(), o).tier(), Tier::kFinal);
+  EXPECT_THROW(CompiledFunction::make(small(), o), NotCached);
+  CompiledFunction::make(small(), options()).wait();
+  EXPECT_EQ(CompiledFunction::make(small(), o).tier(), Tier::kFinal);
 }
 
 TEST_F(Tiered, SmallFunctionsAndThoseWithoutALevelAreCompiledOnce) {
   CodegenOptions o = options();
   o.compiler = fake_compiler(scratch_, "echo \"$@\" >> '" + scratch_ / "runs" + "'; exec cc \"$@\"");
   const auto libraries_after = [&](const Function& f) {
-    const TieredFunction t = TieredFunction::make(f, o);
+    const CompiledFunction t = CompiledFunction::make(f, o);
     t.wait();
     EXPECT_EQ(t.tier(), Tier::kFinal);
     std::ifstream file(scratch_ / "runs");
@@ -236,25 +268,25 @@ TEST_F(Tiered, SmallFunctionsAndThoseWithoutALevelAreCompiledOnce) {
 TEST_F(Tiered, WithoutCompilerItIsInterpretedForGood) {
   CodegenOptions o = options();
   o.compiler = "/nowhere/cc";
-  const TieredFunction t = TieredFunction::make(small(), o);
+  const CompiledFunction t = CompiledFunction::make(small(), o);
   EXPECT_TRUE(t.is_settled());
   EXPECT_EQ(t.tier(), Tier::kInterpreted);
   t.wait();
   EXPECT_EQ(t.trouble(), "");
-  EXPECT_EQ(t.serving().evaluate(Order::kValue, {0.5, 2}).y, evaluate(small(), {0.5, 2}));
+  EXPECT_EQ(t.evaluate(Order::kValue, {0.5, 2}).y, evaluate(small(), {0.5, 2}));
   o.route = Route::kCompiled;
-  EXPECT_THROW(TieredFunction::make(small(), o), ToolError);
+  EXPECT_THROW(CompiledFunction::make(small(), o), ToolError);
   o.compiler.clear();
   o.route = Route::kInterpreter;
-  EXPECT_EQ(TieredFunction::make(small(), o).tier(), Tier::kInterpreted);
+  EXPECT_EQ(CompiledFunction::make(small(), o).tier(), Tier::kInterpreted);
 }
 
 TEST_F(Tiered, ACompilerThatFailsLeavesTheInterpreter) {
   CodegenOptions o = options();
   o.compiler = fake_compiler(scratch_, "echo complaint; exit 3");
   ::testing::internal::CaptureStderr();
-  const TieredFunction t = TieredFunction::make(small(), o);
-  TieredFunction::Workspace workspace(t);
+  const CompiledFunction t = CompiledFunction::make(small(), o);
+  CompiledFunction::Workspace workspace(t);
   EXPECT_THROW(t.wait(), ToolError);
   EXPECT_THROW(t.wait(), ToolError) << "it is not lost";
   EXPECT_NE(t.trouble().find("exit status 3"), std::string::npos);
@@ -274,7 +306,7 @@ TEST_F(Tiered, ACompilerThatCannotSayWhatItIs) {
   codegen::write_file(path, "#!/bin/sh\nexit 5\n");
   chmod(path.c_str(), 0700);
   o.compiler = path;
-  const TieredFunction t = TieredFunction::make(small(), o);
+  const CompiledFunction t = CompiledFunction::make(small(), o);
   EXPECT_THROW(t.wait(), ToolError);
   EXPECT_EQ(t.tier(), Tier::kInterpreted);
 }
@@ -282,11 +314,11 @@ TEST_F(Tiered, ACompilerThatCannotSayWhatItIs) {
 TEST_F(Tiered, DestructionEndsTheCompiler) {
   CodegenOptions o = options();
   o.compiler = fake_compiler(scratch_, "echo $$ > '" + scratch_ / "process" + "'; sleep 100");
-  auto t = std::make_unique<TieredFunction>(TieredFunction::make(small(), o));
-  TieredFunction::Workspace workspace(*t);
+  auto t = std::make_unique<CompiledFunction>(CompiledFunction::make(small(), o));
+  CompiledFunction::Workspace workspace(*t);
   const std::string process = written("process");
   ASSERT_FALSE(process.empty());
-  auto copy = std::make_unique<TieredFunction>(*t);
+  auto copy = std::make_unique<CompiledFunction>(*t);
   t.reset();
   EXPECT_EQ(kill(std::stoi(process), 0), 0) << "a copy still wants it";
   const auto start = Clock::now();
@@ -299,10 +331,10 @@ TEST_F(Tiered, DestructionEndsTheCompiler) {
 TEST_F(Tiered, DestructionWhileAnotherOneCompiles) {
   CodegenOptions o = options();
   o.compiler = fake_compiler(scratch_, "echo $$ > '" + scratch_ / "process" + "'; sleep 100");
-  const TieredFunction busy = TieredFunction::make(small(), o);
+  const CompiledFunction busy = CompiledFunction::make(small(), o);
   ASSERT_FALSE(written("process").empty());
   const auto start = Clock::now();
-  for (int k = 0; k < 10; ++k) TieredFunction::make(large(), options());  // waits for its turn, or not yet
+  for (int k = 0; k < 10; ++k) CompiledFunction::make(large(), options());  // waits for its turn, or not yet
   EXPECT_LT(Clock::now() - start, std::chrono::seconds(20));
 }
 
@@ -313,7 +345,7 @@ TEST_F(Tiered, AForkedChildWaitsForNoThreadOfItsParent) {
   const auto compile_in_child = [&] {
     return testing::in_child([&] {
       alarm(20);
-      const TieredFunction t = TieredFunction::make(small(), options());
+      const CompiledFunction t = CompiledFunction::make(small(), options());
       return t.wait(), t.tier() == Tier::kFinal ? 0 : 1;
     });
   };
@@ -321,13 +353,13 @@ TEST_F(Tiered, AForkedChildWaitsForNoThreadOfItsParent) {
   CodegenOptions o = options();
   o.compiler = fake_compiler(scratch_, slow);
   {
-    const TieredFunction compiles = TieredFunction::make(small(), o);
+    const CompiledFunction compiles = CompiledFunction::make(small(), o);
     ASSERT_FALSE(written("process").empty());
     EXPECT_EQ(compile_in_child(), 0);
   }
   unlink((scratch_ / "process").c_str());
   codegen::write_file(o.compiler, "#!/bin/sh\n" + slow + "\n");
-  const TieredFunction asks = TieredFunction::make(small(), o);
+  const CompiledFunction asks = CompiledFunction::make(small(), o);
   ASSERT_FALSE(written("process").empty());
   codegen::Cache::open(scratch_ / "cache")->clear();
   EXPECT_EQ(compile_in_child(), 0);
@@ -341,7 +373,7 @@ TEST_F(Tiered, TheUsersStopEndsTheCompiler) {
   std::stop_source stop;
   o.stop = stop.get_token();
   o.compiler = fake_compiler(scratch_, "echo $$ > '" + scratch_ / "process" + "'; sleep 100");
-  const TieredFunction t = TieredFunction::make(small(), o);
+  const CompiledFunction t = CompiledFunction::make(small(), o);
   ASSERT_FALSE(written("process").empty());
   stop.request_stop();
   EXPECT_THROW(t.wait(), ToolError);
@@ -354,22 +386,22 @@ TEST_F(Tiered, OneFunctionAtATimeIsCompiled) {
   const std::string lock = scratch_ / "lock", clash = scratch_ / "clash";
   o.compiler = fake_compiler(scratch_, "mkdir '" + lock + "' || echo clash > '" + clash +
                                            "'\nsleep 0.1\ncc \"$@\"\nrmdir '" + lock + "'");
-  std::vector<TieredFunction> functions;
+  std::vector<CompiledFunction> functions;
   for (int k = 0; k < 3; ++k)
-    functions.push_back(TieredFunction::make(
+    functions.push_back(CompiledFunction::make(
         record("f", 1, [k](const VectorXad& x) { return VectorXad::Constant(1, x[0] * k + 3); }), o));
-  for (const TieredFunction& t : functions) t.wait();
+  for (const CompiledFunction& t : functions) t.wait();
   EXPECT_FALSE(std::ifstream(clash).good());
 }
 
 TEST_F(Tiered, WorkspacesMoveAndBelongToOneFunction) {
-  const TieredFunction a = TieredFunction::make(small(), options()),
-                       b = TieredFunction::make(small(), options());
-  TieredFunction::Workspace of_a(a), of_b(b);
+  const CompiledFunction a = CompiledFunction::make(small(), options()),
+                         b = CompiledFunction::make(small(), options());
+  CompiledFunction::Workspace of_a(a), of_b(b);
   const double x[2] = {0.5, 2};
   double y[2];
   EXPECT_THROW(a.value(x, nullptr, y, of_b), ArgumentError);
-  TieredFunction::Workspace moved = std::move(of_b);
+  CompiledFunction::Workspace moved = std::move(of_b);
   b.value(x, nullptr, y, moved);
   moved = std::move(of_a);
   a.value(x, nullptr, y, moved);
@@ -378,11 +410,11 @@ TEST_F(Tiered, WorkspacesMoveAndBelongToOneFunction) {
 }
 
 TEST_F(Tiered, GuardsAreThrownByEveryTier) {
-  const TieredFunction t = TieredFunction::make(
+  const CompiledFunction t = CompiledFunction::make(
       record("branch", 1,
              [](const VectorXad& x) { return VectorXad::Constant(1, x[0] > 0.0 ? x[0] : -x[0]); }),
       options());
-  TieredFunction::Workspace workspace(t);
+  CompiledFunction::Workspace workspace(t);
   const double inside = 1, outside = -1;
   double y;
   for (bool last = false; !last;) {

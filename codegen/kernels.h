@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A function as it is evaluated, compiled or interpreted, for good: one tier of a CompiledFunction.  Internal.
+//
+//   const Kernels kernels(produce(recorded, options), options);
+//   Kernels::Room room(kernels);                                  // of one evaluation at a time
+//   Violation violation = kernels.run(Order::kFirst, points, room);
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/pipeline_stages.h>
+#include <dyntape/codegen/run/lanes.h>
+
+namespace dyntape::codegen {
+
+class Kernels {
+ public:
+  class Room {
+   public:
+    explicit Room(const Kernels& kernels);
+
+   private:
+    friend class Kernels;
+    std::vector<double> work_;
+    AlignedRoom lanes_;
+    std::vector<std::uint32_t> status_;
+    std::vector<Interpreter::Workspace> interpreters_;
+  };
+
+  Kernels(Product product, const CodegenOptions& options);
+
+  // An order that there is.  Points that lie side by side: as many as lane_width(), or one.
+  Violation run(Order order, const Points& points, Room& room) const;
+
+  bool is_compiled() const { return !compiled_.empty(); }
+  std::size_t lane_width() const { return wide_.empty() ? 1 : wide_.front().lane_width; }
+  // Doubles of one point in each array.
+  Strides sizes(Order order) const;
+
+  Product product;
+  const std::string name;
+  const Order order;  // the highest
+  Pattern jacobian, hessian;
+  std::vector<std::size_t> operations;  // by order
+
+ private:
+  void take_kernels(const dyntape_descriptor& descriptor, std::size_t widest);
+  void take_interpreters(std::vector<Derivatives> derivatives, Functions functions);
+  void run_compiled(Order order, const Points& points, const Strides& sizes, Room& room) const;
+  void run_interpreted(Order order, const Points& points, const Strides& sizes, Room& room) const;
+
+  std::vector<Interpreter> interpreters_;  // by order; empty if compiled
+  std::vector<dyntape_kernel> compiled_;   // by order; empty if interpreted
+  std::vector<dyntape_kernel> wide_;       // the same of several lanes; empty if there are none
+};
+
+}  // namespace dyntape::codegen

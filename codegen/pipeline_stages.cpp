@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/pipeline_stages.h>
+
+#include <chrono>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/dump.h>
+#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/passes/outline.h>
+#include <dyntape/codegen/passes/simplify.h>
+#include <dyntape/codegen/system/warn_once.h>
+
+namespace dyntape::codegen {
+namespace {
+
+// Runs a stage and adds the time it took.
+template <class Stage>
+auto timed(double& seconds, Stage&& stage) {
+  struct Clock {
+    double& seconds;
+    std::chrono::steady_clock::time_point start = std::chrono::steady_clock::now();
+    ~Clock() { seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count(); }
+  } clock{seconds};
+  return stage();
+}
+
+std::vector<Derivatives> derive_all(const Function& function, const CodegenOptions& options, bool fused) {
+  const Function simplified = simplify(function, options.profile, fused);
+  std::vector<Derivatives> derivatives;
+  for (int order = 0; order <= static_cast<int>(options.order); ++order)
+    derivatives.push_back(dyntape::derive(simplified, static_cast<Order>(order)));
+  for (Derivatives& d : derivatives) d = simplify(std::move(d), options.profile, fused);
+  return derivatives;
+}
+
+// Repeated parts as functions fit the cache, and cost a tenth more instructions: several lanes spend those, one
+// state is bound by the fetching of code (docs/architecture.md).
+std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::size_t piece_statements,
+                                     bool outlines) {
+  std::vector<KernelPlan> plans;
+  for (Derivatives& d : derivatives) {
+    std::vector<OutputRange> groups = {{0, d.n_y}};
+    if (d.order >= Order::kFirst) groups.push_back({d.n_y, d.n_y + d.jacobian.nnz()});
+    if (d.order >= Order::kSecond) groups.push_back({groups.back().end, d.function.n_y()});
+    if (outlines) d.function = outlined(d.function);
+    Schedule s = schedule(d.function, groups, piece_statements);
+    plans.push_back({std::move(d), std::move(s)});
+  }
+  return plans;
+}
+
+Product with_library(Product product, Loaded loaded) {
+  product.library = std::move(loaded.library);
+  product.source_path = std::move(loaded.source_path);
+  return product;
+}
+
+// What stage() returns.  Where the surroundings do not allow it, and nobody insists, nothing, and why is said.
+template <class Stage>
+auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltype(stage()) {
+  try {
+    return stage();
+  } catch (const Unavailable& e) {
+    if (options.route == Route::kCompiled) throw;
+    const std::string reason = e.what();
+    warn_once(reason.substr(0, reason.find('\n')) + "; derivatives are interpreted");
+    return std::nullopt;
+  }
+}
+
+// Between stages: a derivation or a text that nobody waits for any more is not begun.
+void check_stop(const Product& product, const CodegenOptions& options) {
+  if (options.stop.stop_requested())
+    throw ToolError("the compilation of \"" + product.function.name + "\" was told to stop");
+}
+
+std::optional<LibraryBuilder> found(Product& product, const CodegenOptions& options) {
+  Timings& t = product.timings;
+  auto builder = timed(t.hash, [&] { return LibraryBuilder::open(product.function, options); });
+  if (!builder) return std::nullopt;
+  product.compiler = builder->compiler().version;
+  if (auto loaded = timed(t.load, [&] { return builder->find(); })) {
+    t.cache_hit = true;
+    product = with_library(std::move(product), std::move(*loaded));
+  }
+  return builder;
+}
+
+}  // namespace
+
+Product begin(const Function& recorded) {
+  Product product;
+  product.function = compact(recorded);
+  Dump(product.function.name).graph("recorded", product.function);
+  return product;
+}
+
+std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options) {
+  if (options.route == Route::kInterpreter) return std::nullopt;
+  return unless_unavailable(options, [&] { return found(product, options); });
+}
+
+std::vector<Derivatives> derive(Product& product, const CodegenOptions& options, bool fused) {
+  auto derived = timed(product.timings.derive, [&] { return derive_all(product.function, options, fused); });
+  Dump(product.function.name).graphs("derived", derived);
+  return derived;
+}
+
+std::vector<Derivatives> derive(Product& product, const CodegenOptions& options) {
+  return derive(product, options, has_fma(options.flags));
+}
+
+KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
+                const CodegenOptions& options, bool outlines) {
+  const Function& f = product.function;
+  auto plans = timed(product.timings.schedule,
+                     [&] { return schedule_all(std::move(derived), options.piece_statements, outlines); });
+  Dump(f.name).schedules(plans);
+  return {f,
+          options.label.empty() ? f.name : options.label,
+          content,
+          options.profile,
+          std::move(plans),
+          options.piece_statements,
+          options.functions};
+}
+
+Source print(Product& product, std::vector<Derivatives> derived, const std::string& content,
+             const CodegenOptions& options) {
+  const KernelSets sets = plan(product, std::move(derived), content, options, options.lanes == Lanes::kNone);
+  Source source = timed(product.timings.print, [&] { return print_c(sets); });
+  Dump(product.function.name).text("c", source.text);
+  return source;
+}
+
+Product make(Product product, const Source& source, const LibraryBuilder& builder) {
+  Timings& t = product.timings;
+  Draft draft = timed(t.compile, [&] { return builder.compile(source); });
+  Loaded loaded = timed(t.load, [&] { return builder.load(std::move(draft)); });
+  return with_library(std::move(product), std::move(loaded));
+}
+
+Product produce(const Function& recorded, const CodegenOptions& options) {
+  Product product = begin(recorded);
+  const std::optional<LibraryBuilder> builder = find(product, options);
+  if (product.library) return product;
+  if (options.only_cached && options.route != Route::kInterpreter)
+    throw NotCached("the cache has no library of \"" + product.function.name + "\"");
+  check_stop(product, options);
+  auto derived = derive(product, options);
+  check_stop(product, options);
+  const auto made = unless_unavailable(options, [&]() -> std::optional<Product> {
+    if (!builder) return std::nullopt;
+    const Source source = print(product, derived, builder->content(), options);
+    check_stop(product, options);
+    return make(product, source, *builder);
+  });
+  if (made) return *made;
+  product.interpreted = std::move(derived);
+  return product;
+}
+
+}  // namespace dyntape::codegen

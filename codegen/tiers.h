@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The ways of evaluating a function, of which each serves until a better one is there: what copies of a
+// CompiledFunction and their workspaces share.  Internal.
+//
+//   auto [tiers, builder] = make_tiers(recorded, options);   tiered: back before a compiler has started
+//   Place place(tiers);                                      where one thread evaluates
+//   Place::Room& now = place.now();
+//   now.kernels.run(order, points, now.room);                by the interpreter, and some day by compiled code
+//
+// A new tier is swapped in between two evaluations of a place, by one pointer: evaluations never wait and never
+// allocate.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <condition_variable>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/kernels.h>
+
+namespace dyntape::codegen {
+
+inline constexpr std::size_t kTiers = 3;
+
+class Tiers;
+
+// The background fills a room and then points to it; the evaluating thread only reads the pointer.  Rooms stay until
+// the place goes: it may be evaluating in any of them.
+class Place {
+ public:
+  struct Room {
+    explicit Room(const Kernels& k) : kernels(k), room(k) {}
+    const Kernels& kernels;
+    Kernels::Room room;
+  };
+
+  explicit Place(std::shared_ptr<Tiers> tiers);
+  ~Place();
+  Place(const Place&) = delete;
+  Place& operator=(const Place&) = delete;
+
+  Room& now() { return *now_.load(std::memory_order_acquire); }
+  bool is_of(const Tiers& tiers) const { return tiers_.get() == &tiers; }
+
+ private:
+  friend class Tiers;
+  void move_to(Tier tier, const Kernels& kernels);
+
+  std::shared_ptr<Tiers> tiers_;
+  std::atomic<Room*> now_{nullptr};
+  std::array<std::unique_ptr<Room>, kTiers> rooms_;
+};
+
+class Tiers {
+ public:
+  // `settled`: no other tier will come.
+  Tiers(std::unique_ptr<const Kernels> first, bool settled);
+
+  // For what no tier changes: sizes, patterns, name.
+  const Kernels& first() const { return first_; }
+  // The best there is.  It stays, also when a better one comes.
+  const Kernels& serving() const;
+  Tier tier() const;
+  bool is_settled() const;
+  void wait() const;
+  std::string trouble() const;
+
+  void publish(Tier tier, std::unique_ptr<const Kernels> kernels);
+  void settle(std::exception_ptr failure);
+
+ private:
+  friend class Place;
+
+  mutable std::mutex mutex_;  // of all below
+  mutable std::condition_variable changed_;
+  std::array<std::unique_ptr<const Kernels>, kTiers> kernels_;
+  Tier tier_;
+  bool settled_;
+  std::exception_ptr failure_;
+  std::vector<Place*> places_;  // that there are
+  const Kernels& first_;
+};
+
+// Makes the other tiers in a thread of its own; when it goes, a compiler that still runs is ended.
+class TierBuilder;
+
+// The builder is null where the tiers are settled from the start.
+std::pair<std::shared_ptr<Tiers>, std::shared_ptr<TierBuilder>> make_tiers(const Function& function,
+                                                                           const CodegenOptions& options);
+
+}  // namespace dyntape::codegen
