@@ -16,6 +16,14 @@
 
 namespace dyntape {
 
+// The limits that an excitation keeps, one entry a joint, margin taken off.
+struct ExcitationLimits {
+  Eigen::VectorXd middle;  // of the range of positions (nv)
+  Eigen::MatrixXd reach;   // (nv x 3): distance of position from `middle`, |velocity|, |acceleration|
+};
+
+ExcitationLimits excitation_limits(const dynamics::Model<double>& model, const ExcitationOptions& options);
+
 // Keeps references to its arguments.
 class ExcitationProblem : public Nlp {
  public:

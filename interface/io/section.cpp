@@ -11,6 +11,10 @@
 #include <dyntape/interface/io/section_state.h>
 
 namespace dyntape::io {
+
+using detail::Answer;
+using detail::answer_node;
+
 namespace {
 
 // The mistake behind OCS2's `barrierReductionCostTol `: no file can answer such a question.
@@ -22,7 +26,7 @@ void check_question(const std::string& key) {
 
 }  // namespace
 
-InfoNode answer_node(const std::string& key, std::string value, const InfoNode* given) {
+InfoNode detail::answer_node(const std::string& key, std::string value, const InfoNode* given) {
   InfoNode node;
   node.key = key;
   node.value = std::move(value);

@@ -38,7 +38,6 @@
 // entry.
 #pragma once
 
-#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -46,23 +45,9 @@
 #include <vector>
 
 #include <dyntape/interface/io/info.h>
+#include <dyntape/interface/io/question.h>
 
 namespace dyntape::io {
-
-// The numbers that make sense for a key.
-struct Range {
-  double low = -std::numeric_limits<double>::infinity();
-  double high = std::numeric_limits<double>::infinity();
-  bool low_open = false, high_open = false;  // whether the bound itself is excluded
-  bool infinite = false;                     // whether "inf" and "-inf" may be written
-  std::string text = {};                     // "positive": how messages put it
-};
-Range positive();
-Range not_negative();
-Range at_least(double low);
-Range at_most(double high);
-Range between(double low, double high);  // both included
-Range or_infinite(Range range);
 
 // Row-major: as Eigen, `Map<const Matrix<double, Dynamic, Dynamic, RowMajor>>(m.values.data(), m.rows,
 // m.cols)`.
@@ -72,14 +57,10 @@ struct InfoMatrix {
   double operator()(int i, int j) const { return values[static_cast<size_t>(i * cols + j)]; }
 };
 
-// A question that was asked, for those who write files.
-struct Question {
-  std::string path;      // "solver.tolerance"
-  std::string takes;     // "a number, positive", "euler | trapezoid"; "a block"
-  std::string fallback;  // what an absent key stands for
-  bool is_required = false;
-  std::string meaning;
-};
+namespace detail {
+struct SectionReading;  // what all sections of a file share
+struct SectionState;    // what is known of one block
+}  // namespace detail
 
 class Section {
  public:
@@ -159,8 +140,8 @@ class Section {
   bool sound() const;
 
  private:
-  struct Reading;  // what all sections of a file share
-  struct State;    // what is known of one block
+  using Reading = detail::SectionReading;
+  using State = detail::SectionState;
   Section(std::shared_ptr<Reading> reading, State* state) : reading_(std::move(reading)), state_(state) {}
 
   template <class E>

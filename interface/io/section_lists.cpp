@@ -8,9 +8,14 @@
 
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/section.h>
 #include <dyntape/interface/io/section_state.h>
 
 namespace dyntape::io {
+
+using detail::answer_node;
+using detail::convert;
+
 namespace {
 
 std::string list_key(size_t i) { return "[" + std::to_string(i) + "]"; }

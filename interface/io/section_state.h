@@ -10,17 +10,18 @@
 #include <unordered_map>
 #include <unordered_set>
 
-#include <dyntape/interface/io/section.h>
+#include <dyntape/interface/io/info.h>
+#include <dyntape/interface/io/question.h>
 
-namespace dyntape::io {
+namespace dyntape::io::detail {
 
 // A question and its answer, in the order asked.
 struct Answer {
   InfoNode written;       // key, value and comment as effective_values prints them
-  bool is_block = false;  // the next of State::blocks
+  bool is_block = false;  // the next of SectionState::blocks
 };
 
-struct Section::State {
+struct SectionState {
   const InfoNode* node;  // null: an optional block that is absent
   std::string path;
   Where where;
@@ -32,8 +33,8 @@ struct Section::State {
   std::string meaning = {};  // of the key that is asked for next
   std::vector<Answer> answers = {};
   std::unordered_map<std::string, std::size_t> places = {};  // of the answers that are no blocks, by key
-  std::list<State> blocks = {};                              // a list, since Sections point into it
-  std::map<std::pair<const InfoNode*, std::string>, State*> found =
+  std::list<SectionState> blocks = {};                       // a list, since Sections point into it
+  std::map<std::pair<const InfoNode*, std::string>, SectionState*> found =
       {};  // by node, or by path if it is absent
 
   void remember(const std::string& key) {
@@ -47,8 +48,8 @@ struct Section::State {
     answers[place->second].written = std::move(written);
   }
 
-  State* block_of(const InfoNode* wanted, const std::string& key) {
-    State*& block = found[{wanted, wanted ? "" : path_of(key)}];
+  SectionState* block_of(const InfoNode* wanted, const std::string& key) {
+    SectionState*& block = found[{wanted, wanted ? "" : path_of(key)}];
     if (block) return block;
     const Where place = wanted ? wanted->where : where;
     blocks.push_back({wanted, path_of(key), place});
@@ -61,12 +62,12 @@ struct Section::State {
   std::string path_of(const std::string& key) const { return path.empty() ? key : path + '.' + key; }
 };
 
-struct Section::Reading {
+struct SectionReading {
   InfoNode root;
   Mode mode;
   std::vector<Problem> problems;
   std::set<std::string> noted;                                 // by sections
-  std::list<State> top;                                        // one element
+  std::list<SectionState> top;                                 // one element
   std::unordered_map<std::string, std::string> asked_in = {};  // paths of blocks, by keys that were asked for
   bool is_catalogue = false;
   std::vector<Question> questions = {};
@@ -80,12 +81,12 @@ struct Section::Reading {
 
   void find_asked() {
     asked_in.clear();
-    std::vector<const State*> open = {&top.front()};
+    std::vector<const SectionState*> open = {&top.front()};
     while (!open.empty()) {
-      const State* state = open.back();
+      const SectionState* state = open.back();
       open.pop_back();
       for (const std::string& key : state->asked) asked_in.emplace(key, state->path);
-      for (const State& block : state->blocks) open.push_back(&block);
+      for (const SectionState& block : state->blocks) open.push_back(&block);
     }
   }
 };
@@ -97,4 +98,4 @@ std::optional<T> convert(const std::string& word, const Range& range, Mode mode,
 // "default" where `given` is null.
 InfoNode answer_node(const std::string& key, std::string value, const InfoNode* given);
 
-}  // namespace dyntape::io
+}  // namespace dyntape::io::detail

@@ -8,9 +8,14 @@
 
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/section.h>
 #include <dyntape/interface/io/section_state.h>
 
 namespace dyntape::io {
+
+using detail::answer_node;
+using detail::convert;
+
 namespace {
 
 template <class T>
@@ -104,7 +109,7 @@ Range or_infinite(Range range) {
 }
 
 template <class T>
-std::optional<T> convert(const std::string& word, const Range& range, Mode mode, std::string& wrong) {
+std::optional<T> detail::convert(const std::string& word, const Range& range, Mode mode, std::string& wrong) {
   const std::optional<T> value = mode == Mode::kStrict ? strict_value<T>(word) : lenient_value<T>(word);
   if (!value) {
     const bool beyond = std::is_same_v<T, double> && mode == Mode::kStrict && is_out_of_range(word);
@@ -156,7 +161,7 @@ size_t Section::choose(const std::string& key, const std::vector<std::string>& n
 #define DYNTAPE_INSTANTIATE(T)                                        \
   template T Section::get<T>(const std::string&, const Range&);       \
   template T Section::get_or<T>(const std::string&, T, const Range&); \
-  template std::optional<T> convert<T>(const std::string&, const Range&, Mode, std::string&)
+  template std::optional<T> detail::convert<T>(const std::string&, const Range&, Mode, std::string&)
 DYNTAPE_INSTANTIATE(double);
 DYNTAPE_INSTANTIATE(int);
 DYNTAPE_INSTANTIATE(long);

@@ -6,12 +6,14 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <condition_variable>
 #include <ctime>
 #include <exception>
+#include <memory>
 #include <mutex>
+#include <thread>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/ipopt_options.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
@@ -27,12 +29,17 @@ constexpr double kIpoptInfinity = 1e19;  // Ipopt's threshold for "no bound"
 // the tolerance still leaves five digits.
 constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
 constexpr int kMostRounds = 4;
-constexpr double kLeastSeconds = 1e-6;  // Ipopt refuses to be given none
+constexpr double kLeastSeconds = 1e-6;               // Ipopt refuses to be given none
+constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once a stop is requested
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
 
 class Stopwatch {
  public:
   Stopwatch(double& seconds, int& calls) : seconds_(seconds), begin_(Clock::now()) { ++calls; }
-  ~Stopwatch() { seconds_ += std::chrono::duration<double>(Clock::now() - begin_).count(); }
+  ~Stopwatch() { seconds_ += seconds_since(begin_); }
 
  private:
   double& seconds_;
@@ -58,86 +65,140 @@ double violation_of(const NlpShape& shape, const std::vector<double>& g) {
   return most;
 }
 
-// Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.
+// Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.  Ipopt may
+// run in a thread of its own, which touches nothing of the caller's once the caller has left.
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(Nlp& nlp, const std::vector<double>& start, const IpoptOptions& options, NlpSolution& solution)
-      : nlp_(nlp), shape_(nlp.shape()), start_(start), options_(options), solution_(solution) {}
+  Adapter(Nlp& nlp, const std::vector<double>& start, const IpoptOptions& options)
+      : nlp_(nlp), shape_(nlp.shape()), start_(start), options_(options) {
+    solution_.x = start;
+  }
 
-  const BestPoint& best() const { return best_; }
+  void begin() {
+    const std::lock_guard lock(mutex_);
+    begin_ = Clock::now();
+    processor_begin_ = std::clock();
+  }
 
-  void rethrow() const {
+  // `thrown`: by Ipopt itself, or null.
+  void end(SolveStatus status, std::exception_ptr thrown) {
+    const std::lock_guard lock(mutex_);
+    if (!exception_) exception_ = std::move(thrown);
+    solution_.status = status;
+    has_ended_ = true;
+    ended_.notify_all();
+  }
+
+  // Until the solve has ended, or has not within kPatience of a request to stop: it is left then.
+  bool wait() {
+    std::unique_lock lock(mutex_);
+    const auto over = [this] { return has_ended_; };
+    if (!ended_.wait(lock, options_.stop, over)) ended_.wait_for(lock, kPatience, over);
+    is_left_ = !has_ended_;
+    return has_ended_;
+  }
+
+  // Once it has ended or is left.
+  NlpSolution result() {
+    const std::lock_guard lock(mutex_);
     if (exception_) std::rethrow_exception(exception_);
+    solution_.times.total = seconds_since(begin_);
+    solution_.times.processor = double(std::clock() - processor_begin_) / CLOCKS_PER_SEC;
+    if (is_left_) solution_.status = SolveStatus::kStopped;
+    if (is_left_ && best_.x.empty()) note(start_);
+    if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) {
+      solution_.x = best_.x;
+      solution_.g = best_.g;
+      solution_.objective = best_.objective;
+    }
+    return std::move(solution_);
   }
 
   bool get_nlp_info(Index& n, Index& m, Index& nnz_jac, Index& nnz_hess, IndexStyleEnum& style) override {
-    n = static_cast<Index>(shape_.n());
-    m = static_cast<Index>(shape_.m());
-    nnz_jac = static_cast<Index>(shape_.jacobian.nnz());
-    nnz_hess = static_cast<Index>(shape_.hessian.nnz());
     style = C_STYLE;
-    return true;
+    return guarded([&] {
+      n = static_cast<Index>(shape_.n());
+      m = static_cast<Index>(shape_.m());
+      nnz_jac = static_cast<Index>(shape_.jacobian.nnz());
+      nnz_hess = static_cast<Index>(shape_.hessian.nnz());
+      return true;
+    });
   }
 
   bool get_bounds_info(Index, Number* xl, Number* xu, Index, Number* gl, Number* gu) override {
     const auto clip = [](double b) { return std::clamp(b, -2 * kIpoptInfinity, 2 * kIpoptInfinity); };
-    std::transform(shape_.x_lower.begin(), shape_.x_lower.end(), xl, clip);
-    std::transform(shape_.x_upper.begin(), shape_.x_upper.end(), xu, clip);
-    std::transform(shape_.g_lower.begin(), shape_.g_lower.end(), gl, clip);
-    std::transform(shape_.g_upper.begin(), shape_.g_upper.end(), gu, clip);
-    return true;
+    return guarded([&] {
+      std::transform(shape_.x_lower.begin(), shape_.x_lower.end(), xl, clip);
+      std::transform(shape_.x_upper.begin(), shape_.x_upper.end(), xu, clip);
+      std::transform(shape_.g_lower.begin(), shape_.g_lower.end(), gl, clip);
+      std::transform(shape_.g_upper.begin(), shape_.g_upper.end(), gu, clip);
+      return true;
+    });
   }
 
   // There are no multipliers to start from; options that ask for them are refused ahead of this.
   bool get_starting_point(Index, bool, Number* x, bool z, Number*, Number*, Index, bool lambda,
                           Number*) override {
-    std::copy(start_.begin(), start_.end(), x);
-    return !z && !lambda;
+    return guarded([&] {
+      std::copy(start_.begin(), start_.end(), x);
+      return !z && !lambda;
+    });
   }
 
   bool eval_f(Index, const Number* x, bool, Number& value) override {
-    const Stopwatch watch(solution_.times.functions, solution_.times.function_calls);
-    return guarded([&] { return nlp_.objective(x, value); });
+    return guarded([&] {
+      const Stopwatch watch(solution_.times.functions, solution_.times.function_calls);
+      return nlp_.objective(x, value);
+    });
   }
   bool eval_g(Index, const Number* x, bool, Index, Number* g) override {
-    const Stopwatch watch(solution_.times.functions, uncounted_);  // shares an evaluation with eval_f
-    return guarded([&] { return nlp_.constraints(x, g); });
+    return guarded([&] {
+      const Stopwatch watch(solution_.times.functions, uncounted_);  // shares an evaluation with eval_f
+      return nlp_.constraints(x, g);
+    });
   }
   bool eval_grad_f(Index, const Number* x, bool, Number* gradient) override {
-    const Stopwatch watch(solution_.times.jacobian, uncounted_);
-    return guarded([&] { return nlp_.gradient(x, gradient); });
+    return guarded([&] {
+      const Stopwatch watch(solution_.times.jacobian, uncounted_);
+      return nlp_.gradient(x, gradient);
+    });
   }
   bool eval_jac_g(Index, const Number* x, bool, Index, Index, Index* row, Index* col,
                   Number* values) override {
-    if (values == nullptr) return copy(shape_.jacobian, row, col);
-    const Stopwatch watch(solution_.times.jacobian, solution_.times.jacobian_calls);
-    current_.assign(x, x + shape_.n());
-    return guarded([&] { return nlp_.jacobian(x, values); });
+    return guarded([&] {
+      if (values == nullptr) return copy(shape_.jacobian, row, col);
+      const Stopwatch watch(solution_.times.jacobian, solution_.times.jacobian_calls);
+      current_.assign(x, x + shape_.n());
+      return nlp_.jacobian(x, values);
+    });
   }
   bool eval_h(Index, const Number* x, bool, Number sigma, Index, const Number* lambda, bool, Index,
               Index* row, Index* col, Number* values) override {
-    if (values == nullptr) return copy(shape_.hessian, row, col);
-    const Stopwatch watch(solution_.times.hessian, solution_.times.hessian_calls);
-    return guarded([&] { return nlp_.hessian(x, sigma, lambda, values); });
+    return guarded([&] {
+      if (values == nullptr) return copy(shape_.hessian, row, col);
+      const Stopwatch watch(solution_.times.hessian, solution_.times.hessian_calls);
+      return nlp_.hessian(x, sigma, lambda, values);
+    });
   }
 
   bool intermediate_callback(Ipopt::AlgorithmMode mode, Index iteration, Number objective, Number primal,
                              Number dual, Number mu, Number step, Number regularization, Number alpha_dual,
                              Number alpha_primal, Index trials, const Ipopt::IpoptData*,
                              Ipopt::IpoptCalculatedQuantities*) override {
-    solution_.log.push_back({iteration, objective, primal, dual, mu, step, regularization, alpha_dual,
-                             alpha_primal, trials, mode == Ipopt::RestorationPhaseMode});
-    guarded([&] {
-      if (options_.stop.stop_possible()) note_current();
+    return guarded([&] {
+      solution_.log.push_back({iteration, objective, primal, dual, mu, step, regularization, alpha_dual,
+                               alpha_primal, trials, mode == Ipopt::RestorationPhaseMode});
+      if (options_.stop.stop_possible()) note(current_);
       if (options_.watch) options_.watch(solution_.log.back());
-      return true;
+      return !options_.stop.stop_requested();
     });
-    return !exception_ && !options_.stop.stop_requested();
   }
 
   void finalize_solution(Ipopt::SolverReturn, Index n, const Number* x, const Number* zl, const Number* zu,
                          Index m, const Number* g, const Number* lambda, Number objective,
                          const Ipopt::IpoptData*, Ipopt::IpoptCalculatedQuantities*) override {
+    const std::lock_guard lock(mutex_);
+    if (is_left_) return;
     solution_.objective = objective;
     solution_.x.assign(x, x + n);
     solution_.lower_price.assign(zl, zl + n);
@@ -149,19 +210,18 @@ class Adapter : public Ipopt::TNLP {
  private:
   // Ipopt differentiates at the points that it goes to, and at no others: the last one is where it is.  What it says
   // of violation is, within a restoration, about another program.
-  void note_current() {
+  void note(const std::vector<double>& x) {
     std::vector<double> g(shape_.m());
     double objective = 0;
-    if (current_.empty() || !nlp_.constraints(current_.data(), g.data()) ||
-        !nlp_.objective(current_.data(), objective))
-      return;
+    if (x.empty() || !nlp_.constraints(x.data(), g.data()) || !nlp_.objective(x.data(), objective)) return;
     const double violation = violation_of(shape_, g);
-    if (best_.is_worse_than(violation, objective)) best_ = {current_, std::move(g), violation, objective};
+    if (best_.is_worse_than(violation, objective)) best_ = {x, std::move(g), violation, objective};
   }
 
   template <class F>
   bool guarded(const F& evaluate) {
-    if (exception_) return false;
+    const std::lock_guard lock(mutex_);
+    if (is_left_ || exception_) return false;
     try {
       return evaluate();
     } catch (...) {
@@ -180,7 +240,13 @@ class Adapter : public Ipopt::TNLP {
   const NlpShape& shape_;
   const std::vector<double>& start_;
   const IpoptOptions& options_;
-  NlpSolution& solution_;
+
+  std::mutex mutex_;  // of all below, and of what is above
+  std::condition_variable_any ended_;
+  bool has_ended_ = false, is_left_ = false;
+  Clock::time_point begin_ = Clock::now();
+  std::clock_t processor_begin_ = std::clock();
+  NlpSolution solution_;
   std::vector<double> current_;  // empty: nowhere yet
   BestPoint best_;
   int uncounted_ = 0;
@@ -225,18 +291,25 @@ SolveStatus translate(Ipopt::ApplicationReturnStatus status) {
 // One solve at a time: MUMPS, the linear solver, keeps static state.
 class Turn {
  public:
-  Turn() {
-    if (mine_) {
-      throw ArgumentError(
-          "solve_with_ipopt: called from the functions of a problem that is being solved; expected one solve "
-          "at a time, as the linear solver cannot do two");
-    }
-    lock_ = std::unique_lock(mutex());
-    mine_ = true;
-  }
+  Turn() : lock_(mutex()) { mine_ = true; }
   ~Turn() { mine_ = false; }
   Turn(const Turn&) = delete;
   Turn& operator=(const Turn&) = delete;
+
+  static void refuse_nested() {
+    if (!mine_) return;
+    throw ArgumentError(
+        "solve_with_ipopt: called from the functions of a problem that is being solved; expected one solve "
+        "at a time, as the linear solver cannot do two");
+  }
+
+  // What a solve that was left uses would be gone.
+  static void wait_for_it_at_exit() {
+    struct Wait {
+      ~Wait() { const std::lock_guard lock(mutex()); }
+    };
+    static const Wait wait;
+  }
 
  private:
   // Never destroyed: threads may still solve while static objects go.
@@ -249,35 +322,47 @@ class Turn {
 };
 thread_local bool Turn::mine_ = false;
 
-NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions options) {
-  const Turn turn;
-  NlpSolution solution;
-  solution.x = start;
-  options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
+// What a thread that was left behind still needs.
+struct Run {
   Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-  detail::configure(*application, options);
-  if (application->Initialize("") != Ipopt::Solve_Succeeded) {
+  Ipopt::SmartPtr<Adapter> adapter;
+
+  void operator()() {
+    const Turn turn;
+    adapter->begin();
+    try {
+      adapter->end(translate(application->OptimizeTNLP(GetRawPtr(adapter))), nullptr);
+    } catch (...) {
+      adapter->end(SolveStatus::kSolverError, std::current_exception());
+    }
+  }
+};
+
+NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions options) {
+  Turn::refuse_nested();
+  const auto run = std::make_shared<Run>();
+  options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
+  detail::configure(*run->application, options);
+  if (run->application->Initialize("") != Ipopt::Solve_Succeeded) {
     throw ArgumentError("Ipopt refuses its options");
   }
-  application->RethrowNonIpoptException(true);
+  run->application->RethrowNonIpoptException(true);
   if (options.print_level > 0) {
-    application->Jnlst()->AddFileJournal("console", "stdout", Ipopt::EJournalLevel(options.print_level));
+    run->application->Jnlst()->AddFileJournal("console", "stdout", Ipopt::EJournalLevel(options.print_level));
   }
-  Ipopt::SmartPtr<Adapter> adapter = new Adapter(problem, start, options, solution);
-  const auto begin = Clock::now();
-  const std::clock_t processor_begin = std::clock();
-  const Ipopt::ApplicationReturnStatus status = application->OptimizeTNLP(GetRawPtr(adapter));
-  solution.times.total = std::chrono::duration<double>(Clock::now() - begin).count();
-  solution.times.processor = double(std::clock() - processor_begin) / CLOCKS_PER_SEC;
-  adapter->rethrow();
-  solution.status = translate(status);
-  solution.native_status = status;
-  if (solution.status == SolveStatus::kStopped && !adapter->best().x.empty()) {
-    solution.x = adapter->best().x;
-    solution.g = adapter->best().g;
-    solution.objective = adapter->best().objective;
+  run->adapter = new Adapter(problem, start, options);
+  if (!options.stop.stop_possible()) {
+    (*run)();
+    return run->adapter->result();
   }
-  return solution;
+  std::thread thread([run] { (*run)(); });
+  if (run->adapter->wait()) {
+    thread.join();
+  } else {
+    thread.detach();
+    Turn::wait_for_it_at_exit();
+  }
+  return run->adapter->result();
 }
 
 // `before`: iterations of earlier rounds.

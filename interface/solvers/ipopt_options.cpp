@@ -11,7 +11,7 @@
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/io/number.h>
 
-namespace dyntape::detail {
+namespace dyntape {
 
 namespace {
 
@@ -104,7 +104,7 @@ void set(Ipopt::IpoptApplication& application, const std::string& name, int valu
 void set(Ipopt::IpoptApplication& application, const std::string& name, const std::string& value) {
   const std::vector<std::string> valid = choices(find(application, name));
   const bool known = std::any_of(valid.begin(), valid.end(), [&](const std::string& choice) {
-    return dyntape::detail::same_but_for_case(choice, value);
+    return detail::same_but_for_case(choice, value);
   });
   if (known && application.Options()->SetStringValue(name, value)) return;
   throw ArgumentError("Ipopt's option " + quoted(name) + " refuses the value " + quoted(value) +
@@ -138,7 +138,7 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
 
 }  // namespace
 
-void configure(Ipopt::IpoptApplication& application, const IpoptOptions& options) {
+void detail::configure(Ipopt::IpoptApplication& application, const IpoptOptions& options) {
   const auto assign = [&](const char* name, const auto& value) { set(application, name, value); };
   assign("sb", std::string("yes"));  // no banner
   assign("tol", options.tolerance);
@@ -152,4 +152,4 @@ void configure(Ipopt::IpoptApplication& application, const IpoptOptions& options
   for (const auto& [name, value] : options.extra) set_by_name(application, name, value);
 }
 
-}  // namespace dyntape::detail
+}  // namespace dyntape

@@ -14,7 +14,7 @@
 // J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd edition, theorem 12.1.
 #pragma once
 
-#include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/solvers/solution.h>
 
 namespace dyntape {
 

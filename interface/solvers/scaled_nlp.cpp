@@ -5,7 +5,6 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/solvers/ipopt.h>
 
 namespace dyntape {
 

@@ -10,11 +10,9 @@
 //   dF/dy = (s / c) df/dx,   dh/dy = (s / r) dg/dx,   lambda_g = (c / r) lambda_h,   price_x = (c / s) price_y
 #pragma once
 
-#include <dyntape/interface/solvers/nlp.h>
+#include <dyntape/interface/solvers/solution.h>
 
 namespace dyntape {
-
-struct NlpSolution;
 
 class ScaledNlp : public Nlp {
  public:

@@ -3,9 +3,9 @@
 // A task solved, verified and written down.
 //
 //   const Task task = read_task("config/tasks/arm_reaching.info");
-//   const SolveReport report = solve_task(task);
-//   std::cout << report.text();
+//   SolveReport report = solve_task(task);
 //   write_results(task, report, "out/arm_reaching");
+//   std::cout << report.text();
 //   return report.success() ? 0 : 1;
 //
 // write_results leaves in the folder, each file whole or not at all:
@@ -38,10 +38,11 @@ struct SolveReport {
   BuildReport build;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
-  std::vector<MeshRound> meshes;      // coarsest first
-  std::string refinement_trouble;     // why a finer mesh was given up, or ""
-  std::vector<LimitExcess> excesses;  // of the robot's limits
-  bool interrupted = false;           // stopped from outside: the motion is the best so far
+  std::vector<MeshRound> meshes;       // coarsest first
+  std::string refinement_trouble;      // why a finer mesh was given up, or ""
+  std::vector<LimitExcess> excesses;   // of the robot's limits
+  bool interrupted = false;            // stopped from outside: the motion is the best so far
+  std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
 
   Task::Demands demands;
 
@@ -56,7 +57,7 @@ struct SolveReport {
   std::string verdict() const;  // one sentence
 
   std::string text() const;  // for people
-  std::string json() const;  // for programs
+  std::string json() const;  // for programs; of success where all is written as well
 };
 
 // Interrupted, if the watch stops it before the first iteration.
@@ -65,9 +66,10 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch = {});
 // Their names.  For long work: whether they can be written is known before it (check_can_write).
 std::vector<std::string> result_files();
 
-// Pictures need gnuplot; without it the rest is written and the reason returned ("" if all went well).  Of a solve that
-// was interrupted none are drawn, and those of an earlier motion are removed.
-std::string write_results(const Task& task, const SolveReport& report, const std::string& folder);
+// What cannot be written stands in report.unwritten, as pictures where there is no gnuplot; the rest is written, last the
+// report, which then says so.  What is not written is removed, should it be there from an earlier motion; so
+// are the pictures where the solve was interrupted, which draws none.
+void write_results(const Task& task, SolveReport& report, const std::string& folder);
 
 // What is recorded and what is not: the resolved scene, each effect with the operations it adds, the sizes of
 // the program.  Solves nothing.

@@ -143,7 +143,7 @@ std::string SolveReport::json() const {
   ordered_json j;
   j["task"] = task;
   j["robot"] = robot;
-  j["success"] = success();
+  j["success"] = success() && unwritten.empty();
   j["interrupted"] = interrupted;
   j["status"] = to_string(nlp.status);
   j["verdict"] = verdict();
@@ -164,6 +164,7 @@ std::string SolveReport::json() const {
                           {"allowed", number(demands.true_defect)}};
   j["limits"] = limits_of(*this);
   j["meshes"] = rounds_of(meshes);
+  if (!unwritten.empty()) j["unwritten"] = unwritten;
   if (!refinement_trouble.empty()) j["refinement_trouble"] = refinement_trouble;
   if (!v.trouble.empty()) j["simulation_trouble"] = v.trouble;
   j["open_loop_miss"] = number(v.miss);

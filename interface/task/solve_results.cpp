@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The files of a solved task.
-#include <cstdio>
+#include <filesystem>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/file.h>
 #include <dyntape/interface/task/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/solve.h>
 
 namespace dyntape {
+
+namespace fs = std::filesystem;
 
 namespace {
 
@@ -18,7 +20,8 @@ constexpr const char *kTrajectory = "trajectory.csv", *kIterations = "iterations
                      *kEffective = "effective.info", *kReport = "report.json", *kCurves = "trajectory.svg",
                      *kMotion = "motion.svg";
 
-io::CsvTable trajectory_table(const Task& task, const Trajectory& motion, const Curves& c) {
+io::CsvTable trajectory_table(const Task& task, const Trajectory& motion) {
+  const Curves c = curves_of(task, motion);
   std::vector<std::string> header = {"t"};
   const std::vector<std::string> joints = joint_names(task.scene.model);
   for (const char* prefix : {"q.", "v.", "a."}) {
@@ -54,28 +57,38 @@ std::vector<std::string> result_files() {
   return {kTrajectory, kIterations, kEffective, kReport, kCurves, kMotion};
 }
 
-std::string write_results(const Task& task, const SolveReport& report, const std::string& folder) {
-  const auto in = [&](const char* file) { return folder + "/" + file; };
+void write_results(const Task& task, SolveReport& report, const std::string& folder) {
+  const auto remove = [&](const char* file) {
+    std::error_code none;
+    const fs::path path = fs::path(folder) / file;
+    if (fs::symlink_status(path, none).type() == fs::file_type::regular) fs::remove(path, none);
+  };
+  const auto attempt = [&](const char* file, const auto& write) {
+    try {
+      write(folder + "/" + file);
+    } catch (const Error& e) {
+      report.unwritten.push_back(e.what());
+      remove(file);
+    }
+  };
+  const auto csv = [&](const char* file, const io::CsvTable& table) {
+    attempt(file, [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
+  };
+  const auto text = [&](const char* file, const std::string& text) {
+    attempt(file, [&](const std::string& path) { write_file_atomically(path, text); });
+  };
   const Trajectory& motion = report.solution.motion;
-  const Curves curves = curves_of(task, motion);
-  const bool finite =
-      curves.q.allFinite() && curves.v.allFinite() && curves.a.allFinite() && curves.tau.allFinite();
-  const io::NonFinite policy = finite ? io::NonFinite::kRefuse : io::NonFinite::kAllow;
-  io::write_csv(in(kTrajectory), trajectory_table(task, motion, curves), policy);
-  io::write_csv(in(kIterations), iteration_table(report.solution.nlp), io::NonFinite::kAllow);
-  io::write_file_atomically(in(kEffective), task.effective);
-  io::write_file_atomically(in(kReport), report.json());
-  if (report.interrupted) {  // who interrupts does not wait for gnuplot, and is not shown another motion
-    for (const char* picture : {kCurves, kMotion}) std::remove(in(picture).c_str());
-    return "";
+  csv(kTrajectory, trajectory_table(task, motion));
+  csv(kIterations, iteration_table(report.solution.nlp));
+  text(kEffective, task.effective);
+  for (const auto& [file, plot] : {std::pair(kCurves, &trajectory_plot), std::pair(kMotion, &motion_plot)}) {
+    if (report.interrupted) {  // who interrupts does not wait for gnuplot
+      remove(file);
+    } else {
+      attempt(file, [&, plot = plot](const std::string& path) { io::draw(plot(task, motion), path); });
+    }
   }
-  try {
-    io::draw(trajectory_plot(task, motion), in(kCurves));
-    io::draw(motion_plot(task, motion), in(kMotion));
-  } catch (const ToolError& e) {
-    return e.what();
-  }
-  return "";
+  text(kReport, report.json());
 }
 
 }  // namespace dyntape

@@ -12,7 +12,7 @@
 #include <string>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/solvers/solution.h>
 
 namespace dyntape {
 

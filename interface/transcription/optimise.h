@@ -15,6 +15,7 @@
 #pragma once
 
 #include <dyntape/interface/solvers/derivative_check.h>
+#include <dyntape/interface/solvers/ipopt.h>
 #include <dyntape/interface/solvers/kkt.h>
 #include <dyntape/interface/transcription/collocation.h>
 #include <dyntape/interface/transcription/verify.h>

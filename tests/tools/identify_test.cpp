@@ -71,6 +71,37 @@ TEST(Identify, EstimatesFromAFileOfSamples) {
   for (int k = 0; k < found.rows(); ++k) EXPECT_NEAR(found(k, 0), found(k, 2), 1e-9);
 }
 
+// What solve writes needs no editing, and what does not belong is said once.
+TEST(Identify, EstimatesFromTheMotionThatSolveWrites) {
+  const Scratch scratch;
+  ASSERT_EQ(
+      run_dyntape({"solve", config("tasks/two_link_arm_reaching.info"), "--output", scratch / "out"}).status,
+      0);
+  const std::string robot = config("robots/arm_2r.urdf"), motion = scratch / "out/trajectory.csv";
+  const auto refused = run_dyntape({"identify", robot, "--data", motion});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("column \"t\" is not an input"), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--pass-over"), std::string::npos) << refused.err;
+  const auto run =
+      run_dyntape({"identify", robot, "--data", motion, "--pass-over", "--output", scratch / "found"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto found = dyntape::io::read_csv(scratch / "found/base_parameters.csv");
+  for (int k = 0; k < found.rows(); ++k) EXPECT_NEAR(found(k, 0), found(k, 2), 1e-6);
+}
+
+// A cart-pole's pivot is not driven: solve has no column for its torque.
+TEST(Identify, TakesZerosForTorquesOfJointsThatAreNotDriven) {
+  const Scratch scratch;
+  ASSERT_EQ(
+      run_dyntape({"solve", config("tasks/cart_pole_swing_up.info"), "--output", scratch / "out"}).status, 0);
+  const std::string robot = config("robots/cart_pole.urdf"), motion = scratch / "out/trajectory.csv";
+  const auto refused = run_dyntape({"identify", robot, "--data", motion, "--pass-over"});
+  EXPECT_EQ(refused.status, 1);
+  EXPECT_NE(refused.err.find("no column \"tau.pivot\""), std::string::npos) << refused.err;
+  const auto run = run_dyntape({"identify", robot, "--data", motion, "--pass-over", "--fill-zero"});
+  EXPECT_EQ(run.status, 0) << run.err;
+}
+
 TEST(Identify, RefusesWhatItCannotDrive) {
   const auto run = run_dyntape({"identify", config("robots/solo12.urdf"), "--base", "floating", "--excite"});
   EXPECT_EQ(run.status, 1);

@@ -88,7 +88,7 @@ void run(const EvalOptions& options) {
   // The file first: what a large robot's evaluator takes is not worth building for states of another.
   const io::CsvTable states = read_states(options.input);
   const std::string input = options.input == kStream ? "the standard input" : options.input;
-  const StateColumns columns(states, robot, function, input, options.columns);
+  const StateColumns columns(states, robot, inputs(robot.model, function), input, options.columns);
   RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
 
   const std::vector<Direction> read_by_direction = directions(robot);
@@ -138,9 +138,7 @@ void add_eval(CLI::App& app) {
       ->required()
       ->check(not_empty())
       ->type_name("out.csv");
-  command->add_flag("--pass-over", options->columns.pass_over, "pass over columns that are not inputs");
-  command->add_flag("--fill-zero", options->columns.fill_zero,
-                    "inputs without a column are zero, as the torques of joints that a task does not drive");
+  add_column_options(*command, options->columns);
   command->callback([options] { run(*options); });
 }
 

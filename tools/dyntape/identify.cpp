@@ -14,6 +14,7 @@
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
+#include "state_columns.h"
 #include "words.h"
 
 namespace dyntape::tools {
@@ -25,19 +26,33 @@ struct IdentifyOptions {
   RobotOptions robot;
   BaseOptions base;
   ExcitationOptions excitation;
+  ColumnOptions columns;
   std::string data, output;
   bool excite = false, condition = false;
   double noise = 0.1;
 };
 
-// Columns prefix0, prefix1, ... as rows of a matrix.
-Eigen::MatrixXd block(const io::CsvTable& table, const std::string& prefix, int count) {
-  Eigen::MatrixXd m(count, table.rows());
-  for (int k = 0; k < count; ++k) {
-    const std::vector<double> values = table.column(prefix + std::to_string(k));
-    m.row(k) = Eigen::Map<const Eigen::RowVectorXd>(values.data(), table.rows());
+// Measured motions, and the torques that they took.
+Samples read_samples(const IdentifyOptions& options, const dynamics::UrdfRobot& robot) {
+  const io::CsvTable table = io::read_csv(options.data);
+  RobotFunction rnea = RobotFunction::kRnea;
+  rnea.mimics = robot.mimics;
+  std::vector<RobotBlock> blocks = inputs(robot.model, rnea);
+  blocks.push_back(outputs(robot.model, rnea).front());
+  const StateColumns columns(table, robot, blocks, options.data, options.columns);
+  Samples samples;
+  Eigen::MatrixXd* const parts[] = {&samples.q, &samples.v, &samples.a, &samples.tau};
+  for (std::size_t k = 0; k < blocks.size(); ++k) parts[k]->resize(blocks[k].size(), table.rows());
+  std::vector<double> row;
+  for (int i = 0; i < table.rows(); ++i) {
+    columns.read(table, i, row);
+    const double* next = row.data();
+    for (Eigen::MatrixXd* part : parts) {
+      part->col(i) = Eigen::Map<const Eigen::VectorXd>(next, part->rows());
+      next += part->rows();
+    }
   }
-  return m;
+  return samples;
 }
 
 void write_motion(const dynamics::Model<double>& model, const Excitation& e, const std::string& path) {
@@ -106,12 +121,9 @@ bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model
          e.status == SolveStatus::kIterationLimit;
 }
 
-void estimate(const IdentifyOptions& options, const dynamics::Model<double>& model,
-              const BaseParameters& base) {
-  const io::CsvTable table = io::read_csv(options.data);
-  const int nv = base.nv(model), nq = model.nq - (model.nv - nv);
-  const Samples samples{
-      block(table, "q", nq), block(table, "v", nv), block(table, "a", nv), block(table, "tau", nv), {}};
+void estimate(const IdentifyOptions& options, const dynamics::UrdfRobot& robot, const BaseParameters& base) {
+  const dynamics::Model<double>& model = robot.model;
+  const Samples samples = read_samples(options, robot);
   const Identification found = identify(model, base, samples);
   std::cout << "\nfrom " << samples.count() << " samples, condition " << significant(found.condition, 4)
             << ":\n";
@@ -147,7 +159,7 @@ void run(const IdentifyOptions& options) {
             << " against " << io::scientific(base.most_dropped) << "\n";
   bool success = true;
   if (options.excite) success = excite(options, model, base);
-  if (!options.data.empty()) estimate(options, model, base);
+  if (!options.data.empty()) estimate(options, robot, base);
   if (!options.excite && options.data.empty()) {
     print(base, base.regrouping * parameter_values(model, base.columns), nullptr, nullptr);
   }
@@ -164,7 +176,9 @@ void add_identify(CLI::App& app) {
       "identify",
       "base parameters: what torques tell about masses, and with what error.\n"
       "Alone: rank and base parameters by name.  --excite: the motion that tells most within the limits.\n"
-      "--data: estimates from measured motions, a CSV file with columns q0.. v0.. a0.. tau0..");
+      "--data: estimates from measured motions, a CSV file whose columns are q, v, a and tau, in any order, "
+      "by "
+      "number (q0, v0, a0, tau0) or by joint (q.elbow, v.elbow, a.elbow, tau.elbow), as solve writes them.");
   const auto options = std::make_shared<IdentifyOptions>();
   add_robot_options(*command, options->robot);
   command->add_flag("--armature", options->base.columns.armature, "armatures are parameters too");
@@ -199,6 +213,7 @@ void add_identify(CLI::App& app) {
   command->add_option("--data", options->data, "measured samples")
       ->check(not_empty())
       ->type_name("samples.csv");
+  add_column_options(*command, options->columns);
   command->add_option("--output", options->output, "where results go")->check(not_empty())->type_name("DIR");
   command->callback([options] {
     if (options->condition) options->excitation.criterion = ExcitationCriterion::kCondition;

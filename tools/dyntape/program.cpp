@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstdlib>
 #include <cstring>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -142,7 +143,10 @@ int run(CLI::App& app, int argc, char** argv) {
   set_help(app);
   if (const std::string fault = misspelt_command(app, argc, argv); !fault.empty())
     return failed(with_short_names(one_line(fault)) + "\nRun with --help for more information.", 2);
-  return arrived(parse(app, argc, argv));
+  const int status = arrived(parse(app, argc, argv));
+  // The end of a process waits for what the solver of an interrupted solve still computes (solvers/ipopt.h).
+  if (status > 128) std::_Exit(status);
+  return status;
 }
 
 }  // namespace dyntape::tools

@@ -30,15 +30,6 @@ Task task_in(const std::string& file) {
   return task;
 }
 
-// Once the report is out: the results may not get to where they belong, the work is not lost then.
-void write(const Task& task, const SolveReport& report, const SolveOptions& options) {
-  const std::string no_picture = write_results(task, report, options.output);
-  if (!options.json) std::cout << "\nresults in " << options.output << "\n";
-  if (no_picture.empty()) return;
-  std::cerr << "dyntape: " << no_picture << "\n";
-  throw Failure{};
-}
-
 // The solve, shown while it runs.
 class SolveDisplay {
  public:
@@ -84,12 +75,15 @@ void run(const SolveOptions& options) {
   if (!options.output.empty()) prepare_folder(options.output, result_files());
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
-  const SolveReport report = watched(task, display, interruption);
-  std::cout << (options.json ? report.json() : report.text()) << std::flush;
+  SolveReport report = watched(task, display, interruption);
+  if (!options.output.empty()) write_results(task, report, options.output);
+  std::cout << (options.json ? report.json() : report.text());
+  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
+  std::cout << std::flush;
   if (!report.success()) std::cerr << "dyntape: " << report.verdict() << "\n";
-  if (!options.output.empty()) write(task, report, options);
+  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
   if (report.interrupted) throw Failure{interruption.status()};
-  if (!report.success()) throw Failure{};
+  if (!report.success() || !report.unwritten.empty()) throw Failure{};
 }
 
 }  // namespace

@@ -9,6 +9,8 @@
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/dynamics/algorithms/mimic.h>
 
+#include "commands.h"
+
 namespace dyntape::tools {
 namespace {
 
@@ -24,10 +26,9 @@ std::string quoted_list(const std::vector<std::string>& names) {
 }
 
 // The names of one block's entries by joint, "" where an entry has none: of joints of several entries, and followers.
-std::vector<std::string> names_by_joint(const dynamics::MimicModel<double>& robot, const std::string& block,
-                                        std::size_t size) {
-  std::vector<std::string> names(size);
-  const bool is_q = block == "q";
+std::vector<std::string> names_by_joint(const dynamics::MimicModel<double>& robot, const RobotBlock& block) {
+  std::vector<std::string> names(static_cast<std::size_t>(block.size()));
+  const bool is_q = block.name == "q";
   for (const auto& joint : robot.full.joints) {
     const auto idx = static_cast<std::size_t>(is_q ? joint.idx_q : joint.idx_v);
     const int full = static_cast<int>(idx);
@@ -35,18 +36,7 @@ std::vector<std::string> names_by_joint(const dynamics::MimicModel<double>& robo
     const bool is_own = (is_q ? robot.q_owners : robot.v_owners)[static_cast<std::size_t>(entry)] == full;
     if (dynamics::nv(joint.type) != 1 || !is_own) continue;
     for (int k = 0; k < (is_q ? dynamics::nq(joint.type) : 1); ++k)
-      names[static_cast<std::size_t>(entry + k)] = block + "." + joint.name;
-  }
-  return names;
-}
-
-// Of all inputs, in their order.
-std::vector<std::string> names_by_joint(const dynamics::UrdfRobot& robot, const RobotFunction& function) {
-  const dynamics::MimicModel<double> model(robot.model, robot.mimics);
-  std::vector<std::string> names;
-  for (const RobotBlock& block : inputs(robot.model, function)) {
-    for (std::string& name : names_by_joint(model, block.name, static_cast<std::size_t>(block.size())))
-      names.push_back(std::move(name));
+      names[static_cast<std::size_t>(entry + k)] = block.name + "." + joint.name;
   }
   return names;
 }
@@ -62,11 +52,21 @@ std::string expected_columns(const std::vector<std::string>& numbered,
 
 }  // namespace
 
+void add_column_options(CLI::App& command, ColumnOptions& options) {
+  command.add_flag("--pass-over", options.pass_over, "pass over columns that are not inputs");
+  command.add_flag("--fill-zero", options.fill_zero,
+                   "inputs without a column are zero, as the torques of joints that a task does not drive");
+}
+
 StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot,
-                           const RobotFunction& function, const std::string& file,
+                           const std::vector<RobotBlock>& inputs, const std::string& file,
                            const ColumnOptions& options) {
-  const std::vector<std::string> numbered = input_names(robot.model, function);
-  const std::vector<std::string> named = names_by_joint(robot, function);
+  const dynamics::MimicModel<double> model(robot.model, robot.mimics);
+  std::vector<std::string> numbered, named;
+  for (const RobotBlock& block : inputs) {
+    for (const std::string& name : tools::numbered(block.name, block.size())) numbered.push_back(name);
+    for (const std::string& name : names_by_joint(model, block)) named.push_back(name);
+  }
   const std::string head = file + ":1: ", expected = expected_columns(numbered, named);
   std::unordered_set<std::string> known(numbered.begin(), numbered.end());
   // What is missing is told in the names that the file goes by.
@@ -100,12 +100,13 @@ StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot&
   }
   if (!others.empty() && !options.pass_over) {
     throw FileError(head + (others.size() == 1 ? "column " : "columns ") + quoted_list(others) +
-                    (others.size() == 1 ? " is not an input" : " are not inputs") + " of this function" +
-                    expected + "; --pass-over reads the file without");
+                    (others.size() == 1 ? " is not an input" : " are not inputs") + expected +
+                    "; --pass-over reads the file without");
   }
 }
 
 void StateColumns::read(const io::CsvTable& table, int row, std::vector<double>& state) const {
+  state.resize(sources_.size());
   for (std::size_t k = 0; k < sources_.size(); ++k) {
     const Source& source = sources_[k];
     const double value = source.column < 0 ? 0 : table(row, source.column);

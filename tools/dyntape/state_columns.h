@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which columns of a table are the inputs of a robot's function, whoever wrote the table.
+// Which columns of a table are what a command reads, whoever wrote the table.
 //
-//   StateColumns columns(table, robot, function, "states.csv", {});
-//   for (int i = 0; i < table.rows(); ++i) columns.read(table, i, state);      // in the order that the function takes
+//   StateColumns columns(table, robot, inputs(robot.model, function), "states.csv", {});
+//   for (int i = 0; i < table.rows(); ++i) columns.read(table, i, state);      // in the order of the blocks
 //
 // An input has two names: its number (q0, v3, tau1), as identify writes it, and where a joint has one entry, its joint's
 // (q.elbow, v.elbow, tau.elbow), as solve does.  A joint that turns without end has two entries, cos and sin; q.JOINT
@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include <CLI/CLI.hpp>
+
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/robot/robot_functions.h>
@@ -25,13 +27,15 @@ struct ColumnOptions {
   bool pass_over = false;  // columns that are no input
   bool fill_zero = false;  // inputs that have no column
 };
+void add_column_options(CLI::App& command, ColumnOptions& options);
 
 class StateColumns {
  public:
-  StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot, const RobotFunction& function,
-               const std::string& file, const ColumnOptions& options);
+  // `inputs`: q, and blocks with an entry a degree of freedom.
+  StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot,
+               const std::vector<RobotBlock>& inputs, const std::string& file, const ColumnOptions& options);
 
-  // `state` has the size of all inputs.
+  // `state` has the size of all inputs, or gets it.
   void read(const io::CsvTable& table, int row, std::vector<double>& state) const;
 
  private:

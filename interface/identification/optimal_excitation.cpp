@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/identification/excitation_limits.h>
 #include <dyntape/interface/identification/excitation_problem.h>
 #include <dyntape/interface/solvers/ipopt.h>
 
@@ -32,7 +31,7 @@ Excitation optimal_excitation(const Model<double>& model, const BaseParameters& 
         "excitation of \"" + model.name +
         "\": every joint moves by itself; expected base parameters without joints that follow others");
   }
-  detail::excitation_limits(model, options);  // its complaints ahead of any work
+  excitation_limits(model, options);  // its complaints ahead of any work
   if (static_cast<Eigen::Index>(options.samples) * model.nv < base.rank()) {
     throw ArgumentError("excitation: " + std::to_string(options.samples) + " samples are too few for " +
                         std::to_string(base.rank()) + " base parameters");
