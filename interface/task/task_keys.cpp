@@ -99,12 +99,12 @@ RobotProblemOptions read_form(Section& file) {
 
 MeshOptions read_mesh(Section& file) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
-  std::vector<std::pair<std::string, Scheme>> schemes;
-  for (const std::string& name : scheme_names()) schemes.emplace_back(name, scheme_by_name(name));
+  std::vector<std::pair<std::string, Scheme>> choices;
+  for (const Scheme& scheme : schemes()) choices.emplace_back(scheme.name, scheme);
   MeshOptions mesh;
   mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
   mesh.scheme = transcription.about("what connects neighbouring points")
-                    .choice_or<Scheme>("scheme", "hermite-simpson", schemes);
+                    .choice_or<Scheme>("scheme", "hermite-simpson", choices);
   mesh.hessian = transcription.about("second derivatives that the solver gets")
                      .choice_or<HessianKind>("hessian", "exact",
                                              {{"exact", HessianKind::kExact},

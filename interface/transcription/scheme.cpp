@@ -19,44 +19,29 @@ Eigen::VectorXd Scheme::control_weights(double fraction) const {
   return weights;
 }
 
-Scheme euler() {
-  return {"euler",
-          Eigen::Vector2d(0, 1),
-          Eigen::RowVector2d(-1, 1),
-          Eigen::RowVector2d(-1, 0),
-          Eigen::Vector2d(1, 0),
-          1};
+const std::vector<Scheme>& schemes() {
+  static const std::vector<Scheme> all = {
+      {"euler", Eigen::VectorXd{{0, 1}}, Eigen::MatrixXd{{-1, 1}}, Eigen::MatrixXd{{-1, 0}},
+       Eigen::VectorXd{{1, 0}}, 1},
+      {"trapezoid", Eigen::VectorXd{{0, 1}}, Eigen::MatrixXd{{-1, 1}}, Eigen::MatrixXd{{-0.5, -0.5}},
+       Eigen::VectorXd{{0.5, 0.5}}, 2},
+      {"hermite-simpson", Eigen::VectorXd{{0, 0.5, 1}}, Eigen::MatrixXd{{-0.5, 1, -0.5}, {-1, 0, 1}},
+       Eigen::MatrixXd{{-0.125, 0, 0.125}, {-1. / 6, -4. / 6, -1. / 6}},
+       Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4}};
+  return all;
 }
 
-Scheme trapezoid() {
-  return {"trapezoid",
-          Eigen::Vector2d(0, 1),
-          Eigen::RowVector2d(-1, 1),
-          Eigen::RowVector2d(-0.5, -0.5),
-          Eigen::Vector2d(0.5, 0.5),
-          2};
-}
-
-Scheme hermite_simpson() {
-  Scheme s{"hermite-simpson",
-           Eigen::Vector3d(0, 0.5, 1),
-           Eigen::MatrixXd(2, 3),
-           Eigen::MatrixXd(2, 3),
-           Eigen::Vector3d(1. / 6, 4. / 6, 1. / 6),
-           4};
-  s.alpha << -0.5, 1, -0.5, -1, 0, 1;
-  s.beta << -0.125, 0, 0.125, -1. / 6, -4. / 6, -1. / 6;
-  return s;
-}
-
-std::vector<std::string> scheme_names() { return {"euler", "trapezoid", "hermite-simpson"}; }
+Scheme euler() { return scheme_by_name("euler"); }
+Scheme trapezoid() { return scheme_by_name("trapezoid"); }
+Scheme hermite_simpson() { return scheme_by_name("hermite-simpson"); }
 
 Scheme scheme_by_name(const std::string& name) {
-  for (const Scheme& s : {euler(), trapezoid(), hermite_simpson()}) {
+  std::string names;
+  for (const Scheme& s : schemes()) {
     if (s.name == name) return s;
+    names += (names.empty() ? "" : ", ") + s.name;
   }
-  throw ArgumentError("there is no scheme \"" + name +
-                      "\"; the schemes are euler, trapezoid, hermite-simpson");
+  throw ArgumentError("there is no scheme \"" + name + "\"; the schemes are " + names);
 }
 
 }  // namespace dyntape

@@ -41,12 +41,14 @@ struct Scheme {
   Eigen::VectorXd control_weights(double fraction) const;
 };
 
+// All there are: a new one is a row there.
+const std::vector<Scheme>& schemes();
+
 Scheme euler();
 Scheme trapezoid();
 Scheme hermite_simpson();
 
 // By the name above; ArgumentError naming the choices.
 Scheme scheme_by_name(const std::string& name);
-std::vector<std::string> scheme_names();
 
 }  // namespace dyntape
