@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A = L D L^T of a symmetric positive definite matrix, without a branch and without a root.
+// A = L D L^T and A = L^T D L of a symmetric positive definite matrix, without a branch and without a root.
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>
@@ -26,13 +26,28 @@ DYNTAPE_INLINE void factor_ldlt(Matrix& A, Vector& D_inverse) {
   }
 }
 
+// A = L^T D L, from the last row to the first, likewise.  Row k has entries where above(k), above(above(k)), ... say,
+// down to -1: the branches of a tree do not see each other, and nothing is filled in (R. Featherstone, Rigid Body
+// Dynamics Algorithms, 2008, 6.3 and 6.5).
+template <class T, class Above>
+void factor_from_last(MatrixX<T>& A, VectorX<T>& D_inverse, Above above) {
+  for (int k = static_cast<int>(A.rows()) - 1; k >= 0; --k) {
+    D_inverse[k] = T(1) / A(k, k);
+    for (int i = above(k); i >= 0; i = above(i)) {
+      const T l = A(k, i) * D_inverse[k];
+      for (int j = i; j >= 0; j = above(j)) A(i, j) -= l * A(k, j);
+      A(k, i) = l;
+    }
+  }
+}
+
 template <class T>
 struct Ldlt6 {
   Matrix6<T> L = Matrix6<T>::Identity();  // below the diagonal
   Vector6<T> D_inverse = Vector6<T>::Ones();
 
   Ldlt6() = default;
-  explicit Ldlt6(const Matrix6<T>& A) : L(A) { factor_ldlt(L, D_inverse); }
+  DYNTAPE_INLINE explicit Ldlt6(const Matrix6<T>& A) : L(A) { factor_ldlt(L, D_inverse); }
 
   Vector6<T> solve(Vector6<T> b) const {
     for (int i = 1; i < 6; ++i) {

@@ -8,8 +8,8 @@
 //   MatrixX<double> W = factor.inverse_of_L();                  // M^-1 = W D^-1 W^T
 //
 // L (nv x nv) is unit lower triangular with entries where M has them: (i, j) for j on the path from i to its root.
-// It is found from the last dof to the first (R. Featherstone, Rigid Body Dynamics Algorithms, 2008, 6.5): the
-// branches of a tree do not see each other, where a factorisation from the first dof would join them at the base.
+// It is found from the last dof to the first: the branches of a tree do not see each other, where a factorisation from
+// the first dof would join them at the base.
 // O(nv d^2) for paths of d dofs; no branch on a value, no root.  M has to be positive definite; the result
 // loses as many digits as inertia_condition.h says.
 #pragma once
@@ -40,15 +40,8 @@ class SparseFactor {
     for (int k = 0; k < nv; ++k) {
       for (int i = k; i >= 0; i = above_[i]) L_(k, i) = M(k, i);
     }
-    for (int k = nv - 1; k >= 0; --k) {
-      D_inverse_[k] = T(1) / L_(k, k);
-      for (int i = above_[k]; i >= 0; i = above_[i]) {
-        const T l = L_(k, i) * D_inverse_[k];
-        for (int j = i; j >= 0; j = above_[j]) L_(i, j) -= l * L_(k, j);
-        L_(k, i) = l;
-      }
-      L_(k, k) = T(1);
-    }
+    factor_from_last(L_, D_inverse_, [&](int k) { return above_[k]; });
+    L_.diagonal().setOnes();
   }
 
   // M x = b.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/contact/detail/constraints.hxx>
+#include <dyntape/dynamics/contact/constraints.h>
 
 namespace dyntape::dynamics::detail {
 

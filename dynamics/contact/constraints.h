@@ -79,6 +79,13 @@ struct ConstraintChain {
   int first_row = 0, rows = 0;
 };
 
+namespace detail {
+
+// Throws ArgumentError unless the constraint fits a model of n joints.
+void check_constraint(int rows, int body_1, int body_2, int njoints, const std::string& model);
+
+}  // namespace detail
+
 // Results and working memory for one list of constraints on one model; m rows in all.  The list can be
 // changed between calls (places, gains) as long as bodies and rows stay.  ArgumentError for bodies that do
 // not exist, for two frames on one body and for rows other than 3 or 6.

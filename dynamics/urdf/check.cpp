@@ -145,6 +145,8 @@ void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XM
     notes.push_back(text.where(inertia) + describe(link) + " has rotational inertia but no mass");
 }
 
+}  // namespace
+
 void note_repeated(const UrdfText& text, const XMLElement& element, std::initializer_list<const char*> tags,
                    std::vector<std::string>& notes) {
   for (const char* tag : tags) {
@@ -154,8 +156,6 @@ void note_repeated(const UrdfText& text, const XMLElement& element, std::initial
                       "> more than once; only the first counts");
   }
 }
-
-}  // namespace
 
 void check_urdf_numbers(const UrdfText& text) {
   for (const char* tag : {"link", "joint", "material"})

@@ -41,4 +41,8 @@ void check_urdf_tree(const UrdfText& text);
 void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia, std::vector<std::string>& notes);
 void check_urdf_joints(const UrdfText& text, bool follow_mimics, std::vector<std::string>& notes);
 
+// Notes which children are there more than once.
+void note_repeated(const UrdfText& text, const tinyxml2::XMLElement& element,
+                   std::initializer_list<const char*> tags, std::vector<std::string>& notes);
+
 }  // namespace dyntape::dynamics

@@ -103,12 +103,7 @@ void check_urdf_joints(const UrdfText& text, bool follow_mimics, std::vector<std
     check_axis(text, *joint, notes);
     check_limit(text, *joint, notes);
     check_mimic(text, *joint, follow_mimics, notes);
-    for (const char* tag : {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic"}) {
-      const XMLElement* first = joint->FirstChildElement(tag);
-      if (const XMLElement* second = first ? first->NextSiblingElement(tag) : nullptr)
-        notes.push_back(text.where(*second) + describe(*joint) + " has <" + tag +
-                        "> more than once; only the first counts");
-    }
+    note_repeated(text, *joint, {"parent", "child", "origin", "axis", "limit", "dynamics", "mimic"}, notes);
   }
 }
 

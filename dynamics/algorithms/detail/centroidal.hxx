@@ -139,6 +139,13 @@ bool is_beyond(const Model<T>& model, int i, int body) {
   return false;
 }
 
+// How column k moves the centre of a mass of 1 / scale, of which all beyond its joint is part.
+template <class T>
+Vector3<T> com_column(const Data<T>& data, const Centroidal<T>& c, int k, const T& scale) {
+  const Dof& S = data.tree.dofs[k];
+  return c.X_GB[S.joint].R * Vector3<T>((c.composites[S.joint] * S).linear * scale);
+}
+
 // Position of a centre of mass from the moments, velocity and acceleration from momentum and force.
 template <class T>
 void divide_subtrees(const Model<T>& model, Centroidal<T>& c, bool with_velocity, bool with_acceleration) {
@@ -198,29 +205,21 @@ const Matrix3X<T>& com_jacobian(const Model<T>& model, Data<T>& data, Centroidal
                                 const VectorRef<T>& q) {
   center_of_mass(model, data, c, q);
   const T scale = per_mass(c.mass);
-  for (int k = 0; k < model.nv; ++k) {
-    const Dof& S = data.tree.dofs[k];
-    const Composite<T>& moment = c.composites[S.joint];
-    c.J.col(k) = c.X_GB[S.joint].R * Vector3<T>((moment * S).linear * scale);
-  }
+  for (int k = 0; k < model.nv; ++k) c.J.col(k) = detail::com_column(data, c, k, scale);
   return c.J;
 }
 
 template <class T>
 const Matrix3X<T>& subtree_com_jacobian(const Model<T>& model, Data<T>& data, Centroidal<T>& c,
                                         const VectorRef<T>& q, int body) {
-  if (body < 0 || body >= model.njoints()) {
-    throw ArgumentError("subtree_com_jacobian: body " + std::to_string(body) + " does not exist, model \"" +
-                        model.name + "\" has " + std::to_string(model.njoints()));
-  }
+  detail::check_body("subtree_com_jacobian", model, body);
   center_of_mass(model, data, c, q);
   c.J.setZero();
   const T scale = per_mass(c.subtree_mass[body]);
   for (int k = 0; k < model.nv; ++k) {
-    const Dof& S = data.tree.dofs[k];
-    if (!detail::is_beyond(model, S.joint, body)) continue;
-    const Composite<T>& moment = c.composites[S.joint];
-    c.J.col(k) = c.X_GB[S.joint].R * Vector3<T>((moment * S).linear * scale);
+    if (detail::is_beyond(model, data.tree.dofs[k].joint, body)) {
+      c.J.col(k) = detail::com_column(data, c, k, scale);
+    }
   }
   // Joints at the body or before it carry the subtree as one: a unit mass at its centre.
   Composite<T> point{T(1), c.subtree_com[body], Matrix3<T>::Zero()};

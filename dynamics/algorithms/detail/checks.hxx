@@ -19,6 +19,21 @@ void check_arguments(const char* function, const Model<T>& model, const Data<T>&
 }
 
 template <class T>
+void check_body(const char* function, const Model<T>& model, int body) {
+  if (body >= 0 && body < model.njoints()) return;
+  throw ArgumentError(std::string(function) + ": body " + std::to_string(body) + " does not exist, model \"" +
+                      model.name + "\" has " + std::to_string(model.njoints()));
+}
+
+template <class T>
+const Frame<T>& frame_at(const char* function, const Model<T>& model, int frame) {
+  const int n = static_cast<int>(model.frames.size());
+  if (frame >= 0 && frame < n) return model.frames[frame];
+  throw ArgumentError(std::string(function) + ": frame " + std::to_string(frame) +
+                      " does not exist, model \"" + model.name + "\" has " + std::to_string(n));
+}
+
+template <class T>
 void check_acting(const char* function, const Model<T>& model, const Acting<T>& acting) {
   if (acting.armature_values) check(function, "armature", model, acting.armature_values->size(), model.nv);
   if (acting.external) {

@@ -35,21 +35,13 @@ void make_symmetric(MatrixX<T>& M) {
   }
 }
 
-// G^T M G = L^T D L, from the last row to the first (R. Featherstone, Rigid Body Dynamics Algorithms, 2008,
-// 6.3): a tree without followers fills nothing in.
+// G^T M G = L^T D L.
 template <class T>
 void factorise(Following<T>& f, const MatrixX<T>& M) {
   MatrixX<T>& L = f.L;
   gather_into(f.entries, M, L);
   make_symmetric(L);
-  for (int k = static_cast<int>(L.rows()) - 1; k >= 0; --k) {
-    f.D_inverse[k] = T(1) / L(k, k);
-    for (int i = k - 1; i >= 0; --i) {
-      const T a = L(k, i) * f.D_inverse[k];
-      for (int j = i; j >= 0; --j) L(i, j) -= a * L(k, j);
-      L(k, i) = a;
-    }
-  }
+  factor_from_last(L, f.D_inverse, [](int k) { return k - 1; });
 }
 
 // x becomes (G^T M G)^-1 x.

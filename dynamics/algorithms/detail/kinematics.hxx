@@ -15,16 +15,6 @@ void place_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& q) {
   }
 }
 
-template <class T>
-const Frame<T>& frame_at(const char* function, const Model<T>& model, int frame) {
-  const int n = static_cast<int>(model.frames.size());
-  if (frame < 0 || frame >= n) {
-    throw ArgumentError(std::string(function) + ": frame " + std::to_string(frame) +
-                        " does not exist, model \"" + model.name + "\" has " + std::to_string(n));
-  }
-  return model.frames[frame];
-}
-
 // A place on a body.
 template <class T>
 struct Site {
@@ -38,11 +28,7 @@ Site<T> site_of(const char* function, const Model<T>& model, Place place) {
     const Frame<T>& F = frame_at(function, model, place.index);
     return {F.body, F.X_BF};
   }
-  if (place.index < 0 || place.index >= model.njoints()) {
-    throw ArgumentError(std::string(function) + ": body " + std::to_string(place.index) +
-                        " does not exist, model \"" + model.name + "\" has " +
-                        std::to_string(model.njoints()));
-  }
+  check_body(function, model, place.index);
   return {place.index, {}};
 }
 
@@ -52,6 +38,15 @@ Motion<T> expressed(const Placement<T>& X_WF, const Motion<T>& m, ReferenceFrame
   if (in == ReferenceFrame::kLocal) return m;
   if (in == ReferenceFrame::kWorld) return act(X_WF, m);
   return {X_WF.R * m.linear, X_WF.R * m.angular};
+}
+
+// Of a frame, from the motions of the bodies, each in its own frame.
+template <class T>
+Motion<T> frame_motion(const char* function, const Model<T>& model, const Data<T>& data, int frame,
+                       const std::vector<Motion<T>>& bodies, ReferenceFrame in) {
+  const Frame<T>& F = frame_at(function, model, frame);
+  if (F.body < 0) return {};
+  return expressed(frame_placement(model, data, frame), act_inverse(F.X_BF, bodies[F.body]), in);
 }
 
 // Column S_j, seen from F: the placement of F in body j is gathered on the way to the root.
@@ -113,26 +108,20 @@ Placement<T> frame_placement(const Model<T>& model, const Data<T>& data, int fra
 
 template <class T>
 Motion<T> frame_velocity(const Model<T>& model, const Data<T>& data, int frame, ReferenceFrame in) {
-  const Frame<T>& F = detail::frame_at("frame_velocity", model, frame);
-  if (F.body < 0) return {};
-  return detail::expressed(frame_placement(model, data, frame), act_inverse(F.X_BF, data.v[F.body]), in);
+  return detail::frame_motion("frame_velocity", model, data, frame, data.v, in);
 }
 
 template <class T>
 Motion<T> frame_acceleration(const Model<T>& model, const Data<T>& data, int frame, ReferenceFrame in) {
-  const Frame<T>& F = detail::frame_at("frame_acceleration", model, frame);
-  if (F.body < 0) return {};
-  return detail::expressed(frame_placement(model, data, frame), act_inverse(F.X_BF, data.a[F.body]), in);
+  return detail::frame_motion("frame_acceleration", model, data, frame, data.a, in);
 }
 
 template <class T>
 Motion<T> frame_classical_acceleration(const Model<T>& model, const Data<T>& data, int frame,
                                        ReferenceFrame in) {
-  const Frame<T>& F = detail::frame_at("frame_classical_acceleration", model, frame);
-  if (F.body < 0) return {};
-  const Placement<T> X_WF = frame_placement(model, data, frame);
-  const Motion<T> v = detail::expressed(X_WF, act_inverse(F.X_BF, data.v[F.body]), in);
-  Motion<T> a = detail::expressed(X_WF, act_inverse(F.X_BF, data.a[F.body]), in);
+  const char* who = "frame_classical_acceleration";
+  const Motion<T> v = detail::frame_motion(who, model, data, frame, data.v, in);
+  Motion<T> a = detail::frame_motion(who, model, data, frame, data.a, in);
   a.linear += v.angular.cross(v.linear);
   return a;
 }

@@ -4,8 +4,7 @@
 //
 // For each column D, all columns m of the path from the root to it, seen from the body of D, stand beside one
 // another.  Of each, three-vectors with D and the mass beyond D (fields); of each pair (l, m), dot
-// products of those, which are the entries for the triple (l, m, D).  Those of forward dynamics come from them: (H.20) to
-// (H.23).
+// products of those, which are the entries for the triple (l, m, D).  Of forward dynamics: (H.20), (H.21).
 #pragma once
 
 #include <dyntape/dynamics/algorithms/second_order.h>

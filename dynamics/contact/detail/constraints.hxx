@@ -36,9 +36,6 @@ namespace detail {
 
 // --- Chains: frame 1 relative to frame 2, over the joints between them, those of body 2 backwards ----------
 
-// Throws ArgumentError unless the constraint fits a model of n joints.
-void check_constraint(int rows, int body_1, int body_2, int njoints, const std::string& model);
-
 // Joints from `body` up to, and without, the first that `stop` contains.
 inline std::vector<int> way_up(const std::vector<int>& parent, int body, const std::vector<int>& stop) {
   std::vector<int> way;

@@ -110,11 +110,8 @@ void start_wrenches(const char* function, const Model<T>& model, Data<T>& data, 
 template <class T>
 Wrench<T> wrench_at_frame(const Model<T>& model, int frame, FixedIn fixed_in,
                           const std::type_identity_t<Force<T>>& value) {
-  if (frame < 0 || frame >= static_cast<int>(model.frames.size())) {
-    throw ArgumentError("wrench_at_frame: frame " + std::to_string(frame) + " does not exist, model \"" +
-                        model.name + "\" has " + std::to_string(model.frames.size()));
-  }
-  return {model.frames[frame].body, model.frames[frame].X_BF, fixed_in, value};
+  const Frame<T>& F = detail::frame_at("wrench_at_frame", model, frame);
+  return {F.body, F.X_BF, fixed_in, value};
 }
 
 template <class T>
