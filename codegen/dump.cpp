@@ -4,28 +4,12 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/graph/dump.h>
 #include <dyntape/codegen/print/c_text.h>
 #include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 namespace {
-
-void append_node(std::string& text, const Function& function, NodeId id) {
-  const Node& node = function.graph[id];
-  text += "%" + std::to_string(id) + " = " + std::string(info(node.op).name);
-  if (node.op == Op::Const) {
-    text += ' ';
-    append_number(text, function.graph.constant_value(id));
-  } else if (node.op == Op::Input) {
-    text += std::string(" ") + "xpw"[node.a] + "[" + std::to_string(node.b) + "]";
-  } else {
-    if (node.op == Op::Call) text += " " + function.graph.callees()[node.a]->name;
-    function.graph.for_each_argument(id, [&](NodeId a) { text += " %" + std::to_string(a); });
-    if (node.op == Op::Result) text += " [" + std::to_string(node.b) + "]";
-  }
-  text += '\n';
-}
 
 std::string schedule_text(const Schedule& schedule) {
   std::string text = std::to_string(schedule.steps.size()) + " steps, " + std::to_string(schedule.live) +
@@ -50,7 +34,7 @@ Dump::Dump(const std::string& name) {
 }
 
 void Dump::graph(const std::string& stage, const Function& function) const {
-  if (!prefix_.empty()) text(stage + ".txt", codegen::to_text(function));
+  if (!prefix_.empty()) text(stage + ".txt", dyntape::to_text(function));
 }
 
 void Dump::graphs(const std::string& stage, const std::vector<Derivatives>& derivatives) const {
@@ -67,17 +51,6 @@ void Dump::schedules(const std::vector<KernelPlan>& plans) const {
 
 void Dump::text(const std::string& extension, const std::string& text) const {
   if (!prefix_.empty()) write_file(prefix_ + extension, text);
-}
-
-std::string to_text(const Function& function) {
-  std::string text = function.name + "\n";
-  for (NodeId id = 0; id < function.graph.size(); ++id) append_node(text, function, id);
-  for (std::size_t i = 0; i < function.outputs.size(); ++i)
-    text += "output " + std::to_string(i) + " %" + std::to_string(function.outputs[i]) + "\n";
-  for (const Guard& guard : function.guards)
-    text += "guard %" + std::to_string(guard.condition) + (guard.expected ? " holds " : " fails ") +
-            guard.file + ":" + std::to_string(guard.line) + "\n";
-  return text;
 }
 
 }  // namespace dyntape::codegen

@@ -26,7 +26,4 @@ class Dump {
   std::string prefix_;  // empty: switched off
 };
 
-// One node a line: "%12 = Mul %3 %4".
-std::string to_text(const Function& function);
-
 }  // namespace dyntape::codegen

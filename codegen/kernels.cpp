@@ -90,7 +90,17 @@ Kernels::Room::Room(const Kernels& kernels) {
   lanes_.resize(lanes);
 }
 
+// A single point, for which nothing is laid out.
+Violation Kernels::run_one(Order wanted, const Points& point, Room& room) const {
+  std::uint32_t own = 0;
+  std::uint32_t* const status = point.status ? point.status : &own;
+  compiled_[at(wanted)].run(point.x, point.p, point.w, point.y, point.jacobian, point.hessian,
+                            room.work_.data(), 1, nullptr, status);
+  return {*status, 0};
+}
+
 Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
+  if (points.count == 1 && is_compiled()) return run_one(wanted, points, room);
   const Strides n = sizes(wanted);
   Points all = points;
   if (!all.strides && all.side_by_side == 1) all.strides = &n;
@@ -111,7 +121,7 @@ Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
   return {*found, static_cast<std::size_t>(found - begin)};
 }
 
-// A single point, also one that is left over, goes through the kernel of one.
+// A single point that is left over goes through the kernel of one.
 void Kernels::run_compiled(Order wanted, const Points& points, const Strides& sizes, Room& room) const {
   if (points.side_by_side > 1) return run_kernel(wide_[at(wanted)], points, room.lanes_.data());
   const std::size_t width = lane_width(),

@@ -49,6 +49,7 @@ class Kernels {
  private:
   void take_kernels(const dyntape_descriptor& descriptor, std::size_t widest);
   void take_interpreters(std::vector<Derivatives> derivatives, Functions functions);
+  Violation run_one(Order order, const Points& point, Room& room) const;
   void run_compiled(Order order, const Points& points, const Strides& sizes, Room& room) const;
   void run_interpreted(Order order, const Points& points, const Strides& sizes, Room& room) const;
 

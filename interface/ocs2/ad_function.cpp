@@ -106,7 +106,8 @@ void AdFunction::build(Order order, bool rebuild, bool verbose) {
   const CodegenOptions chosen = options(order);
   CodegenOptions now = chosen;
   now.force_rebuild = rebuild;
-  model_ = std::make_shared<const Model>(CompiledFunction::make(function, now), chosen, seconds);
+  model_ = std::make_shared<const Model>(CompiledFunction::make(function, now), chosen, settings_.threads,
+                                         seconds);
   if (verbose) report(statistics(), settings_.name);
 }
 
@@ -127,7 +128,8 @@ void AdFunction::loadModels(bool verbose) {
     CodegenOptions look = chosen;
     look.only_cached = true;
     try {
-      model_ = std::make_shared<const Model>(CompiledFunction::make(function, look), chosen, seconds);
+      model_ = std::make_shared<const Model>(CompiledFunction::make(function, look), chosen,
+                                             settings_.threads, seconds);
     } catch (const NotCached&) {
       continue;
     }

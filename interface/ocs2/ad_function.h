@@ -56,7 +56,8 @@ struct AdFunctionSettings {
   vector_t variables, parameters;  // the recording point, which decides branches; empty: values in (0.3, 1.1)
   bool forceRebuild = false;  // createModels compiles even what is in the cache (recompileLibrariesCppAd)
   bool checkFinite = true;    // a result that is not finite is a NumericalError
-  CodegenOptions codegen;     // profile, compiler, route; its order, folder, flags and label are not read
+  unsigned threads = 1;       // that share the points of evaluateBatch; 0: as many as there are
+  CodegenOptions codegen;  // profile, compiler, route, lanes; its order, folder, flags and label are not read
 };
 
 // What happened in createModels or loadModels, and what was made: of what serves now.
@@ -130,7 +131,7 @@ class AdFunction {
   void evaluate(const double* x, const double* p, double* y, double* jacobian = nullptr,
                 const double* weights = nullptr, double* hessian = nullptr) const;
 
-  // The same at `count` points that follow each other in every array.
+  // The same at `count` points that follow each other in every array, in settings.threads; the same bits.
   void evaluateBatch(std::size_t count, const double* x, const double* p, double* y,
                      double* jacobian = nullptr, const double* weights = nullptr,
                      double* hessian = nullptr) const;

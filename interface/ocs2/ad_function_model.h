@@ -27,7 +27,7 @@ std::ptrdiff_t first_not_finite(const double* values, std::size_t count);
 // A function that any number of threads may call.
 struct SharedFunction {
   struct Room {
-    explicit Room(const CompiledFunction& f) : workspace(f) {
+    Room(const CompiledFunction& f, unsigned threads) : workspace(f, threads) {
       if (f.order() >= Order::kFirst) jacobian.resize(f.jacobian_pattern().nnz());
       if (f.order() >= Order::kSecond) hessian.resize(f.hessian_pattern().nnz());
     }
@@ -35,13 +35,15 @@ struct SharedFunction {
     std::vector<double> jacobian, hessian;
   };
 
-  explicit SharedFunction(CompiledFunction compiled) : f(std::move(compiled)) {}
+  explicit SharedFunction(CompiledFunction compiled, unsigned share = 1)
+      : f(std::move(compiled)), threads(share) {}
 
   WorkspacePool<Room>::Lease room() const {
-    return pool.take([&] { return std::make_unique<Room>(f); });
+    return pool.take([&] { return std::make_unique<Room>(f, threads); });
   }
 
   const CompiledFunction f;
+  const unsigned threads;
   mutable WorkspacePool<Room> pool;
 };
 
@@ -60,8 +62,8 @@ class OnRequest {
 };
 
 struct AdFunctionModel {
-  AdFunctionModel(CompiledFunction f, CodegenOptions o, double seconds)
-      : shared(std::move(f)), options(std::move(o)), record_seconds(seconds) {}
+  AdFunctionModel(CompiledFunction f, CodegenOptions o, unsigned threads, double seconds)
+      : shared(std::move(f), threads), options(std::move(o)), record_seconds(seconds) {}
 
   const CompiledFunction& compiled() const { return shared.f; }
 

@@ -89,29 +89,7 @@ ModelParameters::Part ModelParameters::part_from(const std::string& name) const 
 
 std::vector<double> ModelParameters::nominal() const {
   std::vector<double> values;
-  for (const Part& part : parts_) {
-    const dynamics::Inertia<double>& body = model_.inertias[part.index];
-    switch (part.kind) {
-      case Kind::kMass:
-        values.push_back(body.mass);
-        break;
-      case Kind::kCom:
-        values.push_back(body.com[part.row]);
-        break;
-      case Kind::kInertia:
-        values.push_back(body.I_c(part.row, part.col));
-        break;
-      case Kind::kLength:
-        values.push_back(1);
-        break;
-      case Kind::kArmature:
-        values.push_back(model_.joints[part.index].armature);
-        break;
-      case Kind::kGravity:
-        values.push_back(model_.gravity[part.row]);
-        break;
-    }
-  }
+  for (const Part& part : parts_) values.push_back(part.kind == Kind::kLength ? 1 : entry(model_, part));
   return values;
 }
 

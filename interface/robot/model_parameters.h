@@ -60,29 +60,31 @@ class ModelParameters {
 
   Part part_from(const std::string& name) const;
 
-  template <class T>
-  static void set(dynamics::Model<T>& robot, const Part& part, const T& value) {
+  // Of all kinds but lengths.
+  template <class Model>
+  static auto& entry(Model& robot, const Part& part) {
     switch (part.kind) {
       case Kind::kMass:
-        robot.inertias[part.index].mass = value;
-        return;
+        return robot.inertias[part.index].mass;
       case Kind::kCom:
-        robot.inertias[part.index].com[part.row] = value;
-        return;
+        return robot.inertias[part.index].com[part.row];
       case Kind::kInertia:
-        robot.inertias[part.index].I_c(part.row, part.col) = value;
-        robot.inertias[part.index].I_c(part.col, part.row) = value;
-        return;
-      case Kind::kLength:
-        robot.X_PJ[part.index].p = robot.X_PJ[part.index].p * value;
-        return;
+        return robot.inertias[part.index].I_c(part.row, part.col);
       case Kind::kArmature:
-        robot.joints[part.index].armature = value;
-        return;
-      case Kind::kGravity:
-        robot.gravity[part.row] = value;
-        return;
+        return robot.joints[part.index].armature;
+      default:
+        return robot.gravity[part.row];
     }
+  }
+
+  template <class T>
+  static void set(dynamics::Model<T>& robot, const Part& part, const T& value) {
+    if (part.kind == Kind::kLength) {
+      robot.X_PJ[part.index].p = robot.X_PJ[part.index].p * value;
+      return;
+    }
+    entry(robot, part) = value;
+    if (part.kind == Kind::kInertia) robot.inertias[part.index].I_c(part.col, part.row) = value;
   }
 
   dynamics::Model<double> model_;

@@ -19,11 +19,15 @@ double rounded_step(double x, double step) {
   return moved - x;
 }
 
+}  // namespace
+
+namespace detail {
+
 // Finite differences of the plain double value, as the header states them.
-class Differences {
+class RobotDifferences {
  public:
-  Differences(const dynamics::Model<double>& model, const RobotFunction& derivative, bool central,
-              double step);
+  RobotDifferences(const dynamics::Model<double>& model, const RobotFunction& derivative, bool central,
+                   double step);
 
   // State -> the blocks of the derivative.
   void operator()(const double* state, double* blocks);
@@ -31,7 +35,7 @@ class Differences {
  private:
   Eigen::VectorXd value();
 
-  detail::RobotWorkspace<double> work_;
+  RobotWorkspace<double> work_;
   std::vector<RobotBlock> values_;
   std::vector<int> by_;
   bool central_;
@@ -39,11 +43,11 @@ class Differences {
   std::vector<int> scaled_by_;  // (nv) the entry of q that scales the step, or -1
 };
 
-Differences::Differences(const dynamics::Model<double>& model, const RobotFunction& derivative, bool central,
-                         double step)
+RobotDifferences::RobotDifferences(const dynamics::Model<double>& model, const RobotFunction& derivative,
+                                   bool central, double step)
     : work_(model, value_of(derivative)),
       values_(outputs(model, value_of(derivative))),
-      by_(detail::derived_by(derivative)),
+      by_(derived_by(derivative)),
       central_(central),
       step_(step),
       scaled_by_(static_cast<std::size_t>(work_.sizes.nv), -1) {
@@ -59,14 +63,14 @@ Differences::Differences(const dynamics::Model<double>& model, const RobotFuncti
   }
 }
 
-Eigen::VectorXd Differences::value() {
+Eigen::VectorXd RobotDifferences::value() {
   Eigen::VectorXd y(static_cast<Eigen::Index>(work_.n_out()));
   work_.run();
   work_.write(y.data());
   return y;
 }
 
-void Differences::operator()(const double* state, double* blocks) {
+void RobotDifferences::operator()(const double* state, double* blocks) {
   const int n = work_.sizes.nv;
   work_.read(state);
   const Eigen::VectorXd here = value(), q = work_.state.q;
@@ -107,7 +111,7 @@ void Differences::operator()(const double* state, double* blocks) {
   }
 }
 
-}  // namespace
+}  // namespace detail
 
 const char* to_string(RobotRoute route) {
   switch (route) {
@@ -154,7 +158,7 @@ struct RobotEvaluator::Path {
   std::size_t n_in = 0, n_out = 0;
 
   std::optional<detail::RobotWorkspace<double>> plain;
-  std::optional<Differences> differences;
+  std::optional<detail::RobotDifferences> differences;
   std::optional<CompiledFunction> compiled;
   std::optional<CompiledFunction::Workspace> workspace;
 };

@@ -71,7 +71,23 @@ struct RobotSizes {
   int nq = 0, nv = 0, bodies = 0, contacts = 0;
 };
 
-// One thread at a time.  Working memory of a part of dynamics/ is there once a row has asked for it.
+// Working memory of a part of dynamics/, there once a row has run that asks for it.
+template <class T, class Part>
+class OnDemand {
+ public:
+  explicit OnDemand(const dynamics::Model<T>& model) : model_(model) {}
+  Part& operator()() {
+    if (!part_) part_ = std::make_unique<Part>(model_);
+    return *part_;
+  }
+  const Part& operator()() const { return *part_; }
+
+ private:
+  const dynamics::Model<T>& model_;
+  std::unique_ptr<Part> part_;
+};
+
+// One thread at a time.
 template <class T>
 struct RobotWorkspace {
   RobotWorkspace(const dynamics::Model<T>& robot, const RobotFunction& function);
@@ -102,45 +118,20 @@ struct RobotWorkspace {
   dynamics::ReferenceFrame in;
   std::vector<int> contacts;
 
-  dynamics::Centroidal<T>& centroidal() { return of(centroidal_); }
-  dynamics::EnergyGradients<T>& energy() { return of(energy_); }
-  dynamics::KinematicDerivatives<T>& kinematics() { return of(kinematics_); }
-  dynamics::KinematicHessian<T>& kinematic_hessian() { return of(kinematic_hessian_); }
-  dynamics::RegressorData<T>& regressor() { return of(regressor_); }
-  dynamics::SecondOrder<T>& second_order() { return of(second_order_); }
-  dynamics::ForwardSecondOrder<T>& forward_second_order() { return of(forward_second_order_); }
-  dynamics::Hessian<T>& hessian() { return of(hessian_); }
-  dynamics::OperationalSpace<T>& operational_space() { return of(operational_space_); }
+  OnDemand<T, dynamics::Centroidal<T>> centroidal{model};
+  OnDemand<T, dynamics::EnergyGradients<T>> energy{model};
+  OnDemand<T, dynamics::KinematicDerivatives<T>> kinematics{model};
+  OnDemand<T, dynamics::KinematicHessian<T>> kinematic_hessian{model};
+  OnDemand<T, dynamics::RegressorData<T>> regressor{model};
+  OnDemand<T, dynamics::SecondOrder<T>> second_order{model};
+  OnDemand<T, dynamics::ForwardSecondOrder<T>> forward_second_order{model};
+  OnDemand<T, dynamics::Hessian<T>> hessian{model};
+  OnDemand<T, dynamics::OperationalSpace<T>> operational_space{model};
   dynamics::ConstraintData<T>& constraints();
-
-  const dynamics::Centroidal<T>& centroidal() const { return *centroidal_; }
-  const dynamics::EnergyGradients<T>& energy() const { return *energy_; }
-  const dynamics::KinematicDerivatives<T>& kinematics() const { return *kinematics_; }
-  const dynamics::KinematicHessian<T>& kinematic_hessian() const { return *kinematic_hessian_; }
-  const dynamics::RegressorData<T>& regressor() const { return *regressor_; }
-  const dynamics::SecondOrder<T>& second_order() const { return *second_order_; }
-  const dynamics::ForwardSecondOrder<T>& forward_second_order() const { return *forward_second_order_; }
-  const dynamics::Hessian<T>& hessian() const { return *hessian_; }
-  const dynamics::OperationalSpace<T>& operational_space() const { return *operational_space_; }
   const dynamics::ConstraintData<T>& constraints() const { return *constraints_; }
 
  private:
-  template <class Part>
-  Part& of(std::unique_ptr<Part>& part) {
-    if (!part) part = std::make_unique<Part>(model);
-    return *part;
-  }
-
   std::unique_ptr<RobotReduction<T>> reduction_;  // where joints follow others
-  std::unique_ptr<dynamics::Centroidal<T>> centroidal_;
-  std::unique_ptr<dynamics::EnergyGradients<T>> energy_;
-  std::unique_ptr<dynamics::KinematicDerivatives<T>> kinematics_;
-  std::unique_ptr<dynamics::KinematicHessian<T>> kinematic_hessian_;
-  std::unique_ptr<dynamics::RegressorData<T>> regressor_;
-  std::unique_ptr<dynamics::SecondOrder<T>> second_order_;
-  std::unique_ptr<dynamics::ForwardSecondOrder<T>> forward_second_order_;
-  std::unique_ptr<dynamics::Hessian<T>> hessian_;
-  std::unique_ptr<dynamics::OperationalSpace<T>> operational_space_;
   std::unique_ptr<dynamics::ConstraintData<T>> constraints_;
 };
 

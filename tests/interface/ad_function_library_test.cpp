@@ -116,11 +116,11 @@ TEST_F(AdFunctionTest, ReuseAndForcedRebuild) {
     return f.statistics();
   };
   const auto first = create(false), second = create(false), third = create(true);
-  EXPECT_FALSE(first.cacheHit);
+  EXPECT_FALSE(first.timings.cache_hit);
   EXPECT_GT(first.timings.compile, 0);
-  EXPECT_TRUE(second.cacheHit);
+  EXPECT_TRUE(second.timings.cache_hit);
   EXPECT_EQ(second.timings.compile, 0);
-  EXPECT_FALSE(third.cacheHit);
+  EXPECT_FALSE(third.timings.cache_hit);
   EXPECT_GT(third.timings.compile, 0);
 }
 

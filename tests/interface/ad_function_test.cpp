@@ -336,6 +336,28 @@ TEST_F(AdFunctionTest, OneCallGivesAllAndABatchTheSame) {
   EXPECT_THROW(f.evaluate(x.data(), p.data(), y.data(), J.data(), nullptr, H.data()), ArgumentError);
 }
 
+TEST_F(AdFunctionTest, ABatchInLanesAndThreadsAndTiersIsTheSame) {
+  const Eigen::Index n = 43;
+  const matrix_t x = matrix_t::Random(3, n), p = matrix_t::Random(2, n);
+  const auto values = [&](Route route, Lanes lanes, unsigned threads) {
+    AdFunctionSettings settings;
+    settings.folder = cache_.path();
+    settings.threads = threads;
+    settings.codegen.route = route;
+    settings.codegen.lanes = lanes;
+    settings.codegen.functions = Functions::kPortable;
+    AdFunction f(sample, 3, 2, settings);
+    f.createModels(ApproximationOrder::First, false);
+    matrix_t y(3, n);
+    f.evaluateBatch(static_cast<std::size_t>(n), x.data(), p.data(), y.data());
+    return y;
+  };
+  const matrix_t expected = values(Route::kInterpreter, Lanes::kNone, 1);
+  EXPECT_EQ(values(Route::kInterpreter, Lanes::kNone, 3), expected);
+  EXPECT_EQ(values(Route::kCompiled, Lanes::kNative, 3), expected);
+  EXPECT_EQ(values(Route::kTiered, Lanes::kNative, 0), expected);
+}
+
 TEST_F(AdFunctionTest, DerivativesOnRequest) {
   const AdFunction f = created(sample, 3, 2, ApproximationOrder::Zero);
   matrix_t dydp(3, 2);

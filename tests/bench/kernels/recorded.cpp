@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 
+#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/system/files.h>
 
 #include "route.h"
