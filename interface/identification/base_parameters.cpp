@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/base_parameters.h>
 
-#include <charconv>
 #include <cmath>
 #include <random>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/interface/identification/rank_revealing_qr.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
 namespace {
@@ -47,12 +47,6 @@ MatrixXd stack(const Model<double>& model, const JointColumns& joint_columns,
   return W;
 }
 
-// 0.25, 0.1333, 12.35.
-std::string four_digits(double x) {
-  char text[32];
-  return {text, std::to_chars(text, text + sizeof text, x, std::chars_format::general, 4).ptr};
-}
-
 // "mcy2 + 0.425 m3 - Ixx3": the combination of one base parameter, its own column first.
 std::string combination_text(const Eigen::RowVectorXd& row, int own, const std::vector<std::string>& names) {
   std::string text = names[static_cast<std::size_t>(own)];
@@ -60,7 +54,7 @@ std::string combination_text(const Eigen::RowVectorXd& row, int own, const std::
     const double c = row[j];
     if (j == own || c == 0) continue;
     text += c < 0 ? " - " : " + ";
-    if (std::abs(std::abs(c) - 1) > 1e-9) text += four_digits(std::abs(c)) + " ";
+    if (std::abs(std::abs(c) - 1) > 1e-9) text += io::with_digits(std::abs(c), 4) + " ";
     text += names[static_cast<std::size_t>(j)];
   }
   return text;

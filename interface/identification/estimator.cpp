@@ -83,11 +83,6 @@ MatrixXd BaseEstimator::covariance() const {
 
 VectorXd BaseEstimator::standard_deviation() const { return covariance().diagonal().cwiseSqrt(); }
 
-double BaseEstimator::raw_condition() const {
-  MatrixXd R = qr_.matrixQR().topRows(W_.cols()).triangularView<Eigen::Upper>();
-  return condition_of(R * length_.asDiagonal());
-}
-
 Identification identify(const Model<double>& model, const BaseParameters& base, const Samples& samples) {
   const BaseEstimator unweighted(model, base, samples, VectorXd::Ones(base.nv(model)));
   const MatrixXd left = unweighted.residuals(unweighted.estimate(samples.tau), samples.tau);

@@ -34,9 +34,8 @@ class BaseEstimator {
   Eigen::MatrixXd fisher_information() const;  // (rank x rank)
   Eigen::MatrixXd covariance() const;          // its inverse, both triangles
   Eigen::VectorXd standard_deviation() const;  // (rank) root of the diagonal of the bound
-  // Condition number of Y_b: with columns of unit length, which units do not change, and as it is.
+  // Condition number of Y_b with columns of unit length, which units do not change.
   double condition() const { return condition_; }
-  double raw_condition() const;
 
  private:
   Eigen::VectorXd whitened(const Eigen::MatrixXd& tau) const;

@@ -7,7 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape::io {
@@ -35,7 +35,7 @@ std::vector<Entry> split_entries(std::string_view line) {
 
 class CsvReader {
  public:
-  CsvReader(const std::string& file, NonFinite policy) : file_(file), policy_(policy) {}
+  explicit CsvReader(const std::string& file) : file_(file) {}
 
   CsvTable read(std::string_view text) {
     if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
@@ -122,7 +122,7 @@ class CsvReader {
         const char* expected = is_out_of_range(entry.text) ? "a number in the range of a double" : "a number";
         fail(entry.column, "column '" + name + "' expects " + expected + ", got " + got);
       }
-      if (!std::isfinite(*value) && policy_ == NonFinite::kRefuse) {
+      if (!std::isfinite(*value)) {
         fail(entry.column, "column '" + name + "' expects a finite number, got " + got);
       }
       row_.push_back(*value);
@@ -131,7 +131,6 @@ class CsvReader {
   }
 
   const std::string& file_;
-  NonFinite policy_;
   CsvTable table_;
   std::vector<double> row_;
   int line_ = 0, first_empty_ = 0;
@@ -178,13 +177,11 @@ void CsvTable::append(std::span<const double> row) {
   values_.insert(values_.end(), row.begin(), row.end());
 }
 
-CsvTable parse_csv(std::string_view text, const std::string& file_name, NonFinite policy) {
-  return CsvReader(file_name, policy).read(text);
+CsvTable parse_csv(std::string_view text, const std::string& file_name) {
+  return CsvReader(file_name).read(text);
 }
 
-CsvTable read_csv(const std::string& path, NonFinite policy) {
-  return parse_csv(read_file(path), path, policy);
-}
+CsvTable read_csv(const std::string& path) { return parse_csv(read_file(path), path); }
 
 std::string format_csv(const CsvTable& table, NonFinite policy) {
   std::string text;

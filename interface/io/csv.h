@@ -16,7 +16,7 @@
 // columns.
 //
 // Errors.  FileError `file:line:column: ...` for the first problem of: no header, an empty or repeated name,
-// too few or many entries, an entry that is no finite number (NonFinite::kAllow admits inf, -inf and nan).
+// too few or many entries, an entry that is no finite number.
 // ArgumentError for a row of the wrong size and for a column that does not exist.
 #pragma once
 
@@ -58,9 +58,8 @@ class CsvTable {
   std::vector<double> values_;
 };
 
-CsvTable parse_csv(std::string_view text, const std::string& file_name,
-                   NonFinite policy = NonFinite::kRefuse);
-CsvTable read_csv(const std::string& path, NonFinite policy = NonFinite::kRefuse);
+CsvTable parse_csv(std::string_view text, const std::string& file_name);
+CsvTable read_csv(const std::string& path);
 
 // Throws ArgumentError for a number that is not finite unless that is allowed: what is written reads back.
 std::string format_csv(const CsvTable& table, NonFinite policy = NonFinite::kRefuse);

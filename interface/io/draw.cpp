@@ -1,23 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Runs gnuplot on a script, without a shell.
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/codegen/system/process.h>
 #include <dyntape/interface/io/picture.h>
-
-extern char** environ;
 
 namespace dyntape::io {
 namespace {
@@ -28,33 +22,19 @@ struct TemporaryFile {
   ~TemporaryFile() { ::unlink(path.c_str()); }
 };
 
-struct Actions {
-  posix_spawn_file_actions_t list;
-  Actions() { ::posix_spawn_file_actions_init(&list); }
-  ~Actions() { ::posix_spawn_file_actions_destroy(&list); }
-};
+// What `program script` said, and how it ended.
+codegen::Outcome run(const std::string& program, const std::string& script) {
+  // -d: without the user's start-up file; env looks for the program in PATH.
+  codegen::Outcome outcome =
+      codegen::run_all({{{"/usr/bin/env", program, "-d", script}, "", ""}}, {}).front();
+  if (outcome.status != codegen::Outcome::kNotStarted) return outcome;
+  throw ToolError("'" + program + "' is not installed, so no picture can be drawn (Debian: gnuplot-nox)");
+}
 
-// The exit status of `program script`; what it says goes to the file `messages`.
-int run(const std::string& program, const std::string& script, const std::string& messages) {
-  Actions actions;
-  ::posix_spawn_file_actions_addopen(&actions.list, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-  ::posix_spawn_file_actions_addopen(&actions.list, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  ::posix_spawn_file_actions_addopen(&actions.list, STDERR_FILENO, messages.c_str(), O_WRONLY | O_CREAT,
-                                     0600);
-  const std::string words[] = {program, "-d", script};  // -d: without the user's start-up file
-  char* arguments[] = {const_cast<char*>(words[0].c_str()), const_cast<char*>(words[1].c_str()),
-                       const_cast<char*>(words[2].c_str()), nullptr};
-  pid_t child = 0;
-  const int error = ::posix_spawnp(&child, program.c_str(), &actions.list, nullptr, arguments, environ);
-  if (error == ENOENT) {
-    throw ToolError("'" + program + "' is not installed, so no picture can be drawn (Debian: gnuplot-nox)");
-  }
-  if (error != 0) throw ToolError("cannot start '" + program + "': " + std::strerror(error));
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) throw ToolError("cannot wait for '" + program + "': " + std::strerror(errno));
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+// read_file refuses the zeros of a PNG; empty where there is none.
+std::string read_bytes(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
 }
 
 // gnuplot may end well on a disk that is full: what it wrote is then cut off, and such a file lacks its end.
@@ -73,18 +53,14 @@ void draw(const Plot& plot, const std::string& path, const std::string& gnuplot)
     throw ArgumentError("draw: the picture '" + path + "' must end in .svg or .png");
   }
   const TemporaryFile picture{temporary_name_beside(path)};
-  const TemporaryFile script{picture.path + ".gp"}, messages{picture.path + ".err"};
+  const TemporaryFile script{picture.path + ".gp"};
   write_file_atomically(script.path, gnuplot_script(plot, extension.substr(1), picture.path));
-  const int status = run(gnuplot, script.path, messages.path);
-  const std::string said = read_file(messages.path);
-  std::error_code error;
-  const bool drawn = std::filesystem::file_size(picture.path, error) > 0 && !error;
-  if (status != 0 || !drawn) {
-    throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " + std::to_string(status) +
-                    "): " + said);
+  const codegen::Outcome outcome = run(gnuplot, script.path);
+  const std::string text = read_bytes(picture.path);
+  if ((outcome.status != 0 && outcome.status != codegen::Outcome::kUnknown) || text.empty()) {
+    throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " +
+                    std::to_string(outcome.status) + "): " + outcome.output);
   }
-  std::ifstream file(picture.path, std::ios::binary);
-  const std::string text(std::istreambuf_iterator<char>(file), {});
   if (!is_whole(text, extension)) {
     throw FileError(path + ": '" + gnuplot + "' left a picture of " + std::to_string(text.size()) +
                     " bytes that is cut off; expected room for all of it on the disk");

@@ -116,17 +116,6 @@ class Script {
       if (line.text.empty()) continue;
       label(line.text, "graph 1, first " + v, kSmallSize, "left offset 0.5, 0 tc rgb '#666666' front");
     }
-    for (const ReferenceLine& line : panel.vertical) {
-      if (panel.log_x && line.value <= 0) continue;
-      const std::string v = gnuplot_number(line.value);
-      add("set arrow from first " + v + ", graph 0 to first " + v + ", graph 1" + look);
-      if (line.text.empty()) continue;
-      label(line.text, "first " + v + ", graph 1", kSmallSize, "center offset 0, 0.6 tc rgb '#666666' front");
-    }
-    for (const Annotation& note : panel.notes) {
-      label(note.text, "first " + gnuplot_number(note.x) + ", first " + gnuplot_number(note.y), kSmallSize,
-            "left offset 0.7, 0.5 point pt 7 ps 0.6 lc rgb '#333333' tc rgb '#333333' front");
-    }
   }
 
   void head(const Panel& panel, const Place& place, const std::vector<Style>& styles) {
@@ -164,7 +153,7 @@ class Script {
     std::string command = "plot ";
     for (const size_t i : order) {
       const Series& s = panel.series[i];
-      const char* with[] = {"lines", "points", "linespoints", "steps"};
+      const char* with[] = {"lines", "points", "linespoints"};
       command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with " +
                  with[static_cast<int>(s.mark)];
       command += " lc rgb '" + styles[i].color + "'";

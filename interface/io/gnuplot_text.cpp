@@ -2,9 +2,10 @@
 #include <dyntape/interface/io/gnuplot_text.h>
 
 #include <cctype>
-#include <charconv>
 #include <cmath>
 #include <cstring>
+
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape::io {
 
@@ -18,11 +19,7 @@ std::string gnuplot_quoted(const std::string& text) {
   return quoted + "'";
 }
 
-std::string gnuplot_number(double value) {
-  if (!std::isfinite(value)) return "NaN";
-  char buffer[40];
-  return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, 10).ptr};
-}
+std::string gnuplot_number(double value) { return std::isfinite(value) ? with_digits(value, 10) : "NaN"; }
 
 // Means of letters that are alike; sans-serif fonts differ by some percent.
 double text_width(const std::string& text, double size) {

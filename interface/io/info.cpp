@@ -9,7 +9,7 @@
 namespace dyntape::io {
 namespace {
 
-// Without quotes only what neither reader mode could take for something else.
+// Without quotes only what no reader could take for something else.
 bool needs_quotes(const std::string& word) {
   if (word.empty() || word.front() == '#' || word.starts_with("//")) return true;
   return std::any_of(word.begin(), word.end(), [](char c) {

@@ -2,7 +2,7 @@
 //
 // The text of an .info file as a tree in which every node knows where it was written.
 //
-//   ; a task                                 InfoNode root = read_info("task.info");
+//   ; a task                                 InfoNode root = parse_info(text, "task.info");
 //   solver                                   root.children[0].key              // "solver"
 //   {                                        root.children[0].children[1].value // "1e-8"
 //     maxIterations 200                      to_string(root.children[0].where) // "task.info:2:1"
@@ -21,8 +21,7 @@
 //     relative to the working directory;
 //   - more than kMaxIncludes #include lines, or kMaxIncluded bytes that they bring in, are an error: two lines in
 //     each of 31 files stand for two thousand million.
-// Besides, Mode::kStrict rejects what Boost accepts by accident: a second key on the line of another (which
-// is how
+// Refused, besides, is what Boost accepts by accident: a second key on the line of another (which is how
 // `//` comments and `=` signs look to this format), a value that is a brace glued to a word, an unfinished
 // continuation, and the byte zero.
 //
@@ -40,11 +39,6 @@ namespace dyntape::io {
 inline constexpr int kMaxDepth = 100;  // blocks within blocks, and files within files
 inline constexpr std::size_t kMaxIncludes = 1000;
 inline constexpr std::size_t kMaxIncluded = std::size_t{64} << 20;
-
-enum class Mode {
-  kStrict,   // for our own files: whatever looks like a mistake is one
-  kLenient,  // for files written for OCS2: read as OCS2 reads them
-};
 
 // A place in a file; lines and columns (in bytes) count from 1, line 0 means the file as a whole.
 struct Where {
@@ -84,7 +78,7 @@ struct Problem {
 void throw_if_any(std::vector<Problem> problems);
 
 // Reads a text; `file_name` stands in messages and is where #include starts from.
-InfoNode parse_info(std::string_view text, const std::string& file_name, Mode mode = Mode::kStrict);
+InfoNode parse_info(std::string_view text, const std::string& file_name);
 
 // Reads as far as it can and leaves to the caller when to report (throw_if_any): problems of meaning may
 // follow.
@@ -92,10 +86,7 @@ struct InfoScan {
   InfoNode root;
   std::vector<Problem> problems;
 };
-InfoScan scan_info(std::string_view text, const std::string& file_name, Mode mode);
-
-// Reads a file.
-InfoNode read_info(const std::string& path, Mode mode = Mode::kStrict);
+InfoScan scan_info(std::string_view text, const std::string& file_name);
 
 // The text of a tree: parse_info(write_info(root)) gives the same keys, values and order for any tree.
 std::string write_info(const InfoNode& root);

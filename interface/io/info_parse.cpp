@@ -11,7 +11,7 @@
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/info_line.h>
 
 namespace dyntape::io {
@@ -19,7 +19,6 @@ namespace {
 
 // What outlives a single file: the included ones add to the same lists.
 struct Scan {
-  Mode mode;
   std::vector<Problem> problems;
   std::list<InfoNode> dropped;  // blocks that belong to no key, kept only to go on reading
   bool stopped = false;         // nothing sensible can follow
@@ -58,7 +57,6 @@ class TreeBuilder {
  private:
   enum class Expect { kKey, kValue, kContinuation };
 
-  bool strict() const { return scan_.mode == Mode::kStrict; }
   Where at(size_t offset) const { return {file_, line_, static_cast<int>(offset) + 1}; }
   void problem(size_t offset, std::string message) {
     scan_.problems.push_back({at(offset), std::move(message)});
@@ -68,7 +66,7 @@ class TreeBuilder {
   void read_line(std::string_view line) {
     const size_t zero = line.find('\0');
     if (zero != std::string_view::npos) {
-      if (strict()) problem(zero, "the file contains the byte zero: it is not text");
+      problem(zero, "the file contains the byte zero: it is not text");
       line = line.substr(0, zero);
     }
     LineCursor cursor(line);
@@ -95,13 +93,13 @@ class TreeBuilder {
 
   void read_key(LineCursor& cursor) {
     const Word word = cursor.word();
-    if (strict() && !word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
+    if (!word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
     OpenBlock& block = blocks_.back();
-    if (strict() && block.last_key_line == line_) {
+    if (block.last_key_line == line_) {
       problem(word.offset,
               "'" + std::string(word.raw) + "' follows another entry on its line; one key, one line");
     }
-    if (strict() && !word.quoted) check_word(word, "key");
+    if (!word.quoted) check_word(word, "key");
     block.last_key_line = line_;
     block.last = static_cast<int>(block.node->children.size());
     InfoNode node;
@@ -117,12 +115,12 @@ class TreeBuilder {
 
   void read_value(LineCursor& cursor) {
     const Word word = cursor.word();
-    if (strict() && !word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
-    if (strict() && !word.quoted && word.raw == "=") {
+    if (!word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
+    if (!word.quoted && word.raw == "=") {
       problem(word.offset, "'=' would be the value: in this format a blank stands between key and value");
       return;  // what follows is the value that was meant
     }
-    if (strict() && !word.quoted) check_word(word, "value");
+    if (!word.quoted) check_word(word, "value");
     InfoNode& node = last_node();
     node.value = text_of(word);
     node.value_where = at(word.offset);
@@ -250,8 +248,7 @@ class TreeBuilder {
       const std::string& key = blocks_[i].node->key;
       scan_.problems.push_back({blocks_[i].brace, "the block of '" + key + "' is never closed"});
     }
-    if (strict() && expect_ == Expect::kContinuation)
-      problem(0, "the file ends where a value was to be continued");
+    if (expect_ == Expect::kContinuation) problem(0, "the file ends where a value was to be continued");
   }
 
   Scan& scan_;
@@ -264,8 +261,8 @@ class TreeBuilder {
 
 }  // namespace
 
-InfoScan scan_info(std::string_view text, const std::string& file_name, Mode mode) {
-  Scan scan{.mode = mode, .problems = {}, .dropped = {}};
+InfoScan scan_info(std::string_view text, const std::string& file_name) {
+  Scan scan;
   InfoScan result;
   result.root.where = {std::make_shared<const std::string>(file_name), 0, 0};
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
@@ -274,12 +271,10 @@ InfoScan scan_info(std::string_view text, const std::string& file_name, Mode mod
   return result;
 }
 
-InfoNode parse_info(std::string_view text, const std::string& file_name, Mode mode) {
-  InfoScan scan = scan_info(text, file_name, mode);
+InfoNode parse_info(std::string_view text, const std::string& file_name) {
+  InfoScan scan = scan_info(text, file_name);
   throw_if_any(std::move(scan.problems));
   return std::move(scan.root);
 }
-
-InfoNode read_info(const std::string& path, Mode mode) { return parse_info(read_file(path), path, mode); }
 
 }  // namespace dyntape::io

@@ -1,16 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/io/live_line.h>
 
-#include <dyntape/interface/io/terminal.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <cstdio>
+#include <cstdlib>
+#include <string_view>
 
 namespace dyntape::io {
 
 namespace {
 
 using namespace std::chrono_literals;
+
+// A terminal, and one that moves its cursor when told to.
+bool terminal_understands() {
+  const char* kind = std::getenv("TERM");
+  return ::isatty(STDERR_FILENO) && !(kind && std::string_view(kind) == "dumb");
+}
+
+int terminal_width() {
+  winsize size{};
+  const bool known = ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
+  return known ? size.ws_col : 80;
+}
 
 constexpr std::chrono::milliseconds kRedrawn = 50ms, kPlainPause = 3000ms;
 

@@ -80,7 +80,6 @@ Panel motion_panel(const Motion& motion) {
     throw ArgumentError("motion_panel: the motion '" + motion.title + "' has no frames");
   Panel panel{.title = motion.title, .x_label = motion.x_label, .y_label = motion.y_label};
   panel.equal_axes = panel.wide = true;
-  panel.notes = motion.notes;
   for (const Polyline& line : motion.scenery) {
     Series series = series_of({line});
     series.color = kScenery;

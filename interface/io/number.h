@@ -4,6 +4,7 @@
 //
 //   shortest(0.1)                 // "0.1": the fewest digits that read back to the same bits
 //   parse_double("1e-3")          // 0.001;   parse_double("1e-3x") is empty
+//   with_digits(1. / 3, 4)        // "0.3333"
 //   is_out_of_range("1e400")      // true: a number, but no double
 //
 // Not empty for "inf" and "nan": whether those make sense is for the caller to say.
@@ -41,6 +42,13 @@ inline bool is_out_of_range(std::string_view text) {
 inline std::string shortest(double value) {
   char buffer[32];
   return {buffer, std::to_chars(buffer, buffer + sizeof buffer, value).ptr};
+}
+
+// At most so many digits, none of them zeros at the end: "0.25", "1.234e-05".
+inline std::string with_digits(double value, int digits) {
+  char buffer[40];
+  return {buffer,
+          std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::general, digits).ptr};
 }
 
 }  // namespace dyntape::io

@@ -29,7 +29,7 @@
 
 namespace dyntape::io {
 
-enum class Mark { kLine, kPoints, kBoth, kSteps };  // kSteps: constant from each x to the next
+enum class Mark { kLine, kPoints, kBoth };
 
 struct Series {
   std::string name = {};  // in the legend; "" keeps it out
@@ -47,11 +47,6 @@ struct ReferenceLine {
   std::string text = {};
 };
 
-struct Annotation {
-  double x, y;
-  std::string text;
-};
-
 // Shown part of an axis; NaN: as the data need.
 struct Limits {
   double low = std::numeric_limits<double>::quiet_NaN();
@@ -61,10 +56,9 @@ struct Limits {
 struct Panel {
   std::string title = {}, x_label = {}, y_label = {};
   std::vector<Series> series = {};
-  std::vector<ReferenceLine> horizontal = {}, vertical = {};
-  std::vector<Annotation> notes = {};
+  std::vector<ReferenceLine> horizontal = {};
   bool log_x = false, log_y = false;
-  Limits x_limits = {}, y_limits = {};
+  Limits y_limits = {};
   bool equal_axes = false;  // a metre is as long in x as in y; the limits are then widened to fit
   bool wide = false;
   int height = 230;  // of the frame [px]
@@ -99,8 +93,7 @@ struct Motion {
   std::vector<MotionFrame> frames = {};  // in the order of time
   std::vector<Trace> traces = {};        // paths of points, dashed
   std::vector<Polyline> scenery = {};    // ground, rails, walls
-  std::vector<Annotation> notes = {};
-  int most_frames = 15;  // drawn, evenly in time; the first and the last always
+  int most_frames = 15;                  // drawn, evenly in time; the first and the last always
 };
 
 // A strobe picture: later frames darker, the first and the last in colours of their own.

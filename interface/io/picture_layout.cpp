@@ -23,7 +23,7 @@ std::vector<std::vector<size_t>> legend_rows(const Panel& panel, double width) {
   return rows;
 }
 
-// Texts of reference lines stand outside of the frame, where no curve runs: right of it and above it.
+// Texts of reference lines stand outside of the frame, where no curve runs: right of it.
 double right_margin(const Panel& panel) {
   double margin = kRight;
   for (const ReferenceLine& line : panel.horizontal) {
@@ -33,10 +33,7 @@ double right_margin(const Panel& panel) {
 }
 
 double head_height(const Panel& panel, size_t legend_rows) {
-  const bool texts = std::any_of(panel.vertical.begin(), panel.vertical.end(),
-                                 [](const ReferenceLine& line) { return !line.text.empty(); });
-  const double rows = static_cast<double>(legend_rows) + (panel.title.empty() ? 0 : 1);
-  return kTop + kHeadRow * rows + (texts ? kTextRow : 0);
+  return kTop + kHeadRow * (static_cast<double>(legend_rows) + (panel.title.empty() ? 0 : 1));
 }
 
 }  // namespace

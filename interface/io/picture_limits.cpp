@@ -34,9 +34,6 @@ void data_extent(const Panel& panel, Extent& x, Extent& y) {
 void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_limits) {
   Extent x, y;
   data_extent(panel, x, y);
-  for (const double given : {panel.x_limits.low, panel.x_limits.high}) {
-    if (std::isfinite(given)) x.add(given);
-  }
   for (const double given : {panel.y_limits.low, panel.y_limits.high}) {
     if (std::isfinite(given)) y.add(given);
   }
@@ -78,7 +75,7 @@ void choose_limits(const Panel& panel, const Box& frame, Limits& x, Limits& y) {
   if (panel.equal_axes) return equalize(panel, frame, x, y);
   Extent x_data, y_data;
   data_extent(panel, x_data, y_data);
-  x = given(panel.x_limits) ? panel.x_limits : widened(x_data, panel.vertical, panel.log_x, false);
+  x = widened(x_data, {}, panel.log_x, false);
   y = given(panel.y_limits) ? panel.y_limits
                             : widened(y_data, panel.horizontal, panel.log_y, !panel.horizontal.empty());
 }

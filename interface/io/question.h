@@ -19,7 +19,6 @@ struct Range {
 Range positive();
 Range not_negative();
 Range at_least(double low);
-Range at_most(double high);
 Range between(double low, double high);  // both included
 Range or_infinite(Range range);
 

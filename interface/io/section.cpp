@@ -7,7 +7,6 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
-#include <dyntape/interface/io/file.h>
 #include <dyntape/interface/io/section_state.h>
 
 namespace dyntape::io {
@@ -35,19 +34,16 @@ InfoNode detail::answer_node(const std::string& key, std::string value, const In
   return node;
 }
 
-Section Section::parse(std::string_view text, const std::string& file_name, Mode mode) {
-  InfoScan scan = scan_info(text, file_name, mode);
-  auto reading =
-      std::make_shared<Reading>(Reading{std::move(scan.root), mode, std::move(scan.problems), {}, {}, {}});
+Section Section::parse(std::string_view text, const std::string& file_name) {
+  InfoScan scan = scan_info(text, file_name);
+  auto reading = std::make_shared<Reading>(Reading{std::move(scan.root), std::move(scan.problems), {}, {}});
   reading->top.push_back({&reading->root, "", reading->root.where});
   State* top = &reading->top.front();
   return Section(std::move(reading), top);
 }
 
-Section Section::read(const std::string& path, Mode mode) { return parse(read_file(path), path, mode); }
-
 Section Section::catalogue() {
-  Section section = parse("", "", Mode::kStrict);
+  Section section = parse("", "");
   section.reading_->is_catalogue = true;
   return section;
 }
@@ -70,17 +66,10 @@ void Section::ask(const std::string& key, const std::string& takes, const std::s
   if (question.fallback.empty()) question.fallback = *fallback;
 }
 
-bool Section::strict() const { return reading_->mode == Mode::kStrict; }
 bool Section::present() const { return state_->node != nullptr; }
 std::string Section::name() const { return state_->node ? state_->node->key : ""; }
 std::string Section::path() const { return state_->path; }
 std::string Section::full(const std::string& key) const { return state_->path_of(key); }
-Where Section::where() const { return state_->where; }
-
-Where Section::where(const std::string& key) const {
-  const InfoNode* node = state_->node ? state_->node->child(key) : nullptr;
-  return node ? node->value_where : state_->where;
-}
 
 void Section::note(const Where& where, std::string message) {
   const bool is_new = reading_->noted.insert(to_string(where) + ": " + message).second;
@@ -88,7 +77,10 @@ void Section::note(const Where& where, std::string message) {
     reading_->problems.push_back({where, std::move(message)});  // a question asked twice is one problem
 }
 
-void Section::problem(const std::string& key, const std::string& message) { note(where(key), message); }
+void Section::problem(const std::string& key, const std::string& message) {
+  const InfoNode* node = state_->node ? state_->node->child(key) : nullptr;
+  note(node ? node->value_where : state_->where, message);
+}
 
 bool Section::given(const std::string& key) {
   check_question(key);
@@ -110,11 +102,6 @@ void Section::defer(const std::string& key, const std::string& takes, const char
   find(key, !fallback);
 }
 
-void Section::ignore(const std::string& key) {
-  given(key);
-  state_->repeatable.insert(key);
-}
-
 const InfoNode* Section::find(const std::string& key, bool required) {
   if (given(key)) return state_->node->child(key);
   if (required) note(state_->where, "required key '" + full(key) + "' is missing");
@@ -123,7 +110,7 @@ const InfoNode* Section::find(const std::string& key, bool required) {
 
 const InfoNode* Section::find_value(const std::string& key, bool required) {
   const InfoNode* node = find(key, required);
-  if (!node || !strict()) return node;
+  if (!node) return nullptr;
   if (node->has_block) note(node->where, "'" + full(key) + "' is a value, but a block was written");
   if (!node->has_block && !node->has_value) note(node->where, "'" + full(key) + "' has no value");
   return node->has_block || !node->has_value ? nullptr : node;
@@ -137,8 +124,7 @@ std::string Section::value() {
 Section Section::child(const std::string& key) {
   ask(key, "a block", nullptr);
   const InfoNode* node = find(key, true);
-  if (node && strict() && !node->has_block)
-    note(node->where, "'" + full(key) + "' is a block; '{' was expected");
+  if (node && !node->has_block) note(node->where, "'" + full(key) + "' is a block; '{' was expected");
   return Section(reading_, state_->block_of(node, key));
 }
 
@@ -181,7 +167,7 @@ bool Section::sound() const {
 void Section::finish() {
   if (reading_->is_catalogue) return;
   reading_->find_asked();
-  if (strict()) check_unread();
+  check_unread();
   throw_if_any(reading_->problems);
 }
 

@@ -2,14 +2,12 @@
 //
 // Typed values out of .info files: ask for what you need, then let finish() say what is wrong with the file.
 //
-//   Section task = Section::read("swing_up.info");        // strict: a misspelt key is an error
+//   Section task = Section::parse(text, "swing_up.info");   // a misspelt key is an error
 //   Section mesh = task.child("transcription");
 //   const int    n = mesh.get<int>("intervals", at_least(1));
 //   const double h = mesh.get_or("step", 0.05, positive());            // [s]
-//   const Scheme s = mesh.choice<Scheme>("scheme", {{"trapezoid", Scheme::kTrapezoid},
-//                                                   {"hermiteSimpson", Scheme::kHermiteSimpson}});
-//   const std::vector<double> x0 = task.vector("initialState", 4);
-//   const InfoMatrix Q = task.matrix("Q", 4, 4);
+//   const Scheme s = mesh.choice_or<Scheme>("scheme", "trapezoid", {{"trapezoid", Scheme::kTrapezoid},
+//                                                                   {"hermiteSimpson", Scheme::kHermiteSimpson}});
 //   task.finish();                                         // throws if anything is wrong, or was never asked
 //   for write_file_atomically("out/effective.info", task.effective_values());
 //
@@ -20,22 +18,9 @@
 // gives T() and is noted, so that finish() reports all problems at once, a line each.  Until finish() has
 // returned, do not act upon the values.
 //
-// What is accepted.  Strict: numbers as std::from_chars reads them, with a leading '+' allowed; whole numbers
-// for integers, no sign for unsigned ones; true, false, on, off, 1, 0 for bool; infinity only where the range
-// says or_infinite, NaN nowhere.  Lenient: what a C++ stream extracts, as Boost and hence OCS2 do (true,
-// false, 1, 0; -1 for an unsigned wraps).
-//
-// Vectors and matrices are written as OCS2 does:
-//
-//   initialState { [0] 0.5  ...one a line... }       also (0,0), (1,0), ... with scaling and default
-//   Q { scaling 1e-2  default 0  (0,0) 1  (1,1) 4 }  an absent entry is `default`, 0 if that is absent as
-//   well;
-//                                                    all are multiplied by scaling
-// A vector may also be one quoted value: initialState "0.5 0 0 0" (strict mode only: OCS2 has no such form).
-//
-// Lenient mode keeps OCS2's habits: the first of duplicate keys wins, unknown keys are ignored, a missing key
-// gives the default, a matrix entry that is no number counts as absent, a vector ends before the first bad
-// entry.
+// What is accepted.  Numbers as std::from_chars reads them, with a leading '+' allowed; whole numbers for integers, no
+// sign for unsigned ones; true, false, on, off, 1, 0 for bool; infinity only where the range says or_infinite, NaN
+// nowhere.  A list of names is one quoted value ("a b", "a, b") or, as OCS2 writes it, a block { [0] a  [1] b }.
 #pragma once
 
 #include <memory>
@@ -49,14 +34,6 @@
 
 namespace dyntape::io {
 
-// Row-major: as Eigen, `Map<const Matrix<double, Dynamic, Dynamic, RowMajor>>(m.values.data(), m.rows,
-// m.cols)`.
-struct InfoMatrix {
-  int rows = 0, cols = 0;
-  std::vector<double> values;
-  double operator()(int i, int j) const { return values[static_cast<size_t>(i * cols + j)]; }
-};
-
 namespace detail {
 struct SectionReading;  // what all sections of a file share
 struct SectionState;    // what is known of one block
@@ -64,8 +41,7 @@ struct SectionState;    // what is known of one block
 
 class Section {
  public:
-  static Section read(const std::string& path, Mode mode = Mode::kStrict);
-  static Section parse(std::string_view text, const std::string& file_name, Mode mode = Mode::kStrict);
+  static Section parse(std::string_view text, const std::string& file_name);
 
   // For the list of all keys: a file in which nothing stands, where has() says yes and nothing is a problem, so that a
   // reader asks all that it would ever ask; questions() are then in the order of asking, each once.
@@ -90,23 +66,16 @@ class Section {
 
   // One of a list of names.
   template <class E>
-  E choice(const std::string& key, const std::vector<std::pair<std::string, E>>& names) {
-    return names[choose(key, first_of(names), nullptr)].second;
-  }
-  template <class E>
   E choice_or(const std::string& key, const std::string& fallback,
               const std::vector<std::pair<std::string, E>>& names) {
-    return names[choose(key, first_of(names), &fallback)].second;
+    std::vector<std::string> firsts;
+    for (const auto& [name, value] : names) firsts.push_back(name);
+    return names[choose(key, firsts, fallback)].second;
   }
 
-  // Lists.  size < 0 takes any length; `valid` empty takes any name.
-  std::vector<double> vector(const std::string& key, int size = -1, const Range& range = {});
-  std::vector<double> vector_or(const std::string& key, const std::vector<double>& fallback,
-                                const Range& range = {});
-  std::vector<std::string> strings(const std::string& key, const std::vector<std::string>& valid = {});
+  // A list of any length; `valid` empty takes any name.
   std::vector<std::string> strings_or(const std::string& key, const std::vector<std::string>& fallback,
                                       const std::vector<std::string>& valid = {});
-  InfoMatrix matrix(const std::string& key, int rows, int cols);
 
   // Blocks.  An optional one that is absent answers get_or with the fallback, as if it were empty.
   Section child(const std::string& key);
@@ -114,21 +83,18 @@ class Section {
   std::vector<Section> children(const std::string& key);  // every block of this name: repeating it is legal
   std::vector<Section> all_children();                    // whatever the names
 
-  std::string name() const;             // its key, "" for the file itself
-  std::string path() const;             // "solver.lineSearch"
-  std::string value();                  // of a block that has one: `cost quadratic { ... }` gives "quadratic"
-  bool present() const;                 // false for an optional block that is absent
-  bool has(const std::string& key);     // whether the key is there; it counts as known from now on
-  void ignore(const std::string& key);  // known, but of no interest here
+  std::string name() const;          // its key, "" for the file itself
+  std::string path() const;          // "solver.lineSearch"
+  std::string value();               // of a block that has one: `cost quadratic { ... }` gives "quadratic"
+  bool present() const;              // false for an optional block that is absent
+  bool has(const std::string& key);  // whether the key is there; it counts as known from now on
   // Known, but not read now, since what its value depends on is missing; a problem if it is absent without fallback.
   void defer(const std::string& key, const std::string& takes, const char* fallback = nullptr);
-  Where where() const;                        // of the block's key
-  Where where(const std::string& key) const;  // of the value of a key; of the block if it is absent
   // Notes a problem found by the caller, at the value of `key`.
   void problem(const std::string& key, const std::string& message);
 
   // Reports everything noted in the file so far, and in this block and those below it every key that was not
-  // asked for, is given twice, or has a value or block that nothing reads (strict only).  Throws FileError or
+  // asked for, is given twice, or has a value or block that nothing reads.  Throws FileError or
   // returns.
   void finish();
 
@@ -144,22 +110,10 @@ class Section {
   using State = detail::SectionState;
   Section(std::shared_ptr<Reading> reading, State* state) : reading_(std::move(reading)), state_(state) {}
 
-  template <class E>
-  static std::vector<std::string> first_of(const std::vector<std::pair<std::string, E>>& names) {
-    std::vector<std::string> firsts;
-    for (const auto& [name, value] : names) firsts.push_back(name);
-    return firsts;
-  }
-  size_t choose(const std::string& key, const std::vector<std::string>& names, const std::string* fallback);
+  size_t choose(const std::string& key, const std::vector<std::string>& names, const std::string& fallback);
   const InfoNode* find(const std::string& key, bool required);
   const InfoNode* find_value(const std::string& key, bool required);
-  std::vector<double> list_in_one_value(const std::string& key, const InfoNode& node, const Range& range);
   std::vector<const InfoNode*> list_nodes(const std::string& key, const InfoNode& node);
-  std::vector<double> list_of_entries(const std::string& key, const InfoNode& node, const Range& range);
-  InfoMatrix read_entries(const std::string& key, const InfoNode& node, int rows, int cols,
-                          const Range& range);
-  void check_entries(const std::string& key, const InfoNode& node, int rows, int cols);
-  double factor(const std::string& key, const InfoNode& node, const std::string& which, double fallback);
   void note(const Where& where, std::string message);
   bool given(const std::string& key);  // has(), whatever the list of keys wants
   void ask(const std::string& key, const std::string& takes, const std::string* fallback);
@@ -168,7 +122,6 @@ class Section {
   std::string hint(const std::string& key) const;
   static InfoNode effective(const State& state);
   std::string full(const std::string& key) const;
-  bool strict() const;
 
   std::shared_ptr<Reading> reading_;
   State* state_;

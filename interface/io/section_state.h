@@ -64,7 +64,6 @@ struct SectionState {
 
 struct SectionReading {
   InfoNode root;
-  Mode mode;
   std::vector<Problem> problems;
   std::set<std::string> noted;                                 // by sections
   std::list<SectionState> top;                                 // one element
@@ -93,7 +92,7 @@ struct SectionReading {
 
 // The value of a word, or empty with `wrong` saying why.
 template <class T>
-std::optional<T> convert(const std::string& word, const Range& range, Mode mode, std::string& wrong);
+std::optional<T> convert(const std::string& word, const Range& range, std::string& wrong);
 
 // "default" where `given` is null.
 InfoNode answer_node(const std::string& key, std::string value, const InfoNode* given);

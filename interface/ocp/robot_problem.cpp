@@ -203,6 +203,8 @@ Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q
   return dynamics::inverse_dynamics(scene.model, data, torques, scene.effects, q, zero, zero);
 }
 
+double rated(double limit) { return limit > 0 ? limit : std::numeric_limits<double>::infinity(); }
+
 void limit_positions(Problem& problem, const RobotScene& scene) {
   for (int i = 0; i < scene.model.nv; ++i) {
     problem.x.lower[i] = scene.model.joints[std::size_t(i)].limits.lower;
@@ -213,7 +215,7 @@ void limit_positions(Problem& problem, const RobotScene& scene) {
 void limit_velocities(Problem& problem, const RobotScene& scene) {
   const int n = scene.model.nv;
   for (int i = 0; i < n; ++i) {
-    const double limit = scene.model.joints[std::size_t(i)].limits.velocity;
+    const double limit = rated(scene.model.joints[std::size_t(i)].limits.velocity);
     problem.x.lower[n + i] = -limit;
     problem.x.upper[n + i] = limit;
   }
@@ -222,7 +224,7 @@ void limit_velocities(Problem& problem, const RobotScene& scene) {
 void limit_efforts(Problem& problem, const RobotScene& scene, ControlUnit unit) {
   const std::vector<int> dofs = actuated_dofs(scene);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
-    const double limit = unit == ControlUnit::kFraction ? 1 : effort_limit(scene, dofs[k], false);
+    const double limit = unit == ControlUnit::kFraction ? 1 : rated(effort_limit(scene, dofs[k], false));
     problem.u.lower[long(k)] = -limit;
     problem.u.upper[long(k)] = limit;
   }

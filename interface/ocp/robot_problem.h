@@ -56,7 +56,8 @@ std::vector<int> actuated_dofs(const RobotScene& scene);
 // Torques (nv) that hold the robot still at q, passive effects included.
 Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q);
 
-// Bounds from the robot's limits.
+// Bounds from the robot's limits; a velocity or effort limit of zero is none.
+double rated(double limit);
 void limit_positions(Problem& problem, const RobotScene& scene);
 void limit_velocities(Problem& problem, const RobotScene& scene);
 void limit_efforts(Problem& problem, const RobotScene& scene, ControlUnit unit);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/joint_values.h>
 
-#include <charconv>
 #include <sstream>
+
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
 
@@ -17,14 +18,13 @@ Eigen::VectorXd from_list(Section& section, const std::string& key, const std::s
   std::istringstream words(text);
   Eigen::Index count = 0;
   for (std::string word; words >> word; ++count) {
-    double value = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
-    if (error != std::errc() || end != word.data() + word.size()) {
+    const std::optional<double> value = io::parse_double(word);
+    if (!value) {
       section.problem(key, "'" + key + "' must hold numbers, got '" + word + "'");
-    } else if (!(value >= range.low && value <= range.high)) {
+    } else if (!(*value >= range.low && *value <= range.high)) {
       section.problem(key, "'" + key + "' must be " + range.text + ", got '" + word + "'");
     }
-    if (count < n) values[count] = value;
+    if (count < n) values[count] = value.value_or(0);
   }
   if (count == 1) {
     values.setConstant(values[0]);

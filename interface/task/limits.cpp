@@ -3,9 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/task/pictures.h>
 
 namespace dyntape {
@@ -17,14 +17,7 @@ using Joint = dynamics::Joint<double>;
 constexpr double kBeyond =
     1e-6;  // of a limit: the solver widens bounds by 1e-8 and ends within its tolerance
 
-// Without zeros at the end.
-std::string plain_digits(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
-  return text;
-}
-
-double rated(double limit) { return limit > 0 ? limit : HUGE_VAL; }
+std::string plain_digits(double value) { return io::with_digits(value, 6); }
 
 const Joint& joint_at(const Task& task, int dof) { return task.scene.model.joints[std::size_t(dof)]; }
 
@@ -75,19 +68,9 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
 }
 
 void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& parts) {
-  const int n = task.scene.model.nv;
   if (parts.positions) limit_positions(problem, task.scene);
-  for (int i = 0; i < n && parts.velocities; ++i) {
-    problem.x.upper[n + i] = rated(joint_at(task, i).limits.velocity);
-    problem.x.lower[n + i] = -problem.x.upper[n + i];
-  }
-  if (!parts.efforts) return;
-  const std::vector<int> driven = actuated_dofs(task.scene);
-  const bool fraction = task.robot.unit == ControlUnit::kFraction;
-  for (std::size_t k = 0; k < driven.size(); ++k) {
-    problem.u.upper[long(k)] = fraction ? 1 : rated(joint_at(task, driven[k]).limits.effort);
-    problem.u.lower[long(k)] = -problem.u.upper[long(k)];
-  }
+  if (parts.velocities) limit_velocities(problem, task.scene);
+  if (parts.efforts) limit_efforts(problem, task.scene, task.robot.unit);
 }
 
 void check_ends(const Task& task, const RatedParts& parts) {

@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task_keys.h>
 

@@ -48,6 +48,7 @@ class Rounds {
     moment_.intervals = mesh.nodes.empty() ? mesh.intervals : int(mesh.nodes.size()) - 1;
     build(std::move(mesh));
     result_.solution = optimise(*result_.program, result_.program->start(), options());
+    if (result_.solution.nlp.log.empty()) check_not_stopped();
     note(result_.solution);
     while (moment_.refinement < task_.demands.refinements && is_too_coarse(result_.solution, task_.demands) &&
            !watch_.stop.stop_requested()) {
@@ -60,6 +61,11 @@ class Rounds {
   void tell(SolveStage stage) {
     moment_.stage = stage;
     if (watch_.tell) watch_.tell(moment_);
+  }
+
+  void check_not_stopped() const {
+    if (watch_.stop.stop_requested())
+      throw Interrupted("interrupted before the first iteration: there is no motion yet");
   }
 
   void build(MeshOptions mesh) {
@@ -75,8 +81,7 @@ class Rounds {
     } catch (const ToolError&) {
       if (!watch_.stop.stop_requested()) throw;
     }
-    if (watch_.stop.stop_requested())
-      throw Interrupted("interrupted before the first iteration: there is no motion yet");
+    check_not_stopped();
     result_.build = result_.program->build();
   }
 

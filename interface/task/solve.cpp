@@ -36,8 +36,6 @@ void say(const Task& task, const BuildReport& build) {
   for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
 }
 
-std::string grouped(std::size_t count) { return io::with_groups(static_cast<long long>(count)); }
-
 }  // namespace
 
 SolveReport solve_task(const Task& task, const SolveWatch& watch) {
@@ -74,7 +72,7 @@ std::string explain(const Task& task) {
   for (const std::string& note : task.notes) text += "  note: " + note + "\n";
   const std::size_t all = dynamics_operations(scene, task.robot);
   text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +
-          " form: " + grouped(all) + " operations\n\n";
+          " form: " + io::with_groups(all) + " operations\n\n";
   io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
   RobotScene without = scene;
   dynamics::for_each_effect(without.effects, [&](auto& effect) {
@@ -83,18 +81,20 @@ std::string explain(const Task& task) {
     effect.reset();
     const std::size_t added = all - dynamics_operations(without, task.robot);
     effect = kept;
-    table.append({dynamics::effect_name(effect), "yes", grouped(added)});
+    table.append({dynamics::effect_name(effect), "yes", io::with_groups(added)});
   });
   text += table.text();
   MeshOptions mesh = mesh_of(task);
   mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
   const Collocation nlp(task.problem, mesh);
   const SolveSizes sizes = sizes_of(nlp);
-  text += "\nOne point with its costs and constraints: " + grouped(sizes.operations) + " operations\n";
+  text +=
+      "\nOne point with its costs and constraints: " + io::with_groups(sizes.operations) + " operations\n";
   text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(task.optimise.mesh.intervals) +
-          " intervals, " + grouped(sizes.points) + " points): " + grouped(sizes.variables) + " variables, " +
-          grouped(sizes.constraints) + " constraints, " + grouped(sizes.jacobian) +
-          " non-zeros of the Jacobian, " + grouped(sizes.hessian) + " of the Hessian\n";
+          " intervals, " + io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) +
+          " variables, " + io::with_groups(sizes.constraints) + " constraints, " +
+          io::with_groups(sizes.jacobian) + " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) +
+          " of the Hessian\n";
   text += "\nThe task as it was understood:\n\n" + task.effective;
   return text;
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/task/solve.h>
 
@@ -13,11 +14,7 @@ namespace {
 
 using nlohmann::ordered_json;
 
-std::string precise(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.12g", value);
-  return text;
-}
+std::string precise(double value) { return io::with_digits(value, 12); }
 
 // JSON has no NaN and no infinity.
 ordered_json number(double value) {
@@ -108,17 +105,17 @@ std::string SolveReport::text() const {
   facts.append({"miss of the controls alone", io::scientific(v.miss)});
   facts.append({"robot's limits", excesses.empty() ? "kept" : std::to_string(excesses.size()) + " exceeded"});
   facts.append({"active bounds", std::to_string(active.size())});
-  facts.append({"program", io::with_groups(long(sizes.variables)) + " variables, " +
-                               io::with_groups(long(sizes.constraints)) + " constraints, " +
-                               io::with_groups(long(sizes.jacobian)) + " + " +
-                               io::with_groups(long(sizes.hessian)) + " non-zeros"});
+  facts.append({"program", io::with_groups(sizes.variables) + " variables, " +
+                               io::with_groups(sizes.constraints) + " constraints, " +
+                               io::with_groups(sizes.jacobian) + " + " + io::with_groups(sizes.hessian) +
+                               " non-zeros"});
   const Timings& seconds = build.seconds;
   io::TextTable times({{"step"}, {"time", "", io::Align::kRight}, {"remark"}});
   const std::string origin = std::to_string(build.compiled) + " compiled, " +
                              std::to_string(build.from_cache) + " from the cache, " +
                              std::to_string(build.interpreted) + " interpreted";
-  times.append({"record", io::duration(seconds.record),
-                io::with_groups(long(sizes.operations)) + " operations a point"});
+  times.append(
+      {"record", io::duration(seconds.record), io::with_groups(sizes.operations) + " operations a point"});
   times.append({"derive", io::duration(seconds.derive), ""});
   times.append({"print", io::duration(seconds.schedule + seconds.print), ""});
   times.append({"compile", io::duration(seconds.compile), origin});

@@ -51,7 +51,9 @@
 //                   impose, is no success; off: it is reported only
 //   expected        cost, tolerance: a known optimum to compare with
 //   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
-//   model_settings  as OCS2 spells it (io/model_settings.h)
+//   model_settings  as OCS2 spells it: recompileLibrariesCppAd (or recompileLibraries) [off]: compile although the cache has
+//                   the libraries, which unlike OCS2's do not go stale; modelFolderCppAd ["": the user's cache];
+//                   verboseCppAd [off]: say what is compiled
 //
 // Errors: FileError listing every problem of the file with its place; those of reading the robot.
 #pragma once
@@ -60,7 +62,6 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/io/model_settings.h>
 #include <dyntape/interface/ocp/robot_problem.h>
 #include <dyntape/interface/transcription/optimise.h>
 
@@ -91,7 +92,12 @@ struct Task {
   Demands demands;
   std::vector<std::string> traces;
   View view = View::kXz;
-  io::ModelSettings models;
+  struct ModelSettings {
+    bool recompile_libraries = false;
+    std::string model_folder;  // empty: the default folder of the cache
+    bool verbose = false;
+  };
+  ModelSettings models;
   std::string effective;  // the file as it was understood, defaults included
 };
 

@@ -2,7 +2,6 @@
 #include <dyntape/interface/task/task_keys.h>
 
 #include <algorithm>
-#include <charconv>
 
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/task/joint_values.h>
@@ -201,12 +200,10 @@ Limit read_limit(Section& bounds, const std::string& key, const std::string& wha
       bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "robot");
   if (word == "none") return {};
   if (word == "robot") return {true};
-  Limit limit;
-  const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), limit.value);
-  if (error != std::errc() || end != word.data() + word.size() || !(limit.value > 0)) {
+  const std::optional<double> value = io::parse_double(word);
+  if (!value || !(*value > 0))
     bounds.problem(key, "'" + key + "' must be none, robot or a positive number, got '" + word + "'");
-  }
-  return limit;
+  return {false, value.value_or(0)};
 }
 
 TaskKeys::Limits read_limits(Section& file) {
@@ -216,6 +213,20 @@ TaskKeys::Limits read_limits(Section& file) {
   limits.velocities = read_limit(bounds, "velocities", "velocities [rad/s or m/s]");
   limits.efforts = read_limit(bounds, "efforts", "controls [N m or N]");
   return limits;
+}
+
+Task::ModelSettings read_model_settings(Section& file) {
+  Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
+  Task::ModelSettings settings;
+  block.about(
+      "compile the dynamics again even if the cache has them (another name of recompileLibrariesCppAd)");
+  if (block.has("recompileLibraries")) settings.recompile_libraries = block.get<bool>("recompileLibraries");
+  settings.recompile_libraries = block.about("compile the dynamics again even if the cache has them")
+                                     .get_or("recompileLibrariesCppAd", settings.recompile_libraries);
+  settings.model_folder =
+      block.about("the cache; empty: the usual one").get_or("modelFolderCppAd", settings.model_folder);
+  settings.verbose = block.about("say what is compiled").get_or("verboseCppAd", settings.verbose);
+  return settings;
 }
 
 void read_demands(Section& file, Task::Demands& demands) {
@@ -281,7 +292,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.costs = read_costs(file, model);
   keys.limits = read_limits(file);
   read_output(file, task, model);
-  task.models = io::read_model_settings(file);
+  task.models = read_model_settings(file);
   read_demands(file, task.demands);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");

@@ -14,7 +14,7 @@
 #include <thread>
 
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/live_line.h>
 
 #include "../autodiff/routes.h"
 #include "../codegen/random_function.h"
@@ -31,7 +31,7 @@ std::uint64_t failures(const std::string& what, std::uint64_t count, std::uint64
                        const std::function<std::string(std::uint64_t)>& failure) {
   std::mutex printing;
   std::uint64_t done = 0, failed = 0;
-  io::Progress progress(what, static_cast<long>(count));
+  io::LiveLine line;
   std::atomic<std::uint64_t> next = first_seed;
   std::vector<std::jthread> threads;
   for (unsigned t = 0; t < std::max(1u, std::thread::hardware_concurrency()); ++t) {
@@ -39,7 +39,7 @@ std::uint64_t failures(const std::string& what, std::uint64_t count, std::uint64
       for (std::uint64_t seed; (seed = next++) < first_seed + count;) {
         const std::string found = failure(seed);
         const std::lock_guard lock(printing);
-        progress.update(static_cast<long>(++done));
+        line.show(std::string(what) + " " + std::to_string(++done) + " of " + std::to_string(count));
         if (found.empty()) continue;
         ++failed;
         std::cerr << "seed " << seed << ": " << found << "\n";

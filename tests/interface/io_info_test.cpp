@@ -2,7 +2,7 @@
 //
 // The reader of .info text against Boost.PropertyTree's, on written and on random files.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/info.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -45,19 +45,19 @@ std::string boost_reading(const std::string& text) {
   return printed;
 }
 
-std::string our_reading(const std::string& text, Mode mode = Mode::kLenient) {
+std::string our_reading(const std::string& text) {
   std::string printed;
   try {
-    append(parse_info(text, "test.info", mode), 0, printed);
+    append(parse_info(text, "test.info"), 0, printed);
   } catch (const FileError&) {
     return "error";
   }
   return printed;
 }
 
-std::string problems_of(const std::string& text, Mode mode = Mode::kStrict) {
+std::string problems_of(const std::string& text) {
   try {
-    parse_info(text, "t.info", mode);
+    parse_info(text, "t.info");
   } catch (const FileError& error) {
     return error.what();
   }
@@ -116,7 +116,13 @@ TEST(InfoText, tricky_files_read_as_boost_reads_them) {
       "[0] \"a, b\"\n(0,0) 1\n",
       "a 1\na 2\na 3",
   };
-  for (const std::string& text : corpus) EXPECT_EQ(our_reading(text), boost_reading(text)) << text;
+  int accepted = 0;
+  for (const std::string& text : corpus) {
+    const std::string ours = our_reading(text);  // may refuse more, never reads otherwise
+    accepted += ours != "error";
+    EXPECT_TRUE(ours == "error" || ours == boost_reading(text)) << text;
+  }
+  EXPECT_GT(accepted, 15);
 }
 
 using Random = std::mt19937_64;
@@ -175,17 +181,17 @@ TEST(InfoText, random_valid_files_read_as_boost_reads_them) {
     Random random(seed);
     std::string text;
     random_block(random, 0, text);
-    const std::string expected = boost_reading(text);
-    valid += expected != "error";
-    ASSERT_EQ(our_reading(text), expected) << "seed " << seed << "\n" << text;
+    const std::string ours = our_reading(text);
+    valid += ours != "error";
+    ASSERT_TRUE(ours == "error" || ours == boost_reading(text)) << "seed " << seed << "\n" << text;
   }
-  EXPECT_GT(valid, 3500);
+  EXPECT_GT(valid, 1000);
 }
 
-// Any bytes at all: both accept and agree, or both refuse.
-TEST(InfoText, random_bytes_are_accepted_or_refused_as_boost_does) {
+// Any bytes at all: what is accepted is read alike.
+TEST(InfoText, random_bytes_are_refused_or_read_as_boost_reads_them) {
   const std::string alphabet("ab \t\n\n;{}{}\"\"\\\\#=\0\r", 19);
-  int accepted = 0, strictly_accepted = 0;
+  int accepted = 0, ours_accepted = 0;
   for (unsigned seed = 0; seed < 20000; ++seed) {
     Random random(seed);
     std::string text;
@@ -193,13 +199,12 @@ TEST(InfoText, random_bytes_are_accepted_or_refused_as_boost_does) {
       text += alphabet[below(random, static_cast<int>(alphabet.size()))];
     const std::string expected = boost_reading(text);
     accepted += expected != "error";
-    ASSERT_EQ(our_reading(text), expected) << "seed " << seed << "\n" << text;
-    const std::string strict = our_reading(text, Mode::kStrict);  // may refuse more, never reads otherwise
-    strictly_accepted += strict != "error";
-    ASSERT_TRUE(strict == "error" || strict == expected) << "seed " << seed << "\n" << text;
+    const std::string ours = our_reading(text);
+    ours_accepted += ours != "error";
+    ASSERT_TRUE(ours == "error" || ours == expected) << "seed " << seed << "\n" << text;
   }
-  EXPECT_GT(strictly_accepted, 1000);
-  EXPECT_GT(accepted, strictly_accepted);
+  EXPECT_GT(ours_accepted, 1000);
+  EXPECT_GT(accepted, ours_accepted);
 }
 
 InfoNode random_tree(Random& random, int depth) {
@@ -217,15 +222,14 @@ InfoNode random_tree(Random& random, int depth) {
   return node;
 }
 
-TEST(InfoText, what_is_written_reads_back_in_both_modes_and_by_boost) {
+TEST(InfoText, what_is_written_reads_back_and_by_boost) {
   for (unsigned seed = 0; seed < 500; ++seed) {
     Random random(seed);
     const InfoNode tree = random_tree(random, 0);
     std::string expected;
     append(tree, 0, expected);
     const std::string text = write_info(tree);
-    ASSERT_EQ(our_reading(text, Mode::kStrict), expected) << "seed " << seed << "\n" << text;
-    ASSERT_EQ(our_reading(text, Mode::kLenient), expected) << "seed " << seed << "\n" << text;
+    ASSERT_EQ(our_reading(text), expected) << "seed " << seed << "\n" << text;
     ASSERT_EQ(boost_reading(text), expected) << "seed " << seed << "\n" << text;
   }
 }
@@ -237,7 +241,7 @@ TEST(InfoText, positions_are_those_of_the_text) {
   EXPECT_EQ(to_string(root.children[0].children[0].value_where), "p.info:3:8");
 }
 
-TEST(InfoText, strict_mode_names_what_looks_like_a_mistake) {
+TEST(InfoText, names_what_looks_like_a_mistake) {
   const struct {
     const char *text, *message;
   } cases[] = {
@@ -273,20 +277,17 @@ TEST(InfoText, all_problems_are_reported_at_once_in_order) {
       "t.info:4:1: '}' closes nothing");
 }
 
-TEST(InfoText, depth_is_limited_in_both_modes) {
+TEST(InfoText, depth_is_limited) {
   const auto nested = [](int n) {
     std::string text;
     for (int i = 0; i < n; ++i) text += "a {\n";
     for (int i = 0; i < n; ++i) text += "}\n";
     return text;
   };
-  for (const Mode mode : {Mode::kStrict, Mode::kLenient}) {
-    EXPECT_EQ(problems_of(nested(kMaxDepth), mode), "");
-    EXPECT_NE(
-        problems_of(nested(kMaxDepth + 1), mode).find("t.info:101:3: blocks are nested deeper than 100"),
-        std::string::npos);
-    EXPECT_NE(problems_of(nested(1000000), mode).find("nested deeper"), std::string::npos);
-  }
+  EXPECT_EQ(problems_of(nested(kMaxDepth)), "");
+  EXPECT_NE(problems_of(nested(kMaxDepth + 1)).find("t.info:101:3: blocks are nested deeper than 100"),
+            std::string::npos);
+  EXPECT_NE(problems_of(nested(1000000)).find("nested deeper"), std::string::npos);
 }
 
 TEST(InfoText, a_byte_order_mark_is_skipped) {
@@ -307,7 +308,7 @@ TEST_F(InfoFiles, includes_are_found_beside_the_file_and_keep_their_positions) {
   write_file_atomically(path_ / "main.info", "a\n{\n  #include \"parts/one.info\"\n}\nz 1\n");
   write_file_atomically(path_ / "parts/one.info", "b 1\n#include \"two.info\"\n");
   write_file_atomically(path_ / "parts/two.info", "c 2\n");
-  const InfoNode root = read_info(path_ / "main.info");
+  const InfoNode root = parse_info(read_file(path_ / "main.info"), path_ / "main.info");
   ASSERT_EQ(root.children[0].children.size(), 2u);
   EXPECT_EQ(to_string(root.children[0].children[1].where), (path_ / "parts/two.info").string() + ":1:1");
   write_file_atomically(path_ / "plain.info",
@@ -321,7 +322,7 @@ TEST_F(InfoFiles, a_file_that_includes_itself_is_an_error) {
   EXPECT_THROW(
       {
         try {
-          read_info(path_ / "loop.info");
+          parse_info(read_file(path_ / "loop.info"), path_ / "loop.info");
         } catch (const FileError& error) {
           EXPECT_NE(std::string(error.what()).find("does one include itself?"), std::string::npos)
               << error.what();
@@ -334,7 +335,7 @@ TEST_F(InfoFiles, a_file_that_includes_itself_is_an_error) {
 TEST_F(InfoFiles, includes_that_multiply_are_an_error) {
   const auto problem_of = [&](const std::string& file) {
     try {
-      read_info(path_ / file);
+      parse_info(read_file(path_ / file), path_ / file);
     } catch (const FileError& error) {
       return std::string(error.what());
     }

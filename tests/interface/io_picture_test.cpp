@@ -2,7 +2,7 @@
 //
 // Pictures are drawn by the installed gnuplot and looked into as XML.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/picture.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -39,9 +39,7 @@ Plot sample() {
                   .y_label = "q [rad]",
                   .series = {{.name = "a", .x = {0, 1, 2}, .y = {0, 1, 0}},
                              {.name = "b", .x = {0, 1, 2}, .y = {1, 0, 1}, .mark = Mark::kBoth}},
-                  .horizontal = {{2, "limit"}},
-                  .vertical = {{5, "end"}},
-                  .notes = {{1, 1, "peak"}}},
+                  .horizontal = {{2, "limit"}}},
                  {.title = "right",
                   .series = {{.name = "c", .x = {1, 10, 100}, .y = {1e-3, 1e-9, 1e-15}}},
                   .horizontal = {{1e-20, ""}},
@@ -52,8 +50,7 @@ Plot sample() {
 
 TEST_F(Picture, shows_every_text_and_nothing_of_place_or_time) {
   const std::string svg = drawn(sample());
-  for (const char* text :
-       {"Title", "left", "right", "t [s]", "q [rad]", ">a<", ">b<", ">c<", "limit", "end", "peak"}) {
+  for (const char* text : {"Title", "left", "right", "t [s]", "q [rad]", ">a<", ">b<", ">c<", "limit"}) {
     EXPECT_NE(svg.find(text), std::string::npos) << text;
   }
   EXPECT_EQ(svg.find(folder_.string()), std::string::npos);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 #include <gtest/gtest.h>
 
@@ -47,30 +46,6 @@ TEST(TextTable, rounded_numbers_are_near_what_they_show) {
     const double shown = std::strtod(significant(value, 4).c_str(), nullptr);
     ASSERT_LE(std::abs(shown - value), 0.50001e-3 * value) << "seed " << seed;
   }
-}
-
-TEST(Progress, the_line_fits_and_fills) {
-  EXPECT_EQ(Progress::line("compiling", 5, 10, "a.c", 80), "compiling [==========>         ]  5/10  a.c");
-  EXPECT_EQ(Progress::line("compiling", 10, 10, "", 80), "compiling [====================] 10/10");
-  EXPECT_EQ(Progress::line("reading", 7, 0, "", 80), "reading 7");
-  EXPECT_EQ(Progress::line("compiling", 5, 10, "a.c", 12).size(), 12u);
-}
-
-TEST(Progress, is_silent_where_stderr_is_no_terminal_and_erases_itself) {
-  ::testing::internal::CaptureStderr();
-  {
-    Progress progress("x", 2);
-    progress.update(1);
-  }
-  EXPECT_EQ(::testing::internal::GetCapturedStderr(), "");
-  ::testing::internal::CaptureStderr();
-  {
-    Progress progress("x", 2, Progress::Show::kAlways);
-    progress.update(1);
-  }
-  const std::string said = ::testing::internal::GetCapturedStderr();
-  EXPECT_NE(said.find("1/2"), std::string::npos);
-  EXPECT_TRUE(said.ends_with("\r\033[K"));
 }
 
 }  // namespace

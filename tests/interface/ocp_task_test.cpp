@@ -10,7 +10,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/task/solve.h>
 #include "../dynamics/robot_files.h"
 
@@ -31,7 +31,7 @@ class TaskFiles : public ::testing::Test {
 
   Task read(const std::string& text) const {
     const std::string path = (folder_ / "task.info").string();
-    io::write_file_atomically(path, text);
+    dyntape::write_file_atomically(path, text);
     return read_task(path);
   }
   std::string message(const std::string& text) const {
@@ -130,10 +130,10 @@ TEST_F(TaskFiles, OptionsReachTheSolver) {
 
 TEST_F(TaskFiles, NoOptionOfTheSolverEmptiesAFile) {
   const std::string file = (folder_ / "precious").string();
-  io::write_file_atomically(file, "precious");
+  dyntape::write_file_atomically(file, "precious");
   const Task task = read(cart_pole("solver\n{\n ipopt\n {\n  output_file \"" + file + "\"\n }\n}\n"));
   EXPECT_THROW(solve_task(without_compiler(task)), ArgumentError);
-  EXPECT_EQ(io::read_file(file), "precious");
+  EXPECT_EQ(dyntape::read_file(file), "precious");
 }
 
 TEST_F(TaskFiles, VerboseSaysWhatIsGenerated) {
@@ -169,17 +169,17 @@ TEST_F(TaskFiles, ResultsAreWrittenWhole) {
                                                      "a.slider", "a.pivot", "tau.slider"}));
   EXPECT_EQ(table(20, 0), 2.0);
   EXPECT_EQ(table(20, 1), 1.0);
-  const auto json = nlohmann::json::parse(io::read_file(out + "/report.json"));
+  const auto json = nlohmann::json::parse(dyntape::read_file(out + "/report.json"));
   EXPECT_EQ(json.at("success"), true);
   EXPECT_EQ(json.at("status"), "solved");
   EXPECT_NEAR(json.at("cost").get<double>(), report.solution.cost(), 0);
   EXPECT_EQ(io::read_csv(out + "/iterations.csv").rows(), report.solution.nlp.iterations() + 1);
   for (const char* picture : {"/trajectory.svg", "/motion.svg"}) {
-    EXPECT_NE(io::read_file(out + picture).find("</svg>"), std::string::npos) << picture;
+    EXPECT_NE(dyntape::read_file(out + picture).find("</svg>"), std::string::npos) << picture;
   }
   // What was understood, read again, is the same task.
-  std::string again = io::read_file(out + "/effective.info");
-  io::write_file_atomically((folder_ / "again.info").string(), again);
+  std::string again = dyntape::read_file(out + "/effective.info");
+  dyntape::write_file_atomically((folder_ / "again.info").string(), again);
   EXPECT_EQ(read_task((folder_ / "again.info").string()).effective.empty(), false);
 }
 

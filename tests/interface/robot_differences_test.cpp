@@ -47,8 +47,10 @@ TEST(RobotDifferences, AJointOnALineIsMovedByAPartOfWhereItIs) {
     SCOPED_TRACE(dynamics::to_string(type));
     const auto model = robot_with(type);
     const double step = 0x1p-10;
+    RobotEvaluatorOptions options;
+    options.step = step;
     RobotEvaluator rnea(model, RobotFunction::kRnea, RobotRoute::kAnalytic);
-    RobotEvaluator differences(model, RobotFunction::kIdDerivatives, RobotRoute::kFdCentral, {.step = step});
+    RobotEvaluator differences(model, RobotFunction::kIdDerivatives, RobotRoute::kFdCentral, options);
     for (double q : {0.5, 32.0, -64.0}) {
       const VectorXd state = (VectorXd(6) << q, 0.3, 1.2, -0.7, 0.4, 0.9).finished();
       const VectorXd expected = central(rnea, state, step * std::max(1.0, std::abs(q)));

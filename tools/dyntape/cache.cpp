@@ -62,14 +62,12 @@ void list_builds(const std::vector<LeftOver>& builds) {
   io::TextTable table({{"build"}, {"state"}, {"size", "KiB", io::Align::kRight}, {"changed"}});
   for (const LeftOver& b : builds) {
     bytes += b.bytes;
-    table.append({b.folder, to_string(b.state), io::with_groups(static_cast<long long>(b.bytes / 1024)),
-                  day(b.modified)});
+    table.append({b.folder, to_string(b.state), io::with_groups(b.bytes / 1024), day(b.modified)});
   }
   std::cout << "\n"
             << table.text() << "\n"
             << builds.size() << (builds.size() == 1 ? " build, " : " builds, ")
-            << io::with_groups(static_cast<long long>(bytes / 1024))
-            << " KiB: `dyntape cache clear` removes all "
+            << io::with_groups(bytes / 1024) << " KiB: `dyntape cache clear` removes all "
             << "but those at work\n";
 }
 
@@ -109,11 +107,11 @@ void list(const CacheOptions& options) {
   for (const Entry& e : entries) {
     bytes += e.bytes;
     table.append({e.manifest.name, std::to_string(e.manifest.order), e.manifest.profile,
-                  io::with_groups(static_cast<long long>(e.bytes / 1024)), day(e.last_used), digest(e)});
+                  io::with_groups(e.bytes / 1024), day(e.last_used), digest(e)});
   }
   if (!entries.empty()) std::cout << table.text() << "\n";
   std::cout << entries.size() << (entries.size() == 1 ? " library, " : " libraries, ")
-            << io::with_groups(static_cast<long long>(bytes / 1024)) << " KiB in " << cache.folder() << "\n";
+            << io::with_groups(bytes / 1024) << " KiB in " << cache.folder() << "\n";
   list_builds(builds);
 }
 

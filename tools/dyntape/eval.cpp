@@ -8,10 +8,10 @@
 #include <memory>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/file.h>
-#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 
 #include "function_options.h"
@@ -81,7 +81,7 @@ void check_result(const std::vector<double>& result, const std::vector<std::stri
 }
 
 void run(const EvalOptions& options) {
-  if (options.output != kStream) io::check_can_write(options.output);
+  if (options.output != kStream) dyntape::check_can_write(options.output);
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   check_moves(robot, "a file of states has no columns");
@@ -93,7 +93,7 @@ void run(const EvalOptions& options) {
 
   const std::vector<Direction> read_by_direction = directions(robot);
   io::CsvTable results(output_names(robot.model, function));
-  io::Progress progress("evaluating", states.rows());
+  io::LiveLine line;
   std::vector<double> state(evaluate.n_in()), result(evaluate.n_out());
   for (int i = 0; i < states.rows(); ++i) {
     columns.read(states, i, state);
@@ -102,7 +102,7 @@ void run(const EvalOptions& options) {
     evaluate.evaluate(state.data(), result.data());
     check_result(result, results.names(), where);
     results.append(result);
-    progress.update(i + 1);
+    line.show("evaluating row " + std::to_string(i + 1) + " of " + std::to_string(states.rows()));
   }
   write_results(options.output, results);
 }

@@ -95,8 +95,8 @@ void run_embedded(const GenerateOptions& options, const Function& recorded, cons
                        {"at most", "bytes", io::Align::kRight}});
   for (std::size_t k = 0; k < e.entries.size(); ++k) {
     const bool is_known = k < how.stack.bytes.size();
-    table.append({e.entries[k], io::with_groups(static_cast<long long>(e.source.operations[k])),
-                  std::to_string(e.work[k]), is_known ? std::to_string(how.stack.bytes[k]) : "-",
+    table.append({e.entries[k], io::with_groups(e.source.operations[k]), std::to_string(e.work[k]),
+                  is_known ? std::to_string(how.stack.bytes[k]) : "-",
                   e.stack_bounds[k] ? std::to_string(e.stack_bounds[k]) : "-"});
     report["functions"].push_back({{"name", e.entries[k]},
                                    {"operations", e.source.operations[k]},
@@ -152,8 +152,7 @@ void run(const GenerateOptions& options) {
     const auto [non_zeros, places] =
         entries(k, compiled.n_y(), k >= 1 ? compiled.jacobian_pattern() : Pattern{},
                 k >= 2 ? compiled.hessian_pattern() : Pattern{});
-    table.append({names[k], io::with_groups(static_cast<long long>(operations)), std::to_string(non_zeros),
-                  std::to_string(places)});
+    table.append({names[k], io::with_groups(operations), std::to_string(non_zeros), std::to_string(places)});
     report["kernels"].push_back({{"order", k}, {"operations", operations}, {"non_zeros", non_zeros}});
   }
   if (options.json) {

@@ -10,7 +10,6 @@
 #include <dyntape/interface/identification/excitation.h>
 #include <dyntape/interface/identification/pictures.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
@@ -96,10 +95,7 @@ double mean_gain(const Excitation& e, const BaseParameters& base) {
 // The motion that tells most; false where the solver did not get there.
 bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model,
             const BaseParameters& base) {
-  const Excitation e = [&] {
-    io::Progress progress("exciting", 0);
-    return optimal_excitation(model, base, options.excitation);
-  }();
+  const Excitation e = optimal_excitation(model, base, options.excitation);
   std::cout << "\nexcitation of " << significant(e.series.period, 3) << " s, " << e.series.harmonics()
             << " harmonics: " << to_string(e.status) << " after " << e.iterations << " iterations, "
             << io::duration(e.seconds) << "\n  condition " << significant(e.condition, 4)

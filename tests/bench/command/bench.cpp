@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 
@@ -112,9 +112,9 @@ void run(const BenchOptions& options) {
   const int nv = robot.model.nv - static_cast<int>(robot.mimics.size());
   std::vector<Row> rows;
   {
-    io::Progress progress("measuring", std::size(kRobotRoutes));
+    io::LiveLine line;
     for (RobotRoute route : kRobotRoutes) {
-      progress.update(static_cast<long>(rows.size()), to_string(route));
+      line.show(std::string("measuring ") + to_string(route));
       if (has_route(function, route))
         rows.push_back(measure(robot.model, function, route, profile, states, expected));
     }

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
-#include <dyntape/interface/io/progress.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/packed_robot.h>
 #include <dyntape/interface/robot/robot_rows.h>
@@ -209,9 +209,9 @@ void compare(const dynamics::Model<double>& model, const CompareOptions& options
   }
   std::vector<Row> rows;
   {
-    io::Progress progress("measuring", static_cast<long>(options.functions.size()));
+    io::LiveLine line;
     for (const RobotFunction& function : options.functions) {
-      progress.update(static_cast<long>(rows.size()), to_string(function));
+      line.show(std::string("measuring ") + to_string(function));
       if (is_forward(function)) dynamics::check_forward_dynamics(model);
       rows.push_back(measure(model, function, peer ? &*peer : nullptr, options));
     }

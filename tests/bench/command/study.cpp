@@ -8,10 +8,10 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/picture.h>
-#include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
@@ -96,7 +96,7 @@ Sample single_precision(const dynamics::Model<double>& model, const std::vector<
 }
 
 std::vector<Sample> measure(const dynamics::Model<double>& model, const StudyOptions& options,
-                            io::Progress& progress, long& done) {
+                            io::LiveLine& line, long& done) {
   const auto states = random_states(model, kFunction, options.states, options.seed);
   std::vector<std::vector<double>> expected;
   for (const auto& state : states) expected.push_back(reference(model, kFunction, state));
@@ -109,7 +109,7 @@ std::vector<Sample> measure(const dynamics::Model<double>& model, const StudyOpt
         to_string(route), model, states, expected,
         [&](const Eigen::VectorXd& state, double* result) { evaluate.evaluate(state.data(), result); }));
     samples.back().step = step;
-    progress.update(++done, to_string(route));
+    line.show("measuring " + std::to_string(++done) + ", " + to_string(route));
   };
   for (RobotRoute route : {RobotRoute::kFdForward, RobotRoute::kFdCentral}) {
     for (int k = -24; k <= -2; ++k) add(route, std::pow(10.0, 0.5 * k));
@@ -212,12 +212,12 @@ void run(const StudyOptions& options) {
   std::vector<std::vector<Sample>> samples;
   {
     long done = 0;
-    io::Progress progress("measuring", static_cast<long>(robots.size()) * 49);
-    for (const Subject& subject : robots) samples.push_back(measure(subject.model, options, progress, done));
+    io::LiveLine line;
+    for (const Subject& subject : robots) samples.push_back(measure(subject.model, options, line, done));
   }
   print(robots, samples);
   const std::string table = options.output + "/routes.csv", drawing = options.output + "/routes.svg";
-  io::write_file_atomically(table, csv(robots, samples, options));
+  dyntape::write_file_atomically(table, csv(robots, samples, options));
   io::draw(picture(robots, samples), drawing);
   std::cout << table << "\n" << drawing << "\n";
 }

@@ -10,11 +10,11 @@
 #include <memory>
 #include <sstream>
 
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/io/file.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/picture.h>
-#include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 
 #include "chains.h"
@@ -164,10 +164,10 @@ void run(const Options& options) {
   prepare_folder(options.output, {"compile.csv", "compile.svg"});
   std::vector<Sample> samples;
   {
-    io::Progress progress("measuring", static_cast<long>(std::size(kFunctions)));
+    io::LiveLine line;
     for (std::size_t f = 0; f < std::size(kFunctions); ++f) {
       for (int bodies = kFewest; bodies <= options.bodies; bodies *= 2) {
-        progress.update(static_cast<long>(f), std::string(kFunctions[f]) + " " + std::to_string(bodies));
+        line.show("measuring " + std::string(kFunctions[f]) + " " + std::to_string(bodies));
         const Sample s = sample(kFunctions[f], bodies, options.operations);
         if (s.compile == 0) break;
         samples.push_back(s);
@@ -176,7 +176,7 @@ void run(const Options& options) {
   }
   print(samples);
   const std::string data = options.output + "/compile.csv", drawing = options.output + "/compile.svg";
-  io::write_file_atomically(data, csv(samples));
+  dyntape::write_file_atomically(data, csv(samples));
   io::draw(picture(samples), drawing);
   std::cout << data << "\n" << drawing << "\n";
 }

@@ -6,10 +6,10 @@
 #include <memory>
 #include <sstream>
 
-#include <dyntape/interface/io/file.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/picture.h>
-#include <dyntape/interface/io/progress.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
@@ -82,12 +82,12 @@ void run_slopes(const SlopesOptions& options) {
   prepare_folder(options.output, {"slopes.csv", "slopes.svg"});
   std::vector<Line> lines;
   {
-    io::Progress progress("measuring", 2 * static_cast<long>(std::size(kFunctions)));
+    io::LiveLine live;
     for (auto make : {chain, binary_tree}) {
       for (const char* name : kFunctions) {
         const RobotFunction function(name);
         Line line{make(1).name, name, {}, {}};
-        progress.update(static_cast<long>(lines.size()), (line.shape + " " + name).c_str());
+        live.show("measuring " + line.shape + " " + name);
         for (int bodies = kFewest; bodies <= options.bodies; bodies *= 2) {
           line.bodies.push_back(bodies);
           line.seconds.push_back(seconds_of(make(bodies), function, options));
@@ -109,7 +109,7 @@ void run_slopes(const SlopesOptions& options) {
   }
   std::cout << table.text() << "slope: log time over log bodies, from " << kFirstOfFit << " bodies on\n";
   const std::string data = options.output + "/slopes.csv", drawing = options.output + "/slopes.svg";
-  io::write_file_atomically(data, csv(lines, options));
+  dyntape::write_file_atomically(data, csv(lines, options));
   io::draw(picture(lines), drawing);
   std::cout << data << "\n" << drawing << "\n";
 }
