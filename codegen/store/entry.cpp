@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/owners.h>
 
 namespace dyntape::codegen {

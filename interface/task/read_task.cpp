@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/task/limits.h>
+#include <dyntape/interface/task/task_costs.h>
 #include <dyntape/interface/task/task_keys.h>
 
 namespace dyntape {
@@ -44,9 +45,9 @@ std::optional<dynamics::UrdfRobot> read_robot(Section& file, Task& task) {
 }
 
 void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs) {
-  if (costs.control > 0) problem.add(squared_controls(costs.control));
-  if (costs.effort > 0) problem.add(squared_fractions(task.scene, costs.effort, task.robot.unit));
-  if (costs.acceleration > 0) problem.add(squared_accelerations(problem, costs.acceleration));
+  for (std::size_t k = 0; k < costs.weights.size(); ++k) {
+    if (costs.weights[k] > 0) problem.add(task_costs()[k].term(problem, task, costs.weights[k]));
+  }
   if (costs.tracking_q.isZero(0) && costs.tracking_v.isZero(0)) return;
   const int n = task.scene.model.nv;
   const Eigen::VectorXd goal = problem.goal.array().isNaN().select(0, problem.goal);

@@ -5,6 +5,7 @@
 
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/task/joint_values.h>
+#include <dyntape/interface/task/task_costs.h>
 
 namespace dyntape {
 
@@ -173,14 +174,10 @@ Eigen::VectorXd read_end(Section& file, const std::string& key, const std::strin
 
 TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   Section costs = file.about("weights of what is integrated over the motion").child("costs");
-  const auto weight = [&](const std::string& key, const std::string& what) {
-    return costs.about(what).get_or(key, 0.0, io::not_negative());
-  };
   Section tracking = costs.about("weights of the squared distance to the goal").child_or_empty("tracking");
   TaskKeys::Costs c;
-  c.control = weight("control", "of the squared controls");
-  c.effort = weight("effort", "of the squared fractions of the effort limits");
-  c.acceleration = weight("acceleration", "of the squared accelerations");
+  for (const TaskCost& cost : task_costs())
+    c.weights.push_back(costs.about(cost.meaning).get_or(cost.key, 0.0, io::not_negative()));
   c.tracking_q = joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
   c.tracking_v = joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
   return c;

@@ -39,7 +39,7 @@ struct Limit {
 struct TaskKeys {
   Eigen::VectorXd start, goal;
   struct Costs {
-    double control = 0, effort = 0, acceleration = 0;
+    std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;
   } costs;
   struct Guess {

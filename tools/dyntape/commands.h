@@ -10,18 +10,16 @@
 #include <vector>
 
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/task/task.h>
 
 namespace dyntape::tools {
 
-void add_info(CLI::App& app);
-void add_eval(CLI::App& app);
-void add_generate(CLI::App& app);
-void add_solve(CLI::App& app);
-void add_check_config(CLI::App& app);
-void add_check_config_keys(CLI::App& app);  // an option of it
-void add_cache(CLI::App& app);
-void add_doctor(CLI::App& app);
-void add_identify(CLI::App& app);
+// Each is add_<name>(app) in <name>.cpp, in the order of `dyntape --help`.
+#define DYNTAPE_COMMANDS(X) \
+  X(info) X(eval) X(generate) X(solve) X(identify) X(check_config) X(cache) X(doctor)
+#define DYNTAPE_DECLARE(name) void add_##name(CLI::App& app);
+DYNTAPE_COMMANDS(DYNTAPE_DECLARE)
+#undef DYNTAPE_DECLARE
 
 // The outcome has been reported already; only the exit status is left.
 struct Failure {
@@ -42,6 +40,9 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options);
 
 // Makes the folder for these files and tries what can be tried, before the work whose results they are to hold.
 void prepare_folder(const std::string& folder, const std::vector<std::string>& files);
+
+// A task file, with a name that reports can carry.
+Task task_in(const std::string& file);
 
 // "tau0", "tau1", ...
 std::vector<std::string> numbered(const std::string& prefix, int count);

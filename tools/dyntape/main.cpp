@@ -16,15 +16,9 @@ int main(int argc, char** argv) {
       "  dyntape bench config/robots/panda.urdf --function fd-derivatives"};
   app.name("dyntape");
   app.set_version_flag("--version", "dyntape " DYNTAPE_VERSION);
-  add_info(app);
-  add_eval(app);
-  add_generate(app);
-  add_solve(app);
-  add_identify(app);
-  add_check_config(app);
-  add_check_config_keys(app);
-  add_cache(app);
-  add_doctor(app);
+#define DYNTAPE_ADD(name) add_##name(app);
+  DYNTAPE_COMMANDS(DYNTAPE_ADD)
+#undef DYNTAPE_ADD
   add_measuring(app);
 
   return run(app, argc, argv);

@@ -15,20 +15,20 @@
 #include "words.h"
 
 namespace dyntape::tools {
-namespace {
 
-struct SolveOptions {
-  std::string task, output;
-  bool explain = false, json = false;
-};
-
-// With a name that the report can carry: it may be that of the file.
 Task task_in(const std::string& file) {
   Task task = read_task(file);
   const std::string fault = fault_of_name(task.name);
   if (!fault.empty()) throw FileError(file + ": the task has a name that " + fault);
   return task;
 }
+
+namespace {
+
+struct SolveOptions {
+  std::string task, output;
+  bool explain = false, json = false;
+};
 
 // The solve, shown while it runs.
 class SolveDisplay {
@@ -110,29 +110,6 @@ void add_solve(CLI::App& app) {
       "print the resolved scene, which effects act and what each costs in operations; solve nothing");
   command->add_flag("--json", options->json, "the report for programs");
   command->callback([options] { run(*options); });
-}
-
-void add_check_config(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "check-config",
-      "read a task file and its robot strictly; print every problem with file, line and column");
-  const auto file = std::make_shared<std::string>();
-  const auto show = std::make_shared<bool>(false);
-  command->add_option("file", *file, "the task, an .info file")
-      ->required()
-      ->check(not_empty())
-      ->type_name("FILE");
-  command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
-  command->callback([file, show] {
-    const Task task = task_in(*file);
-    if (*show) {
-      std::cout << task.effective;
-      return;
-    }
-    std::cout << *file << ": sound (" << task.problem.n_x() << " states, " << task.problem.n_u()
-              << " controls)\n";
-    for (const std::string& note : task.notes) std::cout << "note: " << note << "\n";
-  });
 }
 
 }  // namespace dyntape::tools

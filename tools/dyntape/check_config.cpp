@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// dyntape check-config --keys: every key that a task file may have, by the code that reads them.
+// dyntape check-config: a task file's problems, and every key that one may have, by the code that reads them.
 #include <iostream>
+#include <memory>
 
 #include <dyntape/interface/task/task_keys.h>
 
@@ -43,14 +44,33 @@ std::string all_keys() {
 
 }  // namespace
 
-void add_check_config_keys(CLI::App& app) {
-  const auto print = [] {
+void add_check_config(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "check-config",
+      "read a task file and its robot strictly; print every problem with file, line and column");
+  const auto file = std::make_shared<std::string>();
+  const auto show = std::make_shared<bool>(false);
+  command->add_option("file", *file, "the task, an .info file")
+      ->required()
+      ->check(not_empty())
+      ->type_name("FILE");
+  command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
+  command->callback([file, show] {
+    const Task task = task_in(*file);
+    if (*show) {
+      std::cout << task.effective;
+      return;
+    }
+    std::cout << *file << ": sound (" << task.problem.n_x() << " states, " << task.problem.n_u()
+              << " controls)\n";
+    for (const std::string& note : task.notes) std::cout << "note: " << note << "\n";
+  });
+  const auto print_keys = [] {
     std::cout << flowing(all_keys()) << keys_of(task_questions(), "", 0);
     throw CLI::Success();
   };
-  app.get_subcommand("check-config")
-      ->add_flag_callback("--keys", print,
-                          "print every key that a task file may have, with unit and default");
+  command->add_flag_callback("--keys", print_keys,
+                             "print every key that a task file may have, with unit and default");
 }
 
 }  // namespace dyntape::tools
