@@ -9,9 +9,9 @@
 //   VectorX<double> q = expand_configuration(model, q_short);  // and v, a by expand_tangent
 //   VectorX<double> tau = gather(model, rnea(model.full, data, q, v, a));      // (nv)
 //
-// Every algorithm runs on the full model: expand its arguments, gather its results.  Short vectors hold the entries
-// of the joints that follow nobody, (nq) and (nv), in the order of the full model, and are interchangeable with those of
-// what Pinocchio builds with mimic = True.
+// Every algorithm runs on the full model: expand its arguments, gather its results; accelerations are those
+// of v_owners.  Short vectors hold the entries of the joints that follow nobody, (nq) and (nv), in the order of
+// the full model, and are interchangeable with those of what Pinocchio builds with mimic = True.
 //
 // With the constant matrix G (full.nv x nv) of the multipliers (docs/math.md J.3):
 //   q_full = G q + offset   v_full = G v   a_full = G a        (on the lines on which followers live)

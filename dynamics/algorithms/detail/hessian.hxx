@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The Hessian of mu^T tau(q, v, a) in one sweep, and that of lambda^T ddq: docs/math.md (H.13) to (H.19), (H.22), (H.23).
+// The Hessian of mu^T tau(q, v, a) in one sweep, and that of lambda^T ddq: docs/math.md (H.13) to (H.19), (H.22).
 //
 // mu is a virtual velocity: with m the motion it makes, mu^T tau = int m . acceleration dm over all bodies.
 // Each column sends four wrenches and two couples to the root; they meet the motions of the columns

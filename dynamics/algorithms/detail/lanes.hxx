@@ -66,8 +66,8 @@ struct FirstLanes : Lanes<T> {
   typename Lanes<T>::Indices here;
 };
 
-// The end of a loop, out of line: beside it gcc 12 keeps less of the loop in registers, and id_derivatives and crba take
-// 1.2 to 1.5 times as long.
+// The end of a loop, out of line: beside it gcc 12 keeps less of the loop in registers, and crba and
+// id_derivatives take 1.2 to 1.5 times as long.
 template <class T, class Body>
 __attribute__((noinline)) void over_rest(int s, int end, Body& body) {
   body(s, FirstLanes<T>(end - s));
