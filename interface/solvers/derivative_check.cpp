@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <random>
+#include <tuple>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
@@ -47,14 +48,43 @@ void add_terms(Vector& terms, const Pattern& pattern, const Vector& values, cons
   }
 }
 
-Pattern full_symmetric(const Pattern& lower) {
-  std::vector<std::vector<std::uint32_t>> rows(lower.rows);
-  for (std::size_t k = 0; k < lower.nnz(); ++k) {
-    rows[lower.row[k]].push_back(lower.col[k]);
-    if (lower.row[k] != lower.col[k]) rows[lower.col[k]].push_back(lower.row[k]);
+// A color for each column of a pattern such that columns of one color share no row.
+std::vector<std::size_t> color_columns(const Pattern& pattern) {
+  std::vector<std::vector<std::size_t>> rows_of_column(pattern.cols), columns_of_row(pattern.rows);
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    rows_of_column[pattern.col[k]].push_back(pattern.row[k]);
+    columns_of_row[pattern.row[k]].push_back(pattern.col[k]);
   }
-  for (auto& row : rows) std::sort(row.begin(), row.end());
-  return pattern_from_rows(rows, lower.cols);
+  std::vector<std::size_t> color(pattern.cols, kNoColumn), taken_by(pattern.cols + 1, kNoColumn);
+  for (std::size_t j = 0; j < pattern.cols; ++j) {
+    for (std::size_t row : rows_of_column[j]) {
+      for (std::size_t other : columns_of_row[row]) {
+        if (color[other] != kNoColumn) taken_by[color[other]] = j;
+      }
+    }
+    color[j] = 0;
+    while (taken_by[color[j]] == j) ++color[j];
+  }
+  return color;
+}
+
+// Both triangles of a symmetric matrix that is given by its lower one.
+std::pair<Pattern, Vector> both_triangles(const Pattern& lower, const Vector& values) {
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, double>> entries;
+  for (std::size_t k = 0; k < lower.nnz(); ++k) {
+    entries.emplace_back(lower.row[k], lower.col[k], values[k]);
+    if (lower.row[k] != lower.col[k]) entries.emplace_back(lower.col[k], lower.row[k], values[k]);
+  }
+  std::sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) {
+    return std::tie(std::get<0>(a), std::get<1>(a)) < std::tie(std::get<0>(b), std::get<1>(b));
+  });
+  std::vector<std::vector<std::uint32_t>> rows(lower.rows);
+  Vector sorted;
+  for (const auto& [row, col, value] : entries) {
+    rows[row].push_back(col);
+    sorted.push_back(value);
+  }
+  return {pattern_from_rows(rows, lower.cols), sorted};
 }
 
 class Checker {
@@ -221,14 +251,7 @@ class Checker {
         y[shape_.jacobian.col[k]] += lambda[shape_.jacobian.row[k]] * jacobian[k];
       }
     };
-    const Pattern full = full_symmetric(shape_.hessian);
-    Vector full_values(full.nnz());
-    std::size_t e = 0;
-    for (std::size_t k = 0; k < full.nnz(); ++k) {
-      const std::uint32_t row = std::max(full.row[k], full.col[k]), col = std::min(full.row[k], full.col[k]);
-      e = find(shape_.hessian, row, col, e);
-      full_values[k] = values[e];
-    }
+    const auto [full, full_values] = both_triangles(shape_.hessian, values);
     // The slopes that are added up, and what they are made of themselves.
     Vector terms(x_.size(), 0.0), row_unit(x_.size());
     if (!nlp_.gradient(x_.data(), terms.data())) not_finite("gradient");
@@ -244,16 +267,6 @@ class Checker {
         [&](std::size_t i) { return "derivative of the Lagrangian by " + nlp_.variable_name(i); });
   }
 
-  // Index of a place; `hint` is where the last one was, which is mostly near.
-  static std::size_t find(const Pattern& pattern, std::uint32_t row, std::uint32_t col, std::size_t hint) {
-    for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-      const std::size_t up = hint + k, down = hint - k;
-      if (up < pattern.nnz() && pattern.row[up] == row && pattern.col[up] == col) return up;
-      if (k <= hint && pattern.row[down] == row && pattern.col[down] == col) return down;
-    }
-    return 0;
-  }
-
   const NlpMagnitudes& units() const { return nlp_.units(); }
 
   ScaledNlp nlp_;  // so that errors are relative to what the program calls large
@@ -265,25 +278,6 @@ class Checker {
 };
 
 }  // namespace
-
-std::vector<std::size_t> color_columns(const Pattern& pattern) {
-  std::vector<std::vector<std::size_t>> rows_of_column(pattern.cols), columns_of_row(pattern.rows);
-  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-    rows_of_column[pattern.col[k]].push_back(pattern.row[k]);
-    columns_of_row[pattern.row[k]].push_back(pattern.col[k]);
-  }
-  std::vector<std::size_t> color(pattern.cols, kNoColumn), taken_by(pattern.cols + 1, kNoColumn);
-  for (std::size_t j = 0; j < pattern.cols; ++j) {
-    for (std::size_t row : rows_of_column[j]) {
-      for (std::size_t other : columns_of_row[row]) {
-        if (color[other] != kNoColumn) taken_by[color[other]] = j;
-      }
-    }
-    color[j] = 0;
-    while (taken_by[color[j]] == j) ++color[j];
-  }
-  return color;
-}
 
 DerivativeCheck check_derivatives(Nlp& problem, const std::vector<double>& near,
                                   const DerivativeCheckOptions& options) {

@@ -46,7 +46,4 @@ struct DerivativeCheck {
 DerivativeCheck check_derivatives(Nlp& problem, const std::vector<double>& near,
                                   const DerivativeCheckOptions& options = {});
 
-// Numbers the columns so that two columns of one number never share a row of the pattern.
-std::vector<std::size_t> color_columns(const Pattern& pattern);
-
 }  // namespace dyntape
