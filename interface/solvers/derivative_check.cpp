@@ -22,6 +22,9 @@ constexpr double kRelativeStep = 5e-4;
 // Of a difference of f over one step, in units of the rounding of the largest terms of f.
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon() / kRelativeStep;
 constexpr std::size_t kNoColumn = ~std::size_t{0};
+constexpr double kPerturbation = 0.05;       // of the point, relative to max(1, |x|)
+constexpr double kTolerance = 1e-6;          // of |given - difference| / max(1, |given|, |difference|)
+constexpr std::size_t kMostMismatches = 20;  // that are named
 
 // y = f(x); throws where that is not finite.
 using VectorFunction = std::function<void(const Vector& x, Vector& y)>;
@@ -97,7 +100,7 @@ class Checker {
         x_(nlp_.in_scaled_units(near)) {
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (std::size_t i = 0; i < x_.size(); ++i) {
-      const double moved = x_[i] + options.perturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
+      const double moved = x_[i] + kPerturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
       const bool fixed = shape_.x_lower[i] == shape_.x_upper[i];
       // Functions need not be defined outside the bounds; differences then reach a little beyond.
       x_[i] = fixed ? moved : std::clamp(moved, shape_.x_lower[i], shape_.x_upper[i]);
@@ -126,7 +129,7 @@ class Checker {
   bool agrees(const Vector& given, const Vector& found, const Vector& terms) const {
     if (found.empty()) return false;
     for (std::size_t i = 0; i < given.size(); ++i) {
-      if (!(error_of(given[i], found[i], terms[i]) <= options_.tolerance)) return false;
+      if (!(error_of(given[i], found[i], terms[i]) <= kTolerance)) return false;
     }
     return true;
   }
@@ -136,8 +139,8 @@ class Checker {
                const std::function<std::string()>& row, const std::function<std::string()>& variable) {
     const double error = error_of(given, found, terms);
     worst = dyntape::worst(worst, error);
-    const bool bad = !(error <= options_.tolerance);
-    if (bad && result_.mismatches.size() < options_.most_mismatches) {
+    const bool bad = !(error <= kTolerance);
+    if (bad && result_.mismatches.size() < kMostMismatches) {
       result_.mismatches.push_back({row(), variable(), given * unit, found * unit});
     }
   }
@@ -218,7 +221,7 @@ class Checker {
         size += std::abs(gradient[j] * direction[j] / kRelativeStep);
       }
       const double found = difference(f, x_, direction, 1)[0] / kRelativeStep;
-      const double allowed = options_.tolerance * std::max(1e-3, size) + kRounding * terms[0];
+      const double allowed = kTolerance * std::max(1e-3, size) + kRounding * terms[0];
       if (std::abs(expected - found) <= allowed) continue;
       for (std::size_t j = c; j < n; j += groups) {
         Vector single(n, 0.0);
