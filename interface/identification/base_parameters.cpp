@@ -142,14 +142,6 @@ BaseParameters base_parameters(const Model<double>& model, const BaseOptions& op
   return base;
 }
 
-MatrixXd base_regressor(const BaseParameters& base, const MatrixXd& Y) {
-  if (Y.cols() != base.regrouping.cols()) {
-    throw ArgumentError("base_regressor: Y has " + std::to_string(Y.cols()) + " columns, expected " +
-                        std::to_string(base.regrouping.cols()));
-  }
-  return Y(Eigen::all, base.independent);
-}
-
 MatrixXd stacked_base_regressor(const Model<double>& model, const BaseParameters& base,
                                 const Samples& samples) {
   const Eigen::Index n = samples.count();

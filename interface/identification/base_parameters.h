@@ -4,7 +4,7 @@
 //
 //   BaseParameters base = base_parameters(arm);           // UR5: 36 of 60
 //   VectorXd beta = base.regrouping * inertial_parameters(arm);
-//   base_regressor(base, Y) * beta == Y * theta           // Y of dynamics/algorithms/regressor.h, at every state
+//   Y(all, base.independent) * beta == Y * theta          // Y of dynamics/algorithms/regressor.h, at every state
 //   base.names[3]                                         // "mcy2 + 0.425 m3 + ..."
 //
 // Torques are tau = Y theta, and the columns of Y depend on each other at every state: theta is never
@@ -57,9 +57,6 @@ struct BaseParameters {
 };
 
 BaseParameters base_parameters(const dynamics::Model<double>& model, const BaseOptions& options = {});
-
-// The columns of Y that stay, (rows of Y x rank).
-Eigen::MatrixXd base_regressor(const BaseParameters& base, const Eigen::MatrixXd& Y);
 
 // Base regressors of all samples, one below the other: (N nv x rank).
 Eigen::MatrixXd stacked_base_regressor(const dynamics::Model<double>& model, const BaseParameters& base,

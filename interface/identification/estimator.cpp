@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/estimator.h>
 
-#include <Eigen/Cholesky>
 #include <Eigen/SVD>
 #include <cmath>
 
@@ -71,8 +70,6 @@ MatrixXd BaseEstimator::residuals(const VectorXd& beta, const MatrixXd& tau) con
   return sigma_.asDiagonal() * left.reshaped(tau.rows(), tau.cols());
 }
 
-MatrixXd BaseEstimator::fisher_information() const { return W_.transpose() * W_; }
-
 MatrixXd BaseEstimator::covariance() const {
   const Eigen::Index n = W_.cols();
   MatrixXd inverse = MatrixXd::Identity(n, n);
@@ -98,17 +95,6 @@ Identification identify(const Model<double>& model, const BaseParameters& base, 
   sigma = sigma.cwiseMax(least);
   const BaseEstimator weighted(model, base, samples, sigma);
   return {weighted.estimate(samples.tau), weighted.standard_deviation(), sigma, weighted.condition()};
-}
-
-VectorXd nearest_parameters(const BaseParameters& base, const VectorXd& beta, const VectorXd& prior) {
-  const MatrixXd& G = base.regrouping;
-  if (beta.size() != G.rows() || prior.size() != G.cols()) {
-    throw ArgumentError("nearest_parameters: beta has " + std::to_string(beta.size()) +
-                        " entries and the prior " + std::to_string(prior.size()) + ", expected " +
-                        std::to_string(G.rows()) + " and " + std::to_string(G.cols()));
-  }
-  const MatrixXd GGt = G * G.transpose();
-  return prior + G.transpose() * GGt.ldlt().solve(beta - G * prior);
 }
 
 }  // namespace dyntape

@@ -31,8 +31,7 @@ class BaseEstimator {
   Eigen::VectorXd estimate(const Eigen::MatrixXd& tau) const;  // tau (nv x N) -> beta (rank)
   Eigen::MatrixXd residuals(const Eigen::VectorXd& beta, const Eigen::MatrixXd& tau) const;  // tau - Y_b beta
 
-  Eigen::MatrixXd fisher_information() const;  // (rank x rank)
-  Eigen::MatrixXd covariance() const;          // its inverse, both triangles
+  Eigen::MatrixXd covariance() const;          // (rank x rank) inverse of the information, both triangles
   Eigen::VectorXd standard_deviation() const;  // (rank) root of the diagonal of the bound
   // Condition number of Y_b with columns of unit length, which units do not change.
   double condition() const { return condition_; }
@@ -55,11 +54,5 @@ struct Identification {
 };
 Identification identify(const dynamics::Model<double>& model, const BaseParameters& base,
                         const Samples& samples);
-
-// Parameters theta with base.regrouping theta = beta that are nearest to a prior, for simulators that want all
-// ten; what the torques do not tell stays with the prior.  They may be physically impossible (physical_margin
-// in dynamics/algorithms/regressor.h).
-Eigen::VectorXd nearest_parameters(const BaseParameters& base, const Eigen::VectorXd& beta,
-                                   const Eigen::VectorXd& prior);
 
 }  // namespace dyntape

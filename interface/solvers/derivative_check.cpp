@@ -6,6 +6,7 @@
 #include <functional>
 #include <limits>
 #include <random>
+#include <tuple>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
@@ -21,6 +22,9 @@ constexpr double kRelativeStep = 5e-4;
 // Of a difference of f over one step, in units of the rounding of the largest terms of f.
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon() / kRelativeStep;
 constexpr std::size_t kNoColumn = ~std::size_t{0};
+constexpr double kPerturbation = 0.05;       // of the point, relative to max(1, |x|)
+constexpr double kTolerance = 1e-6;          // of |given - difference| / max(1, |given|, |difference|)
+constexpr std::size_t kMostMismatches = 20;  // that are named
 
 // y = f(x); throws where that is not finite.
 using VectorFunction = std::function<void(const Vector& x, Vector& y)>;
@@ -47,14 +51,43 @@ void add_terms(Vector& terms, const Pattern& pattern, const Vector& values, cons
   }
 }
 
-Pattern full_symmetric(const Pattern& lower) {
-  std::vector<std::vector<std::uint32_t>> rows(lower.rows);
-  for (std::size_t k = 0; k < lower.nnz(); ++k) {
-    rows[lower.row[k]].push_back(lower.col[k]);
-    if (lower.row[k] != lower.col[k]) rows[lower.col[k]].push_back(lower.row[k]);
+// A color for each column of a pattern such that columns of one color share no row.
+std::vector<std::size_t> color_columns(const Pattern& pattern) {
+  std::vector<std::vector<std::size_t>> rows_of_column(pattern.cols), columns_of_row(pattern.rows);
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    rows_of_column[pattern.col[k]].push_back(pattern.row[k]);
+    columns_of_row[pattern.row[k]].push_back(pattern.col[k]);
   }
-  for (auto& row : rows) std::sort(row.begin(), row.end());
-  return pattern_from_rows(rows, lower.cols);
+  std::vector<std::size_t> color(pattern.cols, kNoColumn), taken_by(pattern.cols + 1, kNoColumn);
+  for (std::size_t j = 0; j < pattern.cols; ++j) {
+    for (std::size_t row : rows_of_column[j]) {
+      for (std::size_t other : columns_of_row[row]) {
+        if (color[other] != kNoColumn) taken_by[color[other]] = j;
+      }
+    }
+    color[j] = 0;
+    while (taken_by[color[j]] == j) ++color[j];
+  }
+  return color;
+}
+
+// Both triangles of a symmetric matrix that is given by its lower one.
+std::pair<Pattern, Vector> both_triangles(const Pattern& lower, const Vector& values) {
+  std::vector<std::tuple<std::uint32_t, std::uint32_t, double>> entries;
+  for (std::size_t k = 0; k < lower.nnz(); ++k) {
+    entries.emplace_back(lower.row[k], lower.col[k], values[k]);
+    if (lower.row[k] != lower.col[k]) entries.emplace_back(lower.col[k], lower.row[k], values[k]);
+  }
+  std::sort(entries.begin(), entries.end(), [](const auto& a, const auto& b) {
+    return std::tie(std::get<0>(a), std::get<1>(a)) < std::tie(std::get<0>(b), std::get<1>(b));
+  });
+  std::vector<std::vector<std::uint32_t>> rows(lower.rows);
+  Vector sorted;
+  for (const auto& [row, col, value] : entries) {
+    rows[row].push_back(col);
+    sorted.push_back(value);
+  }
+  return {pattern_from_rows(rows, lower.cols), sorted};
 }
 
 class Checker {
@@ -67,7 +100,7 @@ class Checker {
         x_(nlp_.in_scaled_units(near)) {
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (std::size_t i = 0; i < x_.size(); ++i) {
-      const double moved = x_[i] + options.perturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
+      const double moved = x_[i] + kPerturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
       const bool fixed = shape_.x_lower[i] == shape_.x_upper[i];
       // Functions need not be defined outside the bounds; differences then reach a little beyond.
       x_[i] = fixed ? moved : std::clamp(moved, shape_.x_lower[i], shape_.x_upper[i]);
@@ -96,7 +129,7 @@ class Checker {
   bool agrees(const Vector& given, const Vector& found, const Vector& terms) const {
     if (found.empty()) return false;
     for (std::size_t i = 0; i < given.size(); ++i) {
-      if (!(error_of(given[i], found[i], terms[i]) <= options_.tolerance)) return false;
+      if (!(error_of(given[i], found[i], terms[i]) <= kTolerance)) return false;
     }
     return true;
   }
@@ -106,8 +139,8 @@ class Checker {
                const std::function<std::string()>& row, const std::function<std::string()>& variable) {
     const double error = error_of(given, found, terms);
     worst = dyntape::worst(worst, error);
-    const bool bad = !(error <= options_.tolerance);
-    if (bad && result_.mismatches.size() < options_.most_mismatches) {
+    const bool bad = !(error <= kTolerance);
+    if (bad && result_.mismatches.size() < kMostMismatches) {
       result_.mismatches.push_back({row(), variable(), given * unit, found * unit});
     }
   }
@@ -188,7 +221,7 @@ class Checker {
         size += std::abs(gradient[j] * direction[j] / kRelativeStep);
       }
       const double found = difference(f, x_, direction, 1)[0] / kRelativeStep;
-      const double allowed = options_.tolerance * std::max(1e-3, size) + kRounding * terms[0];
+      const double allowed = kTolerance * std::max(1e-3, size) + kRounding * terms[0];
       if (std::abs(expected - found) <= allowed) continue;
       for (std::size_t j = c; j < n; j += groups) {
         Vector single(n, 0.0);
@@ -221,14 +254,7 @@ class Checker {
         y[shape_.jacobian.col[k]] += lambda[shape_.jacobian.row[k]] * jacobian[k];
       }
     };
-    const Pattern full = full_symmetric(shape_.hessian);
-    Vector full_values(full.nnz());
-    std::size_t e = 0;
-    for (std::size_t k = 0; k < full.nnz(); ++k) {
-      const std::uint32_t row = std::max(full.row[k], full.col[k]), col = std::min(full.row[k], full.col[k]);
-      e = find(shape_.hessian, row, col, e);
-      full_values[k] = values[e];
-    }
+    const auto [full, full_values] = both_triangles(shape_.hessian, values);
     // The slopes that are added up, and what they are made of themselves.
     Vector terms(x_.size(), 0.0), row_unit(x_.size());
     if (!nlp_.gradient(x_.data(), terms.data())) not_finite("gradient");
@@ -244,16 +270,6 @@ class Checker {
         [&](std::size_t i) { return "derivative of the Lagrangian by " + nlp_.variable_name(i); });
   }
 
-  // Index of a place; `hint` is where the last one was, which is mostly near.
-  static std::size_t find(const Pattern& pattern, std::uint32_t row, std::uint32_t col, std::size_t hint) {
-    for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-      const std::size_t up = hint + k, down = hint - k;
-      if (up < pattern.nnz() && pattern.row[up] == row && pattern.col[up] == col) return up;
-      if (k <= hint && pattern.row[down] == row && pattern.col[down] == col) return down;
-    }
-    return 0;
-  }
-
   const NlpMagnitudes& units() const { return nlp_.units(); }
 
   ScaledNlp nlp_;  // so that errors are relative to what the program calls large
@@ -265,25 +281,6 @@ class Checker {
 };
 
 }  // namespace
-
-std::vector<std::size_t> color_columns(const Pattern& pattern) {
-  std::vector<std::vector<std::size_t>> rows_of_column(pattern.cols), columns_of_row(pattern.rows);
-  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-    rows_of_column[pattern.col[k]].push_back(pattern.row[k]);
-    columns_of_row[pattern.row[k]].push_back(pattern.col[k]);
-  }
-  std::vector<std::size_t> color(pattern.cols, kNoColumn), taken_by(pattern.cols + 1, kNoColumn);
-  for (std::size_t j = 0; j < pattern.cols; ++j) {
-    for (std::size_t row : rows_of_column[j]) {
-      for (std::size_t other : columns_of_row[row]) {
-        if (color[other] != kNoColumn) taken_by[color[other]] = j;
-      }
-    }
-    color[j] = 0;
-    while (taken_by[color[j]] == j) ++color[j];
-  }
-  return color;
-}
 
 DerivativeCheck check_derivatives(Nlp& problem, const std::vector<double>& near,
                                   const DerivativeCheckOptions& options) {

@@ -26,10 +26,7 @@ namespace dyntape {
 
 struct DerivativeCheckOptions {
   unsigned seed = 1;
-  double perturbation = 0.05;        // of the point, relative to max(1, |x|)
-  double tolerance = 1e-6;           // of |given - difference| / max(1, |given|, |difference|)
-  bool second_order = true;          // where the program has the exact Hessian
-  std::size_t most_mismatches = 20;  // that are named
+  bool second_order = true;  // where the program has the exact Hessian
 };
 
 struct DerivativeMismatch {
@@ -45,8 +42,5 @@ struct DerivativeCheck {
 
 DerivativeCheck check_derivatives(Nlp& problem, const std::vector<double>& near,
                                   const DerivativeCheckOptions& options = {});
-
-// Numbers the columns so that two columns of one number never share a row of the pattern.
-std::vector<std::size_t> color_columns(const Pattern& pattern);
 
 }  // namespace dyntape

@@ -34,8 +34,18 @@ void divide(std::vector<double>& values, const std::vector<double>& divisors) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] /= divisors[i];
 }
 
-void multiply(std::vector<double>& values, double factor) {
-  for (double& v : values) v *= factor;
+// A solution in units that are smaller by these factors.
+NlpSolution multiplied(NlpSolution s, const NlpMagnitudes& by) {
+  s.objective *= by.objective;
+  multiply(s.x, by.x);
+  multiply(s.g, by.g);
+  divide(s.lambda, by.g);
+  divide(s.lower_price, by.x);
+  divide(s.upper_price, by.x);
+  for (std::vector<double>* prices : {&s.lambda, &s.lower_price, &s.upper_price}) {
+    for (double& price : *prices) price *= by.objective;
+  }
+  return s;
 }
 
 }  // namespace
@@ -59,30 +69,17 @@ std::vector<double> ScaledNlp::in_scaled_units(const std::vector<double>& x) con
 }
 
 NlpSolution ScaledNlp::in_scaled_units(NlpSolution s) const {
-  s.objective /= scale_.objective;
-  divide(s.x, scale_.x);
-  divide(s.g, scale_.g);
-  multiply(s.lambda, scale_.g);
-  multiply(s.lambda, 1 / scale_.objective);
-  for (std::vector<double>* price : {&s.lower_price, &s.upper_price}) {
-    multiply(*price, scale_.x);
-    multiply(*price, 1 / scale_.objective);
+  NlpMagnitudes inverse = scale_;
+  inverse.objective = 1 / inverse.objective;
+  for (std::vector<double>* part : {&inverse.x, &inverse.g}) {
+    for (double& unit : *part) unit = 1 / unit;
   }
-  return s;
+  return multiplied(std::move(s), inverse);
 }
 
 NlpSolution ScaledNlp::in_own_units(NlpSolution s) const {
-  s.objective *= scale_.objective;
-  multiply(s.x, scale_.x);
-  multiply(s.g, scale_.g);
-  divide(s.lambda, scale_.g);
-  multiply(s.lambda, scale_.objective);
-  for (std::vector<double>* price : {&s.lower_price, &s.upper_price}) {
-    divide(*price, scale_.x);
-    multiply(*price, scale_.objective);
-  }
   for (IterationRecord& record : s.log) record.objective *= scale_.objective;
-  return s;
+  return multiplied(std::move(s), scale_);
 }
 
 const double* ScaledNlp::own(const double* x) {

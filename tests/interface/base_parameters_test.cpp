@@ -81,7 +81,8 @@ TEST_P(BaseParametersOf, AreAllThatTheTorquesDependOn) {
   std::mt19937_64 random(5);
   VectorXd other = VectorXd::NullaryExpr(
       theta.size(), [&] { return std::uniform_real_distribution<double>(-1, 1)(random); });
-  other = nearest_parameters(base, base.regrouping * theta, other);
+  const MatrixXd& G = base.regrouping;
+  other += G.transpose() * (G * G.transpose()).ldlt().solve(G * (theta - other));
   EXPECT_GT((other - theta).norm(), 0.1);
   Data<double> data(model);
   RegressorData<double> regressor(model);
@@ -196,7 +197,10 @@ TEST_F(Noisy, EstimateIsExactWithoutNoise) {
 TEST_F(Noisy, CovarianceReachesTheCramerRaoBound) {
   const BaseEstimator estimator(model, base, samples, sigma);
   const MatrixXd bound = estimator.covariance();
-  const MatrixXd product = bound * estimator.fisher_information();
+  MatrixXd W = stacked_base_regressor(model, base, samples);
+  for (Eigen::Index t = 0; t < samples.count(); ++t)
+    W.middleRows(t * model.nv, model.nv).array().colwise() /= sigma.array();
+  const MatrixXd product = bound * (W.transpose() * W);
   EXPECT_LE((product - MatrixXd::Identity(base.rank(), base.rank())).cwiseAbs().maxCoeff(), 1e-10);
   constexpr int kDraws = 10000;
   constexpr unsigned long kSeed = 2024;
@@ -245,7 +249,6 @@ TEST_F(Noisy, FaultsAreNamed) {
   still.a.setZero();
   EXPECT_THROW(BaseEstimator(model, base, still, sigma), NumericalError);
   EXPECT_THROW(BaseEstimator(model, base, samples, sigma).estimate(samples.tau.leftCols(3)), ArgumentError);
-  EXPECT_THROW(base_regressor(base, MatrixXd::Zero(2, 3)), ArgumentError);
 }
 
 }  // namespace
