@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <mutex>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/callee.h>
