@@ -4,7 +4,7 @@
 //
 //   Function shorter = outlined(function);      four legs: a leg, four calls of it, and what holds them together
 //
-// Large kernels are bound by the fetching of their code, and a part that is there once stays in the cache.  What
+// Large kernels are limited by instruction fetch, and a part that is there once stays in the cache.  What
 // differs from part to part, the inputs and some constants, becomes an argument.  No operation is added, left out
 // or changed: results have the same bits.
 //
