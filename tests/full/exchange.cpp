@@ -16,7 +16,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/store/entry.h>
+#include <dyntape/codegen/store/cache.h>
 #include <dyntape/codegen/store/library.h>
 #include <dyntape/codegen/system/process.h>
 

@@ -39,8 +39,8 @@ TEST(MinverseProduct, IsTheUnrolledRecordingAsALoop) {
     const auto callee = product.callee();
     const std::vector<double> in = random_numbers(callee->n_in, 11);
     std::vector<double> out(callee->n_out);
-    callee->evaluate(in.data(), out.data());
-    EXPECT_EQ(out, evaluate(*callee->unrolled(), in));
+    callee->kernel()->evaluate(in.data(), out.data());
+    EXPECT_EQ(out, evaluate(*callee->kernel()->unrolled(), in));
   }
 }
 
