@@ -23,7 +23,8 @@
 // are not written.  Outputs overlap with nothing.
 //
 // A copy is cheap and shares the library, which stays loaded while any copy or workspace lives.  Evaluation is const
-// and thread-safe on separate workspaces, and allocates nothing.  y, J and H have the same bits in all three
+// and thread-safe on separate workspaces, and allocates nothing (but where a function with guards is given more points than
+// a workspace has seen, and no `status`).  y, J and H have the same bits in all three
 // calls, for any number of points and threads, and in the strict profile the same as the interpreter's, which is what
 // runs where there is no compiler.
 //
@@ -32,7 +33,7 @@
 // waits.  What the cache has is used at once and for good.  Where the flags ask for more than -O1, a long function is
 // compiled at -O1 first, which is soon done and not kept; there is no tier at -O0, which would be no faster than the
 // interpreter.  If the compiler fails, what serves goes on serving: it is said once on stderr, trouble() has the reason,
-// wait() throws it.  When the last copy goes, a compiler that still runs is ended.  One function at a time is compiled
+// wait() throws it, as it does in a forked child, where nobody compiles.  When the last copy goes, a compiler that still runs is ended.  One function at a time is compiled
 // in a process, so that memory is bounded (options.jobs compilers side by side).
 //
 // Errors.  ArgumentError: an order that was not asked for, a workspace of another function.  ToolError: the

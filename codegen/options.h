@@ -83,7 +83,8 @@ struct CodegenOptions {
   double compile_seconds = 900;            // a compiler that takes longer is ended
   std::size_t compile_bytes = 8ull << 30;  // address space of one compiler
   std::stop_token stop = {};               // a request ends the compilers: ToolError
-  // Called in the thread that compiles, when it begins and whenever a compiler is done: pieces done, and of how many.
+  // Called in the thread that compiles, when it begins and whenever a compiler is done: pieces done, and of how many.  The
+  // last copy of a tiered function must not go there: it waits for that thread.
   std::function<void(std::size_t done, std::size_t of)> compiled_piece = {};
 };
 

@@ -119,6 +119,10 @@ bool Tiers::is_settled() const {
 }
 
 void Tiers::wait() const {
+  if (process_ != getpid() && !is_settled())
+    throw ToolError("\"" + first_.name +
+                    "\" is compiled by the process that this one was forked from; it stays " +
+                    to_string(tier()));
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return settled_; });
   if (failure_) std::rethrow_exception(failure_);
@@ -186,14 +190,21 @@ class TierBuilder {
   void build() {
     if (!builder_) builder_ = find(product_, options_);
     if (product_.library) return serve(Tier::kFinal, std::move(product_));
-    if (!builder_ || stop_.stop_requested()) return;
+    if (!builder_) return;
+    go_on();
     const Source source = print(product_, std::move(derived_), builder_->content(), options_);
     if (const auto quick = builder_->quick(); quick && is_worth_a_quick_tier(source)) {
       const Turn turn(options_.stop);
-      if (!stop_.stop_requested()) serve(Tier::kQuick, make(product_, source, *quick));
+      go_on();
+      serve(Tier::kQuick, make(product_, source, *quick));
     }
     const Turn turn(options_.stop);
-    if (!stop_.stop_requested()) serve(Tier::kFinal, make(std::move(product_), source, *builder_));
+    go_on();
+    serve(Tier::kFinal, make(std::move(product_), source, *builder_));
+  }
+
+  void go_on() const {
+    if (stop_.stop_requested()) throw ToolError("the compiler was told to stop");
   }
 
   void serve(Tier tier, Product made) {

@@ -12,6 +12,9 @@
 // allocate.
 #pragma once
 
+#include <sys/types.h>
+#include <unistd.h>
+
 #include <array>
 #include <atomic>
 #include <condition_variable>
@@ -84,6 +87,7 @@ class Tiers {
   std::exception_ptr failure_;
   std::vector<Place*> places_;  // that there are
   const Kernels& first_;
+  const pid_t process_ = getpid();  // whose thread makes the others
 };
 
 // Makes the other tiers in a thread of its own; when it goes, a compiler that still runs is ended.

@@ -234,7 +234,7 @@ std::vector<Flow> Sweep::call_results(NodeId id, const std::vector<NodeId>& valu
     for (const Flow& flow : flows) reach(any, flow);
     std::fill(results.begin(), results.end(), any);
   }
-  const bool is_wild = wild_[id] && !derivatives_follow(callee);
+  const bool is_wild = wild_[id];
   for (std::size_t i = 0; i < results.size(); ++i) {
     if (results[i].exists()) results[i].value = values[i];
     results[i].wild = is_wild;

@@ -15,6 +15,17 @@ bool are_numbers(const Seeds& seeds) {
   return std::all_of(seeds.begin(), seeds.end(), [](SeedKind kind) { return kind == SeedKind::kNumber; });
 }
 
+void check_given(const Callee& callee, bool is_forward, const Callee* made) {
+  const std::size_t n_in = callee.n_in + (is_forward ? callee.n_in : callee.n_out),
+                    n_out = is_forward ? callee.n_out : callee.n_in;
+  if (made && made->n_in == n_in && made->n_out == n_out) return;
+  const auto sizes = [](std::size_t in, std::size_t out) {
+    return std::to_string(in) + " -> " + std::to_string(out);
+  };
+  throw ArgumentError(std::string(is_forward ? "jvp" : "vjp") + " of \"" + callee.name + "\" is " +
+                      (made ? sizes(made->n_in, made->n_out) : "null") + ", expected " + sizes(n_in, n_out));
+}
+
 std::shared_ptr<const Callee> derivative(const Callee& callee, AdMode mode, const Seeds& seeds) {
   static std::recursive_mutex mutex;  // a derivative may ask for others
   const std::scoped_lock lock(mutex);
@@ -29,6 +40,7 @@ std::shared_ptr<const Callee> derivative(const Callee& callee, AdMode mode, cons
                         (is_forward ? "jvp" : "vjp"));
   }
   auto result = given ? given() : recorded->derivative(*recorded, mode, by);
+  if (given) check_given(callee, is_forward, result.get());
   made = result;
   return result;
 }

@@ -31,7 +31,12 @@ namespace {
 using detail::Recording;
 
 // The recordings that this thread has open, and the one that its last operation was recorded in.
-thread_local std::vector<Recording*> open_here;
+constinit thread_local bool thread_ends = false;
+struct Opened {
+  ~Opened() { thread_ends = true; }
+  std::vector<Recording*> recordings;
+};
+thread_local Opened opened;
 constinit thread_local Recording* current = nullptr;
 
 // Memory of this thread's last recording, for the next one; much is given back.
@@ -48,7 +53,7 @@ std::uint32_t next_serial() {
 std::string titled(const Recording& recording) { return "\"" + recording.name + "\"" + recording.place; }
 
 Recording* open_recording(std::uint32_t tape) {
-  for (Recording* recording : open_here) {
+  for (Recording* recording : opened.recordings) {
     if (recording->serial == tape) return recording;
   }
   return nullptr;
@@ -60,8 +65,10 @@ Recording* open_recording(std::uint32_t tape) {
     throw RecordingError("values of two recordings meet: of " + titled(*a) + ", and of " + titled(*b) +
                          "; use the value() of one, or pass it as a parameter");
   }
-  if (open_here.empty()) throw RecordingError("a recorded value is used after its recording has ended");
-  const Recording& here = a ? *a : b ? *b : *open_here.back();
+  if (opened.recordings.empty()) {
+    throw RecordingError("a recorded value is used after its recording has ended, or in another thread");
+  }
+  const Recording& here = a ? *a : b ? *b : *opened.recordings.back();
   throw RecordingError("a value of another recording is used while \"" + here.name + "\" is recorded" +
                        here.place +
                        ": values do not outlive their recording; use its value() or pass it as a parameter");
@@ -70,14 +77,17 @@ Recording* open_recording(std::uint32_t tape) {
 // The open recording of values that depend on inputs, at least one of which is given; from now on the current one.
 template <class... Values>
 [[gnu::cold, gnu::noinline]] Recording& other_recording(const Values&... values) {
-  const AD* first = nullptr;
-  const auto look_at = [&](const AD& a) {
-    if (!a.is_recorded()) return;
-    if (!first) first = &a;
-    if (a.tape() != first->tape() || !open_recording(a.tape())) refuse(first->tape(), a.tape());
+  Recording* open = nullptr;
+  const auto look_for = [&](const AD& a) {
+    if (!open && a.is_recorded()) open = open_recording(a.tape());
   };
-  (look_at(values), ...);
-  return *(current = open_recording(first->tape()));
+  (look_for(values), ...);
+  const auto check = [&](const AD& a) {
+    if (a.is_recorded() && !(open && a.tape() == open->serial))
+      refuse(open ? open->serial : a.tape(), a.tape());
+  };
+  (check(values), ...);
+  return *(current = open);
 }
 
 // The recording of values that depend on inputs, at least one of which is given.
@@ -216,12 +226,12 @@ std::ostream& operator<<(std::ostream& out, const AD& a) { return out << a.value
 struct Recorder::Open {
   explicit Open(Recording r) : recording(std::move(r)), thread(std::this_thread::get_id()) {
     std::swap(recording.graph, spare);
-    open_here.push_back(&recording);
+    opened.recordings.push_back(&recording);
     current = &recording;
   }
   ~Open() {
-    std::erase(open_here, &recording);
-    current = open_here.empty() ? nullptr : open_here.back();
+    std::erase(opened.recordings, &recording);
+    current = opened.recordings.empty() ? nullptr : opened.recordings.back();
     if (recording.graph.bytes() > kSpareBytes) return;
     recording.graph.clear();
     std::swap(recording.graph, spare);
@@ -259,9 +269,10 @@ Recorder::Recorder(const std::string& name, std::size_t n_x, std::size_t n_p, co
   p_ = make_inputs(Block::kParameters, p);
 }
 
-// Another thread must not touch the list of this one: what it destroys stays open, and is kept to the end.
+// Another thread must not touch the list of this one, nor is there a list once the thread ends: what is destroyed then
+// stays open, and is kept to the end.
 Recorder::~Recorder() {
-  if (!open_ || open_->thread == std::this_thread::get_id()) return;
+  if (!open_ || (open_->thread == std::this_thread::get_id() && !thread_ends)) return;
   static std::mutex mutex;
   static std::vector<std::unique_ptr<Open>>& kept = *new std::vector<std::unique_ptr<Open>>;
   const std::scoped_lock lock(mutex);

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Runs gnuplot on a script, without a shell.
-#include <unistd.h>
-
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -10,23 +8,20 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/process.h>
 #include <dyntape/interface/io/picture.h>
 
 namespace dyntape::io {
 namespace {
 
-// Removed on every way out.
-struct TemporaryFile {
-  std::string path;
-  ~TemporaryFile() { ::unlink(path.c_str()); }
-};
+constexpr char kPictureFolder[] = "dyntape-picture-";  // of gnuplot's script and what it draws
 
 // What `program script` said, and how it ended.
-codegen::Outcome run(const std::string& program, const std::string& script) {
+codegen::Outcome run(const std::string& program, const std::string& script, const std::stop_token& stop) {
   // -d: without the user's start-up file; env looks for the program in PATH.
   codegen::Outcome outcome =
-      codegen::run_all({{{"/usr/bin/env", program, "-d", script}, "", ""}}, {}).front();
+      codegen::run_all({{{"/usr/bin/env", program, "-d", script}, "", ""}}, {.stop = stop}).front();
   if (outcome.status != codegen::Outcome::kNotStarted) return outcome;
   throw ToolError("'" + program + "' is not installed, so no picture can be drawn (Debian: gnuplot-nox)");
 }
@@ -47,16 +42,19 @@ bool is_whole(const std::string& picture, const std::string& extension) {
 
 }  // namespace
 
-void draw(const Plot& plot, const std::string& path, const std::string& gnuplot) {
+void draw(const Plot& plot, const std::string& path, const std::string& gnuplot,
+          const std::stop_token& stop) {
   const std::string extension = std::filesystem::path(path).extension().string();
   if (extension != ".svg" && extension != ".png") {
     throw ArgumentError("draw: the picture '" + path + "' must end in .svg or .png");
   }
-  const TemporaryFile picture{temporary_name_beside(path)};
-  const TemporaryFile script{picture.path + ".gp"};
-  write_file_atomically(script.path, gnuplot_script(plot, extension.substr(1), picture.path));
-  const codegen::Outcome outcome = run(gnuplot, script.path);
-  const std::string text = read_bytes(picture.path);
+  const std::string all = codegen::system_temporary_folder();
+  codegen::remove_left_over(all, kPictureFolder);
+  const codegen::TemporaryFolder folder(all, kPictureFolder);
+  const std::string picture = folder.path() + "/picture" + extension, script = folder.path() + "/script";
+  codegen::write_file(script, gnuplot_script(plot, extension.substr(1), picture));
+  const codegen::Outcome outcome = run(gnuplot, script, stop);
+  const std::string text = read_bytes(picture);
   if ((outcome.status != 0 && outcome.status != codegen::Outcome::kUnknown) || text.empty()) {
     throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " +
                     std::to_string(outcome.status) + "): " + outcome.output);

@@ -24,6 +24,7 @@
 
 #include <array>
 #include <limits>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -71,7 +72,8 @@ struct Plot {
   int width = 860;  // of the picture [px]
 };
 
-void draw(const Plot& plot, const std::string& path, const std::string& gnuplot = "gnuplot");
+void draw(const Plot& plot, const std::string& path, const std::string& gnuplot = "gnuplot",
+          const std::stop_token& stop = {});
 
 // What gnuplot is told; `format` is "svg" or "png".
 std::string gnuplot_script(const Plot& plot, const std::string& format, const std::string& output);

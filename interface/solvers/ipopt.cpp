@@ -11,6 +11,7 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
@@ -104,7 +105,7 @@ class Adapter : public Ipopt::TNLP {
     if (exception_) std::rethrow_exception(exception_);
     solution_.times.total = seconds_since(begin_);
     solution_.times.processor = double(std::clock() - processor_begin_) / CLOCKS_PER_SEC;
-    if (is_left_) solution_.status = SolveStatus::kStopped;
+    if (is_left_ || is_cut_short_) solution_.status = SolveStatus::kStopped;
     if (is_left_ && best_.x.empty()) note(start_);
     if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) {
       solution_.x = best_.x;
@@ -221,13 +222,20 @@ class Adapter : public Ipopt::TNLP {
   template <class F>
   bool guarded(const F& evaluate) {
     const std::lock_guard lock(mutex_);
-    if (is_left_ || exception_) return false;
+    if (is_left_ || exception_ || is_over_patience()) return false;
     try {
       return evaluate();
     } catch (...) {
       exception_ = std::current_exception();
       return false;
     }
+  }
+
+  // Functions that take long end one after the other: once patience is over, none begins.
+  bool is_over_patience() {
+    if (!options_.stop.stop_requested()) return false;
+    if (!stop_seen_) stop_seen_ = Clock::now();
+    return is_cut_short_ = Clock::now() - *stop_seen_ > kPatience;
   }
 
   static bool copy(const Pattern& pattern, Index* row, Index* col) {
@@ -243,7 +251,8 @@ class Adapter : public Ipopt::TNLP {
 
   std::mutex mutex_;  // of all below, and of what is above
   std::condition_variable_any ended_;
-  bool has_ended_ = false, is_left_ = false;
+  bool has_ended_ = false, is_left_ = false, is_cut_short_ = false;
+  std::optional<Clock::time_point> stop_seen_;
   Clock::time_point begin_ = Clock::now();
   std::clock_t processor_begin_ = std::clock();
   NlpSolution solution_;

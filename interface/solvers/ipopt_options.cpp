@@ -138,6 +138,11 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
 
 }  // namespace
 
+void check_ipopt_option(const std::string& name, const std::string& value) {
+  const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
+  set_by_name(*application, name, value);
+}
+
 void detail::configure(Ipopt::IpoptApplication& application, const IpoptOptions& options) {
   const auto assign = [&](const char* name, const auto& value) { set(application, name, value); };
   assign("sb", std::string("yes"));  // no banner

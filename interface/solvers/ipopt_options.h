@@ -38,6 +38,9 @@ struct IpoptOptions {
       {};  // told of each iteration, in the program's own units
 };
 
+// ArgumentError unless Ipopt takes this option, with this value.
+void check_ipopt_option(const std::string& name, const std::string& value);
+
 namespace detail {
 void configure(Ipopt::IpoptApplication& application, const IpoptOptions& options);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/joint_values.h>
 
+#include <cmath>
 #include <sstream>
 
 #include <dyntape/interface/io/number.h>
@@ -21,6 +22,8 @@ Eigen::VectorXd from_list(Section& section, const std::string& key, const std::s
     const std::optional<double> value = io::parse_double(word);
     if (!value) {
       section.problem(key, "'" + key + "' must hold numbers, got '" + word + "'");
+    } else if (!std::isfinite(*value)) {
+      section.problem(key, "'" + key + "' must be finite, got '" + word + "'");
     } else if (!(*value >= range.low && *value <= range.high)) {
       section.problem(key, "'" + key + "' must be " + range.text + ", got '" + word + "'");
     }

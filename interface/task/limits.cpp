@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/task/pictures.h>
+#include <dyntape/interface/transcription/refine.h>
 
 namespace dyntape {
 
@@ -14,55 +15,93 @@ namespace {
 
 using Joint = dynamics::Joint<double>;
 
-constexpr double kBeyond =
-    1e-6;  // of a limit: the solver widens bounds by 1e-8 and ends within its tolerance
+// Of a limit: the solver widens bounds by 1e-8 and ends within its tolerance.
+constexpr double kBeyond = 1e-6;
+constexpr int kLooks = 8;  // from one point of the mesh to the next
 
 std::string plain_digits(double value) { return io::with_digits(value, 6); }
 
 const Joint& joint_at(const Task& task, int dof) { return task.scene.model.joints[std::size_t(dof)]; }
 
-// The worst of a row of values that ought to lie within [lower, upper], if any does not.
-void find_excess(const Eigen::VectorXd& values, const Eigen::VectorXd& times, double lower, double upper,
-                 LimitExcess excess, std::vector<LimitExcess>& excesses) {
+// What is found at these times: the motion there, how many of its efforts count, and how much of a limit's range is no
+// excess yet.
+struct Look {
+  const Curves& curves;
+  const Eigen::VectorXd& times;
+  Eigen::Index used;
+  double of_range = 0;
+};
+
+double tolerated(double lower, double upper, double limit, double of_range) {
+  const double extent = std::isfinite(upper - lower) ? upper - lower : std::abs(limit);
+  const double of_limit = kBeyond * std::max(std::abs(limit), kBeyond);
+  return of_range > 0 ? std::max(of_limit, of_range * extent) : of_limit;
+}
+
+// Whether a row of values that ought to lie within [lower, upper] does not, and the worst of them.
+bool find_excess(const Eigen::VectorXd& values, const Look& look, double lower, double upper,
+                 LimitExcess& excess) {
   double most = 0;
   for (Eigen::Index p = 0; p < values.size(); ++p) {
     const bool above = values[p] > upper;
     const double limit = above ? upper : lower, beyond = above ? values[p] - upper : lower - values[p];
-    if (!(beyond > most) || beyond <= kBeyond * std::max(std::abs(limit), kBeyond)) continue;
+    if (!(beyond > most) || beyond <= tolerated(lower, upper, limit, look.of_range)) continue;
     most = beyond;
     excess.value = values[p];
     excess.limit = limit;
-    excess.time = times[p];
+    excess.time = look.times[p];
   }
-  if (most > 0) excesses.push_back(std::move(excess));
+  return most > 0;
+}
+
+// Evenly from each point of the mesh to the next.
+std::vector<double> times_between(const Trajectory& motion) {
+  std::vector<double> times;
+  for (int p = 0; p + 1 < motion.points(); ++p) {
+    for (int k = 0; k < kLooks; ++k)
+      times.push_back(motion.t[p] + (motion.t[p + 1] - motion.t[p]) * k / kLooks);
+  }
+  times.push_back(motion.t[motion.points() - 1]);
+  return times;
 }
 
 }  // namespace
 
 std::string LimitExcess::text() const {
   return quantity + " of " + joint + " is " + plain_digits(value) + " " + unit + " at " + plain_digits(time) +
-         " s, rated for " + plain_digits(limit);
+         " s" + (between_points ? ", between points of the mesh" : "") + ", rated for " + plain_digits(limit);
 }
 
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion) {
-  const Curves c = curves_of(task, motion);
-  const Eigen::Index points = motion.points();
-  const Eigen::Index used = motion.scheme.uses_last_point() ? points : points - 1;
+  const Trajectory fine = resampled(task.problem, motion, times_between(motion));
+  const Curves at_points = curves_of(task, motion), between = curves_of(task, fine);
+  const int unused = motion.scheme.uses_last_point() ? 0 : 1;  // controls
+  const Look looks[] = {{at_points, motion.t, motion.points() - unused},
+                        {between, fine.t, fine.points() - unused, task.demands.true_defect}};
   const std::vector<int> driven = actuated_dofs(task.scene);
   std::vector<LimitExcess> excesses;
   for (int i = 0; i < task.scene.model.nv; ++i) {
     const Joint& joint = joint_at(task, i);
     const bool slides = joint.type == dynamics::JointType::kPrismatic;
-    const auto check = [&](const char* quantity, const char* unit, const Eigen::VectorXd& values,
-                           double lower, double upper) {
-      find_excess(values, motion.t, lower, upper, {quantity, joint.name, unit, 0, 0, 0}, excesses);
+    const auto check = [&](const char* quantity, const char* unit, const auto& values_of, double lower,
+                           double upper) {
+      LimitExcess excess{quantity, joint.name, unit, 0, 0, 0};
+      for (const Look& look : looks) {
+        excess.between_points = &look != looks;
+        if (find_excess(values_of(look), look, lower, upper, excess)) return excesses.push_back(excess);
+      }
     };
     const double velocity = rated(joint.limits.velocity), effort = rated(joint.limits.effort);
-    check("position", slides ? "m" : "rad", c.q.row(i), joint.limits.lower, joint.limits.upper);
-    check("velocity", slides ? "m/s" : "rad/s", c.v.row(i), -velocity, velocity);
+    const auto positions = [&](const Look& look) { return Eigen::VectorXd(look.curves.q.row(i)); };
+    const auto velocities = [&](const Look& look) { return Eigen::VectorXd(look.curves.v.row(i)); };
+    check("position", slides ? "m" : "rad", positions, joint.limits.lower, joint.limits.upper);
+    check("velocity", slides ? "m/s" : "rad/s", velocities, -velocity, velocity);
     const auto at = std::find(driven.begin(), driven.end(), i);
     if (at == driven.end()) continue;
-    check("effort", slides ? "N" : "N m", c.tau.row(at - driven.begin()).head(used), -effort, effort);
+    const auto efforts = [&](const Look& look) {
+      return Eigen::VectorXd(look.curves.tau.row(at - driven.begin()).head(look.used));
+    };
+    check("effort", slides ? "N" : "N m", efforts, -effort, effort);
   }
   return excesses;
 }

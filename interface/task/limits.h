@@ -18,11 +18,13 @@ namespace dyntape {
 struct LimitExcess {
   std::string quantity, joint, unit;  // "velocity", "panda_joint1", "rad/s"
   double value, limit, time;          // where it is exceeded most (s)
+  bool between_points = false;        // at the points of the mesh it is kept: a finer one may keep it
   std::string text() const;
 };
 
 // Of each joint and quantity the worst, in the order of the joints; rounding and the solver's widening of bounds are
-// no excess.  Limits are those of the robot, whatever the task bounds.
+// no excess.  What is kept at the points of the mesh is looked at between them, where an excess is one from
+// demands.true_defect of the range on (of the limit, where it is one-sided).  Limits are those of the robot, whatever the task bounds.
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
 
 // The robot's limits as bounds of the problem: positions, velocities, efforts.

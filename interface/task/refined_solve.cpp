@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/transcription/refine.h>
 
 namespace dyntape {
@@ -27,9 +28,14 @@ SolveStage stage_of(OptimiseStep step) {
 }
 
 // Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
-bool is_too_coarse(const Solution& solution, const Task::Demands& demands) {
+bool is_too_coarse(const Solution& solution, const Task& task) {
   const Verification& v = solution.verification;
-  return solution.success() && v.violation <= demands.violation && !(v.worst_relative <= demands.true_defect);
+  if (!solution.success() || !(v.violation <= task.demands.violation)) return false;
+  if (!(v.worst_relative <= task.demands.true_defect)) return true;
+  if (!task.demands.limits) return false;
+  const std::vector<LimitExcess> excesses = limit_excesses(task, solution.motion);
+  const auto between = [](const LimitExcess& excess) { return excess.between_points; };
+  return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
 }
 
 // The motion on another mesh, moved to within the bounds, which it keeps at its own points only.
@@ -50,7 +56,7 @@ class Rounds {
     result_.solution = optimise(*result_.program, result_.program->start(), options());
     if (result_.solution.nlp.log.empty()) check_not_stopped();
     note(result_.solution);
-    while (moment_.refinement < task_.demands.refinements && is_too_coarse(result_.solution, task_.demands) &&
+    while (moment_.refinement < task_.demands.refinements && is_too_coarse(result_.solution, task_) &&
            !watch_.stop.stop_requested()) {
       if (!refine()) break;
     }

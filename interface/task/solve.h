@@ -69,7 +69,8 @@ std::vector<std::string> result_files();
 // What cannot be written stands in report.unwritten, as pictures where there is no gnuplot; the rest is written, last the
 // report, which then says so.  What is not written is removed, should it be there from an earlier motion; so
 // are the pictures where the solve was interrupted, which draws none.
-void write_results(const Task& task, SolveReport& report, const std::string& folder);
+void write_results(const Task& task, SolveReport& report, const std::string& folder,
+                   const std::stop_token& stop = {});
 
 // What is recorded and what is not: the resolved scene, each effect with the operations it adds, the sizes of
 // the program.  Solves nothing.

@@ -57,7 +57,8 @@ std::vector<std::string> result_files() {
   return {kTrajectory, kIterations, kEffective, kReport, kCurves, kMotion};
 }
 
-void write_results(const Task& task, SolveReport& report, const std::string& folder) {
+void write_results(const Task& task, SolveReport& report, const std::string& folder,
+                   const std::stop_token& stop) {
   const auto remove = [&](const char* file) {
     std::error_code none;
     const fs::path path = fs::path(folder) / file;
@@ -82,11 +83,15 @@ void write_results(const Task& task, SolveReport& report, const std::string& fol
   csv(kIterations, iteration_table(report.solution.nlp));
   text(kEffective, task.effective);
   for (const auto& [file, plot] : {std::pair(kCurves, &trajectory_plot), std::pair(kMotion, &motion_plot)}) {
-    if (report.interrupted) {  // who interrupts does not wait for gnuplot
-      remove(file);
-    } else {
-      attempt(file, [&, plot = plot](const std::string& path) { io::draw(plot(task, motion), path); });
-    }
+    const auto draw = [&, plot = plot](const std::string& path) {
+      io::draw(plot(task, motion), path, "gnuplot", stop);
+    };
+    const std::size_t failures = report.unwritten.size();
+    if (!report.interrupted && !stop.stop_requested()) attempt(file, draw);
+    if (!report.interrupted && !stop.stop_requested()) continue;
+    report.interrupted = true;  // who interrupts does not wait for gnuplot
+    report.unwritten.resize(failures);
+    remove(file);
   }
   text(kReport, report.json());
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/task/joint_values.h>
 #include <dyntape/interface/task/task_costs.h>
@@ -151,7 +152,14 @@ void read_solver(Section& file, OptimiseOptions& optimise) {
   Section extra =
       solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
           .child_or_empty("ipopt");
-  for (Section& option : extra.all_children()) options.extra.emplace_back(option.name(), option.value());
+  for (Section& option : extra.all_children()) {
+    try {
+      check_ipopt_option(option.name(), option.value());
+      options.extra.emplace_back(option.name(), option.value());
+    } catch (const ArgumentError& e) {
+      extra.problem(option.name(), e.what());
+    }
+  }
 }
 
 // State at one end, at rest unless it says otherwise; joints named in `free` are left open.

@@ -341,6 +341,49 @@ TEST(Call, WhatCannotBeEvaluatedIsRefused) {
   EXPECT_EQ(refusal(Kernel()), "call of \"half\": its kernel has no `evaluate`");
 }
 
+TEST(Call, DerivativesOfAnotherShapeAreRefused) {
+  const auto message = [](int results) -> std::string {
+    Kernel twice;
+    twice.evaluate = [](const double* in, double* out) { out[0] = 2 * in[0], out[1] = 2 * in[1]; };
+    auto kernel = std::make_shared<Callee>("twice", 2, 2, twice);
+    kernel->jvp = kernel->vjp = [results]() -> std::shared_ptr<const Callee> {
+      if (results < 0) return nullptr;
+      return recorded_callee(record(
+          "slope", 4, [&](const VectorXad& v) { return VectorXad(VectorXad::Constant(results, 2 * v[2])); }));
+    };
+    const Function f = record("f", 2, [&](const VectorXad& x) { return call(kernel, x); });
+    try {
+      derive(f, Order::kFirst);
+    } catch (const ArgumentError& e) {
+      return e.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(message(2), "accepted");
+  for (int results : {0, 1, 3})
+    EXPECT_NE(message(results).find("of \"twice\" is 4 -> " + std::to_string(results) + ", expected 4 -> 2"),
+              std::string::npos)
+        << message(results);
+  EXPECT_NE(message(-1).find("of \"twice\" is null, expected 4 -> 2"), std::string::npos) << message(-1);
+}
+
+// The Hessian of an output whose weight is zero is zero, though the argument of its call has a pole there.
+TEST(Call, AWeightOfZeroLeavesNothingOfACallAtAPole) {
+  const auto root = [](const VectorXad& v) {
+    const AD s = sqrt(abs(v[0]));
+    return one(sin(s) - v[0] * sqrt(abs(s)));
+  };
+  const Function written = record("root", 1, root);
+  for (const auto& callee : {recorded_callee(written), dissolving_callee(written)}) {
+    const Function f = record("f", 2, [&](const VectorXad& x) {
+      VectorXad y(2);
+      y << call(callee, one(x[0] + 1 / x[1]))[0], x[0] * x[0];
+      return y;
+    });
+    EXPECT_EQ(hessian(f, {1.16, 0}, {0, 1}), (Eigen::MatrixXd(2, 2) << 2, 0, 0, 0).finished());
+  }
+}
+
 TEST(Call, TheHashCoversTheDerivativesThatAKernelGives) {
   const auto function = [](double slope) {
     Kernel twice;

@@ -131,6 +131,19 @@ TEST(Recorder, EndsOnce) {
             std::string::npos);
 }
 
+// The recording that is named is one of those that meet, not the innermost.
+TEST(Recorder, NamesTheRecordingOfTheValueThatIsOpen) {
+  Recorder a("a", 1);
+  AD over;
+  {
+    Recorder b("b", 1);
+    over = b.x()[0];
+  }
+  Recorder c("c", 1);
+  EXPECT_NE(message_of([&] { static_cast<void>(over + a.x()[0]); }).find("while \"a\" is recorded"),
+            std::string::npos);
+}
+
 // Guards belong to the recording whose values are compared.
 TEST(Recorder, GuardsStayWithTheirRecording) {
   Recorder first("first", 1);

@@ -380,6 +380,16 @@ TEST_F(Tiered, TheUsersStopEndsTheCompiler) {
   EXPECT_NE(t.trouble().find("was told to stop"), std::string::npos) << t.trouble();
 }
 
+TEST_F(Tiered, StoppedBeforeTheCompilerStarts) {
+  CodegenOptions o = options();
+  std::stop_source stop;
+  stop.request_stop();
+  o.stop = stop.get_token();
+  const CompiledFunction t = CompiledFunction::make(small(), o);
+  EXPECT_THROW(t.wait(), ToolError);
+  EXPECT_NE(t.trouble().find("was told to stop"), std::string::npos) << t.trouble();
+}
+
 TEST_F(Tiered, OneFunctionAtATimeIsCompiled) {
   CodegenOptions o = options();
   o.jobs = 1;

@@ -9,8 +9,8 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/io/csv.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/task/solve.h>
 #include "../dynamics/robot_files.h"
 
@@ -108,6 +108,15 @@ TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
   std::string held = cart_pole();
   held.insert(held.find("\n}\n"), "\n lock \"slider pivot\"");
   says(held, {"task.info:3:", "cart_pole.urdf' has no joint that moves: nothing to control"});
+  says(cart_pole("solver\n{\n ipopt\n {\n  max_iterr 3\n  max_iter abc\n }\n}\n"),
+       {"no option \"max_iterr\"; did you mean 'max_iter'?", "refuses the value \"abc\""});
+  for (const char* word : {"nan", "inf"}) {
+    std::string text = cart_pole();
+    const std::size_t at = text.find("goal\n{\n") + 7;
+    text.erase(at, text.find('}', at) - at);
+    says(text.insert(at, std::string(" q \"0 ") + word + "\"\n"),
+         {std::string("'q' must be finite, got '") + word + "'"});
+  }
 }
 
 TEST_F(TaskFiles, FreeJointsAreLeftOpen) {
@@ -131,8 +140,7 @@ TEST_F(TaskFiles, OptionsReachTheSolver) {
 TEST_F(TaskFiles, NoOptionOfTheSolverEmptiesAFile) {
   const std::string file = (folder_ / "precious").string();
   dyntape::write_file_atomically(file, "precious");
-  const Task task = read(cart_pole("solver\n{\n ipopt\n {\n  output_file \"" + file + "\"\n }\n}\n"));
-  EXPECT_THROW(solve_task(without_compiler(task)), ArgumentError);
+  EXPECT_THROW(read(cart_pole("solver\n{\n ipopt\n {\n  output_file \"" + file + "\"\n }\n}\n")), FileError);
   EXPECT_EQ(dyntape::read_file(file), "precious");
 }
 

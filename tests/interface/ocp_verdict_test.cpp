@@ -90,6 +90,28 @@ TEST_F(Verdicts, LimitsOfTheRobotHoldUnlessTheTaskSaysOtherwise) {
   EXPECT_FALSE(solve_task(slider("0.84", "100", "bounds\n{\n velocities 0.9\n}\n")).success());
 }
 
+// At its points each mesh keeps the wall that the block is thrown at; between two of them the block is behind it.
+TEST_F(Verdicts, LimitsHoldBetweenThePointsOfTheMesh) {
+  const std::string wall =
+      "verify\n{\n refinements 0\n}\nbounds\n{\n velocities none\n efforts none\n}\ntranscription\n{\n "
+      "scheme hermite-simpson\n}\n";
+  Task task = slider("100", "1000", wall, "-1.9");
+  task.problem.start = Eigen::Vector2d(-1.9, -1.5);
+  task.problem.goal = Eigen::Vector2d(-1.9, 1.5);
+  task.optimise.mesh.intervals = 2;
+  const SolveReport coarse = solve_task(task);
+  ASSERT_EQ(coarse.excesses.size(), 1u) << coarse.text();
+  EXPECT_TRUE(coarse.excesses[0].between_points);
+  EXPECT_LT(coarse.excesses[0].value, -2.01);
+  EXPECT_FALSE(coarse.success());
+  EXPECT_NE(coarse.verdict().find("between points of the mesh, rated for -2"), std::string::npos)
+      << coarse.verdict();
+  task.demands.refinements = 4;
+  const SolveReport fine = solve_task(task);
+  EXPECT_GT(fine.meshes.size(), 1u);
+  EXPECT_TRUE(fine.success()) << fine.verdict();
+}
+
 TEST_F(Verdicts, EffortsCountAndZeroIsNoLimit) {
   const SolveReport weak = solve_task(slider("100", "2", "bounds\n{\n efforts none\n}\n"));
   ASSERT_EQ(weak.excesses.size(), 1u);
@@ -178,12 +200,12 @@ TEST_F(Verdicts, AStoppedSolveGivesItsBestPoint) {
   std::vector<SolveStage> stages;
   int told = 0;
   SolveReport report = solve_task(task, {stop.get_token(), [&](const SolveMoment& m) {
-                                                 if (stages.empty() || stages.back() != m.stage)
-                                                   stages.push_back(m.stage);
-                                                 EXPECT_FALSE(m.text().empty());
-                                                 if (m.now) told = m.now->iteration;
-                                                 if (told == 6) stop.request_stop();
-                                               }});
+                                           if (stages.empty() || stages.back() != m.stage)
+                                             stages.push_back(m.stage);
+                                           EXPECT_FALSE(m.text().empty());
+                                           if (m.now) told = m.now->iteration;
+                                           if (told == 6) stop.request_stop();
+                                         }});
   EXPECT_EQ(report.solution.nlp.status, SolveStatus::kStopped);
   EXPECT_TRUE(report.interrupted);
   EXPECT_FALSE(report.success());
@@ -205,6 +227,20 @@ TEST_F(Verdicts, AStoppedSolveGivesItsBestPoint) {
   EXPECT_FALSE(fs::exists(out + "/motion.svg"));
 }
 
+TEST_F(Verdicts, StoppedWhilePicturesAreDrawn) {
+  const Task task = slider("100", "100", "");
+  SolveReport report = solve_task(task);
+  ASSERT_TRUE(report.success());
+  std::stop_source stop;
+  stop.request_stop();
+  const std::string out = (folder_ / "out").string();
+  write_results(task, report, out, stop.get_token());
+  EXPECT_TRUE(report.interrupted);
+  EXPECT_TRUE(report.unwritten.empty());
+  EXPECT_FALSE(fs::exists(out + "/motion.svg"));
+  EXPECT_EQ(nlohmann::json::parse(read_file(out + "/report.json"))["interrupted"], true);
+}
+
 TEST_F(Verdicts, StoppedBeforeThereIsAMotion) {
   std::stop_source stop;
   stop.request_stop();
@@ -215,8 +251,8 @@ TEST_F(Verdicts, StoppedWhileTheMeshIsRefinedTheCoarserMotionStays) {
   Task task = cart_pole(8);
   std::stop_source stop;
   SolveReport report = solve_task(task, {stop.get_token(), [&](const SolveMoment& m) {
-                                                 if (m.refinement == 1 && m.now) stop.request_stop();
-                                               }});
+                                           if (m.refinement == 1 && m.now) stop.request_stop();
+                                         }});
   EXPECT_TRUE(report.interrupted);
   EXPECT_EQ(report.solution.motion.intervals(), 8);
   EXPECT_NE(report.verdict().find("an optimum of 8 intervals"), std::string::npos) << report.verdict();

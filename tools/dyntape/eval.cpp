@@ -40,37 +40,6 @@ void write_results(const std::string& output, const io::CsvTable& results) {
   std::cout << io::format_csv(results);
 }
 
-// Entries of q that are read by their direction: a quaternion, or a pair (cos, sin).
-struct Direction {
-  std::string joint;
-  int begin, size;
-};
-
-std::vector<Direction> directions(const dynamics::UrdfRobot& robot) {
-  using dynamics::JointType;
-  const dynamics::MimicModel<double> model(robot.model, robot.mimics);
-  std::vector<Direction> found;
-  for (const auto& joint : robot.model.joints) {
-    const int begin = model.q_entries[static_cast<std::size_t>(joint.idx_q)].index;
-    if (joint.type == JointType::kContinuous) found.push_back({joint.name, begin, 2});
-    if (joint.type == JointType::kPlanar) found.push_back({joint.name, begin + 2, 2});
-    if (joint.type == JointType::kSpherical) found.push_back({joint.name, begin, 4});
-    if (joint.type == JointType::kFreeFlyer) found.push_back({joint.name, begin + 3, 4});
-  }
-  return found;
-}
-
-void check_directions(const std::vector<Direction>& directions, const std::vector<double>& state,
-                      const std::string& where) {
-  for (const Direction& d : directions) {
-    const auto begin = state.begin() + d.begin, end = begin + d.size;
-    if (std::any_of(begin, end, [](double x) { return x != 0; })) continue;
-    throw FileError(where + "the " + (d.size == 2 ? "pair (cos, sin)" : "quaternion") + " of joint \"" +
-                    d.joint + "\", q" + std::to_string(d.begin) + " to q" +
-                    std::to_string(d.begin + d.size - 1) + ", is zero; expected any length but zero");
-  }
-}
-
 void check_result(const std::vector<double>& result, const std::vector<std::string>& names,
                   const std::string& where) {
   const auto bad = std::find_if(result.begin(), result.end(), [](double y) { return !std::isfinite(y); });
@@ -91,14 +60,12 @@ void run(const EvalOptions& options) {
   const StateColumns columns(states, robot, inputs(robot.model, function), input, options.columns);
   RobotEvaluator evaluate(robot.model, function, robot_route_from(options.route));
 
-  const std::vector<Direction> read_by_direction = directions(robot);
   io::CsvTable results(output_names(robot.model, function));
   io::LiveLine line;
   std::vector<double> state(evaluate.n_in()), result(evaluate.n_out());
   for (int i = 0; i < states.rows(); ++i) {
     columns.read(states, i, state);
     const std::string where = input + ": row " + std::to_string(i + 1) + ": ";
-    check_directions(read_by_direction, state, where);
     evaluate.evaluate(state.data(), result.data());
     check_result(result, results.names(), where);
     results.append(result);

@@ -39,6 +39,7 @@ Samples read_samples(const IdentifyOptions& options, const dynamics::UrdfRobot& 
   std::vector<RobotBlock> blocks = inputs(robot.model, rnea);
   blocks.push_back(outputs(robot.model, rnea).front());
   const StateColumns columns(table, robot, blocks, options.data, options.columns);
+  if (table.rows() == 0) throw FileError(options.data + ": no samples; expected a row of numbers for each");
   Samples samples;
   Eigen::MatrixXd* const parts[] = {&samples.q, &samples.v, &samples.a, &samples.tau};
   for (std::size_t k = 0; k < blocks.size(); ++k) parts[k]->resize(blocks[k].size(), table.rows());

@@ -61,7 +61,7 @@ int Interruption::status() const { return signal_ ? 128 + signal_ : 0; }
 
 void Interruption::note(int signal) {
   if (signal_) {
-    say("interrupted again: ended at once, nothing is written");
+    say("interrupted again: ended at once, files may be missing");
     _exit(128 + signal);
   }
   signal_ = signal;

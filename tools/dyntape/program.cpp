@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <iostream>
@@ -138,6 +139,7 @@ int parse(CLI::App& app, int argc, char** argv) {
 }  // namespace
 
 int run(CLI::App& app, int argc, char** argv) {
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error with a sentence
   app.require_subcommand(1);
   app.failure_message(wrong_words);
   set_help(app);

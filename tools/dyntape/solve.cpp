@@ -76,7 +76,7 @@ void run(const SolveOptions& options) {
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = watched(task, display, interruption);
-  if (!options.output.empty()) write_results(task, report, options.output);
+  if (!options.output.empty()) write_results(task, report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
   std::cout << std::flush;

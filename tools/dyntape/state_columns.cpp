@@ -60,8 +60,16 @@ void add_column_options(CLI::App& command, ColumnOptions& options) {
 
 StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot,
                            const std::vector<RobotBlock>& inputs, const std::string& file,
-                           const ColumnOptions& options) {
+                           const ColumnOptions& options)
+    : file_(file) {
   const dynamics::MimicModel<double> model(robot.model, robot.mimics);
+  for (const auto& joint : robot.model.joints) {
+    const int begin = model.q_entries[static_cast<std::size_t>(joint.idx_q)].index;
+    if (joint.type == JointType::kContinuous) directions_.push_back({joint.name, begin, 2});
+    if (joint.type == JointType::kPlanar) directions_.push_back({joint.name, begin + 2, 2});
+    if (joint.type == JointType::kSpherical) directions_.push_back({joint.name, begin, 4});
+    if (joint.type == JointType::kFreeFlyer) directions_.push_back({joint.name, begin + 3, 4});
+  }
   std::vector<std::string> numbered, named;
   for (const RobotBlock& block : inputs) {
     for (const std::string& name : tools::numbered(block.name, block.size())) numbered.push_back(name);
@@ -113,6 +121,18 @@ void StateColumns::read(const io::CsvTable& table, int row, std::vector<double>&
     state[k] = source.meaning == Meaning::kCosine ? std::cos(value)
                : source.meaning == Meaning::kSine ? std::sin(value)
                                                   : value;
+  }
+  check_directions(row, state);
+}
+
+void StateColumns::check_directions(int row, const std::vector<double>& state) const {
+  for (const Direction& d : directions_) {
+    const auto begin = state.begin() + d.begin, end = begin + d.size;
+    if (std::any_of(begin, end, [](double x) { return x != 0; })) continue;
+    throw FileError(file_ + ": row " + std::to_string(row + 1) + ": the " +
+                    (d.size == 2 ? "pair (cos, sin)" : "quaternion") + " of joint \"" + d.joint + "\", q" +
+                    std::to_string(d.begin) + " to q" + std::to_string(d.begin + d.size - 1) +
+                    ", is zero; expected any length but zero");
   }
 }
 

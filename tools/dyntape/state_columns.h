@@ -35,7 +35,7 @@ class StateColumns {
   StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot& robot,
                const std::vector<RobotBlock>& inputs, const std::string& file, const ColumnOptions& options);
 
-  // `state` has the size of all inputs, or gets it.
+  // `state` has the size of all inputs, or gets it.  FileError, naming the row, where a pair or a quaternion is zero.
   void read(const io::CsvTable& table, int row, std::vector<double>& state) const;
 
  private:
@@ -44,7 +44,15 @@ class StateColumns {
     int column = -1;  // -1: zero
     Meaning meaning = Meaning::kValue;
   };
+  struct Direction {  // entries of q that are read by their direction: a quaternion, or a pair (cos, sin)
+    std::string joint;
+    int begin, size;
+  };
+  void check_directions(int row, const std::vector<double>& state) const;
+
+  std::string file_;
   std::vector<Source> sources_;  // by input
+  std::vector<Direction> directions_;
 };
 
 }  // namespace dyntape::tools
