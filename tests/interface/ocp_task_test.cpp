@@ -113,7 +113,7 @@ TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
   for (const char* word : {"nan", "inf"}) {
     std::string text = cart_pole();
     const std::size_t at = text.find("goal\n{\n") + 7;
-    text.erase(at, text.find('}', at) - at);
+    text.erase(at, text.find("\n}", at) + 1 - at);
     says(text.insert(at, std::string(" q \"0 ") + word + "\"\n"),
          {std::string("'q' must be finite, got '") + word + "'"});
   }
