@@ -13,8 +13,8 @@
 #include <random>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
-#include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/system/files.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
