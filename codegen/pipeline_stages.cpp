@@ -8,6 +8,7 @@
 #include <dyntape/codegen/flags.h>
 #include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/simplify.h>
+#include <dyntape/codegen/print/print_c.h>
 #include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {

@@ -276,7 +276,7 @@ Stages run_settings(std::size_t n) {
   io::Section top =
       clock("parse", static_cast<double>(n), [&] { return io::Section::parse(text, "settings.info"); });
   clock("ask", static_cast<double>(n), [&] {
-    auto sum = static_cast<double>(top.strings("list").size());
+    auto sum = static_cast<double>(top.strings_or("list", {}).size());
     for (io::Section& block : top.children("block")) sum += block.get<double>("value");
     return sum;
   });

@@ -8,6 +8,7 @@
 
 #include "commands.h"
 #include "help.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
