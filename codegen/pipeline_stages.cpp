@@ -35,7 +35,7 @@ std::vector<Derivatives> derive_all(const Function& function, const CodegenOptio
 }
 
 // Repeated parts as functions fit the cache, and cost a tenth more instructions: several lanes spend those, one
-// state is bound by the fetching of code (docs/architecture.md).
+// state is limited by instruction fetch (docs/architecture.md).
 std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::size_t piece_statements,
                                      bool outlines) {
   std::vector<KernelPlan> plans;

@@ -5,7 +5,10 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
+#include <stop_token>
+#include <thread>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
@@ -63,6 +66,24 @@ TEST(Draw, APictureThatIsCutOffIsAnErrorAndLeavesNothing) {
   EXPECT_FALSE(fs::exists(svg) || fs::exists(png));
   draw(plot, svg, gnuplot_that_leaves(folder, "<svg></svg>\n\n"));
   EXPECT_EQ(read_file(svg), "<svg></svg>\n\n");
+  fs::remove_all(folder);
+}
+
+// Who interrupts does not wait for gnuplot.
+TEST(Draw, EndsWithARequest) {
+  const fs::path folder = fs::temp_directory_path() / ("dyntape-draw-stop-" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string slow = (folder / "gnuplot").string(), svg = (folder / "p.svg").string();
+  write_file_atomically(slow, "#!/bin/sh\nexec sleep 60\n");
+  fs::permissions(slow, fs::perms::owner_all);
+  Plot plot;
+  plot.panels = {Panel{.series = {{.name = "c", .x = {0, 1}, .y = {0, 1}}}}};
+  std::stop_source stop;
+  const std::jthread request([&] { std::this_thread::sleep_for(200ms), stop.request_stop(); });
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_THROW(draw(plot, svg, slow, stop.get_token()), Error);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, 20s);
+  EXPECT_FALSE(fs::exists(svg));
   fs::remove_all(folder);
 }
 

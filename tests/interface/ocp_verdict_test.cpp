@@ -227,7 +227,7 @@ TEST_F(Verdicts, AStoppedSolveGivesItsBestPoint) {
   EXPECT_FALSE(fs::exists(out + "/motion.svg"));
 }
 
-TEST_F(Verdicts, StoppedWhilePicturesAreDrawn) {
+TEST_F(Verdicts, StoppedBeforePicturesAreDrawn) {
   const Task task = slider("100", "100", "");
   SolveReport report = solve_task(task);
   ASSERT_TRUE(report.success());
