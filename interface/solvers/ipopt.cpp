@@ -333,34 +333,47 @@ thread_local bool Turn::mine_ = false;
 
 // What a thread that was left behind still needs.
 struct Run {
-  Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-  Ipopt::SmartPtr<Adapter> adapter;
+  Run(Nlp& problem, const std::vector<double>& start, IpoptOptions o)
+      : options(std::move(o)), adapter(new Adapter(problem, start, options)) {}
 
-  void operator()() {
+  const IpoptOptions options;
+  const Ipopt::SmartPtr<Adapter> adapter;
+
+  void operator()() const {
     const Turn turn;
     adapter->begin();
+    SolveStatus status = SolveStatus::kSolverError;
+    std::exception_ptr thrown;
     try {
-      adapter->end(translate(application->OptimizeTNLP(GetRawPtr(adapter))), nullptr);
+      status = optimize();
     } catch (...) {
-      adapter->end(SolveStatus::kSolverError, std::current_exception());
+      thrown = std::current_exception();
     }
+    adapter->end(status, std::move(thrown));
+  }
+
+ private:
+  // The application, and the linear solver in it, live within one turn: MUMPS's static state also changes as its
+  // instances begin and end.
+  SolveStatus optimize() const {
+    const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
+    detail::configure(*application, options);
+    if (application->Initialize("") != Ipopt::Solve_Succeeded) {
+      throw ArgumentError("Ipopt refuses its options");
+    }
+    application->RethrowNonIpoptException(true);
+    if (options.print_level > 0) {
+      application->Jnlst()->AddFileJournal("console", "stdout", Ipopt::EJournalLevel(options.print_level));
+    }
+    return translate(application->OptimizeTNLP(GetRawPtr(adapter)));
   }
 };
 
 NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions options) {
   Turn::refuse_nested();
-  const auto run = std::make_shared<Run>();
   options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
-  detail::configure(*run->application, options);
-  if (run->application->Initialize("") != Ipopt::Solve_Succeeded) {
-    throw ArgumentError("Ipopt refuses its options");
-  }
-  run->application->RethrowNonIpoptException(true);
-  if (options.print_level > 0) {
-    run->application->Jnlst()->AddFileJournal("console", "stdout", Ipopt::EJournalLevel(options.print_level));
-  }
-  run->adapter = new Adapter(problem, start, options);
-  if (!options.stop.stop_possible()) {
+  const auto run = std::make_shared<Run>(problem, start, std::move(options));
+  if (!run->options.stop.stop_possible()) {
     (*run)();
     return run->adapter->result();
   }
