@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/reference/: what every command prints as its help, the keys of task files, the environment.
+"""Writes docs/reference/: what every command prints as its help, the keys of task and scene files, the environment.
 
     tools/reference.py build/bin/dyntape              writes the pages
     tools/reference.py build/bin/dyntape --check      exit status 1, with the difference, where a page is not current
@@ -67,9 +67,11 @@ def commands(dyntape):
     return generated('Commands', '\n'.join(parts))
 
 
-def task_keys(dyntape):
-    text = output_of(dyntape, 'check-config', '--keys')
-    return generated('Keys of task files', f'What `dyntape check-config --keys` prints.\n\n```text\n{text.strip()}\n```\n')
+def keys(title, option):
+    def page(dyntape):
+        text = output_of(dyntape, 'check-config', option)
+        return generated(title, f'What `dyntape check-config {option}` prints.\n\n```text\n{text.strip()}\n```\n')
+    return page
 
 
 def sources():
@@ -120,7 +122,8 @@ def main():
     parser.add_argument('--check', action='store_true', help='compare, write nothing')
     options = parser.parse_args()
     dyntape = os.path.abspath(options.dyntape)
-    pages = {'commands.md': commands, 'task_keys.md': task_keys, 'environment.md': environment}
+    pages = {'commands.md': commands, 'task_keys.md': keys('Keys of task files', '--keys'),
+             'scene_keys.md': keys('Keys of scene files', '--scene-keys'), 'environment.md': environment}
     texts = {PAGES / name: make(dyntape) for name, make in pages.items()}
     if options.check:
         if not all([check(path, text) for path, text in texts.items()]):

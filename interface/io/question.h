@@ -15,6 +15,10 @@ struct Range {
   bool low_open = false, high_open = false;  // whether the bound itself is excluded
   bool infinite = false;                     // whether "inf" and "-inf" may be written
   std::string text = {};                     // "positive": how messages put it
+
+  bool holds(double value) const {
+    return (low_open ? value > low : value >= low) && (high_open ? value < high : value <= high);
+  }
 };
 Range positive();
 Range not_negative();

@@ -55,9 +55,7 @@ std::optional<T> value_of(const std::string& word) {
 
 std::string wrong_range(const Range& range, double value) {
   if (std::isnan(value) || (std::isinf(value) && !range.infinite)) return "must be finite";
-  const bool low = range.low_open ? value > range.low : value >= range.low;
-  const bool high = range.high_open ? value < range.high : value <= range.high;
-  return low && high ? "" : "must be " + range.text;
+  return range.holds(value) ? "" : "must be " + range.text;
 }
 
 template <class T>

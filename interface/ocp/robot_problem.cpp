@@ -156,22 +156,6 @@ Eigen::VectorXd gains(const RobotScene& scene, ControlUnit unit) {
 
 }  // namespace
 
-std::vector<int> actuated_dofs(const RobotScene& scene) {
-  std::vector<int> dofs;
-  if (scene.actuated.empty()) {
-    for (int i = 0; i < scene.model.nv; ++i) dofs.push_back(i);
-  }
-  for (const std::string& name : scene.actuated) {
-    const int dof = scene.model.joints[std::size_t(scene.model.joint_index(name))].idx_v;
-    if (std::find(dofs.begin(), dofs.end(), dof) != dofs.end()) {
-      throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + name +
-                          "\" is named twice among the driven ones, expected once");
-    }
-    dofs.push_back(dof);
-  }
-  return dofs;
-}
-
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
   check_joints(scene.model);
   const auto plants = std::make_shared<const Plants>(scene, gains(scene, options.unit));

@@ -27,20 +27,13 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/scene/robot_scene.h>
 
 namespace dyntape {
 
 enum class DynamicsForm { kForward, kInverse };
 enum class ControlUnit { kPhysical, kFraction };  // N m or N; fraction of the effort limit
-
-// The robot, what acts on it, and where it is driven.
-struct RobotScene {
-  dynamics::Model<double> model;
-  dynamics::Effects<double> effects = {};
-  std::vector<std::string> actuated = {};  // joints; empty: all
-};
 
 struct RobotProblemOptions {
   double duration = 1;
@@ -49,9 +42,6 @@ struct RobotProblemOptions {
 };
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options);
-
-// Degrees of freedom that are driven, in the order of the controls.
-std::vector<int> actuated_dofs(const RobotScene& scene);
 
 // Torques (nv) that hold the robot still at q, passive effects included.
 Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q);

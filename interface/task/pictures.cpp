@@ -6,7 +6,7 @@
 #include <cmath>
 #include <set>
 
-#include <dyntape/interface/task/joint_values.h>
+#include <dyntape/interface/scene/joint_values.h>
 
 namespace dyntape {
 
@@ -79,12 +79,6 @@ Curves curves_of(const Task& task, const Trajectory& motion) {
   return c;
 }
 
-std::vector<std::string> driven_names(const Task& task) {
-  std::vector<std::string> names;
-  for (int dof : actuated_dofs(task.scene)) names.push_back(task.scene.model.joints[std::size_t(dof)].name);
-  return names;
-}
-
 io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
   const Curves c = curves_of(task, motion);
   const std::vector<std::string> joints = joint_names(task.scene.model);
@@ -114,7 +108,7 @@ io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
             near_limits(c.q, {x.lower.head(n), x.upper.head(n)})),
       panel("velocity", "v [" + speed + "]", joints, motion, c.v,
             near_limits(c.v, {x.lower.tail(n), x.upper.tail(n)})),
-      panel("drive", "tau [" + torque + "]", driven_names(task), motion, c.tau, near_limits(c.tau, u))};
+      panel("drive", "tau [" + torque + "]", driven_names(task.scene), motion, c.tau, near_limits(c.tau, u))};
   return plot;
 }
 

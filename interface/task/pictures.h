@@ -18,9 +18,6 @@ struct Curves {
 };
 Curves curves_of(const Task& task, const Trajectory& motion);
 
-// Names of the driven joints, in the order of the controls.
-std::vector<std::string> driven_names(const Task& task);
-
 // Positions, velocities and torques over time, with the limits that they come near to.
 io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
 

@@ -6,6 +6,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/scene/scene.h>
+#include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task_costs.h>
 #include <dyntape/interface/task/task_keys.h>
@@ -16,32 +18,26 @@ namespace {
 
 using io::Section;
 
-// Each line of a robot's file would be a problem of its own.
-void check_is_no_robot(std::string_view text, const std::string& file) {
-  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
-  const std::size_t first = text.find_first_not_of(" \t\r\n");
-  if (first == text.npos || text[first] != '<') return;
-  const char* const kind = text.find("<robot") == text.npos ? "XML" : "a URDF";
-  throw FileError(file + " is " + kind +
-                  ", not a task file; expected an .info file that names its robot, as those in config/tasks "
-                  "do (dyntape info shows "
-                  "a robot)");
-}
-
-// Nothing where there is none, or not the one that is meant: the file has a problem then.
-std::optional<dynamics::UrdfRobot> read_robot(Section& file, Task& task) {
-  const RobotKeys keys = read_robot_keys(file);
-  if (!keys.are_sound) return std::nullopt;
-  Section block = file.child("robot");
-  task.urdf = (std::filesystem::path(task.file).parent_path() / keys.urdf).lexically_normal().string();
-  try {
-    dynamics::UrdfRobot robot = dynamics::read_urdf(task.urdf, keys.options);
-    if (robot.model.nv > 0) return robot;
-    block.problem("urdf", "'" + keys.urdf + "' has no joint that moves: nothing to control");
-  } catch (const Error& e) {
-    block.problem("urdf", e.what());
+// What a scene file says, for a problem that is solved.
+bool take_scene(Section& file, Task& task, const std::string& name) {
+  for (const char* key : {"robot", "effects", "actuated"}) {
+    if (file.has(key))
+      file.problem(key,
+                   std::string("'") + key + "' stands here and in the scene '" + name + "'; expected one");
   }
-  return std::nullopt;
+  try {
+    Scene scene =
+        read_scene((std::filesystem::path(task.file).parent_path() / name).lexically_normal().string());
+    task.urdf = std::move(scene.urdf);
+    task.notes = std::move(scene.notes);
+    task.scene = std::move(scene.robot);
+    if (task.scene.lag.size() > 0)
+      file.problem("scene", "'" + name + "' has motors with a lag, which only simulate knows");
+    return true;
+  } catch (const Error& e) {
+    file.problem("scene", e.what());
+    return false;
+  }
 }
 
 void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs) {
@@ -89,19 +85,29 @@ void add_guess(Problem& problem, const Task& task, const TaskKeys::Guess& guess)
 
 }  // namespace
 
+bool read_task_scene(Section& file, Task& task) {
+  file.about("a scene file that says robot, effects and actuated, in place of those keys here");
+  if (const std::string name = file.get_or("scene", ""); !name.empty()) return take_scene(file, task, name);
+  SceneRobot found = read_scene_robot(file, task.file, Floating::kRefused);
+  task.urdf = found.urdf;
+  if (found.robot) {
+    task.notes = std::move(found.robot->notes);
+    task.scene.model = std::move(found.robot->model);
+  }
+  read_scene_keys(file, task.scene, found.robot ? &task.scene.model : nullptr);
+  return found.robot.has_value();
+}
+
 Task read_task(const std::string& path) {
   const std::string text = read_file(path);
-  check_is_no_robot(text, path);
+  check_is_no_robot(text, path,
+                    "a task file; expected an .info file that names its robot, as those in config/tasks do");
   Section file = Section::parse(text, path);
   Task task;
   task.file = path;
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());
-  std::optional<dynamics::UrdfRobot> robot = read_robot(file, task);
-  if (robot) {
-    task.notes = std::move(robot->notes);
-    task.scene.model = std::move(robot->model);
-  }
-  const TaskKeys keys = read_task_keys(file, task, robot ? &task.scene.model : nullptr);
+  const bool known = read_task_scene(file, task);
+  const TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
   file.finish();
   task.effective = file.effective_values();
 

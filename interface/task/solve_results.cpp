@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/task/joint_values.h>
+#include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/solve.h>
 
@@ -27,7 +27,7 @@ io::CsvTable trajectory_table(const Task& task, const Trajectory& motion) {
   for (const char* prefix : {"q.", "v.", "a."}) {
     for (const std::string& joint : joints) header.push_back(prefix + joint);
   }
-  for (const std::string& joint : driven_names(task)) header.push_back("tau." + joint);
+  for (const std::string& joint : driven_names(task.scene)) header.push_back("tau." + joint);
   io::CsvTable table(header);
   std::vector<double> row;
   for (int p = 0; p < motion.points(); ++p) {

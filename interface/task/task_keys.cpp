@@ -5,7 +5,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/task/joint_values.h>
+#include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/task_costs.h>
 
 namespace dyntape {
@@ -14,70 +15,6 @@ namespace {
 
 using io::Section;
 using RobotModel = dynamics::Model<double>;
-
-// A list in which no name stands twice.
-std::vector<std::string> distinct_names(Section& section, const std::string& key,
-                                        const std::vector<std::string>& valid = {}) {
-  const std::vector<std::string> names = section.strings_or(key, {}, valid);
-  for (auto name = names.begin(); name != names.end(); ++name) {
-    if (std::find(names.begin(), name, *name) == name) continue;
-    section.problem(key, "'" + key + "' names '" + *name + "' twice, expected once");
-  }
-  return names;
-}
-
-std::vector<std::string> joints_of(const RobotModel* model) {
-  return model ? joint_names(*model) : std::vector<std::string>{};
-}
-
-// Without a robot nobody knows the joints.
-Eigen::VectorXd joint_values(Section& section, const std::string& key, const RobotModel* model,
-                             std::optional<double> fallback, const io::Range& range = {}) {
-  if (model) return read_joint_values(section, key, *model, fallback, range);
-  const std::string text = fallback ? io::shortest(*fallback) : "";
-  section.defer(key, "a number a joint", fallback ? text.c_str() : nullptr);
-  return {};
-}
-
-// `robot` takes the values of the robot's file, anything else is a vector.
-std::optional<Eigen::VectorXd> read_effect(Section& section, const std::string& key, const RobotModel* model,
-                                           Eigen::VectorXd (*of_robot)(const RobotModel&)) {
-  if (!model) section.defer(key, "off | robot | a number a joint", "off");
-  if (!model) return std::nullopt;
-  if (!section.has(key)) return std::nullopt;
-  const std::string word = section.children(key).front().value();
-  if (word == "off") return std::nullopt;
-  if (word == "robot" || word == "on") return of_robot(*model);
-  return read_joint_values(section, key, *model, 0.0, io::not_negative());
-}
-
-dynamics::Effects<double> read_effects(Section& file, const RobotModel* model) {
-  Section section =
-      file.about("what acts on the robot; what is not chosen costs nothing").child_or_empty("effects");
-  dynamics::Effects<double> effects;
-  effects.gravity = section.about("9.81 m/s^2 along -z").get_or("gravity", true);
-  section.about("inertia of the motors about their joints [kg m^2]");
-  effects.armature = read_effect(section, "armature", model, dynamics::model_armature);
-  section.about("torque against the velocity [N m s/rad]");
-  effects.damping = read_effect(section, "joint_damping", model, dynamics::model_damping);
-  if (section.about("dry friction").has("joint_friction")) {
-    Section friction = section.child("joint_friction");
-    friction.about("its torque [N m]");
-    const auto torque = read_effect(friction, "torque", model, dynamics::model_friction);
-    friction.about("velocity within which friction grows to its full torque [rad/s]");
-    const double smoothing = friction.get<double>("smoothing", io::positive());
-    if (torque) effects.friction = {*torque, smoothing};
-  }
-  if (section.about("springs at the joints").has("joint_springs")) {
-    Section springs = section.child("joint_springs");
-    springs.about("torque an angle [N m/rad]");
-    const Eigen::VectorXd stiffness =
-        joint_values(springs, "stiffness", model, std::nullopt, io::not_negative());
-    springs.about("where the spring is at rest [rad]");
-    effects.springs = {stiffness, joint_values(springs, "rest", model, 0.0)};
-  }
-  return effects;
-}
 
 RobotProblemOptions read_form(Section& file) {
   Section horizon = file.about("the time that the motion has").child("horizon");
@@ -112,22 +49,6 @@ MeshOptions read_mesh(Section& file) {
                                               {"gauss_newton", HessianKind::kGaussNewton},
                                               {"limited_memory", HessianKind::kLimitedMemory}});
   return mesh;
-}
-
-void read_evaluation(Section& file, MeshOptions& mesh) {
-  Section block = file.about("how functions are made and evaluated").child_or_empty("evaluation");
-  mesh.evaluation.profile =
-      block.about("strict: the interpreter's bits; fast: rounded otherwise")
-          .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
-  mesh.evaluation.lanes =
-      block.about("points side by side in registers: longer to compile, several times as fast")
-          .choice_or<Lanes>("lanes", "none", {{"none", Lanes::kNone}, {"native", Lanes::kNative}});
-  mesh.evaluation.route =
-      block.about("automatic: compiled where there is a compiler; interpreter: nothing is compiled")
-          .choice_or<Route>("route", "automatic",
-                            {{"automatic", Route::kAutomatic}, {"interpreter", Route::kInterpreter}});
-  block.about("that share the points; 0: as many as the processor has");
-  mesh.threads = static_cast<unsigned>(block.get_or("threads", 1, io::between(0, 1024)));
 }
 
 void read_solver(Section& file, OptimiseOptions& optimise) {
@@ -166,11 +87,11 @@ void read_solver(Section& file, OptimiseOptions& optimise) {
 Eigen::VectorXd read_end(Section& file, const std::string& key, const std::string& what,
                          const RobotModel* model) {
   Section end = file.about(what).child(key);
-  const Eigen::VectorXd q = joint_values(end.about("positions [rad or m]"), "q", model, std::nullopt);
-  const Eigen::VectorXd v = joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  const Eigen::VectorXd q = read_joint_values(end.about("positions [rad or m]"), "q", model, std::nullopt);
+  const Eigen::VectorXd v = read_joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
   Eigen::VectorXd x(q.size() + v.size());
   x << q, v;
-  const std::vector<std::string> names = joints_of(model);
+  const std::vector<std::string> names = model ? joint_names(*model) : std::vector<std::string>{};
   end.about("joints whose position and velocity are left open");
   for (const std::string& name : distinct_names(end, "free", names)) {
     for (Eigen::Index i = 0; i < q.size(); ++i) {
@@ -186,8 +107,8 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   TaskKeys::Costs c;
   for (const TaskCost& cost : task_costs())
     c.weights.push_back(costs.about(cost.meaning).get_or(cost.key, 0.0, io::not_negative()));
-  c.tracking_q = joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
-  c.tracking_v = joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
+  c.tracking_q = read_joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
+  c.tracking_v = read_joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
   return c;
 }
 
@@ -262,34 +183,13 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 
 }  // namespace
 
-RobotKeys read_robot_keys(Section& file) {
-  Section robot = file.about("the robot that moves").child("robot");
-  RobotKeys keys;
-  dynamics::UrdfOptions& options = keys.options;
-  keys.urdf = robot.about("its file, a path from the folder of this one").get<std::string>("urdf");
-  robot.about("its root link is the world");
-  options.base = robot.choice_or<dynamics::Base>("base", "fixed", {{"fixed", dynamics::Base::kFixed}});
-  options.lock = distinct_names(robot.about("joints held at their neutral position"), "lock");
-  robot.about("rotations within this angle of a right one become exact [rad]");
-  options.snap = robot.get_or("snap", options.snap, io::between(0, 0.01));
-  robot.about("what an inertia that no body has is: an error, or a note");
-  options.accept_nonphysical_inertia =
-      robot.choice_or<bool>("inertia", "error", {{"error", false}, {"warn", true}});
-  options.continuous = dynamics::ContinuousJoint::kAngle;
-  if (robot.present() && keys.urdf.empty() && robot.has("urdf"))
-    robot.problem("urdf", "'robot.urdf' is empty");
-  keys.are_sound = robot.present() && robot.sound();
-  return keys;
-}
-
 TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
-  task.scene.effects = read_effects(file, model);
-  task.scene.actuated =
-      distinct_names(file.about("joints that are driven; absent: all"), "actuated", joints_of(model));
   task.robot = read_form(file);
   task.optimise.mesh = read_mesh(file);
-  read_evaluation(file, task.optimise.mesh);
+  const EvaluationKeys evaluation = read_evaluation(file);
+  task.optimise.mesh.evaluation = evaluation.options;
+  task.optimise.mesh.threads = evaluation.threads;
   read_solver(file, task.optimise);
   keys.start = read_end(file, "start", "the state at the beginning", model);
   keys.goal = read_end(file, "goal", "the state at the end", model);
@@ -312,7 +212,7 @@ std::vector<io::Question> task_questions() {
   Section file = Section::catalogue();
   Task task;
   read_task_name(file, "its file's");
-  read_robot_keys(file);
+  read_task_scene(file, task);
   read_task_keys(file, task, nullptr);
   return file.questions();
 }

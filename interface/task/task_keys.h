@@ -4,8 +4,8 @@
 //
 //   io::Section file = io::Section::parse(text, path);
 //   Task task;
-//   const RobotKeys robot = read_robot_keys(file);
-//   const TaskKeys keys = read_task_keys(file, task, &model);     // null: no robot, whose joints are keys
+//   const bool known = read_task_scene(file, task);
+//   const TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
 //   file.finish();                                                // every problem
 //
 //   for (const io::Question& q : task_questions()) ...            // the list of all keys (dyntape check-config --keys)
@@ -14,19 +14,15 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/section.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
 
 namespace dyntape {
 
-struct RobotKeys {
-  std::string urdf;
-  dynamics::UrdfOptions options;
-  bool are_sound = false;  // else the robot that they name is not the one that is meant
-};
-RobotKeys read_robot_keys(io::Section& file);
+// The robot, what acts on it and where it is driven, of a scene file or as the task's own keys say; false if there is no
+// such robot, which the file has noted.
+bool read_task_scene(io::Section& file, Task& task);
 std::string read_task_name(io::Section& file, const std::string& fallback);
 
 // Where bounds come from: nothing, the robot, or one number for all.
@@ -51,7 +47,7 @@ struct TaskKeys {
   } limits;
 };
 
-// All but the robot's; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not
+// The other keys; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not
 // read.
 TaskKeys read_task_keys(io::Section& file, Task& task, const dynamics::Model<double>* model);
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// dyntape check-config: a task file's problems, and every key that one may have, by the code that reads them.
+// dyntape check-config: the problems of a task or scene file, and every key that one may have, by the code that reads them.
 #include <iostream>
 #include <memory>
 
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/info.h>
+#include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/task/task_keys.h>
 
 #include "commands.h"
@@ -37,10 +40,36 @@ std::string keys_of(const std::vector<io::Question>& questions, const std::strin
   return text;
 }
 
-std::string all_keys() {
-  return "Keys of a task file, blocks with theirs.  A number a joint is written by joint name in a block\n"
+std::string introduction(const std::string& kind) {
+  return "Keys of a " + kind + " file, blocks with theirs.  A number a joint is written by joint name in a block\n"
          "(q { shoulder 0  elbow 1 }), as one quoted list in the order of the joints, or as one number for\n"
          "all.  Required keys of a block are required where the block is there.\n";
+}
+
+// Scenes are simulated, tasks have a horizon.
+bool is_scene(const std::string& file) {
+  const io::InfoNode root = io::parse_info(read_file(file), file);
+  return root.child("simulation") != nullptr;
+}
+
+struct Found {
+  std::string effective, size;
+  std::vector<std::string> notes;
+};
+
+Found found_in(const std::string& file) {
+  if (is_scene(file)) {
+    Scene scene = read_scene(file);
+    const dynamics::Model<double>& model = scene.robot.model;
+    return {std::move(scene.effective),
+            "a scene of " + std::to_string(model.nv) + " degrees of freedom, " +
+                std::to_string(actuated_dofs(scene.robot).size()) + " driven",
+            std::move(scene.notes)};
+  }
+  Task task = task_in(file);
+  return {std::move(task.effective),
+          std::to_string(task.problem.n_x()) + " states, " + std::to_string(task.problem.n_u()) + " controls",
+          std::move(task.notes)};
 }
 
 }  // namespace
@@ -48,30 +77,32 @@ std::string all_keys() {
 void add_check_config(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "check-config",
-      "read a task file and its robot strictly; print every problem with file, line and column");
+      "read a task or scene file and its robot strictly; print every problem with file, line and column");
   const auto file = std::make_shared<std::string>();
   const auto show = std::make_shared<bool>(false);
-  command->add_option("file", *file, "the task, an .info file")
+  command->add_option("file", *file, "the task or scene, an .info file")
       ->required()
       ->check(not_empty())
       ->type_name("FILE");
   command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
   command->callback([file, show] {
-    const Task task = task_in(*file);
+    const Found found = found_in(*file);
     if (*show) {
-      std::cout << task.effective;
+      std::cout << found.effective;
       return;
     }
-    std::cout << *file << ": sound (" << task.problem.n_x() << " states, " << task.problem.n_u()
-              << " controls)\n";
-    for (const std::string& note : task.notes) std::cout << "note: " << note << "\n";
+    std::cout << *file << ": sound (" << found.size << ")\n";
+    for (const std::string& note : found.notes) std::cout << "note: " << note << "\n";
   });
-  const auto print_keys = [] {
-    std::cout << flowing(all_keys()) << keys_of(task_questions(), "", 0);
-    throw CLI::Success();
+  const auto printing = [](const std::string& kind, std::vector<io::Question> (*questions)()) {
+    return [=] {
+      std::cout << flowing(introduction(kind)) << keys_of(questions(), "", 0);
+      throw CLI::Success();
+    };
   };
-  command->add_flag_callback("--keys", print_keys,
+  command->add_flag_callback("--keys", printing("task", task_questions),
                              "print every key that a task file may have, with unit and default");
+  command->add_flag_callback("--scene-keys", printing("scene", scene_questions), "likewise of a scene file");
 }
 
 }  // namespace dyntape::tools

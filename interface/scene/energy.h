@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Energies of a scene and the power of all that acts, recorded and compiled.
+//
+//   EnergyMeter meter(scene, {});
+//   const Energy& e = meter.at(x, drive);        // x = (q, v, ...); e.kinetic, e.potential (J), e.power (W)
+//   meter.names()                                // of the entries of e.power: "motors", then the effects that are on
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/scene/robot_scene.h>
+
+namespace dyntape {
+
+struct Energy {
+  double kinetic = 0, potential = 0;
+  Eigen::VectorXd power;
+};
+
+class EnergyMeter {
+ public:
+  EnergyMeter(const RobotScene& scene, const CodegenOptions& options);
+
+  const std::vector<std::string>& names() const { return names_; }
+  Eigen::Index flows() const { return Eigen::Index(names_.size()); }
+  // x begins with q and v; drive: what the motors give.  Valid until the next call.
+  const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive);
+
+ private:
+  std::vector<std::string> names_;
+  int n_state_;
+  CompiledFunction function_;
+  CompiledFunction::Workspace workspace_;
+  Eigen::VectorXd input_, output_;
+  Energy energy_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/scene/scene.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+
+#include <Eigen/Geometry>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/numbers.h>
+#include <dyntape/interface/scene/scene_keys.h>
+
+namespace dyntape {
+
+namespace {
+
+using dynamics::JointType;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using io::Section;
+using RobotModel = dynamics::Model<double>;
+
+bool has_free_base(const RobotModel& model) {
+  return !model.joints.empty() && model.joints.front().type == JointType::kFreeFlyer;
+}
+
+struct BaseKeys {
+  Vector3d position, angles, velocity, angular_velocity;
+};
+
+BaseKeys read_base(Section& start) {
+  Section base = start.about("of a floating base").child_or_empty("base");
+  BaseKeys keys;
+  keys.position = read_vector3(base.about("of its origin in the world [m]"), "position", Vector3d::Zero());
+  base.about("its turns about the fixed axes x, then y, then z of the world [rad]");
+  keys.angles = read_vector3(base, "roll_pitch_yaw", Vector3d::Zero());
+  base.about("of its origin, in its own axes [m/s]");
+  keys.velocity = read_vector3(base, "velocity", Vector3d::Zero());
+  base.about("in its own axes [rad/s]");
+  keys.angular_velocity = read_vector3(base, "angular_velocity", Vector3d::Zero());
+  return keys;
+}
+
+void place_base(const BaseKeys& base, Scene& scene) {
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(base.angles.z(), Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(base.angles.y(), Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(base.angles.x(), Vector3d::UnitX());
+  scene.q.head<3>() = base.position;
+  scene.q.segment<4>(3) = turn.coeffs();
+  scene.v.head<3>() = base.velocity;
+  scene.v.segment<3>(3) = base.angular_velocity;
+}
+
+void read_start(Section& file, const RobotModel* model, Scene& scene) {
+  Section start = file.about("the state at the beginning").child_or_empty("start");
+  const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, 0.0);
+  const VectorXd v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  if (model && !has_free_base(*model)) {
+    if (start.has("base"))
+      start.problem("base", "'start.base' is of a floating base; this robot's base is fixed");
+  }
+  const bool reads_base = !model || has_free_base(*model);
+  const BaseKeys base = reads_base ? read_base(start) : BaseKeys();
+  if (!model) return;
+  scene.q = configuration_of(*model, q);
+  scene.v = v;
+  if (has_free_base(*model)) place_base(base, scene);
+}
+
+void read_method(Section& file, Scene& scene) {
+  Section block = file.about("how the motion is computed").child("simulation");
+  scene.duration = block.about("of the motion [s]").get<double>("duration", io::positive());
+  block.about("of the integrator [s]");
+  scene.step = block.get_or("step", 1e-3, io::positive());
+  block.about("from one row of the results to the next, whole steps [s]");
+  scene.sample = block.get_or("sample", std::max(scene.step, 0.01), io::positive());
+  std::vector<std::pair<std::string, Integrator>> choices;
+  for (Integrator integrator : kIntegrators) choices.emplace_back(to_string(integrator), integrator);
+  scene.integrator = block.about("what one step is")
+                         .choice_or<Integrator>("integrator", to_string(scene.integrator), choices);
+  const double count = scene.duration / scene.step;
+  if (count > 1e9)
+    block.problem("step", "'step' makes " + io::with_digits(count, 3) + " steps; expected at most 1e9");
+  if (count < 1 - 1e-9)
+    block.problem("step", "'step' is longer than the duration of " + io::shortest(scene.duration) + " s");
+}
+
+// Columns tau.<joint> over t, as solve writes them.
+Commands read_table(Section& block, const std::string& path, const std::vector<std::string>& joints) {
+  Commands commands;
+  const io::CsvTable table = io::read_csv(path);
+  commands.t = table.column("t");
+  commands.u.resize(Eigen::Index(joints.size()), table.rows());
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    const std::vector<double> column = table.column("tau." + joints[k]);
+    commands.u.row(Eigen::Index(k)) = Eigen::Map<const Eigen::RowVectorXd>(column.data(), table.rows());
+  }
+  if (commands.t.empty()) block.problem("file", "'" + path + "' has no row");
+  if (!std::is_sorted(commands.t.begin(), commands.t.end()))
+    block.problem("file", "'" + path + "': the times of column t do not ascend");
+  return commands;
+}
+
+Commands read_commands(Section& file, const std::string& path, const Scene& scene, bool known) {
+  Section block = file.about("what the driven joints are told").child_or_empty("commands");
+  const VectorXd torque = read_joint_values(block.about("held over the whole motion [N m or N]"), "torque",
+                                            known ? &scene.robot.model : nullptr, 0.0);
+  const std::string table =
+      block.about("a table with columns t and tau.<joint>, as solve writes it").get_or("file", "");
+  if (!known) return {};
+  if (!table.empty() && block.has("torque"))
+    block.problem("file", "'commands' has 'torque' and 'file', expected one of them");
+  try {
+    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+    if (!table.empty())
+      return read_table(block, (folder / table).lexically_normal().string(), driven_names(scene.robot));
+  } catch (const Error& e) {
+    block.problem("file", e.what());
+    return {};
+  }
+  const std::vector<int> dofs = actuated_dofs(scene.robot);
+  Commands commands{{0}, Eigen::MatrixXd(Eigen::Index(dofs.size()), 1)};
+  for (std::size_t k = 0; k < dofs.size(); ++k) commands.u(Eigen::Index(k), 0) = torque[dofs[k]];
+  return commands;
+}
+
+void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
+  Section block = file.about("motors").child_or_empty("actuators");
+  block.about("time in which a motor's torque comes nearer to its command by a factor e; 0: at once [s]");
+  const VectorXd lag = read_joint_values(block, "lag", model, 0.0, io::not_negative());
+  if (!model || lag.isZero(0)) return;
+  const std::vector<int> dofs = actuated_dofs(robot);
+  robot.lag.resize(Eigen::Index(dofs.size()));
+  for (std::size_t k = 0; k < dofs.size(); ++k) robot.lag[Eigen::Index(k)] = lag[dofs[k]];
+}
+
+void read_keys(Section& file, Scene& scene, const std::string& path, const RobotModel* model) {
+  read_scene_keys(file, scene.robot, model);
+  read_lag(file, model, scene.robot);
+  read_start(file, model, scene);
+  scene.commands = read_commands(file, path, scene, model != nullptr);
+  read_method(file, scene);
+  scene.evaluation = read_evaluation(file).options;
+}
+
+std::string read_name(Section& file, const std::string& fallback) {
+  return file.about("of the scene, in reports and pictures").get_or<std::string>("name", fallback);
+}
+
+}  // namespace
+
+VectorXd Commands::at(double time) const {
+  const auto after = std::upper_bound(t.begin(), t.end(), time);
+  if (after == t.begin()) return u.col(0);
+  if (after == t.end()) return u.col(u.cols() - 1);
+  const Eigen::Index k = after - t.begin();
+  const double s = (time - t[std::size_t(k - 1)]) / (*after - t[std::size_t(k - 1)]);
+  return (1 - s) * u.col(k - 1) + s * u.col(k);
+}
+
+long Scene::steps() const { return std::max(1L, std::lround(duration / step)); }
+long Scene::stride() const { return std::max(1L, std::lround(sample / step)); }
+
+Scene read_scene_text(const std::string& text, const std::string& path) {
+  check_is_no_robot(text, path, "a scene; expected an .info file, as those in config/scenes");
+  Section file = Section::parse(text, path);
+  Scene scene;
+  scene.file = path;
+  scene.name = read_name(file, std::filesystem::path(path).stem().string());
+  SceneRobot found = read_scene_robot(file, path, Floating::kAllowed);
+  scene.urdf = found.urdf;
+  if (found.robot) {
+    scene.notes = std::move(found.robot->notes);
+    scene.robot.model = std::move(found.robot->model);
+  }
+  read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr);
+  file.finish();
+  scene.effective = file.effective_values();
+  return scene;
+}
+
+Scene read_scene(const std::string& path) { return read_scene_text(read_file(path), path); }
+
+std::vector<io::Question> scene_questions() {
+  Section file = Section::catalogue();
+  Scene scene;
+  read_name(file, "its file's");
+  read_scene_robot(file, "", Floating::kAllowed);
+  read_keys(file, scene, "", nullptr);
+  return file.questions();
+}
+
+}  // namespace dyntape

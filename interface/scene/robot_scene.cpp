@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/scene/robot_scene.h>
+
+#include <algorithm>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+const dynamics::Joint<double>& driven_joint(const RobotScene& scene, const std::string& name) {
+  const auto& joint = scene.model.joints[std::size_t(scene.model.joint_index(name))];
+  if (!dynamics::is_single(joint.type)) {
+    throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + name + "\" is " +
+                        dynamics::to_string(joint.type) +
+                        "; expected a driven joint to have one degree of freedom");
+  }
+  return joint;
+}
+
+}  // namespace
+
+std::vector<int> actuated_dofs(const RobotScene& scene) {
+  std::vector<int> dofs;
+  if (scene.actuated.empty()) {
+    for (const auto& joint : scene.model.joints) {
+      if (dynamics::is_single(joint.type)) dofs.push_back(joint.idx_v);
+    }
+  }
+  for (const std::string& name : scene.actuated) {
+    const int dof = driven_joint(scene, name).idx_v;
+    if (std::find(dofs.begin(), dofs.end(), dof) != dofs.end()) {
+      throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + name +
+                          "\" is named twice among the driven ones, expected once");
+    }
+    dofs.push_back(dof);
+  }
+  return dofs;
+}
+
+std::vector<std::string> driven_names(const RobotScene& scene) {
+  if (!scene.actuated.empty()) return scene.actuated;
+  std::vector<std::string> names;
+  for (const auto& joint : scene.model.joints) {
+    if (dynamics::is_single(joint.type)) names.push_back(joint.name);
+  }
+  return names;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A robot, what acts on it, and where it is driven: what simulate and solve both are about.
+//
+//   RobotScene scene{load_urdf("cart_pole.urdf"), {}, {"slider"}};
+//   scene.effects.damping = dynamics::model_damping(scene.model);
+//   scene_acceleration<double>(scene)(q, v, commands)
+//
+// Only the chosen effects are recorded (dynamics/effects/effects.h).
+//
+// Errors: ArgumentError for a driven joint that is unknown, named twice, or of several degrees of freedom.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/effects/effects.h>
+
+namespace dyntape {
+
+struct RobotScene {
+  dynamics::Model<double> model;
+  dynamics::Effects<double> effects = {};
+  std::vector<std::string> actuated = {};  // joints; empty: all of one degree of freedom
+  // (s) of each driven joint, or empty: its torque follows the command as m' = (u - m) / lag.  0: at once.
+  Eigen::VectorXd lag = {};
+};
+
+// Degrees of freedom that are driven, in the order of the commands.
+std::vector<int> actuated_dofs(const RobotScene& scene);
+
+// Joints that are driven, in the same order.
+std::vector<std::string> driven_names(const RobotScene& scene);
+
+}  // namespace dyntape

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A scene file: a robot, what acts on it, how it starts, and how its motion is computed.
+//
+//   robot
+//   {
+//     urdf ../robots/solo12.urdf          ; beside this file
+//     base floating
+//   }
+//   effects    { joint_damping robot }     ; gravity besides; nothing else is recorded
+//   start      { base { position "0 0 0.35" } }
+//   simulation { duration 2  step 1e-3 }
+//
+//   const Scene scene = read_scene("config/scenes/dropped_quadruped.info");
+//   const SimulatedMotion motion = simulate(scene);                              // simulate.h
+//
+// Keys, with their meanings, units and defaults: dyntape check-config --scene-keys, docs/reference/.
+//
+// Errors: FileError listing every problem of the file with its place; those of reading the robot.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/options.h>
+#include <dyntape/interface/io/question.h>
+#include <dyntape/interface/scene/robot_scene.h>
+#include <dyntape/interface/simulation/stepper.h>
+
+namespace dyntape {
+
+// What the driven joints are told over time: rows of a table, straight lines between them, constant outside.
+struct Commands {
+  std::vector<double> t;  // (s), ascending
+  Eigen::MatrixXd u;      // (driven joints x times)
+
+  Eigen::VectorXd at(double time) const;
+};
+
+struct Scene {
+  std::string name, file, urdf;
+  std::vector<std::string> notes;  // what was odd in the robot's file
+  RobotScene robot;
+  Eigen::VectorXd q, v;  // at the start
+  Commands commands;
+  double duration = 1, step = 1e-3, sample = 0.01;  // (s)
+  Integrator integrator = Integrator::kRungeKutta4;
+  CodegenOptions evaluation;
+  std::string effective;  // the file as it was understood, defaults included
+
+  long steps() const;   // of `step` in `duration`
+  long stride() const;  // steps from one sample to the next
+};
+
+Scene read_scene(const std::string& path);
+// The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
+// for.
+Scene read_scene_text(const std::string& text, const std::string& path);
+
+// Every key that a scene file may have, in the order of reading.
+std::vector<io::Question> scene_questions();
+
+}  // namespace dyntape

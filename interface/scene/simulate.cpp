@@ -1,0 +1,235 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/scene/simulate.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/energy.h>
+#include <dyntape/interface/scene/quadrature.h>
+#include <dyntape/interface/scene/stability.h>
+
+namespace dyntape {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Eigen::VectorXd;
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: "; }
+
+// One run of a scene: the state that moves, and what is noted of it.
+class Run {
+ public:
+  Run(const Scene& scene, const SimulationWatch& watch)
+      : scene_(scene),
+        watch_(watch),
+        stepper_(system_of(scene.robot), scene.integrator, scene.evaluation),
+        energy_(scene.robot, scene.evaluation),
+        work_(scene.step, energy_.flows()),
+        x_(stepper_.nx()),
+        next_(stepper_.nx()) {
+    const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
+    x_.head(nq) = scene.q;
+    x_.segment(nq, nv) = scene.v;
+    const VectorXd u = scene.commands.at(0);
+    for (Eigen::Index k = 0, m = nq + nv; k < scene.robot.lag.size(); ++k) {
+      if (scene.robot.lag[k] > 0) x_[m++] = u[k];  // motors start where they are told to be
+    }
+    for (const std::string& name : energy_.names()) motion_.flows.push_back({name, {}, {}});
+  }
+
+  SimulatedMotion result() {
+    const auto begin = Clock::now();
+    const long steps = scene_.steps();
+    note(0);
+    for (long k = 0; k < steps && goes_on(k, steps); ++k) {
+      if (!step(k)) break;
+      ++motion_.steps;
+      note(k + 1);
+    }
+    work_.finish([&](const VectorXd& work) { note_work(work); });
+    if (motion_.trouble.empty()) motion_.trouble = trouble_on_the_way();
+    motion_.step_seconds = seconds_since(begin);
+    motion_.operations = stepper_.report().step_operations;
+    motion_.sources = stepper_.report().sources;
+    join_columns();
+    return std::move(motion_);
+  }
+
+ private:
+  bool goes_on(long k, long steps) {
+    constexpr long kOften = 1024;
+    if (k % kOften != 0) return true;
+    motion_.was_stopped = watch_.stop.stop_requested();
+    if (watch_.tell) {
+      watch_.tell("t = " + io::with_digits(double(k) * scene_.step, 4) + " of " +
+                  io::with_digits(double(steps) * scene_.step, 4) + " s");
+    }
+    return !motion_.was_stopped;
+  }
+
+  bool step(long k) {
+    const double t = double(k) * scene_.step;
+    const VectorXd u = scene_.commands.at(t + scene_.step / 2);
+    std::string why;
+    if (stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), &why)) {
+      x_.swap(next_);
+      return true;
+    }
+    const int nq = scene_.robot.model.nq;
+    const std::string stiff = stability_trouble(scene_, x_.head(nq), x_.segment(nq, scene_.robot.model.nv));
+    motion_.trouble = at_time(t) + (stiff.empty() ? why : stiff);
+    return false;
+  }
+
+  // A friction that is too stiff for the step makes the motion tremble, which no other check sees.
+  std::string trouble_on_the_way() const {
+    constexpr std::size_t kLooks = 16;
+    const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
+    for (std::size_t k = 0; k < states_.size(); k += 1 + states_.size() / kLooks) {
+      const std::string stiff = stability_trouble(scene_, states_[k].head(nq), states_[k].segment(nq, nv));
+      if (!stiff.empty()) return at_time(motion_.t[k]) + stiff;
+    }
+    return "";
+  }
+
+  VectorXd drive(const VectorXd& u) const {
+    VectorXd drive = u;
+    Eigen::Index m = scene_.robot.model.nq + scene_.robot.model.nv;
+    for (Eigen::Index k = 0; k < scene_.robot.lag.size(); ++k) {
+      if (scene_.robot.lag[k] > 0) drive[k] = x_[m++];
+    }
+    return drive;
+  }
+
+  void note(long k) {
+    const double t = double(k) * scene_.step;
+    const VectorXd now = drive(scene_.commands.at(t));
+    const Energy& energy = energy_.at(x_, now);
+    work_.append(energy.power, [&](const VectorXd& work) { note_work(work); });
+    if (!is_sample(k)) return;
+    motion_.t.push_back(t);
+    motion_.kinetic.push_back(energy.kinetic);
+    motion_.potential.push_back(energy.potential);
+    states_.push_back(x_);
+    drives_.push_back(now);
+    for (std::size_t i = 0; i < motion_.flows.size(); ++i)
+      motion_.flows[i].power.push_back(energy.power[Eigen::Index(i)]);
+  }
+
+  void note_work(const VectorXd& work) {
+    if (is_sample(worked_++)) {
+      for (std::size_t i = 0; i < motion_.flows.size(); ++i)
+        motion_.flows[i].work.push_back(work[Eigen::Index(i)]);
+    }
+  }
+
+  bool is_sample(long k) const { return k % scene_.stride() == 0 || k == scene_.steps(); }
+
+  void join_columns() {
+    const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
+    const Eigen::Index n = motion_.samples(), n_u = n > 0 ? drives_.front().size() : 0;
+    motion_.q.resize(nq, n), motion_.v.resize(nv, n), motion_.drive.resize(n_u, n);
+    for (Eigen::Index k = 0; k < n; ++k) {
+      motion_.q.col(k) = states_[std::size_t(k)].head(nq);
+      motion_.v.col(k) = states_[std::size_t(k)].segment(nq, nv);
+      motion_.drive.col(k) = drives_[std::size_t(k)];
+    }
+  }
+
+  const Scene& scene_;
+  const SimulationWatch& watch_;
+  Stepper stepper_;
+  EnergyMeter energy_;
+  Quadrature work_;
+  VectorXd x_, next_;
+  long worked_ = 0;
+  std::vector<VectorXd> states_, drives_;
+  SimulatedMotion motion_;
+};
+
+void check_start(const Scene& scene) {
+  if (!scene.q.allFinite() || !scene.v.allFinite())
+    throw ArgumentError("scene \"" + scene.name + "\": the state at the start is not finite");
+  const std::string trouble = stability_trouble(scene, scene.q, scene.v);
+  if (!trouble.empty()) throw ArgumentError("scene \"" + scene.name + "\", at the start: " + trouble);
+}
+
+}  // namespace
+
+System system_of(const RobotScene& scene) {
+  System system;
+  system.name = scene.model.name;
+  system.model = scene.model;
+  const std::vector<int> dofs = actuated_dofs(scene);
+  system.n_u = int(dofs.size());
+  system.lag = scene.lag;
+  system.acceleration = [scene, dofs](const SystemPoint<AD>& s) -> VectorXad {
+    const dynamics::Model<AD> model = scene.model.cast<AD>();
+    const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
+    dynamics::Data<AD> data(model);
+    dynamics::EffectTorques<AD> torques(model);
+    VectorXad tau = VectorXad::Constant(model.nv, AD(0));
+    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = s.drive[Eigen::Index(k)];
+    return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
+  };
+  system.lagrangian = [scene](const VectorXad& q, const VectorXad& v, const VectorXad&) -> AD {
+    const dynamics::Model<AD> model = scene.model.cast<AD>();
+    const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
+    dynamics::Data<AD> data(model);
+    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v, effects.acting());
+    return effects.gravity ? kinetic - dynamics::potential_energy<AD>(model, data, q) : kinetic;
+  };
+  system.forces = [scene, dofs](const SystemPoint<AD>& s) -> VectorXad {
+    const dynamics::Model<AD> model = scene.model.cast<AD>();
+    dynamics::Data<AD> data(model);
+    dynamics::EffectTorques<AD> torques(model);
+    VectorXad tau = dynamics::effect_torques<AD>(model, data, torques, scene.effects.cast<AD>(), s.q, s.v);
+    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] += s.drive[Eigen::Index(k)];
+    return tau;
+  };
+  return system;
+}
+
+SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
+  check_start(scene);
+  const auto begin = Clock::now();
+  Run run(scene, watch);
+  const double build = seconds_since(begin);
+  SimulatedMotion motion = run.result();
+  motion.build_seconds = build;
+  return motion;
+}
+
+double SimulatedMotion::energy_error() const {
+  double most = 0;
+  for (int k = 0; k < samples(); ++k) {
+    double work = 0;
+    for (const EnergyFlow& flow : flows) {
+      if (std::size_t(k) < flow.work.size()) work += flow.work[std::size_t(k)];
+    }
+    most = std::max(most, std::abs(energy(k) - energy(0) - work));
+  }
+  return most;
+}
+
+double SimulatedMotion::energy_scale() const {
+  double most = 0;
+  for (int k = 0; k < samples(); ++k) {
+    most = std::max({most, kinetic[std::size_t(k)], std::abs(potential[std::size_t(k)] - potential[0])});
+    for (const EnergyFlow& flow : flows) {
+      if (std::size_t(k) < flow.work.size()) most = std::max(most, std::abs(flow.work[std::size_t(k)]));
+    }
+  }
+  return most;
+}
+
+}  // namespace dyntape

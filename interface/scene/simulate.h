@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The motion of a scene: its recorded step, compiled, over and over.
+//
+//   const Scene scene = read_scene("config/scenes/pendulum.info");
+//   const SimulatedMotion motion = simulate(scene);
+//   motion.q.col(k)                    // at motion.t[k]
+//   motion.energy_error()              // what the energy balance is off by, J
+//
+// The step contains what the scene calls for and nothing else: effects that are off leave no operation.
+//
+// Energy balance.  T + V changes by the work of the motors and of each effect,
+//   T + V = (T + V)(0) + sum of int P dt,    P = v . tau of that effect alone,
+// V of gravity alone; springs and the like are effects with a work of their own.  The integrals are those of a cubic
+// through the powers at four neighbouring steps, h^4 exact: of contacts, which begin within a step, less.
+//
+// A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
+// `trouble` says when and why.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/timings.h>
+#include <dyntape/interface/scene/scene.h>
+
+namespace dyntape {
+
+// What adds energy to the robot or takes it away, at each sample.
+struct EnergyFlow {
+  std::string name;           // of the effect, or "motors"
+  std::vector<double> power;  // (W), positive: the robot gains energy
+  std::vector<double> work;   // (J) since the start
+};
+
+struct SimulatedMotion {
+  std::vector<double> t;                   // (s)
+  Eigen::MatrixXd q, v, drive;             // (nq, nv, driven joints) x samples; drive: torques of the motors
+  std::vector<double> kinetic, potential;  // (J)
+  std::vector<EnergyFlow> flows;
+
+  long steps = 0;                              // that were made
+  std::string trouble;                         // why it ended ahead of its time, or ""
+  bool was_stopped = false;                    // from outside
+  std::size_t operations = 0;                  // of one step
+  double step_seconds = 0, build_seconds = 0;  // of all steps; of recording, compiling and loading
+  std::vector<std::string> sources = {};       // C files, where there are any
+
+  int samples() const { return static_cast<int>(t.size()); }
+  bool is_whole() const { return trouble.empty() && !was_stopped; }
+  double energy(int sample) const { return kinetic[std::size_t(sample)] + potential[std::size_t(sample)]; }
+  // Largest difference of T + V from what the work of all flows makes of it (J), and the largest energy that moved:
+  // what it is to be compared with.
+  double energy_error() const;
+  double energy_scale() const;
+};
+
+struct SimulationWatch {
+  std::stop_token stop = {};
+  std::function<void(const std::string& what)> tell = {};  // "t = 1.23 of 2 s"
+};
+
+SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch = {});
+
+// The scene as what a Stepper (interface/simulation) integrates.
+System system_of(const RobotScene& scene);
+
+}  // namespace dyntape

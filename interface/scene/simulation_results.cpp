@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/scene/simulation_results.h>
+
+#include <nlohmann/json.hpp>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/scene/effect_costs.h>
+
+namespace dyntape {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+constexpr const char *kMotion = "motion.csv", *kReport = "report.json", *kEffective = "effective.info",
+                     *kCurves = "trajectory.svg", *kEnergy = "energy.svg";
+
+// "q.elbow", and by number where a joint has several entries.
+void append_names(const Scene& scene, const std::string& block, std::vector<std::string>& names) {
+  for (const auto& joint : scene.robot.model.joints) {
+    const bool is_q = block == "q";
+    const int first = is_q ? joint.idx_q : joint.idx_v;
+    const int count = is_q ? dynamics::nq(joint.type) : dynamics::nv(joint.type);
+    for (int k = 0; k < count; ++k)
+      names.push_back(count == 1 ? block + "." + joint.name : block + std::to_string(first + k));
+  }
+}
+
+std::string word_of(const EnergyFlow& flow) {
+  std::string word = flow.name;
+  for (char& c : word) c = c == ' ' ? '_' : c;
+  return word;
+}
+
+std::string per_second(double simulated, double seconds) {
+  return seconds > 0 ? io::significant(simulated / seconds, 3) + " times real time" : "";
+}
+
+}  // namespace
+
+std::vector<std::string> simulation_files() { return {kMotion, kReport, kEffective, kCurves, kEnergy}; }
+
+io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
+  std::vector<std::string> names = {"t"};
+  append_names(scene, "q", names);
+  append_names(scene, "v", names);
+  for (const std::string& joint : driven_names(scene.robot)) names.push_back("tau." + joint);
+  names.insert(names.end(), {"energy.kinetic", "energy.potential"});
+  for (const EnergyFlow& flow : motion.flows) names.push_back("work." + word_of(flow));
+  io::CsvTable table(names);
+  std::vector<double> row;
+  for (int k = 0; k < motion.samples(); ++k) {
+    row.assign(1, motion.t[std::size_t(k)]);
+    for (const Eigen::MatrixXd* part : {&motion.q, &motion.v, &motion.drive}) {
+      for (Eigen::Index i = 0; i < part->rows(); ++i) row.push_back((*part)(i, k));
+    }
+    row.push_back(motion.kinetic[std::size_t(k)]);
+    row.push_back(motion.potential[std::size_t(k)]);
+    for (const EnergyFlow& flow : motion.flows) row.push_back(flow.work[std::size_t(k)]);
+    table.append(row);
+  }
+  return table;
+}
+
+std::string SimulationReport::verdict() const {
+  const std::string reached = io::with_digits(double(motion.steps) * scene.step, 6);
+  if (motion.was_stopped) return "stopped after " + reached + " s of its motion";
+  return motion.trouble.empty() ? "simulated " + reached + " s" : "ended " + motion.trouble;
+}
+
+std::string SimulationReport::text() const {
+  io::TextTable facts({{"quantity"}, {"value"}});
+  const double simulated = double(motion.steps) * scene.step;
+  facts.append({"integrator", std::string(to_string(scene.integrator)) + ", steps of " +
+                                  io::duration(scene.step) + ", " + io::with_groups(motion.steps)});
+  facts.append({"one step", io::with_groups(long(motion.operations)) + " operations"});
+  facts.append({"ready after", io::duration(motion.build_seconds)});
+  facts.append(
+      {"computed in", io::duration(motion.step_seconds) + ", " + per_second(simulated, motion.step_seconds)});
+  facts.append({"energy balance off by", io::scientific(motion.energy_error()) + " J of " +
+                                             io::significant(motion.energy_scale(), 3) + " J that moved"});
+  std::string text = scene.name + ": " + verdict() + "\n\n" + facts.text();
+  io::TextTable flows(
+      {{"energy"}, {"at the start", "J", io::Align::kRight}, {"at the end", "J", io::Align::kRight}});
+  flows.append(
+      {"kinetic", io::significant(motion.kinetic.front(), 5), io::significant(motion.kinetic.back(), 5)});
+  flows.append({"potential", io::significant(motion.potential.front(), 5),
+                io::significant(motion.potential.back(), 5)});
+  for (const EnergyFlow& flow : motion.flows)
+    flows.append({"work of " + flow.name, "0", io::significant(flow.work.back(), 5)});
+  return text + "\n" + flows.text();
+}
+
+std::string SimulationReport::json() const {
+  ordered_json j;
+  j["scene"] = scene.name;
+  j["robot"] = scene.robot.model.name;
+  j["success"] = success() && unwritten.empty();
+  j["verdict"] = verdict();
+  j["integrator"] = to_string(scene.integrator);
+  j["step"] = scene.step;
+  j["steps"] = motion.steps;
+  j["operations"] = motion.operations;
+  j["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
+  j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
+  for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
+  j["sources"] = motion.sources;
+  j["unwritten"] = unwritten;
+  return j.dump(2) + "\n";
+}
+
+void write_results(SimulationReport& report, const std::string& folder, const std::stop_token& stop) {
+  const auto attempt = [&](const char* file, const auto& write) {
+    try {
+      write(folder + "/" + file);
+    } catch (const Error& e) {
+      report.unwritten.push_back(e.what());
+    }
+  };
+  const SimulatedMotion& motion = report.motion;
+  attempt(kMotion, [&](const std::string& path) {
+    io::write_csv(path, motion_table(report.scene, motion), io::NonFinite::kAllow);
+  });
+  attempt(kEffective, [&](const std::string& path) { write_file_atomically(path, report.scene.effective); });
+  if (!motion.was_stopped && !stop.stop_requested()) {
+    attempt(kCurves, [&](const std::string& path) {
+      io::draw(state_plot(report.scene, motion), path, "gnuplot", stop);
+    });
+    attempt(kEnergy, [&](const std::string& path) {
+      io::draw(energy_plot(report.scene, motion), path, "gnuplot", stop);
+    });
+  }
+  attempt(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+}
+
+std::string explain(const Scene& scene) {
+  std::string text = "Scene \"" + scene.name + "\" (" + scene.file + ")\n" +
+                     robot_text(scene.robot, scene.urdf, scene.notes);
+  const FunctionCost all = scene_cost(scene.robot, scene.evaluation, true);
+  text += "\nAccelerations: " + io::with_groups(all.value.operations) + " operations, " +
+          io::duration(all.value.seconds) + "; with their Jacobian " +
+          io::with_groups(all.jacobian.operations) + ", " + io::duration(all.jacobian.seconds) + "\n\n";
+  text += effects_text(effect_costs(scene.robot, scene.evaluation, true));
+  return text + "\nThe scene as it was understood:\n\n" + scene.effective;
+}
+
+}  // namespace dyntape

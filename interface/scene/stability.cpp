@@ -1,0 +1,81 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/scene/stability.h>
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include <dyntape/interface/io/number.h>
+
+namespace dyntape {
+
+namespace {
+
+using Complex = std::complex<double>;
+
+// Along a ray into the left half plane the region of stability is met once: where it ends.
+double runge_kutta_4_reach(const Complex& direction) {
+  const auto grows = [&](double r) {
+    const Complex z = r * direction;
+    return std::abs(1. + z * (1. + z / 2. * (1. + z / 3. * (1. + z / 4.)))) > 1 + 1e-12;
+  };
+  double inside = 0, outside = 4;
+  for (int i = 0; i < 50; ++i) {
+    const double middle = (inside + outside) / 2;
+    (grows(middle) ? outside : inside) = middle;
+  }
+  return inside;
+}
+
+// Of x' = (v, a) by increments of q and v, about a state.
+Eigen::MatrixXd linearised(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
+  dynamics::Data<double> data(scene.model);
+  dynamics::EffectTorques<double> torques(scene.model);
+  const Eigen::Index n = scene.model.nv;
+  dynamics::forward_dynamics_derivatives<double>(scene.model, data, torques, scene.effects, q, v,
+                                                 Eigen::VectorXd::Zero(n));
+  Eigen::MatrixXd A(2 * n, 2 * n);
+  A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), data.ddq_dq, data.ddq_dv;
+  return A;
+}
+
+}  // namespace
+
+double longest_step(Integrator integrator, Complex mode) {
+  const double speed = std::abs(mode);
+  // What grows, as a pendulum upside down does, is no matter of the step; rounding may push a pure oscillation there.
+  if (speed == 0 || mode.real() > 1e-6 * speed) return HUGE_VAL;
+  mode = {std::min(mode.real(), 0.0), mode.imag()};
+  const double decay = -mode.real() / speed;
+  switch (integrator) {
+    case Integrator::kSemiImplicitEuler:
+      return (decay < 1 ? 2 * (std::hypot(1, decay) - decay) : 2) / speed;
+    case Integrator::kRungeKutta4:
+      return runge_kutta_4_reach(mode / speed) / speed;
+    case Integrator::kImplicitMidpoint:
+    case Integrator::kImplicitVelocity:
+    case Integrator::kVariational:
+      break;
+  }
+  return HUGE_VAL;
+}
+
+std::string stability_trouble(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
+  if (longest_step(scene.integrator, {-1, 0}) == HUGE_VAL) return "";
+  const Eigen::MatrixXd A = linearised(scene.robot, q, v);
+  if (!A.allFinite()) return "the accelerations there, or their slopes, are not finite";
+  double longest = HUGE_VAL;
+  Complex fastest = 0;
+  for (const Complex& mode : A.eigenvalues()) {
+    const double step = longest_step(scene.integrator, mode);
+    if (step < longest) longest = step, fastest = mode;
+  }
+  if (scene.step <= longest) return "";
+  const bool oscillates = std::abs(fastest.imag()) > std::abs(fastest.real());
+  return std::string("the fastest motion ") + (oscillates ? "oscillates at " : "decays at ") +
+         io::with_digits(std::abs(fastest), 3) + (oscillates ? " rad/s" : " 1/s") + ", which " +
+         to_string(scene.integrator) + " follows in steps of at most " + io::with_digits(longest, 3) +
+         " s; got steps of " + io::shortest(scene.step) +
+         " s (implicit-midpoint and implicit-velocity take longer ones)";
+}
+
+}  // namespace dyntape

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape simulate: a scene file, or a robot and a few options, to a motion with its energies and pictures.
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/live_line.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/simulation_results.h>
+
+#include "commands.h"
+#include "interruption.h"
+#include "words.h"
+
+namespace dyntape::tools {
+
+namespace {
+
+struct SimulateOptions {
+  std::string file, output;
+  // Of a robot without a scene file.
+  std::string base = "fixed", integrator = "runge-kutta-4";
+  std::vector<double> q0, v0;
+  std::vector<std::string> effects, lock;
+  double duration = 1, step = 1e-3;
+  bool explain = false, json = false;
+};
+
+bool is_robot(const std::string& file) { return std::filesystem::path(file).extension() != ".info"; }
+
+// "joint_damping=0.1" as a line of a scene's effects.
+std::string effect_line(const std::string& option) {
+  const std::size_t equals = option.find('=');
+  if (equals == std::string::npos) return "  " + option + " on\n";
+  return "  " + option.substr(0, equals) + " \"" + option.substr(equals + 1) + "\"\n";
+}
+
+// The scene file that the options stand for.
+std::string scene_text(const SimulateOptions& options) {
+  const std::filesystem::path robot(options.file);
+  std::string text = "name \"" + robot.stem().string() + "\"\n";
+  text += "robot\n{\n  urdf \"" + robot.filename().string() + "\"\n  base " + options.base + "\n";
+  std::string lock;
+  for (const std::string& joint : options.lock) lock += (lock.empty() ? "" : " ") + joint;
+  if (!lock.empty()) text += "  lock \"" + lock + "\"\n";
+  text += "}\neffects\n{\n";
+  for (const std::string& effect : options.effects) text += effect_line(effect);
+  text += "}\nsimulation\n{\n  duration " + io::shortest(options.duration) + "\n  step " +
+          io::shortest(options.step) + "\n  integrator " + options.integrator + "\n}\n";
+  return text;
+}
+
+// (nq), or one a joint, or one for all.
+Eigen::VectorXd start_of(const std::vector<double>& given, const dynamics::Model<double>& model,
+                         const std::string& option, int whole, const Eigen::VectorXd& otherwise) {
+  if (given.empty()) return otherwise;
+  const auto values = Eigen::Map<const Eigen::VectorXd>(given.data(), Eigen::Index(given.size()));
+  if (values.size() == whole) return values;
+  const auto n = Eigen::Index(single_joint_names(model).size());
+  if (values.size() != n && values.size() != 1) {
+    throw ArgumentError(option + ": got " + std::to_string(given.size()) + " numbers; expected " +
+                        std::to_string(whole) + ", or " + std::to_string(n) +
+                        " of the joints alone, or one for all of these");
+  }
+  Eigen::VectorXd spread = Eigen::VectorXd::Zero(model.nv);
+  Eigen::Index k = 0;
+  for (const auto& joint : model.joints) {
+    if (dynamics::is_single(joint.type)) spread[joint.idx_v] = values[values.size() == 1 ? 0 : k++];
+  }
+  return option == "--q0" ? configuration_of(model, spread) : spread;
+}
+
+Scene scene_in(const SimulateOptions& options) {
+  if (!is_robot(options.file)) return read_scene(options.file);
+  read_file(options.file);  // says at once what is wrong with the file itself
+  const std::string here = (std::filesystem::path(options.file).parent_path() / "(command line)").string();
+  Scene scene = read_scene_text(scene_text(options), here);
+  const dynamics::Model<double>& model = scene.robot.model;
+  scene.q = start_of(options.q0, model, "--q0", model.nq, scene.q);
+  scene.v = start_of(options.v0, model, "--v0", model.nv, scene.v);
+  return scene;
+}
+
+void run(const SimulateOptions& options) {
+  const Scene scene = scene_in(options);
+  if (const std::string fault = fault_of_name(scene.name); !fault.empty())
+    throw FileError(options.file + ": the scene has a name that " + fault);
+  if (options.explain) {
+    std::cout << explain(scene);
+    return;
+  }
+  if (!options.output.empty()) prepare_folder(options.output, simulation_files());
+  io::LiveLine line;
+  const Interruption interruption([] { return false; });
+  SimulationReport report{
+      scene, simulate(scene, {interruption.token(), [&](const std::string& what) { line.show(what); }})};
+  line.erase();
+  if (!options.output.empty()) write_results(report, options.output, interruption.token());
+  std::cout << (options.json ? report.json() : report.text());
+  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
+  std::cout << std::flush;
+  if (!report.success()) std::cerr << "dyntape: " << scene.name << ": " << report.verdict() << "\n";
+  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
+  if (report.motion.was_stopped) throw Failure{interruption.status()};
+  if (!report.success() || !report.unwritten.empty()) throw Failure{};
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("simulate",
+                                         "the motion of a scene: record one step with the effects that the "
+                                         "scene calls for, compile it, run it,\n"
+                                         "and account for the energy.  The exit status is 0 only if the "
+                                         "motion came to its end; Ctrl-C ends with\n"
+                                         "the motion so far and status 130");
+  const auto options = std::make_shared<SimulateOptions>();
+  command->add_option("scene", options->file, "the scene, an .info file (config/scenes), or a robot")
+      ->required()
+      ->check(not_empty())
+      ->type_name("SCENE.info|ROBOT.urdf");
+  command->add_option("--output", options->output, "where motion.csv, report.json and the pictures go")
+      ->check(not_empty())
+      ->type_name("DIR");
+  command->add_flag("--explain", options->explain,
+                    "print the resolved scene, which effects act and what each costs; simulate nothing");
+  command->add_flag("--json", options->json, "the report for programs");
+  const std::string group = "Of a robot without a scene file";
+  command->add_option("--base", options->base, "fixed: the root link is the world; floating: it moves freely")
+      ->check(CLI::IsMember({"fixed", "floating"}))
+      ->type_name("fixed|floating")
+      ->capture_default_str()
+      ->group(group);
+  command->add_option("--lock", options->lock, "joints held at their neutral position, separated by commas")
+      ->delimiter(',')
+      ->type_name("J1,J2")
+      ->group(group);
+  command
+      ->add_option("--q0", options->q0,
+                   "configuration at the start: all of q, or of the joints alone, or one number for these")
+      ->delimiter(',')
+      ->type_name("X,X,...")
+      ->group(group);
+  command->add_option("--v0", options->v0, "likewise the velocity")
+      ->delimiter(',')
+      ->type_name("X,X,...")
+      ->group(group);
+  command->add_option("--for", options->duration, "duration [s]")
+      ->type_name("S")
+      ->capture_default_str()
+      ->group(group);
+  command->add_option("--step", options->step, "of the integrator [s]")
+      ->type_name("S")
+      ->capture_default_str()
+      ->group(group);
+  command->add_option("--integrator", options->integrator, "what one step is")
+      ->type_name("NAME")
+      ->capture_default_str()
+      ->group(group);
+  command
+      ->add_option("--effects", options->effects,
+                   "what acts, as keys of a scene's effects: gravity=off,joint_damping=0.1")
+      ->delimiter(',')
+      ->type_name("KEY=VALUE,...")
+      ->group(group);
+  command->callback([options] { run(*options); });
+}
+
+}  // namespace dyntape::tools
