@@ -10,9 +10,11 @@
 //
 //   scheme              of order   a step, m = (v + v')/2
 //   runge_kutta_4       4          stages k_i = rate; on lines the classical one, elsewhere two exponentials
-//   semi_implicit_euler 1          v' = v + h a(0, q, v)                      q' = q (+) h v'
+//   semi_implicit_euler 1          v' = v + h a(h, q, v)                      q' = q (+) h v'
 //   implicit_midpoint   2          v' = v + h a(h/2, q (+) h m / 2, m)        q' = q (+) h m
 //   implicit_velocity   1          v' = v + h a(h, q', v')                    q' = q (+) h v'
+//
+// semi_implicit_euler takes what is newest: what depends on time alone, such as motors, at the end of the step.
 //
 // Implicit schemes come as a residual (nv) of the change dv = v' - v, zero at the solution, and the end of the step at
 // a given change.  implicit_midpoint is xi = h f(x (+) xi / 2), x' = x (+) xi for x = (q, v) and xi = (h m, dv), with
@@ -65,7 +67,7 @@ VectorX<T> runge_kutta_4(const S& space, const Rate& rate, const std::type_ident
 template <StateSpace Q, class Acceleration, class T = typename Q::Scalar>
 Phase<T> semi_implicit_euler(const Q& space, const Acceleration& a, const std::type_identity_t<T>& h,
                              const Phase<T>& x) {
-  const VectorX<T> v = x.v + a(T(0), x.q, x.v) * h;
+  const VectorX<T> v = x.v + a(h, x.q, x.v) * h;
   return {space.integrate(x.q, VectorX<T>(v * h)), v};
 }
 
