@@ -1,0 +1,296 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/simulation/stepper.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/simulation/newton.h>
+#include <dyntape/interface/simulation/record_step.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+CompiledFunction compiled(const Function& function, CodegenOptions options, Order order) {
+  options.order = order;
+  if (function.n_y() == 0) options.route = Route::kInterpreter;  // there is nothing to compile
+  return CompiledFunction::make(function, options);
+}
+
+void add_to(StepperReport& report, const CompiledFunction& f) {
+  report.seconds += f.timings();
+  const bool compiled_now = f.route() == Route::kCompiled && !f.timings().cache_hit;
+  report.from_cache = report.from_cache && !compiled_now;
+  if (!f.source_path().empty()) report.sources.push_back(f.source_path());
+}
+
+// The Jacobians of a step, ready to be evaluated.
+struct StepJacobians {
+  StepJacobians(const RecordedJacobians& recorded, const CodegenOptions& options)
+      : pattern(recorded.pattern),
+        function(compiled(recorded.function, options, Order::kValue)),
+        workspace(function) {
+    variables = VectorXd::Zero(Eigen::Index(function.n_x()));
+    parameters = VectorXd::Zero(Eigen::Index(function.n_p()));
+    non_zeros = VectorXd::Zero(Eigen::Index(pattern.nnz()));
+  }
+
+  Pattern pattern;
+  CompiledFunction function;
+  CompiledFunction::Workspace workspace;
+  VectorXd variables, parameters, non_zeros;
+};
+
+std::string seconds(double t) { return io::shortest(t) + " s"; }
+
+}  // namespace
+
+// Everything that a stepper has made; arguments of an implicit step are (x, t, h, u, p), of an explicit one all but x.
+struct Stepper::Made {
+  Made(const System& s, Integrator i, const CodegenOptions& options, bool with_jacobians, unsigned n_threads)
+      : system(s),
+        integrator(i),
+        recorded(record_step(s, i)),
+        end(compiled(recorded.end, options, Order::kValue)),
+        of_end(end),
+        of_many(end, is_implicit() ? 1 : n_threads) {
+    report.from_cache = true;
+    report.step_operations = end.operations(Order::kValue);
+    add_to(report, end);
+    arguments = VectorXd::Zero(recorded.nx + 2 + system.n_u + system.n_p);
+    if (is_implicit()) {
+      const CompiledFunction residual = compiled(recorded.residual, options, Order::kFirst);
+      report.step_operations += residual.operations(Order::kValue);
+      report.newton_operations = residual.operations(Order::kFirst);
+      add_to(report, residual);
+      newton.emplace(residual);
+    }
+    if (!with_jacobians) return;
+    jacobians.emplace(record_jacobians(s, i), options);
+    report.jacobian_operations = jacobians->function.operations(Order::kValue);
+    add_to(report, jacobians->function);
+  }
+
+  bool is_implicit() const { return recorded.n_z > 0; }
+  double* behind_x() { return arguments.data() + recorded.nx; }
+
+  void set_arguments(double t, double h, const double* x, const double* u, const double* p) {
+    std::copy_n(x, recorded.nx, arguments.data());
+    double* next = behind_x();
+    *next++ = t;
+    *next++ = h;
+    next = std::copy_n(u, system.n_u, next);
+    std::copy_n(p, system.n_p, next);
+  }
+
+  // Size of the numbers that the unknowns are added to: velocities, or how far these go in a step.
+  double size_of_unknowns(double h) const {
+    const double v = arguments.segment(system.model.nq, system.model.nv).cwiseAbs().maxCoeff();
+    return integrator == Integrator::kVariational ? std::abs(h) * v : v;
+  }
+
+  Newton::Outcome solve(double h) {
+    newton->z().setZero();
+    if (integrator == Integrator::kVariational)
+      newton->z() = h * arguments.segment(system.model.nq, system.model.nv);
+    return newton->solve(arguments.data(), size_of_unknowns(h));
+  }
+
+  std::string where() const {
+    return "step of \"" + system.name + "\" from t = " + seconds(arguments[recorded.nx]) + " by " +
+           seconds(arguments[recorded.nx + 1]) + ": ";
+  }
+
+  std::string not_finite(const double* x, const char* when) const {
+    const auto bad = std::find_if_not(x, x + recorded.nx, [](double v) { return std::isfinite(v); });
+    return where() + state_name(system, int(bad - x)) + " is " + io::shortest(*bad) + when;
+  }
+
+  std::string guard(const CompiledFunction& f, const Violation& violation) const {
+    return where() + describe_guard(f.function(), violation.guard);
+  }
+
+  std::string unsolved(Newton::Outcome outcome) const;
+  bool fail(double* x_next, std::string* why, const std::string& sentence) const;
+  bool step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
+            std::string* why);
+  std::size_t steps(double h, StateRows rows, std::string* why);
+  std::size_t steps_at_once(double h, const StateRows& rows, std::string* why);
+  void fill_jacobians(const double* x_next, MatrixXd& A, MatrixXd& B, MatrixXd& P);
+
+  System system;
+  Integrator integrator;
+  RecordedStep recorded;
+  CompiledFunction end;
+  CompiledFunction::Workspace of_end, of_many;
+  std::optional<Newton> newton;
+  std::optional<StepJacobians> jacobians;
+  VectorXd arguments;        // (x, t, h, u, p)
+  std::vector<double> rows;  // of steps(): (t, h, u, p) of each state
+  std::vector<std::uint32_t> status;
+  StepperReport report;
+};
+
+std::string Stepper::Made::unsolved(Newton::Outcome outcome) const {
+  const std::string after = " after " + std::to_string(newton->residuals()) + " residuals";
+  const std::string last = ", the last step is " + io::with_digits(newton->last_step(), 3);
+  switch (outcome) {
+    case Newton::Outcome::kNotFinite:
+      return where() + "the residual of Newton's method is not finite" + after + "; take a shorter step";
+    case Newton::Outcome::kSingular:
+      return where() + "the Jacobian of Newton's method is singular" + after + "; take a shorter step";
+    case Newton::Outcome::kNoDescent:
+      return where() + "Newton's method finds no solution nearby" + after + last + "; take a shorter step";
+    case Newton::Outcome::kTooLong:
+      return where() + "Newton's method has no solution" + after + last + "; take a shorter step";
+    case Newton::Outcome::kGuard:
+    case Newton::Outcome::kSolved:
+      break;
+  }
+  return guard(newton->residual(), newton->violation());
+}
+
+bool Stepper::Made::fail(double* x_next, std::string* why, const std::string& sentence) const {
+  std::fill_n(x_next, recorded.nx, std::nan(""));
+  if (why) *why = sentence;
+  return false;
+}
+
+bool Stepper::Made::step(double t, double h, const double* x, const double* u, const double* p,
+                         double* x_next, std::string* why) {
+  set_arguments(t, h, x, u, p);
+  if (!arguments.head(recorded.nx).allFinite())
+    return fail(x_next, why, not_finite(arguments.data(), " before it"));
+  if (is_implicit()) {
+    const Newton::Outcome outcome = solve(h);
+    if (outcome != Newton::Outcome::kSolved) return fail(x_next, why, unsolved(outcome));
+  }
+  const Points points{.x = is_implicit() ? newton->z().data() : arguments.data(),
+                      .p = is_implicit() ? arguments.data() : behind_x(),
+                      .y = x_next};
+  if (const Violation violation = end.run(Order::kValue, points, of_end))
+    return fail(x_next, why, guard(end, violation));
+  if (Eigen::Map<const VectorXd>(x_next, recorded.nx).allFinite()) return true;
+  return fail(x_next, why, not_finite(x_next, " after it"));
+}
+
+// With y = (dx, u, p): dx' = E_y dy + E_z dz and 0 = R_y dy + R_z dz.
+void Stepper::Made::fill_jacobians(const double* x_next, MatrixXd& A, MatrixXd& B, MatrixXd& P) {
+  StepJacobians& j = *jacobians;
+  const int nx = recorded.nx, nt = recorded.nt, n_z = recorded.n_z, n_u = system.n_u, n_p = system.n_p;
+  if (is_implicit()) j.variables.head(n_z) = newton->z();
+  j.variables.tail(n_u + n_p) = arguments.tail(n_u + n_p);
+  j.parameters << arguments.head(nx + 2), Eigen::Map<const VectorXd>(x_next, nx);
+  j.function.check(j.function.run(
+      Order::kValue, {.x = j.variables.data(), .p = j.parameters.data(), .y = j.non_zeros.data()},
+      j.workspace));
+  MatrixXd all = MatrixXd::Zero(n_z + nt, n_z + nt + n_u + n_p);
+  for (std::size_t k = 0; k < j.pattern.nnz(); ++k)
+    all(j.pattern.row[k], j.pattern.col[k]) = j.non_zeros[Eigen::Index(k)];
+  MatrixXd step = all.bottomRightCorner(nt, nt + n_u + n_p);
+  if (is_implicit())
+    step -= all.bottomLeftCorner(nt, n_z) *
+            all.topLeftCorner(n_z, n_z).partialPivLu().solve(all.topRightCorner(n_z, nt + n_u + n_p));
+  A = step.leftCols(nt);
+  B = step.middleCols(nt, n_u);
+  P = step.rightCols(n_p);
+}
+
+// All states of an explicit scheme in one call.
+std::size_t Stepper::Made::steps_at_once(double h, const StateRows& r, std::string* why) {
+  const std::size_t n_u = std::size_t(system.n_u), n_p = std::size_t(system.n_p), width = 2 + n_u + n_p;
+  rows.resize(r.count * width);
+  status.assign(r.count, 0);
+  for (std::size_t i = 0; i < r.count; ++i) {
+    double* next = &rows[i * width];
+    *next++ = r.t[i * r.stride_t];
+    *next++ = h;
+    next = std::copy_n(r.u + i * r.stride_u, n_u, next);
+    std::copy_n(r.p + i * r.stride_p, n_p, next);
+  }
+  Strides strides{};
+  strides.x = r.stride_x;
+  strides.p = width;
+  strides.y = r.stride_next;
+  Points points{.count = r.count,
+                .x = r.x,
+                .p = rows.data(),
+                .y = r.x_next,
+                .strides = &strides,
+                .status = status.data()};
+  (void)end.run(Order::kValue, points, of_many);  // status has it
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < r.count; ++i) {
+    double* x_next = r.x_next + i * r.stride_next;
+    const double* x = r.x + i * r.stride_x;
+    const auto finite = [&](const double* entries) {
+      return std::all_of(entries, entries + recorded.nx, [](double v) { return std::isfinite(v); });
+    };
+    if (status[i] == 0 && finite(x_next) && finite(x)) continue;
+    // Once more alone, for the sentence.
+    step(r.t[i * r.stride_t], h, x, r.u + i * r.stride_u, r.p + i * r.stride_p, x_next,
+         failed++ == 0 ? why : nullptr);
+  }
+  return failed;
+}
+
+std::size_t Stepper::Made::steps(double h, StateRows r, std::string* why) {
+  const auto dense = [](std::size_t& stride, int size) {
+    if (stride == StateRows::kDense) stride = std::size_t(size);
+  };
+  dense(r.stride_t, 1);
+  dense(r.stride_x, recorded.nx);
+  dense(r.stride_next, recorded.nx);
+  dense(r.stride_u, system.n_u);
+  dense(r.stride_p, system.n_p);
+  if (!is_implicit()) return steps_at_once(h, r, why);
+  std::size_t failed = 0;
+  for (std::size_t i = 0; i < r.count; ++i) {
+    const bool done = step(r.t[i * r.stride_t], h, r.x + i * r.stride_x, r.u + i * r.stride_u,
+                           r.p + i * r.stride_p, r.x_next + i * r.stride_next, failed ? nullptr : why);
+    failed += !done;
+  }
+  return failed;
+}
+
+Stepper::Stepper(const System& system, Integrator integrator, const CodegenOptions& options,
+                 bool with_jacobians, unsigned threads)
+    : made_(std::make_unique<Made>(system, integrator, options, with_jacobians, threads)) {}
+Stepper::~Stepper() = default;
+Stepper::Stepper(Stepper&&) noexcept = default;
+Stepper& Stepper::operator=(Stepper&&) noexcept = default;
+
+int Stepper::nx() const { return made_->recorded.nx; }
+int Stepper::nt() const { return made_->recorded.nt; }
+int Stepper::n_u() const { return made_->system.n_u; }
+int Stepper::n_p() const { return made_->system.n_p; }
+int Stepper::residuals() const { return made_->newton ? made_->newton->residuals() : 0; }
+const StepperReport& Stepper::report() const { return made_->report; }
+
+bool Stepper::step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
+                   std::string* why) {
+  return made_->step(t, h, x, u, p, x_next, why);
+}
+
+bool Stepper::jacobians(double t, double h, const double* x, const double* u, const double* p, double* x_next,
+                        MatrixXd& A, MatrixXd& B, MatrixXd& P, std::string* why) {
+  if (!made_->jacobians)
+    throw ArgumentError("stepper of \"" + made_->system.name +
+                        "\": it was made without Jacobians; set with_jacobians");
+  if (!step(t, h, x, u, p, x_next, why)) return false;
+  made_->fill_jacobians(x_next, A, B, P);
+  return true;
+}
+
+std::size_t Stepper::steps(double h, const StateRows& rows, std::string* why) {
+  return made_->steps(h, rows, why);
+}
+
+}  // namespace dyntape

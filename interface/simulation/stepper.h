@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A step of a system, recorded and compiled: the state x = (q, v, m) from t to t + h.
+//
+//   Stepper stepper(pendulum, Integrator::kRungeKutta4);
+//   Eigen::Vector2d x(2, 0);
+//   std::string why;
+//   for (int k = 0; k < 1000; ++k)
+//     if (!stepper.step(k * h, h, x.data(), nullptr, nullptr, x.data(), &why)) ...
+//
+// x (nx = nq + nv + motors with a lag); u (n_u), p (n_p), null where there are none; t and h (s) are arguments, so that
+// one library serves all steps.  x_next may be x.  A step allocates nothing and gives the same bits on each run.
+//
+// Implicit schemes are solved by Newton's method with the exact Jacobian, to rounding (newton.h).  A step fails, and
+// says why in a sentence, where that finds no solution near, where a recorded branch is left, or where the state is
+// not finite, before or after.
+//
+// Jacobians are those of the step itself, not of the motion: A = d x'/d x (nt x nt), B = d x'/d u (nt x n_u),
+// P = d x'/d p (nt x n_p), increments in the moving frame on both sides, nt = 2 nv + lagged motors; of implicit schemes
+// by the implicit function theorem.  They are compiled where `with_jacobians` asks for them.
+//
+// One call at a time.  ArgumentError where a system does not fit together, or lacks what the scheme needs.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/timings.h>
+#include <dyntape/interface/simulation/system.h>
+
+namespace dyntape {
+
+// Many states, a row each: rows follow each other without gaps, or by so many doubles; a stride of 0 is one row for all.
+struct StateRows {
+  static constexpr std::size_t kDense = SIZE_MAX;
+  std::size_t count = 1;
+  const double* t = nullptr;  // (count)
+  const double *x = nullptr, *u = nullptr, *p = nullptr;
+  double* x_next = nullptr;
+  std::size_t stride_t = kDense, stride_x = kDense, stride_u = kDense, stride_p = kDense,
+              stride_next = kDense;
+};
+
+// What was made: sums over the functions of a stepper.
+struct StepperReport {
+  std::size_t step_operations = 0;      // an explicit step; or one residual and the end of an implicit one
+  std::size_t newton_operations = 0;    // a residual with its Jacobian; 0: explicit
+  std::size_t jacobian_operations = 0;  // of A, B and P; 0: without
+  bool from_cache = false;              // nothing was compiled
+  Timings seconds;
+  std::vector<std::string> sources = {};  // C files, where there are any
+};
+
+class Stepper {
+ public:
+  // threads: of steps(), among which the states of explicit schemes are shared out; 0: as many as the processor has.
+  Stepper(const System& system, Integrator integrator, const CodegenOptions& options = {},
+          bool with_jacobians = false, unsigned threads = 1);
+  ~Stepper();
+  Stepper(Stepper&&) noexcept;
+  Stepper& operator=(Stepper&&) noexcept;
+
+  int nx() const;
+  int nt() const;
+  int n_u() const;
+  int n_p() const;
+
+  // False where there is no step: x_next is then NaN, and *why says what happened.
+  bool step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
+            std::string* why = nullptr);
+
+  // The same step and its Jacobians, which are resized.
+  bool jacobians(double t, double h, const double* x, const double* u, const double* p, double* x_next,
+                 Eigen::MatrixXd& A, Eigen::MatrixXd& B, Eigen::MatrixXd& P, std::string* why = nullptr);
+
+  // A step of each state; with options.lanes several states of an explicit scheme at once.  Returns how many failed:
+  // their x_next is NaN, and *why is about the first.  No x_next may be an x of another row.
+  std::size_t steps(double h, const StateRows& rows, std::string* why = nullptr);
+
+  // Newton's method in the last step: residuals that were looked at; 0: explicit.
+  int residuals() const;
+
+  const StepperReport& report() const;
+
+ private:
+  struct Made;
+  std::unique_ptr<Made> made_;
+};
+
+}  // namespace dyntape

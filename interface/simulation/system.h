@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What is integrated: q' = v, v' = acceleration, and motors that follow their commands.
+//
+//   System pendulum;
+//   pendulum.name = "pendulum";
+//   pendulum.model = model;                                  // one revolute joint
+//   pendulum.acceleration = [](const SystemPoint<AD>& s) {
+//     return VectorXad(VectorXad::Constant(1, -9.81 * sin(s.q[0])));
+//   };
+//
+// Commands u (n_u) are held over a step.  A motor with a time constant lag (s) has a state m, m' = (u - m) / lag, which
+// is followed exactly, also inside a step: m(t + s) = u + (m - u) exp(-s / lag); what drives the system is m, or u where
+// there is no lag.  Parameters p (n_p) are whatever the callables make of them.  The callables are recorded: no `if` on
+// values, but select (autodiff/record/scalar.h).
+#pragma once
+
+#include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/dynamics/model/model.h>
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+namespace dyntape {
+
+template <class T>
+struct SystemPoint {
+  using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+  T t = T(0);    // s
+  Vector q, v;   // (nq), (nv), as the model has them
+  Vector drive;  // (n_u) what the motors give
+  Vector p;      // (n_p)
+};
+
+struct System {
+  std::string name;
+  dynamics::Model<double> model;                                  // says what q and v are
+  int n_u = 0, n_p = 0;                                           // commands, parameters
+  Eigen::VectorXd lag = {};                                       // (n_u) s, 0: none; or empty
+  std::function<VectorXad(const SystemPoint<AD>&)> acceleration;  // (nv)
+
+  // For Integrator::kVariational, which does not ask for the acceleration: kinetic less potential energy (J), at most
+  // quadratic in v; and generalized forces (nv) that are not in it, or empty.
+  std::function<AD(const VectorXad& q, const VectorXad& v, const VectorXad& p)> lagrangian = {};
+  std::function<VectorXad(const SystemPoint<AD>&)> forces = {};
+};
+
+// The schemes of dynamics/simulation/.
+enum class Integrator {
+  kSemiImplicitEuler,  // order 1, explicit: velocities first, then positions by the new ones
+  kRungeKutta4,        // order 4, explicit
+  kImplicitMidpoint,   // order 2, keeps quadratic invariants
+  kImplicitVelocity,   // order 1, damps what is stiff: springs, friction, contact
+  kVariational         // order 2, keeps momenta; from the Lagrangian
+};
+
+const char* to_string(Integrator integrator);
+
+// Of the lagged motors, whose states end x = (q, v, m), in the order of u.
+std::vector<int> lagged_motors(const System& system);
+
+}  // namespace dyntape
