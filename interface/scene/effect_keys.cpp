@@ -81,7 +81,7 @@ class ParameterReader {
     value = std::move(given);
   }
   template <class Value>
-    requires std::is_enum_v<Value>
+  requires std::is_enum_v<Value>
   void read(const ParameterInfo& info, const std::string& key, Value& value) {
     std::vector<std::pair<std::string, Value>> choices;
     std::istringstream words(info.choices);
@@ -104,8 +104,7 @@ class EffectReader {
   void read(Stored& stored) {
     if (!effects_.about(what()).has(kKey)) return;
     std::vector<Section> given = effects_.children(kKey);
-    if (given.size() > 1)
-      effects_.problem(kKey, std::string("'") + kKey + "' is given twice, expected once");
+    if (given.size() > 1) effects_.problem(kKey, std::string("'") + kKey + "' is given twice, expected once");
     const std::string word = given.empty() ? "" : given.front().value();
     if (word == "off") return stored.reset();
     Effect effect = start(stored);
@@ -125,8 +124,10 @@ class EffectReader {
 
   template <class Stored>
   static Effect start(const Stored& stored) {
-    if constexpr (IsOptional<Stored>::value) return Effect{};
-    else return stored;
+    if constexpr (IsOptional<Stored>::value)
+      return Effect{};
+    else
+      return stored;
   }
 
   // { elbow 0.1 ... }: of joints, not of parameters.
@@ -163,8 +164,8 @@ class EffectReader {
         if (!is_first && model_) value = of_robot_or_fallback(info);
       } else if constexpr (std::is_same_v<Value, double>) {
         if (!info.fallback) {
-          effects_.problem(kKey, std::string("'") + kKey + "' needs a block in which '" + info.name + "' stands, got '" +
-                                     word + "'");
+          effects_.problem(kKey, std::string("'") + kKey + "' needs a block in which '" + info.name +
+                                     "' stands, got '" + word + "'");
         }
         value = info.fallback.value_or(0);
       }

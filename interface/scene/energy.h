@@ -3,8 +3,8 @@
 // Energies of a scene and the power of all that acts, recorded and compiled.
 //
 //   EnergyMeter meter(scene, {});
-//   const Energy& e = meter.at(x, drive);        // x = (q, v, ...); e.kinetic, e.potential (J), e.power (W)
-//   meter.names()                                // of the entries of e.power: "motors", then the effects that are on
+//   const Energy& e = meter.at(x, drive);        // x = (q, v, ...); e.kinetic, e.stored (J), e.power (W)
+//   meter.names()                                // of e.power: "motors", then the effects that supply or take energy
 #pragma once
 
 #include <string>
@@ -16,7 +16,8 @@
 namespace dyntape {
 
 struct Energy {
-  double kinetic = 0, potential = 0;
+  double kinetic = 0;
+  double stored = 0;  // in gravity, springs and whatever has a potential
   Eigen::VectorXd power;
 };
 
@@ -30,6 +31,9 @@ class EnergyMeter {
   const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive);
 
  private:
+  template <class Recorded>
+  EnergyMeter(const Recorded& recorded, const RobotScene& scene, const CodegenOptions& options);
+
   std::vector<std::string> names_;
   int n_state_;
   CompiledFunction function_;

@@ -9,7 +9,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/effects/check.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
@@ -85,6 +85,8 @@ void read_method(Section& file, Scene& scene) {
   scene.integrator = block.about("what one step is")
                          .choice_or<Integrator>("integrator", to_string(scene.integrator), choices);
   const double count = scene.duration / scene.step;
+  if (scene.integrator == Integrator::kVariational && !scene.robot.effects.acting().coriolis)
+    block.problem("integrator", "'variational' has all velocity products; they are off in this scene");
   if (count > 1e9)
     block.problem("step", "'step' makes " + io::with_digits(count, 3) + " steps; expected at most 1e9");
   if (count < 1 - 1e-9)
@@ -181,6 +183,7 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
   }
   read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr);
   file.finish();
+  dynamics::check(scene.robot.model, scene.robot.effects);
   scene.effective = file.effective_values();
   return scene;
 }

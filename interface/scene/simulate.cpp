@@ -118,7 +118,7 @@ class Run {
     if (!is_sample(k)) return;
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
-    motion_.potential.push_back(energy.potential);
+    motion_.stored.push_back(energy.stored);
     states_.push_back(x_);
     drives_.push_back(now);
     for (std::size_t i = 0; i < motion_.flows.size(); ++i)
@@ -181,20 +181,22 @@ System system_of(const RobotScene& scene) {
     for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = s.drive[Eigen::Index(k)];
     return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
   };
-  system.lagrangian = [scene](const VectorXad& q, const VectorXad& v, const VectorXad&) -> AD {
-    const dynamics::Model<AD> model = scene.model.cast<AD>();
-    const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
+  system.lagrangian = [acting = dynamics::acting_model(scene.model, scene.effects)](
+                          const VectorXad& q, const VectorXad& v, const VectorXad&) -> AD {
+    const dynamics::Model<AD> model = acting.cast<AD>();
     dynamics::Data<AD> data(model);
-    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v, effects.acting());
-    return effects.gravity ? kinetic - dynamics::potential_energy<AD>(model, data, q) : kinetic;
+    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v);
+    return kinetic - dynamics::potential_energy<AD>(model, data, q);
   };
   system.forces = [scene, dofs](const SystemPoint<AD>& s) -> VectorXad {
     const dynamics::Model<AD> model = scene.model.cast<AD>();
     dynamics::Data<AD> data(model);
     dynamics::EffectTorques<AD> torques(model);
-    VectorXad tau = dynamics::effect_torques<AD>(model, data, torques, scene.effects.cast<AD>(), s.q, s.v);
-    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] += s.drive[Eigen::Index(k)];
-    return tau;
+    const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
+    VectorXad command = VectorXad::Constant(model.nv, AD(0));
+    for (std::size_t k = 0; k < dofs.size(); ++k) command[dofs[k]] = s.drive[Eigen::Index(k)];
+    const VectorXad driven = dynamics::driving_torques<AD>(model, torques, effects, command);
+    return driven + dynamics::effect_torques<AD>(model, data, torques, effects, s.q, s.v);
   };
   return system;
 }
@@ -216,7 +218,7 @@ double SimulatedMotion::energy_error() const {
     for (const EnergyFlow& flow : flows) {
       if (std::size_t(k) < flow.work.size()) work += flow.work[std::size_t(k)];
     }
-    most = std::max(most, std::abs(energy(k) - energy(0) - work));
+    most = std::max(most, std::abs(kinetic[std::size_t(k)] - kinetic[0] - work));
   }
   return most;
 }
@@ -224,7 +226,7 @@ double SimulatedMotion::energy_error() const {
 double SimulatedMotion::energy_scale() const {
   double most = 0;
   for (int k = 0; k < samples(); ++k) {
-    most = std::max({most, kinetic[std::size_t(k)], std::abs(potential[std::size_t(k)] - potential[0])});
+    most = std::max(most, kinetic[std::size_t(k)]);
     for (const EnergyFlow& flow : flows) {
       if (std::size_t(k) < flow.work.size()) most = std::max(most, std::abs(flow.work[std::size_t(k)]));
     }

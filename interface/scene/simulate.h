@@ -9,10 +9,10 @@
 //
 // The step contains what the scene calls for and nothing else: effects that are off leave no operation.
 //
-// Energy balance.  T + V changes by the work of the motors and of each effect,
-//   T + V = (T + V)(0) + sum of int P dt,    P = v . tau of that effect alone,
-// V of gravity alone; springs and the like are effects with a work of their own.  The integrals are those of a cubic
-// through the powers at four neighbouring steps, h^4 exact: of contacts, which begin within a step, less.
+// Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
+//   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
+// The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4; of contacts, which
+// begin within a step, less.  What effects with a potential store is known besides.
 //
 // A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
 // `trouble` says when and why.
@@ -36,9 +36,9 @@ struct EnergyFlow {
 };
 
 struct SimulatedMotion {
-  std::vector<double> t;                   // (s)
-  Eigen::MatrixXd q, v, drive;             // (nq, nv, driven joints) x samples; drive: torques of the motors
-  std::vector<double> kinetic, potential;  // (J)
+  std::vector<double> t;                // (s)
+  Eigen::MatrixXd q, v, drive;          // (nq, nv, driven joints) x samples; drive: torques of the motors
+  std::vector<double> kinetic, stored;  // (J)
   std::vector<EnergyFlow> flows;
 
   long steps = 0;                              // that were made
@@ -50,9 +50,9 @@ struct SimulatedMotion {
 
   int samples() const { return static_cast<int>(t.size()); }
   bool is_whole() const { return trouble.empty() && !was_stopped; }
-  double energy(int sample) const { return kinetic[std::size_t(sample)] + potential[std::size_t(sample)]; }
-  // Largest difference of T + V from what the work of all flows makes of it (J), and the largest energy that moved:
-  // what it is to be compared with.
+  double energy(int sample) const { return kinetic[std::size_t(sample)] + stored[std::size_t(sample)]; }
+  // Largest difference of T from what the work of all flows makes of it (J), and the largest energy that moved: what it
+  // is to be compared with.
   double energy_error() const;
   double energy_scale() const;
 };

@@ -77,7 +77,7 @@ io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion) {
   std::vector<double> sum;
   for (int k = 0; k < motion.samples(); ++k) sum.push_back(motion.energy(k));
   add(energy, "kinetic", motion, motion.kinetic);
-  add(energy, "potential", motion, motion.potential);
+  add(energy, "stored", motion, motion.stored);
   add(energy, "sum", motion, sum);
   io::Panel work{.title = "work done on the robot", .x_label = "time [s]", .y_label = "[J]"};
   for (const EnergyFlow& flow : motion.flows) {

@@ -48,7 +48,7 @@ io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
   append_names(scene, "q", names);
   append_names(scene, "v", names);
   for (const std::string& joint : driven_names(scene.robot)) names.push_back("tau." + joint);
-  names.insert(names.end(), {"energy.kinetic", "energy.potential"});
+  names.insert(names.end(), {"energy.kinetic", "energy.stored"});
   for (const EnergyFlow& flow : motion.flows) names.push_back("work." + word_of(flow));
   io::CsvTable table(names);
   std::vector<double> row;
@@ -58,7 +58,7 @@ io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
       for (Eigen::Index i = 0; i < part->rows(); ++i) row.push_back((*part)(i, k));
     }
     row.push_back(motion.kinetic[std::size_t(k)]);
-    row.push_back(motion.potential[std::size_t(k)]);
+    row.push_back(motion.stored[std::size_t(k)]);
     for (const EnergyFlow& flow : motion.flows) row.push_back(flow.work[std::size_t(k)]);
     table.append(row);
   }
@@ -87,8 +87,8 @@ std::string SimulationReport::text() const {
       {{"energy"}, {"at the start", "J", io::Align::kRight}, {"at the end", "J", io::Align::kRight}});
   flows.append(
       {"kinetic", io::significant(motion.kinetic.front(), 5), io::significant(motion.kinetic.back(), 5)});
-  flows.append({"potential", io::significant(motion.potential.front(), 5),
-                io::significant(motion.potential.back(), 5)});
+  flows.append(
+      {"stored", io::significant(motion.stored.front(), 5), io::significant(motion.stored.back(), 5)});
   for (const EnergyFlow& flow : motion.flows)
     flows.append({"work of " + flow.name, "0", io::significant(flow.work.back(), 5)});
   return text + "\n" + flows.text();

@@ -42,7 +42,7 @@ std::vector<std::string> simulation_files();
 void write_results(SimulationReport& report, const std::string& folder, const std::stop_token& stop = {});
 
 // t; positions by joint (q.elbow), those of a floating base by number (q0); likewise velocities; tau.<driven joint>;
-// energy.kinetic, energy.potential; work.motors, work.<effect>.  dyntape eval reads it.
+// energy.kinetic, energy.stored; work.motors, work.<effect>.  dyntape eval reads it.
 io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion);
 
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion);

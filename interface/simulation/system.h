@@ -56,6 +56,10 @@ enum class Integrator {
   kVariational         // order 2, keeps momenta; from the Lagrangian
 };
 
+inline constexpr Integrator kIntegrators[] = {Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4,
+                                              Integrator::kImplicitMidpoint, Integrator::kImplicitVelocity,
+                                              Integrator::kVariational};
+
 const char* to_string(Integrator integrator);
 
 // Of the lagged motors, whose states end x = (q, v, m), in the order of u.
