@@ -31,6 +31,7 @@ ROOMS = {
     'dynamics/algorithms': (['dynamics/algebra', 'dynamics/model'], 38, 5250),  # a header and its definitions a part
     'dynamics/effects': (DYNAMICS[:3], 12, 900),
     'dynamics/contact': (DYNAMICS[:4], 6, 800),
+    'dynamics/simulation': (['dynamics/algebra', 'dynamics/model'], 4, 400),  # what a state is, steps, the least action
     'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 15, 1450),
     'dynamics': (DYNAMICS, 2, 100),
     'codegen/options': (['autodiff/graph', 'autodiff/derive', 'autodiff/scalars'], 3, 150),
@@ -52,6 +53,8 @@ ROOMS = {
                          'interface/simulation'], 20, 2000),
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
+    'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
+                              'codegen/options', 'interface/io'], 11, 1100),  # systems, recorded steps, Newton's method
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/solvers',
                         'interface/transcription'], 20, 2100),  # keys, limits, verdict, refinement, results

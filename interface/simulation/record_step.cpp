@@ -234,7 +234,7 @@ RecordedJacobians record_jacobians(const System& system, Integrator integrator) 
   return {dyntape::bind(slopes.function, Block::kVariables, zeros), slopes.pattern};
 }
 
-std::string state_name(const System& system, int entry) {
+std::string argument_name(const System& system, int entry) {
   const dynamics::Model<double>& model = system.model;
   const auto indexed = [](const std::string& name, int i, int of) {
     return of == 1 ? name : name + "[" + std::to_string(i) + "]";
@@ -245,7 +245,13 @@ std::string state_name(const System& system, int entry) {
     if (i >= 0 && i < nq) return indexed("q." + joint.name, i, nq);
     if (k >= 0 && k < nv) return indexed("v." + joint.name, k, nv);
   }
-  return "m[" + std::to_string(lagged_motors(system)[std::size_t(entry - model.nq - model.nv)]) + "]";
+  const std::vector<int> lagged = lagged_motors(system);
+  int k = entry - model.nq - model.nv;
+  if (k < int(lagged.size())) return "m[" + std::to_string(lagged[std::size_t(k)]) + "]";
+  k -= int(lagged.size());
+  if (k < 2) return k == 0 ? "t" : "h";
+  k -= 2;
+  return k < system.n_u ? "u[" + std::to_string(k) + "]" : "p[" + std::to_string(k - system.n_u) + "]";
 }
 
 }  // namespace dyntape

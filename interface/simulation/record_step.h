@@ -32,7 +32,8 @@ struct RecordedJacobians {
 RecordedStep record_step(const System& system, Integrator integrator);
 RecordedJacobians record_jacobians(const System& system, Integrator integrator);
 
-// q.<joint>, v.<joint>, m.<motor>, with an index where a joint has several: for sentences.
-std::string state_name(const System& system, int entry);
+// Of an entry of (x, t, h, u, p), for sentences: q.<joint>, v.<joint>, with an index where a joint has several; m[<motor>],
+// t, h, u[<motor>], p[<parameter>].
+std::string argument_name(const System& system, int entry);
 
 }  // namespace dyntape

@@ -108,9 +108,12 @@ struct Stepper::Made {
            seconds(arguments[recorded.nx + 1]) + ": ";
   }
 
-  std::string not_finite(const double* x, const char* when) const {
-    const auto bad = std::find_if_not(x, x + recorded.nx, [](double v) { return std::isfinite(v); });
-    return where() + state_name(system, int(bad - x)) + " is " + io::shortest(*bad) + when;
+  // About the first entry that is not finite: of a state, or of all arguments.
+  std::string not_finite(const double* entries, const char* when) const {
+    int i = 0;
+    while (std::isfinite(entries[i])) ++i;
+    const std::string value = std::isnan(entries[i]) ? "nan" : io::shortest(entries[i]);
+    return where() + argument_name(system, i) + " is " + value + when;
   }
 
   std::string guard(const CompiledFunction& f, const Violation& violation) const {
@@ -166,8 +169,7 @@ bool Stepper::Made::fail(double* x_next, std::string* why, const std::string& se
 bool Stepper::Made::step(double t, double h, const double* x, const double* u, const double* p,
                          double* x_next, std::string* why) {
   set_arguments(t, h, x, u, p);
-  if (!arguments.head(recorded.nx).allFinite())
-    return fail(x_next, why, not_finite(arguments.data(), " before it"));
+  if (!arguments.allFinite()) return fail(x_next, why, not_finite(arguments.data(), " before it"));
   if (is_implicit()) {
     const Newton::Outcome outcome = solve(h);
     if (outcome != Newton::Outcome::kSolved) return fail(x_next, why, unsolved(outcome));

@@ -36,10 +36,10 @@ struct SystemPoint {
 
 struct System {
   std::string name;
-  dynamics::Model<double> model;                                  // says what q and v are
-  int n_u = 0, n_p = 0;                                           // commands, parameters
-  Eigen::VectorXd lag = {};                                       // (n_u) s, 0: none; or empty
-  std::function<VectorXad(const SystemPoint<AD>&)> acceleration;  // (nv)
+  dynamics::Model<double> model = {};                                  // says what q and v are
+  int n_u = 0, n_p = 0;                                                // commands, parameters
+  Eigen::VectorXd lag = {};                                            // (n_u) s, 0: none; or empty
+  std::function<VectorXad(const SystemPoint<AD>&)> acceleration = {};  // (nv)
 
   // For Integrator::kVariational, which does not ask for the acceleration: kinetic less potential energy (J), at most
   // quadratic in v; and generalized forces (nv) that are not in it, or empty.
