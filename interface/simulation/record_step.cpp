@@ -75,9 +75,9 @@ VectorXad checked_rows(const System& system, const char* what, VectorXad values)
 }
 
 // A scheme on the tape.
-class Scheme {
+class RecordedScheme {
  public:
-  Scheme(const System& system, Integrator integrator)
+  RecordedScheme(const System& system, Integrator integrator)
       : system_(system),
         integrator_(integrator),
         model_(system.model.cast<AD>()),
@@ -185,7 +185,7 @@ class Scheme {
 
 enum class What { kResidual, kEnd };
 
-Function record_values(const System& system, const Scheme& scheme, What what) {
+Function record_values(const System& system, const RecordedScheme& scheme, What what) {
   const int n_z = scheme.n_z(), nx = scheme.nx();
   const std::string name = system.name + (what == What::kResidual ? " residual" : " step");
   const std::size_t variables = std::size_t(n_z ? n_z : nx),
@@ -206,7 +206,7 @@ Function record_values(const System& system, const Scheme& scheme, What what) {
 }  // namespace
 
 RecordedStep record_step(const System& system, Integrator integrator) {
-  const Scheme scheme(system, integrator);
+  const RecordedScheme scheme(system, integrator);
   RecordedStep recorded{scheme.nx(), scheme.nt(), scheme.n_z(), {}, {}};
   recorded.end = record_values(system, scheme, What::kEnd);
   if (scheme.n_z()) recorded.residual = record_values(system, scheme, What::kResidual);
@@ -214,7 +214,7 @@ RecordedStep record_step(const System& system, Integrator integrator) {
 }
 
 RecordedJacobians record_jacobians(const System& system, Integrator integrator) {
-  const Scheme scheme(system, integrator);
+  const RecordedScheme scheme(system, integrator);
   const int n_z = scheme.n_z(), nt = scheme.nt(), nx = scheme.nx();
   const Function values = record(
       system.name + " step Jacobians", std::size_t(n_z + nt + system.n_u + system.n_p),

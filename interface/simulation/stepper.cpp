@@ -31,9 +31,13 @@ void add_to(StepperReport& report, const CompiledFunction& f) {
   if (!f.source_path().empty()) report.sources.push_back(f.source_path());
 }
 
+std::string seconds(double t) { return io::shortest(t) + " s"; }
+
+}  // namespace
+
 // The Jacobians of a step, ready to be evaluated.
-struct StepJacobians {
-  StepJacobians(const RecordedJacobians& recorded, const CodegenOptions& options)
+struct Stepper::OfJacobians {
+  OfJacobians(const RecordedJacobians& recorded, const CodegenOptions& options)
       : pattern(recorded.pattern),
         function(compiled(recorded.function, options, Order::kValue)),
         workspace(function) {
@@ -47,10 +51,6 @@ struct StepJacobians {
   CompiledFunction::Workspace workspace;
   VectorXd variables, parameters, non_zeros;
 };
-
-std::string seconds(double t) { return io::shortest(t) + " s"; }
-
-}  // namespace
 
 // Everything that a stepper has made; arguments of an implicit step are (x, t, h, u, p), of an explicit one all but x.
 struct Stepper::Made {
@@ -134,7 +134,7 @@ struct Stepper::Made {
   CompiledFunction end;
   CompiledFunction::Workspace of_end, of_many;
   std::optional<Newton> newton;
-  std::optional<StepJacobians> jacobians;
+  std::optional<OfJacobians> jacobians;
   VectorXd arguments;        // (x, t, h, u, p)
   std::vector<double> rows;  // of steps(): (t, h, u, p) of each state
   std::vector<std::uint32_t> status;
@@ -185,7 +185,7 @@ bool Stepper::Made::step(double t, double h, const double* x, const double* u, c
 
 // With y = (dx, u, p): dx' = E_y dy + E_z dz and 0 = R_y dy + R_z dz.
 void Stepper::Made::fill_jacobians(const double* x_next, MatrixXd& A, MatrixXd& B, MatrixXd& P) {
-  StepJacobians& j = *jacobians;
+  OfJacobians& j = *jacobians;
   const int nx = recorded.nx, nt = recorded.nt, n_z = recorded.n_z, n_u = system.n_u, n_p = system.n_p;
   if (is_implicit()) j.variables.head(n_z) = newton->z();
   j.variables.tail(n_u + n_p) = arguments.tail(n_u + n_p);

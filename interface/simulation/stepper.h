@@ -89,6 +89,7 @@ class Stepper {
 
  private:
   struct Made;
+  struct OfJacobians;
   std::unique_ptr<Made> made_;
 };
 
