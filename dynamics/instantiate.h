@@ -26,7 +26,9 @@
 #include <dyntape/dynamics/algorithms/detail/second_order.hxx>
 #include <dyntape/dynamics/contact/detail/constraint_derivatives.hxx>
 #include <dyntape/dynamics/contact/detail/constraints.hxx>
+#include <dyntape/dynamics/effects/detail/contacts.hxx>
 #include <dyntape/dynamics/effects/detail/effects.hxx>
+#include <dyntape/dynamics/effects/detail/point_forces.hxx>
 #include <dyntape/dynamics/effects/detail/wrenches.hxx>
 #include <dyntape/dynamics/model/detail/configuration.hxx>
 
@@ -45,6 +47,8 @@
   DYNTAPE_INSTANTIATE_SECOND_ORDER(T)           \
   DYNTAPE_INSTANTIATE_CONSTRAINT_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_CONSTRAINTS(T)            \
+  DYNTAPE_INSTANTIATE_CONTACTS(T)               \
   DYNTAPE_INSTANTIATE_EFFECTS(T)                \
+  DYNTAPE_INSTANTIATE_POINT_FORCES(T)           \
   DYNTAPE_INSTANTIATE_WRENCHES(T)               \
   DYNTAPE_INSTANTIATE_CONFIGURATION(T)

@@ -40,6 +40,10 @@ struct Acting {
   bool armature = true;                             // on single joints; a free-flyer has none
   const VectorX<T>* armature_values = nullptr;      // (nv) in place of the model's
   const std::vector<Force<T>>* external = nullptr;  // (njoints) on body i, in its frame, about its origin
+  bool coriolis = true;                             // C v; without it recursions see bodies at rest
+  const Vector3<T>* gravity_value = nullptr;        // m/s^2, world frame, in place of the model's
+  // (nv) armature = what stands above + gear_ratio^2 rotor_inertia, where both are given.
+  const VectorX<T>*rotor_inertia = nullptr, *gear_ratio = nullptr;
 };
 
 // In which frame a velocity or a Jacobian of a frame F is expressed, and the velocity of which point it is.

@@ -1,36 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Inertia of rotors, seen through their gears: what a joint's motor adds to the diagonal of M.
+// Inertia of the motors' rotors about their joints, on the diagonal of the joint-space inertia.
 //
 //   effects.armature = model_armature(model);   // the file's values
+//   effects.armature->rotor_inertia = I, effects.armature->gear_ratio = n;
+//
+//   M <- M + diag(inertia + n^2 I)              kg m^2 or kg; I (kg m^2) turns n times as fast as its joint
+// Part of the kinetic energy: it neither takes nor supplies any.  Smooth.  (J. Craig, Introduction to Robotics,
+// reflected inertia.)
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
-#include <dyntape/dynamics/model/checks.h>
+#include <dyntape/dynamics/effects/parameters.h>
 
 namespace dyntape::dynamics {
 
 template <class T>
 struct Armature {
-  static constexpr const char* kName = "armature";
+  static constexpr const char *kName = "armature", *kKey = "armature";
 
   VectorX<T> inertia;  // (nv) kg m^2 or kg; of single joints, other entries are not read
+  std::optional<VectorX<T>> rotor_inertia, gear_ratio;  // (nv) both or neither
 
+  Armature() = default;
   Armature(VectorX<T> values) : inertia(std::move(values)) {}  // NOLINT
   template <class V>
   Armature(const Eigen::MatrixBase<V>& values) : inertia(values) {}  // NOLINT
 
-  template <class S>
-  Armature<S> cast() const {
-    return inertia.template cast<S>();
+  template <class Self, class Visit>
+  static void visit_parameters(Self& self, Visit&& visit) {
+    visit(ParameterInfo{.name = "inertia",
+                        .unit = "kg m^2 or kg",
+                        .what = "inertia of the motors about their joints",
+                        .least = 0,
+                        .fallback = 0,
+                        .of_robot = model_armature<double>},
+          self.inertia);
+    visit(ParameterInfo{.name = "rotor_inertia",
+                        .unit = "kg m^2",
+                        .what = "inertia of the rotors about their own axes",
+                        .least = 0},
+          self.rotor_inertia);
+    visit(ParameterInfo{.name = "gear_ratio", .unit = "1", .what = "turns of a rotor for one of its joint"},
+          self.gear_ratio);
   }
-  void check(const Model<T>& model) const {
-    detail::check("effects", "armature", model, inertia.size(), model.nv);
+  const char* missing() const {
+    if (rotor_inertia.has_value() == gear_ratio.has_value()) return nullptr;
+    return rotor_inertia ? "gear_ratio" : "rotor_inertia";
   }
-  // `acting` keeps a pointer to the values.
+  // `acting` keeps pointers to the values.
   void enter(Acting<T>& acting) const {
     acting.armature = true;
     acting.armature_values = &inertia;
+    if (rotor_inertia && gear_ratio) acting.rotor_inertia = &*rotor_inertia, acting.gear_ratio = &*gear_ratio;
   }
 };
 

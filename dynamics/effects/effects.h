@@ -2,53 +2,61 @@
 //
 // Which effects act on a robot.  What is not chosen is not computed: it leaves no operation on a tape.
 //
-//   Effects<double> effects;                                   // gravity alone
+//   Effects<double> effects;                                   // gravity and velocity products alone
 //   effects.damping = model_damping(model);                    // the file's values
 //   effects.friction = CoulombFriction<double>{model_friction(model), 0.01};
+//   check(model, effects);                                     // check.h: sizes, ranges, bodies
 //   EffectTorques<double> torques(model);                      // results and working memory, beside Data
-//   VectorX<double> a = forward_dynamics(model, data, torques, effects, q, v, tau);
+//   VectorX<double> a = forward_dynamics(model, data, torques, effects, q, v, command);
 //
 // Equation of motion with effects:
-//   M(q) a + armature a + C v + g = tau + tau_passive + sum of J^T F
-//   tau_passive = - d v                      viscous damping d (N m s/rad or N s/m)
-//                 - c tanh(v / w)            Coulomb friction c (N m or N), smoothed over w (rad/s or m/s)
-//                 - k (q - q_rest)           springs k (N m/rad or N/m); angles of continuous joints
-//                                            in [-pi, pi]
-//   F                                      wrenches from outside, in the body or the world (wrenches.h)
-// All vectors (nv), q_rest (nq).
+//   M(q) a + armature a + C v + g = drive(command) + tau_joints + sum of J^T F
+//   drive        what motors can give (saturation.h)
+//   tau_joints   damping, friction, springs, soft limits, back-EMF, tendons
+//   F            wrenches from outside, drag, buoyancy, contacts (point_forces.h)
+// Each header has its equation, units and smoothness.  Functions look at sizes only; check(), at all values.
 //
-// To add an effect: a struct in a file of its own, like damping.h, and its name in Effects, twice.  What it has
-// says how it acts, and whoever treats effects alike finds it by for_each_effect:
-//   kName, check(model), cast<S>()                           always
+// To add an effect: a struct in a file of its own, like damping.h, its #include here and its row in effects.def.
+// What it has says how it acts, and whoever treats effects alike finds it by for_each_effect:
+//   kName, kKey, visit_parameters                            always: for people, for files, its values
 //   enter(acting)                                            carried by the recursions, not by torques
+//   drive(model, torques)                                    changes torques.driven and driven_slope
 //   add_joint_torques(...), add_joint_slopes(...)            torques at single joints, with diagonal slopes
-//   add_torques(...), subtract_slopes(...)                   any other torques
+//   add_torques(...), subtract_slopes(...)                   torques over several joints
+//   add_wrenches(data, w)                                    forces on bodies, constant in their axes
+//   for_each_point(visit)                                    forces by the motion of a point (point_forces.h)
+//   kReadsVelocity                                           these want the bodies' velocities
+//   missing()                                                the parameter that others given call for, or null
+//   stored_energy(model, data, q)                            what has a potential
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/effects/armature.h>
+#include <dyntape/dynamics/effects/back_emf.h>
+#include <dyntape/dynamics/effects/buoyancy.h>
+#include <dyntape/dynamics/effects/contacts.h>
+#include <dyntape/dynamics/effects/coriolis.h>
 #include <dyntape/dynamics/effects/damping.h>
+#include <dyntape/dynamics/effects/drag.h>
 #include <dyntape/dynamics/effects/effect_torques.h>
 #include <dyntape/dynamics/effects/friction.h>
 #include <dyntape/dynamics/effects/gravity.h>
+#include <dyntape/dynamics/effects/joint_limits.h>
+#include <dyntape/dynamics/effects/saturation.h>
 #include <dyntape/dynamics/effects/springs.h>
+#include <dyntape/dynamics/effects/tendons.h>
 #include <dyntape/dynamics/effects/wrenches.h>
 
 #include <optional>
-#include <utility>
 
 namespace dyntape::dynamics {
 
 template <class T>
 struct Effects {
-  Gravity gravity;
-  std::optional<Armature<T>> armature;
-  std::optional<Damping<T>> damping;
-  std::optional<CoulombFriction<T>> friction;
-  std::optional<Springs<T>> springs;
-  Wrenches<T> wrenches;
+#define EFFECT(member, ...) __VA_ARGS__ member;
+#include <dyntape/dynamics/effects/effects.def>
 
-  // What the recursions take care of; keeps a pointer to `armature`.
+  // What the recursions take care of; keeps pointers to the effects' values.
   Acting<T> acting() const;
   template <class S>
   Effects<S> cast() const;
@@ -58,58 +66,74 @@ namespace detail {
 
 // Effects stand as themselves, or in an optional.
 template <class E>
-const E& effect_in(const E& effect) {
+E& effect_in(E& effect) {
   return effect;
 }
 template <class E>
 const E& effect_in(const std::optional<E>& effect) {
   return *effect;
 }
+template <class E>
+E& effect_in(std::optional<E>& effect) {
+  return *effect;
+}
 
-template <class S, class E>
-auto cast_effect(const E& effect) {
-  return effect.template cast<S>();
-}
-template <class S, class E>
-auto cast_effect(const std::optional<E>& effect) {
-  return effect ? std::optional(effect->template cast<S>()) : std::nullopt;
-}
+template <class Member>
+struct EffectType {
+  using type = Member;
+};
+template <class E>
+struct EffectType<std::optional<E>> {
+  using type = E;
+};
 
 }  // namespace detail
 
-// use(gravity, armature, ...): all members of Effects, in the order in which they act.
-template <class E, class Use>
-decltype(auto) with_all_effects(E& effects, Use&& use) {
-  auto& [gravity, armature, damping, friction, springs, wrenches] =
-      effects;  // one that is missing does not compile
-  return use(gravity, armature, damping, friction, springs, wrenches);
-}
+// The effect that a member of Effects holds: fill one by its visit_parameters, and assign it.
+template <class Member>
+using effect_type = typename detail::EffectType<std::remove_const_t<Member>>::type;
+
 // visit(effect) for each, chosen or not: `if (effect)` tells whether it is, effect.reset() takes it away.
 template <class E, class Visit>
 void for_each_effect(E& effects, Visit&& visit) {
-  with_all_effects(effects, [&](auto&... effect) { (visit(effect), ...); });
+#define EFFECT(member, ...) visit(effects.member);
+#include <dyntape/dynamics/effects/effects.def>
 }
 // visit(effect) for those that are chosen, the effects themselves.
-template <class T, class Visit>
-void for_each_chosen_effect(const Effects<T>& effects, Visit&& visit) {
-  for_each_effect(effects, [&](const auto& effect) {
+template <class E, class Visit>
+void for_each_chosen_effect(E& effects, Visit&& visit) {
+  for_each_effect(effects, [&](auto& effect) {
     if (effect) visit(detail::effect_in(effect));
   });
 }
+// visit(name, alone) for each that is chosen, `alone` the effects with no other: energy effect by effect.
+template <class T, class Visit>
+void for_each_effect_alone(const Effects<T>& effects, Visit&& visit) {
+  for_each_effect(effects, [&](const auto& chosen) {
+    if (!chosen) return;
+    Effects<T> alone = effects;
+    for_each_effect(alone, [&](auto& other) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(other)>, std::decay_t<decltype(chosen)>>) return;
+      other.reset();
+    });
+    visit(detail::effect_in(chosen).kName, alone);
+  });
+}
 
-// For people, whether it is chosen or not.
+// For people and for files, whether it is chosen or not.
 template <class E>
 const char* effect_name(const E&) {
-  return E::kName;
+  return effect_type<E>::kName;
 }
 template <class E>
-const char* effect_name(const std::optional<E>&) {
-  return E::kName;
+const char* effect_key(const E&) {
+  return effect_type<E>::kKey;
 }
 
 template <class T>
 Acting<T> Effects<T>::acting() const {
-  Acting<T> acting{false, false, nullptr, nullptr};
+  Acting<T> acting;
+  acting.gravity = acting.armature = acting.coriolis = false;
   for_each_chosen_effect(*this, [&](const auto& effect) {
     if constexpr (requires { effect.enter(acting); }) effect.enter(acting);
   });
@@ -119,21 +143,15 @@ Acting<T> Effects<T>::acting() const {
 template <class T>
 template <class S>
 Effects<S> Effects<T>::cast() const {
-  return with_all_effects(
-      *this, [](const auto&... effect) { return Effects<S>{detail::cast_effect<S>(effect)...}; });
+  Effects<S> result;
+#define EFFECT(member, ...) result.member = detail::cast_effect<S>(member);
+#include <dyntape/dynamics/effects/effects.def>
+  return result;
 }
 
 // The robot as it is where these effects act: a model whose own gravity and armature are the effects'.
 template <class T>
 Model<T> acting_model(const Model<T>& robot, const Effects<T>& effects);
-
-// The values of the model, (nv), zero for joints of several columns.
-template <class T>
-VectorX<T> model_armature(const Model<T>& model);
-template <class T>
-VectorX<T> model_damping(const Model<T>& model);
-template <class T>
-VectorX<T> model_friction(const Model<T>& model);
 
 // torques.tau, to be added to the driving torques.
 template <class T>
@@ -149,24 +167,40 @@ template <class T>
 const VectorX<T>& effect_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                  const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v);
 
-// The algorithms of algorithms.h with effects: data.ddq, data.tau.  Nothing is allocated.
+// torques.driven: what arrives at the joints of commanded torques; and torques.driven_slope, its derivative.
+template <class T>
+const VectorX<T>& driving_torques(const Model<T>& model, EffectTorques<T>& torques, const Effects<T>& effects,
+                                  const VectorRef<T>& command);
+
+// The algorithms of algorithms.h with effects: data.ddq from the commanded torques, data.tau: the torques that are to
+// arrive.  Nothing is allocated.
 template <class T>
 const VectorX<T>& forward_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                    const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
-                                   const VectorRef<T>& tau);
+                                   const VectorRef<T>& command);
 template <class T>
 const VectorX<T>& inverse_dynamics(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                    const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                    const VectorRef<T>& a);
 
 // data.ddq, ddq_dq, ddq_dv, Minv; and data.tau, dtau_dq, dtau_dv, M: as fd_derivatives and id_derivatives.
+//   d ddq / d command = Minv diag(torques.driven_slope)
 template <class T>
 void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
-                                  const VectorRef<T>& tau);
+                                  const VectorRef<T>& command);
 template <class T>
 void inverse_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                   const VectorRef<T>& a);
+
+// The power (W) that the chosen effects supply, gravity included, less than zero where they take it:
+//   d/dt kinetic_energy(acting) = v . command + effect_power          (with velocity products)
+template <class T>
+T effect_power(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques, const Effects<T>& effects,
+               const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& command);
+// The energy (J) that those of them with a potential store.
+template <class T>
+T stored_energy(const Model<T>& model, Data<T>& data, const Effects<T>& effects, const VectorRef<T>& q);
 
 }  // namespace dyntape::dynamics

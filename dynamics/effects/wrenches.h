@@ -19,8 +19,8 @@
 #pragma once
 
 #include <dyntape/dynamics/algorithms/data.h>
+#include <dyntape/dynamics/effects/parameters.h>
 
-#include <utility>
 #include <vector>
 
 namespace dyntape::dynamics {
@@ -34,12 +34,19 @@ struct Wrench {
   FixedIn fixed_in = FixedIn::kBody;
   Force<T> value;  // N, N m
 
+  template <class Self, class Visit>
+  static void visit_parameters(Self& self, Visit&& visit) {
+    visit(
+        ParameterInfo{.name = "fixed_in", .unit = "", .what = "what it turns with", .choices = "body world"},
+        self.fixed_in);
+    visit(ParameterInfo{.name = "force", .unit = "N", .what = "at the frame's origin", .fallback = 0},
+          self.value.linear);
+    visit(ParameterInfo{.name = "moment", .unit = "N m", .what = "about the frame's origin", .fallback = 0},
+          self.value.angular);
+  }
   template <class S>
   Wrench<S> cast() const {
-    return {body,
-            X_BF.template cast<S>(),
-            fixed_in,
-            {value.linear.template cast<S>(), value.angular.template cast<S>()}};
+    return detail::cast_effect<S>(*this);
   }
 };
 
@@ -47,36 +54,6 @@ struct Wrench {
 template <class T>
 Wrench<T> wrench_at_frame(const Model<T>& model, int frame, FixedIn fixed_in,
                           const std::type_identity_t<Force<T>>& value);
-
-template <class T>
-struct EffectTorques;
-
-// As an effect (effects.h).
-template <class T>
-struct Wrenches : std::vector<Wrench<T>> {
-  static constexpr const char* kName = "wrenches";
-
-  using std::vector<Wrench<T>>::vector;
-  Wrenches(std::vector<Wrench<T>> all) : std::vector<Wrench<T>>(std::move(all)) {}  // NOLINT
-  explicit operator bool() const { return !this->empty(); }
-  void reset() { this->clear(); }
-
-  template <class S>
-  Wrenches<S> cast() const {
-    Wrenches<S> result;
-    for (const Wrench<T>& wrench : *this) result.push_back(wrench.template cast<S>());
-    return result;
-  }
-  void check(const Model<T>&) const {}  // wrench_torques does
-  void add_torques(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
-                   const VectorRef<T>& q) const {
-    torques.total += wrench_torques(model, data, torques.of_wrenches, *this, q);
-  }
-  void subtract_slopes(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques,
-                       const VectorRef<T>& q) const {
-    data.dtau_dq -= wrench_torque_derivatives(model, data, torques.of_wrenches, *this, q);
-  }
-};
 
 // What the wrenches on some bodies add up to, and what a turn of the bodies makes of those that do not turn
 // with them: f, n, and P = sum of r f^T, r their points, of the ones fixed in the world.
@@ -99,6 +76,24 @@ struct WrenchTorques {
 
   // Working memory.
   std::vector<WrenchSum<T>> sums;  // of body i and all beyond it, in frame i
+};
+
+// After forward_kinematics, with w.sums zero for the first: adds to w.sums.
+template <class T>
+void add_wrench(const Data<T>& data, WrenchTorques<T>& w, const Wrench<T>& wrench);
+
+// As an effect (effects.h).  Supplies energy or takes it.
+template <class T>
+struct Wrenches : EffectList<Wrench<T>> {
+  static constexpr const char *kName = "wrenches", *kKey = "wrenches", *kItem = "wrench";
+  using EffectList<Wrench<T>>::EffectList;
+
+  template <class Self, class Visit>
+  static void visit_parameters(Self&, Visit&&) {}
+  // After forward_kinematics.
+  void add_wrenches(const Data<T>& data, WrenchTorques<T>& w) const {
+    for (const Wrench<T>& wrench : *this) add_wrench(data, w, wrench);
+  }
 };
 
 // w.tau; also data.X_WB.

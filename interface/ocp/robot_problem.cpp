@@ -6,6 +6,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/effects/check.h>
 #include <dyntape/interface/robot/robot_callee.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
@@ -38,10 +39,18 @@ struct Plant {
   std::vector<int> dofs;
   Eigen::VectorXd gain;  // of each control: torque = gain u
 
-  Vector<T> torque(const Stage<T>& s) const {
+  Vector<T> command(const Stage<T>& s) const {
     Vector<T> tau = Vector<T>::Constant(model.nv, T(0));
     for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = T(gain[long(k)]) * s.u[long(k)];
     return tau;
+  }
+  // What arrives of it at the joints.
+  Vector<T> torque(const Stage<T>& s) {
+    return dynamics::driving_torques<T>(model, torques, effects, command(s));
+  }
+  // What callees are given, which know no other than the robot that moves with v.
+  Vector<T> seen_v(const Stage<T>& s) const {
+    return effects.acting().coriolis ? v(s) : Vector<T>::Constant(model.nv, T(0));
   }
   Vector<T> q(const Stage<T>& s) const { return s.x.head(model.nv); }
   Vector<T> v(const Stage<T>& s) const { return s.x.tail(model.nv); }
@@ -51,7 +60,7 @@ struct Plant {
     return dynamics::effect_torques<T>(model, data, torques, effects, q(s), v(s));
   }
   Vector<T> forward(const Stage<T>& s) {
-    return dynamics::forward_dynamics(model, data, torques, effects, q(s), v(s), torque(s));
+    return dynamics::forward_dynamics(model, data, torques, effects, q(s), v(s), command(s));
   }
   Vector<T> inverse(const Stage<T>& s) {
     return dynamics::inverse_dynamics(model, data, torques, effects, q(s), v(s), Vector<T>(s.a));
@@ -79,6 +88,7 @@ struct Plants {
         dofs(actuated_dofs(s)),
         gain(std::move(gains)),
         plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {
+    dynamics::check(s.model, s.effects);
     if (!is_worth_callees(s.model)) return;
     const Model<double> acting = dynamics::acting_model(s.model, s.effects);
     forward_callee = forward_dynamics_callee(acting);
@@ -89,13 +99,13 @@ struct Plants {
     Plant<AD> plant = recorded();
     if (!forward_callee) return plant.forward(s);
     const VectorXad tau = plant.torque(s) + plant.passive(s);
-    return call(forward_callee, joined<AD>(joined<AD>(plant.q(s), plant.v(s)), tau));
+    return call(forward_callee, joined<AD>(joined<AD>(plant.q(s), plant.seen_v(s)), tau));
   }
   // The torques that the motion needs, less the controls'.
   VectorXad missing(const Stage<AD>& s) const {
     Plant<AD> plant = recorded();
     if (!inverse_callee) return plant.inverse(s) - plant.torque(s);
-    const VectorXad tau = call(inverse_callee, joined<AD>(joined<AD>(plant.q(s), plant.v(s)), s.a));
+    const VectorXad tau = call(inverse_callee, joined<AD>(joined<AD>(plant.q(s), plant.seen_v(s)), s.a));
     return tau - plant.passive(s) - plant.torque(s);
   }
 

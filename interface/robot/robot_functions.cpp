@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
+#include <dyntape/dynamics/effects/check.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/robot/check_accelerations.h>
 #include <dyntape/interface/robot/factored_dynamics.h>
@@ -121,6 +122,7 @@ Function named(Function f, const Model<double>& model, const RobotFunction& func
 template <class Algorithm>
 Function record_with_effects(const Model<double>& model, const dynamics::Effects<double>& effects,
                              const RobotFunction& like, const char* suffix, Algorithm algorithm) {
+  dynamics::check(model, effects);
   const Model<AD> taped = model.cast<AD>();
   const dynamics::Effects<AD> acting = effects.cast<AD>();
   Function f = record(suffix, static_cast<std::size_t>(model.nq + 2 * model.nv), [&](const VectorXad& x) {

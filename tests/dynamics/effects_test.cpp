@@ -4,7 +4,10 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/effects/effects.h>
 
+#include <limits>
+#include <map>
 #include <memory>
+#include <set>
 
 #include "all_effects.h"
 
@@ -34,6 +37,7 @@ class EffectsOn : public testing::TestWithParam<unsigned long> {
 };
 
 TEST_P(EffectsOn, ForwardInvertsInverse) {
+  effects.saturation.reset();  // inverse dynamics gives what is to arrive
   const VectorXd tau = inverse_dynamics(model, *data, *torques, effects, s.q, s.v, s.a);
   EXPECT_LE(relative_error(forward_dynamics(model, *data, *torques, effects, s.q, s.v, tau), s.a), 1e-11);
 }
@@ -44,10 +48,12 @@ TEST_P(EffectsOn, DerivativesMatchDifferences) {
   Data<Float128> data128(exact);
   EffectTorques<Float128> torques128(exact);
   const VectorXq q = s.q.cast<Float128>(), v = s.v.cast<Float128>(), tau = s.tau.cast<Float128>();
-  forward_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
   inverse_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
+  const MatrixXd inverse_dq = data->dtau_dq, inverse_dv = data->dtau_dv;
+  forward_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
   const Float128 h(1e-11);
-  MatrixXd fq(model.nv, model.nv), fv = fq, iq = fq, iv = fq;
+  const MatrixXd ft = data->Minv * torques->driven_slope.asDiagonal();
+  MatrixXd fq(model.nv, model.nv), fv = fq, iq = fq, iv = fq, f_command = fq;
   const auto fill = [&](MatrixXd& d, int k, auto f) {
     VectorXq step = VectorXq::Zero(model.nv);
     step[k] = h;
@@ -62,6 +68,9 @@ TEST_P(EffectsOn, DerivativesMatchDifferences) {
     fill(fv, k, [&](const VectorXq& x) -> VectorXq {
       return forward_dynamics<Float128>(exact, data128, torques128, e, q, v + x, tau);
     });
+    fill(f_command, k, [&](const VectorXq& x) -> VectorXq {
+      return forward_dynamics<Float128>(exact, data128, torques128, e, q, v, tau + x);
+    });
     fill(iq, k, [&](const VectorXq& x) -> VectorXq {
       return inverse_dynamics<Float128>(exact, data128, torques128, e, integrate<Float128>(exact, q, x), v,
                                         tau);
@@ -72,39 +81,25 @@ TEST_P(EffectsOn, DerivativesMatchDifferences) {
   }
   EXPECT_LE(relative_error(data->ddq_dq, fq), 1e-11);
   EXPECT_LE(relative_error(data->ddq_dv, fv), 1e-11);
-  EXPECT_LE(relative_error(data->dtau_dq, iq), 1e-13);
-  EXPECT_LE(relative_error(data->dtau_dv, iv), 1e-13);
+  EXPECT_LE(relative_error(ft, f_command), 1e-11);
+  EXPECT_LE(relative_error(inverse_dq, iq), 1e-13);
+  EXPECT_LE(relative_error(inverse_dv, iv), 1e-13);
 }
 
-// Whoever walks the list meets every effect: alone it acts, is undone by inverse dynamics, differentiated, cast, and
-// carried by acting_model and effect_torques together.
-TEST_P(EffectsOn, EachActsWhereverTheListIsWalked) {
-  const auto nothing = [] {
-    Effects<double> e;
-    for_each_effect(e, [](auto& effect) { effect.reset(); });
-    return e;
-  };
-  const VectorXd free = forward_dynamics(model, *data, *torques, nothing(), s.q, s.v, s.tau);
-  int count = 0;
-  for_each_effect(effects, [&](auto& effect) {
-    SCOPED_TRACE(effect_name(effect));
-    EXPECT_TRUE(effect);
-    Effects<double> alone = effects;
-    for_each_effect(alone, [&](auto& other) {
-      if (effect_name(other) != effect_name(effect)) other.reset();
-    });
-    ++count;
+// Whoever walks the list meets every effect: alone it is undone by inverse dynamics, cast, and carried by acting_model
+// and effect_torques together.
+TEST_P(EffectsOn, EachIsTheSameWhereverTheListIsWalked) {
+  for_each_effect_alone(effects, [&](const char* name, const Effects<double>& alone) {
+    SCOPED_TRACE(name);
     const VectorXd a = forward_dynamics(model, *data, *torques, alone, s.q, s.v, s.tau);
-    const bool has_single_joints = model_armature(model).any();  // on others no effect at joints acts
-    if (has_single_joints) {
-      EXPECT_NE(a, free);
-    }
-    EXPECT_LE(relative_error(inverse_dynamics(model, *data, *torques, alone, s.q, s.v, a), s.tau), 1e-10);
+    const VectorXd driven = driving_torques(model, *torques, alone, s.tau);
+    EXPECT_LE(relative_error(inverse_dynamics(model, *data, *torques, alone, s.q, s.v, a), driven), 1e-10);
 
     const Model<double> acting = acting_model(model, alone);
     Data<double> other(acting);
-    const VectorXd tau = s.tau + effect_torques(model, *data, *torques, alone, s.q, s.v);
-    EXPECT_EQ(aba(acting, other, s.q, s.v, tau), a);
+    const VectorXd tau = driven + effect_torques(model, *data, *torques, alone, s.q, s.v);
+    const VectorXd seen_v = alone.acting().coriolis ? s.v : VectorXd::Zero(model.nv).eval();
+    EXPECT_EQ(aba(acting, other, s.q, seen_v, tau), a);
 
     const Model<Float128> exact = model.cast<Float128>();
     Data<Float128> data128(exact);
@@ -114,7 +109,46 @@ TEST_P(EffectsOn, EachActsWhereverTheListIsWalked) {
         forward_dynamics<Float128>(exact, data128, torques128, alone.cast<Float128>(), q, v, tau128);
     EXPECT_LE(relative_error(a, a128.cast<double>()), 1e-11);
   });
-  EXPECT_EQ(count, 6);
+}
+
+// Without velocity products: the recursions are those at rest, their slopes by v vanish, damping stays.
+TEST_P(EffectsOn, WithoutVelocityProductsTheRecursionsAreThoseAtRest) {
+  Effects<double> linear;
+  linear.coriolis = false;
+  const VectorXd zero = VectorXd::Zero(model.nv);
+  Data<double> still(model);
+  Effects<double> usual;
+  EXPECT_EQ(forward_dynamics(model, *data, *torques, linear, s.q, s.v, s.tau),
+            forward_dynamics(model, still, *torques, usual, s.q, zero, s.tau));
+  linear.damping = model_damping(model);
+  inverse_dynamics_derivatives(model, *data, *torques, linear, s.q, s.v, s.a);
+  EXPECT_EQ(data->dtau_dv, MatrixXd(model_damping(model).asDiagonal()));
+}
+
+// Strengths of nothing are as good as absence.
+TEST_P(EffectsOn, ZeroStrengthEqualsAbsence) {
+  const std::set<std::string> strengths = {
+      "inertia",         "rotor_inertia", "coefficient", "torque", "breakaway", "stiffness", "damping",
+      "torque_constant", "force",         "moment",      "area",   "linear",    "volume"};
+  const auto weaken = [&](const ParameterInfo& info, auto& value) {
+    if constexpr (requires { value *= 1e-40; }) {
+      if (strengths.contains(info.name)) value *= 1e-40;
+    }
+    if constexpr (requires { *value *= 1e-40; }) {
+      if (value && strengths.contains(info.name)) *value *= 1e-40;
+    }
+  };
+  effects.gravity.vector.reset(), effects.saturation.reset();
+  for_each_chosen_effect(effects, [&](auto& effect) {
+    effect.visit_parameters(effect, weaken);
+    if constexpr (requires { effect.front(); }) {
+      for (auto& item : effect) item.visit_parameters(item, weaken);
+    }
+  });
+  Data<double> plain(model);
+  const VectorXd weak = forward_dynamics(model, *data, *torques, effects, s.q, s.v, s.tau),
+                 none = forward_dynamics(model, plain, *torques, {}, s.q, s.v, s.tau);
+  EXPECT_LE(relative_error(weak, none), 4 * std::numeric_limits<double>::epsilon());
 }
 
 // What is not chosen does not act: bit for bit the plain algorithms.
@@ -136,12 +170,6 @@ TEST_P(EffectsOn, NothingChosenIsThePlainAlgorithm) {
   EXPECT_EQ(inverse_dynamics(model, *data, *torques, none, s.q, zero, zero), zero);
 }
 
-// Damping and friction only take energy out.
-TEST_P(EffectsOn, DampingAndFrictionDissipate) {
-  effects.springs.reset();
-  EXPECT_LE(joint_torques(model, *torques, effects, s.q, s.v).dot(s.v), 0);
-}
-
 TEST_P(EffectsOn, ArmatureIsOnTheDiagonal) {
   const MatrixXd with = crba(model, *data, s.q);
   Acting<double> acting;
@@ -151,6 +179,28 @@ TEST_P(EffectsOn, ArmatureIsOnTheDiagonal) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, EffectsOn, testing::Range(1UL, 11UL));
+
+// Over many robots each effect is met and acts.
+TEST(Effects, EachActsSomewhere) {
+  std::map<std::string, int> acts;
+  for (unsigned long seed = 1; seed <= 20; ++seed) {
+    Random random(seed);
+    Model<double> model = random_tree(random, {4});
+    const State s = random_state(model, random);
+    const Effects<double> effects = all_effects(model, random);
+    Data<double> data(model);
+    EffectTorques<double> torques(model);
+    Effects<double> nothing;
+    for_each_effect(nothing, [](auto& effect) { effect.reset(); });
+    const VectorXd free = forward_dynamics(model, data, torques, nothing, s.q, s.v, s.tau);
+    for_each_effect(effects, [&](const auto& effect) { EXPECT_TRUE(effect) << effect_name(effect); });
+    for_each_effect_alone(effects, [&](const char* name, const Effects<double>& alone) {
+      acts[name] += forward_dynamics(model, data, torques, alone, s.q, s.v, s.tau) != free;
+    });
+  }
+  EXPECT_EQ(acts.size(), 14U);
+  for (const auto& [name, times] : acts) EXPECT_GE(times, 5) << name;
+}
 
 TEST(Effects, FrictionHasItsSlopeAtRestAndItsLevelBeyond) {
   Random random(1);

@@ -213,6 +213,7 @@ TEST(RobotProblem, RecordedAndPlainRatesHaveTheSameEffects) {
   RobotScene without = scene;
   dynamics::for_each_effect(without.effects, [&](auto& effect) {
     SCOPED_TRACE(dynamics::effect_name(effect));
+    if (!effect) return;
     const auto kept = effect;
     effect.reset();
     const auto [less_recorded, less_plain] = rates_of(without);

@@ -36,6 +36,10 @@ const Frame<T>& frame_at(const char* function, const Model<T>& model, int frame)
 template <class T>
 void check_acting(const char* function, const Model<T>& model, const Acting<T>& acting) {
   if (acting.armature_values) check(function, "armature", model, acting.armature_values->size(), model.nv);
+  if (acting.rotor_inertia && acting.gear_ratio) {
+    check(function, "rotor inertia", model, acting.rotor_inertia->size(), model.nv);
+    check(function, "gear ratio", model, acting.gear_ratio->size(), model.nv);
+  }
   if (acting.external) {
     check(function, "external", model, static_cast<long>(acting.external->size()), model.njoints());
   }
@@ -58,7 +62,13 @@ DYNTAPE_INLINE bool has_armature(const Model<T>& model, const Acting<T>& acting,
 template <class T>
 DYNTAPE_INLINE T armature_at(const Model<T>& model, const Acting<T>& acting, int i) {
   if (!has_armature(model, acting, i)) return T(0);
-  return acting.armature_values ? (*acting.armature_values)[model.joints[i].idx_v] : model.joints[i].armature;
+  const int k = model.joints[i].idx_v;
+  T inertia = acting.armature_values ? (*acting.armature_values)[k] : model.joints[i].armature;
+  if (acting.rotor_inertia && acting.gear_ratio) {
+    const T& ratio = (*acting.gear_ratio)[k];
+    inertia += ratio * ratio * (*acting.rotor_inertia)[k];
+  }
+  return inertia;
 }
 
 template <class T>
@@ -94,7 +104,8 @@ template <class T>
 DYNTAPE_INLINE Motion<T> root_acceleration(const Model<T>& model, const Data<T>& data,
                                            const Acting<T>& acting, int i) {
   Motion<T> a;
-  if (acting.gravity) a.linear = -(data.X_PB[i].R.transpose() * model.gravity);
+  const Vector3<T>& gravity = acting.gravity_value ? *acting.gravity_value : model.gravity;
+  if (acting.gravity) a.linear = -(data.X_PB[i].R.transpose() * gravity);
   return a;
 }
 
@@ -106,6 +117,13 @@ void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v) {
     const Motion<T> own = joint_motion(data, v, i);
     data.v[i] = p < 0 ? own : act_inverse(data.X_PB[i], data.v[p]) + own;
   }
+}
+
+// As recursions see them: at rest where velocity products do not act, so that their terms fold away on a tape.
+template <class T>
+void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const Acting<T>& acting) {
+  if (acting.coriolis) return move_bodies(model, data, v);
+  for (Motion<T>& motion : data.v) motion = {};
 }
 
 }  // namespace dyntape::dynamics::detail

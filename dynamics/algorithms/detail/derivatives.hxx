@@ -21,7 +21,7 @@ void spread_column_motions(const Model<T>& model, Data<T>& data, const VectorRef
     } else {
       a_p = root_acceleration(model, data, acting, i);
     }
-    data.v[i] = v_p + joint_motion(data, v, i);
+    data.v[i] = acting.coriolis ? v_p + joint_motion(data, v, i) : Motion<T>{};
     data.a_gf[i] = a_p + bias_motion(data, v, i) + joint_motion(data, a, i);
     for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
       const Dof& S = tree.dofs[k];

@@ -114,7 +114,7 @@ void spread_accelerations(const Model<T>& model, Data<T>& data, const VectorRef<
 template <class T>
 void aba_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& tau,
                 const Acting<T>& acting) {
-  move_bodies(model, data, v);
+  move_bodies(model, data, v, acting);
   gather_bias(model, data, v, tau, acting);
   spread_accelerations(model, data, v, acting);
 }

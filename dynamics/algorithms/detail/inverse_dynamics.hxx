@@ -91,7 +91,7 @@ const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>&
                        const VectorRef<T>& a, const Acting<T>& acting) {
   detail::check_arguments("rnea", model, data, acting, q, &v, &a);
   detail::place_joints(model, data, q);
-  detail::move_bodies(model, data, v);
+  detail::move_bodies(model, data, v, acting);
   detail::accelerate_bodies(model, data, &v, &a, acting);
   detail::body_forces(model, data, true, acting);
   detail::gather_forces(model, data, data.tau);
@@ -107,7 +107,7 @@ const VectorX<T>& nonlinear_effects(const Model<T>& model, Data<T>& data, const 
                                     const VectorRef<T>& v, const Acting<T>& acting) {
   detail::check_arguments("nonlinear_effects", model, data, acting, q, &v);
   detail::place_joints(model, data, q);
-  detail::move_bodies(model, data, v);
+  detail::move_bodies(model, data, v, acting);
   detail::accelerate_bodies<T>(model, data, &v, nullptr, acting);
   detail::body_forces(model, data, true, acting);
   detail::gather_forces(model, data, data.nle);

@@ -81,6 +81,10 @@ template <class T>
 void move_and_gather(const Model<T>& model, Data<T>& data, MovingBodies<T>& b, const VectorRef<T>& q,
                      const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting) {
   place_joints(model, data, q);
+  if (!acting.coriolis) {
+    throw ArgumentError("second order: velocity products do not act on model \"" + model.name +
+                        "\", expected them to");
+  }
   move_columns(model, data, b, v, a, acting);
   gather_bodies(model, data, b, acting);
 }

@@ -42,25 +42,9 @@ void check_wrenches(const char* function, const Model<T>& model, const std::vect
   }
 }
 
-// After forward_kinematics: w.sums and w.tau.
+// From the leaves: w.sums of whole subtrees, and w.tau.
 template <class T>
-void sum_wrenches(const Model<T>& model, const Data<T>& data, WrenchTorques<T>& w,
-                  const std::vector<Wrench<T>>& wrenches) {
-  for (WrenchSum<T>& sum : w.sums) sum = {};
-  for (const Wrench<T>& wrench : wrenches) {
-    if (wrench.body < 0) continue;
-    WrenchSum<T>& sum = w.sums[wrench.body];
-    if (wrench.fixed_in == FixedIn::kBody) {
-      sum.all = sum.all + act(wrench.X_BF, wrench.value);
-      continue;
-    }
-    const Matrix3<T> R_BW = data.X_WB[wrench.body].R.transpose();
-    const Vector3<T> f = R_BW * wrench.value.linear, n = R_BW * wrench.value.angular, &r = wrench.X_BF.p;
-    sum.all = sum.all + Force<T>{f, n + r.cross(f)};
-    sum.f += f;
-    sum.n += n;
-    sum.P += r * f.transpose();
-  }
+void gather_wrenches(const Model<T>& model, const Data<T>& data, WrenchTorques<T>& w) {
   const Tree& tree = data.tree;
   for (int i = model.njoints() - 1; i >= 0; --i) {
     for (int k = tree.first[i]; k < tree.first[i] + tree.count[i]; ++k) {
@@ -69,6 +53,11 @@ void sum_wrenches(const Model<T>& model, const Data<T>& data, WrenchTorques<T>& 
     const int p = model.parent[i];
     if (p >= 0) accumulate(data.X_PB[i], w.sums[i], w.sums[p]);
   }
+}
+
+template <class T>
+void clear_wrenches(WrenchTorques<T>& w) {
+  for (WrenchSum<T>& sum : w.sums) sum = {};
 }
 
 // Column k, and row k where the joint of another column stands before it.
@@ -102,10 +91,38 @@ void start_wrenches(const char* function, const Model<T>& model, Data<T>& data, 
   check(function, "torques", model, w.tau.size(), model.nv);
   check_wrenches(function, model, wrenches);
   forward_kinematics(model, data, q);
-  sum_wrenches(model, data, w, wrenches);
+  clear_wrenches(w);
+  for (const Wrench<T>& wrench : wrenches) add_wrench(data, w, wrench);
+  gather_wrenches(model, data, w);
+}
+
+// w.dtau_dq, after gather_wrenches.
+template <class T>
+void differentiate_wrenches(const Model<T>& model, const Data<T>& data, WrenchTorques<T>& w) {
+  for (int i = 0; i < model.njoints(); ++i) {
+    for (int k = data.tree.first[i]; k < data.tree.first[i] + data.tree.count[i]; ++k) {
+      wrench_column(model, data, w, i, k);
+    }
+  }
 }
 
 }  // namespace detail
+
+template <class T>
+void add_wrench(const Data<T>& data, WrenchTorques<T>& w, const Wrench<T>& wrench) {
+  if (wrench.body < 0) return;
+  WrenchSum<T>& sum = w.sums[wrench.body];
+  if (wrench.fixed_in == FixedIn::kBody) {
+    sum.all = sum.all + act(wrench.X_BF, wrench.value);
+    return;
+  }
+  const Matrix3<T> R_BW = data.X_WB[wrench.body].R.transpose();
+  const Vector3<T> f = R_BW * wrench.value.linear, n = R_BW * wrench.value.angular, &r = wrench.X_BF.p;
+  sum.all = sum.all + Force<T>{f, n + r.cross(f)};
+  sum.f += f;
+  sum.n += n;
+  sum.P += r * f.transpose();
+}
 
 template <class T>
 Wrench<T> wrench_at_frame(const Model<T>& model, int frame, FixedIn fixed_in,
@@ -125,17 +142,14 @@ template <class T>
 const MatrixX<T>& wrench_torque_derivatives(const Model<T>& model, Data<T>& data, WrenchTorques<T>& w,
                                             const std::vector<Wrench<T>>& wrenches, const VectorRef<T>& q) {
   detail::start_wrenches("wrench_torque_derivatives", model, data, w, wrenches, q);
-  for (int i = 0; i < model.njoints(); ++i) {
-    for (int k = data.tree.first[i]; k < data.tree.first[i] + data.tree.count[i]; ++k) {
-      detail::wrench_column(model, data, w, i, k);
-    }
-  }
+  detail::differentiate_wrenches(model, data, w);
   return w.dtau_dq;
 }
 
 }  // namespace dyntape::dynamics
 
 #define DYNTAPE_INSTANTIATE_WRENCHES(T) \
+  DYNTAPE_COMPILE(add_wrench, T)        \
   DYNTAPE_COMPILE(wrench_at_frame, T)   \
   DYNTAPE_COMPILE(wrench_torques, T)    \
   DYNTAPE_COMPILE(wrench_torque_derivatives, T)

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Velocity products C(q, v) v: Coriolis, centrifugal and gyroscopic terms.  They act unless `effects.coriolis = false`,
+// for linear studies: then the recursions see the robot at rest, and their terms leave nothing on a tape.  Damping,
+// contacts and all that is no recursion see v all the same.
+//
+// They neither store nor take energy: v . C v = v . (dM/dt) v / 2.  Without them the balance of energy does not close.
+#pragma once
+
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/effects/parameters.h>
+
+namespace dyntape::dynamics {
+
+template <class T>
+struct Coriolis {
+  static constexpr const char *kName = "velocity products", *kKey = "coriolis";
+
+  bool acts = true;
+
+  Coriolis() = default;
+  Coriolis(bool on) : acts(on) {}  // NOLINT: effects.coriolis = false
+  explicit operator bool() const { return acts; }
+  void reset() { acts = false; }
+
+  template <class Self, class Visit>
+  static void visit_parameters(Self&, Visit&&) {}
+  void enter(Acting<T>& acting) const { acting.coriolis = true; }
+};
+
+}  // namespace dyntape::dynamics
