@@ -20,12 +20,10 @@
 // indices.
 //
 //   name                                          of the task [name of the file]
+//   scene           a scene file (interface/scene/scene.h) in place of robot, effects and actuated
 //   robot           urdf, base [fixed], lock [none: "joint joint"], snap [1e-8 rad],
 //                   inertia [error] warn: of an inertia that no body has
-//   effects         gravity [on]; the others off unless given:
-//                   joint_damping robot | VECTOR (N m s/rad),  armature robot | VECTOR (kg m^2)
-//                   joint_friction { torque robot | VECTOR (N m)  smoothing (rad/s) }
-//                   joint_springs { stiffness VECTOR (N m/rad)  rest VECTOR [0] (rad) }
+//   effects         gravity and velocity products [on]; the others off unless given (interface/scene/effect_keys.h)
 //   actuated        "joint joint" [all]
 //   horizon         duration (s), intervals
 //   transcription   scheme [hermite-simpson] euler | trapezoid; dynamics [forward] inverse;
