@@ -29,7 +29,7 @@ ROOMS = {
     'dynamics/algebra': ([], 12, 1500),
     'dynamics/model': (['dynamics/algebra'], 15, 1300),
     'dynamics/algorithms': (['dynamics/algebra', 'dynamics/model'], 38, 5250),  # a header and its definitions a part
-    'dynamics/effects': (DYNAMICS[:3], 12, 900),
+    'dynamics/effects': (DYNAMICS[:3], 30, 2700),  # fourteen effects, a file each, that describe themselves
     'dynamics/contact': (DYNAMICS[:4], 6, 800),
     'dynamics/simulation': (['dynamics/algebra', 'dynamics/model'], 4, 400),  # what a state is, steps, the least action
     'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 15, 1450),

@@ -138,6 +138,7 @@ struct Data {
   VectorX<T> tau, ddq, nle, g;  // (nv)
   MatrixX<T> M, Minv;           // (nv x nv), both triangles
   MatrixX<T> dtau_dq, dtau_dv;  // (nv x nv) columns: tangent increments
+  bool across = false;          // whether these have entries off the paths of the tree, which effects may add
   MatrixX<T> ddq_dq, ddq_dv;    // (nv x nv)
   Matrix6X<T> J;                // (6 x nv)
   T kinetic_energy = T(0), potential_energy = T(0);

@@ -24,8 +24,7 @@
 //   add_joint_torques(...), add_joint_slopes(...)            torques at single joints, with diagonal slopes
 //   add_torques(...), subtract_slopes(...)                   torques over several joints
 //   add_wrenches(data, w)                                    forces on bodies, constant in their axes
-//   for_each_point(visit)                                    forces by the motion of a point (point_forces.h)
-//   kReadsVelocity                                           these want the bodies' velocities
+//   for_each_point(visit), kReadsVelocity                    forces by the motion of a point (point_forces.h)
 //   missing()                                                the parameter that others given call for, or null
 //   stored_energy(model, data, q)                            what has a potential
 #pragma once

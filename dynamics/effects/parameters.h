@@ -143,6 +143,7 @@ template <class S, template <class> class E, class T>
 E<S> cast_effect(const E<T>& effect) {
   E<S> result;
   cast_parameters<S, T>(effect, result);
+  if constexpr (requires { effect.acts; }) result.acts = effect.acts;
   if constexpr (requires { effect.X_BF; }) {
     result.body = effect.body;
     result.X_BF = effect.X_BF.template cast<S>();

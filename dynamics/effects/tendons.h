@@ -110,6 +110,7 @@ struct Tendons : EffectList<Tendon<T>> {
   }
   void subtract_slopes(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
                        const VectorRef<T>& v) const {
+    data.across = true;
     for (const Tendon<T>& tendon : *this) {
       const OneSided<T> pull = tendon.force(model, q, v);
       tendon.for_each_arm(model, [&](const Joint<T>& row, const T& c_i) {

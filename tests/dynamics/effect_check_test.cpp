@@ -90,7 +90,7 @@ TEST_P(EffectsOfSeed, EachTellsWhatItIs) {
     EXPECT_GT(std::string(info.what).size(), 3U);
     EXPECT_EQ(std::is_enum_v<X>, info.choices != nullptr);
     EXPECT_LE(info.least, info.most);
-    if (info.fallback) EXPECT_GE(*info.fallback, info.least);
+    EXPECT_GE(info.fallback.value_or(info.most), info.least);
   });
 }
 

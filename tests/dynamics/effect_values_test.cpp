@@ -107,7 +107,7 @@ TEST(EffectValues, FrictionHoldsABlockOnASlope) {
   const double angle = 20 * std::numbers::pi / 180;
   Setting s(particle(2));
   ContactBody<double> block = sphere(s, 0.1, 1e4);
-  block.friction = 0.5, block.dissipation = 1;
+  block.friction = 0.5, block.dissipation = 5;
   s.effects.contacts.push_back(block);
   s.effects.contacts.ground.normal = {-3 * std::sin(angle), 0, 3 * std::cos(angle)};  // of any length
   s.effects.contacts.slip = 1e-2;

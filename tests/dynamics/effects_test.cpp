@@ -111,6 +111,19 @@ TEST_P(EffectsOn, EachIsTheSameWhereverTheListIsWalked) {
   });
 }
 
+// What tendons write across a tree is gone with the next derivatives.
+TEST_P(EffectsOn, SlopesLeaveNoTraceInData) {
+  forward_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
+  const MatrixXd once = data->ddq_dq;
+  forward_dynamics_derivatives(model, *data, *torques, effects, s.q, s.v, s.tau);
+  EXPECT_EQ(data->ddq_dq, once);
+  fd_derivatives(model, *data, s.q, s.v, s.tau);
+  Data<double> fresh(model);
+  fd_derivatives(model, fresh, s.q, s.v, s.tau);
+  EXPECT_EQ(data->dtau_dq, fresh.dtau_dq);
+  EXPECT_EQ(data->ddq_dv, fresh.ddq_dv);
+}
+
 // Without velocity products: the recursions are those at rest, their slopes by v vanish, damping stays.
 TEST_P(EffectsOn, WithoutVelocityProductsTheRecursionsAreThoseAtRest) {
   Effects<double> linear;

@@ -193,8 +193,8 @@ TEST_F(TaskFiles, ResultsAreWrittenWhole) {
 
 TEST_F(TaskFiles, ExplainSaysWhatIsRecordedAndWhatIsNot) {
   const std::string text = explain(read(cart_pole("effects\n{\n joint_damping 0.1\n}\n")));
-  EXPECT_NE(text.find("joint damping   yes"), std::string::npos) << text;
-  EXPECT_NE(text.find("joint springs   no          not recorded"), std::string::npos) << text;
+  EXPECT_NE(text.find("joint damping      yes"), std::string::npos) << text;
+  EXPECT_NE(text.find("joint springs      no          not recorded"), std::string::npos) << text;
 }
 
 TEST_F(TaskFiles, CompiledAndInterpretedSolvesAreBitEqual) {

@@ -134,6 +134,11 @@ template <class T>
 void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& a,
                            const Acting<T>& acting) {
   const Tree& tree = data.tree;
+  if (data.across) {
+    data.dtau_dq.setZero();
+    data.dtau_dv.setZero();
+    data.across = false;
+  }
   spread_column_motions(model, data, v, a, acting);
   start_bodies(model, data, acting);
   for (int at = model.njoints() - 1; at >= 0; --at) {
@@ -171,7 +176,7 @@ DYNTAPE_INLINE void combine_columns(const Data<T>& data, const int* path, int co
   for (int g = 0; g < kGroups; ++g) lanes.store(sum + row + g * kLanes<T>, x[g]);
 }
 
-// -Minv D, with only the rows of column j of D that lie on a path with j: docs/math.md (D.19).
+// -Minv D; of column j of D only rows on a path with j, docs/math.md (D.19), but where effects reach across.
 template <class T>
 void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, MatrixX<T>& result) {
   constexpr int kWide = 4;
@@ -179,8 +184,8 @@ void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, Ma
   T* sum = data.rows.data();
   for (int j = 0; j < model.nv; ++j) {
     const T* column = D.data() + std::ptrdiff_t{j} * model.nv;
-    const int* path = tree.path.data() + tree.path_begin(j);
-    const int count = tree.path_end[j] - tree.path_begin(j);
+    const int* path = data.across ? tree.dof_at.data() : tree.path.data() + tree.path_begin(j);
+    const int count = data.across ? model.nv : tree.path_end[j] - tree.path_begin(j);
     int row = 0;
     for (; row + kWide * kLanes<T> <= data.stride; row += kWide * kLanes<T>) {
       combine_columns<kWide>(data, path, count, column, row, sum);
