@@ -57,11 +57,9 @@ struct Stepper::Made {
       newton.emplace(residual);
     }
     if (!with_jacobians) return;
-    CodegenOptions of_values = options;
-    of_values.order = Order::kValue;
-    slopes.emplace(record_jacobians(s, i), recorded.nx, recorded.n_z, recorded.nt, of_values);
-    report.jacobian_operations = slopes->function().operations(Order::kValue);
-    add_to(report, slopes->function());
+    slopes.emplace(s, i, options);
+    report.jacobian_operations = slopes->operations();
+    for (const CompiledFunction* f : slopes->functions()) add_to(report, *f);
   }
 
   bool is_implicit() const { return recorded.n_z > 0; }
