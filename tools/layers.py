@@ -54,7 +54,7 @@ ROOMS = {
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
-                              'codegen/options', 'interface/io'], 11, 1100),  # systems, recorded steps, Newton's method
+                              'codegen/options', 'interface/io'], 15, 1500),  # systems, schemes on the tape, Newton, Jacobians
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/solvers',
                         'interface/transcription'], 20, 2100),  # keys, limits, verdict, refinement, results

@@ -14,7 +14,7 @@ constexpr double kKeeps = 0.1;     // the Jacobian, while a step is at most so m
 constexpr double kStalled = 1e-8;  // of the size: where steps shrink no more below it, they are rounding
 constexpr double kNewtonRounding = std::numeric_limits<double>::epsilon() / 4;
 
-double largest(const Eigen::VectorXd& x) { return x.cwiseAbs().maxCoeff(); }
+double largest_entry(const Eigen::VectorXd& x) { return x.cwiseAbs().maxCoeff(); }
 
 }  // namespace
 
@@ -61,11 +61,11 @@ Newton::Outcome Newton::solve(const double* p, double size) {
   double a = 1;
   Outcome outcome = linearise(p);
   while (outcome == Outcome::kSolved && residuals_ < kMostResiduals) {
-    const double step = last_step_ = largest(d_), reach = std::max(size, largest(z_) + step);
+    const double step = last_step_ = largest_entry(d_), reach = std::max(size, largest_entry(z_) + step);
     trial_ = z_ + a * d_;
     const Outcome at_trial = evaluate(Order::kValue, trial_, p);
     if (at_trial == Outcome::kSolved) solve_linear(d_next_);
-    const double next = at_trial == Outcome::kSolved ? largest(d_next_) : HUGE_VAL;
+    const double next = at_trial == Outcome::kSolved ? largest_entry(d_next_) : HUGE_VAL;
     const double ratio = next == 0 ? 0 : next / step;  // of an affine residual: rounding, or 1 - a
     if (a == 1 && ratio * next <= kNewtonRounding * reach) {
       z_ = trial_ + d_next_;

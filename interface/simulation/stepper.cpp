@@ -10,6 +10,7 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/simulation/newton.h>
 #include <dyntape/interface/simulation/record_step.h>
+#include <dyntape/interface/simulation/step_jacobians.h>
 
 namespace dyntape {
 
@@ -35,23 +36,6 @@ std::string seconds(double t) { return io::shortest(t) + " s"; }
 
 }  // namespace
 
-// The Jacobians of a step, ready to be evaluated.
-struct Stepper::OfJacobians {
-  OfJacobians(const RecordedJacobians& recorded, const CodegenOptions& options)
-      : pattern(recorded.pattern),
-        function(compiled(recorded.function, options, Order::kValue)),
-        workspace(function) {
-    variables = VectorXd::Zero(Eigen::Index(function.n_x()));
-    parameters = VectorXd::Zero(Eigen::Index(function.n_p()));
-    non_zeros = VectorXd::Zero(Eigen::Index(pattern.nnz()));
-  }
-
-  Pattern pattern;
-  CompiledFunction function;
-  CompiledFunction::Workspace workspace;
-  VectorXd variables, parameters, non_zeros;
-};
-
 // Everything that a stepper has made; arguments of an implicit step are (x, t, h, u, p), of an explicit one all but x.
 struct Stepper::Made {
   Made(const System& s, Integrator i, const CodegenOptions& options, bool with_jacobians, unsigned n_threads)
@@ -73,9 +57,9 @@ struct Stepper::Made {
       newton.emplace(residual);
     }
     if (!with_jacobians) return;
-    jacobians.emplace(record_jacobians(s, i), options);
-    report.jacobian_operations = jacobians->function.operations(Order::kValue);
-    add_to(report, jacobians->function);
+    slopes.emplace(s, i, options);
+    report.jacobian_operations = slopes->operations();
+    for (const CompiledFunction* f : slopes->functions()) add_to(report, *f);
   }
 
   bool is_implicit() const { return recorded.n_z > 0; }
@@ -126,7 +110,6 @@ struct Stepper::Made {
             std::string* why);
   std::size_t steps(double h, StateRows rows, std::string* why);
   std::size_t steps_at_once(double h, const StateRows& rows, std::string* why);
-  void fill_jacobians(const double* x_next, MatrixXd& A, MatrixXd& B, MatrixXd& P);
 
   System system;
   Integrator integrator;
@@ -134,7 +117,7 @@ struct Stepper::Made {
   CompiledFunction end;
   CompiledFunction::Workspace of_end, of_many;
   std::optional<Newton> newton;
-  std::optional<OfJacobians> jacobians;
+  std::optional<StepJacobians> slopes;
   VectorXd arguments;        // (x, t, h, u, p)
   std::vector<double> rows;  // of steps(): (t, h, u, p) of each state
   std::vector<std::uint32_t> status;
@@ -181,28 +164,6 @@ bool Stepper::Made::step(double t, double h, const double* x, const double* u, c
     return fail(x_next, why, guard(end, violation));
   if (Eigen::Map<const VectorXd>(x_next, recorded.nx).allFinite()) return true;
   return fail(x_next, why, not_finite(x_next, " after it"));
-}
-
-// With y = (dx, u, p): dx' = E_y dy + E_z dz and 0 = R_y dy + R_z dz.
-void Stepper::Made::fill_jacobians(const double* x_next, MatrixXd& A, MatrixXd& B, MatrixXd& P) {
-  OfJacobians& j = *jacobians;
-  const int nx = recorded.nx, nt = recorded.nt, n_z = recorded.n_z, n_u = system.n_u, n_p = system.n_p;
-  if (is_implicit()) j.variables.head(n_z) = newton->z();
-  j.variables.tail(n_u + n_p) = arguments.tail(n_u + n_p);
-  j.parameters << arguments.head(nx + 2), Eigen::Map<const VectorXd>(x_next, nx);
-  j.function.check(j.function.run(
-      Order::kValue, {.x = j.variables.data(), .p = j.parameters.data(), .y = j.non_zeros.data()},
-      j.workspace));
-  MatrixXd all = MatrixXd::Zero(n_z + nt, n_z + nt + n_u + n_p);
-  for (std::size_t k = 0; k < j.pattern.nnz(); ++k)
-    all(j.pattern.row[k], j.pattern.col[k]) = j.non_zeros[Eigen::Index(k)];
-  MatrixXd step = all.bottomRightCorner(nt, nt + n_u + n_p);
-  if (is_implicit())
-    step -= all.bottomLeftCorner(nt, n_z) *
-            all.topLeftCorner(n_z, n_z).partialPivLu().solve(all.topRightCorner(n_z, nt + n_u + n_p));
-  A = step.leftCols(nt);
-  B = step.middleCols(nt, n_u);
-  P = step.rightCols(n_p);
 }
 
 // All states of an explicit scheme in one call.
@@ -283,11 +244,15 @@ bool Stepper::step(double t, double h, const double* x, const double* u, const d
 
 bool Stepper::jacobians(double t, double h, const double* x, const double* u, const double* p, double* x_next,
                         MatrixXd& A, MatrixXd& B, MatrixXd& P, std::string* why) {
-  if (!made_->jacobians)
+  if (!made_->slopes)
     throw ArgumentError("stepper of \"" + made_->system.name +
                         "\": it was made without Jacobians; set with_jacobians");
   if (!step(t, h, x, u, p, x_next, why)) return false;
-  made_->fill_jacobians(x_next, A, B, P);
+  Made& m = *made_;
+  m.slopes->evaluate(m.newton ? m.newton->z().data() : nullptr, m.arguments.data(), x_next);
+  A = m.slopes->matrix().leftCols(nt());
+  B = m.slopes->matrix().middleCols(nt(), n_u());
+  P = m.slopes->matrix().rightCols(n_p());
   return true;
 }
 

@@ -89,7 +89,6 @@ class Stepper {
 
  private:
   struct Made;
-  struct OfJacobians;
   std::unique_ptr<Made> made_;
 };
 

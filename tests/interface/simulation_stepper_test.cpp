@@ -351,7 +351,7 @@ TEST(Stepper, ReportsWhatWasMade) {
                       again = Stepper(pendulum(), Integrator::kImplicitMidpoint, options, true).report();
   EXPECT_FALSE(fresh.from_cache);
   EXPECT_TRUE(again.from_cache);
-  EXPECT_EQ(fresh.sources.size(), 3U);
+  EXPECT_EQ(fresh.sources.size(), 5U);
   EXPECT_EQ(fresh.sources, again.sources);
   EXPECT_GT(fresh.step_operations, 0U);
   EXPECT_GT(fresh.newton_operations, 0U);
