@@ -31,7 +31,7 @@ ROOMS = {
     'dynamics/algorithms': (['dynamics/algebra', 'dynamics/model'], 38, 5250),  # a header and its definitions a part
     'dynamics/effects': (DYNAMICS[:3], 12, 900),
     'dynamics/contact': (DYNAMICS[:4], 6, 800),
-    'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 15, 1450),
+    'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 17, 1800),  # shapes and meshes: what a robot looks like
     'dynamics': (DYNAMICS, 2, 100),
     'codegen/options': (['autodiff/graph', 'autodiff/derive', 'autodiff/scalars'], 3, 150),
     'codegen/flags': (['autodiff/graph', 'codegen/system'], 3, 250),
@@ -51,8 +51,9 @@ ROOMS = {
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
-    'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/ocp', 'interface/solvers',
-                        'interface/transcription'], 20, 2100),  # keys, limits, verdict, refinement, results
+    'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
+    'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/ocp', 'interface/player',
+                        'interface/solvers', 'interface/transcription'], 20, 2150),  # keys, limits, verdict, refinement, results
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 28, 2500),
     'tests': (['autodiff', 'dynamics', 'codegen', 'interface', 'tools'], None, None),
