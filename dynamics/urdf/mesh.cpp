@@ -41,9 +41,9 @@ std::string in_package(const std::string& package, const std::string& rest, cons
   const char* paths = std::getenv("ROS_PACKAGE_PATH");
   std::istringstream folders(paths ? paths : "");
   for (std::string folder; std::getline(folders, folder, ':');) {
+    while (folder.ends_with('/')) folder.pop_back();
     if (folder.empty()) continue;
-    if (std::string found = in_folder(fs::path(folder).lexically_normal(), package, rest); !found.empty())
-      return found;
+    if (std::string found = in_folder(folder, package, rest); !found.empty()) return found;
   }
   return "";
 }

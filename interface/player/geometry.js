@@ -135,7 +135,10 @@ function tube(points, radius) {
   const corners = [], ring = [];
   for (let k = 0; k + 1 < points.length; ++k) {
     const [x, y] = across(unit(sub(points[Math.min(k + 1, points.length - 1)], points[k])));
-    for (let i = 0; i <= kTubeSides; ++i) ring[i] = add(times(x, around(i / kTubeSides)[0]), times(y, around(i / kTubeSides)[1]));
+    for (let i = 0; i <= kTubeSides; ++i) {
+      const [c, s] = around(i / kTubeSides);
+      ring[i] = add(times(x, c), times(y, s));
+    }
     corners.push(...surface(kTubeSides, 1, (u, v) => {
       const n = ring[Math.round(u * kTubeSides)];
       return [add(points[k + v], times(n, radius)), n];

@@ -34,7 +34,8 @@ function body_placement(body, at) {
 
 // ---- Camera -------------------------------------------------------------------------------------------------------
 const kAngle = 35 * Math.PI / 180;
-const travels = scene.bodies > 0 && norm(sub(body_position(0, frame_at(last)), body_position(0, frame_at(first)))) > 1.2 * scene.size;
+const start = scene.bodies > 0 ? body_position(0, frame_at(first)) : [0, 0, 0];
+const travels = scene.bodies > 0 && norm(sub(body_position(0, frame_at(last)), start)) > 1.2 * scene.size;
 const camera = {};
 function home() {
   const narrow = Math.min(1, canvas.clientWidth / Math.max(canvas.clientHeight, 1));
@@ -42,13 +43,13 @@ function home() {
   const radius = camera.following ? 0.75 * scene.size : scene.radius;
   camera.azimuth = -Math.PI / 3, camera.elevation = Math.PI / 10;
   camera.target = scene.center.slice();
-  if (camera.following) camera.target = body_position(0, frame_at(first));
+  if (camera.following) camera.target = start.slice();
   camera.distance = 1.12 * radius / Math.sin(kAngle / 2) / narrow;
   element("#follow input").checked = camera.following;
 }
 
 function carried(at) {
-  return camera.following ? sub(body_position(0, at), body_position(0, frame_at(first))) : [0, 0, 0];
+  return camera.following ? sub(body_position(0, at), start) : [0, 0, 0];
 }
 
 function outward() {
@@ -77,7 +78,8 @@ function move(dx, dy) {
 }
 
 function zoom(factor) {
-  camera.distance = Math.min(Math.max(camera.distance * factor, 0.05 * scene.size), 60 * Math.max(scene.radius, scene.size));
+  const far = 60 * Math.max(scene.radius, scene.size);
+  camera.distance = Math.min(Math.max(camera.distance * factor, 0.05 * scene.size), far);
 }
 
 // ---- Programs of the graphics processor -----------------------------------------------------------------------------
@@ -257,7 +259,8 @@ class Painter {
 
   draw_ground(view, theme, at) {
     const {gl} = this, {normal, offset} = this.plane;
-    const middle = add(scene.center, carried(at)), reach = 4 * Math.max(scene.size, camera.following ? 0 : scene.radius);
+    const middle = camera.following ? add(start, carried(at)) : scene.center;
+    const reach = 4 * Math.max(scene.size, camera.following ? 0 : scene.radius);
     const [x, y] = normal[2] > 0.999 ? [[1, 0, 0], [0, 1, 0]] : across(normal);
     const origin = times(normal, offset);
     this.use(this.grid);
@@ -333,7 +336,7 @@ function write_texts(at) {
 
 function draw() {
   const at = frame_at(time), ratio = window.devicePixelRatio || 1;
-  const width = Math.max(1, Math.round(canvas.clientWidth * ratio)), height = Math.max(1, Math.round(canvas.clientHeight * ratio));
+  const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((n) => Math.max(1, Math.round(n * ratio)));
   if (canvas.width !== width || canvas.height !== height) canvas.width = width, canvas.height = height;
   write_texts(at);
   if (painter) painter.draw(at);
@@ -385,10 +388,12 @@ function add_row(color, name, index) {
 function fill_page() {
   document.title = scene.title || scene.robot || "Motion";
   element("h1").textContent = scene.title;
-  element("#heading p").textContent = scene.robot === scene.title ? "" : scene.robot;
-  if (!scene.heights) element("#heading p").append(`${element("#heading p").textContent ? ", " : ""}grid ${spelt(kGridStep)} m`);
+  const texts = [scene.robot === scene.title ? "" : scene.robot, scene.heights ? "" : `grid ${spelt(kGridStep)} m`];
+  element("#heading p").textContent = texts.filter((text) => text).join(", ");
   element("#heading details").hidden = !scene.notes.length;
-  for (const note of scene.notes) element("#heading details").append(Object.assign(document.createElement("p"), {textContent: note}));
+  for (const note of scene.notes) {
+    element("#heading details").append(Object.assign(document.createElement("p"), {textContent: note}));
+  }
   scene.values.forEach(({name}, index) => add_row(null, name, index));
   scene.traces.forEach(({name}, i) => add_row(kTraceColors[i % kTraceColors.length], name));
   if (scene.arrow > 0) add_row(kForceColor, "force").textContent = `${spelt(kForceStep)} N: ${spelt(kGridStep)} m`;
@@ -412,10 +417,10 @@ function listen_to_bar() {
 
 function listen_to_keys() {
   window.onkeydown = (e) => {
-    if (e.target.tagName === "SELECT" || e.ctrlKey || e.altKey || e.metaKey) return;
+    if (["SELECT", "SUMMARY"].includes(e.target.tagName) || e.ctrlKey || e.altKey || e.metaKey) return;
     const step = (last - first) / Math.max(scene.t.length - 1, 1) * (e.shiftKey ? 10 : 1);
-    const actions = {" ": () => set_playing(!playing), ArrowRight: () => seek(time + step), ArrowLeft: () => seek(time - step),
-                     Home: () => seek(first), End: () => seek(last)};
+    const actions = {" ": () => set_playing(!playing), Home: () => seek(first), End: () => seek(last),
+                     ArrowRight: () => seek(time + step), ArrowLeft: () => seek(time - step)};
     if (!actions[e.key]) return;
     e.preventDefault();
     actions[e.key]();
@@ -426,9 +431,13 @@ function listen_to_keys() {
 // One pointer turns (with shift or another button: moves), two move and zoom.
 function listen_to_pointers() {
   const down = new Map();
-  const middle = () => [...down.values()].reduce((sum, p) => [sum[0] + p[0] / down.size, sum[1] + p[1] / down.size], [0, 0]);
+  const mean = (i) => [...down.values()].reduce((sum, p) => sum + p[i] / down.size, 0);
+  const middle = () => [mean(0), mean(1)];
   const spread = () => { const [a, b] = [...down.values()]; return Math.hypot(a[0] - b[0], a[1] - b[1]); };
-  canvas.onpointerdown = (e) => { canvas.setPointerCapture(e.pointerId); down.set(e.pointerId, [e.clientX, e.clientY]); };
+  canvas.onpointerdown = (e) => {
+    canvas.setPointerCapture(e.pointerId);
+    down.set(e.pointerId, [e.clientX, e.clientY]);
+  };
   canvas.onpointerup = canvas.onpointercancel = (e) => down.delete(e.pointerId);
   canvas.onpointermove = (e) => {
     if (!down.has(e.pointerId)) return;
@@ -439,7 +448,11 @@ function listen_to_pointers() {
     if (apart > 0 && spread() > 0) zoom(apart / spread());
     redraw();
   };
-  canvas.onwheel = (e) => { e.preventDefault(); zoom(Math.exp(0.0015 * e.deltaY * (e.deltaMode ? 20 : 1))); redraw(); };
+  canvas.onwheel = (e) => {
+    e.preventDefault();
+    zoom(Math.exp(0.0015 * e.deltaY * (e.deltaMode ? 20 : 1)));
+    redraw();
+  };
   canvas.oncontextmenu = (e) => e.preventDefault();
 }
 
@@ -450,9 +463,10 @@ listen_to_keys();
 listen_to_pointers();
 const gl = canvas.getContext("webgl2", {alpha: false, antialias: true, stencil: true});
 if (gl) painter = new Painter(gl);
-else fail("This browser has no WebGL2, which the picture is drawn with; another browser, or its setting for hardware acceleration, may help.");
+else fail("This browser has no WebGL2, which the picture is drawn with; another one, or its setting for graphics, may help.");
 draw();
 window.dyntape_player = {
   seek: (t) => { set_playing(false); seek(t); },
-  state: () => ({time, playing, first, last, frames: scene.t.length, shapes: scene.shapes.length, failure, gl_error: gl ? gl.getError() : null}),
+  state: () => ({time, playing, first, last, frames: scene.t.length, shapes: scene.shapes.length, camera, failure,
+                 gl_error: gl ? gl.getError() : null}),
 };

@@ -5,6 +5,7 @@
 #include <iostream>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
@@ -96,6 +97,44 @@ PlayerInput hills(const std::string& folder) {
   return input;
 }
 
+// A gear wheel as a mesh, mirrored and stretched beside itself, and one that is not there.
+PlayerInput meshes(const std::string& out) {
+  constexpr int kTeeth = 12;
+  std::string obj, faces;
+  for (int i = 0; i < 4 * kTeeth; ++i) {
+    const double angle = 2 * M_PI * i / (4 * kTeeth), r = i % 4 < 2 ? 1.0 : 0.8;
+    for (double z : {-0.2, 0.2})
+      obj += "v " + std::to_string(r * std::cos(angle)) + " " + std::to_string(r * std::sin(angle)) + " " +
+             std::to_string(z) + "\n";
+    const auto vertex = [&](int k) { return " " + std::to_string((2 * i + k) % (8 * kTeeth) + 1); };
+    faces += "f" + vertex(0) + vertex(2) + vertex(3) + vertex(1) + "\n";
+    for (int side : {0, 1})
+      faces += "f" + vertex(side) + vertex(2 + side) + " " + std::to_string(8 * kTeeth + 1 + side) + "\n";
+  }
+  write_file_atomically(out + "gear.obj", obj + "v 0 0 -0.2\nv 0 0 0.2\n" + faces);
+  const auto link = [](const std::string& name, const std::string& mesh, const std::string& color) {
+    return "<link name='" + name + "'><visual><geometry><mesh filename='" + mesh +
+           "'/></geometry><material name='" + name + "'><color rgba='" + color +
+           "'/></material></visual></link>";
+  };
+  const auto joint = [](const std::string& parent, const std::string& child, const std::string& xyz) {
+    return "<joint name='to_" + child + "' type='continuous'><parent link='" + parent + "'/><child link='" +
+           child + "'/><origin xyz='" + xyz + "'/><axis xyz='0 0 1'/></joint>";
+  };
+  const std::string text = "<robot name='gears'><link name='base'/>" + joint("base", "one", "0 0 0.2") +
+                           link("one", "gear.obj' scale='1 1 1", ".9 .6 .2 1") +
+                           joint("base", "two", "1.9 0 0.2") +
+                           link("two", "gear.obj' scale='-1 1 2", ".2 .6 .9 .6") +
+                           joint("two", "three", "0 0 1") + link("three", "none.stl", "1 0 0 1") + "</robot>";
+  PlayerInput input{
+      .title = "meshes",
+      .model = load_urdf_text(text, out + "gears.urdf", {.continuous = ContinuousJoint::kAngle})};
+  input.visuals = read_visuals_text(text, out + "gears.urdf", input.model);
+  input.t = Eigen::VectorXd::LinSpaced(61, 0, 1);
+  input.q = Eigen::Vector3d(1, -1, 2) * input.t.transpose();
+  return input;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) try {
@@ -108,6 +147,7 @@ int main(int argc, char** argv) try {
   write_player(dog(robots), out + "dog.html");
   write_player(humanoid(robots), out + "humanoid.html");
   write_player(hills(robots), out + "hills.html");
+  write_player(meshes(out), out + "meshes.html");
   return 0;
 } catch (const dyntape::Error& e) {
   std::cerr << e.what() << "\n";
