@@ -40,7 +40,7 @@ const camera = {};
 function home() {
   const narrow = Math.min(1, canvas.clientWidth / Math.max(canvas.clientHeight, 1));
   camera.following = travels;
-  const radius = camera.following ? 0.75 * scene.size : scene.radius;
+  const radius = camera.following ? 0.62 * scene.size : scene.radius;
   camera.azimuth = -Math.PI / 3, camera.elevation = Math.PI / 10;
   camera.target = scene.center.slice();
   if (camera.following) camera.target = start.slice();
@@ -231,9 +231,17 @@ class Painter {
 
   put_robot(bodies, color) {
     for (const shape of this.shapes) {
-      const body = shape.body < 0 ? identity : bodies[shape.body];
-      this.put(shape.drawn, product(body, shape.local), shape.scale, color || shape.color);
+      const body = shape.body < 0 ? identity : bodies[shape.body], model = product(body, shape.local);
+      if (!color && shape.color[3] < 1) this.put_depth(shape, model);
+      this.put(shape.drawn, model, shape.scale, color || shape.color);
     }
+  }
+
+  // Of what one looks through only the nearest surface shows, not its own back.
+  put_depth(shape, model) {
+    this.gl.colorMask(false, false, false, false);
+    this.put(shape.drawn, model, shape.scale, shape.color);
+    this.gl.colorMask(true, true, true, true);
   }
 
   put_forces({k}) {
@@ -284,6 +292,7 @@ class Painter {
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.depthFunc(gl.LEQUAL);
     gl.disable(gl.DEPTH_TEST);
     if (!this.landscape) this.draw_ground(view, theme, at);
     this.use(this.solid);
