@@ -35,7 +35,7 @@ function body_placement(body, at) {
 // ---- Camera -------------------------------------------------------------------------------------------------------
 const kAngle = 35 * Math.PI / 180;
 const start = scene.bodies > 0 ? body_position(0, frame_at(first)) : [0, 0, 0];
-const travels = scene.bodies > 0 && norm(sub(body_position(0, frame_at(last)), start)) > 1.2 * scene.size;
+const travels = scene.bodies > 0 && norm(sub(body_position(0, frame_at(last)), start)) > 4 * scene.size;  // leaves its first view
 const camera = {};
 function home() {
   const narrow = Math.min(1, canvas.clientWidth / Math.max(canvas.clientHeight, 1));

@@ -80,7 +80,7 @@ PlayerInput humanoid(const std::string& folder) {
     Eigen::VectorXd to_q = difference<double>(input.model, input.q.col(k), q);
     to_q.head(6).setZero();
     input.q.col(k) = integrate<double>(input.model, input.q.col(k), to_q * (0.2 * std::sin(5 * input.t[k])));
-    input.q(0, k) = 0.5 * input.t[k];
+    input.q(0, k) = input.t[k];
   }
   input.traces = {input.model.frames.back().name};
   return input;
