@@ -32,7 +32,7 @@ ROOMS = {
     'dynamics/effects': (DYNAMICS[:3], 30, 2700),  # fourteen effects, a file each, that describe themselves
     'dynamics/contact': (DYNAMICS[:4], 6, 800),
     'dynamics/simulation': (['dynamics/algebra', 'dynamics/model'], 4, 400),  # what a state is, steps, the least action
-    'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 15, 1450),
+    'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 17, 1800),  # shapes and meshes: what a robot looks like
     'dynamics': (DYNAMICS, 2, 100),
     'codegen/options': (['autodiff/graph', 'autodiff/derive', 'autodiff/scalars'], 3, 150),
     'codegen/flags': (['autodiff/graph', 'codegen/system'], 3, 250),
@@ -50,14 +50,15 @@ ROOMS = {
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
     'interface/solvers': (['autodiff/graph', 'interface/io'], 15, 1600),  # leaving Ipopt inside an iteration
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation'], 20, 2000),
+                         'interface/simulation', 'interface/player'], 22, 2100),
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 15, 1500),  # systems, schemes on the tape, Newton, Jacobians
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
-    'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/solvers',
-                        'interface/transcription'], 20, 2100),  # keys, limits, verdict, refinement, results
+    'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
+    'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
+                        'interface/solvers', 'interface/transcription'], 20, 2150),  # keys, limits, verdict, refinement, results
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 28, 2500),
     'tests': (['autodiff', 'dynamics', 'codegen', 'interface', 'tools'], None, None),

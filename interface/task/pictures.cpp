@@ -225,4 +225,20 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   return plot;
 }
 
+PlayerInput motion_player(const Task& task, const Trajectory& motion) {
+  const auto& model = task.scene.model;
+  const Curves c = curves_of(task, motion);
+  const std::vector<int> driven = actuated_dofs(task.scene);
+  PlayerInput player{.title = task.name, .model = model, .t = motion.t, .q = c.q, .traces = task.traces};
+  player.visuals = dynamics::read_visuals(task.urdf, model);
+  dynamics::Data<double> data(model);
+  Eigen::VectorXd power = Eigen::VectorXd::Zero(motion.points()), potential = power;
+  for (int p = 0; p < motion.points(); ++p) {
+    for (std::size_t k = 0; k < driven.size(); ++k) power[p] += c.tau(long(k), p) * c.v(driven[k], p);
+    potential[p] = dynamics::potential_energy<double>(model, data, c.q.col(p));
+  }
+  player.values = {{"power of the drives", "W", power}, {"potential energy", "J", potential}};
+  return player;
+}
+
 }  // namespace dyntape

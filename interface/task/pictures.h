@@ -4,9 +4,11 @@
 //
 //   io::draw(trajectory_plot(task, motion), "out/trajectory.svg");
 //   io::draw(motion_plot(task, motion), "out/motion.png");
+//   write_player(motion_player(task, motion), "out/motion.html");
 #pragma once
 
 #include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/player/player.h>
 #include <dyntape/interface/task/task.h>
 
 namespace dyntape {
@@ -23,5 +25,8 @@ io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
 
 // The robot at instants of its motion, as lines between its joints and frames, seen as the task says.
 io::Plot motion_plot(const Task& task, const Trajectory& motion);
+
+// The same motion for a page that plays it, in the shapes of the robot's file.
+PlayerInput motion_player(const Task& task, const Trajectory& motion);
 
 }  // namespace dyntape

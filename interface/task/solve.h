@@ -15,6 +15,7 @@
 //   effective.info  the task as it was understood, defaults included
 //   trajectory.svg  positions, velocities and torques over time, with limits
 //   motion.svg      the robot at instants of its motion
+//   motion.html     the motion in 3D, played by a browser (player.h)
 #pragma once
 
 #include <string>

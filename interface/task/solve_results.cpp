@@ -18,7 +18,7 @@ namespace {
 
 constexpr const char *kTrajectory = "trajectory.csv", *kIterations = "iterations.csv",
                      *kEffective = "effective.info", *kReport = "report.json", *kCurves = "trajectory.svg",
-                     *kMotion = "motion.svg";
+                     *kMotion = "motion.svg", *kPlayer = "motion.html";
 
 io::CsvTable trajectory_table(const Task& task, const Trajectory& motion) {
   const Curves c = curves_of(task, motion);
@@ -54,7 +54,7 @@ io::CsvTable iteration_table(const NlpSolution& nlp) {
 }  // namespace
 
 std::vector<std::string> result_files() {
-  return {kTrajectory, kIterations, kEffective, kReport, kCurves, kMotion};
+  return {kTrajectory, kIterations, kEffective, kReport, kCurves, kMotion, kPlayer};
 }
 
 void write_results(const Task& task, SolveReport& report, const std::string& folder,
@@ -82,17 +82,20 @@ void write_results(const Task& task, SolveReport& report, const std::string& fol
   csv(kTrajectory, trajectory_table(task, motion));
   csv(kIterations, iteration_table(report.solution.nlp));
   text(kEffective, task.effective);
-  for (const auto& [file, plot] : {std::pair(kCurves, &trajectory_plot), std::pair(kMotion, &motion_plot)}) {
-    const auto draw = [&, plot = plot](const std::string& path) {
-      io::draw(plot(task, motion), path, "gnuplot", stop);
-    };
+  const auto picture = [&](const char* file, const auto& draw) {
     const std::size_t failures = report.unwritten.size();
     if (!report.interrupted && !stop.stop_requested()) attempt(file, draw);
-    if (!report.interrupted && !stop.stop_requested()) continue;
+    if (!report.interrupted && !stop.stop_requested()) return;
     report.interrupted = true;  // who interrupts does not wait for gnuplot
     report.unwritten.resize(failures);
     remove(file);
+  };
+  for (const auto& [file, plot] : {std::pair(kCurves, &trajectory_plot), std::pair(kMotion, &motion_plot)}) {
+    picture(file, [&, plot = plot](const std::string& path) {
+      io::draw(plot(task, motion), path, "gnuplot", stop);
+    });
   }
+  picture(kPlayer, [&](const std::string& path) { write_player(motion_player(task, motion), path); });
   text(kReport, report.json());
 }
 

@@ -185,6 +185,9 @@ TEST_F(TaskFiles, ResultsAreWrittenWhole) {
   for (const char* picture : {"/trajectory.svg", "/motion.svg"}) {
     EXPECT_NE(dyntape::read_file(out + picture).find("</svg>"), std::string::npos) << picture;
   }
+  const std::string page = dyntape::read_file(out + "/motion.html");
+  EXPECT_TRUE(page.ends_with("</html>\n"));
+  EXPECT_NE(page.find("power of the drives"), std::string::npos);
   // What was understood, read again, is the same task.
   std::string again = dyntape::read_file(out + "/effective.info");
   dyntape::write_file_atomically((folder_ / "again.info").string(), again);

@@ -248,7 +248,7 @@ TEST(Solve, BlockMoveToItsKnownOptimum) {
       run_dyntape({"solve", config("tasks/block_move.info"), "--output", scratch / "out", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   for (const char* file :
-       {"trajectory.csv", "iterations.csv", "report.json", "trajectory.svg", "motion.svg"}) {
+       {"trajectory.csv", "iterations.csv", "report.json", "trajectory.svg", "motion.svg", "motion.html"}) {
     EXPECT_TRUE(std::filesystem::exists(scratch / ("out/" + std::string(file)))) << file;
   }
   EXPECT_NO_THROW(json::parse(run.out));

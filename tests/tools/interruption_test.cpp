@@ -212,7 +212,7 @@ TEST(FullDisk, EveryFileIsWholeOrTheStatusSaysSo) {
 TEST(FullDisk, ADeviceThatIsFullIsNoSuccess) {
   const Scratch scratch;
   const std::string results = scratch / "results";
-  for (const char* full : {"trajectory.csv", "motion.svg"}) {
+  for (const char* full : {"trajectory.csv", "motion.svg", "motion.html"}) {
     fs::remove_all(results);
     fs::create_directory(results);
     fs::create_symlink("/dev/full", results + "/" + full);
