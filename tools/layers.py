@@ -50,7 +50,7 @@ ROOMS = {
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
     'interface/solvers': (['autodiff/graph', 'interface/io'], 15, 1600),  # leaving Ipopt inside an iteration
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 22, 2100),
+                         'interface/simulation', 'interface/player'], 26, 2200),  # keys, motion, energies, costs, results
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
@@ -60,7 +60,7 @@ ROOMS = {
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
                         'interface/solvers', 'interface/transcription'], 20, 2150),  # keys, limits, verdict, refinement, results
     'interface': ([], 2, 50),
-    'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 28, 2500),
+    'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 28, 2750),  # simulate
     'tests': (['autodiff', 'dynamics', 'codegen', 'interface', 'tools'], None, None),
 }
 LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h'}

@@ -7,8 +7,7 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
-#include <dyntape/interface/scene/numbers.h>
-#include <dyntape/interface/scene/scene_keys.h>
+#include <dyntape/interface/scene/lists.h>
 
 namespace dyntape {
 

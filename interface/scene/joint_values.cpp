@@ -3,7 +3,7 @@
 
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/scene/numbers.h>
+#include <dyntape/interface/scene/lists.h>
 
 namespace dyntape {
 

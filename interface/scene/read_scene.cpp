@@ -13,7 +13,7 @@
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
-#include <dyntape/interface/scene/numbers.h>
+#include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene_keys.h>
 
 namespace dyntape {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/scene/scene_keys.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/scene/effect_keys.h>
 #include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/lists.h>
 
 namespace dyntape {
 
@@ -96,16 +96,6 @@ EvaluationKeys read_evaluation(Section& file) {
   block.about("that share the points; 0: as many as the processor has");
   keys.threads = static_cast<unsigned>(block.get_or("threads", 1, io::between(0, 1024)));
   return keys;
-}
-
-std::vector<std::string> distinct_names(Section& section, const std::string& key,
-                                        const std::vector<std::string>& valid) {
-  const std::vector<std::string> names = section.strings_or(key, {}, valid);
-  for (auto name = names.begin(); name != names.end(); ++name) {
-    if (std::find(names.begin(), name, *name) == name) continue;
-    section.problem(key, "'" + key + "' names '" + *name + "' twice, expected once");
-  }
-  return names;
 }
 
 }  // namespace dyntape

@@ -41,8 +41,4 @@ struct EvaluationKeys {
 };
 EvaluationKeys read_evaluation(io::Section& file);
 
-// A list in which no name stands twice.
-std::vector<std::string> distinct_names(io::Section& section, const std::string& key,
-                                        const std::vector<std::string>& valid = {});
-
 }  // namespace dyntape

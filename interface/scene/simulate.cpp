@@ -25,14 +25,24 @@ double seconds_since(Clock::time_point begin) {
 
 std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: "; }
 
+// How functions are made, seen and stopped from outside.
+CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
+  CodegenOptions options = scene.evaluation;
+  options.stop = watch.stop;
+  options.compiled_piece = [tell = watch.tell](std::size_t done, std::size_t of) {
+    if (tell) tell("compiling: " + std::to_string(done) + " of " + std::to_string(of) + " pieces");
+  };
+  return options;
+}
+
 // One run of a scene: the state that moves, and what is noted of it.
 class Run {
  public:
   Run(const Scene& scene, const SimulationWatch& watch)
       : scene_(scene),
         watch_(watch),
-        stepper_(system_of(scene.robot), scene.integrator, scene.evaluation),
-        energy_(scene.robot, scene.evaluation),
+        stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch)),
+        energy_(scene.robot, watched(scene, watch)),
         work_(scene.step, energy_.flows()),
         x_(stepper_.nx()),
         next_(stepper_.nx()) {

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/scene/simulation_results.h>
 
+#include <algorithm>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+
 namespace dyntape {
 
 namespace {
@@ -87,6 +92,102 @@ io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion) {
   io::Plot plot{.title = scene.name, .panels = {std::move(energy)}};
   if (!work.series.empty()) plot.panels.push_back(std::move(work));
   return plot;
+}
+
+namespace {
+
+// visit(body, r, law) of every effect that acts at points.
+template <class Visit>
+void for_each_point(const dynamics::Effects<double>& effects, const Visit& visit) {
+  dynamics::for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.for_each_point(visit); }) effect.for_each_point(visit);
+  });
+}
+
+// The ground that an effect stands on, as the page draws it.
+void add_ground(const dynamics::Effects<double>& effects, PlayerInput& player) {
+  dynamics::for_each_chosen_effect(effects, [&](const auto& effect) {
+    if constexpr (requires { effect.ground; }) {
+      const auto& ground = effect.ground;
+      if (ground.kind == dynamics::GroundKind::kPlane) {
+        player.plane = {ground.normal, ground.offset};
+        return;
+      }
+      constexpr int kPoints = 81;
+      constexpr double kSize = 8;
+      PlayerHeights heights{{-kSize / 2, -kSize / 2},
+                            {kSize / (kPoints - 1), kSize / (kPoints - 1)},
+                            MatrixXd(kPoints, kPoints)};
+      for (int i = 0; i < kPoints; ++i) {
+        for (int j = 0; j < kPoints; ++j) {
+          const Eigen::Vector3d p(heights.corner.x() + i * heights.step.x(),
+                                  heights.corner.y() + j * heights.step.y(), 0);
+          const auto below = ground.below(p);
+          heights.heights(i, j) = -below.distance / below.normal.z();
+        }
+      }
+      player.heights = std::move(heights);
+    }
+  });
+}
+
+dynamics::UrdfVisuals visuals_of(const Scene& scene) {
+  try {
+    return dynamics::read_visuals(scene.urdf, scene.robot.model);
+  } catch (const Error& e) {
+    dynamics::UrdfVisuals none;
+    none.notes.push_back(e.what());
+    return none;
+  }
+}
+
+PlayerValue told(const std::string& name, const std::vector<double>& values) {
+  return {name, "J", Eigen::Map<const Eigen::VectorXd>(values.data(), Eigen::Index(values.size()))};
+}
+
+}  // namespace
+
+std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const SimulatedMotion& motion) {
+  const dynamics::Model<double>& model = scene.robot.model;
+  dynamics::Data<double> data(model);
+  std::vector<std::vector<PlayerContact>> forces(std::size_t(motion.samples()));
+  for (int k = 0; k < motion.samples(); ++k) {
+    dynamics::forward_kinematics<double>(model, data, motion.q.col(k), motion.v.col(k));
+    for_each_point(scene.robot.effects, [&](int body, const Eigen::Vector3d& r, const auto& law) {
+      if (body < 0) return;
+      const dynamics::PointMotion<double> at = dynamics::point_motion<double>(data, body, r);
+      forces[std::size_t(k)].push_back({at.p, law.force(at).linear});
+    });
+  }
+  return forces;
+}
+
+io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion) {
+  const std::vector<std::vector<PlayerContact>> forces = point_forces(scene, motion);
+  io::Plot plot{.title = scene.name};
+  if (forces.empty() || forces.front().empty()) return plot;
+  const auto panel = [&](const std::string& title, const auto& part) {
+    io::Panel p{.title = title, .x_label = "time [s]", .y_label = "[N]"};
+    for (std::size_t i = 0; i < forces.front().size(); ++i) {
+      std::vector<double> y;
+      for (const auto& sample : forces) y.push_back(part(sample[i].force));
+      add(p, "point " + std::to_string(i + 1), motion, y);
+    }
+    return p;
+  };
+  plot.panels = {panel("forces at points, upwards", [](const Eigen::Vector3d& f) { return f.z(); }),
+                 panel("sideways", [](const Eigen::Vector3d& f) { return std::hypot(f.x(), f.y()); })};
+  return plot;
+}
+
+PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion) {
+  PlayerInput player{.title = scene.name, .model = scene.robot.model, .visuals = visuals_of(scene)};
+  player.t = Eigen::Map<const Eigen::VectorXd>(motion.t.data(), motion.samples());
+  player.q = motion.q;
+  player.contacts = point_forces(scene, motion);
+  player.values = {told("kinetic energy", motion.kinetic), told("stored energy", motion.stored)};
+  add_ground(scene.robot.effects, player);
+  return player;
 }
 
 }  // namespace dyntape

@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/player/player.h>
 #include <dyntape/interface/scene/effect_costs.h>
 
 namespace dyntape {
@@ -16,7 +17,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr const char *kMotion = "motion.csv", *kReport = "report.json", *kEffective = "effective.info",
-                     *kCurves = "trajectory.svg", *kEnergy = "energy.svg";
+                     *kCurves = "trajectory.svg", *kEnergy = "energy.svg", *kForces = "forces.svg",
+                     *kPlayer = "motion.html";
 
 // "q.elbow", and by number where a joint has several entries.
 void append_names(const Scene& scene, const std::string& block, std::vector<std::string>& names) {
@@ -41,7 +43,9 @@ std::string per_second(double simulated, double seconds) {
 
 }  // namespace
 
-std::vector<std::string> simulation_files() { return {kMotion, kReport, kEffective, kCurves, kEnergy}; }
+std::vector<std::string> simulation_files() {
+  return {kMotion, kReport, kEffective, kCurves, kEnergy, kForces, kPlayer};
+}
 
 io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
   std::vector<std::string> names = {"t"};
@@ -86,11 +90,11 @@ std::string SimulationReport::text() const {
   io::TextTable flows(
       {{"energy"}, {"at the start", "J", io::Align::kRight}, {"at the end", "J", io::Align::kRight}});
   flows.append(
-      {"kinetic", io::significant(motion.kinetic.front(), 5), io::significant(motion.kinetic.back(), 5)});
+      {"kinetic", io::with_digits(motion.kinetic.front(), 5), io::with_digits(motion.kinetic.back(), 5)});
   flows.append(
-      {"stored", io::significant(motion.stored.front(), 5), io::significant(motion.stored.back(), 5)});
+      {"stored", io::with_digits(motion.stored.front(), 5), io::with_digits(motion.stored.back(), 5)});
   for (const EnergyFlow& flow : motion.flows)
-    flows.append({"work of " + flow.name, "0", io::significant(flow.work.back(), 5)});
+    flows.append({"work of " + flow.name, "0", io::with_digits(flow.work.back(), 5)});
   return text + "\n" + flows.text();
 }
 
@@ -125,13 +129,15 @@ void write_results(SimulationReport& report, const std::string& folder, const st
     io::write_csv(path, motion_table(report.scene, motion), io::NonFinite::kAllow);
   });
   attempt(kEffective, [&](const std::string& path) { write_file_atomically(path, report.scene.effective); });
-  if (!motion.was_stopped && !stop.stop_requested()) {
-    attempt(kCurves, [&](const std::string& path) {
-      io::draw(state_plot(report.scene, motion), path, "gnuplot", stop);
-    });
-    attempt(kEnergy, [&](const std::string& path) {
-      io::draw(energy_plot(report.scene, motion), path, "gnuplot", stop);
-    });
+  for (const auto& [file, plot] :
+       {std::pair(kCurves, &state_plot), {kEnergy, &energy_plot}, {kForces, &force_plot}}) {
+    const io::Plot picture = plot(report.scene, motion);
+    if (picture.panels.empty() || motion.was_stopped || stop.stop_requested()) continue;
+    attempt(file, [&](const std::string& path) { io::draw(picture, path, "gnuplot", stop); });
+  }
+  if (!motion.was_stopped) {
+    attempt(kPlayer,
+            [&](const std::string& path) { write_player(scene_player(report.scene, motion), path); });
   }
   attempt(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
 }

@@ -12,6 +12,8 @@
 //   effective.info  the scene as it was understood, defaults included
 //   trajectory.svg  positions, velocities and torques over time
 //   energy.svg      energies, and the work of all that acts
+//   forces.svg      what acts at points of the robot: contacts, drag, buoyancy; where there is any
+//   motion.html     plays the motion in 3D (interface/player)
 #pragma once
 
 #include <stop_token>
@@ -20,6 +22,7 @@
 
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/player/player_input.h>
 #include <dyntape/interface/scene/simulate.h>
 
 namespace dyntape {
@@ -47,6 +50,11 @@ io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion);
 
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion);
+io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion);
+PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion);
+
+// What acts at points of the robot, a list a sample, in the order of the effects.
+std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const SimulatedMotion& motion);
 
 // What is recorded and what is not: the resolved scene, each effect with what it costs.  Simulates nothing.
 std::string explain(const Scene& scene);

@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/task_costs.h>
 

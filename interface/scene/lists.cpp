@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/scene/numbers.h>
+#include <dyntape/interface/scene/lists.h>
 
+#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -48,6 +49,16 @@ Eigen::Vector3d read_vector3(Section& section, const std::string& key,
   if (const std::string text = block.value(); !text.empty())
     return numbers_in(section, key, text, 3, range, "expected three: \"x y z\"", false);
   return {block.get<double>("x", range), block.get<double>("y", range), block.get<double>("z", range)};
+}
+
+std::vector<std::string> distinct_names(Section& section, const std::string& key,
+                                        const std::vector<std::string>& valid) {
+  const std::vector<std::string> names = section.strings_or(key, {}, valid);
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    if (std::find(names.begin(), name, *name) == name) continue;
+    section.problem(key, "'" + key + "' names '" + *name + "' twice, expected once");
+  }
+  return names;
 }
 
 }  // namespace dyntape

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Lists of numbers in .info files.
+// Lists of numbers and of names in .info files.
 //
 //   const Eigen::Vector3d wind = read_vector3(block, "velocity", Eigen::Vector3d::Zero());    // "1 0 0" or { x 1  y 0  z 0 }
 //
@@ -9,6 +9,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -23,5 +24,9 @@ Eigen::VectorXd numbers_in(io::Section& section, const std::string& key, const s
 // Missing without fallback is a problem.
 Eigen::Vector3d read_vector3(io::Section& section, const std::string& key,
                              const std::optional<Eigen::Vector3d>& fallback, const io::Range& range = {});
+
+// A list in which no name stands twice.
+std::vector<std::string> distinct_names(io::Section& section, const std::string& key,
+                                        const std::vector<std::string>& valid = {});
 
 }  // namespace dyntape
