@@ -285,8 +285,12 @@ T effect_power(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques, 
                const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& command) {
   Acting<T> falling = effects.acting();
   falling.coriolis = false;
-  const VectorX<T>& added = detail::total_torques(model, data, torques, effects, q, v, command);
-  T power = v.dot(VectorX<T>(added - command));
+  T power = T(0);  // of effects that only change the inertia, and on a tape without an operation
+  if (detail::adds_torques(effects)) power += v.dot(effect_torques(model, data, torques, effects, q, v));
+  if (detail::any_chosen(effects, []<class E>() {
+        return requires { &E::drive; };
+      }))
+    power += v.dot(VectorX<T>(driving_torques(model, torques, effects, command) - command));
   if (falling.gravity) power -= v.dot(nonlinear_effects(model, data, q, v, falling));
   return power;
 }

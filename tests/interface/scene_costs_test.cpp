@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What each effect costs on a seven-joint arm: operations of forward dynamics and of its Jacobian, with the effect less
+// without.  The table is what `simulate --explain` prints of a scene; a change of it is a change of what users pay.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <functional>
+
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/scene/effect_costs.h>
+
+namespace dyntape {
+namespace {
+
+using dynamics::Effects;
+using Eigen::VectorXd;
+
+RobotScene arm() {
+  return {dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/panda.urdf",
+                              {.lock = {"panda_finger_joint1", "panda_finger_joint2"}})};
+}
+VectorXd all(double value) { return VectorXd::Constant(7, value); }
+
+FunctionCost counted(const RobotScene& scene) { return scene_cost(scene, {}, false); }
+
+struct Row {
+  const char* name;
+  std::function<void(RobotScene&)> add;
+  long value, jacobian;  // operations it adds
+};
+
+template <class Item>
+Item at_hand(const RobotScene& scene, Item item) {
+  dynamics::place_at_frame(scene.model, "panda_hand", item);
+  return item;
+}
+
+const Row kRows[] = {
+    {"gravity", [](RobotScene& s) { s.effects.gravity = true; }, 0, 0},
+    {"velocity products", [](RobotScene& s) { s.effects.coriolis = true; }, 0, 0},
+    {"damping", [](RobotScene& s) { s.effects.damping = all(0.3); }, 0, 0},
+    {"springs",
+     [](RobotScene& s) {
+       s.effects.springs = dynamics::Springs<double>{all(3), all(0.1)};
+     },
+     0, 0},
+    {"Coulomb",
+     [](RobotScene& s) {
+       s.effects.friction = dynamics::CoulombFriction<double>{all(0.3), 0.01};
+     },
+     0, 0},
+    {"Stribeck",
+     [](RobotScene& s) {
+       s.effects.friction = dynamics::CoulombFriction<double>{all(0.3), 0.01, all(0.5), 0.1};
+     },
+     0, 0},
+    {"armature", [](RobotScene& s) { s.effects.armature = all(0.1); }, 0, 0},
+    {"smooth saturation",
+     [](RobotScene& s) {
+       s.effects.saturation = dynamics::Saturation<double>{all(20), dynamics::SaturationKind::kSmooth};
+     },
+     0, 0},
+    {"soft limits",
+     [](RobotScene& s) {
+       s.effects.limits = dynamics::SoftLimits<double>{all(100), all(1), all(0.1)};
+     },
+     0, 0},
+    {"wrench at the hand",
+     [](RobotScene& s) {
+       s.effects.wrenches.push_back(
+           at_hand(s, dynamics::Wrench<double>{.value = {{1, 2, 3}, {0.1, 0.2, 0.3}}}));
+     },
+     0, 0},
+    {"contact at the hand",
+     [](RobotScene& s) {
+       dynamics::ContactBody<double> body;
+       body.stiffness = 1e4, body.dissipation = 0.5, body.friction = 0.7;
+       s.effects.contacts.push_back(at_hand(s, body));
+     },
+     0, 0},
+};
+
+TEST(EffectCosts, OfASevenJointArmAreWhatTheyWere) {
+  RobotScene bare = arm();
+  bare.effects.gravity = false;
+  bare.effects.coriolis = false;
+  const FunctionCost none = counted(bare);
+  std::printf("none: %ld %ld\n", none.value.operations, none.jacobian.operations);
+  for (const Row& row : kRows) {
+    RobotScene scene = arm();
+    const bool is_own = std::string(row.name) == "gravity" || std::string(row.name) == "velocity products";
+    if (is_own) scene = bare;
+    const FunctionCost without = counted(scene);
+    row.add(scene);
+    const FunctionCost with = counted(scene);
+    EXPECT_EQ(with.value.operations - without.value.operations, row.value) << row.name;
+    EXPECT_EQ(with.jacobian.operations - without.jacobian.operations, row.jacobian) << row.name;
+  }
+}
+
+// What acts at one joint costs the same on each, however many there are.
+TEST(EffectCosts, OfJointEffectsAreLocal) {
+  const RobotScene scene = arm();
+  const FunctionCost without = counted(scene);
+  RobotScene with = scene;
+  with.effects.damping = all(0.3);
+  const FunctionCost cost = counted(with);
+  EXPECT_EQ((cost.value.operations - without.value.operations) % 7, 0);
+}
+
+}  // namespace
+}  // namespace dyntape

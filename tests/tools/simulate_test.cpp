@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape simulate as a new user types it: scene files, robots with a few options, what is refused, what is written.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "run.h"
+
+namespace {
+
+using dyntape::test::config;
+using dyntape::test::Outcome;
+using dyntape::test::run_dyntape;
+using dyntape::test::Scratch;
+using dyntape::test::slurp;
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(Simulate, WritesTheMotionItsPicturesAndItsPage) {
+  const Scratch scratch;
+  const Outcome run =
+      run_dyntape({"simulate", config("scenes/block_on_slope.info"), "--output", scratch / "out"});
+  EXPECT_EQ(run.status, 0) << run.err;
+  for (const char* file : {"motion.csv", "report.json", "effective.info", "trajectory.svg", "energy.svg",
+                           "forces.svg", "motion.html"})
+    EXPECT_GT(fs::file_size(fs::path(scratch / "out") / file), 100u) << file;
+  const json report = json::parse(slurp(scratch / "out/report.json"));
+  EXPECT_TRUE(report["success"]);
+  EXPECT_EQ(report["steps"], 2000);
+  // What was understood means the same.
+  const std::string again = scratch / "again.info";
+  std::string text = slurp(scratch / "out/effective.info");
+  const std::string from = "../robots/box.urdf";
+  text.replace(text.find(from), from.size(), config("robots/box.urdf"));
+  std::ofstream(again) << text;
+  const Outcome second = run_dyntape({"simulate", again, "--output", scratch / "second"});
+  EXPECT_EQ(second.status, 0) << second.err;
+  EXPECT_EQ(slurp(scratch / "out/motion.csv"), slurp(scratch / "second/motion.csv"));
+}
+
+TEST(Simulate, TakesARobotWithAFewOptions) {
+  const Outcome run =
+      run_dyntape({"simulate", config("robots/solo12.urdf"), "--base", "floating", "--for", "0.5",
+                   "--effects", "gravity=off,joint_damping=0.1", "--v0", "1", "--json"});
+  EXPECT_EQ(run.status, 0) << run.err;
+  const json report = json::parse(run.out);
+  EXPECT_LT(report["energy"]["work"]["joint damping"], 0);
+  EXPECT_FALSE(report["energy"]["work"].contains("gravity"));
+}
+
+TEST(Simulate, ReadsWhatSolveWrites) {
+  const Scratch scratch;
+  const Outcome solved =
+      run_dyntape({"solve", config("tasks/block_move.info"), "--output", scratch / "solved"});
+  ASSERT_EQ(solved.status, 0) << solved.err;
+  std::ofstream(scratch / "again.info") << "robot\n{\n urdf \"" << config("robots/block.urdf")
+                                        << "\"\n}\ncommands\n{\n file solved/trajectory.csv\n}\n"
+                                        << "simulation\n{\n duration 1\n step 1e-3\n}\n";
+  const Outcome run = run_dyntape({"simulate", scratch / "again.info", "--output", scratch / "out"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const std::string table = slurp(scratch / "out/motion.csv");
+  const std::string last = table.substr(table.rfind('\n', table.size() - 2) + 1);
+  const double q = std::stod(last.substr(last.find(',') + 1));
+  EXPECT_NEAR(q, 1, 1e-5);
+}
+
+TEST(Simulate, SolvesATaskOfAScene) {
+  const Scratch scratch;
+  const std::string scene =
+      "robot\n{\n urdf \"" + config("robots/arm_2r.urdf") + "\"\n}\neffects\n{\n joint_damping robot\n}\n";
+  std::ofstream(scratch / "arm.info") << scene << "simulation\n{\n duration 1\n}\n";
+  const std::string rest =
+      "horizon\n{\n duration 1\n intervals 20\n}\nstart\n{\n q 0\n}\ngoal\n{\n q \"0.5 0.5\"\n}\ncosts\n{\n "
+      "control 1\n}\n";
+  std::ofstream(scratch / "holds.info") << "name t\n" << scene << rest;
+  std::ofstream(scratch / "names.info") << "name t\nscene arm.info\n" << rest;
+  std::ofstream(scratch / "both.info") << "name t\nscene arm.info\n" << scene << rest;
+  const Outcome holds_it = run_dyntape({"solve", scratch / "holds.info", "--output", scratch / "a"});
+  const Outcome names_it = run_dyntape({"solve", scratch / "names.info", "--output", scratch / "b"});
+  EXPECT_EQ(holds_it.status, 0) << holds_it.err;
+  EXPECT_EQ(names_it.status, 0) << names_it.err;
+  EXPECT_EQ(slurp(scratch / "a/trajectory.csv"), slurp(scratch / "b/trajectory.csv"));
+  const Outcome both = run_dyntape({"solve", scratch / "both.info"});
+  EXPECT_EQ(both.status, 1);
+  EXPECT_TRUE(holds(both.err, "'robot' stands here and in the scene 'arm.info'")) << both.err;
+}
+
+TEST(Simulate, ExplainsWhatIsThereAndWhatItCosts) {
+  const Outcome run = run_dyntape({"simulate", config("scenes/underwater_arm.info"), "--explain"});
+  EXPECT_EQ(run.status, 0) << run.err;
+  for (const char* part : {"buoyancy", "drag", "not recorded", "operations", "[ns]"})
+    EXPECT_TRUE(holds(run.out, part)) << part;
+}
+
+TEST(Simulate, RefusesInASentence) {
+  const std::string solo = config("robots/solo12.urdf");
+  const std::pair<std::vector<std::string>, std::string> cases[] = {
+      {{"simulate", "none.urdf"}, "none.urdf"},
+      {{"simulate", solo, "--q0", "1,2,3"}, "--q0: got 3 numbers; expected"},
+      {{"simulate", solo, "--effects", "joint_dampin=1"}, "did you mean 'joint_damping'"},
+      {{"simulate", solo, "--integrator", "euler"}, "must be one of"},
+      {{"simulate", solo, "--step", "-1"}, "must be positive"},
+      {{"simulate", solo, "--v0", "nan"}, ""},
+      {{"simulate", config("tasks/block_move.info")}, "simulation"},
+      {{"solve", config("scenes/pendulum.info")}, "horizon"},
+  };
+  for (const auto& [words, expected] : cases) {
+    const Outcome run = run_dyntape(words);
+    EXPECT_NE(run.status, 0) << words[1];
+    EXPECT_TRUE(holds(run.err, expected)) << run.err;
+    EXPECT_LT(std::count(run.err.begin(), run.err.end(), '\n'), 12) << run.err;
+  }
+}
+
+}  // namespace
