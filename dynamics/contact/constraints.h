@@ -141,7 +141,7 @@ void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, Cons
                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
                                       const Acting<T>& acting = {});
 
-// Both with effects (effects.h): armature, damping, friction, springs, wrenches.  An impact sees only the
+// Both with effects (effects.h), torques.driven what arrives of the command tau.  An impact sees only the
 // armature of them: pass effects.acting().
 template <class T>
 const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
