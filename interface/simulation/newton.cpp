@@ -10,8 +10,8 @@ namespace {
 
 constexpr int kMostResiduals = 100;
 constexpr double kLeastDamping = 0x1p-20;
-constexpr double kKeeps = 0.1;     // the Jacobian, while a step is at most so much of the one before
-constexpr double kStalled = 1e-8;  // of the size: where steps shrink no more below it, they are rounding
+constexpr double kKeeps = 0.1;      // the Jacobian, while a step is at most so much of the one before
+constexpr double kStalled = 1e-10;  // of the size: where steps shrink no more below it, they are rounding
 constexpr double kNewtonRounding = std::numeric_limits<double>::epsilon() / 4;
 
 double largest_entry(const Eigen::VectorXd& x) { return x.cwiseAbs().maxCoeff(); }

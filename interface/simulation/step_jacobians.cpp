@@ -11,16 +11,15 @@ namespace {
 using Eigen::Map;
 using Eigen::VectorXd;
 
-CodegenOptions values_only(CodegenOptions options, const Function& function) {
+CodegenOptions values_only(CodegenOptions options) {
   options.order = Order::kValue;
-  if (function.n_y() == 0) options.route = Route::kInterpreter;  // there is nothing to compile
   return options;
 }
 
 }  // namespace
 
 StepJacobians::Kernel::Kernel(const Function& f, const CodegenOptions& options)
-    : function(CompiledFunction::make(f, values_only(options, f))), workspace(function) {}
+    : function(CompiledFunction::make(f, values_only(options))), workspace(function) {}
 
 void StepJacobians::Kernel::run(std::size_t count) {
   const Points points{.count = count, .x = x.data(), .p = p.data(), .y = y.data()};

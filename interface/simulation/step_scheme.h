@@ -36,6 +36,8 @@ class StepScheme {
 
   // Keeps a reference to the system.  ArgumentError where it does not fit together, or lacks what the scheme needs.
   StepScheme(const System& system, Integrator integrator);
+  StepScheme(const StepScheme&) = delete;  // its parts point to each other
+  StepScheme& operator=(const StepScheme&) = delete;
 
   int nq() const { return model_.nq; }
   int nv() const { return model_.nv; }

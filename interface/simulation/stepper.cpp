@@ -21,7 +21,6 @@ using Eigen::VectorXd;
 
 CompiledFunction compiled(const Function& function, CodegenOptions options, Order order) {
   options.order = order;
-  if (function.n_y() == 0) options.route = Route::kInterpreter;  // there is nothing to compile
   return CompiledFunction::make(function, options);
 }
 

@@ -19,7 +19,8 @@
 // P = d x'/d p (nt x n_p), increments in the moving frame on both sides, nt = 2 nv + lagged motors; of implicit schemes
 // by the implicit function theorem.  They are compiled where `with_jacobians` asks for them.
 //
-// One call at a time.  ArgumentError where a system does not fit together, or lacks what the scheme needs.
+// One call at a time.  ArgumentError where a system does not fit together, or lacks what the scheme needs; GuardViolation
+// where only the Jacobians leave a recorded branch.
 #pragma once
 
 #include <Eigen/Core>
@@ -79,7 +80,7 @@ class Stepper {
                  Eigen::MatrixXd& A, Eigen::MatrixXd& B, Eigen::MatrixXd& P, std::string* why = nullptr);
 
   // A step of each state; with options.lanes several states of an explicit scheme at once.  Returns how many failed:
-  // their x_next is NaN, and *why is about the first.  No x_next may be an x of another row.
+  // their x_next is NaN, and *why is about the first.  x_next overlaps with nothing.
   std::size_t steps(double h, const StateRows& rows, std::string* why = nullptr);
 
   // Newton's method in the last step: residuals that were looked at; 0: explicit.

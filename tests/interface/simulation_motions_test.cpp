@@ -146,5 +146,33 @@ TEST_F(Motions, FreeBodyKeepsWhatItsSchemeKeeps) {
   EXPECT_LE(var.momentum, 1e-11);
 }
 
+// Without weight and torques a robot keeps its momentum about the world's origin: the base's rows of M v, there.
+TEST_F(Motions, FloatingRobotKeepsItsMomentum) {
+  dynamics::Model<double> model = walker().model;
+  model.gravity.setZero();
+  dynamics::Data<double> data(model);
+  const auto momentum = [&](const VectorXd& x) {
+    const VectorXd q = x.head(model.nq), p = dynamics::crba(model, data, q) * x.tail(model.nv);
+    const Eigen::Matrix3d R = dynamics::rotation(Eigen::Vector4d(q.segment<4>(3)));
+    const Eigen::Vector3d linear = R * p.head<3>(), at = q.head<3>();
+    VectorXd both(6);
+    both << linear, R * p.segment<3>(3) + at.cross(linear);
+    return both;
+  };
+  VectorXd start(model.nq + model.nv);
+  start << dynamics::neutral(model), VectorXd::LinSpaced(model.nv, -1, 1.5);
+  const auto drift_of = [&](Integrator integrator) {
+    Stepper stepper(robot_system(model, no_torques), integrator, kInterpreted);
+    const VectorXd before = momentum(start);
+    VectorXd x = start;
+    double worst = 0;
+    run(stepper, 0.01, 1000, x,
+        [&](const VectorXd& at) { worst = std::max(worst, (momentum(at) - before).norm() / before.norm()); });
+    return worst;
+  };
+  EXPECT_LE(drift_of(Integrator::kVariational), 1e-12);
+  EXPECT_GE(drift_of(Integrator::kImplicitMidpoint), 1e-7);
+}
+
 }  // namespace
 }  // namespace dyntape

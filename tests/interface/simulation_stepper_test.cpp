@@ -84,9 +84,8 @@ MatrixXd differences(int columns, const F& f) {
   return D;
 }
 
-TEST_P(OfEach, JacobiansAreExact) {
-  const System system = walker();
-  Stepper stepper(system, GetParam(), kInterpreted, true);
+void expect_exact_jacobians(const System& system, Integrator integrator) {
+  Stepper stepper(system, integrator, kInterpreted, true);
   for (unsigned long seed = 1; seed <= 3; ++seed) {
     const Start s(system, seed);
     const double t = 0.3, h = 0.02;
@@ -102,13 +101,30 @@ TEST_P(OfEach, JacobiansAreExact) {
       return VectorXd(s.space().difference(next, after(stepper, t, h, there)));
     };
     const VectorXd none;
-    const MatrixXd A_d = differences(stepper.nt(), [&](const VectorXd&d) { return moved(d, none, none); }),
-                   B_d = differences(2, [&](const VectorXd&d) { return moved(none, d, none); }),
-                   P_d = differences(2, [&](const VectorXd&d) { return moved(none, none, d); });
-    EXPECT_LE(dynamics::relative_error(A, A_d), 1e-10) << "seed " << seed;
-    EXPECT_LE(dynamics::relative_error(B, B_d), 1e-10) << "seed " << seed;
-    EXPECT_LE(dynamics::relative_error(P, P_d), 1e-10) << "seed " << seed;
+    const MatrixXd by_x = differences(stepper.nt(), [&](const VectorXd&d) { return moved(d, none, none); }),
+                   by_u = differences(stepper.n_u(), [&](const VectorXd&d) { return moved(none, d, none); }),
+                   by_p = differences(stepper.n_p(), [&](const VectorXd&d) { return moved(none, none, d); });
+    EXPECT_LE(dynamics::relative_error(A, by_x), 1e-10) << "seed " << seed;
+    EXPECT_LE(dynamics::relative_error(P, by_p), 1e-10) << "seed " << seed;
+    ASSERT_EQ(B.cols(), system.n_u);
+    if (system.n_u == 0) continue;
+    EXPECT_LE(dynamics::relative_error(B, by_u), 1e-10) << "seed " << seed;
   }
+}
+
+TEST_P(OfEach, JacobiansAreExact) { expect_exact_jacobians(walker(), GetParam()); }
+
+// Parameters in the kinetic and the potential energy, and a term that is linear in v, which does nothing.
+TEST_P(OfEach, JacobiansByParametersOfTheLagrangian) {
+  System s = pendulum();
+  s.n_p = 2;
+  s.acceleration = [](const SystemPoint<AD>& at) {
+    return VectorXad(VectorXad::Constant(1, -(1.5 + at.p[1]) / (1.5 + at.p[0]) * sin(at.q[0])));
+  };
+  s.lagrangian = [](const VectorXad& q, const VectorXad& v, const VectorXad& p) {
+    return (1.5 + p[0]) * v[0] * v[0] * 0.5 + (1.5 + p[1]) * cos(q[0]) + 0.3 * v[0];
+  };
+  expect_exact_jacobians(s, GetParam());
 }
 
 // From both ends of a motion of 16, 32 steps against one of many more.
