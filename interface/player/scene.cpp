@@ -16,7 +16,7 @@ using nlohmann::ordered_json;
 namespace {
 
 // Six digits, for the page's size.
-double six_digits(double value) {
+double shown(double value) {
   const double few = *io::parse_double(io::with_digits(value, 6));
   return few == 0 ? 0.0 : few;  // no -0
 }
@@ -24,12 +24,12 @@ double six_digits(double value) {
 template <class Numbers>
 ordered_json short_numbers(const Numbers& values) {
   ordered_json list = ordered_json::array();
-  for (double value : values) list.push_back(six_digits(value));
+  for (double value : values) list.push_back(shown(value));
   return list;
 }
 
 void append_short(ordered_json& list, const Eigen::Ref<const Eigen::VectorXd>& values) {
-  for (double value : values) list.push_back(six_digits(value));
+  for (double value : values) list.push_back(shown(value));
 }
 
 // Each body's quaternion on the side of the one before it.
@@ -121,7 +121,7 @@ ordered_json values_json(const PlayerInput& input, const PlayerFrames& frames) {
 void add_terrain(const PlayerInput& input, ordered_json& scene) {
   if (input.plane) {
     const Eigen::Vector3d normal = input.plane->normal.stableNormalized();
-    scene["plane"] = {{"normal", short_numbers(normal)}, {"offset", six_digits(input.plane->offset)}};
+    scene["plane"] = {{"normal", short_numbers(normal)}, {"offset", shown(input.plane->offset)}};
   }
   if (!input.heights) return;
   const PlayerHeights& h = *input.heights;
@@ -164,10 +164,10 @@ void add_room(const PlayerInput& input, const Room& room, ordered_json& scene) {
   const double size = std::max(room.first.diagonal().norm(), 1e-3), force = largest_force(input);
   const double lowest = room.motion.min().z();
   scene["center"] = short_numbers(Eigen::Vector3d(room.motion.center()));
-  scene["radius"] = six_digits(radius);
-  scene["ground"] = six_digits(lowest < -0.1 * size ? lowest : 0);
-  scene["size"] = six_digits(size);
-  scene["arrow"] = six_digits(force > 0 ? 0.5 * size / force : 0);
+  scene["radius"] = shown(radius);
+  scene["ground"] = shown(lowest < -0.1 * size ? lowest : 0);
+  scene["size"] = shown(size);
+  scene["arrow"] = shown(force > 0 ? 0.5 * size / force : 0);
 }
 
 // JSON in an HTML script: what HTML reads as its own is written as JSON's escapes.

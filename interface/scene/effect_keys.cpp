@@ -154,11 +154,12 @@ class EffectReader {
     if constexpr (requires { typename Effect::Item; }) read_items(block, effect);
   }
 
-  // on, robot, or the first parameter alone; the others as they are where nothing is said.
+  // on, robot, or the first parameter alone where that is a vector; the others as they are where nothing is said.
   void read_word(const std::string& word, Effect& effect) {
-    bool is_first = true;
+    bool is_first = true, is_understood = word == "on";
     Effect::visit_parameters(effect, [&]<class Value>(const ParameterInfo& info, Value& value) {
       if constexpr (std::is_same_v<Value, VectorXd>) {
+        is_understood = is_understood || is_first;
         if (is_first) ParameterReader(effects_, model_).read(info, kKey, value);
         if (!is_first && model_) value = of_robot_or_fallback(info);
       } else if constexpr (std::is_same_v<Value, double>) {
@@ -170,8 +171,8 @@ class EffectReader {
       }
       is_first = false;
     });
-    if (is_first && word != "on")
-      effects_.problem(kKey, std::string("'") + kKey + "' must be on or off, got '" + word + "'");
+    if (!is_understood)
+      effects_.problem(kKey, std::string("'") + kKey + "' must be on, off or a block, got '" + word + "'");
   }
   VectorXd of_robot_or_fallback(const ParameterInfo& info) const {
     if (!info.fallback && info.of_robot) return info.of_robot(*model_);

@@ -42,7 +42,7 @@ Recorded record_energy(const RobotScene& scene) {
   return recorded;
 }
 
-CodegenOptions values_only(CodegenOptions options) {
+CodegenOptions without_derivatives(CodegenOptions options) {
   options.order = Order::kValue;
   return options;
 }
@@ -56,7 +56,7 @@ template <class Recorded>
 EnergyMeter::EnergyMeter(const Recorded& recorded, const RobotScene& scene, const CodegenOptions& options)
     : names_(recorded.flows),
       n_state_(scene.model.nq + scene.model.nv),
-      function_(CompiledFunction::make(recorded.function, values_only(options))),
+      function_(CompiledFunction::make(recorded.function, without_derivatives(options))),
       workspace_(function_),
       input_(Eigen::Index(function_.n_x())),
       output_(Eigen::Index(function_.n_y())) {

@@ -19,7 +19,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Eigen::VectorXd;
 
-double seconds_since(Clock::time_point begin) {
+double elapsed_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
 
@@ -36,9 +36,9 @@ CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
 }
 
 // One run of a scene: the state that moves, and what is noted of it.
-class Run {
+class SceneRun {
  public:
-  Run(const Scene& scene, const SimulationWatch& watch)
+  SceneRun(const Scene& scene, const SimulationWatch& watch)
       : scene_(scene),
         watch_(watch),
         stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch)),
@@ -67,7 +67,7 @@ class Run {
     }
     work_.finish([&](const VectorXd& work) { note_work(work); });
     if (motion_.trouble.empty()) motion_.trouble = trouble_on_the_way();
-    motion_.step_seconds = seconds_since(begin);
+    motion_.step_seconds = elapsed_since(begin);
     motion_.operations = stepper_.report().step_operations;
     motion_.sources = stepper_.report().sources;
     join_columns();
@@ -214,8 +214,8 @@ System system_of(const RobotScene& scene) {
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   check_start(scene);
   const auto begin = Clock::now();
-  Run run(scene, watch);
-  const double build = seconds_since(begin);
+  SceneRun run(scene, watch);
+  const double build = elapsed_since(begin);
   SimulatedMotion motion = run.result();
   motion.build_seconds = build;
   return motion;

@@ -101,7 +101,7 @@ TEST(Simulate, RefusesInASentence) {
       {{"simulate", "none.urdf"}, "none.urdf"},
       {{"simulate", solo, "--q0", "1,2,3"}, "--q0: got 3 numbers; expected"},
       {{"simulate", solo, "--effects", "joint_dampin=1"}, "did you mean 'joint_damping'"},
-      {{"simulate", solo, "--integrator", "euler"}, "must be one of"},
+      {{"simulate", solo, "--integrator", "euler"}, "valid are"},
       {{"simulate", solo, "--step", "-1"}, "must be positive"},
       {{"simulate", solo, "--v0", "nan"}, ""},
       {{"simulate", config("tasks/block_move.info")}, "simulation"},
