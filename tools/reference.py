@@ -21,6 +21,7 @@ SOURCES = ('autodiff', 'codegen', 'dynamics', 'interface', 'tools', 'tests/bench
 SCRIPTS = ('tools', 'tests/tools', 'tests/bench', 'tests/full')
 
 ENVIRONMENT = {
+    'ROS_PACKAGE_PATH': 'Folders in which meshes of `package://NAME/...` are looked for, after those above the robot\'s file.',
     'COLUMNS': 'Columns that `--help` fills, 60 to 160; anything else counts as 80.',
     'DYNTAPE_BUILD': 'Where `tools/build`, `tools/demo`, `tools/test` and `tools/check` build, in place of `build/`.',
     'DYNTAPE_CACHE': 'The folder of compiled libraries, in place of `$XDG_CACHE_HOME/dyntape`.',

@@ -65,6 +65,26 @@ void check_terrain(const PlayerInput& input) {
          "heights need finite numbers and steps above zero");
 }
 
+void check_visuals(const PlayerInput& input) {
+  for (const dynamics::Visual& shape : input.visuals.shapes) {
+    demand(shape.body >= -1 && shape.body < input.model.njoints(),
+           "a shape of link '" + shape.link + "' is on body " + std::to_string(shape.body) +
+               "; expected one of the robot's " + std::to_string(input.model.njoints()) +
+               ", or -1 for the world");
+    demand(shape.shape != dynamics::Shape::kMesh || shape.mesh,
+           "a mesh of link '" + shape.link + "' is empty");
+  }
+}
+
+void check_frames(const PlayerFrames& frames) {
+  for (double t : frames.t) demand(std::isfinite(t), "t spans more than a double can say");
+  for (const auto& bodies : frames.X_WB) {
+    for (const auto& X : bodies)
+      demand(X.p.allFinite() && X.R.allFinite(),
+             "q places a body nowhere: a quaternion of zero, or numbers too large");
+  }
+}
+
 }  // namespace
 
 std::string player_page(const PlayerInput& input) {
@@ -72,11 +92,14 @@ std::string player_page(const PlayerInput& input) {
   check_contacts(input);
   check_player_values(input);
   check_terrain(input);
+  check_visuals(input);
   constexpr std::string_view kPlace = "@SCENE@";
   const std::string_view page = kPlayerPage;
   const std::size_t at = page.find(kPlace);
   std::string text(page.substr(0, at));
-  text += scene_json(input, player_frames(input));
+  const PlayerFrames frames = player_frames(input);
+  check_frames(frames);
+  text += scene_json(input, frames);
   return text += page.substr(at + kPlace.size());
 }
 

@@ -13,7 +13,7 @@ let time = first, playing = false;
 // The frame at or before a time, and how far the next one is on its way.
 function frame_at(t) {
   const frames = scene.t.length;
-  if (frames < 2) return {k: 0, next: 0, s: 0};
+  if (frames < 2 || !(last > first)) return {k: 0, next: 0, s: 0};
   const at = Math.min(Math.max((t - first) / (last - first) * (frames - 1), 0), frames - 1);
   const k = Math.min(Math.floor(at + 1e-9), frames - 1);
   return {k, next: Math.min(k + 1, frames - 1), s: Math.max(at - k, 0)};

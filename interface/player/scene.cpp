@@ -15,9 +15,9 @@ using nlohmann::ordered_json;
 
 namespace {
 
-// Six digits, for the page's size.
-double shown(double value) {
-  const double few = *io::parse_double(io::with_digits(value, 6));
+// Few digits, for the page's size.
+double shown(double value, int digits = 6) {
+  const double few = *io::parse_double(io::with_digits(value, digits));
   return few == 0 ? 0.0 : few;  // no -0
 }
 
@@ -28,12 +28,12 @@ ordered_json short_numbers(const Numbers& values) {
   return list;
 }
 
-void append_short(ordered_json& list, const Eigen::Ref<const Eigen::VectorXd>& values) {
-  for (double value : values) list.push_back(shown(value));
+void append_short(ordered_json& list, const Eigen::Ref<const Eigen::VectorXd>& values, int digits = 6) {
+  for (double value : values) list.push_back(shown(value, digits));
 }
 
 // Each body's quaternion on the side of the one before it.
-ordered_json poses_json(const std::vector<Placements>& X_WB) {
+ordered_json poses_json(const std::vector<Placements>& X_WB, int digits) {
   ordered_json all = ordered_json::array();
   std::vector<Eigen::Vector4d> last(X_WB.front().size(), Eigen::Vector4d::Zero());
   for (const Placements& bodies : X_WB) {
@@ -42,7 +42,7 @@ ordered_json poses_json(const std::vector<Placements>& X_WB) {
       Eigen::Vector4d q = dynamics::quaternion(bodies[i].R);
       if (q.dot(last[i]) < 0) q = -q;
       last[i] = q;
-      append_short(frame, bodies[i].p);
+      append_short(frame, bodies[i].p, digits);
       append_short(frame, q);
     }
     all.push_back(std::move(frame));
@@ -86,12 +86,12 @@ void add_shapes(const std::vector<dynamics::Visual>& shapes, ordered_json& scene
   scene["meshes"] = std::move(meshes);
 }
 
-ordered_json contacts_json(const std::vector<std::vector<PlayerContact>>& frames) {
+ordered_json contacts_json(const std::vector<std::vector<PlayerContact>>& frames, int digits) {
   ordered_json all = ordered_json::array();
   for (const auto& contacts : frames) {
     ordered_json frame = ordered_json::array();
     for (const PlayerContact& contact : contacts) {
-      append_short(frame, contact.point);
+      append_short(frame, contact.point, digits);
       append_short(frame, contact.force);
     }
     all.push_back(std::move(frame));
@@ -99,11 +99,11 @@ ordered_json contacts_json(const std::vector<std::vector<PlayerContact>>& frames
   return all;
 }
 
-ordered_json traces_json(const PlayerInput& input, const PlayerFrames& frames) {
+ordered_json traces_json(const PlayerInput& input, const PlayerFrames& frames, int digits) {
   ordered_json all = ordered_json::array();
   for (std::size_t i = 0; i < input.traces.size(); ++i) {
     ordered_json points = ordered_json::array();
-    for (const Eigen::Vector3d& p : frames.traces[i]) append_short(points, p);
+    for (const Eigen::Vector3d& p : frames.traces[i]) append_short(points, p, digits);
     all.push_back({{"name", input.traces[i]}, {"points", std::move(points)}});
   }
   return all;
@@ -158,12 +158,22 @@ Room room_of(const std::vector<dynamics::Visual>& shapes, const PlayerFrames& fr
   return room;
 }
 
+// Of positions: as many more as the robot is smaller than its distance from the origin.
+int digits_of(const Room& room) {
+  const double size = std::max(room.first.diagonal().norm(), 1e-3);
+  const double reach =
+      std::max(room.motion.min().cwiseAbs().maxCoeff(), room.motion.max().cwiseAbs().maxCoeff());
+  return 6 + std::clamp(int(std::ceil(std::log10(std::max(reach / size, 1.0)))), 0, 10);
+}
+
 // The largest force is as long as half the robot.
 void add_room(const PlayerInput& input, const Room& room, ordered_json& scene) {
   const double radius = std::max(room.motion.diagonal().norm() / 2, 1e-3);
   const double size = std::max(room.first.diagonal().norm(), 1e-3), force = largest_force(input);
   const double lowest = room.motion.min().z();
-  scene["center"] = short_numbers(Eigen::Vector3d(room.motion.center()));
+  ordered_json center = ordered_json::array();
+  append_short(center, Eigen::Vector3d(room.motion.center()), digits_of(room));
+  scene["center"] = std::move(center);
   scene["radius"] = shown(radius);
   scene["ground"] = shown(lowest < -0.1 * size ? lowest : 0);
   scene["size"] = shown(size);
@@ -187,15 +197,19 @@ std::string safe_in_html(const std::string& json) {
 
 std::string scene_json(const PlayerInput& input, const PlayerFrames& frames) {
   const std::vector<dynamics::Visual> shapes = player_shapes(input.model, input.visuals, frames.X_WB.front());
+  const Room room = room_of(shapes, frames);
+  const int digits = digits_of(room);
+  ordered_json times = ordered_json::array();
+  append_short(times, Eigen::Map<const Eigen::VectorXd>(frames.t.data(), Eigen::Index(frames.t.size())), 15);
   ordered_json scene = {
-      {"title", input.title},         {"robot", input.model.name},       {"notes", input.visuals.notes},
-      {"t", short_numbers(frames.t)}, {"bodies", input.model.njoints()}, {"poses", poses_json(frames.X_WB)}};
+      {"title", input.title},  {"robot", input.model.name},       {"notes", input.visuals.notes},
+      {"t", std::move(times)}, {"bodies", input.model.njoints()}, {"poses", poses_json(frames.X_WB, digits)}};
   add_shapes(shapes, scene);
-  scene["contacts"] = contacts_json(frames.contacts);
-  scene["traces"] = traces_json(input, frames);
+  scene["contacts"] = contacts_json(frames.contacts, digits);
+  scene["traces"] = traces_json(input, frames, digits);
   scene["values"] = values_json(input, frames);
   add_terrain(input, scene);
-  add_room(input, room_of(shapes, frames), scene);
+  add_room(input, room, scene);
   return safe_in_html(scene.dump(-1, ' ', true, ordered_json::error_handler_t::replace));
 }
 

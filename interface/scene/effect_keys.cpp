@@ -105,7 +105,7 @@ class EffectReader {
     std::vector<Section> given = effects_.children(kKey);
     if (given.size() > 1) effects_.problem(kKey, std::string("'") + kKey + "' is given twice, expected once");
     const std::string word = given.empty() ? "" : given.front().value();
-    if (word == "off") return stored.reset();
+    if (word == "off" || word == "false") return stored.reset();
     Effect effect = start(stored);
     if (word.empty() && !is_vector(given)) {
       Section block = effects_.child(kKey);
@@ -156,7 +156,7 @@ class EffectReader {
 
   // on, robot, or the first parameter alone where that is a vector; the others as they are where nothing is said.
   void read_word(const std::string& word, Effect& effect) {
-    bool is_first = true, is_understood = word == "on";
+    bool is_first = true, is_understood = word == "on" || word == "true";
     Effect::visit_parameters(effect, [&]<class Value>(const ParameterInfo& info, Value& value) {
       if constexpr (std::is_same_v<Value, VectorXd>) {
         is_understood = is_understood || is_first;
@@ -176,6 +176,8 @@ class EffectReader {
   }
   VectorXd of_robot_or_fallback(const ParameterInfo& info) const {
     if (!info.fallback && info.of_robot) return info.of_robot(*model_);
+    if (info.length == dynamics::Length::kConfiguration)
+      return configuration_of(*model_, VectorXd::Constant(model_->nv, info.fallback.value_or(0)));
     return VectorXd::Constant(model_->nv, info.fallback.value_or(0));
   }
 

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <iomanip>
+#include <sstream>
+#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -73,6 +76,16 @@ void read_start(Section& file, const RobotModel* model, Scene& scene) {
   if (has_free_base(*model)) place_base(base, scene);
 }
 
+// Whether `whole` is made of steps; rounding apart.
+void check_whole(Section& block, const std::string& key, double step, const std::string& of, double whole) {
+  const double count = whole / step, nearest = std::round(count);
+  if (count < 1 - 1e-9 && of == "duration") return;  // said elsewhere
+  if (nearest >= 1 && std::abs(count - nearest) <= 1e-6 * nearest) return;
+  block.problem(key, "'" + of + "' of " + io::shortest(whole) + " s is not made of whole steps of " +
+                         io::shortest(step) + " s; the nearest that is: " +
+                         io::with_digits(std::max(nearest, 1.0) * step, 12) + " s");
+}
+
 void read_method(Section& file, Scene& scene) {
   Section block = file.about("how the motion is computed").child("simulation");
   scene.duration = block.about("of the motion [s]").get<double>("duration", io::positive());
@@ -84,11 +97,20 @@ void read_method(Section& file, Scene& scene) {
   for (Integrator integrator : kIntegrators) choices.emplace_back(to_string(integrator), integrator);
   scene.integrator = block.about("what one step is")
                          .choice_or<Integrator>("integrator", to_string(scene.integrator), choices);
+  if (!(scene.duration > 0 && scene.step > 0 && scene.sample > 0)) return;  // said already
   const double count = scene.duration / scene.step;
   if (scene.integrator == Integrator::kVariational && !scene.robot.effects.acting().coriolis)
     block.problem("integrator", "'variational' has all velocity products; they are off in this scene");
+  if (scene.sample > scene.duration * (1 + 1e-9)) {
+    block.problem("sample", "'sample' is longer than the duration of " + io::shortest(scene.duration) + " s");
+  } else if (scene.duration / scene.sample > 1e7) {
+    block.problem("sample", "'sample' makes " + io::with_digits(scene.duration / scene.sample, 3) +
+                                " rows; expected at most 1e7");
+  }
   if (count > 1e9)
     block.problem("step", "'step' makes " + io::with_digits(count, 3) + " steps; expected at most 1e9");
+  check_whole(block, "step", scene.step, "duration", scene.duration);
+  check_whole(block, "sample", scene.step, "sample", scene.sample);
   if (count < 1 - 1e-9)
     block.problem("step", "'step' is longer than the duration of " + io::shortest(scene.duration) + " s");
 }
@@ -151,6 +173,23 @@ void read_keys(Section& file, Scene& scene, const std::string& path, const Robot
   scene.evaluation = read_evaluation(file).options;
 }
 
+// What is understood of a file means the same elsewhere.
+std::string with_absolute_paths(std::string text, const std::string& path) {
+  std::istringstream lines(std::exchange(text, {}));
+  for (std::string line; std::getline(lines, line); text += line + "\n") {
+    std::istringstream words(line);
+    std::string key, value;
+    words >> key >> std::quoted(value);
+    if ((key != "urdf" && key != "file") || value.empty()) continue;
+    const std::filesystem::path found = std::filesystem::path(path).parent_path() / value;
+    std::ostringstream written;
+    written << line.substr(0, line.find(key)) << key << " "
+            << std::quoted(std::filesystem::absolute(found).lexically_normal().string());
+    line = written.str();
+  }
+  return text;
+}
+
 std::string read_name(Section& file, const std::string& fallback) {
   return file.about("of the scene, in reports and pictures").get_or<std::string>("name", fallback);
 }
@@ -183,8 +222,13 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
   }
   read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr);
   file.finish();
-  dynamics::check(scene.robot.model, scene.robot.effects);
-  scene.effective = file.effective_values();
+  try {
+    dynamics::check(scene.robot.model, scene.robot.effects);
+    (void)actuated_dofs(scene.robot);
+  } catch (const ArgumentError& e) {
+    throw FileError(path + ": " + e.what());
+  }
+  scene.effective = with_absolute_paths(file.effective_values(), path);
   return scene;
 }
 

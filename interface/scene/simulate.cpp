@@ -66,7 +66,7 @@ class SceneRun {
       note(k + 1);
     }
     work_.finish([&](const VectorXd& work) { note_work(work); });
-    if (motion_.trouble.empty()) motion_.trouble = trouble_on_the_way();
+    motion_.doubt = doubt();
     motion_.step_seconds = elapsed_since(begin);
     motion_.operations = stepper_.report().step_operations;
     motion_.sources = stepper_.report().sources;
@@ -101,14 +101,55 @@ class SceneRun {
   }
 
   // A friction that is too stiff for the step makes the motion tremble, which no other check sees.
-  std::string trouble_on_the_way() const {
-    constexpr std::size_t kLooks = 16;
+  std::string doubt() {
     const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
-    for (std::size_t k = 0; k < states_.size(); k += 1 + states_.size() / kLooks) {
-      const std::string stiff = stability_trouble(scene_, states_[k].head(nq), states_[k].segment(nq, nv));
-      if (!stiff.empty()) return at_time(motion_.t[k]) + stiff;
+    for (const auto& [k, x] : looks_) {
+      std::string stiff = stability_trouble(scene_, x.head(nq), x.segment(nq, nv));
+      if (stiff.empty()) stiff = trouble_at_turns(double(k) * scene_.step, x);
+      if (!stiff.empty()) return at_time(double(k) * scene_.step) + stiff;
     }
-    return "";
+    return doubt_of_halves();
+  }
+
+  // Where a joint turns round within the step, its friction may be far stiffer than at both ends.
+  std::string trouble_at_turns(double t, const VectorXd& x) {
+    const dynamics::Model<double>& model = scene_.robot.model;
+    dynamics::Data<double> data(model);
+    dynamics::EffectTorques<double> torques(model);
+    const VectorXd q = x.head(model.nq), u = scene_.commands.at(t);
+    VectorXd v = x.segment(model.nq, model.nv), tau = VectorXd::Zero(model.nv);
+    const std::vector<int> dofs = actuated_dofs(scene_.robot);
+    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = u[Eigen::Index(k)];
+    const VectorXd next = v + scene_.step * dynamics::forward_dynamics<double>(
+                                                model, data, torques, scene_.robot.effects, q, v, tau);
+    const auto turns = (v.array() * next.array() < 0).eval();
+    if (!turns.any()) return "";
+    v = turns.select(VectorXd::Zero(model.nv), v);
+    return stability_trouble(scene_, q, v);
+  }
+
+  // Where half steps lead elsewhere again and again: friction that trembles, forces that come and go within a step.
+  std::string doubt_of_halves() {
+    constexpr double kElsewhere = 0.1, kOften = 0.25;
+    const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
+    const double h = scene_.step;
+    std::vector<VectorXd> error;
+    VectorXd whole(x_.size()), half(x_.size()), twice(x_.size());
+    VectorXd most = VectorXd::Zero(nv);
+    for (const auto& [k, x] : looks_) {
+      const double t = double(k) * h;
+      const VectorXd u = scene_.commands.at(t + h / 2);
+      if (!stepper_.step(t, h, x.data(), u.data(), nullptr, whole.data())) continue;
+      if (!stepper_.step(t, h / 2, x.data(), u.data(), nullptr, half.data())) continue;
+      if (!stepper_.step(t + h / 2, h / 2, half.data(), u.data(), nullptr, twice.data())) continue;
+      most = most.cwiseMax((twice - x).segment(nq, nv).cwiseAbs());
+      error.push_back((twice - whole).segment(nq, nv).cwiseAbs());
+    }
+    long elsewhere = 0;
+    for (const VectorXd& e : error) elsewhere += (e.array() > kElsewhere * most.array() + 1e-12).any();
+    if (double(elsewhere) <= kOften * double(error.size()) || elsewhere < 3) return "";
+    return "in " + std::to_string(elsewhere) + " of " + std::to_string(error.size()) +
+           " places two steps of half the length lead elsewhere; take shorter steps, or smoother forces";
   }
 
   VectorXd drive(const VectorXd& u) const {
@@ -125,6 +166,7 @@ class SceneRun {
     const VectorXd now = drive(scene_.commands.at(t));
     const Energy& energy = energy_.at(x_, now);
     work_.append(energy.power, [&](const VectorXd& work) { note_work(work); });
+    if (k % (1 + scene_.steps() / kLooks) == 0) looks_.emplace_back(k, x_);
     if (!is_sample(k)) return;
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
@@ -155,6 +197,9 @@ class SceneRun {
     }
   }
 
+  // Where a motion is looked at for steps that are too long, evenly in time, whatever is sampled.
+  static constexpr long kLooks = 64;
+
   const Scene& scene_;
   const SimulationWatch& watch_;
   Stepper stepper_;
@@ -163,6 +208,7 @@ class SceneRun {
   VectorXd x_, next_;
   long worked_ = 0;
   std::vector<VectorXd> states_, drives_;
+  std::vector<std::pair<long, VectorXd>> looks_;
   SimulatedMotion motion_;
 };
 
@@ -228,7 +274,8 @@ double SimulatedMotion::energy_error() const {
     for (const EnergyFlow& flow : flows) {
       if (std::size_t(k) < flow.work.size()) work += flow.work[std::size_t(k)];
     }
-    most = std::max(most, std::abs(kinetic[std::size_t(k)] - kinetic[0] - work));
+    const double error = std::abs(kinetic[std::size_t(k)] - kinetic[0] - work);
+    if (!(error <= most)) most = error;  // NaN as well
   }
   return most;
 }

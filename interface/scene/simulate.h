@@ -11,7 +11,7 @@
 //
 // Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
 //   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
-// The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4; of contacts, which
+// The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4 (of commands of a table, which are held at their middle over a step, to h^2); of contacts, which
 // begin within a step, less.  What effects with a potential store is known besides.
 //
 // A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
@@ -43,13 +43,14 @@ struct SimulatedMotion {
 
   long steps = 0;                              // that were made
   std::string trouble;                         // why it ended ahead of its time, or ""
+  std::string doubt;                           // where its steps are too long to be trusted, or ""
   bool was_stopped = false;                    // from outside
   std::size_t operations = 0;                  // of one step
   double step_seconds = 0, build_seconds = 0;  // of all steps; of recording, compiling and loading
   std::vector<std::string> sources = {};       // C files, where there are any
 
   int samples() const { return static_cast<int>(t.size()); }
-  bool is_whole() const { return trouble.empty() && !was_stopped; }
+  bool is_whole() const { return trouble.empty() && doubt.empty() && !was_stopped; }
   double energy(int sample) const { return kinetic[std::size_t(sample)] + stored[std::size_t(sample)]; }
   // Largest difference of T from what the work of all flows makes of it (J), and the largest energy that moved: what it
   // is to be compared with.

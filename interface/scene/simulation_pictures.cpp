@@ -104,8 +104,26 @@ void for_each_point(const dynamics::Effects<double>& effects, const Visit& visit
   });
 }
 
+// "contacts at FL_FOOT"; of points that are no frame's origin, their numbers.
+std::vector<std::string> point_names(const Scene& scene) {
+  std::vector<std::string> names;
+  dynamics::for_each_chosen_effect(scene.robot.effects, [&](const auto& effect) {
+    const auto add_name = [&](int body, const Eigen::Vector3d& r, const auto&) {
+      if (body < 0) return;
+      std::string place = "point " + std::to_string(names.size() + 1);
+      for (const auto& frame : scene.robot.model.frames) {
+        if (frame.body == body && frame.X_BF.p == r) place = frame.name;
+      }
+      names.push_back(std::string(dynamics::effect_name(effect)) + " at " + place);
+    };
+    if constexpr (requires { effect.for_each_point(add_name); }) effect.for_each_point(add_name);
+  });
+  return names;
+}
+
 // The ground that an effect stands on, as the page draws it.
-void add_ground(const dynamics::Effects<double>& effects, PlayerInput& player) {
+void add_ground(const dynamics::Effects<double>& effects, const Eigen::Vector2d& middle,
+                PlayerInput& player) {
   dynamics::for_each_chosen_effect(effects, [&](const auto& effect) {
     if constexpr (requires { effect.ground; }) {
       const auto& ground = effect.ground;
@@ -115,7 +133,7 @@ void add_ground(const dynamics::Effects<double>& effects, PlayerInput& player) {
       }
       constexpr int kPoints = 81;
       constexpr double kSize = 8;
-      PlayerHeights heights{{-kSize / 2, -kSize / 2},
+      PlayerHeights heights{middle - Eigen::Vector2d::Constant(kSize / 2),
                             {kSize / (kPoints - 1), kSize / (kPoints - 1)},
                             MatrixXd(kPoints, kPoints)};
       for (int i = 0; i < kPoints; ++i) {
@@ -164,14 +182,15 @@ std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const S
 
 io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion) {
   const std::vector<std::vector<PlayerContact>> forces = point_forces(scene, motion);
+  const std::vector<std::string> names = point_names(scene);
   io::Plot plot{.title = scene.name};
-  if (forces.empty() || forces.front().empty()) return plot;
+  if (forces.empty() || names.empty()) return plot;
   const auto panel = [&](const std::string& title, const auto& part) {
     io::Panel p{.title = title, .x_label = "time [s]", .y_label = "[N]"};
-    for (std::size_t i = 0; i < forces.front().size(); ++i) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
       std::vector<double> y;
       for (const auto& sample : forces) y.push_back(part(sample[i].force));
-      add(p, "point " + std::to_string(i + 1), motion, y);
+      add(p, names[i], motion, y);
     }
     return p;
   };
@@ -186,7 +205,10 @@ PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion) {
   player.q = motion.q;
   player.contacts = point_forces(scene, motion);
   player.values = {told("kinetic energy", motion.kinetic), told("stored energy", motion.stored)};
-  add_ground(scene.robot.effects, player);
+  // A fixed base stands at the origin.
+  const Eigen::Vector2d middle =
+      floats(scene) ? Eigen::Vector2d(motion.q.topRows<2>().rowwise().mean()) : Eigen::Vector2d::Zero();
+  add_ground(scene.robot.effects, middle, player);
   return player;
 }
 

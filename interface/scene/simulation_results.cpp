@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/scene/simulation_results.h>
 
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
@@ -41,6 +42,13 @@ std::string per_second(double simulated, double seconds) {
   return seconds > 0 ? io::significant(simulated / seconds, 3) + " times real time" : "";
 }
 
+void remove(const std::string& folder, const char* file) {
+  std::error_code none;
+  const std::filesystem::path path = std::filesystem::path(folder) / file;
+  if (std::filesystem::symlink_status(path, none).type() == std::filesystem::file_type::regular)
+    std::filesystem::remove(path, none);
+}
+
 }  // namespace
 
 std::vector<std::string> simulation_files() {
@@ -72,7 +80,8 @@ io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
 std::string SimulationReport::verdict() const {
   const std::string reached = io::with_digits(double(motion.steps) * scene.step, 6);
   if (motion.was_stopped) return "stopped after " + reached + " s of its motion";
-  return motion.trouble.empty() ? "simulated " + reached + " s" : "ended " + motion.trouble;
+  if (!motion.trouble.empty()) return "ended " + motion.trouble;
+  return "simulated " + reached + " s" + (motion.doubt.empty() ? "" : ", not to be trusted: " + motion.doubt);
 }
 
 std::string SimulationReport::text() const {
@@ -122,6 +131,7 @@ void write_results(SimulationReport& report, const std::string& folder, const st
       write(folder + "/" + file);
     } catch (const Error& e) {
       report.unwritten.push_back(e.what());
+      remove(folder, file);
     }
   };
   const SimulatedMotion& motion = report.motion;
@@ -132,9 +142,15 @@ void write_results(SimulationReport& report, const std::string& folder, const st
   for (const auto& [file, plot] :
        {std::pair(kCurves, &state_plot), {kEnergy, &energy_plot}, {kForces, &force_plot}}) {
     const io::Plot picture = plot(report.scene, motion);
-    if (picture.panels.empty() || motion.was_stopped || stop.stop_requested()) continue;
+    if (picture.panels.empty() || motion.was_stopped || stop.stop_requested()) {
+      remove(folder, file);  // of an earlier motion
+      if (!picture.panels.empty() && !motion.was_stopped)
+        report.unwritten.push_back(folder + "/" + file + ": not drawn, interrupted");
+      continue;
+    }
     attempt(file, [&](const std::string& path) { io::draw(picture, path, "gnuplot", stop); });
   }
+  remove(folder, kPlayer);
   if (!motion.was_stopped) {
     attempt(kPlayer,
             [&](const std::string& path) { write_player(scene_player(report.scene, motion), path); });

@@ -12,7 +12,7 @@
 //   effective.info  the scene as it was understood, defaults included
 //   trajectory.svg  positions, velocities and torques over time
 //   energy.svg      energies, and the work of all that acts
-//   forces.svg      what acts at points of the robot: contacts, drag, buoyancy; where there is any
+//   forces.svg      what acts at points of the robot and changes as it moves: contacts, drag
 //   motion.html     plays the motion in 3D (interface/player)
 #pragma once
 

@@ -73,9 +73,12 @@ struct Stepper::Made {
     std::copy_n(p, system.n_p, next);
   }
 
-  // Size of the numbers that the unknowns are added to: velocities, or how far these go in a step.
+  // Size of the numbers that the unknowns are added to: velocities, or how far these go in a step.  At rest it is forces
+  // that cancel whose rounding is left, as if something moved slowly.
   double size_of_unknowns(double h) const {
-    const double v = arguments.segment(system.model.nq, system.model.nv).cwiseAbs().maxCoeff();
+    constexpr double kSlow = 1e-3;
+    const double v =
+        std::max(kSlow, arguments.segment(system.model.nq, system.model.nv).cwiseAbs().maxCoeff());
     return integrator == Integrator::kVariational ? std::abs(h) * v : v;
   }
 
@@ -128,6 +131,9 @@ std::string Stepper::Made::unsolved(Newton::Outcome outcome) const {
   const std::string last = ", the last step is " + io::with_digits(newton->last_step(), 3);
   switch (outcome) {
     case Newton::Outcome::kNotFinite:
+      if (newton->residuals() <= 1)
+        return where() +
+               "the equations of the step are not finite where it begins; look at the state, and at h";
       return where() + "the residual of Newton's method is not finite" + after + "; take a shorter step";
     case Newton::Outcome::kSingular:
       return where() + "the Jacobian of Newton's method is singular" + after + "; take a shorter step";
@@ -195,7 +201,10 @@ std::size_t Stepper::Made::steps_at_once(double h, const StateRows& r, std::stri
     const auto finite = [&](const double* entries) {
       return std::all_of(entries, entries + recorded.nx, [](double v) { return std::isfinite(v); });
     };
-    if (status[i] == 0 && finite(x_next) && finite(x)) continue;
+    const auto arguments_at = rows.begin() + long(i * width);
+    const bool sound =
+        std::all_of(arguments_at, arguments_at + long(width), [](double v) { return std::isfinite(v); });
+    if (status[i] == 0 && sound && finite(x_next) && finite(x)) continue;
     // Once more alone, for the sentence.
     step(r.t[i * r.stride_t], h, x, r.u + i * r.stride_u, r.p + i * r.stride_p, x_next,
          failed++ == 0 ? why : nullptr);

@@ -32,10 +32,7 @@ TEST(Simulate, WritesTheMotionItsPicturesAndItsPage) {
   EXPECT_EQ(report["steps"], 2000);
   // What was understood means the same.
   const std::string again = scratch / "again.info";
-  std::string text = slurp(scratch / "out/effective.info");
-  const std::string from = "../robots/box.urdf";
-  text.replace(text.find(from), from.size(), config("robots/box.urdf"));
-  std::ofstream(again) << text;
+  fs::copy_file(scratch / "out/effective.info", again);
   const Outcome second = run_dyntape({"simulate", again, "--output", scratch / "second"});
   EXPECT_EQ(second.status, 0) << second.err;
   EXPECT_EQ(slurp(scratch / "out/motion.csv"), slurp(scratch / "second/motion.csv"));
@@ -104,6 +101,8 @@ TEST(Simulate, RefusesInASentence) {
       {{"simulate", solo, "--integrator", "euler"}, "valid are"},
       {{"simulate", solo, "--step", "-1"}, "must be positive"},
       {{"simulate", solo, "--v0", "nan"}, ""},
+      {{"simulate", config("scenes/pendulum.info"), "--for", "2"},
+       "--for is of a robot without a scene file"},
       {{"simulate", config("tasks/block_move.info")}, "simulation"},
       {{"solve", config("scenes/pendulum.info")}, "horizon"},
   };

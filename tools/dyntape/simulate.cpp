@@ -23,6 +23,7 @@ namespace {
 
 struct SimulateOptions {
   std::string file, output;
+  std::vector<const CLI::Option*> of_robot;
   // Of a robot without a scene file.
   std::string base = "fixed", integrator = "runge-kutta-4";
   std::vector<double> q0, v0;
@@ -76,7 +77,14 @@ Eigen::VectorXd start_of(const std::vector<double>& given, const dynamics::Model
 }
 
 Scene scene_in(const SimulateOptions& options) {
-  if (!is_robot(options.file)) return read_scene(options.file);
+  if (!is_robot(options.file)) {
+    for (const CLI::Option* option : options.of_robot) {
+      if (option->count() > 0)
+        throw ArgumentError(option->get_name() +
+                            " is of a robot without a scene file; a scene says it itself");
+    }
+    return read_scene(options.file);
+  }
   read_file(options.file);  // says at once what is wrong with the file itself
   const std::string here = (std::filesystem::path(options.file).parent_path() / "(command line)").string();
   Scene scene = read_scene_text(scene_text(options), here);
@@ -84,6 +92,17 @@ Scene scene_in(const SimulateOptions& options) {
   scene.q = start_of(options.q0, model, "--q0", model.nq, scene.q);
   scene.v = start_of(options.v0, model, "--v0", model.nv, scene.v);
   return scene;
+}
+
+SimulatedMotion watched(const Scene& scene, io::LiveLine& line, const Interruption& interruption) {
+  try {
+    return simulate(scene, {interruption.token(), [&](const std::string& what) { line.show(what); }});
+  } catch (const Error&) {
+    line.erase();
+    if (!interruption.status()) throw;
+    std::cerr << "dyntape: interrupted before the first step\n";
+    throw Failure{interruption.status()};
+  }
 }
 
 void run(const SimulateOptions& options) {
@@ -97,8 +116,7 @@ void run(const SimulateOptions& options) {
   if (!options.output.empty()) prepare_folder(options.output, simulation_files());
   io::LiveLine line;
   const Interruption interruption([] { return false; });
-  SimulationReport report{
-      scene, simulate(scene, {interruption.token(), [&](const std::string& what) { line.show(what); }})};
+  SimulationReport report{scene, watched(scene, line, interruption)};
   line.erase();
   if (!options.output.empty()) write_results(report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
@@ -168,6 +186,9 @@ void add_simulate(CLI::App& app) {
       ->delimiter(',')
       ->type_name("KEY=VALUE,...")
       ->group(group);
+  for (const CLI::Option* option : command->get_options()) {
+    if (option->get_group() == group) options->of_robot.push_back(option);
+  }
   command->callback([options] { run(*options); });
 }
 
