@@ -5,6 +5,7 @@
 
 #include <dyntape/autodiff/error.h>
 
+#include <algorithm>
 #include <set>
 
 #include "all_effects.h"
@@ -97,13 +98,20 @@ TEST_P(EffectsOfSeed, EachTellsWhatItIs) {
 TEST_P(EffectsOfSeed, WhatIsWrongIsNamed) {
   EXPECT_EQ(complaint(), "");
   const Effects<double> right = effects;
-  const std::string last = "of joint \"" + model.joints.back().name + "\"";
-  const long k = model.nv - 1;
+  const auto single = std::find_if(model.joints.rbegin(), model.joints.rend(),
+                                   [](const auto& joint) { return is_single(joint.type); });
+  const std::string last = "of joint \"" + single->name + "\"";
+  const long k = single->idx_v;
   effects.damping->coefficient[k] = -0.5;
   EXPECT_EQ(complaint(), "effects: joint damping: coefficient " + last +
                              " is -0.5 N m s/rad or N s/m, expected at least 0");
   effects = right, effects.limits->margin[k] = 0;
   EXPECT_EQ(complaint(), "effects: joint limits: margin " + last + " is 0 rad or m, expected above 0");
+  effects = right;
+  for (const auto& joint : model.joints) {  // nobody says a value of these
+    if (!is_single(joint.type)) effects.limits->margin.segment(joint.idx_v, nv(joint.type)).setZero();
+  }
+  EXPECT_EQ(complaint(), "");
   effects = right, effects.springs->rest.conservativeResize(1);
   EXPECT_EQ(complaint(), "effects: joint springs: rest has 1 entries, expected " + std::to_string(model.nq) +
                              " for model \"random tree\"");

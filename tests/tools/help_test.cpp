@@ -124,7 +124,7 @@ TEST(Keys, EveryKeyWithWhatItMeans) {
   EXPECT_LE(widest(run.out), 80u) << run.out;
   for (const char* key :
        {"\n  robot ", "\n    urdf ", "\n    inertia ", "\n    joint_friction", "\n      smoothing ",
-        "default 1e-08", "required", "[rad/s]", "\n    check_derivatives", "\n  model_settings",
+        "default 1e-08", "required", "[rad/s or m/s]", "\n    check_derivatives", "\n  model_settings",
         "error | warn", "\n    tolerance "})
     EXPECT_NE(run.out.find(key), std::string::npos) << key << "\n" << run.out;
   for (const dyntape::io::Question& question : dyntape::task_questions()) {

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/info.h>
 #include <dyntape/interface/scene/scene.h>
@@ -41,15 +42,19 @@ std::string keys_of(const std::vector<io::Question>& questions, const std::strin
 }
 
 std::string introduction(const std::string& kind) {
-  return "Keys of a " + kind + " file, blocks with theirs.  A number a joint is written by joint name in a block\n"
+  return "Keys of a " + kind +
+         " file, blocks with theirs.  A number a joint is written by joint name in a block\n"
          "(q { shoulder 0  elbow 1 }), as one quoted list in the order of the joints, or as one number for\n"
          "all.  Required keys of a block are required where the block is there.\n";
 }
 
-// Scenes are simulated, tasks have a horizon.
+// Scenes are simulated, tasks have a horizon.  What is neither is for the reader of tasks to complain of.
 bool is_scene(const std::string& file) {
-  const io::InfoNode root = io::parse_info(read_file(file), file);
-  return root.child("simulation") != nullptr;
+  try {
+    return io::parse_info(read_file(file), file).child("simulation") != nullptr;
+  } catch (const FileError&) {
+    return false;
+  }
 }
 
 struct Found {
