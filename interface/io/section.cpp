@@ -203,6 +203,11 @@ std::string Section::hint(const std::string& key) const {
   return suggestion(key, state_->asked);
 }
 
+void Section::understood_as(const std::string& key, const std::string& value) {
+  const auto place = state_->places.find(key);
+  if (place != state_->places.end()) state_->answers[place->second].written.value = value;
+}
+
 std::string Section::effective_values() const { return write_info(effective(*state_)); }
 
 InfoNode Section::effective(const State& state) {

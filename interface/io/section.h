@@ -93,6 +93,9 @@ class Section {
   // Notes a problem found by the caller, at the value of `key`.
   void problem(const std::string& key, const std::string& message);
 
+  // The answer to `key`, as effective_values writes it: of a path, what it means elsewhere as well.
+  void understood_as(const std::string& key, const std::string& value);
+
   // Reports everything noted in the file so far, and in this block and those below it every key that was not
   // asked for, is given twice, or has a value or block that nothing reads.  Throws FileError or
   // returns.

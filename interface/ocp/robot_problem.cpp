@@ -40,9 +40,7 @@ struct Plant {
   Eigen::VectorXd gain;  // of each control: torque = gain u
 
   Vector<T> command(const Stage<T>& s) const {
-    Vector<T> tau = Vector<T>::Constant(model.nv, T(0));
-    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = T(gain[long(k)]) * s.u[long(k)];
-    return tau;
+    return torques_at(dofs, Vector<T>(gain.template cast<T>().cwiseProduct(s.u)), model.nv);
   }
   // What arrives of it at the joints.
   Vector<T> torque(const Stage<T>& s) {

@@ -85,10 +85,10 @@ std::string robot_text(const RobotScene& scene, const std::string& urdf,
                        const std::vector<std::string>& notes) {
   double mass = 0;
   for (const auto& inertia : scene.model.inertias) mass += inertia.mass;
-  const bool floats = scene.model.joints.front().type == dynamics::JointType::kFreeFlyer;
   std::string text = "Robot \"" + scene.model.name + "\" (" + urdf + "): " + std::to_string(scene.model.nv) +
                      " degrees of freedom, " + std::to_string(actuated_dofs(scene).size()) + " driven, " +
-                     io::significant(mass, 6) + " kg moving, " + (floats ? "floating" : "fixed") + " base\n";
+                     io::significant(mass, 6) + " kg moving, " +
+                     (floats(scene.model) ? "floating" : "fixed") + " base\n";
   for (const std::string& note : notes) text += "  note: " + note + "\n";
   return text;
 }

@@ -156,7 +156,8 @@ class EffectReader {
 
   // on, robot, or the first parameter alone where that is a vector; the others as they are where nothing is said.
   void read_word(const std::string& word, Effect& effect) {
-    bool is_first = true, is_understood = word == "on" || word == "true";
+    constexpr bool kIsList = requires { typename Effect::Item; };
+    bool is_first = true, is_understood = !kIsList && (word == "on" || word == "true");
     Effect::visit_parameters(effect, [&]<class Value>(const ParameterInfo& info, Value& value) {
       if constexpr (std::is_same_v<Value, VectorXd>) {
         is_understood = is_understood || is_first;
@@ -172,7 +173,8 @@ class EffectReader {
       is_first = false;
     });
     if (!is_understood)
-      effects_.problem(kKey, std::string("'") + kKey + "' must be on, off or a block, got '" + word + "'");
+      effects_.problem(kKey, std::string("'") + kKey + "' must be " + (kIsList ? "off" : "on, off") +
+                                 " or a block, got '" + word + "'");
   }
   VectorXd of_robot_or_fallback(const ParameterInfo& info) const {
     if (!info.fallback && info.of_robot) return info.of_robot(*model_);
@@ -182,7 +184,8 @@ class EffectReader {
   }
 
   void read_items(Section& block, Effect& effect) {
-    if (!block.about("one of them").has(Effect::kItem)) return;
+    if (!block.about("one of them").has(Effect::kItem))
+      return effects_.problem(kKey, std::string("'") + kKey + "' needs at least one '" + Effect::kItem + "'");
     std::vector<Section> items = block.children(Effect::kItem);
     if (items.empty()) items.push_back(block.child(Effect::kItem));  // the list of keys
     for (Section& item : items) read_item(item, effect);
@@ -213,6 +216,7 @@ class EffectReader {
       return {};
     }
     const std::vector<std::string> names = distinct_names(block, "frames", valid);
+    if (names.empty() && block.has("frames")) block.problem("frames", "'frames' names no link");
     if (names.empty()) block.get<std::string>("frames");  // notes that it is missing
     return names;
   }
@@ -227,15 +231,6 @@ class EffectReader {
   const RobotModel* model_;
 };
 
-template <class E>
-struct EffectOf {
-  using type = E;
-};
-template <class E>
-struct EffectOf<std::optional<E>> {
-  using type = E;
-};
-
 }  // namespace
 
 dynamics::Effects<double> read_effects(Section& file, const RobotModel* model) {
@@ -243,7 +238,7 @@ dynamics::Effects<double> read_effects(Section& file, const RobotModel* model) {
       file.about("what acts on the robot; what is not chosen costs nothing").child_or_empty("effects");
   dynamics::Effects<double> effects;
   dynamics::for_each_effect(effects, [&]<class Stored>(Stored& effect) {
-    EffectReader<typename EffectOf<Stored>::type>(section, model).read(effect);
+    EffectReader<dynamics::effect_type<Stored>>(section, model).read(effect);
   });
   return effects;
 }

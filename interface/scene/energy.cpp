@@ -6,40 +6,39 @@
 
 namespace dyntape {
 
+struct RecordedEnergy {
+  Function function;               // (q, v, drive) -> kinetic, stored, powers
+  std::vector<std::string> flows;  // what the powers are of
+};
+
 namespace {
 
 using dynamics::Effects;
 
-struct Recorded {
-  Function function;  // (q, v, drive) -> kinetic, stored, powers
-  std::vector<std::string> flows;
-};
-
-Recorded record_energy(const RobotScene& scene) {
+RecordedEnergy record_energy(const RobotScene& scene) {
   const std::vector<int> dofs = actuated_dofs(scene);
   const int nq = scene.model.nq, nv = scene.model.nv;
-  Recorded recorded;
-  recorded.function =
+  std::vector<std::string> flows;
+  Function function =
       record(scene.model.name + "_energy", std::size_t(nq + nv) + dofs.size(), [&](const VectorXad& x) {
         const dynamics::Model<AD> model = scene.model.cast<AD>();
         const Effects<AD> all = scene.effects.cast<AD>();
         dynamics::Data<AD> data(model);
         dynamics::EffectTorques<AD> torques(model);
         const VectorXad q = x.head(nq), v = x.segment(nq, nv);
-        VectorXad tau = VectorXad::Constant(nv, AD(0));
-        for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = x[nq + nv + Eigen::Index(k)];
+        const VectorXad tau = torques_at(dofs, x.tail(Eigen::Index(dofs.size())), nv);
         std::vector<AD> y = {dynamics::kinetic_energy<AD>(model, data, q, v, all.acting()),
                              dynamics::stored_energy<AD>(model, data, all, q), v.dot(tau)};
-        recorded.flows = {"motors"};
+        flows = {"motors"};
         dynamics::for_each_effect_alone(all, [&](const char* name, const Effects<AD>& alone) {
           const AD power = dynamics::effect_power<AD>(model, data, torques, alone, q, v, tau);
           if (!power.is_recorded()) return;  // what only changes the inertia supplies nothing
-          recorded.flows.push_back(name);
+          flows.push_back(name);
           y.push_back(power);
         });
         return VectorXad(Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size())));
       });
-  return recorded;
+  return {std::move(function), std::move(flows)};
 }
 
 CodegenOptions without_derivatives(CodegenOptions options) {
@@ -52,8 +51,8 @@ CodegenOptions without_derivatives(CodegenOptions options) {
 EnergyMeter::EnergyMeter(const RobotScene& scene, const CodegenOptions& options)
     : EnergyMeter(record_energy(scene), scene, options) {}
 
-template <class Recorded>
-EnergyMeter::EnergyMeter(const Recorded& recorded, const RobotScene& scene, const CodegenOptions& options)
+EnergyMeter::EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene,
+                         const CodegenOptions& options)
     : names_(recorded.flows),
       n_state_(scene.model.nq + scene.model.nv),
       function_(CompiledFunction::make(recorded.function, without_derivatives(options))),

@@ -21,6 +21,8 @@ struct Energy {
   Eigen::VectorXd power;
 };
 
+struct RecordedEnergy;
+
 class EnergyMeter {
  public:
   EnergyMeter(const RobotScene& scene, const CodegenOptions& options);
@@ -31,8 +33,7 @@ class EnergyMeter {
   const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive);
 
  private:
-  template <class Recorded>
-  EnergyMeter(const Recorded& recorded, const RobotScene& scene, const CodegenOptions& options);
+  EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene, const CodegenOptions& options);
 
   std::vector<std::string> names_;
   int n_state_;

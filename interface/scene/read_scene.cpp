@@ -4,9 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <iomanip>
-#include <sstream>
-#include <utility>
 
 #include <Eigen/Geometry>
 
@@ -23,15 +20,10 @@ namespace dyntape {
 
 namespace {
 
-using dynamics::JointType;
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 using io::Section;
 using RobotModel = dynamics::Model<double>;
-
-bool has_free_base(const RobotModel& model) {
-  return !model.joints.empty() && model.joints.front().type == JointType::kFreeFlyer;
-}
 
 struct BaseKeys {
   Vector3d position, angles, velocity, angular_velocity;
@@ -64,16 +56,16 @@ void read_start(Section& file, const RobotModel* model, Scene& scene) {
   Section start = file.about("the state at the beginning").child_or_empty("start");
   const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, 0.0);
   const VectorXd v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
-  if (model && !has_free_base(*model)) {
+  if (model && !floats(*model)) {
     if (start.has("base"))
       start.problem("base", "'start.base' is of a floating base; this robot's base is fixed");
   }
-  const bool reads_base = !model || has_free_base(*model);
+  const bool reads_base = !model || floats(*model);
   const BaseKeys base = reads_base ? read_base(start) : BaseKeys();
   if (!model) return;
   scene.q = configuration_of(*model, q);
   scene.v = v;
-  if (has_free_base(*model)) place_base(base, scene);
+  if (floats(*model)) place_base(base, scene);
 }
 
 // Whether `whole` is made of steps; rounding apart.
@@ -86,13 +78,20 @@ void check_whole(Section& block, const std::string& key, double step, const std:
                          io::with_digits(std::max(nearest, 1.0) * step, 12) + " s");
 }
 
+// Whole steps of about a hundredth of a second, within the duration.
+double usual_sample(const Scene& scene) {
+  if (!(scene.step > 0 && scene.duration > 0)) return 0.01;
+  const double wanted = std::min(0.01, scene.duration) / scene.step;
+  return std::max(1.0, std::floor(wanted * (1 + 1e-9))) * scene.step;
+}
+
 void read_method(Section& file, Scene& scene) {
   Section block = file.about("how the motion is computed").child("simulation");
   scene.duration = block.about("of the motion [s]").get<double>("duration", io::positive());
   block.about("of the integrator [s]");
   scene.step = block.get_or("step", 1e-3, io::positive());
   block.about("from one row of the results to the next, whole steps [s]");
-  scene.sample = block.get_or("sample", std::max(scene.step, 0.01), io::positive());
+  scene.sample = block.get_or("sample", usual_sample(scene), io::positive());
   std::vector<std::pair<std::string, Integrator>> choices;
   for (Integrator integrator : kIntegrators) choices.emplace_back(to_string(integrator), integrator);
   scene.integrator = block.about("what one step is")
@@ -141,9 +140,8 @@ Commands read_commands(Section& file, const std::string& path, const Scene& scen
   if (!table.empty() && block.has("torque"))
     block.problem("file", "'commands' has 'torque' and 'file', expected one of them");
   try {
-    const std::filesystem::path folder = std::filesystem::path(path).parent_path();
     if (!table.empty())
-      return read_table(block, (folder / table).lexically_normal().string(), driven_names(scene.robot));
+      return read_table(block, path_beside(path, block, "file", table), driven_names(scene.robot));
   } catch (const Error& e) {
     block.problem("file", e.what());
     return {};
@@ -170,24 +168,7 @@ void read_keys(Section& file, Scene& scene, const std::string& path, const Robot
   read_start(file, model, scene);
   scene.commands = read_commands(file, path, scene, model != nullptr);
   read_method(file, scene);
-  scene.evaluation = read_evaluation(file).options;
-}
-
-// What is understood of a file means the same elsewhere.
-std::string with_absolute_paths(std::string text, const std::string& path) {
-  std::istringstream lines(std::exchange(text, {}));
-  for (std::string line; std::getline(lines, line); text += line + "\n") {
-    std::istringstream words(line);
-    std::string key, value;
-    words >> key >> std::quoted(value);
-    if ((key != "urdf" && key != "file") || value.empty()) continue;
-    const std::filesystem::path found = std::filesystem::path(path).parent_path() / value;
-    std::ostringstream written;
-    written << line.substr(0, line.find(key)) << key << " "
-            << std::quoted(std::filesystem::absolute(found).lexically_normal().string());
-    line = written.str();
-  }
-  return text;
+  scene.evaluation = read_evaluation(file, PointsAtOnce::kOne).options;
 }
 
 std::string read_name(Section& file, const std::string& fallback) {
@@ -228,7 +209,7 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
   } catch (const ArgumentError& e) {
     throw FileError(path + ": " + e.what());
   }
-  scene.effective = with_absolute_paths(file.effective_values(), path);
+  scene.effective = file.effective_values();
   return scene;
 }
 

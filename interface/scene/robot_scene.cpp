@@ -39,6 +39,10 @@ std::vector<int> actuated_dofs(const RobotScene& scene) {
   return dofs;
 }
 
+bool floats(const dynamics::Model<double>& model) {
+  return !model.joints.empty() && model.joints.front().type == dynamics::JointType::kFreeFlyer;
+}
+
 std::vector<std::string> driven_names(const RobotScene& scene) {
   if (!scene.actuated.empty()) return scene.actuated;
   std::vector<std::string> names;

@@ -4,7 +4,8 @@
 //
 //   RobotScene scene{load_urdf("cart_pole.urdf"), {}, {"slider"}};
 //   scene.effects.damping = dynamics::model_damping(scene.model);
-//   scene_acceleration<double>(scene)(q, v, commands)
+//   const std::vector<int> dofs = actuated_dofs(scene);                  // of the commands
+//   VectorX<double> tau = torques_at(dofs, commands, scene.model.nv);    // zero at the others
 //
 // Only the chosen effects are recorded (dynamics/effects/effects.h).
 //
@@ -31,5 +32,18 @@ std::vector<int> actuated_dofs(const RobotScene& scene);
 
 // Joints that are driven, in the same order.
 std::vector<std::string> driven_names(const RobotScene& scene);
+
+// (nv) what drives the joints: drive k at degree of freedom dofs[k].
+template <class Drive>
+dynamics::VectorX<typename Drive::Scalar> torques_at(const std::vector<int>& dofs, const Drive& drive,
+                                                     int nv) {
+  using T = typename Drive::Scalar;
+  dynamics::VectorX<T> tau = dynamics::VectorX<T>::Constant(nv, T(0));
+  for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = drive[Eigen::Index(k)];
+  return tau;
+}
+
+// Whether a free-flyer carries it.
+bool floats(const dynamics::Model<double>& model);
 
 }  // namespace dyntape

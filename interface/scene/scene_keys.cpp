@@ -53,7 +53,7 @@ SceneRobot read_scene_robot(Section& file, const std::string& path, Floating flo
   const RobotKeys keys = read_robot_keys(file, floating);
   if (!keys.are_sound) return {};
   Section block = file.child("robot");
-  SceneRobot found{(std::filesystem::path(path).parent_path() / keys.urdf).lexically_normal().string()};
+  SceneRobot found{path_beside(path, block, "urdf", keys.urdf)};
   try {
     found.robot = dynamics::read_urdf(found.urdf, keys.options);
     if (found.robot->model.nv > 0) return found;
@@ -80,19 +80,27 @@ void read_scene_keys(Section& file, RobotScene& scene, const dynamics::Model<dou
                                   model ? single_joint_names(*model) : std::vector<std::string>{});
 }
 
-EvaluationKeys read_evaluation(Section& file) {
+std::string path_beside(const std::string& file, Section& block, const std::string& key,
+                        const std::string& name) {
+  const std::filesystem::path path = (std::filesystem::path(file).parent_path() / name).lexically_normal();
+  block.understood_as(key, std::filesystem::absolute(path).lexically_normal().string());
+  return path.string();
+}
+
+EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
   Section block = file.about("how functions are made and evaluated").child_or_empty("evaluation");
   EvaluationKeys keys;
   keys.options.profile =
       block.about("strict: the interpreter's bits; fast: rounded otherwise")
           .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
-  keys.options.lanes =
-      block.about("points side by side in registers: longer to compile, several times as fast")
-          .choice_or<Lanes>("lanes", "none", {{"none", Lanes::kNone}, {"native", Lanes::kNative}});
   keys.options.route =
       block.about("automatic: compiled where there is a compiler; interpreter: nothing is compiled")
           .choice_or<Route>("route", "automatic",
                             {{"automatic", Route::kAutomatic}, {"interpreter", Route::kInterpreter}});
+  if (points == PointsAtOnce::kOne) return keys;
+  keys.options.lanes =
+      block.about("points side by side in registers: longer to compile, several times as fast")
+          .choice_or<Lanes>("lanes", "none", {{"none", Lanes::kNone}, {"native", Lanes::kNative}});
   block.about("that share the points; 0: as many as the processor has");
   keys.threads = static_cast<unsigned>(block.get_or("threads", 1, io::between(0, 1024)));
   return keys;

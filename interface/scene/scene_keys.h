@@ -35,10 +35,15 @@ void check_is_no_robot(std::string_view text, const std::string& path, const std
 // effects, actuated.
 void read_scene_keys(io::Section& file, RobotScene& scene, const dynamics::Model<double>* model);
 
+// A path that a file names: from the folder of that file; in its effective values it means the same elsewhere.
+std::string path_beside(const std::string& file, io::Section& block, const std::string& key,
+                        const std::string& name);
+
+enum class PointsAtOnce { kOne, kMany };  // only where there are many, lanes and threads are asked for
 struct EvaluationKeys {
   CodegenOptions options;
   unsigned threads = 1;
 };
-EvaluationKeys read_evaluation(io::Section& file);
+EvaluationKeys read_evaluation(io::Section& file, PointsAtOnce points);
 
 }  // namespace dyntape

@@ -66,8 +66,8 @@ class SceneRun {
       note(k + 1);
     }
     work_.finish([&](const VectorXd& work) { note_work(work); });
-    motion_.doubt = doubt();
     motion_.step_seconds = elapsed_since(begin);
+    motion_.doubt = doubt();
     motion_.operations = stepper_.report().step_operations;
     motion_.sources = stepper_.report().sources;
     join_columns();
@@ -116,10 +116,9 @@ class SceneRun {
     const dynamics::Model<double>& model = scene_.robot.model;
     dynamics::Data<double> data(model);
     dynamics::EffectTorques<double> torques(model);
-    const VectorXd q = x.head(model.nq), u = scene_.commands.at(t);
-    VectorXd v = x.segment(model.nq, model.nv), tau = VectorXd::Zero(model.nv);
-    const std::vector<int> dofs = actuated_dofs(scene_.robot);
-    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = u[Eigen::Index(k)];
+    const VectorXd q = x.head(model.nq);
+    const VectorXd tau = torques_at(actuated_dofs(scene_.robot), drive(x, scene_.commands.at(t)), model.nv);
+    VectorXd v = x.segment(model.nq, model.nv);
     const VectorXd next = v + scene_.step * dynamics::forward_dynamics<double>(
                                                 model, data, torques, scene_.robot.effects, q, v, tau);
     const auto turns = (v.array() * next.array() < 0).eval();
@@ -152,18 +151,18 @@ class SceneRun {
            " places two steps of half the length lead elsewhere; take shorter steps, or smoother forces";
   }
 
-  VectorXd drive(const VectorXd& u) const {
+  VectorXd drive(const VectorXd& x, const VectorXd& u) const {
     VectorXd drive = u;
     Eigen::Index m = scene_.robot.model.nq + scene_.robot.model.nv;
     for (Eigen::Index k = 0; k < scene_.robot.lag.size(); ++k) {
-      if (scene_.robot.lag[k] > 0) drive[k] = x_[m++];
+      if (scene_.robot.lag[k] > 0) drive[k] = x[m++];
     }
     return drive;
   }
 
   void note(long k) {
     const double t = double(k) * scene_.step;
-    const VectorXd now = drive(scene_.commands.at(t));
+    const VectorXd now = drive(x_, scene_.commands.at(t));
     const Energy& energy = energy_.at(x_, now);
     work_.append(energy.power, [&](const VectorXd& work) { note_work(work); });
     if (k % (1 + scene_.steps() / kLooks) == 0) looks_.emplace_back(k, x_);
@@ -233,8 +232,7 @@ System system_of(const RobotScene& scene) {
     const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
     dynamics::Data<AD> data(model);
     dynamics::EffectTorques<AD> torques(model);
-    VectorXad tau = VectorXad::Constant(model.nv, AD(0));
-    for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = s.drive[Eigen::Index(k)];
+    const VectorXad tau = torques_at(dofs, s.drive, model.nv);
     return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
   };
   system.lagrangian = [acting = dynamics::acting_model(scene.model, scene.effects)](
@@ -249,8 +247,7 @@ System system_of(const RobotScene& scene) {
     dynamics::Data<AD> data(model);
     dynamics::EffectTorques<AD> torques(model);
     const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
-    VectorXad command = VectorXad::Constant(model.nv, AD(0));
-    for (std::size_t k = 0; k < dofs.size(); ++k) command[dofs[k]] = s.drive[Eigen::Index(k)];
+    const VectorXad command = torques_at(dofs, s.drive, model.nv);
     const VectorXad driven = dynamics::driving_torques<AD>(model, torques, effects, command);
     return driven + dynamics::effect_torques<AD>(model, data, torques, effects, s.q, s.v);
   };

@@ -11,11 +11,12 @@
 //
 // Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
 //   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
-// The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4 (of commands of a table, which are held at their middle over a step, to h^2); of contacts, which
-// begin within a step, less.  What effects with a potential store is known besides.
+// The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4; of contacts, which begin
+// within a step, less, and of commands of a table, which are held at their middle over a step, to h^2.  What effects with
+// a potential store is known besides.
 //
 // A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
-// `trouble` says when and why.
+// `trouble` says when and why.  One whose steps are too long to be trusted has a `doubt` (stability.h).
 #pragma once
 
 #include <functional>

@@ -42,10 +42,6 @@ io::Panel joint_panel(const Scene& scene, const SimulatedMotion& motion, const s
   return panel;
 }
 
-bool floats(const Scene& scene) {
-  return scene.robot.model.joints.front().type == dynamics::JointType::kFreeFlyer;
-}
-
 io::Panel base_panel(const SimulatedMotion& motion) {
   io::Panel panel{.title = "base", .x_label = "time [s]", .y_label = "position [m]"};
   for (int i = 0; i < 3; ++i) add(panel, std::string(1, "xyz"[i]), motion, row_of(motion.q, i));
@@ -63,7 +59,7 @@ io::Panel turning_panel(const SimulatedMotion& motion) {
 
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion) {
   io::Plot plot{.title = scene.name};
-  if (floats(scene)) plot.panels = {base_panel(motion), turning_panel(motion)};
+  if (floats(scene.robot.model)) plot.panels = {base_panel(motion), turning_panel(motion)};
   io::Panel q = joint_panel(scene, motion, "position", "q [rad, m]", motion.q, true);
   io::Panel v = joint_panel(scene, motion, "velocity", "v [rad/s, m/s]", motion.v, false);
   if (!q.series.empty()) plot.panels.insert(plot.panels.end(), {std::move(q), std::move(v)});
@@ -206,8 +202,9 @@ PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion) {
   player.contacts = point_forces(scene, motion);
   player.values = {told("kinetic energy", motion.kinetic), told("stored energy", motion.stored)};
   // A fixed base stands at the origin.
-  const Eigen::Vector2d middle =
-      floats(scene) ? Eigen::Vector2d(motion.q.topRows<2>().rowwise().mean()) : Eigen::Vector2d::Zero();
+  const Eigen::Vector2d middle = floats(scene.robot.model)
+                                     ? Eigen::Vector2d(motion.q.topRows<2>().rowwise().mean())
+                                     : Eigen::Vector2d::Zero();
   add_ground(scene.robot.effects, middle, player);
   return player;
 }

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/scene/simulation_results.h>
 
-#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/player/player.h>
 #include <dyntape/interface/scene/effect_costs.h>
@@ -40,13 +40,6 @@ std::string word_of(const EnergyFlow& flow) {
 
 std::string per_second(double simulated, double seconds) {
   return seconds > 0 ? io::significant(simulated / seconds, 3) + " times real time" : "";
-}
-
-void remove(const std::string& folder, const char* file) {
-  std::error_code none;
-  const std::filesystem::path path = std::filesystem::path(folder) / file;
-  if (std::filesystem::symlink_status(path, none).type() == std::filesystem::file_type::regular)
-    std::filesystem::remove(path, none);
 }
 
 }  // namespace
@@ -126,36 +119,30 @@ std::string SimulationReport::json() const {
 }
 
 void write_results(SimulationReport& report, const std::string& folder, const std::stop_token& stop) {
-  const auto attempt = [&](const char* file, const auto& write) {
-    try {
-      write(folder + "/" + file);
-    } catch (const Error& e) {
-      report.unwritten.push_back(e.what());
-      remove(folder, file);
-    }
-  };
+  io::ResultFolder results(folder, report.unwritten);
   const SimulatedMotion& motion = report.motion;
-  attempt(kMotion, [&](const std::string& path) {
+  results.write(kMotion, [&](const std::string& path) {
     io::write_csv(path, motion_table(report.scene, motion), io::NonFinite::kAllow);
   });
-  attempt(kEffective, [&](const std::string& path) { write_file_atomically(path, report.scene.effective); });
+  results.write(kEffective,
+                [&](const std::string& path) { write_file_atomically(path, report.scene.effective); });
   for (const auto& [file, plot] :
        {std::pair(kCurves, &state_plot), {kEnergy, &energy_plot}, {kForces, &force_plot}}) {
     const io::Plot picture = plot(report.scene, motion);
     if (picture.panels.empty() || motion.was_stopped || stop.stop_requested()) {
-      remove(folder, file);  // of an earlier motion
+      results.remove(file);  // of an earlier motion
       if (!picture.panels.empty() && !motion.was_stopped)
-        report.unwritten.push_back(folder + "/" + file + ": not drawn, interrupted");
+        report.unwritten.push_back(results.path(file) + ": not drawn, interrupted");
       continue;
     }
-    attempt(file, [&](const std::string& path) { io::draw(picture, path, "gnuplot", stop); });
+    results.write(file, [&](const std::string& path) { io::draw(picture, path, "gnuplot", stop); });
   }
-  remove(folder, kPlayer);
+  results.remove(kPlayer);
   if (!motion.was_stopped) {
-    attempt(kPlayer,
-            [&](const std::string& path) { write_player(scene_player(report.scene, motion), path); });
+    results.write(kPlayer,
+                  [&](const std::string& path) { write_player(scene_player(report.scene, motion), path); });
   }
-  attempt(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+  results.write(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
 }
 
 std::string explain(const Scene& scene) {

@@ -26,8 +26,7 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
                    std::string("'") + key + "' stands here and in the scene '" + name + "'; expected one");
   }
   try {
-    Scene scene =
-        read_scene((std::filesystem::path(task.file).parent_path() / name).lexically_normal().string());
+    Scene scene = read_scene(path_beside(task.file, file, "scene", name));
     task.urdf = std::move(scene.urdf);
     task.notes = std::move(scene.notes);
     task.scene = std::move(scene.robot);

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/scene/effect_costs.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
@@ -63,13 +64,8 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
 
 std::string explain(const Task& task) {
   const RobotScene& scene = task.scene;
-  double mass = 0;
-  for (const auto& inertia : scene.model.inertias) mass += inertia.mass;
-  std::string text = "Task \"" + task.name + "\" (" + task.file + ")\n";
-  text += "Robot \"" + scene.model.name + "\" (" + task.urdf + "): " + std::to_string(scene.model.nv) +
-          " joints, " + std::to_string(actuated_dofs(scene).size()) + " driven, " + io::significant(mass, 6) +
-          " kg moving, fixed base\n";
-  for (const std::string& note : task.notes) text += "  note: " + note + "\n";
+  std::string text =
+      "Task \"" + task.name + "\" (" + task.file + ")\n" + robot_text(scene, task.urdf, task.notes);
   const std::size_t all = dynamics_operations(scene, task.robot);
   text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +
           " form: " + io::with_groups(all) + " operations\n\n";

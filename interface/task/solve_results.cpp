@@ -1,18 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The files of a solved task.
-#include <filesystem>
-
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/solve.h>
 
 namespace dyntape {
-
-namespace fs = std::filesystem;
 
 namespace {
 
@@ -59,24 +56,12 @@ std::vector<std::string> result_files() {
 
 void write_results(const Task& task, SolveReport& report, const std::string& folder,
                    const std::stop_token& stop) {
-  const auto remove = [&](const char* file) {
-    std::error_code none;
-    const fs::path path = fs::path(folder) / file;
-    if (fs::symlink_status(path, none).type() == fs::file_type::regular) fs::remove(path, none);
-  };
-  const auto attempt = [&](const char* file, const auto& write) {
-    try {
-      write(folder + "/" + file);
-    } catch (const Error& e) {
-      report.unwritten.push_back(e.what());
-      remove(file);
-    }
-  };
+  io::ResultFolder results(folder, report.unwritten);
   const auto csv = [&](const char* file, const io::CsvTable& table) {
-    attempt(file, [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
+    results.write(file, [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
   };
   const auto text = [&](const char* file, const std::string& text) {
-    attempt(file, [&](const std::string& path) { write_file_atomically(path, text); });
+    results.write(file, [&](const std::string& path) { write_file_atomically(path, text); });
   };
   const Trajectory& motion = report.solution.motion;
   csv(kTrajectory, trajectory_table(task, motion));
@@ -84,11 +69,11 @@ void write_results(const Task& task, SolveReport& report, const std::string& fol
   text(kEffective, task.effective);
   const auto picture = [&](const char* file, const auto& draw) {
     const std::size_t failures = report.unwritten.size();
-    if (!report.interrupted && !stop.stop_requested()) attempt(file, draw);
+    if (!report.interrupted && !stop.stop_requested()) results.write(file, draw);
     if (!report.interrupted && !stop.stop_requested()) return;
     report.interrupted = true;  // who interrupts does not wait for gnuplot
     report.unwritten.resize(failures);
-    remove(file);
+    results.remove(file);
   };
   for (const auto& [file, plot] : {std::pair(kCurves, &trajectory_plot), std::pair(kMotion, &motion_plot)}) {
     picture(file, [&, plot = plot](const std::string& path) {

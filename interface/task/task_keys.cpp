@@ -188,7 +188,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
   task.optimise.mesh = read_mesh(file);
-  const EvaluationKeys evaluation = read_evaluation(file);
+  const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
   read_solver(file, task.optimise);

@@ -109,13 +109,13 @@ void run(const SimulateOptions& options) {
   const Scene scene = scene_in(options);
   if (const std::string fault = fault_of_name(scene.name); !fault.empty())
     throw FileError(options.file + ": the scene has a name that " + fault);
+  const Interruption interruption([&] { return options.explain; });
   if (options.explain) {
     std::cout << explain(scene);
     return;
   }
   if (!options.output.empty()) prepare_folder(options.output, simulation_files());
   io::LiveLine line;
-  const Interruption interruption([] { return false; });
   SimulationReport report{scene, watched(scene, line, interruption)};
   line.erase();
   if (!options.output.empty()) write_results(report, options.output, interruption.token());
