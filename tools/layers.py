@@ -50,7 +50,7 @@ ROOMS = {
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
     'interface/solvers': (['autodiff/graph', 'interface/io'], 15, 1600),  # leaving Ipopt inside an iteration
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 26, 2400),  # keys, motion, energies, doubts, costs, results
+                         'interface/simulation', 'interface/player'], 28, 2400),  # keys, motion, energies, doubts, costs, results
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',

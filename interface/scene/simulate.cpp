@@ -6,11 +6,12 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/energy.h>
 #include <dyntape/interface/scene/quadrature.h>
+#include <dyntape/interface/scene/scene_system.h>
 #include <dyntape/interface/scene/stability.h>
+#include <dyntape/interface/scene/step_doubts.h>
 
 namespace dyntape {
 
@@ -22,8 +23,6 @@ using Eigen::VectorXd;
 double elapsed_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
 }
-
-std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: "; }
 
 // How functions are made, seen and stopped from outside.
 CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
@@ -67,7 +66,7 @@ class SceneRun {
     }
     work_.finish([&](const VectorXd& work) { note_work(work); });
     motion_.step_seconds = elapsed_since(begin);
-    motion_.doubt = doubt();
+    motion_.doubt = doubt_of_steps(scene_, stepper_, looks_);
     motion_.operations = stepper_.report().step_operations;
     motion_.sources = stepper_.report().sources;
     join_columns();
@@ -100,72 +99,12 @@ class SceneRun {
     return false;
   }
 
-  // A friction that is too stiff for the step makes the motion tremble, which no other check sees.
-  std::string doubt() {
-    const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
-    for (const auto& [k, x] : looks_) {
-      std::string stiff = stability_trouble(scene_, x.head(nq), x.segment(nq, nv));
-      if (stiff.empty()) stiff = trouble_at_turns(double(k) * scene_.step, x);
-      if (!stiff.empty()) return at_time(double(k) * scene_.step) + stiff;
-    }
-    return doubt_of_halves();
-  }
-
-  // Where a joint turns round within the step, its friction may be far stiffer than at both ends.
-  std::string trouble_at_turns(double t, const VectorXd& x) {
-    const dynamics::Model<double>& model = scene_.robot.model;
-    dynamics::Data<double> data(model);
-    dynamics::EffectTorques<double> torques(model);
-    const VectorXd q = x.head(model.nq);
-    const VectorXd tau = torques_at(actuated_dofs(scene_.robot), drive(x, scene_.commands.at(t)), model.nv);
-    VectorXd v = x.segment(model.nq, model.nv);
-    const VectorXd next = v + scene_.step * dynamics::forward_dynamics<double>(
-                                                model, data, torques, scene_.robot.effects, q, v, tau);
-    const auto turns = (v.array() * next.array() < 0).eval();
-    if (!turns.any()) return "";
-    v = turns.select(VectorXd::Zero(model.nv), v);
-    return stability_trouble(scene_, q, v);
-  }
-
-  // Where half steps lead elsewhere again and again: friction that trembles, forces that come and go within a step.
-  std::string doubt_of_halves() {
-    constexpr double kElsewhere = 0.1, kOften = 0.25;
-    const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
-    const double h = scene_.step;
-    std::vector<VectorXd> error;
-    VectorXd whole(x_.size()), half(x_.size()), twice(x_.size());
-    VectorXd most = VectorXd::Zero(nv);
-    for (const auto& [k, x] : looks_) {
-      const double t = double(k) * h;
-      const VectorXd u = scene_.commands.at(t + h / 2);
-      if (!stepper_.step(t, h, x.data(), u.data(), nullptr, whole.data())) continue;
-      if (!stepper_.step(t, h / 2, x.data(), u.data(), nullptr, half.data())) continue;
-      if (!stepper_.step(t + h / 2, h / 2, half.data(), u.data(), nullptr, twice.data())) continue;
-      most = most.cwiseMax((twice - x).segment(nq, nv).cwiseAbs());
-      error.push_back((twice - whole).segment(nq, nv).cwiseAbs());
-    }
-    long elsewhere = 0;
-    for (const VectorXd& e : error) elsewhere += (e.array() > kElsewhere * most.array() + 1e-12).any();
-    if (double(elsewhere) <= kOften * double(error.size()) || elsewhere < 3) return "";
-    return "in " + std::to_string(elsewhere) + " of " + std::to_string(error.size()) +
-           " places two steps of half the length lead elsewhere; take shorter steps, or smoother forces";
-  }
-
-  VectorXd drive(const VectorXd& x, const VectorXd& u) const {
-    VectorXd drive = u;
-    Eigen::Index m = scene_.robot.model.nq + scene_.robot.model.nv;
-    for (Eigen::Index k = 0; k < scene_.robot.lag.size(); ++k) {
-      if (scene_.robot.lag[k] > 0) drive[k] = x[m++];
-    }
-    return drive;
-  }
-
   void note(long k) {
     const double t = double(k) * scene_.step;
-    const VectorXd now = drive(x_, scene_.commands.at(t));
+    const VectorXd now = drive_in(scene_, x_, scene_.commands.at(t));
     const Energy& energy = energy_.at(x_, now);
     work_.append(energy.power, [&](const VectorXd& work) { note_work(work); });
-    if (k % (1 + scene_.steps() / kLooks) == 0) looks_.emplace_back(k, x_);
+    if (k % (1 + scene_.steps() / kLooks) == 0) looks_.push_back({k, x_});
     if (!is_sample(k)) return;
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
@@ -207,7 +146,7 @@ class SceneRun {
   VectorXd x_, next_;
   long worked_ = 0;
   std::vector<VectorXd> states_, drives_;
-  std::vector<std::pair<long, VectorXd>> looks_;
+  std::vector<Look> looks_;
   SimulatedMotion motion_;
 };
 
@@ -219,40 +158,6 @@ void check_start(const Scene& scene) {
 }
 
 }  // namespace
-
-System system_of(const RobotScene& scene) {
-  System system;
-  system.name = scene.model.name;
-  system.model = scene.model;
-  const std::vector<int> dofs = actuated_dofs(scene);
-  system.n_u = int(dofs.size());
-  system.lag = scene.lag;
-  system.acceleration = [scene, dofs](const SystemPoint<AD>& s) -> VectorXad {
-    const dynamics::Model<AD> model = scene.model.cast<AD>();
-    const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
-    dynamics::Data<AD> data(model);
-    dynamics::EffectTorques<AD> torques(model);
-    const VectorXad tau = torques_at(dofs, s.drive, model.nv);
-    return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
-  };
-  system.lagrangian = [acting = dynamics::acting_model(scene.model, scene.effects)](
-                          const VectorXad& q, const VectorXad& v, const VectorXad&) -> AD {
-    const dynamics::Model<AD> model = acting.cast<AD>();
-    dynamics::Data<AD> data(model);
-    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v);
-    return kinetic - dynamics::potential_energy<AD>(model, data, q);
-  };
-  system.forces = [scene, dofs](const SystemPoint<AD>& s) -> VectorXad {
-    const dynamics::Model<AD> model = scene.model.cast<AD>();
-    dynamics::Data<AD> data(model);
-    dynamics::EffectTorques<AD> torques(model);
-    const dynamics::Effects<AD> effects = scene.effects.cast<AD>();
-    const VectorXad command = torques_at(dofs, s.drive, model.nv);
-    const VectorXad driven = dynamics::driving_torques<AD>(model, torques, effects, command);
-    return driven + dynamics::effect_torques<AD>(model, data, torques, effects, s.q, s.v);
-  };
-  return system;
-}
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   check_start(scene);

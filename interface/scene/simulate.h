@@ -66,7 +66,4 @@ struct SimulationWatch {
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch = {});
 
-// The scene as what a Stepper (interface/simulation) integrates.
-System system_of(const RobotScene& scene);
-
 }  // namespace dyntape

@@ -12,6 +12,7 @@
 #include <string>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/scene/scene_system.h>
 #include <dyntape/interface/scene/simulate.h>
 
 namespace {

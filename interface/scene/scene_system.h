@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A scene as what a Stepper (interface/simulation) integrates: the accelerations, or the Lagrangian and forces, of the robot
+// with what acts on it.
+//
+//   Stepper stepper(system_of(scene.robot), scene.integrator, scene.evaluation);
+//
+// What the scene does not call for is not recorded.
+#pragma once
+
+#include <dyntape/interface/scene/robot_scene.h>
+#include <dyntape/interface/simulation/system.h>
+
+namespace dyntape {
+
+// Commands are the torques of driven joints, in the order of actuated_dofs; no parameters.
+System system_of(const RobotScene& scene);
+
+}  // namespace dyntape

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Whether the steps of a motion were short enough to be trusted, from states noted along it.
+//
+//   std::vector<Look> looks;                                  // {step k, state x there}
+//   const std::string doubt = doubt_of_steps(scene, stepper, looks);      // "" or a sentence
+//
+// A friction that is too stiff for the step makes the motion tremble, which neither its energy nor its end shows.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/scene/scene.h>
+
+namespace dyntape {
+
+struct Look {
+  long step;
+  Eigen::VectorXd x;
+};
+
+std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
+
+// What the motors give at a state: those with a lag have a state of their own, the others follow u.
+Eigen::VectorXd drive_in(const Scene& scene, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+
+std::string at_time(double t);  // "at t = 1.25 s: "
+
+}  // namespace dyntape
