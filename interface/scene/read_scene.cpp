@@ -85,6 +85,12 @@ double usual_sample(const Scene& scene) {
   return std::max(1.0, std::floor(wanted * (1 + 1e-9))) * scene.step;
 }
 
+// A motion is kept in memory: at most a gigabyte of numbers.
+double most_rows(const Scene& scene) {
+  constexpr double kNumbers = 1e9 / sizeof(double);
+  return std::floor(kNumbers / (20 + scene.robot.model.nq + 2 * scene.robot.model.nv));
+}
+
 void read_method(Section& file, Scene& scene) {
   Section block = file.about("how the motion is computed").child("simulation");
   scene.duration = block.about("of the motion [s]").get<double>("duration", io::positive());
@@ -102,9 +108,9 @@ void read_method(Section& file, Scene& scene) {
     block.problem("integrator", "'variational' has all velocity products; they are off in this scene");
   if (scene.sample > scene.duration * (1 + 1e-9)) {
     block.problem("sample", "'sample' is longer than the duration of " + io::shortest(scene.duration) + " s");
-  } else if (scene.duration / scene.sample > 1e7) {
+  } else if (scene.duration / scene.sample > most_rows(scene)) {
     block.problem("sample", "'sample' makes " + io::with_digits(scene.duration / scene.sample, 3) +
-                                " rows; expected at most 1e7");
+                                " rows; expected at most " + io::with_digits(most_rows(scene), 3));
   }
   if (count > 1e9)
     block.problem("step", "'step' makes " + io::with_digits(count, 3) + " steps; expected at most 1e9");

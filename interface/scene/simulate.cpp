@@ -150,14 +150,14 @@ class SceneRun {
   SimulatedMotion motion_;
 };
 
+}  // namespace
+
 void check_start(const Scene& scene) {
   if (!scene.q.allFinite() || !scene.v.allFinite())
     throw ArgumentError("scene \"" + scene.name + "\": the state at the start is not finite");
   const std::string trouble = stability_trouble(scene, scene.q, scene.v);
   if (!trouble.empty()) throw ArgumentError("scene \"" + scene.name + "\", at the start: " + trouble);
 }
-
-}  // namespace
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   check_start(scene);
@@ -166,6 +166,7 @@ SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   const double build = elapsed_since(begin);
   SimulatedMotion motion = run.result();
   motion.build_seconds = build;
+  if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_energy(scene, motion);
   return motion;
 }
 

@@ -66,4 +66,7 @@ struct SimulationWatch {
 
 SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch = {});
 
+// ArgumentError where its steps are too long already at the start, or that state is not finite; simulate() asks too.
+void check_start(const Scene& scene);
+
 }  // namespace dyntape

@@ -97,7 +97,9 @@ std::string SimulationReport::text() const {
       {"stored", io::with_digits(motion.stored.front(), 5), io::with_digits(motion.stored.back(), 5)});
   for (const EnergyFlow& flow : motion.flows)
     flows.append({"work of " + flow.name, "0", io::with_digits(flow.work.back(), 5)});
-  return text + "\n" + flows.text();
+  text += "\n" + flows.text();
+  for (const std::string& note : scene.notes) text += "note: " + note + "\n";
+  return text;
 }
 
 std::string SimulationReport::json() const {
@@ -113,6 +115,7 @@ std::string SimulationReport::json() const {
   j["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
   j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
   for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
+  j["notes"] = scene.notes;
   j["sources"] = motion.sources;
   j["unwritten"] = unwritten;
   return j.dump(2) + "\n";

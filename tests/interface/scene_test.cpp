@@ -327,6 +327,16 @@ TEST(Scenes, SampleWholeStepsWhereNobodySaysHow) {
   }
 }
 
+// Steps that lose much of the energy are no success, though nothing else is wrong with them.
+TEST(Scenes, AnEnergyThatIsUnaccountedForIsNoSuccess) {
+  Scene scene = shipped("pendulum");
+  scene.integrator = Integrator::kSemiImplicitEuler;
+  scene.step = 0.1, scene.sample = 0.1, scene.duration = 10;
+  const SimulatedMotion motion = simulate(scene);
+  EXPECT_NE(motion.doubt.find("balance of energy"), std::string::npos) << motion.doubt;
+  EXPECT_FALSE(motion.is_whole());
+}
+
 TEST(Scenes, EffectsOfJointsLeaveAFloatingBaseAlone) {
   for (const char* effect :
        {"joint_limits\n{\n stiffness 100\n margin 0.05\n}", "torque_saturation 3", "joint_springs 8",

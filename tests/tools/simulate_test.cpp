@@ -48,6 +48,28 @@ TEST(Simulate, TakesARobotWithAFewOptions) {
   EXPECT_FALSE(report["energy"]["work"].contains("gravity"));
 }
 
+// What the options say stands in effective.info, which gives the same motion.
+TEST(Simulate, WritesTheStartThatOptionsSay) {
+  const Scratch scratch;
+  const Outcome run =
+      run_dyntape({"simulate", config("robots/solo12.urdf"), "--base", "floating", "--for", "0.1", "--q0",
+                   "0,0,1,0,0,0.6,0.8,0,0.8,-1.6,0,0.8,-1.6,0,-0.8,1.6,0,-0.8,1.6", "--v0", "1", "--output",
+                   scratch / "a"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const Outcome again = run_dyntape({"simulate", scratch / "a/effective.info", "--output", scratch / "b"});
+  ASSERT_EQ(again.status, 0) << again.err;
+  const auto last_row = [](const std::string& table) {
+    std::istringstream row(table.substr(table.rfind('\n', table.size() - 2) + 1));
+    std::vector<double> numbers;
+    for (std::string cell; std::getline(row, cell, ',');) numbers.push_back(std::stod(cell));
+    return numbers;
+  };
+  const std::vector<double> a = last_row(slurp(scratch / "a/motion.csv")),
+                            b = last_row(slurp(scratch / "b/motion.csv"));
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(a[i], b[i], 1e-9) << i;
+}
+
 TEST(Simulate, ReadsWhatSolveWrites) {
   const Scratch scratch;
   const Outcome solved =

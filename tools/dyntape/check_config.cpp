@@ -7,7 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/info.h>
-#include <dyntape/interface/scene/scene.h>
+#include <dyntape/interface/scene/simulate.h>
 #include <dyntape/interface/task/task_keys.h>
 
 #include "commands.h"
@@ -65,6 +65,7 @@ struct Found {
 Found found_in(const std::string& file) {
   if (is_scene(file)) {
     Scene scene = read_scene(file);
+    check_start(scene);
     const dynamics::Model<double>& model = scene.robot.model;
     return {std::move(scene.effective),
             "a scene of " + std::to_string(model.nv) + " degrees of freedom, " +

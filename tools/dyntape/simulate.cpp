@@ -1,13 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // dyntape simulate: a scene file, or a robot and a few options, to a motion with its energies and pictures.
+#include <cmath>
 #include <filesystem>
 #include <iostream>
 #include <memory>
-#include <optional>
+
+#include <Eigen/Geometry>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
@@ -44,6 +47,9 @@ std::string effect_line(const std::string& option) {
 // The scene file that the options stand for.
 std::string scene_text(const SimulateOptions& options) {
   const std::filesystem::path robot(options.file);
+  if (robot.filename().string().find('"') != std::string::npos)
+    throw ArgumentError("the robot's file " + robot.filename().string() +
+                        " has a quotation mark in its name, which no scene can hold; rename it");
   std::string text = "name \"" + robot.stem().string() + "\"\n";
   text += "robot\n{\n  urdf \"" + robot.filename().string() + "\"\n  base " + options.base + "\n";
   std::string lock;
@@ -56,24 +62,55 @@ std::string scene_text(const SimulateOptions& options) {
   return text;
 }
 
-// (nq), or one a joint, or one for all.
-Eigen::VectorXd start_of(const std::vector<double>& given, const dynamics::Model<double>& model,
-                         const std::string& option, int whole, const Eigen::VectorXd& otherwise) {
+// The numbers of an option: all of q or v, or one a joint of one degree of freedom, or one for these.
+Eigen::VectorXd spread(const std::vector<double>& given, const dynamics::Model<double>& model,
+                       const std::string& option, const Eigen::VectorXd& otherwise, bool is_q) {
   if (given.empty()) return otherwise;
   const auto values = Eigen::Map<const Eigen::VectorXd>(given.data(), Eigen::Index(given.size()));
-  if (values.size() == whole) return values;
+  if (values.size() == otherwise.size()) return values;
   const auto n = Eigen::Index(single_joint_names(model).size());
   if (values.size() != n && values.size() != 1) {
     throw ArgumentError(option + ": got " + std::to_string(given.size()) + " numbers; expected " +
-                        std::to_string(whole) + ", or " + std::to_string(n) +
+                        std::to_string(otherwise.size()) + ", or " + std::to_string(n) +
                         " of the joints alone, or one for all of these");
   }
-  Eigen::VectorXd spread = Eigen::VectorXd::Zero(model.nv);
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(model.nv);
   Eigen::Index k = 0;
   for (const auto& joint : model.joints) {
-    if (dynamics::is_single(joint.type)) spread[joint.idx_v] = values[values.size() == 1 ? 0 : k++];
+    if (dynamics::is_single(joint.type)) all[joint.idx_v] = values[values.size() == 1 ? 0 : k++];
   }
-  return option == "--q0" ? configuration_of(model, spread) : spread;
+  return is_q ? configuration_of(model, all) : all;
+}
+
+std::string quoted(const auto& numbers) {
+  std::string text;
+  for (double x : numbers) text += (text.empty() ? "" : " ") + io::shortest(x);
+  return "\"" + text + "\"\n";
+}
+
+// The same state as a scene's `start`.
+std::string start_text(const dynamics::Model<double>& model, const Eigen::VectorXd& q,
+                       const Eigen::VectorXd& v) {
+  std::vector<double> q_joints, v_joints;
+  const Eigen::VectorXd from_neutral = dynamics::difference<double>(model, dynamics::neutral(model), q);
+  for (const auto& joint : model.joints) {
+    if (!dynamics::is_single(joint.type)) continue;
+    q_joints.push_back(from_neutral[joint.idx_v]);
+    v_joints.push_back(v[joint.idx_v]);
+  }
+  std::string text = "start\n{\n";
+  if (!q_joints.empty()) text += "  q " + quoted(q_joints) + "  v " + quoted(v_joints);
+  if (floats(model)) {
+    const Eigen::Matrix3d R =
+        Eigen::Quaterniond(Eigen::Vector4d(q.segment<4>(3))).normalized().toRotationMatrix();
+    const Eigen::Vector3d turns(std::atan2(R(2, 1), R(2, 2)),
+                                std::atan2(-R(2, 0), std::hypot(R(2, 1), R(2, 2))),
+                                std::atan2(R(1, 0), R(0, 0)));
+    text += "  base\n  {\n    position " + quoted(Eigen::Vector3d(q.head<3>())) + "    roll_pitch_yaw " +
+            quoted(turns) + "    velocity " + quoted(Eigen::Vector3d(v.head<3>())) + "    angular_velocity " +
+            quoted(Eigen::Vector3d(v.segment<3>(3))) + "  }\n";
+  }
+  return text + "}\n";
 }
 
 Scene scene_in(const SimulateOptions& options) {
@@ -87,10 +124,14 @@ Scene scene_in(const SimulateOptions& options) {
   }
   read_file(options.file);  // says at once what is wrong with the file itself
   const std::string here = (std::filesystem::path(options.file).parent_path() / "(command line)").string();
-  Scene scene = read_scene_text(scene_text(options), here);
+  const std::string text = scene_text(options);
+  Scene scene = read_scene_text(text, here);
+  if (options.q0.empty() && options.v0.empty()) return scene;
   const dynamics::Model<double>& model = scene.robot.model;
-  scene.q = start_of(options.q0, model, "--q0", model.nq, scene.q);
-  scene.v = start_of(options.v0, model, "--v0", model.nv, scene.v);
+  const Eigen::VectorXd q = spread(options.q0, model, "--q0", scene.q, true);
+  const Eigen::VectorXd v = spread(options.v0, model, "--v0", scene.v, false);
+  scene = read_scene_text(text + start_text(model, q, v), here);
+  scene.q = q, scene.v = v;  // also of joints that a file has no words for
   return scene;
 }
 
