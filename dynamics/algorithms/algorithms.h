@@ -27,6 +27,7 @@
 //   f_i = I_i a_i + v_i x* I_i v_i - f_ext,i + sum over children X f        tau_i = S^T f_i
 #pragma once
 
+#include <dyntape/dynamics/algorithms/added_inertia.h>
 #include <dyntape/dynamics/algorithms/data.h>
 
 #include <vector>
@@ -44,6 +45,7 @@ struct Acting {
   const Vector3<T>* gravity_value = nullptr;        // m/s^2, world frame, in place of the model's
   // (nv) armature = what stands above + gear_ratio^2 rotor_inertia, where both are given.
   const VectorX<T>*rotor_inertia = nullptr, *gear_ratio = nullptr;
+  AddedInertias<T> added = {};  // of bodies, without weight
 };
 
 // In which frame a velocity or a Jacobian of a frame F is expressed, and the velocity of which point it is.

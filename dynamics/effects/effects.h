@@ -14,6 +14,7 @@
 //   drive        what motors can give (saturation.h)
 //   tau_joints   damping, friction, springs, soft limits, back-EMF, tendons
 //   F            wrenches from outside, drag, buoyancy, contacts (point_forces.h)
+// and M holds the armature and the mass of water that is carried along (added_mass.h).
 // Each header has its equation, units and smoothness.  Functions look at sizes only; check(), at all values.
 //
 // To add an effect: a struct in a file of its own, like damping.h, its #include here and its row in effects.def.
@@ -30,6 +31,7 @@
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/effects/added_mass.h>
 #include <dyntape/dynamics/effects/armature.h>
 #include <dyntape/dynamics/effects/back_emf.h>
 #include <dyntape/dynamics/effects/buoyancy.h>
@@ -148,7 +150,8 @@ Effects<S> Effects<T>::cast() const {
   return result;
 }
 
-// The robot as it is where these effects act: a model whose own gravity and armature are the effects'.
+// The robot as it is where these effects act: a model whose own gravity and armature are the effects', and which lacks
+// only what no model has, acting().added.
 template <class T>
 Model<T> acting_model(const Model<T>& robot, const Effects<T>& effects);
 

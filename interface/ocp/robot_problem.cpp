@@ -87,7 +87,8 @@ struct Plants {
         gain(std::move(gains)),
         plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {
     dynamics::check(s.model, s.effects);
-    if (!is_worth_callees(s.model)) return;
+    const bool adds_inertia = s.effects.acting().added.count > 0;  // which callees do not know
+    if (adds_inertia || !is_worth_callees(s.model)) return;
     const Model<double> acting = dynamics::acting_model(s.model, s.effects);
     forward_callee = forward_dynamics_callee(acting);
     inverse_callee = inverse_dynamics_callee(acting);

@@ -20,11 +20,12 @@ System system_of(const RobotScene& scene) {
     const VectorXad tau = torques_at(dofs, s.drive, model.nv);
     return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
   };
-  system.lagrangian = [acting = dynamics::acting_model(scene.model, scene.effects)](
+  system.lagrangian = [effects = scene.effects, acting = dynamics::acting_model(scene.model, scene.effects)](
                           const VectorXad& q, const VectorXad& v, const VectorXad&) -> AD {
     const dynamics::Model<AD> model = acting.cast<AD>();
     dynamics::Data<AD> data(model);
-    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v);
+    const dynamics::Effects<AD> all = effects.cast<AD>();
+    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v, {.added = all.acting().added});
     return kinetic - dynamics::potential_energy<AD>(model, data, q);
   };
   system.forces = [scene, dofs](const SystemPoint<AD>& s) -> VectorXad {

@@ -56,6 +56,11 @@ inline void add_body_effects(const Model<double>& model, Random& random, Effects
     Buoy<double> buoy = on_random_body<Buoy<double>>(model, random);
     buoy.volume = random.uniform(1e-4, 1e-3);
     effects.buoyancy.push_back(buoy);
+    AddedBody<double> hull = on_random_body<AddedBody<double>>(model, random);
+    for (double* x : {hull.mass.data(), hull.inertia.data()}) {
+      for (int k = 0; k < 3; ++k) x[k] = random.uniform(0, 2);
+    }
+    effects.added_mass.push_back(hull);
   }
   effects.drag.medium = random.vector3(2), effects.drag.smoothing = 0.1;
   for (const ContactExponent exponent :

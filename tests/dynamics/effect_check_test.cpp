@@ -84,8 +84,8 @@ TEST_P(EffectsOfSeed, EachTellsWhatItIs) {
   for_each_effect(effects, [&](const auto& effect) {
     keys.insert(effect_key(effect)), names.insert(effect_name(effect));
   });
-  EXPECT_EQ(keys.size(), 14U);
-  EXPECT_EQ(names.size(), 14U);
+  EXPECT_EQ(keys.size(), 15U);
+  EXPECT_EQ(names.size(), 15U);
   for_each_parameter(effects, [&]<class X>(const char* key, const ParameterInfo& info, const X&) {
     SCOPED_TRACE(std::string(key) + " " + info.name);
     EXPECT_GT(std::string(info.what).size(), 3U);

@@ -140,6 +140,34 @@ TEST(EffectValues, NothingActsWhereNothingTouches) {
   }
 }
 
+// The apex of the friction cone: no normal force, with and without sliding.  No force, and slopes that are finite and what
+// differences within the ground say.
+TEST(EffectValues, TheApexOfTheFrictionConeIsSmooth) {
+  for (const ContactExponent exponent :
+       {ContactExponent::kOne, ContactExponent::kThreeHalves, ContactExponent::kTwo}) {
+    Setting s(particle(1));
+    ContactBody<double> ball = sphere(s, 0.1, 1e4);
+    ball.friction = 0.5, ball.dissipation = 1, ball.exponent = exponent;
+    s.effects.contacts.push_back(ball);
+    s.effects.gravity = false;
+    const VectorXd q = Eigen::Vector3d(0, 0, 0.1), none = VectorXd::Zero(3);
+    for (const Eigen::Vector3d& sliding :
+         {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(2, -1, 0), Eigen::Vector3d(1e-300, 0, 0)}) {
+      const VectorXd v = sliding;
+      forward_dynamics_derivatives(s.model, s.data, s.torques, s.effects, q, v, none);
+      EXPECT_EQ(s.data.ddq, none);
+      EXPECT_TRUE(s.data.ddq_dq.allFinite() && s.data.ddq_dv.allFinite());
+      EXPECT_EQ(s.data.ddq_dv, Eigen::MatrixXd::Zero(3, 3));
+      // Below it the tangential force is at most mu times the normal one.
+      for (const double depth : {1e-300, 1e-18, 1e-9, 1e-3}) {
+        const VectorXd f = effect_torques<double>(s.model, s.data, s.torques, s.effects,
+                                                  Eigen::Vector3d(0, 0, 0.1 - depth), v);
+        EXPECT_LE(f.head<2>().norm(), 0.5 * f[2] * (1 + 1e-12));
+      }
+    }
+  }
+}
+
 // A capsule that lies is two spheres; a point is a sphere of no radius above lower ground.
 TEST(EffectValues, CapsulesAreTwoSpheresAndPointsHaveNone) {
   Random random(5);

@@ -99,7 +99,7 @@ TEST_P(EffectsOn, EachIsTheSameWhereverTheListIsWalked) {
     Data<double> other(acting);
     const VectorXd tau = driven + effect_torques(model, *data, *torques, alone, s.q, s.v);
     const VectorXd seen_v = alone.acting().coriolis ? s.v : VectorXd::Zero(model.nv).eval();
-    EXPECT_EQ(aba(acting, other, s.q, seen_v, tau), a);
+    EXPECT_EQ(aba(acting, other, s.q, seen_v, tau, {.added = alone.acting().added}), a);
 
     const Model<Float128> exact = model.cast<Float128>();
     Data<Float128> data128(exact);
@@ -142,7 +142,7 @@ TEST_P(EffectsOn, WithoutVelocityProductsTheRecursionsAreThoseAtRest) {
 TEST_P(EffectsOn, ZeroStrengthEqualsAbsence) {
   const std::set<std::string> strengths = {
       "inertia",         "rotor_inertia", "coefficient", "torque", "breakaway", "stiffness", "damping",
-      "torque_constant", "force",         "moment",      "area",   "linear",    "volume"};
+      "torque_constant", "force",         "moment",      "area",   "linear",    "volume", "mass"};
   const auto weaken = [&](const ParameterInfo& info, auto& value) {
     if constexpr (requires { value *= 1e-40; }) {
       if (strengths.contains(info.name)) value *= 1e-40;
@@ -211,7 +211,7 @@ TEST(Effects, EachActsSomewhere) {
       acts[name] += forward_dynamics(model, data, torques, alone, s.q, s.v, s.tau) != free;
     });
   }
-  EXPECT_EQ(acts.size(), 14U);
+  EXPECT_EQ(acts.size(), 15U);
   for (const auto& [name, times] : acts) EXPECT_GE(times, 5) << name;
 }
 

@@ -73,6 +73,13 @@ const Row kRows[] = {
        s.effects.wrenches.push_back(at_hand(s, push));
      },
      90, 280},
+    {"added mass at the hand",
+     [](RobotScene& s) {
+       dynamics::AddedBody<double> hull;
+       hull.mass = {1, 2, 3}, hull.inertia = {0.1, 0.2, 0.3};
+       s.effects.added_mass.push_back(at_hand(s, hull));
+     },
+     0, 0},
     {"contact at the hand",
      [](RobotScene& s) {
        dynamics::ContactBody<double> body;

@@ -40,6 +40,10 @@ void check_acting(const char* function, const Model<T>& model, const Acting<T>& 
     check(function, "rotor inertia", model, acting.rotor_inertia->size(), model.nv);
     check(function, "gear ratio", model, acting.gear_ratio->size(), model.nv);
   }
+  for (int i = 0; i < acting.added.count; ++i) {
+    const int body = acting.added.at(acting.added.list, i).body;
+    if (body >= 0) check_body(function, model, body);
+  }
   if (acting.external) {
     check(function, "external", model, static_cast<long>(acting.external->size()), model.njoints());
   }

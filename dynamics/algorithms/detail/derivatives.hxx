@@ -157,6 +157,7 @@ void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef
     accumulate(data.X_PB[i], data.velocity_products[i], data.velocity_products[p]);
     data.f[p] = data.f[p] + act(data.X_PB[i], data.f[i]);
   }
+  add_inertia_derivatives(model, data, acting);
 }
 
 // kGroups groups of rows of  -sum_k Minv_k d_k  over the `count` dofs of a path, summed side by side.

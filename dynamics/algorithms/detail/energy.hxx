@@ -2,6 +2,7 @@
 #pragma once
 
 #include <dyntape/dynamics/algorithms/energy.h>
+#include <dyntape/dynamics/algorithms/detail/added_inertia.hxx>
 #include <dyntape/dynamics/algorithms/detail/subtree_sums.hxx>
 
 namespace dyntape::dynamics {
@@ -41,8 +42,10 @@ void kinetic_energy_gradients(const Model<T>& model, Data<T>& data, EnergyGradie
   for (int i = 0; i < model.njoints(); ++i) {
     detail::move_body(model, data, v, i);
     e.momentum[i] = model.inertias[i] * data.v[i];
-    twice += dot(data.v[i], e.momentum[i]);
   }
+  detail::for_each_added(
+      acting, [&](int i, const Articulated<T>& D) { e.momentum[i] = e.momentum[i] + D * data.v[i]; });
+  for (int i = 0; i < model.njoints(); ++i) twice += dot(data.v[i], e.momentum[i]);
   detail::gather(model, data, e.momentum);
   for (int i = 0; i < model.njoints(); ++i) {
     const int p = model.parent[i];

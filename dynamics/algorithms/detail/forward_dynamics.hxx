@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/algorithms/detail/added_inertia.hxx>
 #include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
 #include <dyntape/dynamics/algorithms/detail/following.hxx>
@@ -43,6 +44,9 @@ DYNTAPE_INLINE Articulated<T> hinge(const Model<T>& model, Data<T>& data, const 
 template <class T>
 void articulate(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) data.articulated[i] = articulated(model.inertias[i]);
+  for_each_added(acting, [&](int i, const Articulated<T>& D) {
+    data.articulated[i].M += D.M, data.articulated[i].H += D.H, data.articulated[i].J += D.J;
+  });
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i];
     if (data.tree.is_free(i)) {
@@ -66,6 +70,10 @@ void gather_bias(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, co
     data.p_A[i] = cross(data.v[i], model.inertias[i] * data.v[i]);
     if (acting.external) data.p_A[i] = data.p_A[i] - (*acting.external)[i];
   }
+  for_each_added(acting, [&](int i, const Articulated<T>& D) {
+    const Motion<T> fall{fall_of(model, data, acting, i), Vector3<T>::Zero()};
+    data.p_A[i] = data.p_A[i] + cross(data.v[i], D * data.v[i]) + D * fall;
+  });
   for (int i = model.njoints() - 1; i >= 0; --i) {
     const int p = model.parent[i], k = tree.first[i];
     if (tree.is_free(i)) {

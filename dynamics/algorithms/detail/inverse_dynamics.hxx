@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <dyntape/dynamics/algorithms/detail/added_inertia.hxx>
 #include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
 
@@ -27,6 +28,9 @@ void body_forces(const Model<T>& model, Data<T>& data, bool moving, const Acting
     if (moving) data.f[i] = data.f[i] + cross(data.v[i], I * data.v[i]);
     if (acting.external) data.f[i] = data.f[i] - (*acting.external)[i];
   }
+  for_each_added(acting, [&](int i, const Articulated<T>& D) {
+    data.f[i] = data.f[i] + added_force(model, data, acting, i, D);
+  });
 }
 
 template <class T>
@@ -141,6 +145,7 @@ const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>&
     }
     if (p >= 0) accumulate(data.X_PB[i], data.composites[i], data.composites[p]);
   }
+  detail::add_inertias(model, data, acting);
   return data.M;
 }
 
@@ -156,6 +161,8 @@ const T& kinetic_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>
     const T& s = v[data.tree.first[i]];
     if (detail::has_armature(model, acting, i)) twice += detail::armature_at(model, acting, i) * (s * s);
   }
+  detail::for_each_added(acting,
+                         [&](int i, const Articulated<T>& D) { twice += dot(data.v[i], D * data.v[i]); });
   return data.kinetic_energy = twice * T(0.5);
 }
 

@@ -85,6 +85,9 @@ void move_and_gather(const Model<T>& model, Data<T>& data, MovingBodies<T>& b, c
     throw ArgumentError("second order: velocity products do not act on model \"" + model.name +
                         "\", expected them to");
   }
+  if (acting.added.count > 0) {
+    throw ArgumentError("second order: added inertias act on model \"" + model.name + "\", expected none");
+  }
   move_columns(model, data, b, v, a, acting);
   gather_bodies(model, data, b, acting);
 }

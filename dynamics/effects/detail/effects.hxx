@@ -285,6 +285,7 @@ T effect_power(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques, 
                const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& command) {
   Acting<T> falling = effects.acting();
   falling.coriolis = false;
+  falling.added = {};  // without weight
   T power = T(0);  // of effects that only change the inertia, and on a tape without an operation
   if (detail::adds_torques(effects)) power += v.dot(effect_torques(model, data, torques, effects, q, v));
   if (detail::any_chosen(effects, []<class E>() {
