@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/energy.h>
 #include <dyntape/interface/scene/quadrature.h>
 #include <dyntape/interface/scene/scene_system.h>
@@ -149,6 +150,15 @@ class SceneRun {
   std::vector<Look> looks_;
   SimulatedMotion motion_;
 };
+
+// Where more than a quarter of the energy that moved is unaccounted for.  Implicit-velocity steps take energy themselves.
+std::string doubt_of_energy(const Scene& scene, const SimulatedMotion& motion) {
+  constexpr double kMost = 0.25, kNothing = 1e-12;
+  const double error = motion.energy_error(), scale = motion.energy_scale();
+  if (scene.integrator == Integrator::kImplicitVelocity || error <= kMost * scale + kNothing) return "";
+  return "the balance of energy is off by " + io::scientific(error) + " J of " + io::significant(scale, 3) +
+         " J that moved; take shorter steps";
+}
 
 }  // namespace
 

@@ -3,7 +3,6 @@
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/stability.h>
 
 namespace dyntape {
@@ -74,14 +73,6 @@ std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vect
     if (!stiff.empty()) return at_time(double(k) * scene.step) + stiff;
   }
   return doubt_of_halves(scene, stepper, looks);
-}
-
-std::string doubt_of_energy(const Scene& scene, const SimulatedMotion& motion) {
-  constexpr double kMost = 0.25, kNothing = 1e-12;
-  const double error = motion.energy_error(), scale = motion.energy_scale();
-  if (scene.integrator == Integrator::kImplicitVelocity || error <= kMost * scale + kNothing) return "";
-  return "the balance of energy is off by " + io::scientific(error) + " J of " + io::significant(scale, 3) +
-         " J that moved; take shorter steps";
 }
 
 }  // namespace dyntape

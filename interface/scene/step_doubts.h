@@ -11,7 +11,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/scene/scene.h>
 
 namespace dyntape {
 
@@ -21,9 +21,6 @@ struct Look {
 };
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
-
-// Where more than a quarter of the energy that moved is unaccounted for.  Implicit-velocity steps take energy themselves.
-std::string doubt_of_energy(const Scene& scene, const SimulatedMotion& motion);
 
 // What the motors give at a state: those with a lag have a state of their own, the others follow u.
 Eigen::VectorXd drive_in(const Scene& scene, const Eigen::VectorXd& x, const Eigen::VectorXd& u);

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <dyntape/dynamics/algorithms/energy.h>
-#include <dyntape/dynamics/algorithms/detail/added_inertia.hxx>
+#include <dyntape/dynamics/algorithms/detail/added_terms.hxx>
 #include <dyntape/dynamics/algorithms/detail/subtree_sums.hxx>
 
 namespace dyntape::dynamics {

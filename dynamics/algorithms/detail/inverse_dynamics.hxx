@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <dyntape/dynamics/algorithms/detail/added_inertia.hxx>
+#include <dyntape/dynamics/algorithms/detail/added_terms.hxx>
 #include <dyntape/dynamics/algorithms/detail/checks.hxx>
 #include <dyntape/dynamics/algorithms/detail/columns.hxx>
 
