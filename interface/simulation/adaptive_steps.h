@@ -29,7 +29,7 @@ namespace dyntape {
 class AdaptiveSteps {
  public:
   static constexpr long kMostInternalSteps = 100000;  // of one step
-  static constexpr double kLongTurn = 1;              // (rad)
+  static constexpr double kLongTurn = 3;              // (rad)
   static constexpr int kLooks = 4;
 
   // ArgumentError where tolerances are none, and as StepScheme.
