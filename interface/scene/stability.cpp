@@ -54,6 +54,8 @@ double longest_step(Integrator integrator, Complex mode) {
     case Integrator::kImplicitMidpoint:
     case Integrator::kImplicitVelocity:
     case Integrator::kVariational:
+    case Integrator::kAdaptive:
+    case Integrator::kAdaptiveStiff:
       break;
   }
   return HUGE_VAL;

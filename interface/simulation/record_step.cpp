@@ -3,31 +3,12 @@
 
 #include <numeric>
 
-#include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/simulation/steps.h>
 #include <dyntape/interface/simulation/step_scheme.h>
 
 namespace dyntape {
 
 namespace {
-
-// Takes vectors apart from their beginning.
-class Cutter {
- public:
-  explicit Cutter(const VectorXad& all) : all_(all) {}
-  VectorXad operator()(Eigen::Index size) { return all_.segment((next_ += size) - size, size); }
-  AD one() { return all_[next_++]; }
-
- private:
-  const VectorXad& all_;
-  Eigen::Index next_ = 0;
-};
-
-// Records for the user, whose callables they are: errors do not name this file.
-Function record_for(const System& system, const char* what, int n_x, int n_p,
-                    const std::function<VectorXad(const VectorXad&, const VectorXad&)>& f) {
-  return record(system.name + what, std::size_t(n_x), std::size_t(n_p), f, {}, nullptr, 0);
-}
 
 enum class StepPart { kResidual, kEnd };
 

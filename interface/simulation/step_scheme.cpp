@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {
@@ -28,6 +29,9 @@ void check_system(const System& system, Integrator integrator) {
       throw ArgumentError(name + ": a lag is " + io::shortest(lag) + " s, expected zero or more");
   if (!system.acceleration && integrator != Integrator::kVariational)
     throw ArgumentError(name + " has no acceleration, which the scheme " + to_string(integrator) + " needs");
+  if (system.events && !is_adaptive(integrator))
+    throw ArgumentError(name + " has events, at which steps of the scheme " + to_string(integrator) +
+                        " do not end; expected adaptive or adaptive-stiff");
 }
 
 VectorXad checked_rows(const System& system, const char* what, VectorXad values) {
@@ -49,6 +53,11 @@ VectorXad stacked(const std::vector<VectorXad>& parts) {
   return all;
 }
 
+Function record_for(const System& system, const char* what, int n_x, int n_p,
+                    const std::function<VectorXad(const VectorXad&, const VectorXad&)>& f) {
+  return record(system.name + what, std::size_t(n_x), std::size_t(n_p), f, {}, nullptr, 0);
+}
+
 StepScheme::StepScheme(const System& system, Integrator integrator)
     : system_(system),
       integrator_(integrator),
@@ -59,8 +68,9 @@ StepScheme::StepScheme(const System& system, Integrator integrator)
   if (integrator == Integrator::kVariational) lagrangian_ = std::make_unique<Lagrangian>(system);
 }
 
-bool StepScheme::is_explicit() const {
-  return integrator_ == Integrator::kSemiImplicitEuler || integrator_ == Integrator::kRungeKutta4;
+bool StepScheme::has_unknowns() const {
+  return integrator_ == Integrator::kImplicitMidpoint || integrator_ == Integrator::kImplicitVelocity ||
+         integrator_ == Integrator::kVariational;
 }
 
 ProductSpace<dynamics::ConfigurationSpace<AD>, EuclideanSpace<AD>> StepScheme::states() const {
@@ -122,6 +132,8 @@ PhaseAd StepScheme::end_of(const StepArguments& a, const PhaseAd& x, const Dynam
       residual = implicit_velocity_residual(Q, acceleration, a.h, x, a.z);
       return implicit_velocity_end(Q, a.h, x, a.z);
     case Integrator::kVariational:
+    case Integrator::kAdaptive:
+    case Integrator::kAdaptiveStiff:
       break;
   }
   return variational(a, x, at, residual);

@@ -12,6 +12,7 @@
 
 #include <memory>
 
+#include <dyntape/autodiff/graph/function.h>
 #include <dyntape/dynamics/simulation/steps.h>
 #include <dyntape/interface/simulation/lagrangian.h>
 #include <dyntape/interface/simulation/system.h>
@@ -44,19 +45,21 @@ class StepScheme {
   int n_m() const { return int(lagged_.size()); }
   int nx() const { return nq() + nv() + n_m(); }
   int nt() const { return 2 * nv() + n_m(); }
-  int n_z() const { return is_explicit() ? 0 : nv(); }
+  int n_z() const { return has_unknowns() ? nv() : 0; }
   bool is_variational() const { return lagrangian_ != nullptr; }
   int n_dynamics() const { return is_variational() ? 2 * nv() : nv(); }
   const dynamics::ConfigurationSpace<AD>& configurations() const { return configurations_; }
   dynamics::ProductSpace<dynamics::ConfigurationSpace<AD>, dynamics::EuclideanSpace<AD>> states() const;
 
   Dynamics dynamics() const;
-  StepValues operator()(const StepArguments& a, const Dynamics& at) const;
+  StepValues operator()(const StepArguments& a, const Dynamics& at) const;  // not of adaptive steps
 
- private:
-  bool is_explicit() const;
+  // s after the beginning of a step: the states of the lagged motors; all that the dynamics see, at q and v there.
   VectorXad motors(const StepArguments& a, const AD& s) const;
   SystemPoint<AD> point(const StepArguments& a, const AD& s, const VectorXad& q, const VectorXad& v) const;
+
+ private:
+  bool has_unknowns() const;
   dynamics::Phase<AD> end_of(const StepArguments& a, const dynamics::Phase<AD>& x, const Dynamics& at,
                              VectorXad& residual) const;
   dynamics::Phase<AD> runge_kutta(const StepArguments& a, const dynamics::Phase<AD>& x,
@@ -73,5 +76,21 @@ class StepScheme {
 };
 
 VectorXad stacked(const std::vector<VectorXad>& parts);
+
+// Takes vectors apart from their beginning.
+class Cutter {
+ public:
+  explicit Cutter(const VectorXad& all) : all_(all) {}
+  VectorXad operator()(Eigen::Index size) { return all_.segment((next_ += size) - size, size); }
+  AD one() { return all_[next_++]; }
+
+ private:
+  const VectorXad& all_;
+  Eigen::Index next_ = 0;
+};
+
+// Records for the user, whose callables they are: errors do not name this file.
+Function record_for(const System& system, const char* what, int n_x, int n_p,
+                    const std::function<VectorXad(const VectorXad&, const VectorXad&)>& f);
 
 }  // namespace dyntape

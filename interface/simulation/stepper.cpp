@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/simulation/adaptive_steps.h>
 #include <dyntape/interface/simulation/newton.h>
 #include <dyntape/interface/simulation/record_step.h>
 #include <dyntape/interface/simulation/step_jacobians.h>
@@ -35,19 +36,16 @@ std::string seconds(double t) { return io::shortest(t) + " s"; }
 
 }  // namespace
 
-// Everything that a stepper has made; arguments of an implicit step are (x, t, h, u, p), of an explicit one all but x.
-struct Stepper::Made {
-  Made(const System& s, Integrator i, const CodegenOptions& options, bool with_jacobians, unsigned n_threads)
-      : system(s),
-        integrator(i),
-        recorded(record_step(s, i)),
+// What a scheme of fixed steps is made of; arguments of an implicit step are (x, t, h, u, p), of an explicit one all but x.
+struct Stepper::Fixed {
+  Fixed(const System& s, Integrator i, const CodegenOptions& options, bool with_jacobians, unsigned n_threads,
+        StepperReport& report)
+      : recorded(record_step(s, i)),
         end(compiled(recorded.end, options, Order::kValue)),
         of_end(end),
         of_many(end, is_implicit() ? 1 : n_threads) {
-    report.from_cache = true;
     report.step_operations = end.operations(Order::kValue);
     add_to(report, end);
-    arguments = VectorXd::Zero(recorded.nx + 2 + system.n_u + system.n_p);
     if (is_implicit()) {
       const CompiledFunction residual = compiled(recorded.residual, options, Order::kFirst);
       report.step_operations += residual.operations(Order::kValue);
@@ -62,10 +60,40 @@ struct Stepper::Made {
   }
 
   bool is_implicit() const { return recorded.n_z > 0; }
-  double* behind_x() { return arguments.data() + recorded.nx; }
+
+  RecordedStep recorded;
+  CompiledFunction end;
+  CompiledFunction::Workspace of_end, of_many;
+  std::optional<Newton> newton;
+  std::optional<StepJacobians> slopes;
+};
+
+// Everything that a stepper has made: a scheme, fixed or adaptive.
+struct Stepper::Made {
+  Made(const System& s, Integrator i, const CodegenOptions& options, bool with_jacobians, unsigned n_threads,
+       const Tolerances& tolerances)
+      : system(s), integrator(i), has_jacobians(with_jacobians) {
+    report.from_cache = true;
+    const int n_m = int(lagged_motors(s).size());
+    if (is_adaptive(i)) {
+      adaptive.emplace(s, i, tolerances, options, with_jacobians);
+      const StepProblem& problem = adaptive->problem();
+      for (const CompiledFunction* f : problem.functions()) add_to(report, *f);
+      report.step_operations = problem.operations(Order::kValue);
+      if (i == Integrator::kAdaptiveStiff) report.newton_operations = problem.operations(Order::kFirst);
+      report.jacobian_operations = problem.sensitivity_operations();
+    } else {
+      fixed.emplace(s, i, options, with_jacobians, n_threads, report);
+    }
+    nx = s.model.nq + s.model.nv + n_m, nt = 2 * s.model.nv + n_m;
+    arguments = VectorXd::Zero(nx + 2 + system.n_u + system.n_p);
+  }
+
+  bool is_explicit() const { return fixed && !fixed->is_implicit(); }
+  double* behind_x() { return arguments.data() + nx; }
 
   void set_arguments(double t, double h, const double* x, const double* u, const double* p) {
-    std::copy_n(x, recorded.nx, arguments.data());
+    std::copy_n(x, nx, arguments.data());
     double* next = behind_x();
     *next++ = t;
     *next++ = h;
@@ -83,15 +111,16 @@ struct Stepper::Made {
   }
 
   Newton::Outcome solve(double h) {
-    newton->z().setZero();
+    Newton& newton = *fixed->newton;
+    newton.z().setZero();
     if (integrator == Integrator::kVariational)
-      newton->z() = h * arguments.segment(system.model.nq, system.model.nv);
-    return newton->solve(arguments.data(), size_of_unknowns(h));
+      newton.z() = h * arguments.segment(system.model.nq, system.model.nv);
+    return newton.solve(arguments.data(), size_of_unknowns(h));
   }
 
   std::string where() const {
-    return "step of \"" + system.name + "\" from t = " + seconds(arguments[recorded.nx]) + " by " +
-           seconds(arguments[recorded.nx + 1]) + ": ";
+    return "step of \"" + system.name + "\" from t = " + seconds(arguments[nx]) + " by " +
+           seconds(arguments[nx + 1]) + ": ";
   }
 
   // About the first entry that is not finite: of a state, or of all arguments.
@@ -110,28 +139,31 @@ struct Stepper::Made {
   bool fail(double* x_next, std::string* why, const std::string& sentence) const;
   bool step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
             std::string* why);
+  bool fixed_step(double h, double* x_next, std::string* why);
+  bool jacobians(const double* x_next, MatrixXd& all, std::string* why);
   std::size_t steps(double h, StateRows rows, std::string* why);
   std::size_t steps_at_once(double h, const StateRows& rows, std::string* why);
 
   System system;
   Integrator integrator;
-  RecordedStep recorded;
-  CompiledFunction end;
-  CompiledFunction::Workspace of_end, of_many;
-  std::optional<Newton> newton;
-  std::optional<StepJacobians> slopes;
+  bool has_jacobians;
+  std::optional<Fixed> fixed;
+  std::optional<AdaptiveSteps> adaptive;
+  int nx = 0, nt = 0;
   VectorXd arguments;        // (x, t, h, u, p)
+  MatrixXd all_slopes;       // A, B and P
   std::vector<double> rows;  // of steps(): (t, h, u, p) of each state
   std::vector<std::uint32_t> status;
   StepperReport report;
 };
 
 std::string Stepper::Made::unsolved(Newton::Outcome outcome) const {
-  const std::string after = " after " + std::to_string(newton->residuals()) + " residuals";
-  const std::string last = ", the last step is " + io::with_digits(newton->last_step(), 3);
+  const Newton& newton = *fixed->newton;
+  const std::string after = " after " + std::to_string(newton.residuals()) + " residuals";
+  const std::string last = ", the last step is " + io::with_digits(newton.last_step(), 3);
   switch (outcome) {
     case Newton::Outcome::kNotFinite:
-      if (newton->residuals() <= 1)
+      if (newton.residuals() <= 1)
         return where() +
                "the equations of the step are not finite where it begins; look at the state, and at h";
       return where() + "the residual of Newton's method is not finite" + after + "; take a shorter step";
@@ -145,11 +177,11 @@ std::string Stepper::Made::unsolved(Newton::Outcome outcome) const {
     case Newton::Outcome::kSolved:
       break;
   }
-  return guard(newton->residual(), newton->violation());
+  return guard(newton.residual(), newton.violation());
 }
 
 bool Stepper::Made::fail(double* x_next, std::string* why, const std::string& sentence) const {
-  std::fill_n(x_next, recorded.nx, std::nan(""));
+  std::fill_n(x_next, nx, std::nan(""));
   if (why) *why = sentence;
   return false;
 }
@@ -158,17 +190,38 @@ bool Stepper::Made::step(double t, double h, const double* x, const double* u, c
                          double* x_next, std::string* why) {
   set_arguments(t, h, x, u, p);
   if (!arguments.allFinite()) return fail(x_next, why, not_finite(arguments.data(), " before it"));
-  if (is_implicit()) {
+  if (adaptive) {
+    if (!adaptive->step(arguments.data(), x_next)) return fail(x_next, why, where() + adaptive->trouble());
+  } else if (!fixed_step(h, x_next, why)) {
+    return false;
+  }
+  if (Eigen::Map<const VectorXd>(x_next, nx).allFinite()) return true;
+  return fail(x_next, why, not_finite(x_next, " after it"));
+}
+
+bool Stepper::Made::fixed_step(double h, double* x_next, std::string* why) {
+  if (fixed->is_implicit()) {
     const Newton::Outcome outcome = solve(h);
     if (outcome != Newton::Outcome::kSolved) return fail(x_next, why, unsolved(outcome));
   }
-  const Points points{.x = is_implicit() ? newton->z().data() : arguments.data(),
-                      .p = is_implicit() ? arguments.data() : behind_x(),
+  const Points points{.x = fixed->is_implicit() ? fixed->newton->z().data() : arguments.data(),
+                      .p = fixed->is_implicit() ? arguments.data() : behind_x(),
                       .y = x_next};
-  if (const Violation violation = end.run(Order::kValue, points, of_end))
-    return fail(x_next, why, guard(end, violation));
-  if (Eigen::Map<const VectorXd>(x_next, recorded.nx).allFinite()) return true;
-  return fail(x_next, why, not_finite(x_next, " after it"));
+  if (const Violation violation = fixed->end.run(Order::kValue, points, fixed->of_end))
+    return fail(x_next, why, guard(fixed->end, violation));
+  return true;
+}
+
+// Of the step before.
+bool Stepper::Made::jacobians(const double* x_next, MatrixXd& all, std::string* why) {
+  if (adaptive) {
+    if (adaptive->jacobians(arguments.data(), all)) return true;
+    if (why) *why = where() + "its Jacobians: " + adaptive->trouble();
+    return false;
+  }
+  fixed->slopes->evaluate(fixed->newton ? fixed->newton->z().data() : nullptr, arguments.data(), x_next);
+  all = fixed->slopes->matrix();
+  return true;
 }
 
 // All states of an explicit scheme in one call.
@@ -193,13 +246,13 @@ std::size_t Stepper::Made::steps_at_once(double h, const StateRows& r, std::stri
                 .y = r.x_next,
                 .strides = &strides,
                 .status = status.data()};
-  (void)end.run(Order::kValue, points, of_many);  // status has it
+  (void)fixed->end.run(Order::kValue, points, fixed->of_many);  // status has it
   std::size_t failed = 0;
   for (std::size_t i = 0; i < r.count; ++i) {
     double* x_next = r.x_next + i * r.stride_next;
     const double* x = r.x + i * r.stride_x;
     const auto finite = [&](const double* entries) {
-      return std::all_of(entries, entries + recorded.nx, [](double v) { return std::isfinite(v); });
+      return std::all_of(entries, entries + nx, [](double v) { return std::isfinite(v); });
     };
     const auto arguments_at = rows.begin() + long(i * width);
     const bool sound =
@@ -217,11 +270,11 @@ std::size_t Stepper::Made::steps(double h, StateRows r, std::string* why) {
     if (stride == StateRows::kDense) stride = std::size_t(size);
   };
   dense(r.stride_t, 1);
-  dense(r.stride_x, recorded.nx);
-  dense(r.stride_next, recorded.nx);
+  dense(r.stride_x, nx);
+  dense(r.stride_next, nx);
   dense(r.stride_u, system.n_u);
   dense(r.stride_p, system.n_p);
-  if (!is_implicit()) return steps_at_once(h, r, why);
+  if (is_explicit()) return steps_at_once(h, r, why);
   std::size_t failed = 0;
   for (std::size_t i = 0; i < r.count; ++i) {
     const bool done = step(r.t[i * r.stride_t], h, r.x + i * r.stride_x, r.u + i * r.stride_u,
@@ -232,17 +285,24 @@ std::size_t Stepper::Made::steps(double h, StateRows r, std::string* why) {
 }
 
 Stepper::Stepper(const System& system, Integrator integrator, const CodegenOptions& options,
-                 bool with_jacobians, unsigned threads)
-    : made_(std::make_unique<Made>(system, integrator, options, with_jacobians, threads)) {}
+                 bool with_jacobians, unsigned threads, const Tolerances& tolerances)
+    : made_(std::make_unique<Made>(system, integrator, options, with_jacobians, threads, tolerances)) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
 Stepper& Stepper::operator=(Stepper&&) noexcept = default;
 
-int Stepper::nx() const { return made_->recorded.nx; }
-int Stepper::nt() const { return made_->recorded.nt; }
+int Stepper::nx() const { return made_->nx; }
+int Stepper::nt() const { return made_->nt; }
 int Stepper::n_u() const { return made_->system.n_u; }
 int Stepper::n_p() const { return made_->system.n_p; }
-int Stepper::residuals() const { return made_->newton ? made_->newton->residuals() : 0; }
+int Stepper::residuals() const {
+  return made_->fixed && made_->fixed->newton ? made_->fixed->newton->residuals() : 0;
+}
+const std::optional<StepEvent>& Stepper::event() const {
+  static const std::optional<StepEvent> none;
+  return made_->adaptive ? made_->adaptive->event() : none;
+}
+StepEffort Stepper::effort() const { return made_->adaptive ? made_->adaptive->effort() : StepEffort(); }
 const StepperReport& Stepper::report() const { return made_->report; }
 
 bool Stepper::step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
@@ -252,15 +312,15 @@ bool Stepper::step(double t, double h, const double* x, const double* u, const d
 
 bool Stepper::jacobians(double t, double h, const double* x, const double* u, const double* p, double* x_next,
                         MatrixXd& A, MatrixXd& B, MatrixXd& P, std::string* why) {
-  if (!made_->slopes)
+  if (!made_->has_jacobians)
     throw ArgumentError("stepper of \"" + made_->system.name +
                         "\": it was made without Jacobians; set with_jacobians");
   if (!step(t, h, x, u, p, x_next, why)) return false;
-  Made& m = *made_;
-  m.slopes->evaluate(m.newton ? m.newton->z().data() : nullptr, m.arguments.data(), x_next);
-  A = m.slopes->matrix().leftCols(nt());
-  B = m.slopes->matrix().middleCols(nt(), n_u());
-  P = m.slopes->matrix().rightCols(n_p());
+  MatrixXd& all = made_->all_slopes;
+  if (!made_->jacobians(x_next, all, why)) return made_->fail(x_next, nullptr, "");
+  A = all.leftCols(nt());
+  B = all.middleCols(nt(), n_u());
+  P = all.rightCols(n_p());
   return true;
 }
 

@@ -9,15 +9,25 @@
 //     if (!stepper.step(k * h, h, x.data(), nullptr, nullptr, x.data(), &why)) ...
 //
 // x (nx = nq + nv + motors with a lag); u (n_u), p (n_p), null where there are none; t and h (s) are arguments, so that
-// one library serves all steps.  x_next may be x.  A step allocates nothing and gives the same bits on each run.
+// one library serves all steps.  x_next may be x.  A step allocates nothing and gives the same bits on each run, whatever
+// was before it.
+//
+// Adaptive steps follow the motion itself, with u held, in as many internal steps as the tolerances take
+// (adaptive_steps.h says what these allow), and end ahead of t + h where an event of the system happens:
+//
+//   Stepper stepper(ball, Integrator::kAdaptive, {}, false, 1, {.relative = 1e-12});     // ball.events: its height
+//   stepper.step(t, h, x, nullptr, nullptr, x);
+//   if (const auto& event = stepper.event()) t = event->t, x[1] *= -0.8;                 // else t += h
 //
 // Implicit schemes are solved by Newton's method with the exact Jacobian, to rounding (newton.h).  A step fails, and
 // says why in a sentence, where that finds no solution near, where a recorded branch is left, or where the state is
-// not finite, before or after.
+// not finite, before or after; an adaptive one also where the tolerances cannot be kept, after 100000 internal steps, and
+// soon after options.stop asks for it.
 //
 // Jacobians are those of the step itself, not of the motion: A = d x'/d x (nt x nt), B = d x'/d u (nt x n_u),
 // P = d x'/d p (nt x n_p), increments in the moving frame on both sides, nt = 2 nv + lagged motors; of implicit schemes
-// by the implicit function theorem.  They are compiled where `with_jacobians` asks for them.
+// by the implicit function theorem.  Those of an adaptive step are those of the motion, to the tolerances; of one that
+// ended at an event, with the time of the event held.  They are compiled where `with_jacobians` asks for them.
 //
 // One call at a time.  ArgumentError where a system does not fit together, or lacks what the scheme needs; GuardViolation
 // where only the Jacobians leave a recorded branch.
@@ -27,12 +37,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/timings.h>
 #include <dyntape/interface/simulation/system.h>
+#include <dyntape/interface/simulation/tolerances.h>
 
 namespace dyntape {
 
@@ -49,9 +61,10 @@ struct StateRows {
 
 // What was made: sums over the functions of a stepper.
 struct StepperReport {
-  std::size_t step_operations = 0;      // an explicit step; or one residual and the end of an implicit one
-  std::size_t newton_operations = 0;    // a residual with its Jacobian; 0: explicit
-  std::size_t jacobian_operations = 0;  // of A, B and P; 0: without
+  std::size_t step_operations =
+      0;  // an explicit step; one residual and the end of an implicit one; or one rate
+  std::size_t newton_operations = 0;    // a residual, or rate, with its Jacobian; 0: explicit
+  std::size_t jacobian_operations = 0;  // of A, B and P, or of one rate with slopes for them; 0: without
   bool from_cache = false;              // nothing was compiled
   Timings seconds;
   std::vector<std::string> sources = {};  // C files, where there are any
@@ -61,7 +74,7 @@ class Stepper {
  public:
   // threads: of steps(), among which the states of explicit schemes are shared out; 0: as many as the processor has.
   Stepper(const System& system, Integrator integrator, const CodegenOptions& options = {},
-          bool with_jacobians = false, unsigned threads = 1);
+          bool with_jacobians = false, unsigned threads = 1, const Tolerances& tolerances = {});
   ~Stepper();
   Stepper(Stepper&&) noexcept;
   Stepper& operator=(Stepper&&) noexcept;
@@ -83,12 +96,16 @@ class Stepper {
   // their x_next is NaN, and *why is about the first.  x_next overlaps with nothing.
   std::size_t steps(double h, const StateRows& rows, std::string* why = nullptr);
 
-  // Newton's method in the last step: residuals that were looked at; 0: explicit.
+  // Of the last step.  Newton's method of an implicit one: residuals that were looked at.  An adaptive one: where it
+  // ended ahead of its time, and what it took; of jacobians() without them, what came after the step.
   int residuals() const;
+  const std::optional<StepEvent>& event() const;
+  StepEffort effort() const;
 
   const StepperReport& report() const;
 
  private:
+  struct Fixed;
   struct Made;
   std::unique_ptr<Made> made_;
 };

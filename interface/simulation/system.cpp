@@ -14,9 +14,17 @@ const char* to_string(Integrator integrator) {
     case Integrator::kImplicitVelocity:
       return "implicit-velocity";
     case Integrator::kVariational:
+      return "variational";
+    case Integrator::kAdaptive:
+      return "adaptive";
+    case Integrator::kAdaptiveStiff:
       break;
   }
-  return "variational";
+  return "adaptive-stiff";
+}
+
+bool is_adaptive(Integrator integrator) {
+  return integrator == Integrator::kAdaptive || integrator == Integrator::kAdaptiveStiff;
 }
 
 std::vector<int> lagged_motors(const System& system) {

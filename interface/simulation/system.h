@@ -45,22 +45,29 @@ struct System {
   // quadratic in v; and generalized forces (nv) that are not in it, or empty.
   std::function<AD(const VectorXad& q, const VectorXad& v, const VectorXad& p)> lagrangian = {};
   std::function<VectorXad(const SystemPoint<AD>&)> forces = {};
+
+  // Adaptive steps end where an entry of it falls to zero: g > 0 is how things are, as the height of a ball.
+  std::function<VectorXad(const SystemPoint<AD>&)> events = {};
 };
 
-// The schemes of dynamics/simulation/.
+// The schemes of dynamics/simulation/; and as many steps of an order as a tolerance takes (adaptive_steps.h).
 enum class Integrator {
   kSemiImplicitEuler,  // order 1, explicit: velocities first, then positions by the new ones
   kRungeKutta4,        // order 4, explicit
   kImplicitMidpoint,   // order 2, keeps quadratic invariants
   kImplicitVelocity,   // order 1, damps what is stiff: springs, friction, contact
-  kVariational         // order 2, keeps momenta; from the Lagrangian
+  kVariational,        // order 2, keeps momenta; from the Lagrangian
+  kAdaptive,           // CVODES, Adams' methods: smooth motions
+  kAdaptiveStiff       // CVODES, backward differentiation: motions with parts that decay fast
 };
 
 inline constexpr Integrator kIntegrators[] = {Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4,
-                                              Integrator::kImplicitMidpoint, Integrator::kImplicitVelocity,
-                                              Integrator::kVariational};
+                                              Integrator::kImplicitMidpoint,  Integrator::kImplicitVelocity,
+                                              Integrator::kVariational,       Integrator::kAdaptive,
+                                              Integrator::kAdaptiveStiff};
 
 const char* to_string(Integrator integrator);
+bool is_adaptive(Integrator integrator);
 
 // Of the lagged motors, whose states end x = (q, v, m), in the order of u.
 std::vector<int> lagged_motors(const System& system);

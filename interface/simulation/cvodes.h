@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// CVODES for one initial value problem y' = f(s, y) after another, an internal step at a time.
+//
+//   Cvodes solver(problem, n, 0, relative, absolute, Cvodes::Method::kAdams);
+//   solver.begin(0, y0);
+//   solver.start(1, first_step);
+//   while (solver.s() != 1 && solver.advance() == Cvodes::Outcome::kAdvanced) ...
+//   solver.y()
+//
+// With sensitivities (n x columns), S' = f_y S + f_w of whatever w, which the problem knows, are integrated beside y and
+// share its tolerance.  A start leaves nothing of what was before.
+//
+// Source: A. Hindmarsh et al., SUNDIALS: Suite of Nonlinear and Differential/Algebraic Equation Solvers, ACM TOMS 31
+// (2005); Debian's libsundials-dev.
+#pragma once
+
+#include <Eigen/Core>
+#include <memory>
+
+namespace dyntape {
+
+// False where f has no value: shorter steps are then tried.
+class InitialValueProblem {
+ public:
+  virtual bool rate(double s, const double* y, double* dy) = 0;
+  virtual bool jacobian(double s, const double* y, double* J) = 0;  // by y (n x n), by columns
+  virtual bool sensitivity_rate(double s, const double* y, const Eigen::MatrixXd& S, Eigen::MatrixXd& dS) = 0;
+  virtual void allowed_errors(const double* y, double* errors) = 0;  // of one internal step, positive
+
+ protected:
+  ~InitialValueProblem() = default;
+};
+
+class Cvodes {
+ public:
+  enum class Method { kAdams, kBackwardDifferentiation };
+  // kNoRate: f has no value at the start, or beyond s however short the steps.  kRough: the error stays too large,
+  // kUnsolved: the equations of a step have no solution, however short it is.  kTooTight: rounding is more than what is
+  // allowed.  kOther: nothing that is expected to happen.
+  enum class Outcome { kAdvanced, kNoRate, kRough, kUnsolved, kTooTight, kOther };
+
+  // The problem is kept by reference.  A sensitivity S is allowed the error relative * |S| + absolute.
+  Cvodes(InitialValueProblem& problem, int n, int columns, double relative, double absolute, Method method);
+  ~Cvodes();
+  Cvodes(const Cvodes&) = delete;
+  Cvodes& operator=(const Cvodes&) = delete;
+
+  const double* y() const { return y_.data(); }
+  Eigen::MatrixXd& sensitivities() { return S_; }
+  double s() const { return s_; }
+
+  // A problem begins at s and y; sensitivities() are what they are there.
+  void begin(double s, const double* y);
+  // Its first step; no internal step goes beyond `end`.
+  void start(double end, double first_step);
+  // An internal step: s() and y() are where it leads, and sensitivities() once they are read.
+  Outcome advance();
+  void read_sensitivities();
+  // y at s within the last internal step, to its order.
+  void at(double s, double* y);
+
+ private:
+  struct Solver;
+  Eigen::VectorXd y_, at_;
+  Eigen::MatrixXd S_;
+  double s_ = 0, end_ = 0;
+  std::unique_ptr<Solver> solver_;
+};
+
+}  // namespace dyntape
