@@ -61,6 +61,19 @@ struct Stepper::Made {
     for (const CompiledFunction* f : slopes->functions()) add_to(report, *f);
   }
 
+  // Shares the functions of the other, but those of its Jacobians.
+  Made(const Made& other)
+      : system(other.system),
+        integrator(other.integrator),
+        recorded(other.recorded),
+        end(other.end),
+        of_end(end),
+        of_many(end),
+        arguments(other.arguments),
+        report(other.report) {
+    if (other.newton) newton.emplace(other.newton->residual());
+  }
+
   bool is_implicit() const { return recorded.n_z > 0; }
   double* behind_x() { return arguments.data() + recorded.nx; }
 
@@ -234,6 +247,7 @@ std::size_t Stepper::Made::steps(double h, StateRows r, std::string* why) {
 Stepper::Stepper(const System& system, Integrator integrator, const CodegenOptions& options,
                  bool with_jacobians, unsigned threads)
     : made_(std::make_unique<Made>(system, integrator, options, with_jacobians, threads)) {}
+Stepper::Stepper(std::unique_ptr<Made> made) : made_(std::move(made)) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
 Stepper& Stepper::operator=(Stepper&&) noexcept = default;
@@ -243,6 +257,7 @@ int Stepper::nt() const { return made_->recorded.nt; }
 int Stepper::n_u() const { return made_->system.n_u; }
 int Stepper::n_p() const { return made_->system.n_p; }
 int Stepper::residuals() const { return made_->newton ? made_->newton->residuals() : 0; }
+std::size_t Stepper::lane_width() const { return made_->end.lane_width(); }
 const StepperReport& Stepper::report() const { return made_->report; }
 
 bool Stepper::step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
@@ -262,6 +277,15 @@ bool Stepper::jacobians(double t, double h, const double* x, const double* u, co
   B = m.slopes->matrix().middleCols(nt(), n_u());
   P = m.slopes->matrix().rightCols(n_p());
   return true;
+}
+
+Stepper Stepper::twin() const { return Stepper(std::make_unique<Made>(*made_)); }
+
+bool Stepper::steps_side_by_side(std::size_t count, const double* x, const double* arguments, double* x_next,
+                                 std::uint32_t* status) {
+  const Points points{
+      .count = count, .x = x, .p = arguments, .y = x_next, .status = status, .side_by_side = lane_width()};
+  return !made_->end.run(Order::kValue, points, made_->of_many);
 }
 
 std::size_t Stepper::steps(double h, const StateRows& rows, std::string* why) {
