@@ -8,6 +8,9 @@ install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff d
   EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
 install(TARGETS dyntape_cli dyntape-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+if(TARGET dyntape-mpi)
+  install(TARGETS dyntape-mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+endif()
 execute_process(COMMAND python3 ${PROJECT_SOURCE_DIR}/tools/public_headers.py
   OUTPUT_VARIABLE headers OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 string(REPLACE "\n" ";" headers "${headers}")

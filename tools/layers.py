@@ -55,12 +55,15 @@ ROOMS = {
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
+    'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',
+                         'interface/robot', 'interface/scene', 'interface/simulation'], 21, 2150),  # keys, lanes, chunks, peers, results
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
                         'interface/solvers', 'interface/transcription'], 20, 2150),  # keys, limits, verdict, refinement, results
     'interface': ([], 2, 50),
-    'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 28, 2750),  # simulate
+    'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 30, 2950),  # simulate, sweep
+    'tools/mpi': (['dynamics', 'codegen', 'interface', 'tools/dyntape'], 1, 250),
     'tests': (['autodiff', 'dynamics', 'codegen', 'interface', 'tools'], None, None),
 }
 LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h'}

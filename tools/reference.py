@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes docs/reference/: what every command prints as its help, the keys of task and scene files, the environment.
+"""Writes docs/reference/: what every command prints as its help, the keys of task, scene and sweep files, the environment.
 
     tools/reference.py build/bin/dyntape              writes the pages
     tools/reference.py build/bin/dyntape --check      exit status 1, with the difference, where a page is not current
@@ -32,6 +32,8 @@ ENVIRONMENT = {
     'DYNTAPE_THREADS': 'Threads that evaluate and compile, 1 to 1024, in place of what the hardware has.',
     'HOME': 'The cache is in `$HOME/.cache/dyntape` where neither DYNTAPE_CACHE nor XDG_CACHE_HOME is set.  The '
             'compiler gets it.',
+    'OMPI_COMM_WORLD_SIZE': 'Set by `mpirun` of OpenMPI: above 1, `dyntape sweep` becomes `dyntape-mpi`.',
+    'PMI_SIZE': 'Likewise of MPICH.',
     'PATH': 'Where compilers are looked for.  The compiler gets it.',
     'PINOCCHIO_PREFIX': 'Where `dyntape bench --peer` finds Pinocchio.',
     'TERM': '`dumb`: progress is not drawn.',
@@ -124,7 +126,8 @@ def main():
     options = parser.parse_args()
     dyntape = os.path.abspath(options.dyntape)
     pages = {'commands.md': commands, 'task_keys.md': keys('Keys of task files', '--keys'),
-             'scene_keys.md': keys('Keys of scene files', '--scene-keys'), 'environment.md': environment}
+             'scene_keys.md': keys('Keys of scene files', '--scene-keys'),
+             'sweep_keys.md': keys('Keys of sweep files', '--sweep-keys'), 'environment.md': environment}
     texts = {PAGES / name: make(dyntape) for name, make in pages.items()}
     if options.check:
         if not all([check(path, text) for path, text in texts.items()]):

@@ -28,17 +28,6 @@ std::string in_brackets(const char* unit) {
   return *unit && std::string(unit) != "1" ? std::string(" [") + unit + "]" : "";
 }
 
-io::Range range_of(const ParameterInfo& info) {
-  const bool low = info.least > -ParameterInfo::kAny, high = info.most < ParameterInfo::kAny;
-  io::Range range{info.least, info.most, info.above, false, std::isinf(info.most), ""};
-  const std::string least = io::shortest(info.least), most = io::shortest(info.most);
-  if (low && high) range.text = "between " + least + " and " + most;
-  if (low && !high) range.text = (info.above ? "more than " : "at least ") + least;
-  if (!low && high) range.text = "at most " + most;
-  if (info.least == 0 && !high) range.text = info.above ? "positive" : "not negative";
-  return range;
-}
-
 // Reads the parameters of one effect, or of one item of a list.
 class ParameterReader {
  public:
@@ -232,6 +221,17 @@ class EffectReader {
 };
 
 }  // namespace
+
+io::Range range_of(const ParameterInfo& info) {
+  const bool low = info.least > -ParameterInfo::kAny, high = info.most < ParameterInfo::kAny;
+  io::Range range{info.least, info.most, info.above, false, std::isinf(info.most), ""};
+  const std::string least = io::shortest(info.least), most = io::shortest(info.most);
+  if (low && high) range.text = "between " + least + " and " + most;
+  if (low && !high) range.text = (info.above ? "more than " : "at least ") + least;
+  if (!low && high) range.text = "at most " + most;
+  if (info.least == 0 && !high) range.text = info.above ? "positive" : "not negative";
+  return range;
+}
 
 dynamics::Effects<double> read_effects(Section& file, const RobotModel* model) {
   Section section =

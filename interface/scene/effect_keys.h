@@ -20,6 +20,9 @@
 
 namespace dyntape {
 
+// Of each entry of a parameter.
+io::Range range_of(const dynamics::ParameterInfo& info);
+
 dynamics::Effects<double> read_effects(io::Section& file, const dynamics::Model<double>* model);
 
 }  // namespace dyntape

@@ -25,31 +25,17 @@ using Eigen::VectorXd;
 using io::Section;
 using RobotModel = dynamics::Model<double>;
 
-struct BaseKeys {
-  Vector3d position, angles, velocity, angular_velocity;
-};
-
-BaseKeys read_base(Section& start) {
+BaseStart read_base(Section& start) {
   Section base = start.about("of a floating base").child_or_empty("base");
-  BaseKeys keys;
+  BaseStart keys;
   keys.position = read_vector3(base.about("of its origin in the world [m]"), "position", Vector3d::Zero());
   base.about("its turns about the fixed axes x, then y, then z of the world [rad]");
-  keys.angles = read_vector3(base, "roll_pitch_yaw", Vector3d::Zero());
+  keys.roll_pitch_yaw = read_vector3(base, "roll_pitch_yaw", Vector3d::Zero());
   base.about("of its origin, in its own axes [m/s]");
   keys.velocity = read_vector3(base, "velocity", Vector3d::Zero());
   base.about("in its own axes [rad/s]");
   keys.angular_velocity = read_vector3(base, "angular_velocity", Vector3d::Zero());
   return keys;
-}
-
-void place_base(const BaseKeys& base, Scene& scene) {
-  const Eigen::Quaterniond turn = Eigen::AngleAxisd(base.angles.z(), Vector3d::UnitZ()) *
-                                  Eigen::AngleAxisd(base.angles.y(), Vector3d::UnitY()) *
-                                  Eigen::AngleAxisd(base.angles.x(), Vector3d::UnitX());
-  scene.q.head<3>() = base.position;
-  scene.q.segment<4>(3) = turn.coeffs();
-  scene.v.head<3>() = base.velocity;
-  scene.v.segment<3>(3) = base.angular_velocity;
 }
 
 void read_start(Section& file, const RobotModel* model, Scene& scene) {
@@ -61,11 +47,11 @@ void read_start(Section& file, const RobotModel* model, Scene& scene) {
       start.problem("base", "'start.base' is of a floating base; this robot's base is fixed");
   }
   const bool reads_base = !model || floats(*model);
-  const BaseKeys base = reads_base ? read_base(start) : BaseKeys();
+  scene.base = reads_base ? read_base(start) : BaseStart();
   if (!model) return;
   scene.q = configuration_of(*model, q);
   scene.v = v;
-  if (floats(*model)) place_base(base, scene);
+  if (floats(*model)) place_base(scene.base, scene.q, scene.v);
 }
 
 // Whether `whole` is made of steps; rounding apart.
@@ -200,6 +186,16 @@ std::string read_name(Section& file, const std::string& fallback) {
 }
 
 }  // namespace
+
+void place_base(const BaseStart& base, VectorXd& q, VectorXd& v) {
+  const Eigen::Quaterniond turn = Eigen::AngleAxisd(base.roll_pitch_yaw.z(), Vector3d::UnitZ()) *
+                                  Eigen::AngleAxisd(base.roll_pitch_yaw.y(), Vector3d::UnitY()) *
+                                  Eigen::AngleAxisd(base.roll_pitch_yaw.x(), Vector3d::UnitX());
+  q.head<3>() = base.position;
+  q.segment<4>(3) = turn.coeffs();
+  v.head<3>() = base.velocity;
+  v.segment<3>(3) = base.angular_velocity;
+}
 
 VectorXd Commands::at(double time) const {
   const auto after = std::upper_bound(t.begin(), t.end(), time);

@@ -37,11 +37,20 @@ struct Commands {
   Eigen::VectorXd at(double time) const;
 };
 
+// Where a floating base is at the start, as files say it.
+struct BaseStart {
+  Eigen::Vector3d position{0, 0, 0};        // of its origin in the world (m)
+  Eigen::Vector3d roll_pitch_yaw{0, 0, 0};  // turns about the fixed axes x, then y, then z of the world (rad)
+  Eigen::Vector3d velocity{0, 0, 0};        // of its origin, in its own axes (m/s)
+  Eigen::Vector3d angular_velocity{0, 0, 0};  // in its own axes (rad/s)
+};
+
 struct Scene {
   std::string name, file, urdf;
   std::vector<std::string> notes;  // what was odd in the robot's file
   RobotScene robot;
   Eigen::VectorXd q, v;  // at the start
+  BaseStart base;        // what stands in q and v of it, where there is one
   Commands commands;
   double duration = 1, step = 1e-3, sample = 0.01;  // (s)
   Integrator integrator = Integrator::kRungeKutta4;
@@ -57,6 +66,9 @@ Scene read_scene(const std::string& path);
 // The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
 // for.
 Scene read_scene_text(const std::string& text, const std::string& path);
+
+// To the beginning of (q, v) of a robot that floats.
+void place_base(const BaseStart& base, Eigen::VectorXd& q, Eigen::VectorXd& v);
 
 // Every key that a scene file may have, in the order of reading.
 std::vector<io::Question> scene_questions();

@@ -4,6 +4,7 @@
 // with what acts on it.
 //
 //   Stepper stepper(system_of(scene.robot), scene.integrator, scene.evaluation);
+//   system_of(scene.robot, 1, [](RecordedScene& s, const VectorXad& p) { s.effects.friction->smoothing = p[0]; });
 //
 // What the scene does not call for is not recorded.
 #pragma once
@@ -15,5 +16,16 @@ namespace dyntape {
 
 // Commands are the torques of driven joints, in the order of actuated_dofs; no parameters.
 System system_of(const RobotScene& scene);
+
+// The robot and what acts on it, on the tape.
+struct RecordedScene {
+  dynamics::Model<AD> model;
+  dynamics::Effects<AD> effects;
+};
+RecordedScene recorded(const RobotScene& scene);
+
+// With parameters p (n_p), which `edit` puts in the place of numbers of the scene.
+using SceneEdit = std::function<void(RecordedScene&, const VectorXad& p)>;
+System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit);
 
 }  // namespace dyntape

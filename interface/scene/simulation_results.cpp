@@ -21,17 +21,6 @@ constexpr const char *kMotion = "motion.csv", *kReport = "report.json", *kEffect
                      *kCurves = "trajectory.svg", *kEnergy = "energy.svg", *kForces = "forces.svg",
                      *kPlayer = "motion.html";
 
-// "q.elbow", and by number where a joint has several entries.
-void append_names(const Scene& scene, const std::string& block, std::vector<std::string>& names) {
-  for (const auto& joint : scene.robot.model.joints) {
-    const bool is_q = block == "q";
-    const int first = is_q ? joint.idx_q : joint.idx_v;
-    const int count = is_q ? dynamics::nq(joint.type) : dynamics::nv(joint.type);
-    for (int k = 0; k < count; ++k)
-      names.push_back(count == 1 ? block + "." + joint.name : block + std::to_string(first + k));
-  }
-}
-
 std::string word_of(const EnergyFlow& flow) {
   std::string word = flow.name;
   for (char& c : word) c = c == ' ' ? '_' : c;
@@ -48,10 +37,25 @@ std::vector<std::string> simulation_files() {
   return {kMotion, kReport, kEffective, kCurves, kEnergy, kForces, kPlayer};
 }
 
+// By joint, and by number where one has several entries.
+std::vector<std::string> entry_names(const dynamics::Model<double>& model, const std::string& block) {
+  std::vector<std::string> names;
+  for (const auto& joint : model.joints) {
+    const bool is_q = block == "q";
+    const int first = is_q ? joint.idx_q : joint.idx_v;
+    const int count = is_q ? dynamics::nq(joint.type) : dynamics::nv(joint.type);
+    for (int k = 0; k < count; ++k)
+      names.push_back(count == 1 ? block + "." + joint.name : block + std::to_string(first + k));
+  }
+  return names;
+}
+
 io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
   std::vector<std::string> names = {"t"};
-  append_names(scene, "q", names);
-  append_names(scene, "v", names);
+  for (const char* block : {"q", "v"}) {
+    const std::vector<std::string> entries = entry_names(scene.robot.model, block);
+    names.insert(names.end(), entries.begin(), entries.end());
+  }
   for (const std::string& joint : driven_names(scene.robot)) names.push_back("tau." + joint);
   names.insert(names.end(), {"energy.kinetic", "energy.stored"});
   for (const EnergyFlow& flow : motion.flows) names.push_back("work." + word_of(flow));

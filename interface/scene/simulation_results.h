@@ -48,6 +48,9 @@ void write_results(SimulationReport& report, const std::string& folder, const st
 // energy.kinetic, energy.stored; work.motors, work.<effect>.  dyntape eval reads it.
 io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion);
 
+// The names of its columns q ("q") or v ("v").
+std::vector<std::string> entry_names(const dynamics::Model<double>& model, const std::string& block);
+
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion);

@@ -30,7 +30,6 @@ std::string trouble_at_turns(const Scene& scene, double t, const VectorXd& x) {
 
 // Where half steps lead elsewhere again and again: friction that trembles, forces that come and go within a step.
 std::string doubt_of_halves(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks) {
-  constexpr double kElsewhere = 0.1, kOften = 0.25;
   const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
   const double h = scene.step;
   std::vector<VectorXd> error;
@@ -45,14 +44,19 @@ std::string doubt_of_halves(const Scene& scene, Stepper& stepper, const std::vec
     most = most.cwiseMax((twice - x).segment(nq, nv).cwiseAbs());
     error.push_back((twice - whole).segment(nq, nv).cwiseAbs());
   }
+  return doubt_of_half_steps(error, most);
+}
+
+}  // namespace
+
+std::string doubt_of_half_steps(const std::vector<VectorXd>& error, const VectorXd& most) {
+  constexpr double kElsewhere = 0.1, kOften = 0.25;
   long elsewhere = 0;
   for (const VectorXd& e : error) elsewhere += (e.array() > kElsewhere * most.array() + 1e-12).any();
   if (double(elsewhere) <= kOften * double(error.size()) || elsewhere < 3) return "";
   return "in " + std::to_string(elsewhere) + " of " + std::to_string(error.size()) +
          " places two steps of half the length lead elsewhere; take shorter steps, or smoother forces";
 }
-
-}  // namespace
 
 std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: "; }
 

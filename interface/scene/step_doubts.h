@@ -22,6 +22,10 @@ struct Look {
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
 
+// The same of half steps alone: how far two of them lead from a whole one (nv) at each place, |.|, and the largest change
+// of v in a step.
+std::string doubt_of_half_steps(const std::vector<Eigen::VectorXd>& errors, const Eigen::VectorXd& most);
+
 // What the motors give at a state: those with a lag have a state of their own, the others follow u.
 Eigen::VectorXd drive_in(const Scene& scene, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
 

@@ -59,6 +59,11 @@ struct Stepper::Fixed {
     for (const CompiledFunction* f : slopes->functions()) add_to(report, *f);
   }
 
+  // Shares the functions of the other, but those of its Jacobians.
+  Fixed(const Fixed& other) : recorded(other.recorded), end(other.end), of_end(end), of_many(end) {
+    if (other.newton) newton.emplace(other.newton->residual());
+  }
+
   bool is_implicit() const { return recorded.n_z > 0; }
 
   RecordedStep recorded;
@@ -72,7 +77,7 @@ struct Stepper::Fixed {
 struct Stepper::Made {
   Made(const System& s, Integrator i, const CodegenOptions& options, bool with_jacobians, unsigned n_threads,
        const Tolerances& tolerances)
-      : system(s), integrator(i), has_jacobians(with_jacobians) {
+      : system(s), integrator(i), has_jacobians(with_jacobians), options(options), tolerances(tolerances) {
     report.from_cache = true;
     const int n_m = int(lagged_motors(s).size());
     if (is_adaptive(i)) {
@@ -87,6 +92,21 @@ struct Stepper::Made {
     }
     nx = s.model.nq + s.model.nv + n_m, nt = 2 * s.model.nv + n_m;
     arguments = VectorXd::Zero(nx + 2 + system.n_u + system.n_p);
+  }
+
+  // Without Jacobians.
+  Made(const Made& other)
+      : system(other.system),
+        integrator(other.integrator),
+        has_jacobians(false),
+        options(other.options),
+        tolerances(other.tolerances),
+        nx(other.nx),
+        nt(other.nt),
+        arguments(other.arguments),
+        report(other.report) {
+    if (other.fixed) fixed.emplace(*other.fixed);
+    if (other.adaptive) adaptive.emplace(system, integrator, tolerances, options, false);
   }
 
   bool is_explicit() const { return fixed && !fixed->is_implicit(); }
@@ -147,6 +167,8 @@ struct Stepper::Made {
   System system;
   Integrator integrator;
   bool has_jacobians;
+  CodegenOptions options;  // for a twin
+  Tolerances tolerances;
   std::optional<Fixed> fixed;
   std::optional<AdaptiveSteps> adaptive;
   int nx = 0, nt = 0;
@@ -287,6 +309,7 @@ std::size_t Stepper::Made::steps(double h, StateRows r, std::string* why) {
 Stepper::Stepper(const System& system, Integrator integrator, const CodegenOptions& options,
                  bool with_jacobians, unsigned threads, const Tolerances& tolerances)
     : made_(std::make_unique<Made>(system, integrator, options, with_jacobians, threads, tolerances)) {}
+Stepper::Stepper(std::unique_ptr<Made> made) : made_(std::move(made)) {}
 Stepper::~Stepper() = default;
 Stepper::Stepper(Stepper&&) noexcept = default;
 Stepper& Stepper::operator=(Stepper&&) noexcept = default;
@@ -303,6 +326,7 @@ const std::optional<StepEvent>& Stepper::event() const {
   return made_->adaptive ? made_->adaptive->event() : none;
 }
 StepEffort Stepper::effort() const { return made_->adaptive ? made_->adaptive->effort() : StepEffort(); }
+std::size_t Stepper::lane_width() const { return made_->fixed ? made_->fixed->end.lane_width() : 1; }
 const StepperReport& Stepper::report() const { return made_->report; }
 
 bool Stepper::step(double t, double h, const double* x, const double* u, const double* p, double* x_next,
@@ -322,6 +346,15 @@ bool Stepper::jacobians(double t, double h, const double* x, const double* u, co
   B = all.middleCols(nt(), n_u());
   P = all.rightCols(n_p());
   return true;
+}
+
+Stepper Stepper::twin() const { return Stepper(std::make_unique<Made>(*made_)); }
+
+bool Stepper::steps_side_by_side(std::size_t count, const double* x, const double* arguments, double* x_next,
+                                 std::uint32_t* status) {
+  const Points points{
+      .count = count, .x = x, .p = arguments, .y = x_next, .status = status, .side_by_side = lane_width()};
+  return !made_->fixed->end.run(Order::kValue, points, made_->fixed->of_many);
 }
 
 std::size_t Stepper::steps(double h, const StateRows& rows, std::string* why) {

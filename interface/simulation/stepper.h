@@ -96,6 +96,17 @@ class Stepper {
   // their x_next is NaN, and *why is about the first.  x_next overlaps with nothing.
   std::size_t steps(double h, const StateRows& rows, std::string* why = nullptr);
 
+  // For those who keep many states in lanes over many steps, of explicit schemes: blocks of W = lane_width(), entry i of
+  // lane l of block b of an array of n entries a state at [(b n + i) W + l].  x, x_next (nx); arguments (2 + n_u + n_p):
+  // t, h, u, p; status, a word a state.  The count is a multiple of W.  What is not finite stays so, and is for the caller
+  // to see.  False where a recorded branch is left: the words that are not zero tell whose.
+  bool steps_side_by_side(std::size_t count, const double* x, const double* arguments, double* x_next,
+                          std::uint32_t* status);
+  std::size_t lane_width() const;  // 1 without options.lanes, or interpreted
+
+  // The same functions with working memory of their own, for another thread; without Jacobians.
+  Stepper twin() const;
+
   // Of the last step.  Newton's method of an implicit one: residuals that were looked at.  An adaptive one: where it
   // ended ahead of its time, and what it took; of jacobians() without them, what came after the step.
   int residuals() const;
@@ -107,6 +118,7 @@ class Stepper {
  private:
   struct Fixed;
   struct Made;
+  explicit Stepper(std::unique_ptr<Made> made);
   std::unique_ptr<Made> made_;
 };
 

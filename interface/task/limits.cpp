@@ -25,7 +25,7 @@ const Joint& joint_at(const Task& task, int dof) { return task.scene.model.joint
 
 // What is found at these times: the motion there, how many of its efforts count, and how much of a limit's range is no
 // excess yet.
-struct Look {
+struct PlaceLookedAt {
   const Curves& curves;
   const Eigen::VectorXd& times;
   Eigen::Index used;
@@ -39,7 +39,7 @@ double tolerated(double lower, double upper, double limit, double of_range) {
 }
 
 // Whether a row of values that ought to lie within [lower, upper] does not, and the worst of them.
-bool find_excess(const Eigen::VectorXd& values, const Look& look, double lower, double upper,
+bool find_excess(const Eigen::VectorXd& values, const PlaceLookedAt& look, double lower, double upper,
                  LimitExcess& excess) {
   double most = 0;
   for (Eigen::Index p = 0; p < values.size(); ++p) {
@@ -76,8 +76,8 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
   const Trajectory fine = resampled(task.problem, motion, times_between(motion));
   const Curves at_points = curves_of(task, motion), between = curves_of(task, fine);
   const int unused = motion.scheme.uses_last_point() ? 0 : 1;  // controls
-  const Look looks[] = {{at_points, motion.t, motion.points() - unused},
-                        {between, fine.t, fine.points() - unused, task.demands.true_defect}};
+  const PlaceLookedAt looks[] = {{at_points, motion.t, motion.points() - unused},
+                                 {between, fine.t, fine.points() - unused, task.demands.true_defect}};
   const std::vector<int> driven = actuated_dofs(task.scene);
   std::vector<LimitExcess> excesses;
   for (int i = 0; i < task.scene.model.nv; ++i) {
@@ -86,19 +86,19 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
     const auto check = [&](const char* quantity, const char* unit, const auto& values_of, double lower,
                            double upper) {
       LimitExcess excess{quantity, joint.name, unit, 0, 0, 0};
-      for (const Look& look : looks) {
+      for (const PlaceLookedAt& look : looks) {
         excess.between_points = &look != looks;
         if (find_excess(values_of(look), look, lower, upper, excess)) return excesses.push_back(excess);
       }
     };
     const double velocity = rated(joint.limits.velocity), effort = rated(joint.limits.effort);
-    const auto positions = [&](const Look& look) { return Eigen::VectorXd(look.curves.q.row(i)); };
-    const auto velocities = [&](const Look& look) { return Eigen::VectorXd(look.curves.v.row(i)); };
+    const auto positions = [&](const PlaceLookedAt& look) { return Eigen::VectorXd(look.curves.q.row(i)); };
+    const auto velocities = [&](const PlaceLookedAt& look) { return Eigen::VectorXd(look.curves.v.row(i)); };
     check("position", slides ? "m" : "rad", positions, joint.limits.lower, joint.limits.upper);
     check("velocity", slides ? "m/s" : "rad/s", velocities, -velocity, velocity);
     const auto at = std::find(driven.begin(), driven.end(), i);
     if (at == driven.end()) continue;
-    const auto efforts = [&](const Look& look) {
+    const auto efforts = [&](const PlaceLookedAt& look) {
       return Eigen::VectorXd(look.curves.tau.row(at - driven.begin()).head(look.used));
     };
     check("effort", slides ? "N" : "N m", efforts, -effort, effort);

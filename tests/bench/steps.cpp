@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// How long a step of a scene takes: alone, with its Jacobians, and many states in lanes, from states along its motion.
+// How long a step of a scene takes: alone, with its Jacobians, and many states in lanes, from states along its motion; and
+// where the states stay in lanes.
 //
 //   bench_steps SCENE.info INTEGRATOR        one JSON object; seconds a state, the quickest of many batches
 //
@@ -75,8 +76,20 @@ void run(const std::string& file, const std::string& word) {
     rows.x_next = next.data();
     many.steps(h, rows);
   });
-  std::printf("{\"integrator\": \"%s\", \"step\": %.4g, \"jacobians\": %.4g, \"lanes\": %.4g, \"h\": %g}\n",
-              to_string(scene.integrator), step, jacobians, batch, h);
+  const std::size_t W = many.lane_width(), width = 2 + std::size_t(many.n_u());
+  std::vector<double> in(kStates * std::size_t(many.nx())), out(in.size()), arguments(kStates * width);
+  std::vector<std::uint32_t> status(kStates);
+  for (std::size_t k = 0; k < kStates; ++k) {
+    for (std::size_t i = 0; i < std::size_t(many.nx()); ++i)
+      in[(k / W * std::size_t(many.nx()) + i) * W + k % W] = x(Eigen::Index(i), Eigen::Index(k));
+    arguments[(k / W * width + 1) * W + k % W] = h;
+  }
+  const double kept = seconds_a_state(
+      [&] { many.steps_side_by_side(kStates, in.data(), arguments.data(), out.data(), status.data()); });
+  std::printf(
+      "{\"integrator\": \"%s\", \"step\": %.4g, \"jacobians\": %.4g, \"lanes\": %.4g, \"in_lanes\": %.4g, "
+      "\"h\": %g}\n",
+      to_string(scene.integrator), step, jacobians, batch, kept, h);
 }
 
 }  // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// dyntape check-config: the problems of a task or scene file, and every key that one may have, by the code that reads them.
+// dyntape check-config: the problems of a task, scene or sweep file, and every key that one may have, by the code that reads them.
 #include <iostream>
 #include <memory>
 
@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/info.h>
 #include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/sweep/sweep.h>
 #include <dyntape/interface/task/task_keys.h>
 
 #include "commands.h"
@@ -48,10 +49,11 @@ std::string introduction(const std::string& kind) {
          "all.  Required keys of a block are required where the block is there.\n";
 }
 
-// Scenes are simulated, tasks have a horizon.  What is neither is for the reader of tasks to complain of.
-bool is_scene(const std::string& file) {
+// Scenes are simulated, in sweeps something varies, tasks have a horizon.  What is none of them is for the reader of tasks
+// to complain of.
+bool has_block(const std::string& file, const char* name) {
   try {
-    return io::parse_info(read_file(file), file).child("simulation") != nullptr;
+    return io::parse_info(read_file(file), file).child(name) != nullptr;
   } catch (const FileError&) {
     return false;
   }
@@ -63,7 +65,14 @@ struct Found {
 };
 
 Found found_in(const std::string& file) {
-  if (is_scene(file)) {
+  if (has_block(file, "vary")) {
+    Sweep sweep = read_sweep(file);
+    return {std::move(sweep.effective),
+            "a sweep of " + std::to_string(sweep.rows()) + " samples of " +
+                std::to_string(sweep.values.size()) + " values",
+            std::move(sweep.scene.notes)};
+  }
+  if (has_block(file, "simulation")) {
     Scene scene = read_scene(file);
     check_start(scene);
     const dynamics::Model<double>& model = scene.robot.model;
@@ -81,12 +90,12 @@ Found found_in(const std::string& file) {
 }  // namespace
 
 void add_check_config(CLI::App& app) {
-  CLI::App* command = app.add_subcommand(
-      "check-config",
-      "read a task or scene file and its robot strictly; print every problem with file, line and column");
+  CLI::App* command = app.add_subcommand("check-config",
+                                         "read a task, scene or sweep file and its robot strictly; print "
+                                         "every problem with file, line and column");
   const auto file = std::make_shared<std::string>();
   const auto show = std::make_shared<bool>(false);
-  command->add_option("file", *file, "the task or scene, an .info file")
+  command->add_option("file", *file, "the task, scene or sweep, an .info file")
       ->required()
       ->check(not_empty())
       ->type_name("FILE");
@@ -109,6 +118,7 @@ void add_check_config(CLI::App& app) {
   command->add_flag_callback("--keys", printing("task", task_questions),
                              "print every key that a task file may have, with unit and default");
   command->add_flag_callback("--scene-keys", printing("scene", scene_questions), "likewise of a scene file");
+  command->add_flag_callback("--sweep-keys", printing("sweep", sweep_questions), "likewise of a sweep file");
 }
 
 }  // namespace dyntape::tools

@@ -2,10 +2,15 @@
 #include "commands.h"
 #include "measuring.h"
 #include "program.h"
+#include "sweep.h"
+
+#include <string_view>
 
 int main(int argc, char** argv) {
   using namespace dyntape::tools;
   if (argc > 1 && is_measuring(argv[1])) return run_measuring(argv);
+  if (argc > 1 && std::string_view(argv[1]) == "sweep" && is_one_of_several())
+    return become("dyntape-mpi", argv);
   CLI::App app{
       "dyntape records robot dynamics, derives and simplifies them, prints them as C, compiles and caches "
       "that,\n"

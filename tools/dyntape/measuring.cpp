@@ -28,15 +28,16 @@ void add_measuring(CLI::App& app) {
   for (const auto& [name, what] : kCommands) app.add_subcommand(name, what);
 }
 
-int run_measuring(char** argv) {
-  constexpr const char* kProgram = "dyntape-bench";
+int run_measuring(char** argv) { return become("dyntape-bench", argv); }
+
+int become(const char* program, char** argv) {
   std::error_code none;
   const std::filesystem::path beside =
-      std::filesystem::read_symlink("/proc/self/exe", none).replace_filename(kProgram);
+      std::filesystem::read_symlink("/proc/self/exe", none).replace_filename(program);
   execv(beside.c_str(), argv);
-  if (errno == ENOENT) execvp(kProgram, argv);
-  std::cerr << "dyntape: " << argv[1] << " is a command of " << kProgram << ", which is not there ("
-            << std::strerror(errno) << "); tools/build " << kProgram << " makes it\n";
+  if (errno == ENOENT) execvp(program, argv);
+  std::cerr << "dyntape: " << argv[1] << " here is a command of " << program << ", which is not there ("
+            << std::strerror(errno) << "); tools/build " << program << " makes it\n";
   return 1;
 }
 

@@ -14,5 +14,7 @@ bool is_measuring(const std::string& command);
 void add_measuring(CLI::App& app);
 // Becomes dyntape-bench.  Returns only if there is none: the exit status.
 int run_measuring(char** argv);
+// Becomes a program that is beside this one, or in PATH.
+int become(const char* program, char** argv);
 
 }  // namespace dyntape::tools

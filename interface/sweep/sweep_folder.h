@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a sweep has on disk before it is at its end: a file for each chunk of rows, whole or not there.
+//
+//   SweepFolder folder("out/drop", sweep, Restart::kNo);      // locked; another sweep's chunks are refused
+//   if (!folder.has(12)) folder.keep(12, chunk_text(sweep, folder.identity(), 12, computed));
+//   folder.rows(); folder.failures();                          // of all chunks, in order
+//   folder.clear();                                            // when the results are written
+//
+// Chunks say which sweep they are of: identity_of is a checksum of all that the rows depend on.  A process that was killed
+// leaves what it had finished, and one that begins again goes on from there.
+//
+// Errors: FileError where the folder holds another sweep, is in use by another process, or cannot be written.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/system/descriptor.h>
+#include <dyntape/interface/sweep/sweep_rows.h>
+
+namespace dyntape {
+
+// Of the values, the scene, the text of its robot, the seed; not of lanes, threads and places in the file system.
+std::string identity_of(const Sweep& sweep);
+
+struct ChunkRange {
+  long first = 0, count = 0;  // rows
+};
+long chunks_of(const Sweep& sweep);
+ChunkRange range_of(const Sweep& sweep, long chunk);
+
+// The whole of a chunk's file, with a checksum at its end.
+std::string chunk_text(const Sweep& sweep, const std::string& identity, long chunk, const ComputedRows& rows);
+
+enum class Restart { kNo, kYes };  // yes: what is there of any sweep is removed
+
+class SweepFolder {
+ public:
+  SweepFolder(const std::string& folder, const Sweep& sweep, Restart restart);
+
+  const std::string& identity() const { return identity_; }
+  bool is_finished() const { return is_finished_; }  // its results are written, by an earlier run
+  bool has(long chunk) const { return chunks_[std::size_t(chunk)] != 0; }
+  long kept() const;  // chunks
+
+  // FileError where `text` is not that of this chunk, or cannot be written.
+  void keep(long chunk, const std::string& text);
+
+  // Of chunks that are all there.
+  ComputedRows all() const;
+  void clear();
+
+ private:
+  std::string path_of(long chunk) const;
+  void look();
+  void refuse_other(const std::string& other) const;
+
+  const Sweep& sweep_;
+  std::string folder_, identity_;
+  std::vector<char> chunks_;
+  bool is_finished_ = false;
+  codegen::Descriptor lock_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/sweep/sweep_rows.h>
+
+#include <algorithm>
+#include <limits>
+
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/simulation_results.h>
+#include <dyntape/interface/scene/stability.h>
+#include <dyntape/interface/sweep/lane_motions.h>
+
+namespace dyntape {
+
+namespace {
+
+void append_number(std::string& line, double x) {
+  constexpr double kMost = std::numeric_limits<double>::max();
+  line += ',';
+  line += io::shortest(std::isnan(x) ? kMost : std::clamp(x, -kMost, kMost));
+}
+
+void append_row(SweptFunctions& f, const SampleMotion& motion, bool ok, std::string& text) {
+  text += std::to_string(motion.row);
+  for (double value : values_of(f.sweep, motion.row)) append_number(text, value);
+  const Scene& scene = f.sweep.scene;
+  append_number(text, ok ? 1 : 0);
+  append_number(text, double(motion.steps) * scene.step);
+  for (double x : motion.x.head(scene.robot.model.nq + scene.robot.model.nv)) append_number(text, x);
+  const SweptFunctions::Energies energies = f.energies(motion);
+  for (double x : {energies.kinetic, energies.stored, motion.extremes.energy, motion.extremes.v})
+    append_number(text, x);
+  text += '\n';
+}
+
+void append_result(SweptFunctions& f, const SampleMotion& motion, const std::string& doubt,
+                   ComputedRows& rows) {
+  const std::string what = !motion.trouble.empty() ? "ended " + motion.trouble
+                           : doubt.empty()         ? ""
+                                                   : "not to be trusted: " + doubt;
+  append_row(f, motion, what.empty(), rows.text);
+  if (!what.empty()) rows.failures.push_back("sample " + std::to_string(motion.row) + ": " + what);
+}
+
+}  // namespace
+
+std::vector<std::string> result_names(const Scene& scene) {
+  std::vector<std::string> names = {"t"};
+  for (const char* block : {"q", "v"}) {
+    for (const std::string& name : entry_names(scene.robot.model, block)) names.push_back(name);
+  }
+  names.insert(names.end(), {"energy.kinetic", "energy.stored", "most.energy", "most.v"});
+  return names;
+}
+
+std::vector<std::string> row_names(const Sweep& sweep) {
+  std::vector<std::string> names = {"sample"};
+  for (const SweptValue& value : sweep.values) names.push_back(value.name);
+  names.emplace_back("ok");
+  for (const std::string& name : result_names(sweep.scene)) names.push_back(name);
+  return names;
+}
+
+long rows_at_a_time(const Sweep& sweep) {
+  const bool is_implicit = longest_step(sweep.scene.integrator, {-1, 0}) == HUGE_VAL;
+  constexpr long kLeast = 8, kMost = 256;
+  const long steps = (is_implicit ? 1L << 15 : 1L << 19) / sweep.scene.steps();
+  const long share = (sweep.rows() + 63) / 64;
+  const long rows = std::clamp(std::min(steps, share), kLeast, kMost);
+  return (rows + kLeast - 1) / kLeast * kLeast;
+}
+
+SweepRows::SweepRows(const Sweep& sweep, const CodegenOptions& options)
+    : functions_(std::make_unique<SweptFunctions>(sweep, options)) {}
+SweepRows::SweepRows(std::unique_ptr<SweptFunctions> functions) : functions_(std::move(functions)) {}
+SweepRows::~SweepRows() = default;
+SweepRows::SweepRows(SweepRows&&) noexcept = default;
+SweepRows SweepRows::twin() const { return SweepRows(std::make_unique<SweptFunctions>(functions_->twin())); }
+
+std::size_t SweepRows::operations() const { return functions_->stepper.report().step_operations; }
+
+std::optional<ComputedRows> SweepRows::compute(long first, long count, const std::stop_token& stop) {
+  SweptFunctions& f = *functions_;
+  ComputedRows rows;
+  if (!f.is_implicit) {
+    LaneMotions together(f, first, count);
+    if (!together.run(stop)) return {};
+    for (std::size_t k = 0; k < together.motions.size(); ++k)
+      append_result(f, together.motions[k], together.doubts[k], rows);
+    return rows;
+  }
+  constexpr long kOften = 256;
+  for (long row = first; row < first + count; ++row) {
+    SampleMotion motion = begin_of(f, row);
+    HalfSteps halves;
+    while (motion.steps < f.sweep.scene.steps() && motion.trouble.empty()) {
+      if (stop.stop_requested()) return {};
+      advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &halves);
+    }
+    append_result(f, motion, motion.trouble.empty() ? halves.doubt() : "", rows);
+  }
+  return rows;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape sweep: a scene with many values of some of its numbers, to a table with a row for each.
+#include "sweep.h"
+
+#include <cstdlib>
+#include <iostream>
+#include <memory>
+#include <optional>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/live_line.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/simulation_results.h>
+#include <dyntape/interface/sweep/sweep_results.h>
+
+#include "commands.h"
+#include "interruption.h"
+#include "words.h"
+
+namespace dyntape::tools {
+
+namespace {
+
+struct SweepWords {
+  std::string file, output;
+  bool restart = false, json = false;
+  std::optional<long> sample;
+};
+
+void print(const SweepReport& report, const SweepWords& words) {
+  std::cout << (words.json ? report.json() : report.text());
+  if (!words.json) std::cout << "\nresults in " << words.output << "\n";
+  std::cout << std::flush;
+  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
+}
+
+SweepOutcome watched_sweep(const Sweep& sweep, SweepFolder& folder, SweepPeers* peers,
+                           const Interruption& interruption) {
+  io::LiveLine line;
+  try {
+    const auto tell = [&](const std::string& what) { line.show(what); };
+    return run_sweep(sweep, folder, {interruption.token(), tell, peers});
+  } catch (const Error&) {
+    line.erase();
+    if (!interruption.status()) throw;
+    std::cerr << "dyntape: interrupted before the first sample\n";
+    throw Failure{interruption.status()};
+  }
+}
+
+void sweep_all(const SweepWords& words, const Sweep& sweep, SweepPeers* peers) {
+  prepare_folder(words.output, sweep_files());
+  SweepFolder folder(words.output, sweep, words.restart ? Restart::kYes : Restart::kNo);
+  if (folder.is_finished()) {
+    const SweepReport report{sweep, finished_outcome(sweep, words.output)};
+    folder.clear();
+    print(report, words);
+    if (!report.success()) throw Failure{};
+    return;
+  }
+  const Interruption interruption([] { return false; });
+  if (folder.kept() > 0) {
+    std::cerr << "dyntape: resumed, " << folder.kept() << " of " << chunks_of(sweep)
+              << " chunks were there\n";
+  }
+  SweepReport report{sweep, watched_sweep(sweep, folder, peers, interruption)};
+  if (report.outcome.was_stopped) {
+    std::cerr << "dyntape: " << sweep.name << ": " << report.verdict() << "\n";
+    throw Failure{interruption.status()};
+  }
+  write_sweep_results(report, words.output, interruption.token());
+  if (report.unwritten.empty()) folder.clear();
+  print(report, words);
+  if (!report.success()) std::cerr << "dyntape: " << sweep.name << ": every sample failed\n";
+  if (!report.success() || !report.unwritten.empty()) throw Failure{};
+}
+
+// One of the samples as a scene of its own, with its motion and pictures.
+void simulate_sample(const SweepWords& words, const Sweep& sweep) {
+  if (*words.sample >= sweep.rows()) {
+    throw ArgumentError("--sample " + std::to_string(*words.sample) + ": the sweep has samples 0 to " +
+                        std::to_string(sweep.rows() - 1));
+  }
+  const Scene scene = scene_of(sweep, *words.sample);
+  prepare_folder(words.output, simulation_files());
+  const Interruption interruption([] { return false; });
+  io::LiveLine line;
+  const auto tell = [&](const std::string& what) { line.show(what); };
+  SimulationReport report{scene, simulate(scene, {interruption.token(), tell})};
+  line.erase();
+  write_results(report, words.output, interruption.token());
+  const Eigen::VectorXd values = values_of(sweep, *words.sample);
+  for (std::size_t k = 0; k < sweep.values.size() && !words.json; ++k)
+    std::cout << sweep.values[k].name << " " << io::shortest(values[Eigen::Index(k)]) << "\n";
+  std::cout << (words.json ? report.json() : "\n" + report.text()) << std::flush;
+  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
+  if (report.motion.was_stopped) throw Failure{interruption.status()};
+  if (!report.success() || !report.unwritten.empty()) throw Failure{};
+}
+
+void sweep(const SweepWords& words, const SweepSide& side) {
+  if (side.master) return serve_sweep(words.file, *side.master);
+  const Sweep sweep = read_sweep(words.file);
+  if (const std::string fault = fault_of_name(sweep.name); !fault.empty())
+    throw FileError(words.file + ": the sweep has a name that " + fault);
+  if (words.sample) return simulate_sample(words, sweep);
+  sweep_all(words, sweep, side.peers);
+}
+
+}  // namespace
+
+bool is_one_of_several() {
+  for (const char* count : {std::getenv("OMPI_COMM_WORLD_SIZE"), std::getenv("PMI_SIZE")}) {
+    if (count && io::parse_number<int>(count).value_or(1) > 1) return true;
+  }
+  return false;
+}
+
+void add_sweep_command(CLI::App& app, const SweepSide& side) {
+  CLI::App* command = app.add_subcommand(
+      "sweep",
+      "a scene with many values of some of its numbers: one step is recorded and compiled with these\n"
+      "as parameters, and all samples run through it, in lanes and threads.\n"
+      "What is finished is on disk at once: the same command goes on where an earlier one was ended, by\n"
+      "whatever.  Ctrl-C ends within a second, with status 130.  Across machines: mpirun -n 7 dyntape sweep "
+      "...\n"
+      "The exit status is 0 where the sweep came to its end and not every sample failed");
+  const auto words = std::make_shared<SweepWords>();
+  command->add_option("sweep", words->file, "what varies, an .info file (config/sweeps)")
+      ->required()
+      ->check(not_empty())
+      ->type_name("SWEEP.info");
+  command->add_option("--output", words->output, "where sweep.csv, sweep.svg and report.json go")
+      ->required()
+      ->check(not_empty())
+      ->type_name("DIR");
+  command->add_flag("--restart", words->restart,
+                    "remove what an earlier run has left in DIR, and begin anew");
+  command
+      ->add_option("--sample", words->sample,
+                   "simulate this sample alone, with the results of simulate in DIR")
+      ->transform(whole_number(0L, kMostRows))
+      ->type_name("I");
+  command->add_flag("--json", words->json, "the report for programs");
+  command->callback([words, side] { sweep(*words, side); });
+}
+
+void add_sweep(CLI::App& app) { add_sweep_command(app, {}); }
+
+}  // namespace dyntape::tools
