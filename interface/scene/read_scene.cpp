@@ -91,10 +91,27 @@ double most_rows(const Scene& scene) {
   return std::floor(kNumbers / (20 + scene.robot.model.nq + 2 * scene.robot.model.nv));
 }
 
-void read_method(Section& file, Scene& scene) {
+// Of adaptive integrators; known: those of others have none.
+void read_tolerances(Section& block, Scene& scene, bool known) {
+  if (known && !is_adaptive(scene.integrator)) {
+    for (const char* key : {"relative_tolerance", "absolute_tolerance"})
+      if (block.has(key))
+        block.problem(key, "'" + std::string(key) + "' is of adaptive and adaptive-stiff; steps of " +
+                               to_string(scene.integrator) + " are as long as 'step' says");
+    return;
+  }
+  Tolerances& allowed = scene.tolerances;
+  block.about("of adaptive integrators: error that an internal step may add, of the size of what moves");
+  allowed.relative = block.get_or("relative_tolerance", allowed.relative,
+                                  io::between(Tolerances::kLeastRelative, Tolerances::kMostRelative));
+  block.about("likewise, whatever the size [rad, m, rad/s or m/s]");
+  allowed.absolute = block.get_or("absolute_tolerance", allowed.absolute, io::positive());
+}
+
+void read_method(Section& file, Scene& scene, bool known) {
   Section block = file.about("how the motion is computed").child("simulation");
   scene.duration = block.about("of the motion [s]").get<double>("duration", io::positive());
-  block.about("of the integrator [s]");
+  block.about("of the integrator; of an adaptive one, how long a command is held [s]");
   scene.step = block.get_or("step", 1e-3, io::positive());
   block.about("from one row of the results to the next, whole steps [s]");
   scene.sample = block.get_or("sample", usual_sample(scene), io::positive());
@@ -102,6 +119,7 @@ void read_method(Section& file, Scene& scene) {
   for (Integrator integrator : kIntegrators) choices.emplace_back(to_string(integrator), integrator);
   scene.integrator = block.about("what one step is")
                          .choice_or<Integrator>("integrator", to_string(scene.integrator), choices);
+  read_tolerances(block, scene, known);
   if (!(scene.duration > 0 && scene.step > 0 && scene.sample > 0)) return;  // said already
   const double count = scene.duration / scene.step;
   if (scene.integrator == Integrator::kVariational && !scene.robot.effects.acting().coriolis)
@@ -173,7 +191,7 @@ void read_keys(Section& file, Scene& scene, const std::string& path, const Robot
   read_lag(file, model, scene.robot);
   read_start(file, model, scene);
   scene.commands = read_commands(file, path, scene, model != nullptr);
-  read_method(file, scene);
+  read_method(file, scene, model != nullptr);
   scene.evaluation = read_evaluation(file, PointsAtOnce::kOne).options;
 }
 

@@ -45,6 +45,7 @@ struct Scene {
   Commands commands;
   double duration = 1, step = 1e-3, sample = 0.01;  // (s)
   Integrator integrator = Integrator::kRungeKutta4;
+  Tolerances tolerances;  // of adaptive integrators
   CodegenOptions evaluation;
   std::string effective;  // the file as it was understood, defaults included
 

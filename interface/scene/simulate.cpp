@@ -40,7 +40,7 @@ class SceneRun {
   SceneRun(const Scene& scene, const SimulationWatch& watch)
       : scene_(scene),
         watch_(watch),
-        stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch)),
+        stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch), false, 1, scene.tolerances),
         energy_(scene.robot, watched(scene, watch)),
         work_(scene.step, energy_.flows()),
         x_(stepper_.nx()),
@@ -75,8 +75,8 @@ class SceneRun {
 
  private:
   bool goes_on(long k, long steps) {
-    constexpr long kOften = 1024;
-    if (k % kOften != 0) return true;
+    const long often = is_adaptive(scene_.integrator) ? 16 : 1024;
+    if (k % often != 0) return true;
     motion_.was_stopped = watch_.stop.stop_requested();
     if (watch_.tell) {
       watch_.tell("t = " + io::with_digits(double(k) * scene_.step, 4) + " of " +
@@ -89,10 +89,14 @@ class SceneRun {
     const double t = double(k) * scene_.step;
     const VectorXd u = scene_.commands.at(t + scene_.step / 2);
     std::string why;
-    if (stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), &why)) {
+    const bool done = stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), &why);
+    motion_.effort += stepper_.effort();
+    if (done) {
       x_.swap(next_);
       return true;
     }
+    motion_.was_stopped = watch_.stop.stop_requested();
+    if (motion_.was_stopped) return false;
     const int nq = scene_.robot.model.nq;
     const std::string stiff = stability_trouble(scene_, x_.head(nq), x_.segment(nq, scene_.robot.model.nv));
     motion_.trouble = at_time(t) + (stiff.empty() ? why : stiff);

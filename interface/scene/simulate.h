@@ -43,6 +43,7 @@ struct SimulatedMotion {
   std::vector<EnergyFlow> flows;
 
   long steps = 0;                              // that were made
+  StepEffort effort = {};                      // of adaptive ones
   std::string trouble;                         // why it ended ahead of its time, or ""
   std::string doubt;                           // where its steps are too long to be trusted, or ""
   bool was_stopped = false;                    // from outside

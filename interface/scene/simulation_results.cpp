@@ -82,7 +82,12 @@ std::string SimulationReport::text() const {
   const double simulated = double(motion.steps) * scene.step;
   facts.append({"integrator", std::string(to_string(scene.integrator)) + ", steps of " +
                                   io::duration(scene.step) + ", " + io::with_groups(motion.steps)});
-  facts.append({"one step", io::with_groups(long(motion.operations)) + " operations"});
+  const bool adapts = is_adaptive(scene.integrator);
+  facts.append({adapts ? "one rate" : "one step", io::with_groups(long(motion.operations)) + " operations"});
+  if (adapts)
+    facts.append({"took", io::with_groups(motion.effort.internal_steps) + " internal steps, " +
+                              io::with_groups(motion.effort.rates) + " rates, " +
+                              io::with_groups(motion.effort.jacobians) + " Jacobians"});
   facts.append({"ready after", io::duration(motion.build_seconds)});
   facts.append(
       {"computed in", io::duration(motion.step_seconds) + ", " + per_second(simulated, motion.step_seconds)});
@@ -112,6 +117,12 @@ std::string SimulationReport::json() const {
   j["step"] = scene.step;
   j["steps"] = motion.steps;
   j["operations"] = motion.operations;
+  if (is_adaptive(scene.integrator)) {
+    j["tolerances"] = {{"relative", scene.tolerances.relative}, {"absolute", scene.tolerances.absolute}};
+    j["effort"] = {{"internal_steps", motion.effort.internal_steps},
+                   {"rates", motion.effort.rates},
+                   {"jacobians", motion.effort.jacobians}};
+  }
   j["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
   j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
   for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();

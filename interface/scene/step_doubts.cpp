@@ -67,6 +67,7 @@ VectorXd drive_in(const Scene& scene, const VectorXd& x, const VectorXd& u) {
 }
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks) {
+  if (is_adaptive(scene.integrator)) return "";  // its steps are as short as its tolerances ask for
   const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
   for (const auto& [k, x] : looks) {
     std::string stiff = stability_trouble(scene, x.head(nq), x.segment(nq, nv));

@@ -86,10 +86,11 @@ bool AdaptiveSteps::follow(Cvodes& solver, double length, bool to_events) {
                    (is_stiff_ ? "; take a shorter step, larger tolerances, or smoother forces"
                               : "; adaptive-stiff takes longer ones where something decays fast"));
     const Cvodes::Outcome outcome = solver.advance();
+    if (ends_here(solver.s(), length)) return fails(Cvodes::Outcome::kNoRate, solver.s());
     if (outcome != Cvodes::Outcome::kAdvanced) return fails(outcome, solver.s());
     ++problem_.effort.internal_steps;
     if (to_events && !find_event(solver, before)) return false;
-    if (event_) return true;
+    if (to_events && event_) return true;
     y_ = Eigen::Map<const VectorXd>(solver.y(), problem_.n_y());
     if (solver.s() != length && problem_.longest_turn(y_.data()) > kLongTurn && !move_centre(solver, length))
       return false;
@@ -170,6 +171,13 @@ int AdaptiveSteps::fallen() const {
   return -1;
 }
 
+// Whether the motion creeps up to where it has no rate: each internal step ends before it, and none beyond.
+bool AdaptiveSteps::ends_here(double s, double end) const {
+  constexpr double kNoDistance = 1e-12;
+  const std::optional<double> refused = problem_.refused_at();
+  return refused && std::abs(*refused - s) <= kNoDistance * (std::abs(t_) + std::abs(end));
+}
+
 std::string AdaptiveSteps::at(double s) const { return "t = " + io::with_digits(t_ + s, 9) + " s"; }
 
 bool AdaptiveSteps::fails(const std::string& why) {
@@ -183,10 +191,9 @@ bool AdaptiveSteps::has_no_value(const char* what, double s) {
 }
 
 bool AdaptiveSteps::fails(Cvodes::Outcome outcome, double s) {
-  const std::string branch = problem_.left_branch();
   switch (outcome) {
     case Cvodes::Outcome::kNoRate:
-      if (!branch.empty()) return fails(branch);
+      if (const std::string branch = problem_.left_branch(); !branch.empty()) return fails(branch);
       return fails("the accelerations are not finite beyond " + at(s) + ", however short the internal steps");
     case Cvodes::Outcome::kRough:
       return fails("beyond " + at(s) +

@@ -29,7 +29,7 @@ namespace dyntape {
 class AdaptiveSteps {
  public:
   static constexpr long kMostInternalSteps = 100000;  // of one step
-  static constexpr double kLongTurn = 1;              // (rad)
+  static constexpr double kLongTurn = 3;              // (rad)
   static constexpr int kLooks = 4;
 
   // ArgumentError where tolerances are none, and as StepScheme.
@@ -58,6 +58,7 @@ class AdaptiveSteps {
   int fallen() const;  // the first entry that was above zero and is so no more; -1
   bool fails(const std::string& why);
   bool has_no_value(const char* what, double s);
+  bool ends_here(double s, double end) const;
   bool fails(Cvodes::Outcome outcome, double s);
   std::string at(double s) const;
 

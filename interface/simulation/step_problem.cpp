@@ -91,6 +91,7 @@ void StepProblem::begin(const double* arguments) {
   of_events_.tail(1 + n_u_ + n_p_) << all[nx_], all.tail(n_u_ + n_p_);
   slopes_at_.setConstant(std::nan(""));
   effort = {};
+  refused_at_.reset();
 }
 
 void StepProblem::move_centre(const double* q) {
@@ -103,19 +104,21 @@ void StepProblem::start(double* y) const {
   std::copy_n(v_.data(), nv_, y + nv_);
 }
 
-bool StepProblem::run(Part& part, Order order, const double* x, const double* p) {
+bool StepProblem::run(Part& part, Order order, double s, const double* x, const double* p) {
   double* const non_zeros = order == Order::kFirst ? part.non_zeros.data() : nullptr;
-  violation_ =
+  const Violation violation =
       part.function.run(order, {.x = x, .p = p, .y = part.y.data(), .jacobian = non_zeros}, part.workspace);
-  left_ = violation_ ? &part.function : nullptr;
-  return !violation_ && part.y.allFinite() && (!non_zeros || part.non_zeros.allFinite());
+  if (!violation && part.y.allFinite() && (!non_zeros || part.non_zeros.allFinite())) return true;
+  refused_at_ = s;
+  violation_ = violation;
+  left_ = violation ? &part.function : nullptr;
+  return false;
 }
 
 bool StepProblem::rate(double s, const double* y, double* dy) {
   ++effort.rates;
   given_[given_.size() - 1] = s;
-  left_ = nullptr;
-  if (!(longest_turn(y) <= kFarthestTurn) || !run(rate_, Order::kValue, y, given_.data())) return false;
+  if (!(longest_turn(y) <= kFarthestTurn) || !run(rate_, Order::kValue, s, y, given_.data())) return false;
   std::copy_n(rate_.y.data(), n_y(), dy);
   return true;
 }
@@ -123,7 +126,7 @@ bool StepProblem::rate(double s, const double* y, double* dy) {
 bool StepProblem::jacobian(double s, const double* y, double* J) {
   ++effort.jacobians;
   given_[given_.size() - 1] = s;
-  if (!run(rate_, Order::kFirst, y, given_.data())) return false;
+  if (!run(rate_, Order::kFirst, s, y, given_.data())) return false;
   const Pattern& pattern = rate_.function.jacobian_pattern();
   std::fill_n(J, n_y() * n_y(), 0.0);
   for (std::size_t k = 0; k < pattern.nnz(); ++k)
@@ -139,9 +142,8 @@ bool StepProblem::sensitivity_rate(double s, const double* y, const MatrixXd& S,
     slopes_at_[n] = std::nan("");  // until they are known
     of_all_ << Map<const VectorXd>(y, n), given_.segment(nq_, n_m_ + n_u_ + n_p_);
     fixed_of_all_ << given_.head(nq_), given_[given_.size() - 2], s;
-    left_ = nullptr;
     if (!(longest_turn(y) <= kFarthestTurn) ||
-        !run(*by_all_, Order::kFirst, of_all_.data(), fixed_of_all_.data()))
+        !run(*by_all_, Order::kFirst, s, of_all_.data(), fixed_of_all_.data()))
       return false;
     const Pattern& pattern = by_all_->function.jacobian_pattern();
     for (std::size_t k = 0; k < pattern.nnz(); ++k)
@@ -167,7 +169,7 @@ void StepProblem::allowed_errors(const double* y, double* errors) {
 bool StepProblem::state(double s, const double* y, double* x) {
   given_[given_.size() - 1] = s;
   of_state_ << Map<const VectorXd>(y, n_y()), given_;
-  if (!run(state_, Order::kValue, nullptr, of_state_.data())) return false;
+  if (!run(state_, Order::kValue, s, nullptr, of_state_.data())) return false;
   std::copy_n(state_.y.data(), nx_, x);
   return true;
 }
@@ -175,12 +177,12 @@ bool StepProblem::state(double s, const double* y, double* x) {
 bool StepProblem::events(double s, const double* x) {
   std::copy_n(x, nx_, of_events_.data());
   of_events_[nx_] = given_[given_.size() - 2] + s;
-  return run(*events_, Order::kValue, nullptr, of_events_.data());
+  return run(*events_, Order::kValue, s, nullptr, of_events_.data());
 }
 
 bool StepProblem::frame(double s, const double* y) {
   of_frame_ << Map<const VectorXd>(y, nv_), s;
-  return run(*frame_, Order::kValue, nullptr, of_frame_.data());
+  return run(*frame_, Order::kValue, s, nullptr, of_frame_.data());
 }
 
 void StepProblem::turn(MatrixXd& S) const { S.topRows(nv_) = (turned() * S.topRows(nv_)).eval(); }

@@ -17,7 +17,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/simulation/cvodes.h>
 #include <dyntape/interface/simulation/record_rate.h>
-#include <dyntape/interface/simulation/stepper.h>
+#include <dyntape/interface/simulation/tolerances.h>
 
 namespace dyntape {
 
@@ -51,7 +51,8 @@ class StepProblem final : public InitialValueProblem {
   void moved(const Eigen::MatrixXd& S, Eigen::MatrixXd& dx) const;
 
   double longest_turn(const double* y) const;  // (rad) of a rotation in d
-  // Why something had no value the last time that it had none: "" where it was not finite, or a recorded branch.
+  // When something had last no value since the beginning, and the recorded branch that was left then, or "".
+  std::optional<double> refused_at() const { return refused_at_; }
   std::string left_branch() const;
 
   StepEffort effort;  // counted on
@@ -79,7 +80,7 @@ class StepProblem final : public InitialValueProblem {
               const CodegenOptions& options, bool with_jacobians, const RecordedRate& recorded);
   Eigen::Map<const Eigen::MatrixXd> turned() const { return {frame_->y.data(), nv_, nv_}; }
   void append_groups(const dynamics::Joint<double>& joint);
-  bool run(Part& part, Order order, const double* x, const double* p);
+  bool run(Part& part, Order order, double s, const double* x, const double* p);
 
   const int nq_, nv_, n_m_, n_u_, n_p_, n_g_, nx_;
   const Tolerances tolerances_;
@@ -87,12 +88,13 @@ class StepProblem final : public InitialValueProblem {
   std::vector<Group> groups_;
   Part rate_, state_;
   std::optional<Part> by_all_, frame_, events_;
-  Eigen::VectorXd v_, given_;               // at the beginning; (q_c, m, u, p, t, s)
-  Eigen::VectorXd of_state_, of_events_;    // (d, v, given), (x, t, u, p)
-  Eigen::VectorXd of_all_, fixed_of_all_;   // (d, v, m, u, p), (q_c, t, s)
-  Eigen::VectorXd of_frame_, slopes_at_;    // (d, s), (y, s)
-  Eigen::MatrixXd slopes_;                  // of the rate, by (d, v, m, u, p), at slopes_at_
-  const CompiledFunction* left_ = nullptr;  // whose branch was left
+  Eigen::VectorXd v_, given_;              // at the beginning; (q_c, m, u, p, t, s)
+  Eigen::VectorXd of_state_, of_events_;   // (d, v, given), (x, t, u, p)
+  Eigen::VectorXd of_all_, fixed_of_all_;  // (d, v, m, u, p), (q_c, t, s)
+  Eigen::VectorXd of_frame_, slopes_at_;   // (d, s), (y, s)
+  Eigen::MatrixXd slopes_;                 // of the rate, by (d, v, m, u, p), at slopes_at_
+  std::optional<double> refused_at_;
+  const CompiledFunction* left_ = nullptr;  // whose branch was left, the first as `violation_` says
   Violation violation_;
 };
 

@@ -44,6 +44,7 @@
 #include <dyntape/codegen/options.h>
 #include <dyntape/codegen/timings.h>
 #include <dyntape/interface/simulation/system.h>
+#include <dyntape/interface/simulation/tolerances.h>
 
 namespace dyntape {
 
@@ -56,23 +57,6 @@ struct StateRows {
   double* x_next = nullptr;
   std::size_t stride_t = kDense, stride_x = kDense, stride_u = kDense, stride_p = kDense,
               stride_next = kDense;
-};
-
-// What an adaptive step allows in each internal step: relative * size + absolute (step_problem.h says which sizes).
-struct Tolerances {
-  static constexpr double kLeastRelative = 1e-14, kMostRelative = 0.1;
-  double relative = 1e-9, absolute = 1e-12;
-};
-
-// An adaptive step ended where an entry of System::events fell to zero.
-struct StepEvent {
-  int entry;  // the first, if there are several at once
-  double t;   // (s)
-};
-
-// What an adaptive step took.
-struct StepEffort {
-  long internal_steps = 0, rates = 0, jacobians = 0;
 };
 
 // What was made: sums over the functions of a stepper.

@@ -125,9 +125,9 @@ inline System walker() {
 }
 
 inline const CodegenOptions kInterpreted{.route = Route::kInterpreter};
-inline const std::vector<Integrator> kAllIntegrators{Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4,
-                                                     Integrator::kImplicitMidpoint,
-                                                     Integrator::kImplicitVelocity, Integrator::kVariational};
+inline const std::vector<Integrator> kFixedIntegrators{
+    Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4, Integrator::kImplicitMidpoint,
+    Integrator::kImplicitVelocity, Integrator::kVariational};
 
 // Steps of a system without commands and parameters, looked at after each.
 template <class Look>

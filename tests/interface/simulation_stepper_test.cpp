@@ -63,7 +63,8 @@ VectorXd after(Stepper& stepper, double t, double h, const Start& s) {
   return next;
 }
 
-class OfEach : public testing::TestWithParam<Integrator> {};
+class OfEach : public testing::TestWithParam<Integrator> {};  // that makes fixed steps
+class OfAny : public testing::TestWithParam<Integrator> {};
 
 // Central differences of order 8.
 template <class F>
@@ -149,7 +150,7 @@ TEST_P(OfEach, ConvergesWithItsOrder) {
 }
 
 // m(t + s) = u + (m - u) exp(-s / lag), however long the step is.
-TEST_P(OfEach, MotorsAreFollowedExactly) {
+TEST_P(OfAny, MotorsAreFollowedExactly) {
   System system = walker();
   const double lag = 1e-4;
   system.lag = Eigen::Vector2d(0.02, lag);
@@ -167,7 +168,7 @@ TEST_P(OfEach, MotorsAreFollowedExactly) {
 }
 
 // Rows with gaps, lanes, threads and a second stepper: the bits of one step.
-TEST_P(OfEach, ManyStatesHaveTheBitsOfOne) {
+TEST_P(OfAny, ManyStatesHaveTheBitsOfOne) {
   const System system = walker();
   const TemporaryCache cache;
   const bool is_explicit =
@@ -214,7 +215,7 @@ TEST_P(OfEach, ManyStatesHaveTheBitsOfOne) {
   EXPECT_EQ(next.segment(5 * wide, nx), expected.col(5));
 }
 
-TEST_P(OfEach, ASecondStepperGivesTheSameBits) {
+TEST_P(OfAny, ASecondStepperGivesTheSameBits) {
   const System system = walker();
   const Start s(system, 8);
   Stepper first(system, GetParam(), kInterpreted), second(system, GetParam(), kInterpreted);
@@ -224,7 +225,7 @@ TEST_P(OfEach, ASecondStepperGivesTheSameBits) {
 }
 
 #if DYNTAPE_COUNTS_ALLOCATIONS
-TEST_P(OfEach, AStepAllocatesNothing) {
+TEST_P(OfAny, AStepAllocatesNothing) {
   const System system = walker();
   Stepper stepper(system, GetParam(), kInterpreted);
   Start s(system, 11);
@@ -240,7 +241,7 @@ TEST_P(OfEach, AStepAllocatesNothing) {
 }
 #endif
 
-TEST_P(OfEach, WhatIsNotFiniteIsNamed) {
+TEST_P(OfAny, WhatIsNotFiniteIsNamed) {
   Stepper stepper(walker(), GetParam(), kInterpreted);
   Start s(walker(), 12);
   const int v_hip = s.model.nq + 6;
@@ -263,11 +264,13 @@ TEST_P(OfEach, WhatIsNotFiniteIsNamed) {
       << why;
 }
 
-INSTANTIATE_TEST_SUITE_P(Schemes, OfEach, testing::ValuesIn(kAllIntegrators), [](const auto& scheme) {
+std::string name_of(const testing::TestParamInfo<Integrator>& scheme) {
   std::string name = to_string(scheme.param);
   std::erase(name, '-');
   return name;
-});
+}
+INSTANTIATE_TEST_SUITE_P(Schemes, OfEach, testing::ValuesIn(kFixedIntegrators), name_of);
+INSTANTIATE_TEST_SUITE_P(Schemes, OfAny, testing::ValuesIn(kIntegrators), name_of);
 
 // v' = v + h (1 + v'^2) has no solution for long steps, and v' = sqrt(-1 - v) none at all.
 TEST(Stepper, AFailedNewtonIsASentence) {
