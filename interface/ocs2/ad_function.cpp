@@ -5,16 +5,13 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/ocs2/ad_function_model.h>
 
 namespace dyntape {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 Order order_of(AdFunction::ApproximationOrder order) { return static_cast<Order>(order); }
 

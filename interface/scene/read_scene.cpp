@@ -80,8 +80,11 @@ double most_rows(const Scene& scene) {
 // Of adaptive integrators; known: those of others have none.
 void read_tolerances(Section& block, Scene& scene, bool known) {
   if (known && !is_adaptive(scene.integrator)) {
-    for (const char* key : {"relative_tolerance", "absolute_tolerance"})
-      if (block.has(key))
+    const bool relative = block.has("relative_tolerance"), absolute = block.has("absolute_tolerance");
+    if (!block.sound()) return;  // as a misspelt integrator
+    for (const auto& [key, is_given] :
+         {std::pair("relative_tolerance", relative), {"absolute_tolerance", absolute}})
+      if (is_given)
         block.problem(key, "'" + std::string(key) + "' is of adaptive and adaptive-stiff; steps of " +
                                to_string(scene.integrator) + " are as long as 'step' says");
     return;

@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/energy.h>
 #include <dyntape/interface/scene/quadrature.h>
@@ -20,10 +21,6 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 using Eigen::VectorXd;
-
-double elapsed_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 // How functions are made, seen and stopped from outside.
 CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
@@ -66,7 +63,7 @@ class SceneRun {
       note(k + 1);
     }
     work_.finish([&](const VectorXd& work) { note_work(work); });
-    motion_.step_seconds = elapsed_since(begin);
+    motion_.step_seconds = seconds_since(begin);
     motion_.doubt = doubt_of_steps(scene_, stepper_, looks_);
     motion_.operations = stepper_.report().step_operations;
     motion_.sources = stepper_.report().sources;
@@ -177,7 +174,7 @@ SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   check_start(scene);
   const auto begin = Clock::now();
   SceneRun run(scene, watch);
-  const double build = elapsed_since(begin);
+  const double build = seconds_since(begin);
   SimulatedMotion motion = run.result();
   motion.build_seconds = build;
   if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_energy(scene, motion);

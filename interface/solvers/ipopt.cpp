@@ -15,6 +15,7 @@
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
@@ -32,10 +33,6 @@ constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
 constexpr int kMostRounds = 4;
 constexpr double kLeastSeconds = 1e-6;               // Ipopt refuses to be given none
 constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once a stop is requested
-
-double seconds_since(Clock::time_point begin) {
-  return std::chrono::duration<double>(Clock::now() - begin).count();
-}
 
 class Stopwatch {
  public:

@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
 
 namespace dyntape {
@@ -15,10 +16,6 @@ namespace {
 
 using SweepClock = std::chrono::steady_clock;
 using namespace std::chrono_literals;
-
-double seconds_since(SweepClock::time_point begin) {
-  return std::chrono::duration<double>(SweepClock::now() - begin).count();
-}
 
 // Hands chunks to whoever has none, and keeps what comes back.
 class SweepRun {

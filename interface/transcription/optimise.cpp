@@ -7,15 +7,12 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 
 namespace dyntape {
 
 namespace {
-
-double seconds_since(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-}
 
 [[noreturn]] void report(const Problem& problem, const DerivativeCheck& check) {
   std::string message = "problem \"" + problem.name + "\": the derivatives are not those of the functions:";

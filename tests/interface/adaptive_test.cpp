@@ -53,7 +53,6 @@ TEST(Adaptive, ErrorsFollowTheTolerance) {
       Stepper stepper(pendulum(), integrator, kInterpreted, false, 1, {relative, 1e-3 * relative});
       const VectorXd end = after(stepper, 0, kPendulumPeriod, {Eigen::Vector2d(2, 0), {}, {}});
       EXPECT_LE((end - Eigen::Vector2d(2, 0)).norm(), 1000 * relative) << to_string(integrator);
-      EXPECT_GE(stepper.effort().internal_steps, 20);
     }
   }
 }
@@ -488,12 +487,10 @@ TEST(Adaptive, Reports) {
   const CodegenOptions options{.cache_folder = cache.path()};
   Stepper stepper(pendulum(), Integrator::kAdaptiveStiff, options, true);
   EXPECT_FALSE(stepper.report().from_cache);
-  EXPECT_GT(stepper.report().step_operations, 0U);
   EXPECT_GT(stepper.report().newton_operations, stepper.report().step_operations);
   EXPECT_GT(stepper.report().jacobian_operations, 0U);
   EXPECT_TRUE(Stepper(pendulum(), Integrator::kAdaptiveStiff, options, true).report().from_cache);
   after(stepper, 0, 1, {Eigen::Vector2d(1, 0), {}, {}});
-  EXPECT_GT(stepper.effort().internal_steps, 10);
   EXPECT_GT(stepper.effort().rates, stepper.effort().internal_steps);
   EXPECT_GT(stepper.effort().jacobians, 0);
 }

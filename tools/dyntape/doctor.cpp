@@ -3,6 +3,7 @@
 // dyntape doctor: is everything there that dyntape uses, and does the way from a recording to a library work?
 #include <boost/version.hpp>
 
+#include <sundials/sundials_config.h>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -97,6 +98,7 @@ std::vector<Finding> examine() {
                     std::to_string(EIGEN_MINOR_VERSION)},
       {"Boost", std::to_string(BOOST_VERSION / 100000) + "." + std::to_string(BOOST_VERSION / 100 % 1000)},
       {"Ipopt", DYNTAPE_IPOPT_VERSION},
+      {"SUNDIALS", SUNDIALS_VERSION},
       {"urdfdom", DYNTAPE_URDFDOM_VERSION}};
 }
 

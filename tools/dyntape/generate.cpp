@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/build/stack_usage.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_callee.h>
 
@@ -29,10 +30,6 @@ struct GenerateOptions {
   bool embedded = false, single = false, own_trig = false;
   std::string cross;  // compiler and flags that the stack is measured with
 };
-
-double seconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 // Order 0: outputs of the function; 1: of the Jacobian; 2: of the lower triangle of the Hessian.
 struct Entries {
