@@ -61,7 +61,10 @@ void LaneMotions::note_speeds() {
     double* most = speeds_.data() + b * width_;
     const double* v = x_.data() + (b * nx_ + nq_) * width_;
     for (long i = 0; i < nv_; ++i, v += width_) {
-      for (long lane = 0; lane < width_; ++lane) most[lane] = std::max(most[lane], std::abs(v[lane]));
+      for (long lane = 0; lane < width_; ++lane) {
+        const double speed = std::abs(v[lane]);
+        most[lane] = speed > most[lane] ? speed : most[lane];
+      }
     }
   }
 }

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-Function record_swept_energy(const Sweep& sweep, const Stepper& stepper) {
+Function record_swept_energy(const SceneSweep& sweep, const Stepper& stepper) {
   const RobotScene& robot = sweep.scene.robot;
   const int nq = robot.model.nq, nv = robot.model.nv, n_u = stepper.n_u(), n_p = stepper.n_p();
   const SceneEdit edit = edit_of(sweep);
@@ -34,7 +34,7 @@ Function record_swept_energy(const Sweep& sweep, const Stepper& stepper) {
 bool needs_newton(const Scene& scene) { return longest_step(scene.integrator, {-1, 0}) == HUGE_VAL; }
 
 // Portable: the same bits in any number of lanes, and on every processor.
-CodegenOptions of_sweep(const Sweep& sweep, CodegenOptions options) {
+CodegenOptions of_sweep(const SceneSweep& sweep, CodegenOptions options) {
   options.functions = Functions::kPortable;
   options.order = Order::kValue;
   if (needs_newton(sweep.scene)) options.lanes = Lanes::kNone;  // one after the other anyway
@@ -42,7 +42,7 @@ CodegenOptions of_sweep(const Sweep& sweep, CodegenOptions options) {
 }
 
 // What the motors are told over a step from `t`.
-VectorXd commands_at(const Sweep& sweep, const SampleStart& start, double t) {
+VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t) {
   if (start.u.cols() == 1) return start.u.col(0);
   return Commands{sweep.scene.commands.t, start.u}.at(t + sweep.scene.step / 2);
 }
@@ -68,7 +68,7 @@ void HalfSteps::note(const VectorXd& error, const VectorXd& change) {
 
 std::string HalfSteps::doubt() const { return doubt_of_half_steps(errors, most); }
 
-SweptFunctions::SweptFunctions(const Sweep& all, const CodegenOptions& options)
+SweptFunctions::SweptFunctions(const SceneSweep& all, const CodegenOptions& options)
     : sweep(all),
       stepper(system_of(all.scene.robot, parameters_of(all), edit_of(all)), all.scene.integrator,
               of_sweep(all, options)),

@@ -42,7 +42,7 @@ struct SampleMotion {
 
 class SweptFunctions {
  public:
-  SweptFunctions(const Sweep& sweep, const CodegenOptions& options);
+  SweptFunctions(const SceneSweep& sweep, const CodegenOptions& options);
   SweptFunctions twin() const;
 
   struct Energies {
@@ -51,7 +51,7 @@ class SweptFunctions {
   };
   Energies energies(const SampleMotion& at);
 
-  const Sweep& sweep;
+  const SceneSweep& sweep;
   Stepper stepper;
   CompiledFunction energy;  // of variables x and parameters (t, h, u, p): kinetic, stored
   CompiledFunction::Workspace of_energy;
