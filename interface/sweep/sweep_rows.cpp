@@ -96,7 +96,7 @@ std::optional<ComputedRows> SweepRows::compute(long first, long count, const std
       if (stop.stop_requested()) return {};
       advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &halves);
     }
-    append_result(f, motion, motion.trouble.empty() ? halves.doubt() : "", rows);
+    append_result(f, motion, motion.trouble.empty() ? halves.doubt(f.sweep, row) : "", rows);
   }
   return rows;
 }

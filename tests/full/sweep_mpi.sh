@@ -8,7 +8,7 @@ trap 'rm -rf "$scratch"' EXIT
 command -v mpirun >/dev/null && [ -x "$(dirname "$dyntape")/dyntape-mpi" ] || { echo "no MPI here"; exit 77; }
 mpirun=(mpirun --allow-run-as-root --oversubscribe)
 
-sed "s#^scene .*#scene \"$source/tests/bench/quadruped.info\"#; s/samples 2048/samples 600/" "$source/tests/bench/quadruped_sweep.info" >"$scratch/sweep.info"
+sed "s#^scene .*#scene \"$source/config/scenes/quadruped_explicit.info\"#; s/samples 1024/samples 300/" "$source/tests/bench/quadruped_sweep.info" >"$scratch/sweep.info"
 "$dyntape" sweep "$scratch/sweep.info" --output "$scratch/alone" >/dev/null 2>"$scratch/log"
 for ranks in 1 2 7; do
   "${mpirun[@]}" -n $ranks "$dyntape" sweep "$scratch/sweep.info" --output "$scratch/$ranks" >"$scratch/out" 2>"$scratch/log"
