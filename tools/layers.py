@@ -50,13 +50,13 @@ ROOMS = {
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
     'interface/solvers': (['autodiff/graph', 'interface/io'], 15, 1600),  # leaving Ipopt inside an iteration
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 28, 2450),  # keys, motion, energies, doubts, costs, results, tolerances
+                         'interface/simulation', 'interface/player'], 28, 2550),  # keys, motion, energies, doubts, costs, results, parameters
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',
-                         'interface/robot', 'interface/scene', 'interface/simulation'], 21, 2150),  # keys, lanes, chunks, peers, results
+                         'interface/robot', 'interface/scene', 'interface/simulation'], 23, 2700),  # keys, lanes, chunks, peers, results
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',

@@ -69,13 +69,18 @@ VectorXd drive_in(const Scene& scene, const VectorXd& x, const VectorXd& u) {
   return drive;
 }
 
+std::string doubt_at(const Scene& scene, const Look& look) {
+  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
+  const double t = double(look.step) * scene.step;
+  std::string stiff = stability_trouble(scene, look.x.head(nq), look.x.segment(nq, nv));
+  if (stiff.empty()) stiff = trouble_at_turns(scene, t, look.x);
+  return stiff.empty() ? "" : at_time(t) + stiff;
+}
+
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks) {
   if (is_adaptive(scene.integrator)) return "";  // its steps are as short as its tolerances ask for
-  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-  for (const auto& [k, x] : looks) {
-    std::string stiff = stability_trouble(scene, x.head(nq), x.segment(nq, nv));
-    if (stiff.empty()) stiff = trouble_at_turns(scene, double(k) * scene.step, x);
-    if (!stiff.empty()) return at_time(double(k) * scene.step) + stiff;
+  for (const Look& look : looks) {
+    if (std::string doubt = doubt_at(scene, look); !doubt.empty()) return doubt;
   }
   return doubt_of_halves(scene, stepper, looks);
 }

@@ -22,6 +22,9 @@ struct Look {
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
 
+// Of the stiffness at one place, where joints turn round within the step as well.
+std::string doubt_at(const Scene& scene, const Look& look);
+
 // The same of half steps alone: how far two of them lead from a whole one (nv) at each place, |.|, and the largest change
 // of v in a step.
 std::string doubt_of_half_steps(const std::vector<Eigen::VectorXd>& errors, const Eigen::VectorXd& most);

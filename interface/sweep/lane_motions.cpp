@@ -61,7 +61,10 @@ void LaneMotions::note_speeds() {
     double* most = speeds_.data() + b * width_;
     const double* v = x_.data() + (b * nx_ + nq_) * width_;
     for (long i = 0; i < nv_; ++i, v += width_) {
-      for (long lane = 0; lane < width_; ++lane) most[lane] = std::max(most[lane], std::abs(v[lane]));
+      for (long lane = 0; lane < width_; ++lane) {
+        const double speed = std::abs(v[lane]);
+        most[lane] = speed > most[lane] ? speed : most[lane];
+      }
     }
   }
 }
@@ -92,15 +95,16 @@ void LaneMotions::try_halves(double t) {
   std::vector<std::uint32_t> second(n, 0);
   set_times(t + h / 2, h / 2);
   stepper.steps_side_by_side(n, half_.data(), arguments_.data(), twice_.data(), second.data());
-  VectorXd error(nv_), change(nv_);
+  VectorXd whole(nx_), twice(nx_);
   for (long k = 0; k < long(motions.size()); ++k) {
     if (is_over_[std::size_t(k)] || unread_[std::size_t(k)] || second[std::size_t(k)]) continue;
-    for (long i = 0; i < nv_; ++i) {
-      const double end = at(twice_.data(), nx_, nq_ + i, k);
-      error[i] = end - at(next_.data(), nx_, nq_ + i, k);
-      change[i] = end - at(x_.data(), nx_, nq_ + i, k);
+    Look look{step_, VectorXd(nx_)};
+    for (long i = 0; i < nx_; ++i) {
+      look.x[i] = at(x_.data(), nx_, i, k);
+      whole[i] = at(next_.data(), nx_, i, k);
+      twice[i] = at(twice_.data(), nx_, i, k);
     }
-    if (error.allFinite() && change.allFinite()) halves_[std::size_t(k)].note(error, change);
+    halves_[std::size_t(k)].note(scene_, std::move(look), whole, twice);
   }
 }
 
@@ -166,8 +170,10 @@ bool LaneMotions::run(const std::stop_token& stop) {
     look_for_failures();
   }
   for (long k = 0; k < long(motions.size()); ++k) {
-    doubts.push_back(is_over_[std::size_t(k)] ? "" : halves_[std::size_t(k)].doubt());
-    if (is_over_[std::size_t(k)]) continue;
+    const bool is_over = is_over_[std::size_t(k)];
+    doubts.push_back(is_over ? ""
+                             : halves_[std::size_t(k)].doubt(functions_.sweep, motions[std::size_t(k)].row));
+    if (is_over) continue;
     const SampleExtremes extremes{speeds_.data()[k], most_energy_.data()[k]};
     take(k, x_.data(), &extremes);
     motions[std::size_t(k)].steps = steps;

@@ -17,7 +17,7 @@ namespace {
 using io::Section;
 
 // The scene that the file names, where there is one without problems.
-bool take_swept_scene(Section& file, Sweep& sweep) {
+bool take_swept_scene(Section& file, SceneSweep& sweep) {
   const std::string name =
       file.about("whose numbers vary, a path from the folder of this file").get<std::string>("scene");
   if (name.empty()) return false;
@@ -30,7 +30,7 @@ bool take_swept_scene(Section& file, Sweep& sweep) {
   }
 }
 
-void read_values(Section& file, Sweep& sweep, bool known) {
+void read_values(Section& file, SceneSweep& sweep, bool known) {
   Section vary = file.about("what varies").child("vary");
   std::vector<Section> blocks;
   if (vary.about("one number, or one for several joints").has("value")) blocks = vary.children("value");
@@ -49,7 +49,7 @@ void read_values(Section& file, Sweep& sweep, bool known) {
   }
 }
 
-void read_counts(Section& file, Sweep& sweep) {
+void read_counts(Section& file, SceneSweep& sweep) {
   const bool is_random = std::any_of(sweep.values.begin(), sweep.values.end(),
                                      [](const SweptValue& v) { return v.spread != Spread::kGrid; });
   file.about("how many; of each point of the grid, where there is one");
@@ -68,14 +68,14 @@ void read_counts(Section& file, Sweep& sweep) {
   }
 }
 
-void read_shown(Section& file, Sweep& sweep, bool known) {
+void read_shown(Section& file, SceneSweep& sweep, bool known) {
   const std::vector<std::string> fallback = {"most.v", "energy.kinetic"};
   file.about("columns of the results that are drawn over what varies");
   if (!known) return file.defer("show", "names", "\"most.v energy.kinetic\"");
   sweep.shown = file.strings_or("show", fallback, result_names(sweep.scene));
 }
 
-void read_sweep_keys(Section& file, Sweep& sweep, bool known) {
+void read_sweep_keys(Section& file, SceneSweep& sweep, bool known) {
   read_values(file, sweep, known);
   read_counts(file, sweep);
   read_shown(file, sweep, known);
@@ -90,10 +90,10 @@ std::string read_sweep_name(Section& file, const std::string& fallback) {
 
 }  // namespace
 
-Sweep read_sweep_text(const std::string& text, const std::string& path) {
+SceneSweep read_sweep_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path, "a sweep; expected an .info file, as those in config/sweeps");
   Section file = Section::parse(text, path);
-  Sweep sweep;
+  SceneSweep sweep;
   sweep.file = path;
   sweep.name = read_sweep_name(file, std::filesystem::path(path).stem().string());
   const bool known = take_swept_scene(file, sweep);
@@ -103,11 +103,11 @@ Sweep read_sweep_text(const std::string& text, const std::string& path) {
   return sweep;
 }
 
-Sweep read_sweep(const std::string& path) { return read_sweep_text(read_file(path), path); }
+SceneSweep read_sweep(const std::string& path) { return read_sweep_text(read_file(path), path); }
 
 std::vector<io::Question> sweep_questions() {
   Section file = Section::catalogue();
-  Sweep sweep;
+  SceneSweep sweep;
   read_sweep_name(file, "its file's");
   file.about("whose numbers vary, a path from the folder of this file").get<std::string>("scene");
   read_sweep_keys(file, sweep, false);

@@ -20,7 +20,7 @@ using namespace std::chrono_literals;
 // Hands chunks to whoever has none, and keeps what comes back.
 class SweepRun {
  public:
-  SweepRun(const Sweep& sweep, SweepFolder& folder, const SweepRows& rows, const SweepWatch& watch)
+  SweepRun(const SceneSweep& sweep, SweepFolder& folder, const SweepRows& rows, const SweepWatch& watch)
       : sweep_(sweep),
         folder_(folder),
         watch_(watch),
@@ -93,7 +93,7 @@ class SweepRun {
     given_away_.pop_front();
   }
 
-  const Sweep& sweep_;
+  const SceneSweep& sweep_;
   SweepFolder& folder_;
   const SweepWatch& watch_;
   SweepCrew crew_;
@@ -102,7 +102,7 @@ class SweepRun {
   long done_ = 0, resumed_ = 0;
 };
 
-std::string header_line(const Sweep& sweep) {
+std::string header_line(const SceneSweep& sweep) {
   std::string line;
   for (const std::string& name : row_names(sweep)) line += (line.empty() ? "" : ",") + name;
   return line + "\n";
@@ -124,7 +124,7 @@ std::string SweepProgress::text() const {
   return line;
 }
 
-SweepOutcome run_sweep(const Sweep& sweep, SweepFolder& folder, const SweepWatch& watch) {
+SweepOutcome run_sweep(const SceneSweep& sweep, SweepFolder& folder, const SweepWatch& watch) {
   SweepOutcome outcome;
   outcome.identity = folder.identity();
   const auto begin = SweepClock::now();

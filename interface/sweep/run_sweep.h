@@ -2,7 +2,7 @@
 //
 // A sweep from its beginning, or from where it was left, to its results.
 //
-//   const Sweep sweep = read_sweep("config/sweeps/quadruped_dropped.info");
+//   const SceneSweep sweep = read_sweep("config/sweeps/quadruped_dropped.info");
 //   const SweepOutcome outcome = run_sweep(sweep, "out/drop");
 //   outcome.table.column("most.v")
 //
@@ -44,6 +44,6 @@ struct SweepWatch {
 };
 
 // The chunks stay: whoever has written the results clears them.
-SweepOutcome run_sweep(const Sweep& sweep, SweepFolder& folder, const SweepWatch& watch = {});
+SweepOutcome run_sweep(const SceneSweep& sweep, SweepFolder& folder, const SweepWatch& watch = {});
 
 }  // namespace dyntape

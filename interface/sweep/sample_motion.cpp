@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-Function record_swept_energy(const Sweep& sweep, const Stepper& stepper) {
+Function record_swept_energy(const SceneSweep& sweep, const Stepper& stepper) {
   const RobotScene& robot = sweep.scene.robot;
   const int nq = robot.model.nq, nv = robot.model.nv, n_u = stepper.n_u(), n_p = stepper.n_p();
   const SceneEdit edit = edit_of(sweep);
@@ -34,7 +34,7 @@ Function record_swept_energy(const Sweep& sweep, const Stepper& stepper) {
 bool needs_newton(const Scene& scene) { return longest_step(scene.integrator, {-1, 0}) == HUGE_VAL; }
 
 // Portable: the same bits in any number of lanes, and on every processor.
-CodegenOptions of_sweep(const Sweep& sweep, CodegenOptions options) {
+CodegenOptions of_sweep(const SceneSweep& sweep, CodegenOptions options) {
   options.functions = Functions::kPortable;
   options.order = Order::kValue;
   if (needs_newton(sweep.scene)) options.lanes = Lanes::kNone;  // one after the other anyway
@@ -42,7 +42,7 @@ CodegenOptions of_sweep(const Sweep& sweep, CodegenOptions options) {
 }
 
 // What the motors are told over a step from `t`.
-VectorXd commands_at(const Sweep& sweep, const SampleStart& start, double t) {
+VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t) {
   if (start.u.cols() == 1) return start.u.col(0);
   return Commands{sweep.scene.commands.t, start.u}.at(t + sweep.scene.step / 2);
 }
@@ -50,25 +50,40 @@ VectorXd commands_at(const Sweep& sweep, const SampleStart& start, double t) {
 void try_halves(SweptFunctions& f, const SampleMotion& motion, double t, const VectorXd& u, HalfSteps& halves,
                 const VectorXd& whole) {
   const double h = f.sweep.scene.step;
-  const int nq = f.sweep.scene.robot.model.nq, nv = f.sweep.scene.robot.model.nv;
   VectorXd half(motion.x.size()), twice(motion.x.size());
   const double* p = motion.start.p.data();
   if (!f.stepper.step(t, h / 2, motion.x.data(), u.data(), p, half.data())) return;
   if (!f.stepper.step(t + h / 2, h / 2, half.data(), u.data(), p, twice.data())) return;
-  halves.note((twice - whole).segment(nq, nv), (twice - motion.x).segment(nq, nv));
+  halves.note(f.sweep.scene, {motion.steps, motion.x}, whole, twice);
 }
 
 }  // namespace
 
-void HalfSteps::note(const VectorXd& error, const VectorXd& change) {
-  if (most.size() == 0) most = VectorXd::Zero(change.size());
-  most = most.cwiseMax(change.cwiseAbs());
-  errors.push_back(error.cwiseAbs());
+void HalfSteps::note(const Scene& scene, Look look, const VectorXd& whole, const VectorXd& twice) {
+  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
+  const VectorXd error = (twice - whole).segment(nq, nv).cwiseAbs();
+  const VectorXd change = (twice - look.x).segment(nq, nv).cwiseAbs();
+  if (!error.allFinite() || !change.allFinite()) return;
+  most_ = looks_.empty() ? change : VectorXd(most_.cwiseMax(change));
+  errors_.push_back(error);
+  looks_.push_back(std::move(look));
 }
 
-std::string HalfSteps::doubt() const { return doubt_of_half_steps(errors, most); }
+std::string HalfSteps::doubt(const SceneSweep& sweep, long row) const {
+  if (looks_.empty()) return "";
+  const std::string halves = doubt_of_half_steps(errors_, most_);
+  if (!halves.empty() || needs_newton(sweep.scene)) return halves;
+  const Eigen::ArrayXd scale = most_.array() + 1e-12;
+  std::size_t worst = 0;
+  double farthest = -1;
+  for (std::size_t k = 0; k < errors_.size(); ++k) {
+    const double away = (errors_[k].array() / scale).maxCoeff();
+    if (away > farthest) farthest = away, worst = k;
+  }
+  return doubt_at(scene_of(sweep, row), looks_[worst]);
+}
 
-SweptFunctions::SweptFunctions(const Sweep& all, const CodegenOptions& options)
+SweptFunctions::SweptFunctions(const SceneSweep& all, const CodegenOptions& options)
     : sweep(all),
       stepper(system_of(all.scene.robot, parameters_of(all), edit_of(all)), all.scene.integrator,
               of_sweep(all, options)),

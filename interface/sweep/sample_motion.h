@@ -12,6 +12,7 @@
 #include <string>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/scene/step_doubts.h>
 #include <dyntape/interface/sweep/sweep.h>
 
 namespace dyntape {
@@ -22,14 +23,20 @@ struct SampleExtremes {
   double energy = 0;  // largest kinetic and stored energy at any sample of the scene (J)
 };
 
-// Whether half steps lead elsewhere, at a few places of a motion (interface/scene/step_doubts.h): differences that a step
-// and two halves make, entries of v each.
-struct HalfSteps {
-  std::vector<Eigen::VectorXd> errors;
-  Eigen::VectorXd most;  // change of v in a step
+// What is known of the steps of a motion: at a few places, how far two half ones lead from a whole one.
+class HalfSteps {
+ public:
+  // `end` of the whole step from `look`, and of the two halves.
+  void note(const Scene& scene, Look look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
 
-  void note(const Eigen::VectorXd& error, const Eigen::VectorXd& change);
-  std::string doubt() const;  // "" or a sentence
+  // As simulate doubts a motion (interface/scene/step_doubts.h), but of stiffness at one place alone: where half steps lead
+  // farthest away.  "" or a sentence.
+  std::string doubt(const SceneSweep& sweep, long row) const;
+
+ private:
+  std::vector<Look> looks_;
+  std::vector<Eigen::VectorXd> errors_;
+  Eigen::VectorXd most_;  // change of v in a step
 };
 
 struct SampleMotion {
@@ -42,7 +49,7 @@ struct SampleMotion {
 
 class SweptFunctions {
  public:
-  SweptFunctions(const Sweep& sweep, const CodegenOptions& options);
+  SweptFunctions(const SceneSweep& sweep, const CodegenOptions& options);
   SweptFunctions twin() const;
 
   struct Energies {
@@ -51,7 +58,7 @@ class SweptFunctions {
   };
   Energies energies(const SampleMotion& at);
 
-  const Sweep& sweep;
+  const SceneSweep& sweep;
   Stepper stepper;
   CompiledFunction energy;  // of variables x and parameters (t, h, u, p): kinetic, stored
   CompiledFunction::Workspace of_energy;

@@ -13,7 +13,7 @@
 //     value { of robot.mass:FR_CALF  from 0.1  to 0.2 }
 //   }
 //
-//   const Sweep sweep = read_sweep("config/sweeps/quadruped_dropped.info");
+//   const SceneSweep sweep = read_sweep("config/sweeps/quadruped_dropped.info");
 //   sweep.rows();                                   // 4000
 //   values_of(sweep, 17);                           // the numbers of sample 17, one a value
 //   simulate(scene_of(sweep, 17));                  // its motion, as if they stood in the scene's file
@@ -67,7 +67,7 @@ struct SweptValue {
   }
 };
 
-struct Sweep {
+struct SceneSweep {
   std::string name, file;
   Scene scene;
   std::vector<SweptValue> values;
@@ -83,27 +83,28 @@ struct Sweep {
 
 constexpr long kMostRows = 1000000;
 
-Sweep read_sweep(const std::string& path);
-Sweep read_sweep_text(const std::string& text, const std::string& path);
+SceneSweep read_sweep(const std::string& path);
+SceneSweep read_sweep_text(const std::string& text, const std::string& path);
 
 // Every key that a sweep file may have, in the order of reading.
 std::vector<io::Question> sweep_questions();
 
 // (values) of a row.
-Eigen::VectorXd values_of(const Sweep& sweep, long row);
+Eigen::VectorXd values_of(const SceneSweep& sweep, long row);
 
 // What a row starts from: state (q, v, motors with a lag), commands of each column of scene.commands, parameters.
 struct SampleStart {
   Eigen::VectorXd x, p;
   Eigen::MatrixXd u;
 };
-SampleStart start_of(const Sweep& sweep, const Eigen::VectorXd& values);
+SampleStart start_of(const SceneSweep& sweep, const Eigen::VectorXd& values);
 
-// The scene with these numbers in it.
-Scene scene_of(const Sweep& sweep, long row);
+// The scene with these numbers in it: simulate(scene_of(sweep, 17)) ends where row 17 does, in the strict profile to the
+// last bit.
+Scene scene_of(const SceneSweep& sweep, long row);
 
 // The scene as a system with the parameters of the sweep, and what puts them into a recording.
-SceneEdit edit_of(const Sweep& sweep);
-int parameters_of(const Sweep& sweep);
+SceneEdit edit_of(const SceneSweep& sweep);
+int parameters_of(const SceneSweep& sweep);
 
 }  // namespace dyntape

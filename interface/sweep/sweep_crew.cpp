@@ -8,11 +8,11 @@ namespace dyntape {
 
 using namespace std::chrono_literals;
 
-unsigned threads_of(const Sweep& sweep) {
+unsigned threads_of(const SceneSweep& sweep) {
   return sweep.threads > 0 ? sweep.threads : codegen::thread_count();
 }
 
-SweepCrew::SweepCrew(const Sweep& sweep, std::string identity, const SweepRows& rows, unsigned threads,
+SweepCrew::SweepCrew(const SceneSweep& sweep, std::string identity, const SweepRows& rows, unsigned threads,
                      std::stop_token stop)
     : sweep_(sweep), identity_(std::move(identity)) {
   stopped_.emplace(std::move(stop), [this] { over_.request_stop(); });
@@ -81,7 +81,7 @@ void serve_sweep(const std::string& file, SweepMaster& master) {
   const std::optional<std::string> identity = master.begin();
   if (!identity) return;
   try {
-    const Sweep sweep = read_sweep(file);
+    const SceneSweep sweep = read_sweep(file);
     if (*identity != identity_of(sweep))
       throw FileError(sweep.file + " means another sweep on this machine than on that of rank 0");
     const SweepRows rows(sweep, sweep.evaluation);

@@ -29,7 +29,7 @@ struct DoneChunk {
 
 class SweepCrew {
  public:
-  SweepCrew(const Sweep& sweep, std::string identity, const SweepRows& rows, unsigned threads,
+  SweepCrew(const SceneSweep& sweep, std::string identity, const SweepRows& rows, unsigned threads,
             std::stop_token stop);
   ~SweepCrew();  // stops its threads
   SweepCrew(const SweepCrew&) = delete;
@@ -45,7 +45,7 @@ class SweepCrew {
   void work(SweepRows& rows);
   std::optional<long> next();
 
-  const Sweep& sweep_;
+  const SceneSweep& sweep_;
   const std::string identity_;
   std::stop_source over_;
   mutable std::mutex mutex_;
@@ -92,6 +92,6 @@ class SweepMaster {
 // The work of a process that does not write, until it is dismissed: it reads the file itself.
 void serve_sweep(const std::string& file, SweepMaster& master);
 
-unsigned threads_of(const Sweep& sweep);
+unsigned threads_of(const SceneSweep& sweep);
 
 }  // namespace dyntape

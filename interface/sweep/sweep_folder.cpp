@@ -66,7 +66,7 @@ std::string without_paths(const std::string& effective) {
   return text;
 }
 
-std::string header_of(const Sweep& sweep, const std::string& identity, long chunk) {
+std::string header_of(const SceneSweep& sweep, const std::string& identity, long chunk) {
   const ChunkRange range = range_of(sweep, chunk);
   return "dyntape-sweep " + identity + " chunk " + std::to_string(chunk) + " rows " +
          std::to_string(range.first) + " to " + std::to_string(range.first + range.count - 1) + "\n";
@@ -108,7 +108,7 @@ codegen::Descriptor locked(const std::string& folder) {
 
 }  // namespace
 
-std::string identity_of(const Sweep& sweep) {
+std::string identity_of(const SceneSweep& sweep) {
   std::string text = "format " + std::to_string(kChunkFormat) + "\n";
   text += "samples " + std::to_string(sweep.samples) + " seed " + std::to_string(sweep.seed) + " at a time " +
           std::to_string(rows_at_a_time(sweep)) + " " + to_string(sweep.evaluation.profile) + "\n";
@@ -119,24 +119,24 @@ std::string identity_of(const Sweep& sweep) {
   return codegen::checksum(text + "\n" + read_file(sweep.scene.urdf));
 }
 
-long chunks_of(const Sweep& sweep) {
+long chunks_of(const SceneSweep& sweep) {
   const long at_a_time = rows_at_a_time(sweep);
   return (sweep.rows() + at_a_time - 1) / at_a_time;
 }
 
-ChunkRange range_of(const Sweep& sweep, long chunk) {
+ChunkRange range_of(const SceneSweep& sweep, long chunk) {
   const long first = chunk * rows_at_a_time(sweep);
   return {first, std::min(rows_at_a_time(sweep), sweep.rows() - first)};
 }
 
-std::string chunk_text(const Sweep& sweep, const std::string& identity, long chunk,
+std::string chunk_text(const SceneSweep& sweep, const std::string& identity, long chunk,
                        const ComputedRows& rows) {
   std::string text = header_of(sweep, identity, chunk) + rows.text;
   for (const std::string& failure : rows.failures) text += kFailure + failure + "\n";
   return text + kEnd + codegen::checksum(text) + "\n";
 }
 
-SweepFolder::SweepFolder(const std::string& folder, const Sweep& sweep, Restart restart)
+SweepFolder::SweepFolder(const std::string& folder, const SceneSweep& sweep, Restart restart)
     : sweep_(sweep),
       folder_(folder),
       identity_(identity_of(sweep)),

@@ -22,22 +22,23 @@
 namespace dyntape {
 
 // Of the values, the scene, the text of its robot, the seed; not of lanes, threads and places in the file system.
-std::string identity_of(const Sweep& sweep);
+std::string identity_of(const SceneSweep& sweep);
 
 struct ChunkRange {
   long first = 0, count = 0;  // rows
 };
-long chunks_of(const Sweep& sweep);
-ChunkRange range_of(const Sweep& sweep, long chunk);
+long chunks_of(const SceneSweep& sweep);
+ChunkRange range_of(const SceneSweep& sweep, long chunk);
 
 // The whole of a chunk's file, with a checksum at its end.
-std::string chunk_text(const Sweep& sweep, const std::string& identity, long chunk, const ComputedRows& rows);
+std::string chunk_text(const SceneSweep& sweep, const std::string& identity, long chunk,
+                       const ComputedRows& rows);
 
 enum class Restart { kNo, kYes };  // yes: what is there of any sweep is removed
 
 class SweepFolder {
  public:
-  SweepFolder(const std::string& folder, const Sweep& sweep, Restart restart);
+  SweepFolder(const std::string& folder, const SceneSweep& sweep, Restart restart);
 
   const std::string& identity() const { return identity_; }
   bool is_finished() const { return is_finished_; }  // its results are written, by an earlier run
@@ -56,7 +57,7 @@ class SweepFolder {
   void look();
   void refuse_other(const std::string& other) const;
 
-  const Sweep& sweep_;
+  const SceneSweep& sweep_;
   std::string folder_, identity_;
   std::vector<char> chunks_;
   bool is_finished_ = false;

@@ -41,6 +41,20 @@ std::vector<double> thinned(const std::vector<double>& all) {
   return some;
 }
 
+// Numbers along an axis in thousands, millionths, ... where plain ones would be long.
+struct Axis {
+  std::string label;
+  std::vector<double> values;
+};
+Axis readable(const std::string& name, std::vector<double> values) {
+  double most = 0;
+  for (double x : values) most = std::max(most, std::abs(x));
+  if (most == 0 || (most < 1e4 && most >= 1e-2)) return {name, std::move(values)};
+  const double power = 3 * std::floor(std::log10(most) / 3), unit = std::pow(10, power);
+  for (double& x : values) x /= unit;
+  return {name + " [1e" + std::to_string(int(power)) + "]", std::move(values)};
+}
+
 // The outline of a histogram.
 io::Series histogram(const std::vector<double>& values) {
   const auto [least, most] = std::minmax_element(values.begin(), values.end());
@@ -73,7 +87,7 @@ Quantiles quantiles_of(std::vector<double> values) {
   return {at(0), at(0.05), at(0.5), at(0.95), at(1)};
 }
 
-io::Plot sweep_plot(const Sweep& sweep, const io::CsvTable& table) {
+io::Plot sweep_plot(const SceneSweep& sweep, const io::CsvTable& table) {
   constexpr std::size_t kMostValues = 3;
   io::Plot plot{.title = sweep.name};
   const std::size_t shown = std::min(sweep.values.size(), kMostValues);
@@ -84,15 +98,16 @@ io::Plot sweep_plot(const Sweep& sweep, const io::CsvTable& table) {
     if (y.empty()) return {};
     for (std::size_t k = 0; k < shown; ++k) {
       const SweptValue& value = sweep.values[k];
-      io::Panel panel{.x_label = value.name, .y_label = result};
-      panel.log_x = value.spread == Spread::kLogUniform;
-      panel.series = {{.x = thinned(sound_column(table, value.name)),
-                       .y = thinned(y),
-                       .mark = io::Mark::kPoints,
-                       .point = 0.4}};
+      const bool is_log = value.spread == Spread::kLogUniform;
+      Axis x{value.name, thinned(sound_column(table, value.name))};
+      if (!is_log) x = readable(x.label, std::move(x.values));
+      io::Panel panel{.x_label = x.label, .y_label = result, .log_x = is_log};
+      panel.series = {{.x = std::move(x.values), .y = thinned(y), .mark = io::Mark::kPoints, .point = 0.4}};
       plot.panels.push_back(std::move(panel));
     }
-    plot.panels.push_back({.x_label = result, .y_label = "samples", .series = {histogram(y)}});
+    const Axis along = readable(result, y);
+    plot.panels.push_back(
+        {.x_label = along.label, .y_label = "samples", .series = {histogram(along.values)}});
   }
   return plot;
 }
@@ -159,7 +174,8 @@ std::string SweepReport::json() const {
   nlohmann::ordered_json j;
   j["sweep"] = sweep.name;
   j["scene"] = sweep.scene.name;
-  j["identity"] = outcome.was_stopped ? "" : outcome.identity;  // of results that are whole
+  j["identity"] =
+      outcome.was_stopped || !unwritten.empty() ? "" : outcome.identity;  // of results that are whole
   j["success"] = success() && unwritten.empty();
   j["verdict"] = verdict();
   j["samples"] = sweep.rows();
@@ -197,7 +213,7 @@ void write_sweep_results(SweepReport& report, const std::string& folder, const s
   put(kSweepReport, report.json());
 }
 
-SweepOutcome finished_outcome(const Sweep& sweep, const std::string& folder) {
+SweepOutcome finished_outcome(const SceneSweep& sweep, const std::string& folder) {
   SweepOutcome outcome;
   outcome.was_finished = true;
   outcome.identity = identity_of(sweep);

@@ -22,7 +22,7 @@
 namespace dyntape {
 
 struct SweepReport {
-  const Sweep& sweep;
+  const SceneSweep& sweep;
   SweepOutcome outcome;
   std::vector<std::string> unwritten = {};  // why results are not where they belong, a sentence each
 
@@ -38,13 +38,13 @@ std::vector<std::string> sweep_files();
 void write_sweep_results(SweepReport& report, const std::string& folder, const std::stop_token& stop = {});
 
 // Of results that an earlier run has written.
-SweepOutcome finished_outcome(const Sweep& sweep, const std::string& folder);
+SweepOutcome finished_outcome(const SceneSweep& sweep, const std::string& folder);
 
 // Of the samples that are ok.
 struct Quantiles {
   double least = 0, low = 0, median = 0, high = 0, most = 0;  // low, high: of 5 and 95 %
 };
 Quantiles quantiles_of(std::vector<double> values);
-io::Plot sweep_plot(const Sweep& sweep, const io::CsvTable& table);
+io::Plot sweep_plot(const SceneSweep& sweep, const io::CsvTable& table);
 
 }  // namespace dyntape

@@ -52,7 +52,7 @@ std::vector<std::string> result_names(const Scene& scene) {
   return names;
 }
 
-std::vector<std::string> row_names(const Sweep& sweep) {
+std::vector<std::string> row_names(const SceneSweep& sweep) {
   std::vector<std::string> names = {"sample"};
   for (const SweptValue& value : sweep.values) names.push_back(value.name);
   names.emplace_back("ok");
@@ -60,7 +60,7 @@ std::vector<std::string> row_names(const Sweep& sweep) {
   return names;
 }
 
-long rows_at_a_time(const Sweep& sweep) {
+long rows_at_a_time(const SceneSweep& sweep) {
   const bool is_implicit = longest_step(sweep.scene.integrator, {-1, 0}) == HUGE_VAL;
   constexpr long kLeast = 8, kMost = 256;
   const long steps = (is_implicit ? 1L << 15 : 1L << 19) / sweep.scene.steps();
@@ -69,7 +69,7 @@ long rows_at_a_time(const Sweep& sweep) {
   return (rows + kLeast - 1) / kLeast * kLeast;
 }
 
-SweepRows::SweepRows(const Sweep& sweep, const CodegenOptions& options)
+SweepRows::SweepRows(const SceneSweep& sweep, const CodegenOptions& options)
     : functions_(std::make_unique<SweptFunctions>(sweep, options)) {}
 SweepRows::SweepRows(std::unique_ptr<SweptFunctions> functions) : functions_(std::move(functions)) {}
 SweepRows::~SweepRows() = default;
@@ -96,7 +96,7 @@ std::optional<ComputedRows> SweepRows::compute(long first, long count, const std
       if (stop.stop_requested()) return {};
       advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &halves);
     }
-    append_result(f, motion, motion.trouble.empty() ? halves.doubt() : "", rows);
+    append_result(f, motion, motion.trouble.empty() ? halves.doubt(f.sweep, row) : "", rows);
   }
   return rows;
 }

@@ -21,11 +21,11 @@
 
 namespace dyntape {
 
-std::vector<std::string> result_names(const Scene& scene);  // t, ...
-std::vector<std::string> row_names(const Sweep& sweep);     // sample, ..., ok, and these
+std::vector<std::string> result_names(const Scene& scene);    // t, ...
+std::vector<std::string> row_names(const SceneSweep& sweep);  // sample, ..., ok, and these
 
 // How many are computed at a time: about half a second's work, and not so many that threads have none.
-long rows_at_a_time(const Sweep& sweep);
+long rows_at_a_time(const SceneSweep& sweep);
 
 struct ComputedRows {
   std::string text;                   // a line a row, each ended
@@ -36,7 +36,7 @@ class SweptFunctions;
 
 class SweepRows {
  public:
-  SweepRows(const Sweep& sweep, const CodegenOptions& options);
+  SweepRows(const SceneSweep& sweep, const CodegenOptions& options);
   ~SweepRows();
   SweepRows(SweepRows&&) noexcept;
   SweepRows twin() const;

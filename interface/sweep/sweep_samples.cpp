@@ -39,7 +39,7 @@ double grid_value(const SweptValue& value, long step) {
 
 // Values of the kind that a recording has as parameters, split into those of the robot and of the effects.
 template <class T>
-void put_parameters(const Sweep& sweep, dynamics::Model<T>& model, dynamics::Effects<T>& effects,
+void put_parameters(const SceneSweep& sweep, dynamics::Model<T>& model, dynamics::Effects<T>& effects,
                     const dynamics::VectorX<T>& p) {
   std::vector<std::string> names;
   std::vector<T> of_robot;
@@ -77,7 +77,7 @@ void put_start(StartNumbers& start, const ValuePlace& at, double x) {
   }
 }
 
-StartNumbers start_numbers(const Sweep& sweep, const VectorXd& values) {
+StartNumbers start_numbers(const SceneSweep& sweep, const VectorXd& values) {
   StartNumbers start{sweep.scene.base, sweep.scene.q, sweep.scene.v, sweep.scene.commands.u};
   for (std::size_t k = 0; k < sweep.values.size(); ++k)
     put_start(start, sweep.values[k].place, values[Eigen::Index(k)]);
@@ -85,7 +85,14 @@ StartNumbers start_numbers(const Sweep& sweep, const VectorXd& values) {
   return start;
 }
 
-VectorXd parameters_in(const Sweep& sweep, const VectorXd& values) {
+// What gives the bits of the sweep.
+CodegenOptions of_single_samples(CodegenOptions options) {
+  options.functions = Functions::kPortable;
+  options.lanes = Lanes::kNone;
+  return options;
+}
+
+VectorXd parameters_in(const SceneSweep& sweep, const VectorXd& values) {
   VectorXd p(parameters_of(sweep));
   Eigen::Index next = 0;
   for (std::size_t k = 0; k < sweep.values.size(); ++k) {
@@ -96,13 +103,13 @@ VectorXd parameters_in(const Sweep& sweep, const VectorXd& values) {
 
 }  // namespace
 
-long Sweep::rows() const {
+long SceneSweep::rows() const {
   long rows = samples;
   for (const SweptValue& value : values) rows *= value.spread == Spread::kGrid ? value.steps : 1;
   return rows;
 }
 
-VectorXd values_of(const Sweep& sweep, long row) {
+VectorXd values_of(const SceneSweep& sweep, long row) {
   const RandomSource random(sweep.seed);
   VectorXd values(Eigen::Index(sweep.values.size()));
   long point = row / sweep.samples;
@@ -119,7 +126,7 @@ VectorXd values_of(const Sweep& sweep, long row) {
   return values;
 }
 
-SampleStart start_of(const Sweep& sweep, const VectorXd& values) {
+SampleStart start_of(const SceneSweep& sweep, const VectorXd& values) {
   const StartNumbers start = start_numbers(sweep, values);
   const VectorXd& lag = sweep.scene.robot.lag;
   SampleStart sample{{}, parameters_in(sweep, values), start.u};
@@ -133,23 +140,24 @@ SampleStart start_of(const Sweep& sweep, const VectorXd& values) {
   return sample;
 }
 
-Scene scene_of(const Sweep& sweep, long row) {
+Scene scene_of(const SceneSweep& sweep, long row) {
   const VectorXd values = values_of(sweep, row);
   StartNumbers start = start_numbers(sweep, values);
   Scene scene = sweep.scene;
   scene.name += " " + std::to_string(row);
   scene.base = start.base;
   scene.q = std::move(start.q), scene.v = std::move(start.v), scene.commands.u = std::move(start.u);
+  scene.evaluation = of_single_samples(sweep.evaluation);
   put_parameters<double>(sweep, scene.robot.model, scene.robot.effects, parameters_in(sweep, values));
   return scene;
 }
 
-int parameters_of(const Sweep& sweep) {
+int parameters_of(const SceneSweep& sweep) {
   return int(std::count_if(sweep.values.begin(), sweep.values.end(),
                            [](const SweptValue& value) { return value.is_parameter(); }));
 }
 
-SceneEdit edit_of(const Sweep& sweep) {
+SceneEdit edit_of(const SceneSweep& sweep) {
   return [sweep](RecordedScene& scene, const VectorXad& p) {
     put_parameters<AD>(sweep, scene.model, scene.effects, p);
   };

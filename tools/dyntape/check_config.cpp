@@ -66,7 +66,7 @@ struct Found {
 
 Found found_in(const std::string& file) {
   if (has_block(file, "vary")) {
-    Sweep sweep = read_sweep(file);
+    SceneSweep sweep = read_sweep(file);
     return {std::move(sweep.effective),
             "a sweep of " + std::to_string(sweep.rows()) + " samples of " +
                 std::to_string(sweep.values.size()) + " values",

@@ -36,7 +36,7 @@ void print(const SweepReport& report, const SweepWords& words) {
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
 }
 
-SweepOutcome watched_sweep(const Sweep& sweep, SweepFolder& folder, SweepPeers* peers,
+SweepOutcome watched_sweep(const SceneSweep& sweep, SweepFolder& folder, SweepPeers* peers,
                            const Interruption& interruption) {
   io::LiveLine line;
   try {
@@ -50,7 +50,7 @@ SweepOutcome watched_sweep(const Sweep& sweep, SweepFolder& folder, SweepPeers* 
   }
 }
 
-void sweep_all(const SweepWords& words, const Sweep& sweep, SweepPeers* peers) {
+void sweep_all(const SweepWords& words, const SceneSweep& sweep, SweepPeers* peers) {
   prepare_folder(words.output, sweep_files());
   SweepFolder folder(words.output, sweep, words.restart ? Restart::kYes : Restart::kNo);
   if (folder.is_finished()) {
@@ -73,12 +73,13 @@ void sweep_all(const SweepWords& words, const Sweep& sweep, SweepPeers* peers) {
   write_sweep_results(report, words.output, interruption.token());
   if (report.unwritten.empty()) folder.clear();
   print(report, words);
+  if (interruption.status()) throw Failure{interruption.status()};
   if (!report.success()) std::cerr << "dyntape: " << sweep.name << ": every sample failed\n";
   if (!report.success() || !report.unwritten.empty()) throw Failure{};
 }
 
 // One of the samples as a scene of its own, with its motion and pictures.
-void simulate_sample(const SweepWords& words, const Sweep& sweep) {
+void simulate_sample(const SweepWords& words, const SceneSweep& sweep) {
   if (*words.sample >= sweep.rows()) {
     throw ArgumentError("--sample " + std::to_string(*words.sample) + ": the sweep has samples 0 to " +
                         std::to_string(sweep.rows() - 1));
@@ -102,7 +103,7 @@ void simulate_sample(const SweepWords& words, const Sweep& sweep) {
 
 void sweep(const SweepWords& words, const SweepSide& side) {
   if (side.master) return serve_sweep(words.file, *side.master);
-  const Sweep sweep = read_sweep(words.file);
+  const SceneSweep sweep = read_sweep(words.file);
   if (const std::string fault = fault_of_name(sweep.name); !fault.empty())
     throw FileError(words.file + ": the sweep has a name that " + fault);
   if (words.sample) return simulate_sample(words, sweep);
