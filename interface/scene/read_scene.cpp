@@ -12,6 +12,7 @@
 #include <dyntape/dynamics/effects/check.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/constraint_keys.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene_keys.h>
@@ -100,6 +101,8 @@ void read_method(Section& file, Scene& scene) {
   const double count = scene.duration / scene.step;
   if (scene.integrator == Integrator::kVariational && !scene.robot.effects.acting().coriolis)
     block.problem("integrator", "'variational' has all velocity products; they are off in this scene");
+  if (scene.integrator == Integrator::kVariational && !scene.robot.constraints.loops.empty())
+    block.problem("integrator", "'variational' has no loops; expected another, such as implicit-midpoint");
   if (scene.sample > scene.duration * (1 + 1e-9)) {
     block.problem("sample", "'sample' is longer than the duration of " + io::shortest(scene.duration) + " s");
   } else if (scene.duration / scene.sample > 1e7) {
@@ -164,6 +167,7 @@ void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
 
 void read_keys(Section& file, Scene& scene, const std::string& path, const RobotModel* model) {
   read_scene_keys(file, scene.robot, model);
+  scene.robot.constraints = read_constraints(file, model);
   read_lag(file, model, scene.robot);
   read_start(file, model, scene);
   scene.commands = read_commands(file, path, scene, model != nullptr);

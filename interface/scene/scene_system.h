@@ -13,7 +13,9 @@
 
 namespace dyntape {
 
-// Commands are the torques of driven joints, in the order of actuated_dofs; no parameters.
+// Commands are the torques of driven joints, in the order of actuated_dofs.  Parameters are the forces of the rows of rigid
+// contacts and stops (scene_constraints.h), held over a step: none without these.  Loops are part of the accelerations, and
+// a scene with loops has no Lagrangian.
 System system_of(const RobotScene& scene);
 
 }  // namespace dyntape

@@ -36,12 +36,12 @@ std::string doubt_of_halves(const Scene& scene, Stepper& stepper, const std::vec
   std::vector<VectorXd> error;
   VectorXd whole(stepper.nx()), half(stepper.nx()), twice(stepper.nx());
   VectorXd most = VectorXd::Zero(nv);
-  for (const auto& [k, x] : looks) {
+  for (const auto& [k, x, forces] : looks) {
     const double t = double(k) * h;
     const VectorXd u = scene.commands.at(t + h / 2);
-    if (!stepper.step(t, h, x.data(), u.data(), nullptr, whole.data())) continue;
-    if (!stepper.step(t, h / 2, x.data(), u.data(), nullptr, half.data())) continue;
-    if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), nullptr, twice.data())) continue;
+    if (!stepper.step(t, h, x.data(), u.data(), forces.data(), whole.data())) continue;
+    if (!stepper.step(t, h / 2, x.data(), u.data(), forces.data(), half.data())) continue;
+    if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), forces.data(), twice.data())) continue;
     most = most.cwiseMax((twice - x).segment(nq, nv).cwiseAbs());
     error.push_back((twice - whole).segment(nq, nv).cwiseAbs());
   }
@@ -67,7 +67,7 @@ VectorXd drive_in(const Scene& scene, const VectorXd& x, const VectorXd& u) {
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks) {
   const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-  for (const auto& [k, x] : looks) {
+  for (const auto& [k, x, forces] : looks) {
     std::string stiff = stability_trouble(scene, x.head(nq), x.segment(nq, nv));
     if (stiff.empty()) stiff = trouble_at_turns(scene, double(k) * scene.step, x);
     if (!stiff.empty()) return at_time(double(k) * scene.step) + stiff;
