@@ -182,8 +182,8 @@ bool ContactSolver::improve(const ContactProblem& problem, const VectorXd& p) {
   return residual_ <= goal_;
 }
 
-void ContactSolver::polish(const ContactProblem& problem) {
-  VectorXd p = best_, F;
+void ContactSolver::polish(const ContactProblem& problem, VectorXd p) {
+  VectorXd F;
   MatrixXd slopes;
   for (int i = 0; i < 12; ++i) {
     const VectorXd u = problem.D * p + problem.b;
@@ -204,13 +204,15 @@ bool ContactSolver::solve(const ContactProblem& problem, VectorXd& p) {
   for (int round = 0; round < kRounds && !solved; ++round) {
     const int most = sweeps_ + (8 << std::min(round, 7));
     while (!solved && sweeps_ < most) {
+      const VectorXd before = moving;
       sweep(problem, moving);
+      if (round % 2 == 1) moving = (before + moving) / 2;  // what goes in circles settles
       ++sweeps_;
       solved = improve(problem, moving);
     }
     if (solved) break;
     const double before = residual_;
-    polish(problem);
+    polish(problem, moving);
     solved = residual_ <= goal_;
     if (residual_ < 0.1 * before) moving = best_;
   }

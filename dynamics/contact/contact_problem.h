@@ -62,7 +62,7 @@ class ContactSolver {
  private:
   bool improve(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, Eigen::VectorXd& p) const;
-  void polish(const ContactProblem& problem);
+  void polish(const ContactProblem& problem, Eigen::VectorXd p);
 
   Eigen::VectorXd best_;
   double residual_ = 0, goal_ = 0;

@@ -36,7 +36,7 @@ ImpactImpulses solve_impact(ContactSolver& solver, const Eigen::MatrixXd& D,
     return impact.energy > 1e-13 * moved;
   };
   ImpactImpulses impact = with_share(solver, D, blocks, restitution, u, 1);
-  if (!impact.solved || !creates_energy(impact)) return impact;
+  if (impact.solved && !creates_energy(impact)) return impact;
   impact = with_share(solver, D, blocks, restitution, u, 0);
   double low = 0, high = 1;
   for (int i = 0; i < kHalvings; ++i) {
