@@ -173,7 +173,8 @@ bool ContactSolver::improve(const ContactProblem& problem, const VectorXd& p) {
   if (!p.allFinite()) return false;
   const VectorXd u = problem.D * p + problem.b;
   const double off = contact_residual(problem, u, p);
-  const double scale = (problem.D.cwiseAbs() * p.cwiseAbs() + problem.b.cwiseAbs()).maxCoeff();
+  const double summed = (problem.D.cwiseAbs() * p.cwiseAbs() + problem.b.cwiseAbs()).maxCoeff();
+  const double scale = std::max(summed, problem.size);
   if (off < residual_ || best_.size() != p.size()) {
     best_ = p;
     residual_ = off;

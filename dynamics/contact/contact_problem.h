@@ -40,6 +40,8 @@ struct ContactProblem {
   Eigen::MatrixXd D;  // (m x m)
   Eigen::VectorXd b;  // (m)
   std::vector<ContactBlock> blocks;
+  // Of the numbers whose differences b is, such as |J| |v|: b is known to the rounding of these.
+  double size = 0;
 };
 
 // The nearest point of K = {|(x_1, x_2)| <= mu x_0}.

@@ -9,8 +9,8 @@ namespace {
 
 ImpactImpulses with_share(ContactSolver& solver, const Eigen::MatrixXd& D,
                           const std::vector<ContactBlock>& blocks, const std::vector<double>& restitution,
-                          const Eigen::VectorXd& u, double share) {
-  ContactProblem problem{D, u, blocks};
+                          const Eigen::VectorXd& u, double size, double share) {
+  ContactProblem problem{D, u, blocks, size};
   Eigen::Index first = 0;
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     problem.b[first] += share * restitution[i] * std::min(u[first], 0.0);
@@ -29,19 +29,19 @@ ImpactImpulses with_share(ContactSolver& solver, const Eigen::MatrixXd& D,
 
 ImpactImpulses solve_impact(ContactSolver& solver, const Eigen::MatrixXd& D,
                             const std::vector<ContactBlock>& blocks, const std::vector<double>& restitution,
-                            const Eigen::VectorXd& u) {
+                            const Eigen::VectorXd& u, double size) {
   constexpr int kHalvings = 30;
   const auto creates_energy = [&](const ImpactImpulses& impact) {
     const double moved = impact.p.cwiseAbs().dot(u.cwiseAbs() + impact.u.cwiseAbs());
-    return impact.energy > 1e-13 * moved;
+    return impact.energy > 1e-13 * (moved + size * impact.p.cwiseAbs().sum());
   };
-  ImpactImpulses impact = with_share(solver, D, blocks, restitution, u, 1);
+  ImpactImpulses impact = with_share(solver, D, blocks, restitution, u, size, 1);
   if (impact.solved && !creates_energy(impact)) return impact;
-  impact = with_share(solver, D, blocks, restitution, u, 0);
+  impact = with_share(solver, D, blocks, restitution, u, size, 0);
   double low = 0, high = 1;
   for (int i = 0; i < kHalvings; ++i) {
     const double share = (low + high) / 2;
-    ImpactImpulses next = with_share(solver, D, blocks, restitution, u, share);
+    ImpactImpulses next = with_share(solver, D, blocks, restitution, u, size, share);
     const bool sound = next.solved && !creates_energy(next);
     (sound ? low : high) = share;
     if (sound) impact = std::move(next);

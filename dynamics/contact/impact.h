@@ -29,9 +29,9 @@ struct ImpactImpulses {
   bool solved = false;
 };
 
-// restitution: one a contact, 0 for closed ones; u: velocities before.
+// restitution: one a contact, 0 for closed ones; u: velocities before, known to the rounding of numbers of that size.
 ImpactImpulses solve_impact(ContactSolver& solver, const Eigen::MatrixXd& D,
                             const std::vector<ContactBlock>& blocks, const std::vector<double>& restitution,
-                            const Eigen::VectorXd& u);
+                            const Eigen::VectorXd& u, double size = 0);
 
 }  // namespace dyntape::dynamics

@@ -19,6 +19,7 @@ using Eigen::VectorXd;
 constexpr double kTouch = 1e-11;  // m or rad: what is nearer touches
 constexpr double kLeft = 1e-9;    // what presses no more is open beyond it
 constexpr double kDecay = 0.2;    // beta
+constexpr double kAtOnce = 1e-9;  // of a step: a shorter piece would need forces without bound
 
 // Why a step could not be made; ends it from wherever it is found.
 struct RigidFailure {
@@ -86,7 +87,7 @@ std::vector<int> RigidStepper::rows_of(const std::vector<int>& contacts) const {
 }
 
 ContactProblem RigidStepper::problem_of(const std::vector<int>& contacts, const MatrixXd& D) const {
-  ContactProblem problem{D, VectorXd::Zero(D.rows()), {}};
+  ContactProblem problem{D, VectorXd::Zero(D.rows()), {}, 0};
   for (const int i : contacts) problem.blocks.push_back(blocks_[std::size_t(i)]);
   return problem;
 }
@@ -138,7 +139,8 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
   }
   ContactProblem problem = problem_of(piece.closed, D);
   VectorXd u = J * v, forces = forces_(piece.rows);
-  const double scale = (J.cwiseAbs() * v.cwiseAbs() + D.cwiseAbs() * forces.cwiseAbs()).maxCoeff();
+  problem.size = (J.cwiseAbs() * v.cwiseAbs()).maxCoeff();
+  const double scale = problem.size + (D.cwiseAbs() * forces.cwiseAbs()).maxCoeff();
   Eigen::Index row = 0;
   for (const int i : piece.closed) {
     u[row] += kDecay * piece.gap[i] / whole_step_;
@@ -194,9 +196,11 @@ double RigidStepper::impact_of(const Piece& piece, double h, const VectorXd& end
     return b - a <= 4 * std::numeric_limits<double>::epsilon() * std::min(b, h);
   };
   std::uintmax_t most = 80;
-  return boost::math::tools::toms748_solve([&](double s) { return gap_after(piece, s, contact); }, low, h,
-                                           at_low, at_high, done, most)
-      .first;
+  const double moment =
+      boost::math::tools::toms748_solve([&](double s) { return gap_after(piece, s, contact); }, low, h,
+                                        at_low, at_high, done, most)
+          .first;
+  return moment > kAtOnce * whole_step_ ? moment : 0;
 }
 
 // How long the piece lasts until something touches, which hit_ names, in the state `end` then; h where nothing does.
@@ -277,7 +281,8 @@ void RigidStepper::collide(double t, VectorXd& x) {
   auto v = x.segment(scene_.model.nq, scene_.model.nv);
   const VectorXd u = J * v;
   const ContactProblem problem = problem_of(touching, J * K);
-  const dynamics::ImpactImpulses impact = solve_impact(solver_, problem.D, problem.blocks, restitution, u);
+  const dynamics::ImpactImpulses impact = solve_impact(solver_, problem.D, problem.blocks, restitution, u,
+                                                       (J.cwiseAbs() * v.cwiseAbs()).maxCoeff());
   if (!impact.solved) {
     throw RigidFailure{"the impact of " + std::to_string(touching.size()) +
                        " contacts or stops has no impulses that obey their laws; what is left is " +
@@ -335,6 +340,7 @@ void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, Vector
     done = length == rest ? h : done + length;
     x = end;
     open_what_left(x);
+    if (length < 0.1 * h) forces_ = warm;  // what a short piece needed says little about the next
     if (hit_ >= 0) collide(t + done, x);
     if (done >= h) {
       next = x;

@@ -168,7 +168,7 @@ TEST(RigidScenes, ASlidingSphereBeginsToRoll) {
   }
   EXPECT_NEAR(began, until, scene.step);
   const Vector3d axis_free = steps.x.segment<3>(7);
-  EXPECT_NEAR(axis_free.norm(), 5. / 7 * v0, 1e-11);
+  EXPECT_NEAR(axis_free.norm(), 5. / 7 * v0, 1e-10);  // its axes turn within a step: h^4
   EXPECT_NEAR(steps.x[2], 0.1, 1e-10);
   // Where it is: it slid, then rolled.
   const double slid = v0 * until - mu * kGravity * until * until / 2;
@@ -183,9 +183,10 @@ TEST(RigidScenes, ABoxThatFallsComesToRestOnItsCorners) {
       scene.v.setZero();
       scene.q << 0, 0, 0.3, std::sin(roll / 2), 0, 0, std::cos(roll / 2);
       scene.duration = 3;
+      scene.name = "box from " + std::to_string(roll) + " with " + std::to_string(restitution);
       const SimulatedMotion motion = run(scene);
       const int last = motion.samples() - 1;
-      EXPECT_LT(motion.v.col(last).norm(), 1e-10) << roll << " " << restitution;
+      EXPECT_LT(motion.v.col(last).norm(), 1e-9) << roll << " " << restitution;
       EXPECT_NEAR(motion.q(2, last), 0.05, 1e-8) << roll << " " << restitution;
       EXPECT_NEAR(upward_force(scene, motion.reactions.col(last)), 2 * kGravity, 1e-8);
       EXPECT_LT(motion.energy_error(), 1e-6 * motion.energy_scale()) << roll << " " << restitution;
@@ -441,13 +442,13 @@ TEST(RigidScenes, SayWhatIsWrongWithItsPlace) {
       {loop("frames \"rocker_end rocker\""), "fixed to the same body"},
       {loop("holds point"), "frames"},
       {loop("frames \"rocker_end ground_pin\"\nholds weld"), "point"},
-      {loop("frames \"rocker_end ground_pin\"\nstiffness -1"), "not negative"},
+      {loop("frames \"rocker_end ground_pin\"\nstiffness -1"), "zero or more"},
       {loop("frames \"rocker_end ground_pin\""), "'variational' has no loops"},
       {"loops\n{\n}", "at least one 'loop'"},
       {contact("frames rockr_end"), "rocker_end"},
       {contact("frames ground_pin"), "fixed to the world"},
       {contact("frames rocker_end\nrestitution 1.5"), "between 0 and 1"},
-      {contact("frames rocker_end\nfriction -0.1"), "not negative"},
+      {contact("frames rocker_end\nfriction -0.1"), "zero or more"},
       {contact("frames rocker_end\nnormal \"0 0 0\""), "is zero"},
       {contact("frames rocker_end\nstiffness 3"), "stiffness"},
       {"limits\n{\nrestitutio 0\n}", "did you mean 'restitution'"},
