@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/scene/rigid_step.h>
 
+#include <Eigen/QR>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <limits>
 #include <numeric>
@@ -117,6 +118,21 @@ void RigidStepper::take(const Piece& piece, double h, VectorXd& end) {
                      " m/s; take shorter steps, or an implicit integrator"};
 }
 
+// The least motion J^+ (beta gap / h) that closes the gaps.  Gaps of several contacts of one body need not be those of any
+// motion of it; what J cannot do would make them slide against each other.
+VectorXd RigidStepper::gap_velocity(const Piece& piece, const MatrixXd& J) const {
+  VectorXd demanded = VectorXd::Zero(J.rows());
+  Eigen::Index row = 0;
+  for (const int i : piece.closed) {
+    demanded[row] = kDecay * piece.gap[i] / whole_step_;
+    row += blocks_[std::size_t(i)].rows;
+  }
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> inverse;
+  inverse.setThreshold(1e-9);
+  inverse.compute(J);
+  return inverse.solve(demanded);
+}
+
 // Whether the end of a piece obeys the laws of closed contacts; otherwise the next forces.
 bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, double& last) {
   const int nq = scene_.model.nq, nv = scene_.model.nv;
@@ -138,14 +154,10 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
     D = (D + D.transpose()).eval() / 2;
   }
   ContactProblem problem = problem_of(piece.closed, D);
-  VectorXd u = J * v, forces = forces_(piece.rows);
+  VectorXd forces = forces_(piece.rows);
   problem.size = (J.cwiseAbs() * v.cwiseAbs()).maxCoeff();
   const double scale = problem.size + (D.cwiseAbs() * forces.cwiseAbs()).maxCoeff();
-  Eigen::Index row = 0;
-  for (const int i : piece.closed) {
-    u[row] += kDecay * piece.gap[i] / whole_step_;
-    row += blocks_[std::size_t(i)].rows;
-  }
+  const VectorXd u = J * (v + gap_velocity(piece, J));
   const double off = contact_residual(problem, u, forces);
   if (off <= 1e-12 * scale || (off > 0.5 * last && off <= 1e-8 * scale)) return true;
   last = off;

@@ -12,8 +12,9 @@
 //   for (const RigidImpact& impact : rigid.impacts()) ...
 //
 // Closed contacts.  Over a step they push with constant forces lambda (fixed in the world, as parameters of the system), so
-// that the end x' = step(x; lambda) obeys, with u = J v at x', gap the one at the beginning, beta = 0.2:
-//   0 <= u_n + beta gap / h   perpendicular to   lambda_n >= 0,      Coulomb's friction of lambda_t against u_t.
+// that the end x' = step(x; lambda) obeys, with gap the one at the beginning and beta = 0.2:
+//   0 <= u_n   perpendicular to   lambda_n >= 0,      Coulomb's friction of lambda_t against u_t,      u = J (v' + v_gap)
+// v_gap = J^+ (beta gap / h) the least motion that makes gaps decay, by a fifth in a step.
 // Solved by Newton's method: with the slopes D = du'/dlambda (h J M^-1 J^T of explicit schemes, the exact Jacobian of
 // implicit ones) a ContactProblem a round.  What rests is a fixed point of the step: it neither sinks nor creeps, and what
 // is left of gaps by curved motions decays instead of adding up.  Order 1 while a contact is closed.
@@ -79,6 +80,7 @@ class RigidStepper {
   void run(double t, double h, Eigen::VectorXd x, const Eigen::VectorXd& u, Eigen::VectorXd& next);
   void take(const Piece& piece, double h, Eigen::VectorXd& end);
   void take_free(const Piece& piece, double h, Eigen::VectorXd& end);
+  Eigen::VectorXd gap_velocity(const Piece& piece, const Eigen::MatrixXd& J) const;
   bool balance(const Piece& piece, double h, const Eigen::VectorXd& end, double& last);
   double gap_after(const Piece& piece, double h, int contact);
   double first_impact(const Piece& piece, double h, Eigen::VectorXd& end);
