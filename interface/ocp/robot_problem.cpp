@@ -167,6 +167,7 @@ Eigen::VectorXd gains(const RobotScene& scene, ControlUnit unit) {
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
   check_joints(scene.model);
+  check_has_no_constraints(scene, "optimal control");
   const auto plants = std::make_shared<const Plants>(scene, gains(scene, options.unit));
   const Model<double>& model = scene.model;
   std::vector<std::string> states = prefixed("q.", model), velocities = prefixed("v.", model), controls;

@@ -118,4 +118,16 @@ std::string effects_text(const std::vector<EffectCost>& costs) {
   return table.text();
 }
 
+std::string constraints_text(const RobotScene& scene) {
+  std::string text;
+  for (const std::string& name : scene.constraints.loop_names) text += "  loop: " + name + "\n";
+  for (const auto& contact : scene.constraints.rigid.contacts) {
+    text += "  rigid contact: " + contact.name + ", friction " + io::significant(contact.friction, 3) +
+            ", restitution " + io::significant(contact.restitution, 3) + "\n";
+  }
+  for (const auto& stop : scene.constraints.rigid.stops)
+    text += "  hard limit: " + stop.name + " at " + io::significant(stop.limit, 6) + "\n";
+  return text.empty() ? "" : "\nConstraints, besides the accelerations above:\n" + text;
+}
+
 }  // namespace dyntape

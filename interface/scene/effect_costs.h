@@ -40,4 +40,7 @@ std::string robot_text(const RobotScene& scene, const std::string& urdf,
 // A table of effects with what each adds.
 std::string effects_text(const std::vector<EffectCost>& costs);
 
+// Loops, rigid contacts and hard limits, a line each; "" without.
+std::string constraints_text(const RobotScene& scene);
+
 }  // namespace dyntape

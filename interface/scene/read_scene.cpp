@@ -12,6 +12,7 @@
 #include <dyntape/dynamics/effects/check.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/constraint_keys.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene_keys.h>
@@ -113,6 +114,12 @@ void read_method(Section& file, Scene& scene, bool known) {
   const double count = scene.duration / scene.step;
   if (scene.integrator == Integrator::kVariational && !scene.robot.effects.acting().coriolis)
     block.problem("integrator", "'variational' has all velocity products; they are off in this scene");
+  if (scene.integrator == Integrator::kVariational && !scene.robot.constraints.loops.empty())
+    block.problem("integrator", "'variational' has no loops; expected another, such as implicit-midpoint");
+  if (is_adaptive(scene.integrator) && !scene.robot.constraints.rigid.empty())
+    block.problem("integrator",
+                  "'" + std::string(to_string(scene.integrator)) +
+                      "' has no rigid contacts or stops; expected steps of a length, such as runge-kutta-4");
   if (scene.sample > scene.duration * (1 + 1e-9)) {
     block.problem("sample", "'sample' is longer than the duration of " + io::shortest(scene.duration) + " s");
   } else if (scene.duration / scene.sample > most_rows(scene)) {
@@ -177,6 +184,7 @@ void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
 
 void read_keys(Section& file, Scene& scene, const std::string& path, const RobotModel* model) {
   read_scene_keys(file, scene.robot, model);
+  scene.robot.constraints = read_constraints(file, model);
   read_lag(file, model, scene.robot);
   read_start(file, model, scene);
   scene.commands = read_commands(file, path, scene, model != nullptr);

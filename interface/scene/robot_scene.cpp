@@ -39,6 +39,13 @@ std::vector<int> actuated_dofs(const RobotScene& scene) {
   return dofs;
 }
 
+void check_has_no_constraints(const RobotScene& scene, const std::string& user) {
+  if (scene.constraints.empty()) return;
+  throw ArgumentError("robot \"" + scene.model.name +
+                      "\": the scene has constraints (loops, rigid contacts or hard limits), which " + user +
+                      " does not know; only simulate does");
+}
+
 bool floats(const dynamics::Model<double>& model) {
   return !model.joints.empty() && model.joints.front().type == dynamics::JointType::kFreeFlyer;
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/interface/scene/scene_constraints.h>
 
 namespace dyntape {
 
@@ -25,7 +26,11 @@ struct RobotScene {
   std::vector<std::string> actuated = {};  // joints; empty: all of one degree of freedom
   // (s) of each driven joint, or empty: its torque follows the command as m' = (u - m) / lag.  0: at once.
   Eigen::VectorXd lag = {};
+  SceneConstraints constraints = {};  // loops, rigid contacts, hard limits
 };
+
+// ArgumentError where the scene has constraints: of what treats the robot as a free tree.
+void check_has_no_constraints(const RobotScene& scene, const std::string& user);
 
 // Degrees of freedom that are driven, in the order of the commands.
 std::vector<int> actuated_dofs(const RobotScene& scene);

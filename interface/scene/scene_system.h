@@ -14,7 +14,9 @@
 
 namespace dyntape {
 
-// Commands are the torques of driven joints, in the order of actuated_dofs; no parameters.
+// Commands are the torques of driven joints, in the order of actuated_dofs.  The last parameters are the forces of the rows of rigid
+// contacts and stops (scene_constraints.h), held over a step: none without these.  Loops are part of the accelerations, and
+// a scene with loops has no Lagrangian.
 System system_of(const RobotScene& scene);
 
 // The robot and what acts on it, on the tape.
@@ -24,7 +26,7 @@ struct RecordedScene {
 };
 RecordedScene recorded(const RobotScene& scene);
 
-// With parameters p (n_p), which `edit` puts in the place of numbers of the scene.
+// With parameters p (n_p) before these, which `edit` puts in the place of numbers of the scene.
 using SceneEdit = std::function<void(RecordedScene&, const VectorXad& p)>;
 System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit);
 

@@ -4,13 +4,16 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/scene/assembly.h>
 #include <dyntape/interface/scene/energy.h>
 #include <dyntape/interface/scene/quadrature.h>
+#include <dyntape/interface/scene/rigid_account.h>
 #include <dyntape/interface/scene/scene_system.h>
 #include <dyntape/interface/scene/stability.h>
 #include <dyntape/interface/scene/step_doubts.h>
@@ -38,19 +41,29 @@ class SceneRun {
   SceneRun(const Scene& scene, const SimulationWatch& watch)
       : scene_(scene),
         watch_(watch),
-        stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch), false, 1, scene.tolerances),
+        stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch),
+                 !scene.robot.constraints.rigid.empty() && RigidStepper::needs_jacobians(scene.integrator), 1,
+                 scene.tolerances),
         energy_(scene.robot, watched(scene, watch)),
         work_(scene.step, energy_.flows()),
         x_(stepper_.nx()),
         next_(stepper_.nx()) {
     const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-    x_.head(nq) = scene.q;
-    x_.segment(nq, nv) = scene.v;
+    VectorXd q = scene.q, v = scene.v;
+    motion_.assembled_by = close_loops(scene.robot, q, v);
+    x_.head(nq) = q;
+    x_.segment(nq, nv) = v;
     const VectorXd u = scene.commands.at(0);
     for (Eigen::Index k = 0, m = nq + nv; k < scene.robot.lag.size(); ++k) {
       if (scene.robot.lag[k] > 0) x_[m++] = u[k];  // motors start where they are told to be
     }
     for (const std::string& name : energy_.names()) motion_.flows.push_back({name, {}, {}});
+    if (scene.robot.constraints.rigid.empty()) return;
+    rigid_.emplace(scene.robot, stepper_, scene.integrator, watched(scene, watch));
+    rigid_->start(x_);
+    account_.emplace(scene, energy_);
+    for (const std::string& name : RigidAccount::names(scene.robot.constraints))
+      motion_.flows.push_back({name, {}, {}});
   }
 
   SimulatedMotion result() {
@@ -62,7 +75,8 @@ class SceneRun {
       ++motion_.steps;
       note(k + 1);
     }
-    work_.finish([&](const VectorXd& work) { note_work(work); });
+    if (!account_) work_.finish([&](const VectorXd& work) { note_work(work); });
+    if (account_) motion_.impacts = account_->impacts();
     motion_.step_seconds = seconds_since(begin);
     motion_.doubt = doubt_of_steps(scene_, stepper_, looks_);
     motion_.operations = stepper_.report().step_operations;
@@ -87,7 +101,7 @@ class SceneRun {
     const double t = double(k) * scene_.step;
     const VectorXd u = scene_.commands.at(t + scene_.step / 2);
     std::string why;
-    const bool done = stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), &why);
+    const bool done = advance(t, u, &why);
     motion_.effort += stepper_.effort();
     if (done) {
       x_.swap(next_);
@@ -101,20 +115,30 @@ class SceneRun {
     return false;
   }
 
+  bool advance(double t, const VectorXd& u, std::string* why) {
+    if (!rigid_) return stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), why);
+    if (!rigid_->step(t, scene_.step, x_, u, next_, why)) return false;
+    account_->add(*rigid_, u, scene_.step);
+    return true;
+  }
+
   void note(long k) {
     const double t = double(k) * scene_.step;
     const VectorXd now = drive_in(scene_, x_, scene_.commands.at(t));
     const Energy& energy = energy_.at(x_, now);
-    work_.append(energy.power, [&](const VectorXd& work) { note_work(work); });
-    if (k % (1 + scene_.steps() / kLooks) == 0) looks_.push_back({k, x_});
+    if (account_) note_work(account_->work());
+    if (!account_) work_.append(energy.power, [&](const VectorXd& work) { note_work(work); });
+    if (k % (1 + scene_.steps() / kLooks) == 0)
+      looks_.push_back({k, x_, rigid_ ? rigid_->forces() : VectorXd()});
     if (!is_sample(k)) return;
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
     motion_.stored.push_back(energy.stored);
     states_.push_back(x_);
     drives_.push_back(now);
-    for (std::size_t i = 0; i < motion_.flows.size(); ++i)
-      motion_.flows[i].power.push_back(energy.power[Eigen::Index(i)]);
+    for (Eigen::Index i = 0; i < energy_.flows(); ++i)
+      motion_.flows[std::size_t(i)].power.push_back(energy.power[i]);
+    if (account_) reactions_.push_back(account_->reactions());
   }
 
   void note_work(const VectorXd& work) {
@@ -135,6 +159,9 @@ class SceneRun {
       motion_.v.col(k) = states_[std::size_t(k)].segment(nq, nv);
       motion_.drive.col(k) = drives_[std::size_t(k)];
     }
+    if (reactions_.empty()) return;
+    motion_.reactions.resize(reactions_.front().size(), n);
+    for (Eigen::Index k = 0; k < n; ++k) motion_.reactions.col(k) = reactions_[std::size_t(k)];
   }
 
   // Where a motion is looked at for steps that are too long, evenly in time, whatever is sampled.
@@ -145,9 +172,11 @@ class SceneRun {
   Stepper stepper_;
   EnergyMeter energy_;
   Quadrature work_;
+  std::optional<RigidStepper> rigid_;  // where there are rigid contacts or stops
+  std::optional<RigidAccount> account_;
   VectorXd x_, next_;
   long worked_ = 0;
-  std::vector<VectorXd> states_, drives_;
+  std::vector<VectorXd> states_, drives_, reactions_;
   std::vector<Look> looks_;
   SimulatedMotion motion_;
 };

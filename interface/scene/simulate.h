@@ -13,7 +13,8 @@
 //   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
 // The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4; of contacts, which begin
 // within a step, less, and of commands of a table, which are held at their middle over a step, to h^2.  What effects with
-// a potential store is known besides.
+// a potential store is known besides.  With rigid contacts or hard limits they are taken between events (rigid_account.h);
+// power is then of the other flows alone.
 //
 // A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
 // `trouble` says when and why.  One whose steps are too long to be trusted has a `doubt` (stability.h).
@@ -40,8 +41,13 @@ struct SimulatedMotion {
   std::vector<double> t;                // (s)
   Eigen::MatrixXd q, v, drive;          // (nq, nv, driven joints) x samples; drive: torques of the motors
   std::vector<double> kinetic, stored;  // (J)
+  // (m) x samples, of the rows of rigid contacts and stops (rigid_contacts.h): their means over the step that ends with the
+  // sample, impulses included (N, N m).
+  Eigen::MatrixXd reactions;
   std::vector<EnergyFlow> flows;
 
+  long impacts = 0;                            // of rigid contacts and stops
+  double assembled_by = 0;                     // how far a joint was moved to close the loops at the start
   long steps = 0;                              // that were made
   StepEffort effort = {};                      // of adaptive ones
   std::string trouble;                         // why it ended ahead of its time, or ""

@@ -114,7 +114,23 @@ std::vector<std::string> point_names(const Scene& scene) {
     };
     if constexpr (requires { effect.for_each_point(add_name); }) effect.for_each_point(add_name);
   });
+  for (const auto& contact : scene.robot.constraints.rigid.contacts)
+    names.push_back("rigid contact at " + contact.name);
   return names;
+}
+
+// What rigid contacts carry in a sample, at the points where they touch.
+void add_rigid_forces(const Scene& scene, const SimulatedMotion& motion, int k,
+                      const dynamics::Data<double>& data, std::vector<PlayerContact>& forces) {
+  Eigen::Index row = 0;
+  for (const auto& contact : scene.robot.constraints.rigid.contacts) {
+    const Eigen::Matrix3d axes = dynamics::plane_axes(contact.normal);
+    const Eigen::Index rows = contact.friction > 0 ? 3 : 1;
+    const auto& X = data.X_WB[std::size_t(contact.body)];
+    const Eigen::Vector3d point = X.R * contact.X_BF.p + X.p - contact.radius * axes.col(0);
+    forces.push_back({point, axes.leftCols(rows) * motion.reactions.col(k).segment(row, rows)});
+    row += rows;
+  }
 }
 
 // The ground that an effect stands on, as the page draws it.
@@ -172,6 +188,7 @@ std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const S
       const dynamics::PointMotion<double> at = dynamics::point_motion<double>(data, body, r);
       forces[std::size_t(k)].push_back({at.p, law.force(at).linear});
     });
+    add_rigid_forces(scene, motion, k, data, forces[std::size_t(k)]);
   }
   return forces;
 }
@@ -206,6 +223,8 @@ PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion) {
                                      ? Eigen::Vector2d(motion.q.topRows<2>().rowwise().mean())
                                      : Eigen::Vector2d::Zero();
   add_ground(scene.robot.effects, middle, player);
+  for (const auto& contact : scene.robot.constraints.rigid.contacts)
+    player.plane = {contact.normal, contact.offset};
   return player;
 }
 

@@ -95,6 +95,9 @@ std::string SimulationReport::text() const {
   facts.append({"ready after", io::duration(motion.build_seconds)});
   facts.append(
       {"computed in", io::duration(motion.step_seconds) + ", " + per_second(simulated, motion.step_seconds)});
+  if (motion.assembled_by > 0)
+    facts.append({"start, to close loops", "moved by " + io::significant(motion.assembled_by, 3)});
+  if (!scene.robot.constraints.rigid.empty()) facts.append({"impacts", io::with_groups(motion.impacts)});
   facts.append({"energy balance off by", io::scientific(motion.energy_error()) + " J of " +
                                              io::significant(motion.energy_scale(), 3) + " J that moved"});
   std::string text = scene.name + ": " + verdict() + "\n\n" + facts.text();
@@ -128,6 +131,8 @@ std::string SimulationReport::json() const {
                    {"jacobians", motion.effort.jacobians}};
   }
   j["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
+  if (!scene.robot.constraints.loops.empty()) j["assembled_by"] = motion.assembled_by;
+  if (!scene.robot.constraints.rigid.empty()) j["impacts"] = motion.impacts;
   j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
   for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
   j["notes"] = scene.notes;
@@ -170,7 +175,7 @@ std::string explain(const Scene& scene) {
   text += "\nAccelerations: " + io::with_groups(all.value.operations) + " operations, " +
           io::duration(all.value.seconds) + "; with their Jacobian " +
           io::with_groups(all.jacobian.operations) + ", " + io::duration(all.jacobian.seconds) + "\n\n";
-  text += effects_text(effect_costs(scene.robot, scene.evaluation, true));
+  text += effects_text(effect_costs(scene.robot, scene.evaluation, true)) + constraints_text(scene.robot);
   return text + "\nThe scene as it was understood:\n\n" + scene.effective;
 }
 

@@ -35,12 +35,12 @@ std::string doubt_of_halves(const Scene& scene, Stepper& stepper, const std::vec
   std::vector<VectorXd> error;
   VectorXd whole(stepper.nx()), half(stepper.nx()), twice(stepper.nx());
   VectorXd most = VectorXd::Zero(nv);
-  for (const auto& [k, x] : looks) {
+  for (const auto& [k, x, forces] : looks) {
     const double t = double(k) * h;
     const VectorXd u = scene.commands.at(t + h / 2);
-    if (!stepper.step(t, h, x.data(), u.data(), nullptr, whole.data())) continue;
-    if (!stepper.step(t, h / 2, x.data(), u.data(), nullptr, half.data())) continue;
-    if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), nullptr, twice.data())) continue;
+    if (!stepper.step(t, h, x.data(), u.data(), forces.data(), whole.data())) continue;
+    if (!stepper.step(t, h / 2, x.data(), u.data(), forces.data(), half.data())) continue;
+    if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), forces.data(), twice.data())) continue;
     most = most.cwiseMax((twice - x).segment(nq, nv).cwiseAbs());
     error.push_back((twice - whole).segment(nq, nv).cwiseAbs());
   }

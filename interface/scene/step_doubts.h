@@ -18,6 +18,7 @@ namespace dyntape {
 struct Look {
   long step;
   Eigen::VectorXd x;
+  Eigen::VectorXd forces = {};  // of rigid contacts and stops, the parameters of the step; or empty
 };
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);

@@ -23,7 +23,9 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
   if (name.empty()) return false;
   try {
     sweep.scene = read_scene(path_beside(sweep.file, file, "scene", name));
-    return true;
+    if (sweep.scene.robot.constraints.empty()) return true;
+    file.problem("scene", "'" + name + "' has constraints, which only simulate knows");
+    return false;
   } catch (const Error& e) {
     file.problem("scene", e.what());
     return false;

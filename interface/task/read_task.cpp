@@ -32,6 +32,8 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
     task.scene = std::move(scene.robot);
     if (task.scene.lag.size() > 0)
       file.problem("scene", "'" + name + "' has motors with a lag, which only simulate knows");
+    if (!task.scene.constraints.empty())
+      file.problem("scene", "'" + name + "' has constraints, which only simulate knows");
     return true;
   } catch (const Error& e) {
     file.problem("scene", e.what());

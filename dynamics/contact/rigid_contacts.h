@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Contacts and stops that do not give way: how far each is from touching, and its rows.
+//
+//   UnilateralConstraints rigid;
+//   RigidContact foot{.name = "foot", .radius = 0.02, .friction = 0.7};
+//   place_at_frame(model, "foot", foot);
+//   rigid.contacts.push_back(foot);                                  // on the plane z = 0
+//   rigid.stops = hard_stops(model, 0.0);                            // of the robot's limits
+//   UnilateralRows<double> at = unilateral_rows(model, data, rigid, q);   // at.gap, at.J
+//
+// A contact is a sphere about its frame's origin c (radius 0: a point) on the plane n . x = offset:
+//   gap = n . c - offset - radius                                                                  (m)
+//   J v = velocity of the body's point at c - radius n along n, t_1, t_2 (plane_axes)              (m/s)
+// so that d gap / dt is the first row exactly, also where the sphere rolls.  Without friction it has its normal row alone.
+// A stop is a joint on a line at one of its limits: gap = +-(q - limit), row +-1                   (rad or m)
+// The force of a row (N, N m) is J^T times it: that of a contact is fixed in the world while the body moves.
+//
+// Templated on the scalar, recorded by interface/scene: contact_problem.h and impact.h have the laws.
+#pragma once
+
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/contact/contact_problem.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+namespace dyntape::dynamics {
+
+struct RigidContact {
+  std::string name;  // of its frame
+  int body = -1;     // place_at_frame (parameters.h)
+  Placement<double> X_BF = {};
+  double radius = 0;                                  // m
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of the plane, of any length but zero
+  double offset = 0;                                  // m, along the unit normal
+  double friction = 0;                                // mu >= 0
+  double restitution = 0;                             // 0 ... 1
+};
+
+struct HardStop {
+  std::string name;  // of its joint
+  int idx_q = 0, idx_v = 0;
+  double sign = 1;  // 1: lower limit, -1: upper
+  double limit = 0;
+  double restitution = 0;
+};
+
+struct UnilateralConstraints {
+  std::vector<RigidContact> contacts;
+  std::vector<HardStop> stops;
+
+  bool empty() const { return contacts.empty() && stops.empty(); }
+  std::size_t size() const { return contacts.size() + stops.size(); }
+  const std::string& name(std::size_t i) const {
+    return i < contacts.size() ? contacts[i].name : stops[i - contacts.size()].name;
+  }
+  double restitution(std::size_t i) const {
+    return i < contacts.size() ? contacts[i].restitution : stops[i - contacts.size()].restitution;
+  }
+};
+
+// Contacts first, in the order in which they stand; then the stops.
+inline std::vector<ContactBlock> blocks_of(const UnilateralConstraints& rigid) {
+  std::vector<ContactBlock> blocks;
+  for (const RigidContact& c : rigid.contacts) blocks.push_back({c.friction > 0 ? 3 : 1, c.friction});
+  for (std::size_t i = 0; i < rigid.stops.size(); ++i) blocks.push_back({1, 0});
+  return blocks;
+}
+
+// Columns n, t_1, t_2: right-handed, t_1 as far along x as it can be (along y where n is).
+inline Eigen::Matrix3d plane_axes(const Eigen::Vector3d& normal) {
+  const Eigen::Vector3d n = normal.normalized();
+  const Eigen::Vector3d x = std::abs(n.x()) < 0.9 ? Eigen::Vector3d::UnitX() : Eigen::Vector3d::UnitY();
+  const Eigen::Vector3d along = (x - n * n.dot(x)).normalized();
+  Eigen::Matrix3d axes;
+  axes << n, along, n.cross(along);
+  return axes;
+}
+
+// The limits that the robot's joints on a line have.
+template <class T>
+std::vector<HardStop> hard_stops(const Model<T>& model, double restitution) {
+  std::vector<HardStop> stops;
+  for (const Joint<T>& joint : model.joints) {
+    if (!traits(joint.type).on_a_line) continue;
+    const auto add = [&](double sign, double limit) {
+      if (std::isfinite(limit))
+        stops.push_back({joint.name, joint.idx_q, joint.idx_v, sign, limit, restitution});
+    };
+    add(1, joint.limits.lower);
+    add(-1, joint.limits.upper);
+  }
+  return stops;
+}
+
+template <class T>
+struct UnilateralRows {
+  VectorX<T> gap;  // one a constraint
+  MatrixX<T> J;    // (m x nv)
+};
+
+// data.X_WB and data.J are overwritten.
+template <class T>
+UnilateralRows<T> unilateral_rows(const Model<T>& model, Data<T>& data, const UnilateralConstraints& rigid,
+                                  const VectorX<T>& q) {
+  const std::vector<ContactBlock> blocks = blocks_of(rigid);
+  Eigen::Index m = 0;
+  for (const ContactBlock& block : blocks) m += block.rows;
+  UnilateralRows<T> rows;
+  rows.gap = VectorX<T>::Constant(Eigen::Index(rigid.size()), T(0));
+  rows.J = MatrixX<T>::Constant(m, model.nv, T(0));
+  forward_kinematics<T>(model, data, q);
+  Eigen::Index row = 0, i = 0;
+  for (const RigidContact& c : rigid.contacts) {
+    const Eigen::Matrix3d axes = plane_axes(c.normal);
+    const Vector3<T> n = axes.col(0).cast<T>();
+    const Placement<T>& X = data.X_WB[std::size_t(c.body)];
+    const Vector3<T> arm = X.R * c.X_BF.p.cast<T>();
+    rows.gap[i] = n.dot(X.p + arm) - T(c.offset + c.radius);
+    const Vector3<T> lever = arm - n * T(c.radius);
+    const Matrix6X<T>& J =
+        frame_jacobian<T>(model, data, q, on_body(c.body), ReferenceFrame::kLocalWorldAligned);
+    for (int k = 0; k < blocks[std::size_t(i)].rows; ++k, ++row) {
+      const Vector3<T> along = axes.col(k).cast<T>(), moment = lever.cross(along);
+      for (int joint = c.body; joint >= 0; joint = model.parent[joint]) {
+        for (int j = data.tree.first[joint]; j < data.tree.first[joint] + data.tree.count[joint]; ++j)
+          rows.J(row, j) = along.dot(J.col(j).template head<3>()) + moment.dot(J.col(j).template tail<3>());
+      }
+    }
+    ++i;
+  }
+  for (const HardStop& stop : rigid.stops) {
+    rows.gap[i++] = (q[stop.idx_q] - T(stop.limit)) * T(stop.sign);
+    rows.J(row++, stop.idx_v) = T(stop.sign);
+  }
+  return rows;
+}
+
+}  // namespace dyntape::dynamics

@@ -1,0 +1,381 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/scene/rigid_step.h>
+
+#include <Eigen/QR>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <limits>
+#include <numeric>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
+
+namespace dyntape {
+
+namespace {
+
+using dynamics::ContactProblem;
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kTouch = 1e-11;  // m or rad: what is nearer touches
+constexpr double kLeft = 1e-9;    // what presses no more is open beyond it
+constexpr double kDecay = 0.2;    // beta
+constexpr double kAtOnce = 1e-9;  // of a step: a shorter piece would need forces without bound
+
+// Why a step could not be made; ends it from wherever it is found.
+struct RigidFailure {
+  std::string why;
+};
+
+}  // namespace
+
+// Where a piece of a step begins.
+struct RigidStepper::Piece {
+  double t;
+  const VectorXd &x, &u;
+  VectorXd gap, rate;  // (n)
+  std::vector<int> closed, rows;
+};
+
+RigidStepper::RigidStepper(const RobotScene& scene, Stepper& stepper, Integrator integrator,
+                           const CodegenOptions& options)
+    : scene_(scene),
+      stepper_(stepper),
+      is_implicit_(needs_jacobians(integrator)),
+      functions_(scene, options),
+      blocks_(dynamics::blocks_of(scene.constraints.rigid)),
+      is_closed_(blocks_.size(), false),
+      impacts_in_step_(blocks_.size(), 0),
+      forces_(VectorXd::Zero(stepper.n_p())) {
+  int row = 0;
+  for (const auto& block : blocks_) first_row_.push_back(row), row += block.rows;
+}
+
+bool RigidStepper::needs_jacobians(Integrator integrator) {
+  return integrator != Integrator::kSemiImplicitEuler && integrator != Integrator::kRungeKutta4;
+}
+
+void RigidStepper::start(const VectorXd& x) {
+  const Nearness& near = functions_.near(x);
+  const double still = 1e-12 * (1 + x.segment(scene_.model.nq, scene_.model.nv).cwiseAbs().maxCoeff());
+  for (std::size_t i = 0; i < blocks_.size(); ++i) {
+    const double gap = near.gap[Eigen::Index(i)];
+    if (!(gap >= -kLeft)) {
+      const bool is_contact = i < scene_.constraints.rigid.contacts.size();
+      throw ArgumentError((is_contact ? "the contact at '" : "joint '") + scene_.constraints.rigid.name(i) +
+                          "' is " + io::with_digits(-gap, 3) +
+                          (is_contact ? " m below its ground" : " beyond its limit") +
+                          "; expected it to touch, or to be clear of it");
+    }
+    is_closed_[i] = gap <= kLeft && std::abs(near.u[first_row_[i]]) <= still;
+  }
+}
+
+std::vector<int> RigidStepper::closed() const {
+  std::vector<int> contacts;
+  for (std::size_t i = 0; i < is_closed_.size(); ++i) {
+    if (is_closed_[i]) contacts.push_back(int(i));
+  }
+  return contacts;
+}
+
+std::vector<int> RigidStepper::rows_of(const std::vector<int>& contacts) const {
+  std::vector<int> rows;
+  for (const int i : contacts) {
+    for (int k = 0; k < blocks_[std::size_t(i)].rows; ++k) rows.push_back(first_row_[std::size_t(i)] + k);
+  }
+  return rows;
+}
+
+ContactProblem RigidStepper::problem_of(const std::vector<int>& contacts, const MatrixXd& D) const {
+  ContactProblem problem{D, VectorXd::Zero(D.rows()), {}, 0};
+  for (const int i : contacts) problem.blocks.push_back(blocks_[std::size_t(i)]);
+  return problem;
+}
+
+// --- a piece: the step of the Stepper, with the forces that closed contacts need ---
+
+void RigidStepper::take_free(const Piece& piece, double h, VectorXd& end) {
+  std::string why;
+  end.resize(piece.x.size());
+  if (!stepper_.step(piece.t, h, piece.x.data(), piece.u.data(), forces_.data(), end.data(), &why))
+    throw RigidFailure{why};
+}
+
+void RigidStepper::take(const Piece& piece, double h, VectorXd& end) {
+  constexpr int kMostRounds = 60;
+  take_free(piece, h, end);
+  if (piece.closed.empty()) return;
+  slopes_.resize(0, 0);
+  double last = HUGE_VAL;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (balance(piece, h, end, last)) return;
+    take_free(piece, h, end);
+  }
+  throw RigidFailure{"the forces of " + std::to_string(piece.closed.size()) +
+                     " closed contacts or stops are not found in " + std::to_string(kMostRounds) +
+                     " rounds, what is left is " + io::with_digits(last, 3) +
+                     " m/s; take shorter steps, or an implicit integrator"};
+}
+
+// The least motion J^+ (beta gap / h) that closes the gaps.  Gaps of several contacts of one body need not be those of any
+// motion of it; what J cannot do would make them slide against each other.
+VectorXd RigidStepper::gap_velocity(const Piece& piece, const MatrixXd& J) const {
+  VectorXd demanded = VectorXd::Zero(J.rows());
+  Eigen::Index row = 0;
+  for (const int i : piece.closed) {
+    demanded[row] = kDecay * piece.gap[i] / whole_step_;
+    row += blocks_[std::size_t(i)].rows;
+  }
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> inverse;
+  inverse.setThreshold(1e-9);
+  inverse.compute(J);
+  return inverse.solve(demanded);
+}
+
+// Whether the end of a piece obeys the laws of closed contacts; otherwise the next forces.
+bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, double& last) {
+  const int nq = scene_.model.nq, nv = scene_.model.nv;
+  const RigidResponse& at = functions_.response(end);
+  const MatrixXd J = at.J(piece.rows, Eigen::all);
+  const VectorXd v = end.segment(nq, nv);
+  MatrixXd D = h * J * at.W * J.transpose();
+  if (is_implicit_) {
+    if (slopes_.size() == 0) {
+      MatrixXd A, B, P;
+      VectorXd again(end.size());
+      std::string why;
+      if (!stepper_.jacobians(piece.t, h, piece.x.data(), piece.u.data(), forces_.data(), again.data(), A, B,
+                              P, &why))
+        throw RigidFailure{why};
+      slopes_ = P.middleRows(nv, nv);
+    }
+    D = J * slopes_(Eigen::all, piece.rows);
+    D = (D + D.transpose()).eval() / 2;
+  }
+  ContactProblem problem = problem_of(piece.closed, D);
+  VectorXd forces = forces_(piece.rows);
+  problem.size = (J.cwiseAbs() * v.cwiseAbs()).maxCoeff();
+  const double scale = problem.size + (D.cwiseAbs() * forces.cwiseAbs()).maxCoeff();
+  const VectorXd u = J * (v + gap_velocity(piece, J));
+  const double off = contact_residual(problem, u, forces);
+  if (off <= 1e-12 * scale || (off > 0.5 * last && off <= 1e-8 * scale)) return true;
+  last = off;
+  problem.b = u - D * forces;
+  if (!solver_.solve(problem, forces)) {
+    throw RigidFailure{
+        "the closed contacts and stops contradict each other: no forces obey their laws, what is "
+        "left is " +
+        io::with_digits(solver_.residual(), 3) + " m/s"};
+  }
+  forces_(piece.rows) = forces;
+  return false;
+}
+
+// --- events ---
+
+double RigidStepper::gap_after(const Piece& piece, double h, int contact) {
+  VectorXd end;
+  take(piece, h, end);
+  return functions_.near(end).gap[contact];
+}
+
+// Where within (0, h) the cubic through gaps and rates at both ends is least, if that is below ground; 0: nowhere.
+double RigidStepper::dip(const Piece& piece, double h, int contact, double gap, double rate) const {
+  const double g = piece.gap[contact], r = piece.rate[contact];
+  if (!(r < 0 && rate > 0)) return 0;
+  // d/ds of g + r h s + b s^2 + c s^3 = 0, the larger root
+  const double b = 3 * (gap - g) - h * (2 * r + rate), c = h * (r + rate) - 2 * (gap - g);
+  const double root = b * b - 3 * c * r * h;
+  if (!(root >= 0)) return 0;
+  const double s = -r * h / (b + std::sqrt(root));
+  if (!(s > 0 && s < 1)) return 0;
+  return g + s * (r * h + s * (b + s * c)) < -kTouch ? s * h : 0;
+}
+
+// The moment within (0, h] at which an open contact that is below ground at `end` touched it; 0: at once.
+double RigidStepper::impact_of(const Piece& piece, double h, const VectorXd& end, int contact) {
+  double low = 0, at_low = piece.gap[contact];
+  const double at_high = functions_.near(end).gap[contact];
+  if (at_low <= kTouch) {  // it has just left; the next root is meant
+    const double rate = piece.rate[contact], curve = (at_high - at_low - rate * h) / (h * h);
+    if (!(rate > 0 && curve < 0)) return 0;
+    low = std::min(h, -rate / curve) / 2;
+    for (int i = 0; i < 40 && !((at_low = gap_after(piece, low, contact)) > 0); ++i) low /= 2;
+    if (!(at_low > 0)) return 0;
+  }
+  const auto done = [h](double a, double b) {
+    return b - a <= 4 * std::numeric_limits<double>::epsilon() * std::min(b, h);
+  };
+  std::uintmax_t most = 80;
+  const double moment =
+      boost::math::tools::toms748_solve([&](double s) { return gap_after(piece, s, contact); }, low, h,
+                                        at_low, at_high, done, most)
+          .first;
+  return moment > kAtOnce * whole_step_ ? moment : 0;
+}
+
+// How long the piece lasts until something touches, which hit_ names, in the state `end` then; h where nothing does.
+double RigidStepper::first_impact(const Piece& piece, double h, VectorXd& end) {
+  hit_ = -1;
+  for (;;) {
+    int lowest = lowest_open(end);
+    if (lowest < 0) {
+      h = lowest_dip(piece, h, end, lowest);
+      if (lowest < 0) return h;
+      take(piece, h, end);
+    }
+    h = impact_of(piece, h, end, lowest);
+    hit_ = lowest;
+    if (h == 0) {
+      end = piece.x;
+      return 0;
+    }
+    take(piece, h, end);
+  }
+}
+
+// The open contact that is farthest below ground, -1: none.
+int RigidStepper::lowest_open(const VectorXd& x) {
+  const Nearness& near = functions_.near(x);
+  int lowest = -1;
+  for (int i = 0; i < near.gap.size(); ++i) {
+    if (is_closed_[std::size_t(i)] || !(near.gap[i] < -kTouch)) continue;
+    if (lowest < 0 || near.gap[i] < near.gap[lowest]) lowest = i;
+  }
+  return lowest;
+}
+
+// When an open contact is below ground in between, and which; contact stays where none is.
+double RigidStepper::lowest_dip(const Piece& piece, double h, const VectorXd& end, int& contact) {
+  const Nearness near = functions_.near(end);
+  for (int i = 0; i < near.gap.size(); ++i) {
+    if (is_closed_[std::size_t(i)]) continue;
+    const double at = dip(piece, h, i, near.gap[i], near.u[first_row_[std::size_t(i)]]);
+    if (at == 0) continue;
+    const VectorXd forces = forces_;
+    if (gap_after(piece, at, i) < -kTouch) {
+      contact = i;
+      return at;
+    }
+    forces_ = forces;  // those of the whole piece
+  }
+  return h;
+}
+
+bool RigidStepper::hits(const VectorXd& x) {
+  const Nearness& near = functions_.near(x);
+  for (int i = 0; i < near.gap.size(); ++i) {
+    const std::size_t k = std::size_t(i);
+    if (!is_closed_[k] && near.gap[i] <= kTouch && near.u[first_row_[k]] < 0) return true;
+  }
+  return false;
+}
+
+void RigidStepper::collide(double t, VectorXd& x) {
+  const Nearness& near = functions_.near(x);
+  std::vector<int> touching;
+  std::vector<double> restitution;
+  RigidImpact record;
+  record.t = t;
+  for (int i = 0; i < near.gap.size(); ++i) {
+    const std::size_t k = std::size_t(i);
+    if (!is_closed_[k] && near.gap[i] > 2 * kTouch && i != hit_) continue;
+    touching.push_back(i);
+    restitution.push_back(0);
+    if (is_closed_[k]) continue;
+    if (near.u[first_row_[k]] < 0 || i == hit_) record.hit.push_back(i), ++impacts_in_step_[k];
+    if (impacts_in_step_[k] < kMostImpacts) restitution.back() = scene_.constraints.rigid.restitution(k);
+  }
+  const std::vector<int> rows = rows_of(touching);
+  const RigidResponse& at = functions_.response(x);
+  const MatrixXd J = at.J(rows, Eigen::all), K = at.W * J.transpose();
+  auto v = x.segment(scene_.model.nq, scene_.model.nv);
+  const VectorXd u = J * v;
+  const ContactProblem problem = problem_of(touching, J * K);
+  const dynamics::ImpactImpulses impact = solve_impact(solver_, problem.D, problem.blocks, restitution, u,
+                                                       (J.cwiseAbs() * v.cwiseAbs()).maxCoeff());
+  if (!impact.solved) {
+    throw RigidFailure{"the impact of " + std::to_string(touching.size()) +
+                       " contacts or stops has no impulses that obey their laws; what is left is " +
+                       io::with_digits(solver_.residual(), 3) + " m/s"};
+  }
+  v += K * impact.p;
+  const double still = 1e-10 * std::max(u.cwiseAbs().maxCoeff(), impact.u.cwiseAbs().maxCoeff());
+  Eigen::Index row = 0;
+  for (const int i : touching) {
+    const std::size_t k = std::size_t(i);
+    is_closed_[k] = impact.u[row] <= still || impacts_in_step_[k] >= kMostImpacts;
+    row += blocks_[k].rows;
+  }
+  record.p = record.u_sum = VectorXd::Zero(forces_.size());
+  record.p(rows) = impact.p;
+  record.u_sum(rows) = u + impact.u;
+  record.restitution = impact.restitution;
+  impacts_.push_back(std::move(record));
+}
+
+void RigidStepper::open_what_left(const VectorXd& x) {
+  const Nearness& near = functions_.near(x);
+  for (std::size_t k = 0; k < is_closed_.size(); ++k) {
+    const int row = first_row_[k];
+    if (is_closed_[k] && forces_[row] == 0 && near.gap[Eigen::Index(k)] > kLeft) is_closed_[k] = false;
+  }
+}
+
+// --- a step ---
+
+void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, VectorXd& next) {
+  const int most = 50 + 20 * int(blocks_.size());
+  double done = 0;
+  for (int events = 0; events < most; ++events) {
+    hit_ = -1;
+    if (hits(x)) {
+      collide(t + done, x);
+      continue;
+    }
+    const Nearness& near = functions_.near(x);
+    Piece piece{t + done, x, u, near.gap, near.u(first_row_), closed(), {}};
+    piece.rows = rows_of(piece.closed);
+    const VectorXd warm = forces_;
+    forces_.setZero();
+    forces_(piece.rows) = warm(piece.rows);
+    VectorXd end;
+    const double rest = h - done;
+    take(piece, rest, end);
+    const double length = first_impact(piece, rest, end);
+    if (length > 0) {
+      VectorXd middle;
+      take_free(piece, length / 2, middle);
+      pieces_.push_back({piece.t, length, x, std::move(middle), end, forces_});
+    }
+    done = length == rest ? h : done + length;
+    x = end;
+    open_what_left(x);
+    if (length < 0.1 * h) forces_ = warm;  // what a short piece needed says little about the next
+    if (hit_ >= 0) collide(t + done, x);
+    if (done >= h) {
+      next = x;
+      return;
+    }
+  }
+  throw RigidFailure{"more than " + std::to_string(most) + " impacts within one step; take shorter steps"};
+}
+
+bool RigidStepper::step(double t, double h, const VectorXd& x, const VectorXd& u, VectorXd& next,
+                        std::string* why) {
+  pieces_.clear();
+  impacts_.clear();
+  impacts_in_step_.assign(blocks_.size(), 0);
+  whole_step_ = h;
+  try {
+    run(t, h, x, u, next);
+    return true;
+  } catch (const RigidFailure& failure) {
+    if (why) *why = failure.why;
+    next = VectorXd::Constant(x.size(), std::nan(""));
+    return false;
+  }
+}
+
+}  // namespace dyntape
