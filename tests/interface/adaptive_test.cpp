@@ -247,6 +247,22 @@ TEST(Adaptive, SensitivitiesAreThoseOfTheMotion) {
   expect_slopes(walker(), start_of(walker(), 4), 0.2, 200, 3e-8);
 }
 
+// Where nothing moves, the first try is as long as the state alone allows, and much too long for its sensitivities.
+TEST(Adaptive, SensitivitiesAtRest) {
+  const double w = std::sqrt(kGravity);
+  for (const Integrator integrator : kBoth) {
+    for (const Tolerances& t : {Tolerances{}, {1e-12, 1e-15}, {1e-14, 1e-18}, {1e-10, 1e-20}}) {
+      Stepper stepper(pendulum(), integrator, kInterpreted, true, 1, t);
+      for (const double h : {1.0, 10.0, -10.0}) {
+        MatrixXd expected(2, 2);
+        expected << std::cos(w * h), std::sin(w * h) / w, -w * std::sin(w * h), std::cos(w * h);
+        const Slopes got = slopes_of(stepper, 0, h, {Eigen::Vector2d(0, 0), {}, {}});
+        EXPECT_LE((got.A - expected).norm(), 1e5 * t.relative) << to_string(integrator) << h;
+      }
+    }
+  }
+}
+
 TEST(Adaptive, SensitivitiesOfAQuadruped) {
   const std::string urdf = std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/solo12.urdf";
   const dynamics::Model<double> model = dynamics::read_urdf(urdf, {.base = dynamics::Base::kFloating}).model;
@@ -450,6 +466,48 @@ TEST(Adaptive, FailuresAreSentences) {
   }
 }
 
+// The velocity overtakes the doubles while there is no time left between two of them.
+TEST(Adaptive, WhereAMotionEndsInFiniteTime) {
+  System s = spring(1, 1);
+  s.acceleration = [](const SystemPoint<AD>& at) {
+    return VectorXad(VectorXad::Constant(1, exp(at.q[0] * 800.)));
+  };
+  for (const Integrator integrator : kBoth) {
+    const std::string why = failure(s, integrator, Eigen::Vector2d(0, 1), 5);
+    EXPECT_NE(why.find("the accelerations are not finite beyond t = 0.0092"), std::string::npos) << why;
+  }
+}
+
+TEST(Adaptive, SlopesThatAreNotFinite) {
+  System s = spring(1, 1);
+  s.acceleration = [](const SystemPoint<AD>& at) {
+    return VectorXad(VectorXad::Constant(1, -sqrt(abs(at.q[0]))));
+  };
+  Stepper stepper(s, Integrator::kAdaptive, kInterpreted, true);
+  MatrixXd A, B, P;
+  VectorXd x = Eigen::Vector2d(0, 0);
+  std::string why;
+  EXPECT_FALSE(stepper.jacobians(0, 1, x.data(), nullptr, nullptr, x.data(), A, B, P, &why));
+  EXPECT_NE(why.find("its Jacobians: slopes of the accelerations are not finite beyond t = 0 s"),
+            std::string::npos)
+      << why;
+}
+
+// With coarse tolerances a try goes to the end at once, where it is below zero; shorter steps get there.
+TEST(Adaptive, ATryThatIsRefusedAtTheEnd) {
+  System s = spring(1, 1);
+  s.acceleration = [](const SystemPoint<AD>& at) {
+    const AD q = at.q[0];
+    return VectorXad(VectorXad::Constant(1, -10.339294847441543 * (q - 0.0017569082041137402) -
+                                                8.0765988390594448 * at.v[0] + 1e-3 * sqrt(q) +
+                                                1e-3 * log(q)));
+  };
+  Stepper stepper(s, Integrator::kAdaptiveStiff, kInterpreted, false, 1, {0.1, 0.1});
+  const VectorXd end = after(stepper, 0, 3.0320929952164755,
+                             {Eigen::Vector2d(0.0070276328164549607, -0.004010299230745736), {}, {}});
+  EXPECT_NEAR(end[0], 0.00118, 0.1);
+}
+
 TEST(Adaptive, ToleranceThatAreNoneAreRefused) {
   for (const Tolerances& t :
        {Tolerances{0, 1e-9}, {1e-16, 1e-9}, {1, 1e-9}, {std::nan(""), 1e-9}, {1e-6, 0}, {1e-6, HUGE_VAL}})
@@ -479,7 +537,8 @@ TEST(Adaptive, NoMotionAndLittleMotion) {
   EXPECT_LE((after(stepper, 0, 0, s) - s.x).norm(), 1e-15);
   const Slopes none = slopes_of(stepper, 0, 0, s);
   EXPECT_EQ(none.A, MatrixXd::Identity(stepper.nt(), stepper.nt()));
-  for (const double h : {1e-100, 1e-20, 1e-12}) EXPECT_LE((after(stepper, 0, h, s) - s.x).norm(), 1e-9) << h;
+  for (const double h : {5e-324, -1e-200, 1e-149, 1e-100, 1e-20, 1e-12})
+    EXPECT_LE((after(stepper, 0, h, s) - s.x).norm(), 1e-9) << h;
 }
 
 TEST(Adaptive, Reports) {
