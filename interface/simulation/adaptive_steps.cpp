@@ -14,6 +14,9 @@ namespace {
 
 using Eigen::VectorXd;
 
+// In less nothing moves (s); CVODES multiplies such times with each other, and nothing is left of shorter ones.
+constexpr double kNoMotion = 1e-150;
+
 const Tolerances& checked_tolerances(const System& system, const Tolerances& t) {
   const auto refuse = [&](const char* which, double got, const std::string& expected) {
     throw ArgumentError("system \"" + system.name + "\": the " + which + " tolerance is " +
@@ -76,7 +79,7 @@ bool AdaptiveSteps::follow(Cvodes& solver, double length, bool to_events) {
   problem_.start(y_.data());
   solver.begin(0, y_.data());
   solver.sensitivities().setIdentity();
-  if (length == 0) return true;
+  if (std::abs(length) < kNoMotion) return true;
   if (!start(solver, length)) return false;
   for (long k = 0; solver.s() != length; ++k) {
     const double before = solver.s();
@@ -86,7 +89,7 @@ bool AdaptiveSteps::follow(Cvodes& solver, double length, bool to_events) {
                    (is_stiff_ ? "; take a shorter step, larger tolerances, or smoother forces"
                               : "; adaptive-stiff takes longer ones where something decays fast"));
     const Cvodes::Outcome outcome = solver.advance();
-    if (ends_here(solver.s(), length)) return fails(Cvodes::Outcome::kNoRate, solver.s());
+    if (ends_here(before, solver.s(), length)) return fails(Cvodes::Outcome::kNoRate, solver.s());
     if (outcome != Cvodes::Outcome::kAdvanced) return fails(outcome, solver.s());
     ++problem_.effort.internal_steps;
     if (to_events && !find_event(solver, before)) return false;
@@ -171,11 +174,14 @@ int AdaptiveSteps::fallen() const {
   return -1;
 }
 
-// Whether the motion creeps up to where it has no rate: each internal step ends before it, and none beyond.
-bool AdaptiveSteps::ends_here(double s, double end) const {
+// Whether the motion creeps up to where it has no rate: each internal step ends before it, and none beyond.  A try that
+// was too long, or a guess of Newton's method, may have been refused where others lead.
+bool AdaptiveSteps::ends_here(double before, double s, double end) const {
   constexpr double kNoDistance = 1e-12;
   const std::optional<double> refused = problem_.refused_at();
-  return refused && std::abs(*refused - s) <= kNoDistance * (std::abs(t_) + std::abs(end));
+  if (!refused || s == end) return false;
+  const double ahead = (*refused - s) * (end < 0 ? -1 : 1);
+  return (ahead > 0 || s == before) && std::abs(ahead) <= kNoDistance * std::abs(end);
 }
 
 std::string AdaptiveSteps::at(double s) const { return "t = " + io::with_digits(t_ + s, 9) + " s"; }
@@ -194,7 +200,8 @@ bool AdaptiveSteps::fails(Cvodes::Outcome outcome, double s) {
   switch (outcome) {
     case Cvodes::Outcome::kNoRate:
       if (const std::string branch = problem_.left_branch(); !branch.empty()) return fails(branch);
-      return fails("the accelerations are not finite beyond " + at(s) + ", however short the internal steps");
+      return fails(std::string(problem_.refused_slopes() ? "slopes of " : "") +
+                   "the accelerations are not finite beyond " + at(s) + ", however short the internal steps");
     case Cvodes::Outcome::kRough:
       return fails("beyond " + at(s) +
                    " the error stays above the tolerances, however short the internal steps; "

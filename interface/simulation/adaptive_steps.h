@@ -58,7 +58,7 @@ class AdaptiveSteps {
   int fallen() const;  // the first entry that was above zero and is so no more; -1
   bool fails(const std::string& why);
   bool has_no_value(const char* what, double s);
-  bool ends_here(double s, double end) const;
+  bool ends_here(double before, double s, double end) const;
   bool fails(Cvodes::Outcome outcome, double s);
   std::string at(double s) const;
 

@@ -34,6 +34,9 @@ inline void free_newton(SUNNonlinearSolver solver) { SUNNonlinSolFree(solver); }
 namespace {
 
 constexpr int kDone = 0, kTryShorter = 1;  // what callbacks return
+// How often an internal step is tried anew, ten times and four times as short: down to 1e-30 of the first try.  The
+// 7 and 10 tries that are usual in CVODES are not enough where the first is too long for the sensitivities.
+constexpr int kMostErrorFailures = 30, kMostSolverFailures = 50;
 
 void require(bool done) {
   if (!done) throw std::runtime_error("SUNDIALS refuses what it is asked for");
@@ -112,6 +115,8 @@ Cvodes::Cvodes(InitialValueProblem& problem, int n, int columns, double relative
   require(CVodeInit(memory, &Solver::f, 0, s.y.get()) == CV_SUCCESS);
   require(CVodeWFtolerances(memory, &Solver::weights) == CV_SUCCESS);
   require(CVodeSetUserData(memory, &s) == CV_SUCCESS);
+  require(CVodeSetMaxErrTestFails(memory, kMostErrorFailures) == CV_SUCCESS);
+  require(CVodeSetMaxConvFails(memory, kMostSolverFailures) == CV_SUCCESS);
   s.of_state.reset(made(is_adams ? SUNNonlinSol_FixedPoint(s.y.get(), 0, context)
                                  : SUNNonlinSol_Newton(s.y.get(), context)));
   require(CVodeSetNonlinearSolver(memory, s.of_state.get()) == CV_SUCCESS);

@@ -92,6 +92,7 @@ void StepProblem::begin(const double* arguments) {
   slopes_at_.setConstant(std::nan(""));
   effort = {};
   refused_at_.reset();
+  refused_slopes_ = false;
 }
 
 void StepProblem::move_centre(const double* q) {
@@ -110,6 +111,7 @@ bool StepProblem::run(Part& part, Order order, double s, const double* x, const 
       part.function.run(order, {.x = x, .p = p, .y = part.y.data(), .jacobian = non_zeros}, part.workspace);
   if (!violation && part.y.allFinite() && (!non_zeros || part.non_zeros.allFinite())) return true;
   refused_at_ = s;
+  refused_slopes_ = !violation && part.y.allFinite();
   violation_ = violation;
   left_ = violation ? &part.function : nullptr;
   return false;

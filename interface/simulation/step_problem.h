@@ -51,8 +51,10 @@ class StepProblem final : public InitialValueProblem {
   void moved(const Eigen::MatrixXd& S, Eigen::MatrixXd& dx) const;
 
   double longest_turn(const double* y) const;  // (rad) of a rotation in d
-  // When something had last no value since the beginning, and the recorded branch that was left then, or "".
+  // When something had last no value since the beginning, whether that were slopes alone, and the recorded branch that
+  // was left then, or "".
   std::optional<double> refused_at() const { return refused_at_; }
+  bool refused_slopes() const { return refused_slopes_; }
   std::string left_branch() const;
 
   StepEffort effort;  // counted on
@@ -94,6 +96,7 @@ class StepProblem final : public InitialValueProblem {
   Eigen::VectorXd of_frame_, slopes_at_;   // (d, s), (y, s)
   Eigen::MatrixXd slopes_;                 // of the rate, by (d, v, m, u, p), at slopes_at_
   std::optional<double> refused_at_;
+  bool refused_slopes_ = false;
   const CompiledFunction* left_ = nullptr;  // whose branch was left, the first as `violation_` says
   Violation violation_;
 };
