@@ -75,18 +75,21 @@ struct PutNumber {
   const EffectPlace& place;
   const T& number;
 
-  void into(T& value) const { value = number; }
-  template <int Rows>
-  void into(Eigen::Matrix<T, Rows, 1>& value) const {
-    for (int entry : place.entries) value[entry] = number;
-  }
   template <class Value>
   void into(std::optional<Value>& value) const {
     if (value) into(*value);
   }
-  // Words, and numbers that what is recorded depends on.
   template <class Value>
-  void into(Value&) const {}
+  void into(Value& value) const {
+    if constexpr (std::is_same_v<Value, T>) {
+      value = number;
+    } else if constexpr (requires { requires std::is_same_v<typename Value::Scalar, T>; }) {
+      for (int entry : place.entries) value[entry] = number;
+    } else {  // words, and numbers that what is recorded depends on
+      static_assert(std::is_enum_v<Value> || std::is_same_v<Value, double> ||
+                    std::is_same_v<Value, Eigen::VectorXd>);
+    }
+  }
 
   template <class Value>
   void operator()(const std::string& path, int item, const dynamics::ParameterInfo&, Value& value) const {

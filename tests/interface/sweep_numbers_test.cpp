@@ -270,7 +270,7 @@ TEST(Sweeps, EveryNumberOfEveryEffectVaries) {
   expect_rows_of_scenes(sweep, 0, 5);
 }
 
-// Another number, another end: but of the plane's form, of which only waves are made here.
+// Another number, another end; but of limits that are far, and of what waves do not read.
 TEST(Sweeps, EveryNumberMatters) {
   const MadeScene made(kEverything);
   const std::string values = about_all_effects(made.scene()) + about_the_rest();
@@ -280,11 +280,12 @@ TEST(Sweeps, EveryNumberMatters) {
     SceneSweep other = sweep;
     other.values[k].from = other.values[k].to;
     const io::CsvTable table = table_of(other, computed(other, 0, 1));
-    bool differs = sweep.values[k].name.find(".normal.") != std::string::npos;
+    bool differs = false;
     for (int i = table.index("t"); i < table.cols(); ++i) differs = differs || table(0, i) != nominal(0, i);
-    const bool is_read = sweep.values[k].name.find(".slope.z") == std::string::npos &&
-                         sweep.values[k].name.find(".wave.z") == std::string::npos;
-    EXPECT_EQ(differs, is_read || differs) << sweep.values[k].name;
+    const std::string& name = sweep.values[k].name;
+    const bool is_idle = name.starts_with("effects.joint_limits") || name.find(".normal.") != name.npos ||
+                         name.ends_with("slope.z") || name.ends_with("wave.z");
+    EXPECT_EQ(differs, !is_idle) << name;
   }
 }
 
