@@ -17,7 +17,7 @@ template <class T>
 struct BackEmf {
   static constexpr const char *kName = "back-EMF", *kKey = "back_emf";
 
-  VectorX<T> torque_constant = {};   // (nv) k_t, N m/A
+  VectorX<T> torque_constant = {};   // (nv) k_t, N m/A; here and below, entries of single joints are read
   VectorX<T> voltage_constant = {};  // (nv) k_e, V s/rad
   VectorX<T> resistance = {};        // (nv) R, ohm
   VectorX<T> gear_ratio = {};        // (nv) N
@@ -43,11 +43,15 @@ struct BackEmf {
   }
   void add_joint_torques(const Model<T>& model, EffectTorques<T>& torques, const VectorRef<T>&,
                          const VectorRef<T>& v) const {
-    for (int k = 0; k < model.nv; ++k) torques.tau[k] -= coefficient(k) * v[k];
+    for (const Joint<T>& joint : model.joints) {
+      if (is_single(joint.type)) torques.tau[joint.idx_v] -= coefficient(joint.idx_v) * v[joint.idx_v];
+    }
   }
   void add_joint_slopes(const Model<T>& model, EffectTorques<T>& torques, const VectorRef<T>&,
                         const VectorRef<T>&) const {
-    for (int k = 0; k < model.nv; ++k) torques.dtau_dv[k] -= coefficient(k);
+    for (const Joint<T>& joint : model.joints) {
+      if (is_single(joint.type)) torques.dtau_dv[joint.idx_v] -= coefficient(joint.idx_v);
+    }
   }
 };
 

@@ -22,7 +22,7 @@ template <class T>
 struct Saturation {
   static constexpr const char *kName = "torque saturation", *kKey = "torque_saturation";
 
-  Eigen::VectorXd limit = {};  // (nv) L, N m or N; +inf: none
+  Eigen::VectorXd limit = {};  // (nv) L, N m or N; +inf: none; of single joints, other entries are not read
   SaturationKind kind = SaturationKind::kHard;
 
   template <class Self, class Visit>
@@ -40,8 +40,9 @@ struct Saturation {
           self.kind);
   }
   void drive(const Model<T>& model, EffectTorques<T>& torques) const {
-    for (int k = 0; k < model.nv; ++k) {
-      if (!std::isfinite(limit[k])) continue;
+    for (const Joint<T>& joint : model.joints) {
+      const int k = joint.idx_v;
+      if (!is_single(joint.type) || !std::isfinite(limit[k])) continue;
       const T L(limit[k]), command = torques.driven[k];
       if (kind == SaturationKind::kSmooth) {
         const T t = tanh(command / L);

@@ -260,6 +260,27 @@ TEST(EffectValues, SoftLimitsPushOnly) {
   EXPECT_NEAR((s.torque(1.8 + h, 0) - 2 * s.torque(1.8, 0) + s.torque(1.8 - h, 0)) / (h * h), 0, 2);
 }
 
+// Files leave zeros where a joint has several columns: there is no motor, and no 0 / 0.
+TEST(EffectValues, MotorsAreAtSingleJoints) {
+  Random random(3);
+  const Model<double> model = random_tree(random, {3, Base::kFloating});
+  const State s = random_state(model, random);
+  VectorXd at_joints = VectorXd::Zero(model.nv);
+  for (const auto& joint : model.joints) {
+    if (is_single(joint.type)) at_joints[joint.idx_v] = 2;
+  }
+  Data<double> data(model);
+  EffectTorques<double> torques(model);
+  for (const SaturationKind kind : {SaturationKind::kHard, SaturationKind::kSmooth}) {
+    Effects<double> effects;
+    effects.saturation = Saturation<double>{at_joints, kind};
+    effects.back_emf = BackEmf<double>{at_joints, at_joints, at_joints, at_joints};
+    forward_dynamics_derivatives(model, data, torques, effects, s.q, s.v, s.tau);
+    EXPECT_TRUE(data.ddq.allFinite() && data.ddq_dv.allFinite() && torques.driven_slope.allFinite());
+    EXPECT_EQ(VectorXd(torques.driven.head<6>()), VectorXd(s.tau.head<6>()));
+  }
+}
+
 TEST(EffectValues, BackEmfBrakes) {
   Setting s(turntable());
   const auto one = [](double x) { return VectorXd::Constant(1, x).eval(); };
