@@ -86,7 +86,7 @@ std::string HalfSteps::doubt(const SceneSweep& sweep, long row) const {
 SweptFunctions::SweptFunctions(const SceneSweep& all, const CodegenOptions& options)
     : sweep(all),
       stepper(system_of(all.scene.robot, parameters_of(all), edit_of(all)), all.scene.integrator,
-              of_sweep(all, options)),
+              of_sweep(all, options), false, 1, all.scene.tolerances),
       energy(CompiledFunction::make(record_swept_energy(all, stepper), of_sweep(all, options))),
       of_energy(energy),
       is_implicit(needs_newton(all.scene)),
