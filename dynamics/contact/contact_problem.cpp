@@ -195,14 +195,27 @@ void ContactSolver::polish(const ContactProblem& problem, VectorXd p) {
 }
 
 bool ContactSolver::solve(const ContactProblem& problem, VectorXd& p) {
-  constexpr int kRounds = 12;
+  constexpr int kFirst = 5, kAll = 12;
+  constexpr double kSmall = 1e-8;
   sweeps_ = 0;
+  if (iterate(problem, p, kFirst)) return true;
+  ContactProblem possible = problem;
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> D;
+  D.setThreshold(1e-10);
+  possible.b = problem.D * D.compute(problem.D).solve(problem.b);
+  const double left_out = (possible.b - problem.b).cwiseAbs().maxCoeff();
+  if (left_out <= kSmall * problem.b.cwiseAbs().maxCoeff()) return iterate(possible, p, kAll);
+  return iterate(problem, p, kAll);
+}
+
+// So many rounds from p, each longer than the one before.
+bool ContactSolver::iterate(const ContactProblem& problem, VectorXd& p, int rounds) {
   residual_ = HUGE_VAL;
   best_.resize(0);
   if (p.size() == 0 || improve(problem, p)) return true;
   VectorXd moving = best_.size() ? best_ : VectorXd(VectorXd::Zero(problem.b.size()));
   bool solved = false;
-  for (int round = 0; round < kRounds && !solved; ++round) {
+  for (int round = 0; round < rounds && !solved; ++round) {
     const int most = sweeps_ + (8 << std::min(round, 7));
     while (!solved && sweeps_ < most) {
       const VectorXd before = moving;

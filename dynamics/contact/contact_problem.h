@@ -17,7 +17,8 @@
 //
 // Solved contact by contact, each exactly (block Gauss-Seidel), and by Newton's method on Alart and Curnier's equations
 // where that is slow; ended where p - proj_K(p - rho w), as a velocity, is rounding.  Where rows depend on each other u is
-// found, and one of the possible p.  There may be no solution (contacts that contradict each other), and with friction
+// found, and one of the possible p; a part of b outside of the range of D that is small (1e-8) beside b, which only p without
+// bound would answer, is left out where there is no solution with it.  There may be no solution (contacts that contradict each other), and with friction
 // several.  No entry of p is ever NaN.
 //
 // Sources: M. Jean, The non-smooth contact dynamics method, Comput. Methods Appl. Mech. Eng. 177, 1999; G. De Saxce,
@@ -62,6 +63,7 @@ class ContactSolver {
   int sweeps() const { return sweeps_; }
 
  private:
+  bool iterate(const ContactProblem& problem, Eigen::VectorXd& p, int rounds);
   bool improve(const ContactProblem& problem, const Eigen::VectorXd& p);
   void sweep(const ContactProblem& problem, Eigen::VectorXd& p) const;
   void polish(const ContactProblem& problem, Eigen::VectorXd p);

@@ -27,6 +27,14 @@ struct RigidFailure {
   std::string why;
 };
 
+// J^+.  Gaps of several contacts of one body need not be those of any motion of it; what J cannot do would make them slide
+// against each other.  So does what slopes found elsewhere than J have outside of its range.
+MatrixXd inverse_of_rows(const MatrixXd& J) {
+  Eigen::CompleteOrthogonalDecomposition<MatrixXd> inverse;
+  inverse.setThreshold(1e-9);
+  return inverse.compute(J).pseudoInverse();
+}
+
 }  // namespace
 
 // Where a piece of a step begins.
@@ -118,26 +126,22 @@ void RigidStepper::take(const Piece& piece, double h, VectorXd& end) {
                      " m/s; take shorter steps, or an implicit integrator"};
 }
 
-// The least motion J^+ (beta gap / h) that closes the gaps.  Gaps of several contacts of one body need not be those of any
-// motion of it; what J cannot do would make them slide against each other.
-VectorXd RigidStepper::gap_velocity(const Piece& piece, const MatrixXd& J) const {
-  VectorXd demanded = VectorXd::Zero(J.rows());
+// Velocities beta gap / h of the rows that make the gaps of a piece decay.
+VectorXd RigidStepper::demanded_by_gaps(const Piece& piece) const {
+  VectorXd demanded = VectorXd::Zero(Eigen::Index(piece.rows.size()));
   Eigen::Index row = 0;
   for (const int i : piece.closed) {
     demanded[row] = kDecay * piece.gap[i] / whole_step_;
     row += blocks_[std::size_t(i)].rows;
   }
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> inverse;
-  inverse.setThreshold(1e-9);
-  inverse.compute(J);
-  return inverse.solve(demanded);
+  return demanded;
 }
 
 // Whether the end of a piece obeys the laws of closed contacts; otherwise the next forces.
 bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, double& last) {
   const int nq = scene_.model.nq, nv = scene_.model.nv;
   const RigidResponse& at = functions_.response(end);
-  const MatrixXd J = at.J(piece.rows, Eigen::all);
+  const MatrixXd J = at.J(piece.rows, Eigen::all), J_inverse = inverse_of_rows(J);
   const VectorXd v = end.segment(nq, nv);
   MatrixXd D = h * J * at.W * J.transpose();
   if (is_implicit_) {
@@ -150,14 +154,15 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
         throw RigidFailure{why};
       slopes_ = P.middleRows(nv, nv);
     }
-    D = J * slopes_(Eigen::all, piece.rows);
+    const MatrixXd projection = J * J_inverse;
+    D = projection * J * slopes_(Eigen::all, piece.rows) * projection;
     D = (D + D.transpose()).eval() / 2;
   }
   ContactProblem problem = problem_of(piece.closed, D);
   VectorXd forces = forces_(piece.rows);
   problem.size = (J.cwiseAbs() * v.cwiseAbs()).maxCoeff();
   const double scale = problem.size + (D.cwiseAbs() * forces.cwiseAbs()).maxCoeff();
-  const VectorXd u = J * (v + gap_velocity(piece, J));
+  const VectorXd u = J * (v + J_inverse * demanded_by_gaps(piece));
   const double off = contact_residual(problem, u, forces);
   if (off <= 1e-12 * scale || (off > 0.5 * last && off <= 1e-8 * scale)) return true;
   last = off;

@@ -80,7 +80,7 @@ class RigidStepper {
   void run(double t, double h, Eigen::VectorXd x, const Eigen::VectorXd& u, Eigen::VectorXd& next);
   void take(const Piece& piece, double h, Eigen::VectorXd& end);
   void take_free(const Piece& piece, double h, Eigen::VectorXd& end);
-  Eigen::VectorXd gap_velocity(const Piece& piece, const Eigen::MatrixXd& J) const;
+  Eigen::VectorXd demanded_by_gaps(const Piece& piece) const;
   bool balance(const Piece& piece, double h, const Eigen::VectorXd& end, double& last);
   double gap_after(const Piece& piece, double h, int contact);
   double first_impact(const Piece& piece, double h, Eigen::VectorXd& end);
