@@ -79,7 +79,7 @@ const Row kRows[] = {
        hull.mass = {1, 2, 3}, hull.inertia = {0.1, 0.2, 0.3};
        s.effects.added_mass.push_back(at_hand(s, hull));
      },
-     0, 0},
+     141, 1507},
     {"contact at the hand",
      [](RobotScene& s) {
        dynamics::ContactBody<double> body;
