@@ -142,7 +142,7 @@ TEST_P(EffectsOn, WithoutVelocityProductsTheRecursionsAreThoseAtRest) {
 TEST_P(EffectsOn, ZeroStrengthEqualsAbsence) {
   const std::set<std::string> strengths = {
       "inertia",         "rotor_inertia", "coefficient", "torque", "breakaway", "stiffness", "damping",
-      "torque_constant", "force",         "moment",      "area",   "linear",    "volume", "mass"};
+      "torque_constant", "force",         "moment",      "area",   "linear",    "volume",    "mass"};
   const auto weaken = [&](const ParameterInfo& info, auto& value) {
     if constexpr (requires { value *= 1e-40; }) {
       if (strengths.contains(info.name)) value *= 1e-40;

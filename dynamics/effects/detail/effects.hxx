@@ -286,7 +286,7 @@ T effect_power(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques, 
   Acting<T> falling = effects.acting();
   falling.coriolis = false;
   falling.added = {};  // without weight
-  T power = T(0);  // of effects that only change the inertia, and on a tape without an operation
+  T power = T(0);      // of effects that only change the inertia, and on a tape without an operation
   if (detail::adds_torques(effects)) power += v.dot(effect_torques(model, data, torques, effects, q, v));
   if (detail::any_chosen(effects, []<class E>() {
         return requires { &E::drive; };
