@@ -114,6 +114,8 @@ TEST(Interruption, WhileCompilingNothingIsLeft) {
   EXPECT_NE(outcome.err.find("there is no motion yet"), std::string::npos) << outcome.err;
   EXPECT_TRUE(builds_in(cache).empty());
   EXPECT_TRUE(fs::is_empty(scratch / "tmp"));
+  // What was killed takes a moment to be gone.
+  for (int k = 0; k < 100 && processes_with(cache) > 0; ++k) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(processes_with(cache), 0);
   EXPECT_FALSE(fs::exists(results + "/trajectory.csv"));
 }
