@@ -133,7 +133,7 @@ TEST(Sweep, KilledAtAnyMomentItEndsWithTheSameBytes) {
   ASSERT_EQ(run_dyntape(words_of(file, scratch / "whole")).status, 0);
   const std::string whole = slurp(scratch / "whole/sweep.csv");
   std::mt19937 random(17);
-  std::uniform_int_distribution<int> pause(0, 150);
+  std::uniform_int_distribution<int> pause(0, 50);  // a whole sweep takes a few times as long
   int kills = 0, went_on = 0;
   for (int round = 0; (kills < 20 || went_on < 5) && round < 60; ++round) {
     const std::string output = scratch / ("killed" + std::to_string(round));
