@@ -30,7 +30,7 @@ ROOMS = {
     'dynamics/model': (['dynamics/algebra'], 15, 1300),
     'dynamics/algorithms': (['dynamics/algebra', 'dynamics/model'], 38, 5250),  # a header and its definitions a part
     'dynamics/effects': (DYNAMICS[:3], 30, 2700),  # fourteen effects, a file each, that describe themselves
-    'dynamics/contact': (DYNAMICS[:4], 9, 1300),  # and the laws of contacts that push, impacts
+    'dynamics/contact': (DYNAMICS[:4], 13, 1500),  # and the laws of contacts that push, impacts
     'dynamics/simulation': (['dynamics/algebra', 'dynamics/model'], 4, 400),  # what a state is, steps, the least action
     'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 17, 1800),  # shapes and meshes: what a robot looks like
     'dynamics': (DYNAMICS, 2, 100),
@@ -50,7 +50,7 @@ ROOMS = {
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
     'interface/solvers': (['autodiff/graph', 'interface/io'], 15, 1600),  # leaving Ipopt inside an iteration
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 40, 3700),  # keys, motion, energies, doubts, costs, results;
+                         'interface/simulation', 'interface/player'], 40, 3750),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),

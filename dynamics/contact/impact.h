@@ -18,7 +18,7 @@
 // Dynamics: Theory and Applications, 1985; C. Glocker, Set-Valued Force Laws, 2001.
 #pragma once
 
-#include <dyntape/dynamics/contact/contact_problem.h>
+#include <dyntape/dynamics/contact/contact_solver.h>
 
 namespace dyntape::dynamics {
 
