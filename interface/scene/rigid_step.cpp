@@ -167,7 +167,15 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
   if (off <= 1e-12 * scale || (off > 0.5 * last && off <= 1e-8 * scale)) return true;
   last = off;
   problem.b = u - D * forces;
-  if (!solver_.solve(problem, forces)) {
+  bool solved = solver_.solve(problem, forces);
+  if (!solved && is_implicit_) {
+    // Slopes of a step whose contacts depend on each other may be of none that obey laws; those of its masses always are.
+    forces = forces_(piece.rows);
+    problem.D = h * J * at.W * J.transpose();
+    problem.b = u - problem.D * forces;
+    solved = solver_.solve(problem, forces);
+  }
+  if (!solved) {
     throw RigidFailure{
         "the closed contacts and stops contradict each other: no forces obey their laws, what is "
         "left is " +
@@ -195,7 +203,7 @@ double RigidStepper::dip(const Piece& piece, double h, int contact, double gap, 
   if (!(root >= 0)) return 0;
   const double s = -r * h / (b + std::sqrt(root));
   if (!(s > 0 && s < 1)) return 0;
-  return g + s * (r * h + s * (b + s * c)) < -kTouch ? s * h : 0;
+  return g + s * (r * h + s * (b + s * c)) < std::min(0.0, g) - kTouch ? s * h : 0;
 }
 
 // The moment within (0, h] at which an open contact that is below ground at `end` touched it; 0: at once.
@@ -204,7 +212,7 @@ double RigidStepper::impact_of(const Piece& piece, double h, const VectorXd& end
   const double at_high = functions_.near(end).gap[contact];
   if (at_low <= kTouch) {  // it has just left; the next root is meant
     const double rate = piece.rate[contact], curve = (at_high - at_low - rate * h) / (h * h);
-    if (!(rate > 0 && curve < 0)) return 0;
+    if (!(rate > 0 && curve < 0) || at_low - rate * rate / (4 * curve) <= kTouch) return 0;
     low = std::min(h, -rate / curve) / 2;
     for (int i = 0; i < 40 && !((at_low = gap_after(piece, low, contact)) > 0); ++i) low /= 2;
     if (!(at_low > 0)) return 0;
@@ -224,11 +232,12 @@ double RigidStepper::impact_of(const Piece& piece, double h, const VectorXd& end
 double RigidStepper::first_impact(const Piece& piece, double h, VectorXd& end) {
   hit_ = -1;
   for (;;) {
-    int lowest = lowest_open(end);
+    int lowest = lowest_open(piece, end);
     if (lowest < 0) {
       h = lowest_dip(piece, h, end, lowest);
       if (lowest < 0) return h;
       take(piece, h, end);
+      if (!(functions_.near(end).gap[lowest] < 0)) return h;  // with forces that obey the laws as well
     }
     h = impact_of(piece, h, end, lowest);
     hit_ = lowest;
@@ -240,13 +249,14 @@ double RigidStepper::first_impact(const Piece& piece, double h, VectorXd& end) {
   }
 }
 
-// The open contact that is farthest below ground, -1: none.
-int RigidStepper::lowest_open(const VectorXd& x) {
-  const Nearness& near = functions_.near(x);
+// The open contact that is farthest below ground at the end, -1: none.  What an impact threw up from below, where closed
+// contacts are by little, counts once it is lower than there.
+int RigidStepper::lowest_open(const Piece& piece, const VectorXd& end) {
+  const VectorXd depth = functions_.near(end).gap - piece.gap.cwiseMin(0);
   int lowest = -1;
-  for (int i = 0; i < near.gap.size(); ++i) {
-    if (is_closed_[std::size_t(i)] || !(near.gap[i] < -kTouch)) continue;
-    if (lowest < 0 || near.gap[i] < near.gap[lowest]) lowest = i;
+  for (int i = 0; i < depth.size(); ++i) {
+    if (is_closed_[std::size_t(i)] || !(depth[i] < -kTouch)) continue;
+    if (lowest < 0 || depth[i] < depth[lowest]) lowest = i;
   }
   return lowest;
 }
@@ -259,13 +269,23 @@ double RigidStepper::lowest_dip(const Piece& piece, double h, const VectorXd& en
     const double at = dip(piece, h, i, near.gap[i], near.u[first_row_[std::size_t(i)]]);
     if (at == 0) continue;
     const VectorXd forces = forces_;
-    if (gap_after(piece, at, i) < -kTouch) {
+    if (gap_after(piece, at, i) < std::min(0.0, piece.gap[i]) - kTouch) {
       contact = i;
       return at;
     }
     forces_ = forces;  // those of the whole piece
   }
   return h;
+}
+
+// What touches and comes no nearer than kTouch in a step needs no impact to rest.
+void RigidStepper::close_what_rests(const VectorXd& x) {
+  const Nearness& near = functions_.near(x);
+  for (int i = 0; i < near.gap.size(); ++i) {
+    const std::size_t k = std::size_t(i);
+    const double rate = near.u[first_row_[k]];
+    if (near.gap[i] <= kTouch && rate < 0 && -rate * whole_step_ <= kTouch) is_closed_[k] = true;
+  }
 }
 
 bool RigidStepper::hits(const VectorXd& x) {
@@ -324,17 +344,35 @@ void RigidStepper::open_what_left(const VectorXd& x) {
   const Nearness& near = functions_.near(x);
   for (std::size_t k = 0; k < is_closed_.size(); ++k) {
     const int row = first_row_[k];
-    if (is_closed_[k] && forces_[row] == 0 && near.gap[Eigen::Index(k)] > kLeft) is_closed_[k] = false;
+    const bool leaves = forces_[row] == 0 && near.gap[Eigen::Index(k)] > kLeft && near.u[row] > 0;
+    if (is_closed_[k] && leaves) is_closed_[k] = false;
   }
 }
 
 // --- a step ---
+
+// How long the piece lasts, `rest` or until an impact, and its end; where there are no forces for so long, a part of it.
+double RigidStepper::go_on(const Piece& piece, double rest, VectorXd& end) {
+  constexpr int kMostHalvings = 6;
+  const VectorXd warm = forces_;
+  for (int i = 0;; ++i, rest /= 2) {
+    forces_.setZero();
+    forces_(piece.rows) = warm(piece.rows);
+    try {
+      take(piece, rest, end);
+      return first_impact(piece, rest, end);
+    } catch (const RigidFailure&) {
+      if (i == kMostHalvings || piece.closed.empty()) throw;
+    }
+  }
+}
 
 void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, VectorXd& next) {
   const int most = 50 + 20 * int(blocks_.size());
   double done = 0;
   for (int events = 0; events < most; ++events) {
     hit_ = -1;
+    close_what_rests(x);
     if (hits(x)) {
       collide(t + done, x);
       continue;
@@ -343,18 +381,18 @@ void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, Vector
     Piece piece{t + done, x, u, near.gap, near.u(first_row_), closed(), {}};
     piece.rows = rows_of(piece.closed);
     const VectorXd warm = forces_;
-    forces_.setZero();
-    forces_(piece.rows) = warm(piece.rows);
     VectorXd end;
-    const double rest = h - done;
-    take(piece, rest, end);
-    const double length = first_impact(piece, rest, end);
+    const double length = go_on(piece, h - done, end);
+    if (length == 0 && piece.rate[hit_] >= 0) {
+      is_closed_[std::size_t(hit_)] = true;  // what comes back before it is away rests
+      continue;
+    }
     if (length > 0) {
       VectorXd middle;
       take_free(piece, length / 2, middle);
       pieces_.push_back({piece.t, length, x, std::move(middle), end, forces_});
     }
-    done = length == rest ? h : done + length;
+    done = length == h - done ? h : done + length;
     x = end;
     open_what_left(x);
     if (length < 0.1 * h) forces_ = warm;  // what a short piece needed says little about the next

@@ -17,12 +17,14 @@
 // v_gap = J^+ (beta gap / h) the least motion that makes gaps decay, by a fifth in a step.
 // Solved by Newton's method: with the slopes D = du'/dlambda (h J M^-1 J^T of explicit schemes, the exact Jacobian of
 // implicit ones) a ContactProblem a round.  What rests is a fixed point of the step: it neither sinks nor creeps, and what
-// is left of gaps by curved motions decays instead of adding up.  Order 1 while a contact is closed.
+// is left of gaps by curved motions decays instead of adding up.  Where Newton's method does not get there, the step is
+// made in parts.  Order 1 while a contact is closed.
 //
 // Impacts.  Where the gap of an open contact becomes negative within a step, the step is shortened to the moment when it
 // is zero, found as a root over the length of the step (Alefeld, Potra and Shi's algorithm 748) to rounding; there the law of
 // impact.h acts on all that touches; the rest of the step goes on.  What rebounds is open again.  A contact that had
-// kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.
+// kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.  So is what touches and comes
+// back before it is 1e-11 m away, or nears by less than that in a step: it rests, without an impact.
 // A dip below ground and out again within one step is found where a cubic through gaps and rates shows it.
 //
 // Not decided here: of several solutions (Painleve's paradox, several impacts at once) one is taken, the same each time.
@@ -77,6 +79,7 @@ class RigidStepper {
 
  private:
   struct Piece;
+  double go_on(const Piece& piece, double rest, Eigen::VectorXd& end);
   void run(double t, double h, Eigen::VectorXd x, const Eigen::VectorXd& u, Eigen::VectorXd& next);
   void take(const Piece& piece, double h, Eigen::VectorXd& end);
   void take_free(const Piece& piece, double h, Eigen::VectorXd& end);
@@ -85,9 +88,10 @@ class RigidStepper {
   double gap_after(const Piece& piece, double h, int contact);
   double first_impact(const Piece& piece, double h, Eigen::VectorXd& end);
   double impact_of(const Piece& piece, double h, const Eigen::VectorXd& end, int contact);
-  int lowest_open(const Eigen::VectorXd& x);
+  int lowest_open(const Piece& piece, const Eigen::VectorXd& end);
   double lowest_dip(const Piece& piece, double h, const Eigen::VectorXd& end, int& contact);
   double dip(const Piece& piece, double h, int contact, double gap, double rate) const;
+  void close_what_rests(const Eigen::VectorXd& x);
   bool hits(const Eigen::VectorXd& x);
   void collide(double t, Eigen::VectorXd& x);
   void open_what_left(const Eigen::VectorXd& x);

@@ -11,9 +11,8 @@
 #include <dyntape/interface/scene/assembly.h>
 #include <dyntape/interface/scene/rigid_step.h>
 #include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/scene/simulate.h>
 
-#include "temporary_cache.h"
+#include "shipped_scenes.h"
 
 namespace dyntape {
 namespace {
@@ -23,21 +22,6 @@ using Eigen::VectorXd;
 
 constexpr double kGravity = 9.81;
 
-const TemporaryCache& cache() {
-  static const TemporaryCache cache;
-  return cache;
-}
-Scene shipped(const std::string& name) {
-  Scene scene = read_scene(DYNTAPE_SOURCE_DIR "/config/scenes/" + name + ".info");
-  scene.evaluation.cache_folder = cache().path();
-  return scene;
-}
-SimulatedMotion run(const Scene& scene) {
-  SimulatedMotion motion = simulate(scene);
-  EXPECT_EQ(motion.trouble, "") << scene.name;
-  EXPECT_EQ(motion.doubt, "") << scene.name;
-  return motion;
-}
 VectorXd state_of(const Scene& scene) {
   VectorXd x(scene.q.size() + scene.v.size());
   x << scene.q, scene.v;
@@ -195,6 +179,48 @@ TEST(RigidScenes, ABoxThatFallsComesToRestOnItsCorners) {
   }
 }
 
+// By every scheme, in short steps and in long ones: on its corners, at rest, and without an impact any more.
+TEST(RigidScenes, ATumblingBoxComesToRestByEveryScheme) {
+  for (const Integrator integrator : kIntegrators) {
+    if (is_adaptive(integrator)) continue;
+    for (const double step : {1e-3, 1e-2}) {
+      for (const double restitution : {0.0, 0.3}) {
+        Scene scene = shipped("tumbling_box");
+        for (auto& contact : scene.robot.constraints.rigid.contacts) contact.restitution = restitution;
+        scene.integrator = integrator;
+        scene.step = scene.sample = step;
+        scene.name = std::string(to_string(integrator)) + " by " + std::to_string(step);
+        const SimulatedMotion motion = run(scene);
+        ASSERT_EQ(motion.trouble, "") << scene.name;
+        const int last = motion.samples() - 1;
+        EXPECT_LT(motion.v.col(last).norm(), 1e-9) << scene.name;
+        EXPECT_NEAR(motion.q(2, last), 0.05, 1e-8) << scene.name;
+        EXPECT_NEAR(upward_force(scene, motion.reactions.col(last)), 2 * kGravity, 1e-7) << scene.name;
+        EXPECT_LT(motion.impacts, 200) << scene.name;
+      }
+    }
+  }
+}
+
+// Its velocities are not those of its positions, by the order of the step: what is stored says so.
+TEST(RigidScenes, AnElasticBallThatFallsLowerByItsStepsIsNoSuccess) {
+  for (const Integrator integrator : {Integrator::kSemiImplicitEuler, Integrator::kRungeKutta4}) {
+    Scene scene = shipped("rigid_bounce");
+    for (auto& contact : scene.robot.constraints.rigid.contacts) contact.restitution = 1;
+    scene.integrator = integrator;
+    scene.step = scene.sample = 1e-2;
+    const SimulatedMotion motion = simulate(scene);
+    const int last = motion.samples() - 1;
+    const double lost = motion.energy(0) - motion.energy(last);
+    const bool is_exact = integrator == Integrator::kRungeKutta4;
+    EXPECT_GE(motion.energy_error(), 0.99 * std::abs(lost)) << to_string(integrator);
+    EXPECT_EQ(motion.doubt.empty(), is_exact) << motion.doubt;
+    if (is_exact) {
+      EXPECT_LT(std::abs(lost), 1e-9);
+    }
+  }
+}
+
 TEST(RigidScenes, ImpactsOnlyTakeEnergyAndNothingSinks) {
   const Scene scene = shipped("tumbling_box");
   Steps steps(scene);
@@ -275,6 +301,8 @@ TEST(Loops, AFourBarLinkageStaysClosedAndMovesAsOneAngle) {
   const SimulatedMotion motion = run(scene);
   EXPECT_GT(motion.assembled_by, 0);
   EXPECT_LT(motion.assembled_by, 1e-3);
+  EXPECT_EQ(motion.slowed_by, 0);
+  EXPECT_LT(motion.loop_error, 1e-9);
   for (int k = 0; k < motion.samples(); ++k)
     EXPECT_LT(loop_error(scene.robot, motion.q.col(k)), 1e-9) << motion.t[std::size_t(k)];
   for (int k = 0; k < motion.samples(); ++k) EXPECT_NEAR(motion.energy(k), motion.energy(0), 1e-6);

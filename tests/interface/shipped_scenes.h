@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Scenes of config/scenes, compiled into a folder that goes with the tests.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <dyntape/interface/scene/simulate.h>
+
+#include "temporary_cache.h"
+
+namespace dyntape {
+
+inline const TemporaryCache& cache() {
+  static const TemporaryCache cache;
+  return cache;
+}
+
+inline std::string scene_file(const std::string& name) {
+  return DYNTAPE_SOURCE_DIR "/config/scenes/" + name + ".info";
+}
+
+inline Scene shipped(const std::string& name) {
+  Scene scene = read_scene(scene_file(name));
+  scene.evaluation.cache_folder = cache().path();
+  return scene;
+}
+
+// To its end, by steps that can be trusted.
+inline SimulatedMotion run(const Scene& scene) {
+  SimulatedMotion motion = simulate(scene);
+  EXPECT_EQ(motion.trouble, "") << scene.name;
+  EXPECT_EQ(motion.doubt, "") << scene.name;
+  return motion;
+}
+
+}  // namespace dyntape
