@@ -7,13 +7,23 @@
 namespace dyntape {
 
 struct RecordedEnergy {
-  Function function;               // (q, v, drive) -> kinetic, stored, powers
+  Function function;               // (q, v, drive) -> kinetic, stored, released, powers
   std::vector<std::string> flows;  // what the powers are of
 };
 
 namespace {
 
 using dynamics::Effects;
+
+// The power of what an effect stores: of its forces without velocity.
+AD released_power(const dynamics::Model<AD>& model, dynamics::Data<AD>& data,
+                  dynamics::EffectTorques<AD>& torques, const Effects<AD>& alone, const AD& power,
+                  const VectorXad& q, const VectorXad& v) {
+  if (!dynamics::stored_energy<AD>(model, data, alone, q).is_recorded()) return 0;
+  if (alone.acting().gravity) return power;
+  const VectorXad at_rest = VectorXad::Zero(v.size());
+  return v.dot(dynamics::effect_torques<AD>(model, data, torques, alone, q, at_rest));
+}
 
 RecordedEnergy record_energy(const RobotScene& scene) {
   const std::vector<int> dofs = actuated_dofs(scene);
@@ -28,13 +38,14 @@ RecordedEnergy record_energy(const RobotScene& scene) {
         const VectorXad q = x.head(nq), v = x.segment(nq, nv);
         const VectorXad tau = torques_at(dofs, x.tail(Eigen::Index(dofs.size())), nv);
         std::vector<AD> y = {dynamics::kinetic_energy<AD>(model, data, q, v, all.acting()),
-                             dynamics::stored_energy<AD>(model, data, all, q), v.dot(tau)};
+                             dynamics::stored_energy<AD>(model, data, all, q), 0, v.dot(tau)};
         flows = {"motors"};
         dynamics::for_each_effect_alone(all, [&](const char* name, const Effects<AD>& alone) {
           const AD power = dynamics::effect_power<AD>(model, data, torques, alone, q, v, tau);
           if (!power.is_recorded()) return;  // what only changes the inertia supplies nothing
           flows.push_back(name);
           y.push_back(power);
+          y[2] += released_power(model, data, torques, alone, power, q, v);
         });
         return VectorXad(Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size())));
       });
@@ -67,6 +78,7 @@ const Energy& EnergyMeter::at(const Eigen::VectorXd& x, const Eigen::VectorXd& d
   function_.value(input_.data(), nullptr, output_.data(), workspace_);
   energy_.kinetic = output_[0];
   energy_.stored = output_[1];
+  energy_.released = output_[2];
   energy_.power = output_.tail(flows());
   return energy_;
 }

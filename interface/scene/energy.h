@@ -5,6 +5,9 @@
 //   EnergyMeter meter(scene, {});
 //   const Energy& e = meter.at(x, drive);        // x = (q, v, ...); e.kinetic, e.stored (J), e.power (W)
 //   meter.names()                                // of e.power: "motors", then the effects that supply or take energy
+//
+// What moves must obey two balances: T changes by the work of all powers, and what is stored by that of the forces that store
+// it.  A scheme whose velocities are not those of its positions breaks the second.
 #pragma once
 
 #include <string>
@@ -19,6 +22,7 @@ struct Energy {
   double kinetic = 0;
   double stored = 0;  // in gravity, springs and whatever has a potential
   Eigen::VectorXd power;
+  double released = 0;  // of what is stored (W): - d/dt stored, from the forces
 };
 
 struct RecordedEnergy;

@@ -34,19 +34,21 @@ void RigidAccount::add_rows(const VectorXd& products, Eigen::Ref<VectorXd> sums)
   if (stops > 0) sums[flow] += products.tail(stops).sum();
 }
 
-VectorXd RigidAccount::powers(RigidStepper& rigid, const VectorXd& x, const VectorXd& u,
-                              const VectorXd& forces) {
-  VectorXd powers = VectorXd::Zero(work_.size());
-  powers.head(meter_.flows()) = meter_.at(x, drive_in(scene_, x, u)).power;
-  add_rows(forces.cwiseProduct(rigid.functions().near(x).u), powers);
-  return powers;
+void RigidAccount::add_powers(RigidStepper& rigid, const VectorXd& x, const VectorXd& u,
+                              const VectorXd& forces, double weight) {
+  const Energy& energy = meter_.at(x, drive_in(scene_, x, u));
+  work_.head(meter_.flows()) += weight * energy.power;
+  released_ += weight * energy.released;
+  add_rows(weight * forces.cwiseProduct(rigid.functions().near(x).u), work_);
 }
 
 void RigidAccount::add(RigidStepper& rigid, const VectorXd& u, double h) {
   reactions_.setZero();
   for (const RigidPiece& piece : rigid.pieces()) {
-    const auto at = [&](const VectorXd& x) { return powers(rigid, x, u, piece.forces); };
-    work_ += piece.h / 6 * (at(piece.begin) + 4 * at(piece.middle) + at(piece.end));
+    const double sixth = piece.h / 6;
+    add_powers(rigid, piece.begin, u, piece.forces, sixth);
+    add_powers(rigid, piece.middle, u, piece.forces, 4 * sixth);
+    add_powers(rigid, piece.end, u, piece.forces, sixth);
     reactions_ += piece.h / h * piece.forces;
   }
   for (const RigidImpact& impact : rigid.impacts()) {

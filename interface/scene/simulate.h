@@ -41,6 +41,7 @@ struct SimulatedMotion {
   std::vector<double> t;                // (s)
   Eigen::MatrixXd q, v, drive;          // (nq, nv, driven joints) x samples; drive: torques of the motors
   std::vector<double> kinetic, stored;  // (J)
+  std::vector<double> released;         // (J) since the start, of what is stored: the work of what stores it
   // (m) x samples, of the rows of rigid contacts and stops (rigid_contacts.h): their means over the step that ends with the
   // sample, impulses included (N, N m).
   Eigen::MatrixXd reactions;
@@ -48,6 +49,8 @@ struct SimulatedMotion {
 
   long impacts = 0;                            // of rigid contacts and stops
   double assembled_by = 0;                     // how far a joint was moved to close the loops at the start
+  double slowed_by = 0;                        // how much its velocity was changed for that, largest entry
+  double loop_error = 0;                       // the farthest that loops were open at samples (m, rad)
   long steps = 0;                              // that were made
   StepEffort effort = {};                      // of adaptive ones
   std::string trouble;                         // why it ended ahead of its time, or ""
@@ -60,9 +63,10 @@ struct SimulatedMotion {
   int samples() const { return static_cast<int>(t.size()); }
   bool is_whole() const { return trouble.empty() && doubt.empty() && !was_stopped; }
   double energy(int sample) const { return kinetic[std::size_t(sample)] + stored[std::size_t(sample)]; }
-  // Largest difference of T from what the work of all flows makes of it (J), and the largest energy that moved: what it
-  // is to be compared with.
+  // Largest difference of T from what the work of all flows makes of it, added to that of what is stored from what was
+  // released (J), and the largest energy that moved: what it is to be compared with.
   double energy_error() const;
+  double energy_gain() const;  // likewise, of what came from nowhere alone (J)
   double energy_scale() const;
 };
 

@@ -97,6 +97,10 @@ std::string SimulationReport::text() const {
       {"computed in", io::duration(motion.step_seconds) + ", " + per_second(simulated, motion.step_seconds)});
   if (motion.assembled_by > 0)
     facts.append({"start, to close loops", "moved by " + io::significant(motion.assembled_by, 3)});
+  if (motion.slowed_by > 1e-12)
+    facts.append(
+        {"start, velocity", "changed by " + io::significant(motion.slowed_by, 3) + " to keep loops closed"});
+  if (motion.loop_error > 0) facts.append({"loops open by", io::scientific(motion.loop_error) + " m or rad"});
   if (!scene.robot.constraints.rigid.empty()) facts.append({"impacts", io::with_groups(motion.impacts)});
   facts.append({"energy balance off by", io::scientific(motion.energy_error()) + " J of " +
                                              io::significant(motion.energy_scale(), 3) + " J that moved"});
@@ -131,7 +135,10 @@ std::string SimulationReport::json() const {
                    {"jacobians", motion.effort.jacobians}};
   }
   j["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
-  if (!scene.robot.constraints.loops.empty()) j["assembled_by"] = motion.assembled_by;
+  if (!scene.robot.constraints.loops.empty())
+    j["loops"] = {{"assembled_by", motion.assembled_by},
+                  {"slowed_by", motion.slowed_by},
+                  {"open_by", motion.loop_error}};
   if (!scene.robot.constraints.rigid.empty()) j["impacts"] = motion.impacts;
   j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
   for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
