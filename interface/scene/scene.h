@@ -47,7 +47,7 @@ struct BaseStart {
 
 struct Scene {
   std::string name, file, urdf;
-  std::vector<std::string> notes;  // what was odd in the robot's file
+  std::vector<std::string> notes;  // what was odd in the robot's file; which sample of a sweep it is
   RobotScene robot;
   Eigen::VectorXd q, v;  // at the start
   BaseStart base;        // what stands in q and v of it, where there is one

@@ -16,6 +16,13 @@ namespace {
 
 using io::Section;
 
+// Of the problems of another file the first, and how many there are.
+std::string first_of(const std::string& problems) {
+  const auto more = std::count(problems.begin(), problems.end(), '\n');
+  const std::string first = problems.substr(0, problems.find('\n'));
+  return more == 0 ? first : first + " (and " + std::to_string(more) + " more; check-config lists them)";
+}
+
 // The scene that the file names, where there is one without problems.
 bool take_swept_scene(Section& file, SceneSweep& sweep) {
   const std::string name =
@@ -27,9 +34,17 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
     file.problem("scene", "'" + name + "' has constraints, which only simulate knows");
     return false;
   } catch (const Error& e) {
-    file.problem("scene", e.what());
+    file.problem("scene", first_of(e.what()));
     return false;
   }
+}
+
+// Names that columns of the table have already.
+std::vector<std::string> taken_names(const SceneSweep& sweep, bool known) {
+  std::vector<std::string> names = {"sample", "ok"};
+  if (!known) return names;
+  for (const std::string& name : result_names(sweep.scene)) names.push_back(name);
+  return names;
 }
 
 void read_values(Section& file, SceneSweep& sweep, bool known) {
@@ -37,9 +52,13 @@ void read_values(Section& file, SceneSweep& sweep, bool known) {
   std::vector<Section> blocks;
   if (vary.about("one number, or one for several joints").has("value")) blocks = vary.children("value");
   if (blocks.empty()) blocks.push_back(vary.child("value"));  // the list of keys, or a problem
+  const std::vector<std::string> taken = taken_names(sweep, known);
   for (Section& block : blocks) {
     const std::optional<SweptValue> value = read_value(block, known ? &sweep.scene : nullptr);
     if (!value) continue;
+    if (std::find(taken.begin(), taken.end(), value->name) != taken.end())
+      block.problem("name",
+                    "the results have a column '" + value->name + "' of their own; expected another name");
     for (const SweptValue& other : sweep.values) {
       if (overlap(value->place, other.place)) {
         block.problem("of", "'" + value->name + "' varies with '" + other.name + "' already, expected once");

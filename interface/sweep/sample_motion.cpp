@@ -80,7 +80,10 @@ std::string HalfSteps::doubt(const SceneSweep& sweep, long row) const {
     const double away = (errors_[k].array() / scale).maxCoeff();
     if (away > farthest) farthest = away, worst = k;
   }
-  return doubt_at(scene_of(sweep, row), looks_[worst]);
+  const Scene scene = scene_of(sweep, row);
+  std::string stiff = doubt_at(scene, looks_.front());
+  if (stiff.empty() && worst > 0) stiff = doubt_at(scene, looks_[worst]);
+  return stiff;
 }
 
 SweptFunctions::SweptFunctions(const SceneSweep& all, const CodegenOptions& options)

@@ -29,8 +29,8 @@ class HalfSteps {
   // `end` of the whole step from `look`, and of the two halves.
   void note(const Scene& scene, Look look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
 
-  // As simulate doubts a motion (interface/scene/step_doubts.h), but of stiffness at one place alone: where half steps lead
-  // farthest away.  "" or a sentence.
+  // As simulate doubts a motion (interface/scene/step_doubts.h), but of stiffness at two places alone: at the first, and
+  // where half steps lead farthest away.  "" or a sentence.
   std::string doubt(const SceneSweep& sweep, long row) const;
 
  private:

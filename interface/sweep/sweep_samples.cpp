@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/robot/model_parameters.h>
 #include <dyntape/interface/sweep/random_numbers.h>
 #include <dyntape/interface/sweep/sweep.h>
@@ -148,6 +149,13 @@ Scene scene_of(const SceneSweep& sweep, long row) {
   scene.base = start.base;
   scene.q = std::move(start.q), scene.v = std::move(start.v), scene.commands.u = std::move(start.u);
   scene.evaluation = of_single_samples(sweep.evaluation);
+  std::string numbers;
+  for (std::size_t k = 0; k < sweep.values.size(); ++k)
+    numbers += (k ? ", " : "") + sweep.values[k].name + " " + io::shortest(values[Eigen::Index(k)]);
+  scene.notes.push_back("sample " + std::to_string(row) + " of " + sweep.name + ": " + numbers);
+  scene.effective = "; Sample " + std::to_string(row) + " of " + sweep.file +
+                    ", in which these numbers stand instead of those below:\n;   " + numbers + "\n" +
+                    scene.effective;
   put_parameters<double>(sweep, scene.robot.model, scene.robot.effects, parameters_in(sweep, values));
   return scene;
 }

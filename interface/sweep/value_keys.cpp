@@ -83,7 +83,8 @@ class PlaceReader {
     for (const EffectNumber& number : numbers_) {
       if (number.use == EffectNumber::Use::kVaries) names.push_back(number.path);
     }
-    names.insert(names.end(), {kPositions, kVelocities, kTorques, "robot.mass:LINK"});
+    names.insert(names.end(), {kPositions, kVelocities, kTorques, "robot.mass:LINK", "robot.comx:LINK",
+                               "robot.comy:LINK", "robot.comz:LINK", "robot.length:JOINT"});
     if (floats(model_)) {
       for (const BaseKey& key : kBaseKeys) names.emplace_back(key.path);
     }
@@ -224,6 +225,8 @@ void read_numbers(Section& block, const io::Range& range, SweptValue& value) {
     value.steps = block.about("of a grid: how many").get<long>("steps", io::between(1, double(kMostRows)));
   if (value.spread != Spread::kGrid && !(value.from <= value.to))
     block.problem("to", "'to' is less than 'from', expected as much or more");
+  if (!std::isfinite(value.to - value.from))
+    block.problem("to", "'from' and 'to' are farther apart than a double can hold");
   if (value.spread == Spread::kLogUniform && !(value.from > 0))
     block.problem("from",
                   "'from' of log-uniform numbers must be positive, got '" + io::shortest(value.from) + "'");

@@ -92,10 +92,7 @@ void simulate_sample(const SweepWords& words, const SceneSweep& sweep) {
   SimulationReport report{scene, simulate(scene, {interruption.token(), tell})};
   line.erase();
   write_results(report, words.output, interruption.token());
-  const Eigen::VectorXd values = values_of(sweep, *words.sample);
-  for (std::size_t k = 0; k < sweep.values.size() && !words.json; ++k)
-    std::cout << sweep.values[k].name << " " << io::shortest(values[Eigen::Index(k)]) << "\n";
-  std::cout << (words.json ? report.json() : "\n" + report.text()) << std::flush;
+  std::cout << (words.json ? report.json() : report.text()) << std::flush;
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
   if (report.motion.was_stopped) throw Failure{interruption.status()};
   if (!report.success() || !report.unwritten.empty()) throw Failure{};
