@@ -2,6 +2,7 @@
 //
 // Whether the time that a scene takes follows the operations that --explain counts: thirty scenes, the accelerations of
 // each and their Jacobian, least squares of ns by operations.  The exit status is 1 where R^2 is not above 0.98.
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <string>
@@ -44,28 +45,50 @@ double r_squared(const std::vector<double>& x, const std::vector<double>& y) {
   return a.dot(b) * a.dot(b) / (a.squaredNorm() * b.squaredNorm());
 }
 
+Scene scene_of(const Robot& robot, const std::string& effects, const std::string& root) {
+  return read_scene_text("robot\n{\nurdf " + root + "/config/robots/" + robot.file + ".urdf\nbase " +
+                             robot.base + "\n}\neffects\n{\n" + effects +
+                             "\n}\nsimulation\n{\nduration 1\n}\n",
+                         root + "/(operation_times)");
+}
+
 int run(const std::string& root) {
-  std::vector<double> operations, seconds, jacobian_operations, jacobian_seconds;
-  std::printf("%-18s %10s %8s %10s %8s\n", "robot", "operations", "ns", "Jacobian", "ns");
+  struct Row {
+    std::string name;
+    Scene scene;
+    FunctionCost cost;
+  };
+  std::vector<Row> rows;
   for (const Robot& robot : kRobots) {
     for (const std::string& effects : kEffects) {
-      const std::string text = "robot\n{\nurdf " + root + "/config/robots/" + robot.file + ".urdf\nbase " +
-                               robot.base + "\n}\neffects\n{\n" + effects +
-                               "\n}\nsimulation\n{\nduration 1\n}\n";
-      const Scene scene = read_scene_text(text, root + "/(operation_times)");
-      const FunctionCost cost = scene_cost(scene.robot, scene.evaluation, true);
-      operations.push_back(double(cost.value.operations));
-      seconds.push_back(cost.value.seconds);
-      jacobian_operations.push_back(double(cost.jacobian.operations));
-      jacobian_seconds.push_back(cost.jacobian.seconds);
-      std::printf("%-18s %10ld %8.0f %10ld %8.0f\n", robot.file.c_str(), cost.value.operations,
-                  1e9 * cost.value.seconds, cost.jacobian.operations, 1e9 * cost.jacobian.seconds);
+      const Scene scene = scene_of(robot, effects, root);
+      rows.push_back({robot.file, scene, scene_cost(scene.robot, scene.evaluation, true)});
     }
   }
-  const double value = r_squared(operations, seconds);
-  const double jacobian = r_squared(jacobian_operations, jacobian_seconds);
-  std::printf("R^2 %.4f, of Jacobians %.4f\n", value, jacobian);
-  return value > 0.98 && jacobian > 0.98 ? 0 : 1;
+  // A machine that others use slows down for seconds at a time, so the shortest of passes that lie apart counts.
+  constexpr int kPasses = 20;
+  for (int pass = 1; pass < kPasses; ++pass) {
+    for (Row& row : rows) {
+      const FunctionCost again = scene_cost(row.scene.robot, row.scene.evaluation, true);
+      row.cost.value.seconds = std::min(row.cost.value.seconds, again.value.seconds);
+      row.cost.jacobian.seconds = std::min(row.cost.jacobian.seconds, again.jacobian.seconds);
+    }
+  }
+  std::vector<double> operations, seconds, jacobian_operations, jacobian_seconds;
+  std::printf("%-18s %10s %8s %10s %8s\n", "robot", "operations", "ns", "Jacobian", "ns");
+  for (const Row& row : rows) {
+    const Cost &value = row.cost.value, &jacobian = row.cost.jacobian;
+    operations.push_back(double(value.operations));
+    seconds.push_back(value.seconds);
+    jacobian_operations.push_back(double(jacobian.operations));
+    jacobian_seconds.push_back(jacobian.seconds);
+    std::printf("%-18s %10ld %8.0f %10ld %8.0f\n", row.name.c_str(), value.operations, 1e9 * value.seconds,
+                jacobian.operations, 1e9 * jacobian.seconds);
+  }
+  const double of_values = r_squared(operations, seconds);
+  const double of_jacobians = r_squared(jacobian_operations, jacobian_seconds);
+  std::printf("R^2 %.4f, of Jacobians %.4f\n", of_values, of_jacobians);
+  return of_values > 0.98 && of_jacobians > 0.98 ? 0 : 1;
 }
 
 }  // namespace

@@ -24,10 +24,17 @@ for victim in 1 3; do
     "${mpirun[@]}" -n 4 "$dyntape" sweep "$scratch/sweep.info" --output "$folder" >/dev/null 2>"$scratch/log" &
     job=$!
     sleep 1.2
-    rank=$(pgrep -P $job | sed -n ${victim}p || true)
+    rank=$(pgrep -P $job | sed -n ${victim}p) || rank=  # none, where all have ended
     if [ -n "$rank" ] && [ $kills -lt 3 ]; then
-      kill -KILL "$rank" 2>/dev/null && kills=$((kills + 1))
-      wait $job && { echo "a killed rank was no failure"; exit 1; } || true
+      if kill -KILL "$rank" 2>/dev/null; then
+        kills=$((kills + 1))
+        if wait $job; then
+          echo "a killed rank was no failure"
+          exit 1
+        fi
+      else
+        wait $job  # it had come to its end
+      fi
     else
       wait $job || { cat "$scratch/log"; exit 1; }
     fi
