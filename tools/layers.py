@@ -48,12 +48,12 @@ ROOMS = {
     'interface/io': (['codegen/system'], 28, 2800),  # settings, tables, pictures, lines that live on a terminal
     'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 15, 1600),  # leaving Ipopt inside an iteration
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 17, 1750),  # leaving Ipopt inside an iteration; Riccati's recursion
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3750),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 950),
-    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 20, 2150),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 9, 1000),
+    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2500),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',

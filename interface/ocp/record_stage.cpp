@@ -12,6 +12,10 @@ std::string entry(const std::string& name, Eigen::Index i, Eigen::Index size) {
   return size == 1 ? name : name + "[" + std::to_string(i) + "]";
 }
 
+bool is_constraint(const Term& term) {
+  return term.role == Role::kEquality || term.role == Role::kInequality;
+}
+
 class Parts {
  public:
   explicit Parts(const Problem& problem) : problem_(problem) {}
@@ -71,15 +75,17 @@ class Parts {
 
   void add_terms(Where where, const Stage<AD>& stage) {
     for (const Term& term : problem_.terms) {
-      const bool constraint = term.role == Role::kEquality || term.role == Role::kInequality;
-      if (term.where == where && constraint) add_constraint(term, stage);
+      if (term.where == where && is_constraint(term)) add_constraint(term, stage);
     }
+    append(VectorXad::Constant(1, costs(where, stage)), "cost");
+  }
+
+  AD costs(Where where, const Stage<AD>& stage) const {
     AD cost(0);
     for (const Term& term : problem_.terms) {
-      const bool constraint = term.role == Role::kEquality || term.role == Role::kInequality;
-      if (term.where == where && !constraint) cost += cost_of(term, stage);
+      if (term.where == where && !is_constraint(term)) cost += cost_of(term, stage);
     }
-    append(VectorXad::Constant(1, cost), "cost");
+    return cost;
   }
 
   VectorXad result() const {
@@ -134,7 +140,82 @@ void check_rate(const Problem& problem, const VectorXad& rate) {
                       " entries, expected one a state: " + std::to_string(problem.n_x()));
 }
 
+void check_shooting(const Problem& problem) {
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError(
+        "problem \"" + problem.name + "\": " + what +
+        ", which steps from stage to stage do not know; expected costs, and limits of controls");
+  };
+  if (problem.n_a() > 0) refuse("the dynamics are in their inverse form");
+  for (const Term& term : problem.terms) {
+    if (is_constraint(term)) refuse("the term \"" + term.name + "\" is a constraint");
+  }
+  for (int i = 0; i < problem.n_x(); ++i) {
+    const std::string state = "\"" + problem.states[std::size_t(i)] + "\"";
+    if (std::isnan(problem.start[i])) refuse("the start of the state " + state + " is free");
+    if (!std::isnan(problem.goal[i])) refuse("the end of the state " + state + " is given");
+    if (problem.x.lower[i] > -HUGE_VAL || problem.x.upper[i] < HUGE_VAL)
+      refuse("the state " + state + " has limits");
+  }
+}
+
+// (x, int L) after h.
+VectorXad runge_kutta_step(const std::function<VectorXad(const AD& t, const VectorXad& x)>& rate, const AD& t,
+                           const AD& h, const VectorXad& x) {
+  const AD half = h / 2, middle = t + half;
+  const VectorXad k1 = rate(t, x), k2 = rate(middle, x + half * k1), k3 = rate(middle, x + half * k2),
+                  k4 = rate(t + h, x + h * k3);
+  return x + (k1 + 2 * (k2 + k3) + k4) * (h / 6);
+}
+
 }  // namespace
+
+RecordedShooting record_shooting(const Problem& problem) {
+  check(problem);
+  check_shooting(problem);
+  const int n_x = problem.n_x();
+  const double middle = problem.duration / 2;
+  const Stage<double> at = problem.guess ? problem.guess(middle) : straight_line(problem)(middle);
+  RecordOptions options;
+  for (const Eigen::VectorXd* part : {&at.x, &at.u})
+    options.variables.insert(options.variables.end(), part->begin(), part->end());
+  options.parameters = {middle, 0.01 * problem.duration};
+  options.variable_names = stage_names(problem);
+  options.parameter_names = {"t", "h"};
+  const Parts parts(problem);
+  RecordedShooting recorded;
+  recorded.step = record(
+      problem.name + " step", options.variables.size(), 2,
+      [&](const VectorXad& z, const VectorXad& p) {
+        VectorXad x(n_x + 1);
+        x << z.head(n_x), AD(0);
+        const auto rate = [&](const AD& t, const VectorXad& y) {
+          const Stage<AD> stage{t, y.head(n_x), {}, z.tail(problem.n_u())};
+          const VectorXad of_state = problem.rate(stage);
+          check_rate(problem, of_state);
+          VectorXad all(n_x + 1);
+          all << of_state, parts.costs(Where::kRunning, stage);
+          return all;
+        };
+        return runge_kutta_step(rate, p[0], p[1], x);
+      },
+      options, nullptr, 0);
+  recorded.step.output_names = problem.states;
+  recorded.step.output_names.push_back("cost");
+  options.variables.resize(std::size_t(n_x));
+  options.variable_names = problem.states;
+  options.parameters = {problem.duration};
+  options.parameter_names = {"t"};
+  recorded.end = record(
+      problem.name + " end of steps", std::size_t(n_x), 1,
+      [&](const VectorXad& x, const VectorXad& p) {
+        const Stage<AD> stage{p[0], x, {}, VectorXad::Zero(problem.n_u())};
+        return VectorXad(VectorXad::Constant(1, parts.costs(Where::kTerminal, stage)));
+      },
+      options, nullptr, 0);
+  recorded.end.output_names = {"cost"};
+  return recorded;
+}
 
 std::vector<std::string> stage_names(const Problem& problem) {
   std::vector<std::string> names = problem.states;

@@ -97,6 +97,21 @@ std::string identity_of_results(const std::string& report) {
              : "";
 }
 
+// Files that someone killed was about to put in place (temporary_name_beside of text_file.h): .NAME.1-2-3.tmp.EXTENSION.
+// Who holds the lock is alone.
+void remove_abandoned(const std::string& folder) {
+  for (const std::string& name : codegen::names_in(folder)) {
+    const std::size_t end = name.rfind(".tmp"), begin = end == 0 ? end : name.rfind('.', end - 1);
+    if (!name.starts_with(".") || end == std::string::npos || begin == 0 || begin == std::string::npos)
+      continue;
+    const std::string mark = name.substr(begin + 1, end - begin - 1);
+    const bool is_mark = mark.find_first_not_of("0123456789-") == std::string::npos &&
+                         std::count(mark.begin(), mark.end(), '-') == 2;
+    std::error_code none;
+    if (is_mark) fs::remove(folder + "/" + name, none);
+  }
+}
+
 codegen::Descriptor locked(const std::string& folder) {
   const std::string path = folder + "/.lock";
   codegen::Descriptor lock(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644));
@@ -146,6 +161,8 @@ SweepFolder::SweepFolder(const std::string& folder, const SceneSweep& sweep, Res
   fs::create_directories(chunks, error);
   if (error) throw FileError(chunks + ": cannot make this folder: " + error.message());
   lock_ = locked(chunks);
+  remove_abandoned(chunks);
+  remove_abandoned(folder);
   if (restart == Restart::kYes) {
     for (const std::string& name : codegen::names_in(chunks)) {
       if (name.ends_with(".rows")) fs::remove(chunks + "/" + name, error);

@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/solvers/riccati.h>
+
+#include <Eigen/Cholesky>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+std::vector<Eigen::Index> places_of(const std::vector<bool>& chosen) {
+  std::vector<Eigen::Index> places;
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    if (chosen[i]) places.push_back(Eigen::Index(i));
+  }
+  return places;
+}
+
+double value_of(const MatrixXd& H, const VectorXd& g, const VectorXd& u) {
+  return u.dot(H * u) / 2 + g.dot(u);
+}
+
+}  // namespace
+
+// Each round holds the inputs that are at a limit and would go beyond, and takes Newton's step of the others, shortened
+// until the cost goes down.
+VectorXd box_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower, const VectorXd& upper,
+                     std::vector<bool>& is_free) {
+  constexpr int kMostRounds = 100, kHalvings = 40;
+  const auto clamped = [&](const VectorXd& u) { return VectorXd(u.cwiseMax(lower).cwiseMin(upper)); };
+  VectorXd u = clamped(VectorXd::Zero(g.size()));
+  is_free.assign(std::size_t(g.size()), true);
+  for (int round = 0; round < kMostRounds; ++round) {
+    const VectorXd slope = H * u + g;
+    for (Eigen::Index i = 0; i < u.size(); ++i) {
+      const bool stays = (u[i] <= lower[i] && slope[i] > 0) || (u[i] >= upper[i] && slope[i] < 0);
+      is_free[std::size_t(i)] = !stays;
+    }
+    const std::vector<Eigen::Index> free = places_of(is_free);
+    VectorXd step = VectorXd::Zero(u.size());
+    if (!free.empty()) step(free) = -H(free, free).llt().solve(slope(free));
+    const double now = value_of(H, g, u);
+    VectorXd next = clamped(u + step);
+    for (int i = 0; i < kHalvings && value_of(H, g, next) > now; ++i) next = clamped(u + (step /= 2));
+    const bool is_done = (next - u).cwiseAbs().maxCoeff() <= 1e-14 * (1 + u.cwiseAbs().maxCoeff());
+    u = std::move(next);
+    if (is_done || free.empty()) break;
+  }
+  return u;
+}
+
+void Riccati::begin(const MatrixXd& H, const VectorXd& g) {
+  P_ = H;
+  p_ = g;
+}
+
+bool Riccati::push(const LqStage& s, double shift) {
+  const Eigen::Index n = s.A.cols(), m = s.B.cols();
+  F_.resize(n, n + m);
+  F_ << s.A, s.B;
+  PF_.noalias() = P_ * F_;
+  Q_ = s.H;
+  Q_.noalias() += F_.transpose() * PF_;
+  q_ = s.g + F_.transpose() * (p_ + P_ * s.c);
+
+  MatrixXd Q_uu = Q_.bottomRightCorner(m, m);
+  Q_uu.diagonal().array() += shift;
+  const Eigen::LLT<MatrixXd> factors(Q_uu);
+  if (factors.info() != Eigen::Success || !Q_uu.allFinite()) return false;
+  const auto Q_ux = Q_.bottomLeftCorner(m, n);
+  policy_.K.setZero(m, n);
+  const bool is_limited = s.lower.size() > 0;
+  if (is_limited) {
+    std::vector<bool> is_free;
+    policy_.k = box_minimum(Q_uu, q_.tail(m), s.lower, s.upper, is_free);
+    const std::vector<Eigen::Index> free = places_of(is_free);
+    if (!free.empty()) policy_.K(free, Eigen::all) = -Q_uu(free, free).llt().solve(Q_ux(free, Eigen::all));
+  } else {
+    policy_.k = -factors.solve(q_.tail(m));
+    policy_.K = -factors.solve(Q_ux);
+  }
+
+  P_ = Q_.topLeftCorner(n, n) + Q_ux.transpose() * policy_.K;
+  p_ = q_.head(n) + Q_ux.transpose() * policy_.k;
+  if (shift > 0 || is_limited) {
+    const MatrixXd rest = Q_ux + Q_.bottomRightCorner(m, m) * policy_.K;
+    P_ += policy_.K.transpose() * rest;
+    p_ += policy_.K.transpose() * (q_.tail(m) + Q_.bottomRightCorner(m, m) * policy_.k);
+  }
+  P_ = (P_ + P_.transpose()).eval() / 2;
+  return true;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Differential dynamic programming: an optimal control problem by Newton steps that go from stage to stage.
+//
+//   Problem p = ...;                                             // costs, limits of controls, a start (problem.h)
+//   const DdpSolution s = solve_by_ddp(p, {.intervals = 100});
+//   if (s.success()) use(s.u, s.policy[k].K);                    // u = u_k + K_k (x - x_k) at node k
+//
+// The controls are held over N intervals, each one step of the classical Runge-Kutta scheme of state and costs.  An iteration
+// linearises all steps, makes the cost quadratic, solves that problem by the Riccati recursion (riccati.h), and rolls the
+// true dynamics out with the policy, shortened until the merit goes down.
+//   kExact          with the curvature of the dynamics, contracted with the slope of the cost to go: quadratic convergence
+//   kGaussNewton    without it (iLQR): cheaper, linear convergence unless the dynamics are linear
+// Starts.  kRollOut: the guess's controls from the given start.  kNodes: also its states, which need not be a motion: what is
+// missing between two nodes is closed by the share of the step that is taken (multiple shooting; the merit counts it).
+//
+// What it ends with.  `slope[k]` is the gradient of the cost to go at node k, by the policy; `adjoint[k]` that of the
+// Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.  Solved: the largest
+// projected slope by a control, L_u + B^T lambda, is below `tolerance` times the largest one's size, and no gap is left
+// (tolerance times the size of the states).  Acceptable: 1e4 times that, where the cost's rounding allows no less, as with
+// kGaussNewton, whose slopes fall with the root of what the cost is off by.  true_defect: what the steps are off by, found by integrating the problem's
+// own rate to 1e-12 (verify.h) over each interval.
+//
+// Errors: ArgumentError for what the method does not know (record_stage.h), for a guess that does not fit; NumericalError
+// where the functions are not finite at the start.  How the solve ended is no error but a status.
+//
+// Sources: D. Jacobson, D. Mayne, Differential Dynamic Programming, 1970; W. Li, E. Todorov, ICINCO 2004 (iLQR); M. Giftthaler
+// et al., A family of iterative Gauss-Newton shooting methods, IROS 2018 (gaps); Y. Tassa et al., ICRA 2014 (limits).
+#pragma once
+
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/options.h>
+#include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/solvers/riccati.h>
+#include <dyntape/interface/solvers/status.h>
+
+namespace dyntape {
+
+enum class DdpHessian { kExact, kGaussNewton };
+enum class DdpStart { kRollOut, kNodes };
+
+struct DdpOptions {
+  int intervals = 100;
+  DdpHessian hessian = DdpHessian::kExact;
+  DdpStart start = DdpStart::kRollOut;
+  double tolerance = 1e-9;
+  int max_iterations = 500;
+  CodegenOptions evaluation = {};
+  std::stop_token stop = {};
+};
+
+struct DdpIteration {
+  double cost, gap, slope;  // at its beginning: largest gap, largest projected slope by a control
+  double shift, length;     // that its step needed
+};
+
+struct DdpSolution {
+  SolveStatus status = SolveStatus::kSolverError;
+  double cost = 0;
+  Eigen::VectorXd t;               // (N + 1) s
+  Eigen::MatrixXd x, u;            // (n_x x N + 1), (n_u x N)
+  std::vector<LqPolicy> policy;    // (N), its k the last step's
+  Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1)
+  std::vector<DdpIteration> iterations;
+  double true_defect = 0;                 // largest over the intervals; NaN where one cannot be simulated
+  double build_seconds = 0, seconds = 0;  // of recording and compiling; of the iterations
+
+  bool success() const { return status == SolveStatus::kSolved; }
+};
+
+DdpSolution solve_by_ddp(const Problem& problem, const DdpOptions& options = {});
+
+}  // namespace dyntape

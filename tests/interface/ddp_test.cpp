@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Differential dynamic programming against what does not know it: costs of roll-outs written here, the Riccati recursion,
+// collocation.
+#include <gtest/gtest.h>
+
+#include <random>
+#include <sstream>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/transcription/ddp.h>
+
+#include "ocp_problems.h"
+
+namespace dyntape {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using test::cart_pole_rate;
+using test::kInterpreted;
+
+DdpSolution solved(const Problem& problem, DdpOptions options) {
+  options.evaluation = kInterpreted;
+  DdpSolution s = solve_by_ddp(problem, options);
+  std::ostringstream last;
+  for (std::size_t i = s.iterations.size() < 4 ? 0 : s.iterations.size() - 4; i < s.iterations.size(); ++i) {
+    const DdpIteration& at = s.iterations[i];
+    last << "\ncost " << at.cost << " gap " << at.gap << " slope " << at.slope << " shift " << at.shift
+         << " length " << at.length;
+  }
+  EXPECT_EQ(s.status, SolveStatus::kSolved) << problem.name << ": " << to_string(s.status) << last.str();
+  return s;
+}
+
+// A swing-up whose goal is a cost at the end.
+Problem soft_swing_up(double force_limit = HUGE_VAL) {
+  Problem p("cart-pole, softly", {"p", "th", "pd", "thd"}, {"u"}, 2.0, cart_pole_rate());
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.add(terminal_squares("upright", [](const auto& s) {
+    const double goal[] = {1, std::numbers::pi, 0, 0};
+    auto off = s.x;
+    for (int i = 0; i < 4; ++i) off[i] = 30. * (s.x[i] - goal[i]);
+    return off;
+  }));
+  p.start.setZero();
+  p.goal.setConstant(Problem::kFree);
+  p.u.lower[0] = -force_limit, p.u.upper[0] = force_limit;
+  p.guess = [](double t) {
+    return Stage<double>{
+        t, Eigen::Vector4d(t / 2, std::numbers::pi * t / 2, 0, 0), {}, VectorXd::Constant(1, 0.1)};
+  };
+  return p;
+}
+
+// The cost of controls, by steps written out once more.
+double cost_of(const Problem& problem, const MatrixXd& u) {
+  const double h = problem.duration / double(u.cols());
+  VectorXd x = problem.start;
+  double cost = 0;
+  const auto costs = [&](Where where, const Stage<double>& stage) {
+    double sum = 0;
+    for (const Term& term : problem.terms) {
+      if (term.where != where) continue;
+      const VectorXd r = term.function(stage);
+      sum += term.role == Role::kSquares ? r.squaredNorm() : r[0];
+    }
+    return sum;
+  };
+  for (Eigen::Index k = 0; k < u.cols(); ++k) {
+    const auto at = [&](double s, const VectorXd& y) {
+      return Stage<double>{double(k) * h + s, y, {}, u.col(k)};
+    };
+    const VectorXd k1 = problem.rate(at(0, x)), x2 = x + h / 2 * k1, k2 = problem.rate(at(h / 2, x2)),
+                   x3 = x + h / 2 * k2, k3 = problem.rate(at(h / 2, x3)), x4 = x + h * k3,
+                   k4 = problem.rate(at(h, x4));
+    cost += h / 6 *
+            (costs(Where::kRunning, at(0, x)) + 2 * costs(Where::kRunning, at(h / 2, x2)) +
+             2 * costs(Where::kRunning, at(h / 2, x3)) + costs(Where::kRunning, at(h, x4)));
+    x += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4);
+  }
+  return cost + costs(Where::kTerminal, {problem.duration, x, {}, VectorXd::Zero(u.rows())});
+}
+
+// Linear dynamics and a quadratic cost at random.
+Problem random_lqr(unsigned seed) {
+  std::mt19937_64 numbers(seed);
+  const auto random = [&](int rows, int cols) {
+    return MatrixXd(MatrixXd::NullaryExpr(
+        rows, cols, [&] { return 2 * (static_cast<double>(numbers() >> 11) * 0x1p-53) - 1; }));
+  };
+  const MatrixXd A = random(3, 3), B = random(3, 2), C = random(3, 3), D = random(3, 2);
+  Problem p("lqr", {"a", "b", "c"}, {"u", "w"}, 1.5, [=](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    return (A.cast<T>() * s.x + B.cast<T>() * s.u).eval();
+  });
+  p.add(running_squares("mixed", [=](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    return (C.cast<T>() * s.x + D.cast<T>() * s.u).eval();
+  }));
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.add(terminal_squares("end", [](const auto& s) { return s.x; }));
+  p.start = random(3, 1);
+  p.goal.setConstant(Problem::kFree);
+  return p;
+}
+
+TEST(Ddp, SolvesLinearQuadraticProblemsInOneIteration) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const Problem p = random_lqr(seed);
+    for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
+      for (const DdpStart start : {DdpStart::kRollOut, DdpStart::kNodes}) {
+        const DdpSolution s =
+            solved(p, {.intervals = 15, .hessian = hessian, .start = start, .tolerance = 1e-12});
+        ASSERT_EQ(s.iterations.size(), 2u) << seed;  // the second finds nothing left
+        EXPECT_NEAR(s.cost, cost_of(p, s.u), 1e-13 * (1 + s.cost));
+        // Any other controls cost more.
+        MatrixXd other = s.u;
+        other(0, 7) += 1e-3, other(1, 3) -= 1e-3;
+        EXPECT_GT(cost_of(p, other), s.cost);
+      }
+    }
+  }
+}
+
+TEST(Ddp, EndsWhereTheCostHasNoSlope) {
+  for (const double limit : {HUGE_VAL, 9.0}) {
+    const Problem p = soft_swing_up(limit);
+    const DdpSolution s = solved(p, {.intervals = 60});
+    EXPECT_NEAR(s.cost, cost_of(p, s.u), 1e-11 * s.cost);
+    int at_limit = 0;
+    for (Eigen::Index k = 0; k < s.u.cols(); ++k) {
+      const double h = 1e-4;
+      MatrixXd up = s.u, down = s.u;
+      up(0, k) += h, down(0, k) -= h;
+      const double slope = (cost_of(p, up) - cost_of(p, down)) / (2 * h);
+      const double u = s.u(0, k);
+      EXPECT_LE(std::abs(u), limit);
+      if (std::abs(u) < limit) {
+        EXPECT_NEAR(slope, 0, 1e-5) << k;
+      } else {
+        EXPECT_LE(slope * u, 1e-6) << k;
+        ++at_limit;
+      }
+    }
+    EXPECT_EQ(at_limit > 0, limit < HUGE_VAL);
+    EXPECT_LT(s.true_defect, 1e-4);
+  }
+}
+
+// Near a motion, which has several optima around it: its states moved by up to `by` of a radian or metre.
+Problem begun_at(Problem p, const DdpSolution& motion, double by) {
+  p.guess = [motion, by](double t) {
+    const double at = t / motion.t[motion.t.size() - 1] * double(motion.u.cols());
+    const auto k = std::min(Eigen::Index(at + 1e-9), motion.u.cols() - 1);
+    const double s = at - double(k);
+    VectorXd x = (1 - s) * motion.x.col(k) + s * motion.x.col(k + 1);
+    for (Eigen::Index i = 0; i < x.size(); ++i) x[i] += by * std::sin(40 * t + double(i));
+    return Stage<double>{t, x, {}, motion.u.col(k)};
+  };
+  return p;
+}
+
+TEST(Ddp, AllWaysLeadToOneOptimum) {
+  const Problem p = soft_swing_up();
+  const DdpSolution exact = solved(p, {.intervals = 80});
+  for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
+    const Problem near = begun_at(p, exact, 0.1);
+    const double tolerance = hessian == DdpHessian::kExact ? 1e-9 : 1e-7;
+    const DdpSolution s = solved(
+        near, {.intervals = 80, .hessian = hessian, .start = DdpStart::kNodes, .tolerance = tolerance});
+    EXPECT_GT(s.iterations.front().gap, 0.01);
+    EXPECT_LT(s.iterations.back().gap, 1e-8);
+    EXPECT_NEAR(s.cost, exact.cost, 1e-9 * exact.cost);
+    EXPECT_LT((s.u - exact.u).cwiseAbs().maxCoeff(), 1e3 * tolerance);
+  }
+}
+
+TEST(Ddp, WhatStallsAtRoundingIsNotCalledSolved) {
+  const DdpSolution s = solve_by_ddp(
+      soft_swing_up(),
+      {.intervals = 80, .hessian = DdpHessian::kGaussNewton, .tolerance = 1e-14, .evaluation = kInterpreted});
+  EXPECT_FALSE(s.success());
+  EXPECT_TRUE(s.status == SolveStatus::kStepTooSmall || s.status == SolveStatus::kAcceptable)
+      << to_string(s.status);
+  EXPECT_LT(s.iterations.size(), 300u);
+}
+
+// Collocation has controls that bend; what it finds is approached in proportion to the square of the step.
+TEST(Ddp, ApproachesTheOptimumOfCollocation) {
+  const Problem p = soft_swing_up();
+  const DdpSolution coarse = solved(p, {.intervals = 50});
+  const Problem near = begun_at(p, coarse, 0);
+  const Solution reference = optimise(
+      near,
+      {.mesh = {.scheme = hermite_simpson(), .intervals = 100, .evaluation = kInterpreted}, .verify = false});
+  ASSERT_TRUE(reference.success());
+  double before = 0;
+  for (const int intervals : {50, 100, 200}) {
+    const double off = solved(near, {.intervals = intervals}).cost / reference.cost() - 1;
+    EXPECT_GT(off, 0);
+    if (before > 0) {
+      EXPECT_NEAR(before / off, 4, 0.5) << intervals;
+    }
+    before = off;
+  }
+}
+
+TEST(Ddp, CurvatureOfTheDynamicsMakesItQuadratic) {
+  const Problem p = soft_swing_up();
+  const DdpSolution s = solved(p, {.intervals = 60, .tolerance = 1e-11});
+  const std::size_t n = s.iterations.size();
+  ASSERT_GE(n, 4u);
+  // As many digits again, or rounding.
+  EXPECT_LT(s.iterations[n - 1].slope, std::max(1e-9, 10 * std::pow(s.iterations[n - 2].slope, 1.5)));
+  EXPECT_EQ(s.iterations[n - 2].length, 1);
+}
+
+// The slope of the cost to go is the adjoint at a solution, and is not before.
+TEST(Ddp, TheSlopeOfTheCostToGoIsTheAdjointInTheEnd) {
+  const Problem p = soft_swing_up();
+  const DdpSolution s = solved(p, {.intervals = 60, .tolerance = 1e-11});
+  const double size = s.adjoint.cwiseAbs().maxCoeff();
+  EXPECT_LT((s.slope - s.adjoint).cwiseAbs().maxCoeff(), 1e-8 * size);
+  const DdpSolution early =
+      solve_by_ddp(p, {.intervals = 60, .max_iterations = 3, .evaluation = kInterpreted});
+  EXPECT_EQ(early.status, SolveStatus::kIterationLimit);
+  EXPECT_GT((early.slope - early.adjoint).cwiseAbs().maxCoeff(), 1e-3 * early.adjoint.cwiseAbs().maxCoeff());
+}
+
+// Near the solution the policy is what a solve from there would do.
+TEST(Ddp, ThePolicyAnswersToAnotherStart) {
+  Problem p = soft_swing_up();
+  const DdpSolution s = solved(p, {.intervals = 60, .tolerance = 1e-11});
+  const VectorXd by = 1e-5 * VectorXd::LinSpaced(4, 1, 2);
+  p.start += by;
+  const DdpSolution moved = solved(p, {.intervals = 60, .tolerance = 1e-11});
+  const VectorXd expected = s.u.col(0) + s.policy[0].K * by;
+  EXPECT_NEAR(moved.u(0, 0), expected[0], 1e-3 * std::abs(expected[0] - s.u(0, 0)));
+  EXPECT_NEAR(moved.cost - s.cost, s.adjoint.col(0).dot(by), 1e-3 * std::abs(moved.cost - s.cost));
+}
+
+TEST(Ddp, SaysWhatItDoesNotKnow) {
+  const auto refused = [](const Problem& p, const std::string& expected) {
+    try {
+      solve_by_ddp(p, {.evaluation = kInterpreted});
+      ADD_FAILURE() << "accepted: " << expected;
+    } catch (const ArgumentError& e) {
+      EXPECT_NE(std::string(e.what()).find(expected), std::string::npos) << e.what();
+    }
+  };
+  refused(test::block_move(), "the end of the state \"p\" is given");
+  Problem p = soft_swing_up();
+  p.x.lower[1] = -1;
+  refused(p, "the state \"th\" has limits");
+  p = soft_swing_up();
+  p.add(path_equality("track", [](const auto& s) { return s.u; }));
+  refused(p, "the term \"track\" is a constraint");
+  p = soft_swing_up();
+  p.start[2] = Problem::kFree;
+  refused(p, "the start of the state \"pd\" is free");
+  EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.intervals = 0}), ArgumentError);
+  p = soft_swing_up();
+  p.start[3] = 1e200;
+  EXPECT_THROW(solve_by_ddp(p, {.evaluation = kInterpreted}), NumericalError);
+}
+
+}  // namespace
+}  // namespace dyntape
