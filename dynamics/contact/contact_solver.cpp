@@ -174,8 +174,9 @@ bool ContactSolver::solve(const ContactProblem& problem, VectorXd& p) {
     }
   }
   if (best_.size()) p = best_;
-  // Of ill-conditioned ones rounding leaves more.
-  return solved || residual_ <= 1e3 * goal_;
+  // Of ill-conditioned ones rounding leaves more; what is left of the others may be little all the same.
+  constexpr double kLittle = 1e-9;
+  return solved || residual_ <= std::max(1e3 * goal_, kLittle * problem.b.cwiseAbs().maxCoeff());
 }
 
 // Few sweeps from the best; where these do not do, with corners rounded; at last many sweeps.

@@ -25,7 +25,7 @@ Eigen::Vector3d solve_one_contact(const Eigen::Matrix3d& A, const Eigen::Vector3
 
 class ContactSolver {
  public:
-  // False where no solution is found; p is then the best that was met.
+  // False where no solution is found to 1e-9 of b; p is then the best that was met.
   bool solve(const ContactProblem& problem, Eigen::VectorXd& p);
 
   double residual() const { return residual_; }  // of the last solve, in the units of b

@@ -4,7 +4,7 @@
 // for linear studies: then the recursions see the robot at rest, and their terms leave nothing on a tape.  Damping,
 // contacts and all that is no recursion see v all the same.
 //
-// They neither store nor take energy: v . C v = v . (dM/dt) v / 2.  Without them the balance of energy does not close.
+// They neither store nor take energy: v . C v = v . (dM/dt) v / 2.  Without them the balance of energy lists what it lacks.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>

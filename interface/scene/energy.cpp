@@ -47,6 +47,12 @@ RecordedEnergy record_energy(const RobotScene& scene) {
           y.push_back(power);
           y[2] += released_power(model, data, torques, alone, power, q, v);
         });
+        // d/dt T = v . tau holds with them: M' = C + C^T.
+        if (dynamics::Acting<AD> products = all.acting(); !products.coriolis) {
+          products.coriolis = true, products.gravity = false;
+          flows.emplace_back("velocity products, which are off");
+          y.push_back(v.dot(dynamics::nonlinear_effects<AD>(model, data, q, v, products)));
+        }
         return VectorXad(Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size())));
       });
   return {std::move(function), std::move(flows)};

@@ -18,6 +18,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 constexpr double kTouch = 1e-11;  // m or rad: what is nearer touches
+constexpr double kRest = 1e-8;    // what bounces no higher rests
 constexpr double kLeft = 1e-9;    // what presses no more is open beyond it
 constexpr double kDecay = 0.2;    // beta
 constexpr double kAtOnce = 1e-9;  // of a step: a shorter piece would need forces without bound
@@ -210,9 +211,13 @@ double RigidStepper::dip(const Piece& piece, double h, int contact, double gap, 
 double RigidStepper::impact_of(const Piece& piece, double h, const VectorXd& end, int contact) {
   double low = 0, at_low = piece.gap[contact];
   const double at_high = functions_.near(end).gap[contact];
+  if (at_low <= kRest) {
+    const double rate = piece.rate[contact], curve = (at_high - at_low - rate * h) / (h * h);
+    if (rate >= 0 && curve < 0 && at_low - rate * rate / (4 * curve) <= kRest) return 0;
+  }
   if (at_low <= kTouch) {  // it has just left; the next root is meant
     const double rate = piece.rate[contact], curve = (at_high - at_low - rate * h) / (h * h);
-    if (!(rate > 0 && curve < 0) || at_low - rate * rate / (4 * curve) <= kTouch) return 0;
+    if (!(rate > 0 && curve < 0)) return 0;
     low = std::min(h, -rate / curve) / 2;
     for (int i = 0; i < 40 && !((at_low = gap_after(piece, low, contact)) > 0); ++i) low /= 2;
     if (!(at_low > 0)) return 0;
@@ -278,13 +283,24 @@ double RigidStepper::lowest_dip(const Piece& piece, double h, const VectorXd& en
   return h;
 }
 
-// What touches and comes no nearer than kTouch in a step needs no impact to rest.
-void RigidStepper::close_what_rests(const VectorXd& x) {
-  const Nearness& near = functions_.near(x);
-  for (int i = 0; i < near.gap.size(); ++i) {
-    const std::size_t k = std::size_t(i);
-    const double rate = near.u[first_row_[k]];
-    if (near.gap[i] <= kTouch && rate < 0 && -rate * whole_step_ <= kTouch) is_closed_[k] = true;
+// What touches, is pressed on by an acceleration a, and nears with less than a fall through kRest gives, rests without an
+// impact.  Where nothing presses it bounces, however slow it is.
+void RigidStepper::close_what_rests(double t, double h, const VectorXd& x, const VectorXd& u) {
+  const Nearness near = functions_.near(x);
+  const auto nears = [&](std::size_t k) {
+    return !is_closed_[k] && near.gap[Eigen::Index(k)] <= kTouch && near.u[first_row_[k]] < 0;
+  };
+  bool any = false;
+  for (std::size_t k = 0; k < is_closed_.size(); ++k) any = any || nears(k);
+  if (!any) return;
+  const Piece piece{t, x, u, near.gap, near.u(first_row_), closed(), {}};
+  VectorXd end;
+  take_free(piece, h, end);
+  const Nearness& then = functions_.near(end);
+  for (std::size_t k = 0; k < is_closed_.size(); ++k) {
+    if (!nears(k)) continue;
+    const double rate = near.u[first_row_[k]], pressing = (rate - then.u[first_row_[k]]) / h;
+    if (rate * rate <= 2 * kRest * pressing) is_closed_[k] = true;
   }
 }
 
@@ -372,7 +388,7 @@ void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, Vector
   double done = 0;
   for (int events = 0; events < most; ++events) {
     hit_ = -1;
-    close_what_rests(x);
+    close_what_rests(t + done, h - done, x, u);
     if (hits(x)) {
       collide(t + done, x);
       continue;

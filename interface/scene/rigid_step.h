@@ -23,8 +23,8 @@
 // Impacts.  Where the gap of an open contact becomes negative within a step, the step is shortened to the moment when it
 // is zero, found as a root over the length of the step (Alefeld, Potra and Shi's algorithm 748) to rounding; there the law of
 // impact.h acts on all that touches; the rest of the step goes on.  What rebounds is open again.  A contact that had
-// kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.  So is what touches and comes
-// back before it is 1e-11 m away, or nears by less than that in a step: it rests, without an impact.
+// kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.  So is what comes back before
+// it is 1e-8 m away, or nears with less than a fall from there gives: it rests, without an impact.
 // A dip below ground and out again within one step is found where a cubic through gaps and rates shows it.
 //
 // Not decided here: of several solutions (Painleve's paradox, several impacts at once) one is taken, the same each time.
@@ -91,7 +91,7 @@ class RigidStepper {
   int lowest_open(const Piece& piece, const Eigen::VectorXd& end);
   double lowest_dip(const Piece& piece, double h, const Eigen::VectorXd& end, int& contact);
   double dip(const Piece& piece, double h, int contact, double gap, double rate) const;
-  void close_what_rests(const Eigen::VectorXd& x);
+  void close_what_rests(double t, double h, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
   bool hits(const Eigen::VectorXd& x);
   void collide(double t, Eigen::VectorXd& x);
   void open_what_left(const Eigen::VectorXd& x);

@@ -146,7 +146,9 @@ class SceneRun {
     drives_.push_back(now);
     for (Eigen::Index i = 0; i < energy_.flows(); ++i)
       motion_.flows[std::size_t(i)].power.push_back(energy.power[i]);
-    if (account_) reactions_.push_back(account_->reactions());
+    if (!account_) return;
+    reactions_.push_back(account_->reactions());
+    motion_.deepest = std::max(motion_.deepest, -rigid_->functions().near(x_).gap.minCoeff());
   }
 
   // Of the powers of all flows and of what is released.

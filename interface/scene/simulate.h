@@ -47,16 +47,17 @@ struct SimulatedMotion {
   Eigen::MatrixXd reactions;
   std::vector<EnergyFlow> flows;
 
-  long impacts = 0;                            // of rigid contacts and stops
-  double assembled_by = 0;                     // how far a joint was moved to close the loops at the start
-  double slowed_by = 0;                        // how much its velocity was changed for that, largest entry
-  double loop_error = 0;                       // the farthest that loops were open at samples (m, rad)
-  long steps = 0;                              // that were made
-  StepEffort effort = {};                      // of adaptive ones
-  std::string trouble;                         // why it ended ahead of its time, or ""
-  std::string doubt;                           // where its steps are too long to be trusted, or ""
-  bool was_stopped = false;                    // from outside
-  std::size_t operations = 0;                  // of one step
+  long impacts = 0;            // of rigid contacts and stops
+  double assembled_by = 0;     // how far a joint was moved to close the loops at the start
+  double slowed_by = 0;        // how much its velocity was changed for that, largest entry
+  double loop_error = 0;       // the farthest that loops were open at samples (m, rad)
+  double deepest = 0;          // likewise, the farthest that rigid contacts and stops were passed
+  long steps = 0;              // that were made
+  StepEffort effort = {};      // of adaptive ones
+  std::string trouble;         // why it ended ahead of its time, or ""
+  std::string doubt;           // where its steps are too long to be trusted, or ""
+  bool was_stopped = false;    // from outside
+  std::size_t operations = 0;  // of one step
   double step_seconds = 0, build_seconds = 0;  // of all steps; of recording, compiling and loading
   std::vector<std::string> sources = {};       // C files, where there are any
 

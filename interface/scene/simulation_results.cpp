@@ -101,7 +101,10 @@ std::string SimulationReport::text() const {
     facts.append(
         {"start, velocity", "changed by " + io::significant(motion.slowed_by, 3) + " to keep loops closed"});
   if (motion.loop_error > 0) facts.append({"loops open by", io::scientific(motion.loop_error) + " m or rad"});
-  if (!scene.robot.constraints.rigid.empty()) facts.append({"impacts", io::with_groups(motion.impacts)});
+  if (!scene.robot.constraints.rigid.empty()) {
+    facts.append({"impacts", io::with_groups(motion.impacts)});
+    facts.append({"passed its ground by", io::scientific(motion.deepest) + " m or rad"});
+  }
   facts.append({"energy balance off by", io::scientific(motion.energy_error()) + " J of " +
                                              io::significant(motion.energy_scale(), 3) + " J that moved"});
   std::string text = scene.name + ": " + verdict() + "\n\n" + facts.text();
@@ -139,7 +142,8 @@ std::string SimulationReport::json() const {
     j["loops"] = {{"assembled_by", motion.assembled_by},
                   {"slowed_by", motion.slowed_by},
                   {"open_by", motion.loop_error}};
-  if (!scene.robot.constraints.rigid.empty()) j["impacts"] = motion.impacts;
+  if (!scene.robot.constraints.rigid.empty())
+    j["rigid"] = {{"impacts", motion.impacts}, {"deepest", motion.deepest}};
   j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
   for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
   j["notes"] = scene.notes;

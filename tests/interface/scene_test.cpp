@@ -316,6 +316,15 @@ TEST(Scenes, AnEnergyThatIsUnaccountedForIsNoSuccess) {
   EXPECT_FALSE(motion.is_whole());
 }
 
+TEST(Scenes, VelocityProductsThatAreOffStandInTheBalance) {
+  Scene scene = shipped("arm_with_friction");
+  scene.robot.effects.coriolis.reset();
+  scene.duration = 1;
+  const SimulatedMotion motion = simulate(scene);
+  EXPECT_EQ(motion.doubt, "");
+  EXPECT_LT(motion.energy_error(), 1e-3 * motion.energy_scale());
+}
+
 TEST(Scenes, EffectsOfJointsLeaveAFloatingBaseAlone) {
   for (const char* effect :
        {"joint_limits\n{\n stiffness 100\n margin 0.05\n}", "torque_saturation 3", "joint_springs 8",
