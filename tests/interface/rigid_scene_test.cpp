@@ -65,15 +65,6 @@ Scene box_on_slope(double angle, double friction) {
   scene.v.setZero();
   return scene;
 }
-double upward_force(const Scene& scene, const VectorXd& reactions) {
-  double sum = 0;
-  Eigen::Index row = 0;
-  for (const auto& block : dynamics::blocks_of(scene.robot.constraints.rigid)) {
-    sum += reactions[row];
-    row += block.rows;
-  }
-  return sum;
-}
 double mass_of(const Scene& scene) {
   double mass = 0;
   for (const auto& inertia : scene.robot.model.inertias) mass += inertia.mass;
@@ -157,65 +148,6 @@ TEST(RigidScenes, ASlidingSphereBeginsToRoll) {
   // Where it is: it slid, then rolled.
   const double slid = v0 * until - mu * kGravity * until * until / 2;
   EXPECT_NEAR(steps.x[0], slid + 5. / 7 * v0 * (1 - until), 1e-5);
-}
-
-TEST(RigidScenes, ABoxThatFallsComesToRestOnItsCorners) {
-  for (const double roll : {0.0, 0.3}) {
-    for (const double restitution : {0.0, 0.5}) {
-      Scene scene = shipped("tumbling_box");
-      for (auto& contact : scene.robot.constraints.rigid.contacts) contact.restitution = restitution;
-      scene.v.setZero();
-      scene.q << 0, 0, 0.3, std::sin(roll / 2), 0, 0, std::cos(roll / 2);
-      scene.duration = 3;
-      scene.name = "box from " + std::to_string(roll) + " with " + std::to_string(restitution);
-      const SimulatedMotion motion = run(scene);
-      const int last = motion.samples() - 1;
-      EXPECT_LT(motion.v.col(last).norm(), 1e-9) << roll << " " << restitution;
-      EXPECT_NEAR(motion.q(2, last), 0.05, 1e-8) << roll << " " << restitution;
-      EXPECT_NEAR(upward_force(scene, motion.reactions.col(last)), 2 * kGravity, 1e-8);
-      EXPECT_LT(motion.energy_error(), 1e-6 * motion.energy_scale()) << roll << " " << restitution;
-      EXPECT_GT(motion.impacts, 0);
-    }
-  }
-}
-
-// By every scheme, in short steps and in long ones: on its corners, at rest, and without an impact any more.
-TEST(RigidScenes, ATumblingBoxComesToRestByEveryScheme) {
-  for (const Integrator integrator : kIntegrators) {
-    if (is_adaptive(integrator)) continue;
-    for (const double step : {1e-3, 1e-2}) {
-      for (const double restitution : {0.0, 0.3}) {
-        Scene scene = shipped("tumbling_box");
-        for (auto& contact : scene.robot.constraints.rigid.contacts) contact.restitution = restitution;
-        scene.integrator = integrator;
-        scene.step = scene.sample = step;
-        scene.name = std::string(to_string(integrator)) + " by " + std::to_string(step);
-        const SimulatedMotion motion = run(scene);
-        ASSERT_EQ(motion.trouble, "") << scene.name;
-        const int last = motion.samples() - 1;
-        EXPECT_LT(motion.v.col(last).norm(), 1e-9) << scene.name;
-        EXPECT_NEAR(motion.q(2, last), 0.05, 1e-8) << scene.name;
-        EXPECT_NEAR(upward_force(scene, motion.reactions.col(last)), 2 * kGravity, 1e-7) << scene.name;
-        EXPECT_LT(motion.impacts, 200) << scene.name;
-      }
-    }
-  }
-}
-
-// All but at rest on its corners it must not rattle: it did, for ever, fed by what closed contacts do to tiny gaps.
-TEST(RigidScenes, ABoxThatAllButRestsDoesNotRattle) {
-  for (const double tilt : {2e-10, 1e-7, 1e-5}) {
-    for (const double friction : {0.5, 1.0}) {
-      Scene scene = shipped("tumbling_box");
-      for (auto& contact : scene.robot.constraints.rigid.contacts) contact.friction = friction;
-      scene.v.setZero();
-      scene.q << 0, 0, 0.05 + tilt, 0, std::sin(tilt / 2), 0, std::cos(tilt / 2);
-      scene.step = scene.sample = 2e-3;
-      const SimulatedMotion motion = run(scene);
-      EXPECT_LT(motion.impacts, 200) << tilt << " " << friction;
-      EXPECT_LT(motion.v.col(motion.samples() - 1).norm(), 1e-9) << tilt << " " << friction;
-    }
-  }
 }
 
 // Where nothing presses, what is slow bounces as what is fast, in steps of any length.

@@ -34,4 +34,15 @@ inline SimulatedMotion run(const Scene& scene) {
   return motion;
 }
 
+// Sum of the normal forces and impulses of all contacts (N).
+inline double upward_force(const Scene& scene, const Eigen::VectorXd& reactions) {
+  double sum = 0;
+  Eigen::Index row = 0;
+  for (const auto& block : dynamics::blocks_of(scene.robot.constraints.rigid)) {
+    sum += reactions[row];
+    row += block.rows;
+  }
+  return sum;
+}
+
 }  // namespace dyntape
