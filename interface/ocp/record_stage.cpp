@@ -147,6 +147,8 @@ void check_shooting(const Problem& problem) {
         ", which steps from stage to stage do not know; expected costs, and limits of controls");
   };
   if (problem.n_a() > 0) refuse("the dynamics are in their inverse form");
+  if (problem.n_x() == 0) refuse("there are no states");
+  if (problem.n_u() == 0) refuse("there are no controls");
   for (const Term& term : problem.terms) {
     if (is_constraint(term)) refuse("the term \"" + term.name + "\" is a constraint");
   }
@@ -176,6 +178,9 @@ RecordedShooting record_shooting(const Problem& problem) {
   const int n_x = problem.n_x();
   const double middle = problem.duration / 2;
   const Stage<double> at = problem.guess ? problem.guess(middle) : straight_line(problem)(middle);
+  if (at.x.size() != n_x || at.u.size() != problem.n_u())
+    throw ArgumentError("problem \"" + problem.name + "\": the guess at t = " + std::to_string(middle) +
+                        " s has other sizes than the problem");
   RecordOptions options;
   for (const Eigen::VectorXd* part : {&at.x, &at.u})
     options.variables.insert(options.variables.end(), part->begin(), part->end());

@@ -36,7 +36,7 @@ RecordedStage record_stage(const Problem& problem);
 
 // The costs of a problem over a step of length h with the controls held, for methods that go from step to step:
 //   step  (x, u; t, h) -> x' (n_x) | int L dt      a step of the classical Runge-Kutta scheme of (x, int L)
-//   end   (x; t) -> M
+//   end   (x; t) -> M, with controls of zero
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form.
 struct RecordedShooting {
   Function step, end;

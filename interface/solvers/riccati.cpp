@@ -51,6 +51,41 @@ VectorXd box_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower
   return u;
 }
 
+namespace {
+
+bool is_positive(const MatrixXd& H) {
+  return H.size() == 0 || Eigen::LLT<MatrixXd>(H).info() == Eigen::Success;
+}
+
+// The same where H is positive definite only among the inputs that are not held where they are: by limits that leave no room,
+// or, where the others need it, by a limit that they would go beyond.  False: not even there.
+bool limited_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower, const VectorXd& upper,
+                     VectorXd& u, std::vector<bool>& is_free) {
+  const auto open = [&](bool only_inside) {
+    std::vector<Eigen::Index> places;
+    for (Eigen::Index i = 0; i < g.size(); ++i) {
+      const bool at_limit = (lower[i] >= 0 && g[i] > 0) || (upper[i] <= 0 && g[i] < 0);
+      if (lower[i] < upper[i] && !(only_inside && at_limit)) places.push_back(i);
+    }
+    return places;
+  };
+  std::vector<Eigen::Index> places = open(false);
+  if (!is_positive(H(places, places))) places = open(true);
+  if (!is_positive(H(places, places))) return false;
+  u = VectorXd::Zero(g.size()).cwiseMax(lower).cwiseMin(upper);
+  is_free.assign(std::size_t(g.size()), false);
+  if (places.empty()) return true;
+  std::vector<bool> is_free_there;
+  VectorXd held = u;
+  held(places).setZero();
+  const VectorXd slope = (g + H * held)(places);
+  u(places) = box_minimum(H(places, places), slope, lower(places), upper(places), is_free_there);
+  for (std::size_t i = 0; i < places.size(); ++i) is_free[std::size_t(places[i])] = is_free_there[i];
+  return true;
+}
+
+}  // namespace
+
 void Riccati::begin(const MatrixXd& H, const VectorXd& g) {
   P_ = H;
   p_ = g;
@@ -67,14 +102,15 @@ bool Riccati::push(const LqStage& s, double shift) {
 
   MatrixXd Q_uu = Q_.bottomRightCorner(m, m);
   Q_uu.diagonal().array() += shift;
-  const Eigen::LLT<MatrixXd> factors(Q_uu);
-  if (factors.info() != Eigen::Success || !Q_uu.allFinite()) return false;
+  if (!Q_uu.allFinite()) return false;
   const auto Q_ux = Q_.bottomLeftCorner(m, n);
   policy_.K.setZero(m, n);
   const bool is_limited = s.lower.size() > 0;
+  const Eigen::LLT<MatrixXd> factors(Q_uu);
+  if (!is_limited && factors.info() != Eigen::Success) return false;
   if (is_limited) {
     std::vector<bool> is_free;
-    policy_.k = box_minimum(Q_uu, q_.tail(m), s.lower, s.upper, is_free);
+    if (!limited_minimum(Q_uu, q_.tail(m), s.lower, s.upper, policy_.k, is_free)) return false;
     const std::vector<Eigen::Index> free = places_of(is_free);
     if (!free.empty()) policy_.K(free, Eigen::all) = -Q_uu(free, free).llt().solve(Q_ux(free, Eigen::all));
   } else {

@@ -19,6 +19,7 @@
 // (its inertia is right); a shift > 0 makes up for what is missing.
 //
 // Limits are of the input at x = 0, k: the minimum within them by projected Newton steps; inputs at a limit have no gain.
+// Q_uu need then be positive definite only among inputs that can move.
 //
 // Sources: J. Rawlings, D. Mayne, M. Diehl, Model Predictive Control, 2017, 1.3.3 and 8.8; Y. Tassa, N. Mansard, E. Todorov,
 // Control-limited differential dynamic programming, ICRA 2014.

@@ -79,6 +79,8 @@ class Ddp {
         stages_(std::size_t(N_)),
         policy_(std::size_t(N_)),
         at_k_(2) {
+    slope_ = adjoint_ = MatrixXd::Constant(n_, N_ + 1, std::nan(""));
+    for (LqPolicy& policy : policy_) policy = {MatrixXd::Zero(m_, n_), VectorXd::Zero(m_)};
     const auto is_finite = [](double limit) { return std::abs(limit) < HUGE_VAL; };
     is_limited_ = std::any_of(problem.u.lower.begin(), problem.u.lower.end(), is_finite) ||
                   std::any_of(problem.u.upper.begin(), problem.u.upper.end(), is_finite);
@@ -93,6 +95,7 @@ class Ddp {
     solution.x = now_.x, solution.u = now_.u;
     solution.policy = policy_;
     solution.slope = slope_, solution.adjoint = adjoint_;
+    solution.is_minimum = solution.success() && shift_ == 0;
     return solution;
   }
 
@@ -116,6 +119,9 @@ class Ddp {
     now_.x.resize(n_, N_ + 1), now_.u.resize(m_, N_);
     for (int k = 0; k < N_; ++k) {
       const Stage<double> stage = guess(k * h_);
+      if (stage.x.size() != n_ || stage.u.size() != m_)
+        throw ArgumentError("problem \"" + problem_.name + "\": the guess at t = " + io::shortest(k * h_) +
+                            " s has other sizes than the problem");
       now_.x.col(k) = stage.x;
       now_.u.col(k) = limited(stage.u);
     }
@@ -131,15 +137,20 @@ class Ddp {
                            " s is not finite at the start");
     }
     now_.cost += end_.value(now_.x.col(N_), at_end())[0];
+    if (!now_.x.allFinite() || !now_.u.allFinite() || !std::isfinite(now_.cost))
+      throw NumericalError("problem \"" + problem_.name +
+                           "\": the guess, or the cost of its end, is not finite");
   }
 
   // A, B, c, g of all stages, and the end; the adjoint, and how far from a solution it is.
   DdpIteration linearise() {
     gap_.resize(n_, N_);
     VectorXd y;
+    bool is_finite = true;
     for (int k = 0; k < N_; ++k) {
       const MatrixXd J = step_.jacobian(point(now_, k), parameters(k), y);
       LqStage& s = stages_[std::size_t(k)];
+      is_finite = is_finite && J.allFinite() && y.allFinite();
       s.A = J.topLeftCorner(n_, n_), s.B = J.topRightCorner(n_, m_), s.g = J.row(n_);
       s.c = gap_.col(k) = y.head(n_) - now_.x.col(k + 1);
       if (is_limited_) {
@@ -150,40 +161,53 @@ class Ddp {
     const VectorXd last = now_.x.col(N_);
     g_end_ = end_.jacobian(last, at_end(), y).row(0);
     H_end_ = end_.hessian(last, at_end(), VectorXd::Ones(1));
-    adjoint_.resize(n_, N_ + 1);
     adjoint_.col(N_) = g_end_;
-    DdpIteration iteration{now_.cost, gap_.cwiseAbs().maxCoeff(), 0, shift_, 0};
-    largest_slope_ = 0;
+    is_finite = is_finite && g_end_.allFinite() && H_end_.allFinite() && std::isfinite(now_.cost);
+    DdpIteration iteration{now_.cost, gap_.cwiseAbs().maxCoeff(), is_finite ? 0 : std::nan(""), shift_, 0};
+    if (!is_finite) return iteration;
+    slopes_ = sizes_ = VectorXd::Zero(m_);
     for (int k = N_ - 1; k >= 0; --k) {
       const LqStage& s = stages_[std::size_t(k)];
       const VectorXd of_dynamics = s.B.transpose() * adjoint_.col(k + 1), of_cost = s.g.tail(m_);
-      largest_slope_ = std::max(largest_slope_, (of_dynamics.cwiseAbs() + of_cost.cwiseAbs()).maxCoeff());
-      iteration.slope = std::max(iteration.slope, projected(k, of_dynamics + of_cost));
+      sizes_ = sizes_.cwiseMax(of_dynamics.cwiseAbs() + of_cost.cwiseAbs());
+      slopes_ = slopes_.cwiseMax(projected(k, of_dynamics + of_cost));
       adjoint_.col(k) = s.g.head(n_) + s.A.transpose() * adjoint_.col(k + 1);
     }
+    iteration.slope = adjoint_.allFinite() && sizes_.allFinite() ? slopes_.maxCoeff() : std::nan("");
     return iteration;
   }
 
-  // The largest entry that a control can still follow downwards.
-  double projected(int k, const VectorXd& slope) const {
-    double most = 0;
+  // Of the entries of a slope those that a control can still follow downwards, else zero.
+  VectorXd projected(int k, const VectorXd& slope) const {
+    VectorXd open = slope.cwiseAbs();
     for (int i = 0; i < m_; ++i) {
       const double u = now_.u(i, k);
+      const bool is_held = problem_.u.lower[i] >= problem_.u.upper[i];
       const bool stays =
           (u <= problem_.u.lower[i] && slope[i] > 0) || (u >= problem_.u.upper[i] && slope[i] < 0);
-      if (!stays) most = std::max(most, std::abs(slope[i]));
+      if (is_held || stays) open[i] = 0;
     }
-    return most;
+    return open;
   }
 
+  bool is_closed(double gap, double tolerance) const {
+    return gap <= tolerance * (1 + now_.x.cwiseAbs().maxCoeff());
+  }
+  bool has_no_slope(double tolerance) const { return (slopes_.array() <= tolerance * sizes_.array()).all(); }
   bool is_solved(const DdpIteration& at) const {
-    return at.slope <= options_.tolerance * (1 + largest_slope_) &&
-           at.gap <= options_.tolerance * (1 + now_.x.cwiseAbs().maxCoeff());
+    return has_no_slope(options_.tolerance) && is_closed(at.gap, options_.tolerance);
   }
-
   bool is_acceptable(const DdpIteration& at) const {
-    return at.slope <= 1e4 * options_.tolerance * (1 + largest_slope_) &&
-           at.gap <= 1e-6 * (1 + now_.x.cwiseAbs().maxCoeff());
+    return has_no_slope(1e4 * options_.tolerance) && is_closed(at.gap, 1e-6);
+  }
+  // Newton's step moves nothing any more: also where slopes and what they are made of go to zero together.
+  bool is_still(const DdpIteration& at) const {
+    if (shift_ > 0 || !is_closed(at.gap, options_.tolerance)) return false;
+    const double share =
+        options_.hessian == DdpHessian::kExact ? 1 : 1e-3;  // of steps that get shorter slowly
+    const double size = share * options_.tolerance * (1 + now_.u.cwiseAbs().maxCoeff());
+    return std::all_of(policy_.begin(), policy_.end(),
+                       [&](const LqPolicy& policy) { return policy.k.cwiseAbs().maxCoeff() <= size; });
   }
 
   // Where the merit cannot tell one motion from the next any more, Newton's steps still make the slope less; where nothing
@@ -196,7 +220,6 @@ class Ddp {
 
   // False where a stage has no minimum.
   bool backward() {
-    slope_.resize(n_, N_ + 1);
     Riccati riccati;
     riccati.begin(H_end_, g_end_);
     slope_.col(N_) = g_end_;
@@ -257,36 +280,54 @@ class Ddp {
       std::optional<Motion> next = roll_out(length);
       if (!next) continue;
       const double change = next->cost + gap_weight_ * (1 - length) * gaps - merit;
-      if (change > kEnough * length * slope + rounding) continue;
+      if (!(change <= kEnough * length * slope + rounding)) continue;  // NaN as well
       now_ = std::move(*next);
       return length;
     }
     return 0;
   }
 
-  SolveStatus iterate(std::vector<DdpIteration>& iterations) {
+  // The next shift, and whether there is one.
+  bool raise_shift() {
     constexpr double kLeast = 1e-9, kMost = 1e12, kFactor = 10;
+    shift_ = std::max(kLeast, kFactor * shift_);
+    return shift_ <= kMost;
+  }
+
+  // The policy of a solution; a shift that is left says that it is no minimum.
+  SolveStatus finish() {
+    shift_ = 0;
+    while (!backward()) {
+      if (!raise_shift()) return SolveStatus::kStepFailed;
+    }
+    return SolveStatus::kSolved;
+  }
+
+  SolveStatus iterate(std::vector<DdpIteration>& iterations) {
+    constexpr double kUnbounded = -1e50;
     for (int i = 0;; ++i) {
       DdpIteration at = linearise();
       if (!std::isfinite(at.slope)) return SolveStatus::kNotFinite;
       if (is_solved(at)) {
         iterations.push_back(at);
-        while (!backward()) {  // the policy there
-          if ((shift_ = std::max(kLeast, kFactor * shift_)) > kMost) return SolveStatus::kStepFailed;
-        }
-        return SolveStatus::kSolved;
+        return finish();
       }
-      if (has_stalled(at)) return is_acceptable(at) ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
+      if (at.cost < kUnbounded) return SolveStatus::kDiverging;
+      const SolveStatus at_rest = is_acceptable(at) ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
+      if (has_stalled(at)) return at_rest;
       if (i == options_.max_iterations) return SolveStatus::kIterationLimit;
-      if (options_.stop.stop_requested()) return SolveStatus::kStopped;
       for (;;) {
+        if (options_.stop.stop_requested()) return SolveStatus::kStopped;
         const bool is_convex = backward();
         at.shift = shift_;
+        if (is_convex && is_still(at)) {
+          iterations.push_back(at);
+          return SolveStatus::kSolved;
+        }
         if (is_convex && (at.length = search()) > 0) break;
-        if ((shift_ = std::max(kLeast, kFactor * shift_)) > kMost)
-          return is_convex ? SolveStatus::kStepTooSmall : SolveStatus::kStepFailed;
+        if (!raise_shift()) return is_convex ? at_rest : SolveStatus::kStepFailed;
       }
-      shift_ = shift_ > kLeast && at.length > 0.3 ? shift_ / kFactor : at.length > 0.3 ? 0 : shift_;
+      if (at.length > 0.3) shift_ = shift_ > 1e-9 ? shift_ / 10 : 0;
       iterations.push_back(at);
     }
   }
@@ -301,30 +342,43 @@ class Ddp {
   std::vector<LqPolicy> policy_;
   VectorXd at_k_, g_end_;
   MatrixXd H_end_, gap_, slope_, adjoint_;
+  VectorXd slopes_, sizes_;  // (n_u) the largest, and the largest of what they are made of
   Motion now_;
-  double shift_ = 0, gap_weight_ = 0, largest_slope_ = 0, least_slope_ = HUGE_VAL;
+  double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL;
   bool is_near_rounding_ = false;
   int stalled_ = 0;
 };
 
-double worst_defect(const Problem& problem, const DdpSolution& solution) {
+double worst_defect(const Problem& problem, const DdpSolution& solution, const std::stop_token& stop) {
   double worst = 0;
   for (Eigen::Index k = 0; k < solution.u.cols(); ++k) {
+    if (stop.stop_requested()) return std::nan("");
     const VectorXd u = solution.u.col(k);
     const Simulation run =
         simulate(problem, solution.x.col(k), solution.t[k], solution.t[k + 1], [&](double) { return u; });
-    const double off = (run.x - solution.x.col(k + 1)).cwiseAbs().maxCoeff();
-    if (!(off <= worst)) worst = off;  // NaN as well
+    if (!run.x.allFinite()) return std::nan("");
+    worst = std::max(worst, (run.x - solution.x.col(k + 1)).cwiseAbs().maxCoeff());
   }
   return worst;
+}
+
+void check_options(const Problem& problem, const DdpOptions& options) {
+  constexpr int kMostIntervals = 10000000;
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError("problem \"" + problem.name + "\": " + what);
+  };
+  if (options.intervals < 1 || options.intervals > kMostIntervals)
+    refuse(std::to_string(options.intervals) + " intervals, expected 1 to " + std::to_string(kMostIntervals));
+  if (!(options.tolerance > 0 && options.tolerance < 1))
+    refuse("a tolerance of " + io::shortest(options.tolerance) + ", expected a number between 0 and 1");
+  if (options.max_iterations < 0)
+    refuse("at most " + std::to_string(options.max_iterations) + " iterations, expected 0 or more");
 }
 
 }  // namespace
 
 DdpSolution solve_by_ddp(const Problem& problem, const DdpOptions& options) {
-  if (options.intervals < 1)
-    throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.intervals) +
-                        " intervals, expected 1 or more");
+  check_options(problem, options);
   auto begin = std::chrono::steady_clock::now();
   Ddp ddp(problem, options, record_shooting(problem));
   const double build_seconds = seconds_since(begin);
@@ -332,7 +386,7 @@ DdpSolution solve_by_ddp(const Problem& problem, const DdpOptions& options) {
   DdpSolution solution = ddp.solve();
   solution.build_seconds = build_seconds;
   solution.seconds = seconds_since(begin);
-  if (solution.success()) solution.true_defect = worst_defect(problem, solution);
+  if (solution.success()) solution.true_defect = worst_defect(problem, solution, options.stop);
   return solution;
 }
 

@@ -15,11 +15,14 @@
 // missing between two nodes is closed by the share of the step that is taken (multiple shooting; the merit counts it).
 //
 // What it ends with.  `slope[k]` is the gradient of the cost to go at node k, by the policy; `adjoint[k]` that of the
-// Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.  Solved: the largest
-// projected slope by a control, L_u + B^T lambda, is below `tolerance` times the largest one's size, and no gap is left
-// (tolerance times the size of the states).  Acceptable: 1e4 times that, where the cost's rounding allows no less, as with
-// kGaussNewton, whose slopes fall with the root of what the cost is off by.  true_defect: what the steps are off by, found by integrating the problem's
-// own rate to 1e-12 (verify.h) over each interval.
+// Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.
+//   solved      of each control the largest projected slope, L_u + B^T lambda, is below `tolerance` times the largest
+//               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls; and no gap
+//               is left (tolerance times the size of the states).  That is first order: a maximum or a saddle has no slope
+//               either, and is_minimum is then false.
+//   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose slopes fall with the root
+//               of what the cost is off by
+// true_defect: what the steps are off by, found by integrating the problem's own rate to 1e-12 (verify.h) over each interval.
 //
 // Errors: ArgumentError for what the method does not know (record_stage.h), for a guess that does not fit; NumericalError
 // where the functions are not finite at the start.  How the solve ended is no error but a status.
@@ -28,6 +31,7 @@
 // et al., A family of iterative Gauss-Newton shooting methods, IROS 2018 (gaps); Y. Tassa et al., ICRA 2014 (limits).
 #pragma once
 
+#include <limits>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -62,11 +66,13 @@ struct DdpSolution {
   double cost = 0;
   Eigen::VectorXd t;               // (N + 1) s
   Eigen::MatrixXd x, u;            // (n_x x N + 1), (n_u x N)
-  std::vector<LqPolicy> policy;    // (N), its k the last step's
-  Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1)
+  std::vector<LqPolicy> policy;    // (N), its k the last step's; zero before there was one
+  Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before there was one
+  bool is_minimum = false;         // solved, and every stage has a minimum: of the second order as well
   std::vector<DdpIteration> iterations;
-  double true_defect = 0;                 // largest over the intervals; NaN where one cannot be simulated
-  double build_seconds = 0, seconds = 0;  // of recording and compiling; of the iterations
+  double true_defect =
+      std::numeric_limits<double>::quiet_NaN();  // of what is solved, where all can be simulated
+  double build_seconds = 0, seconds = 0;         // of recording and compiling; of the iterations
 
   bool success() const { return status == SolveStatus::kSolved; }
 };

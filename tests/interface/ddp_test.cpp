@@ -166,12 +166,12 @@ TEST(Ddp, AllWaysLeadToOneOptimum) {
   const DdpSolution exact = solved(p, {.intervals = 80});
   for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
     const Problem near = begun_at(p, exact, 0.1);
-    const double tolerance = hessian == DdpHessian::kExact ? 1e-9 : 1e-7;
+    const double tolerance = hessian == DdpHessian::kExact ? 1e-9 : 2e-6;
     const DdpSolution s = solved(
         near, {.intervals = 80, .hessian = hessian, .start = DdpStart::kNodes, .tolerance = tolerance});
     EXPECT_GT(s.iterations.front().gap, 0.01);
     EXPECT_LT(s.iterations.back().gap, 1e-8);
-    EXPECT_NEAR(s.cost, exact.cost, 1e-9 * exact.cost);
+    EXPECT_NEAR(s.cost, exact.cost, 1e-8 * exact.cost);
     EXPECT_LT((s.u - exact.u).cwiseAbs().maxCoeff(), 1e3 * tolerance);
   }
 }
@@ -240,6 +240,83 @@ TEST(Ddp, ThePolicyAnswersToAnotherStart) {
   EXPECT_NEAR(moved.cost - s.cost, s.adjoint.col(0).dot(by), 1e-3 * std::abs(moved.cost - s.cost));
 }
 
+// One state x' = b from `start`, over a second, cost of a and b and x^2.
+template <class Cost>
+Problem integrator(double start, const Cost& cost) {
+  Problem p("integrator", {"x"}, {"a", "b"}, 1.0, [](const auto& s) { return vector(s.u[1]); });
+  p.add(running_cost("cost", cost));
+  p.start << start;
+  p.goal.setConstant(Problem::kFree);
+  return p;
+}
+
+// Whatever the units of the cost and of time are, and whatever another control is held by.
+TEST(Ddp, WhatIsSolvedDoesNotDependOnUnits) {
+  for (const double scale : {1e-10, 1.0, 1e10}) {
+    Problem p = integrator(0, [=](const auto& s) {
+      return scale * ((s.u[1] - 1.0) * (s.u[1] - 1.0)) + 1e12 * scale * (s.u[0] + 2.0) * (s.u[0] + 2.0);
+    });
+    p.u.lower[0] = -1, p.u.upper[0] = 1;
+    const DdpSolution s = solved(p, {.intervals = 40});
+    EXPECT_LT((s.u.row(1).array() - 1).abs().maxCoeff(), 1e-8) << scale;
+    EXPECT_EQ(s.u(0, 7), -1);
+    EXPECT_TRUE(s.is_minimum);
+  }
+}
+
+// A control that is held at a limit by a cost without a minimum leaves the gains of the others alone.
+TEST(Ddp, WhatIsHeldAtALimitHasNoPartInTheGains) {
+  const auto solve = [](double start, bool is_fixed) {
+    Problem p = integrator(start, [](const auto& s) {
+      return s.x[0] * s.x[0] + s.u[1] * s.u[1] - s.u[0] * s.u[0] + 0.3 * s.u[0] * s.x[0];
+    });
+    p.u.lower[0] = is_fixed ? 1 : -1, p.u.upper[0] = 1;
+    p.guess = [=](double t) {
+      return Stage<double>{t, VectorXd::Constant(1, start), {}, Eigen::Vector2d(0.5, 0)};
+    };
+    return solved(p, {.intervals = 20, .tolerance = 1e-11});
+  };
+  for (const bool is_fixed : {false, true}) {
+    const DdpSolution s = solve(1, is_fixed), moved = solve(1.001, is_fixed);
+    EXPECT_EQ(s.u(0, 3), 1);
+    EXPECT_NEAR(s.policy[0].K(1, 0), (moved.u(1, 0) - s.u(1, 0)) / 1e-3, 1e-6);
+    EXPECT_EQ(s.policy[0].K(0, 0), 0);
+    EXPECT_LT(s.iterations.size(), 25u);
+    EXPECT_TRUE(s.is_minimum);
+  }
+}
+
+TEST(Ddp, ASaddleIsNoMinimum) {
+  Problem p =
+      integrator(0, [](const auto& s) { return s.u[0] * s.u[0] + s.u[1] * s.u[1] - 9.0 * s.x[0] * s.x[0]; });
+  const DdpSolution s = solve_by_ddp(p, {.intervals = 20, .evaluation = kInterpreted});
+  EXPECT_EQ(s.status, SolveStatus::kSolved);
+  EXPECT_FALSE(s.is_minimum);
+}
+
+TEST(Ddp, WhatIsNotFiniteIsNotSolved) {
+  Problem p = integrator(-1, [](const auto& s) { return s.u.squaredNorm(); });
+  p.add(terminal_cost("end", [](const auto& s) {
+    using std::log;
+    return log(s.x[0]);
+  }));
+  EXPECT_THROW(solve_by_ddp(p, {.evaluation = kInterpreted}), NumericalError);
+  p = integrator(1, [](const auto& s) {
+    using std::sqrt;
+    return sqrt(s.u[0] * s.u[0]) + s.u[1] * s.u[1];  // its slope at zero is 0 / 0
+  });
+  const DdpSolution s = solve_by_ddp(p, {.intervals = 5, .evaluation = kInterpreted});
+  EXPECT_EQ(s.status, SolveStatus::kNotFinite) << to_string(s.status);
+  EXPECT_EQ(s.policy[2].K.rows(), 2);
+  EXPECT_EQ(s.slope.cols(), 6);
+  EXPECT_TRUE(std::isnan(s.true_defect));
+  p = integrator(1, [](const auto& s) { return s.u.squaredNorm(); });
+  p.guess = [](double t) {
+    return Stage<double>{t, VectorXd::Constant(1, t == 1 ? std::nan("") : 0), {}, Eigen::Vector2d::Zero()};
+  };
+  EXPECT_THROW(solve_by_ddp(p, {.start = DdpStart::kNodes, .evaluation = kInterpreted}), NumericalError);
+}
+
 TEST(Ddp, SaysWhatItDoesNotKnow) {
   const auto refused = [](const Problem& p, const std::string& expected) {
     try {
@@ -260,6 +337,14 @@ TEST(Ddp, SaysWhatItDoesNotKnow) {
   p.start[2] = Problem::kFree;
   refused(p, "the start of the state \"pd\" is free");
   EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.intervals = 0}), ArgumentError);
+  EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.tolerance = std::nan("")}), ArgumentError);
+  EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.max_iterations = -1}), ArgumentError);
+  refused(Problem("none", {"x"}, {}, 1, [](const auto& s) { return s.x; }), "there are no controls");
+  p = soft_swing_up();
+  p.guess = [](double t) {
+    return Stage<double>{t, VectorXd::Zero(t > 0 && t < 1 ? 3 : 4), {}, VectorXd::Zero(1)};
+  };
+  refused(p, "has other sizes than the problem");
   p = soft_swing_up();
   p.start[3] = 1e200;
   EXPECT_THROW(solve_by_ddp(p, {.evaluation = kInterpreted}), NumericalError);
