@@ -3,6 +3,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/simulation/steps.h>
 
 namespace dyntape {
 
@@ -161,15 +162,6 @@ void check_shooting(const Problem& problem) {
   }
 }
 
-// (x, int L) after h.
-VectorXad runge_kutta_step(const std::function<VectorXad(const AD& t, const VectorXad& x)>& rate, const AD& t,
-                           const AD& h, const VectorXad& x) {
-  const AD half = h / 2, middle = t + half;
-  const VectorXad k1 = rate(t, x), k2 = rate(middle, x + half * k1), k3 = rate(middle, x + half * k2),
-                  k4 = rate(t + h, x + h * k3);
-  return x + (k1 + 2 * (k2 + k3) + k4) * (h / 6);
-}
-
 }  // namespace
 
 RecordedShooting record_shooting(const Problem& problem) {
@@ -194,15 +186,15 @@ RecordedShooting record_shooting(const Problem& problem) {
       [&](const VectorXad& z, const VectorXad& p) {
         VectorXad x(n_x + 1);
         x << z.head(n_x), AD(0);
-        const auto rate = [&](const AD& t, const VectorXad& y) {
-          const Stage<AD> stage{t, y.head(n_x), {}, z.tail(problem.n_u())};
+        const auto rate = [&](const AD& after, const VectorXad& y) {
+          const Stage<AD> stage{p[0] + after, y.head(n_x), {}, z.tail(problem.n_u())};
           const VectorXad of_state = problem.rate(stage);
           check_rate(problem, of_state);
           VectorXad all(n_x + 1);
           all << of_state, parts.costs(Where::kRunning, stage);
           return all;
         };
-        return runge_kutta_step(rate, p[0], p[1], x);
+        return dynamics::runge_kutta_4(dynamics::EuclideanSpace<AD>(n_x + 1), rate, p[1], x);
       },
       options, nullptr, 0);
   recorded.step.output_names = problem.states;
