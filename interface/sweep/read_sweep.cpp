@@ -39,20 +39,13 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
   }
 }
 
-// Names that columns of the table have already.
-std::vector<std::string> taken_names(const SceneSweep& sweep, bool known) {
-  std::vector<std::string> names = {"sample", "ok"};
-  if (!known) return names;
-  for (const std::string& name : result_names(sweep.scene)) names.push_back(name);
-  return names;
-}
-
 void read_values(Section& file, SceneSweep& sweep, bool known) {
   Section vary = file.about("what varies").child("vary");
   std::vector<Section> blocks;
   if (vary.about("one number, or one for several joints").has("value")) blocks = vary.children("value");
   if (blocks.empty()) blocks.push_back(vary.child("value"));  // the list of keys, or a problem
-  const std::vector<std::string> taken = taken_names(sweep, known);
+  // Before any value has a column.
+  const std::vector<std::string> taken = known ? row_names(sweep) : std::vector<std::string>{};
   for (Section& block : blocks) {
     const std::optional<SweptValue> value = read_value(block, known ? &sweep.scene : nullptr);
     if (!value) continue;
