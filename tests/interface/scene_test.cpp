@@ -63,7 +63,7 @@ TEST(Scenes, ImplicitVelocityLosesEnergyInProportionToItsSteps) {
     const SimulatedMotion motion = run(scene);
     lost.push_back(motion.energy_error() / motion.energy_scale());
   }
-  EXPECT_LT(lost[0], 0.06);
+  EXPECT_LT(lost[0], 0.06);  // of both balances
   EXPECT_LT(lost[1], 0.6 * lost[0]);
   EXPECT_LT(lost[2], 0.6 * lost[1]);
 }
