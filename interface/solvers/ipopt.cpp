@@ -16,7 +16,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/stopwatch.h>
-#include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/solvers/ipopt_options.h>
+#include <dyntape/interface/solvers/rounds.h>
 
 namespace dyntape {
 
@@ -27,11 +28,6 @@ using Ipopt::Index;
 using Ipopt::Number;
 
 constexpr double kIpoptInfinity = 1e19;  // Ipopt's threshold for "no bound"
-// Magnitudes that have shrunk by more are those of the start alone: of the objective, and of a variable, of which
-// the tolerance still leaves five digits.
-constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
-constexpr int kMostRounds = 4;
-constexpr double kLeastSeconds = 1e-6;               // Ipopt refuses to be given none
 constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once a stop is requested
 
 class Stopwatch {
@@ -67,7 +63,7 @@ double violation_of(const NlpShape& shape, const std::vector<double>& g) {
 // run in a thread of its own, which touches nothing of the caller's once the caller has left.
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(Nlp& nlp, const std::vector<double>& start, const IpoptOptions& options)
+  Adapter(Nlp& nlp, const std::vector<double>& start, const SolverOptions& options)
       : nlp_(nlp), shape_(nlp.shape()), start_(start), options_(options) {
     solution_.x = start;
   }
@@ -244,7 +240,7 @@ class Adapter : public Ipopt::TNLP {
   Nlp& nlp_;
   const NlpShape& shape_;
   const std::vector<double>& start_;
-  const IpoptOptions& options_;
+  const SolverOptions& options_;
 
   std::mutex mutex_;  // of all below, and of what is above
   std::condition_variable_any ended_;
@@ -330,10 +326,10 @@ thread_local bool Turn::mine_ = false;
 
 // What a thread that was left behind still needs.
 struct Run {
-  Run(Nlp& problem, const std::vector<double>& start, IpoptOptions o)
+  Run(Nlp& problem, const std::vector<double>& start, SolverOptions o)
       : options(std::move(o)), adapter(new Adapter(problem, start, options)) {}
 
-  const IpoptOptions options;
+  const SolverOptions options;
   const Ipopt::SmartPtr<Adapter> adapter;
 
   void operator()() const {
@@ -366,7 +362,7 @@ struct Run {
   }
 };
 
-NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions options) {
+NlpSolution solve(Nlp& problem, const std::vector<double>& start, SolverOptions options) {
   Turn::refuse_nested();
   options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
   const auto run = std::make_shared<Run>(problem, start, std::move(options));
@@ -384,79 +380,15 @@ NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions o
   return run->adapter->result();
 }
 
-// `before`: iterations of earlier rounds.
-NlpSolution solve_in(const NlpMagnitudes& units, Nlp& problem, const std::vector<double>& start,
-                     IpoptOptions options, int before = 0) {
-  ScaledNlp scaled(problem, units);
-  if (options.watch) {
-    options.watch = [watch = options.watch, unit = scaled.units().objective, before](IterationRecord record) {
-      record.objective *= unit;
-      record.iteration += before;
-      watch(record);
-    };
-  }
-  NlpSolution solution = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
-  solution.units = scaled.units();
-  return solution;
-}
-
-bool optimal(const NlpSolution& solution) {
-  return solution.status == SolveStatus::kSolved || solution.status == SolveStatus::kAcceptable;
-}
-
-// Whether a tolerance in `units` is too coarse where magnitudes are `found`.
-bool coarse(const NlpMagnitudes& units, const NlpMagnitudes& found) {
-  bool result = kCoarseObjective * found.objective < units.objective;
-  for (std::size_t i = 0; i < found.x.size(); ++i) result |= kCoarseVariable * found.x[i] < units.x[i];
-  return result;
-}
-
-IpoptOptions less(IpoptOptions options, const NlpSolution& spent) {
-  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
-  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
-  return options;
-}
-
-SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
-  return {a.total + b.total,
-          a.processor + b.processor,
-          a.functions + b.functions,
-          a.jacobian + b.jacobian,
-          a.hessian + b.hessian,
-          a.function_calls + b.function_calls,
-          a.jacobian_calls + b.jacobian_calls,
-          a.hessian_calls + b.hessian_calls};
-}
-
-// The last of two rounds, with the iterations and times of both.  It starts where the first ends.
-NlpSolution joined(NlpSolution first, NlpSolution last) {
-  const int before = first.iterations();
-  for (IterationRecord record : last.log) {
-    record.iteration += before;
-    if (record.iteration > before) first.log.push_back(record);
-  }
-  last.log = std::move(first.log);
-  last.times = first.times + last.times;
-  return last;
-}
-
 }  // namespace
 
-NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const IpoptOptions& options) {
+NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
   const std::size_t n = problem.shape().n();
   if (start.size() != n) {
     throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(n) + " variables");
   }
-  NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options);
-  for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
-    const NlpMagnitudes found = problem.magnitudes(solution.x, solution.units);
-    if (!coarse(solution.units, found)) break;
-    const std::vector<double> again = solution.x;
-    NlpSolution next = solve_in(found, problem, again, less(options, solution), solution.iterations());
-    solution = joined(std::move(solution), std::move(next));
-  }
-  return solution;
+  return solve_in_rounds(problem, start, options, solve);
 }
 
 }  // namespace dyntape

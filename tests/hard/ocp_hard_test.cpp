@@ -154,7 +154,7 @@ TEST(NotFinite, InsideTheLineSearchShortensTheStep) {
 }
 
 TEST(Options, OfIpoptPassAndAreChecked) {
-  const auto message = [](const IpoptOptions& options) {
+  const auto message = [](const SolverOptions& options) {
     Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
     try {
       solve_with_ipopt(nlp, nlp.start(), options);

@@ -11,9 +11,9 @@ namespace dyntape {
 namespace {
 
 // Options under which twelve digits of an optimum can be seen.
-IpoptOptions tight() { return {.tolerance = 1e-12, .dual_tolerance = 1e-10, .bound_relaxation = 0}; }
+SolverOptions tight() { return {.tolerance = 1e-12, .dual_tolerance = 1e-10, .bound_relaxation = 0}; }
 
-NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals, const IpoptOptions& options,
+NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals, const SolverOptions& options,
                      HessianKind hessian = HessianKind::kExact) {
   Collocation nlp(
       problem,
