@@ -31,8 +31,7 @@ Barrier::Barrier(Nlp& nlp, const StageKkt& kkt, double relaxation)
     if (!kkt.is_fixed(i)) set(Eigen::Index(i), shape.x_lower[i], shape.x_upper[i]);
   }
   for (std::size_t j = 0; j < shape.m(); ++j) {
-    if (kkt.kind(j) == RowKind::kInequality)
-      set(n_ + Eigen::Index(j), shape.g_lower[j], shape.g_upper[j]);
+    if (kkt.kind(j) == RowKind::kInequality) set(n_ + Eigen::Index(j), shape.g_lower[j], shape.g_upper[j]);
   }
 }
 
@@ -40,8 +39,7 @@ bool Barrier::begin(const std::vector<double>& x, double push, BarrierPoint& poi
   point.w.setZero(n_ + m_), point.c.setZero(m_);
   for (Eigen::Index i = 0; i < n_; ++i) {
     const auto at = std::size_t(i);
-    point.w[i] =
-        kkt_.is_fixed(at) ? nlp_.shape().x_lower[at] : inside(x[at], lower_[i], upper_[i], push);
+    point.w[i] = kkt_.is_fixed(at) ? nlp_.shape().x_lower[at] : inside(x[at], lower_[i], upper_[i], push);
   }
   if (!nlp_.constraints(point.w.data(), point.c.data())) return false;
   for (Eigen::Index j = 0; j < m_; ++j) {
@@ -53,7 +51,8 @@ bool Barrier::begin(const std::vector<double>& x, double push, BarrierPoint& poi
 
 bool Barrier::evaluate(BarrierPoint& point) {
   point.c.resize(m_);
-  if (!nlp_.constraints(point.w.data(), point.c.data()) || !nlp_.objective(point.w.data(), point.f)) return false;
+  if (!nlp_.constraints(point.w.data(), point.c.data()) || !nlp_.objective(point.w.data(), point.f))
+    return false;
   point.sum = point.largest = 0;
   for (Eigen::Index j = 0; j < m_; ++j) {
     switch (kkt_.kind(std::size_t(j))) {

@@ -63,28 +63,35 @@ class ChainKkt {
   void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda);
 
  private:
-  // What is left of a stage when its factorisation is done.  Columns of Q are in the order of the pivots.
+  struct NonZero {
+    Eigen::Index row;
+    double value;
+  };
+  // What is left of a stage when its factorisation is done.  Variables and rows are in the order of their pivots, basic ones
+  // first; `both` are free variables and what the link brings.
   struct Factor {
-    Eigen::MatrixXd Q;                   // cost of the stage and all behind it
-    Eigen::MatrixXd M;                   // its rows: links, own, handed down; then their elimination
+    Eigen::Index rank = 0, free = 0;
     std::vector<Eigen::Index> row, col;  // pivots
-    Eigen::Index rank = 0;
-    Eigen::MatrixXd X;          // (rank x free | links): basic variables by free ones and by what the link brings
-    Eigen::MatrixXd QX;         // Q X of both
-    Eigen::MatrixXd L, W;       // Cholesky factor of the free variables' cost; L^-1 of what couples it to the link
-    Eigen::MatrixXd P, R;       // cost to go, and rows, of what the link brings
-    Eigen::MatrixXd PC, RC;     // by the variables of the stage before; RC as its rows, scaled
-    Eigen::VectorXd row_scale;  // of RC
-    Eigen::VectorXd q, s, z0, t, p, r0, w, lambda;
+    Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
+    Eigen::MatrixXd M;     // (n x rows) rows as columns: links, own, handed down; then L^T and U^T
+    Eigen::MatrixXd X;     // (both x rank) basic variables by both, transposed
+    Eigen::MatrixXd V, S;  // (both x n), (both x both) cost by both; S: its factor, then the cost to go
+    Eigen::MatrixXd P, R;  // (links x links), (left x links) cost to go, and rows, of what the link brings
+    Eigen::MatrixXd PC, CP, RC;        // by the variables of the stage before; CP transposed, RC scaled
+    Eigen::VectorXd row_scale;         // of RC
+    std::vector<NonZero> C;            // of the link to the next stage, column by column
+    std::vector<std::size_t> C_begin;  // (n + 1)
+    Eigen::VectorXd q, s, z0, t, y, r0, lambda;
   };
 
   void assemble(std::size_t k, double shift, double elastic);
+  void eliminate_rows(Factor& f);
   bool eliminate(std::size_t k);
+  void hand_down(std::size_t k);
 
   std::vector<Stage> stages_;
   std::vector<Factor> factors_;
   std::vector<Eigen::Index> first_variable_, first_row_;
-  double elastic_ = 0;
 };
 
 }  // namespace dyntape

@@ -7,7 +7,9 @@
 #include <ctime>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
+#include <dyntape/interface/solvers/best_point.h>
 #include <dyntape/interface/solvers/restoration.h>
 #include <dyntape/interface/solvers/rounds.h>
 
@@ -19,7 +21,8 @@ using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 
 // Named as in the source.
-constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99, kKappaSigma = 1e10, kSMax = 100;
+constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99, kKappaSigma = 1e10,
+                 kSMax = 100;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1, kSPhi = 2.3, kEta = 1e-8;
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
 constexpr int kMostCorrections = 4;
@@ -72,7 +75,8 @@ class InteriorPoint {
     return good;
   }
   bool evaluate(BarrierPoint& point) {
-    return timed(solution_.times.functions, solution_.times.function_calls, [&] { return barrier_.evaluate(point); });
+    return timed(solution_.times.functions, solution_.times.function_calls,
+                 [&] { return barrier_.evaluate(point); });
   }
   // The Hessian first: what it needs at the same point brings the others along.
   bool differentiate(bool with_hessian) {
@@ -82,7 +86,8 @@ class InteriorPoint {
         }))
       return false;
     if (!timed(times.jacobian, times.jacobian_calls, [&] {
-          return nlp_.gradient(now_.w.data(), gradient_.data()) && nlp_.jacobian(now_.w.data(), jacobian_.data());
+          return nlp_.gradient(now_.w.data(), gradient_.data()) &&
+                 nlp_.jacobian(now_.w.data(), jacobian_.data());
         }))
       return false;
     kkt_.set(jacobian_.data(), hessian_.data());
@@ -116,31 +121,39 @@ class InteriorPoint {
   struct Errors {
     double dual, primal, complementarity, all;
   };
-  Errors errors(double mu) {
+  // Once for a point and its multipliers: what does not depend on mu.
+  void look() {
     stationarity_.setZero(n_ + m_);
-    auto of_x = stationarity_.head(n_);
-    of_x = gradient_;
-    scratch_ = of_x;
+    scratch_ = gradient_;
     kkt_.add_transposed(lambda_, scratch_);
-    of_x = scratch_;
+    stationarity_.head(n_) = scratch_;
     stationarity_.tail(m_) = -lambda_;
     stationarity_ += upper_price_ - lower_price_;
-    double complementarity = 0, prices = 0;
+    double prices = 0;
     int bounds = 0;
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
       if (!moves(i)) stationarity_[i] = 0;
-      const auto look = [&](double price, double distance) {
-        complementarity = std::max(complementarity, std::abs(price * distance - mu));
-        prices += price, ++bounds;
-      };
-      if (barrier_.lower()[i] > -HUGE_VAL) look(lower_price_[i], now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) look(upper_price_[i], barrier_.upper()[i] - now_.w[i]);
+      if (barrier_.lower()[i] > -HUGE_VAL) prices += lower_price_[i], ++bounds;
+      if (barrier_.upper()[i] < HUGE_VAL) prices += upper_price_[i], ++bounds;
     }
-    const auto scale = [](double sum, double count) { return std::max(kSMax, count > 0 ? sum / count : 0) / kSMax; };
-    Errors e{largest(stationarity_), now_.largest, complementarity, 0};
-    e.all = std::max({e.dual / scale(prices + lambda_.cwiseAbs().sum(), double(bounds) + double(m_)), e.primal,
-                      e.complementarity / scale(prices, bounds)});
-    return e;
+    const auto scale = [](double sum, double count) {
+      return std::max(kSMax, count > 0 ? sum / count : 0) / kSMax;
+    };
+    dual_ = largest(stationarity_);
+    dual_scale_ = scale(prices + lambda_.cwiseAbs().sum(), double(bounds) + double(m_));
+    price_scale_ = scale(prices, bounds);
+  }
+  Errors errors(double mu) const {
+    double complementarity = 0;
+    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+      const auto of = [&](double price, double distance) {
+        complementarity = std::max(complementarity, std::abs(price * distance - mu));
+      };
+      if (barrier_.lower()[i] > -HUGE_VAL) of(lower_price_[i], now_.w[i] - barrier_.lower()[i]);
+      if (barrier_.upper()[i] < HUGE_VAL) of(upper_price_[i], barrier_.upper()[i] - now_.w[i]);
+    }
+    const double all = std::max({dual_ / dual_scale_, now_.largest, complementarity / price_scale_});
+    return {dual_, now_.largest, complementarity, all};
   }
   bool moves(Eigen::Index i) const {
     return i < n_ ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n_)) == RowKind::kInequality;
@@ -158,7 +171,8 @@ class InteriorPoint {
     if (options_.stop.stop_requested()) return SolveStatus::kStopped;
     if (iteration > options_.max_iterations) return SolveStatus::kIterationLimit;
     if (processor_seconds() > options_.max_seconds) return SolveStatus::kTimeLimit;
-    if (is_tiny_ && mu_ <= least_barrier_) return is_acceptable ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
+    if (is_tiny_ && mu_ <= least_barrier_)
+      return is_acceptable ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
     return {};
   }
 
@@ -414,22 +428,30 @@ class InteriorPoint {
     return {{}, 0, 0, trials, true};
   }
 
+  // Of every point that the method goes to.
   void note(int iteration, double size, double primal, double dual, int trials, bool is_restored = false) {
+    look();
     const Errors e = errors(0);
-    solution_.log.push_back({iteration, now_.f, e.primal, e.dual, mu_, size, diagonal_.shift, dual, primal, trials,
-                             is_restored});
+    solution_.log.push_back(
+        {iteration, now_.f, e.primal, e.dual, mu_, size, diagonal_.shift, dual, primal, trials, is_restored});
     if (options_.watch) options_.watch(solution_.log.back());
+    if (!options_.stop.stop_possible()) return;
+    rows_of(now_);
+    best_.consider(nlp_.shape(), now_.w.data(), solution_.g.data(), now_.f);
+  }
+  void rows_of(const BarrierPoint& point) {
+    solution_.g.resize(std::size_t(m_));
+    nlp_.constraints(point.w.data(), solution_.g.data());
   }
 
-  // The point in the program's terms; what the relaxed bounds let out is not put back.
   void finish() {
     solution_.x.assign(now_.w.data(), now_.w.data() + n_);
     solution_.objective = now_.f;
     solution_.lambda.assign(lambda_.data(), lambda_.data() + m_);
     solution_.lower_price.assign(lower_price_.data(), lower_price_.data() + n_);
     solution_.upper_price.assign(upper_price_.data(), upper_price_.data() + n_);
-    solution_.g.assign(std::size_t(m_), 0.0);
-    nlp_.constraints(now_.w.data(), solution_.g.data());
+    rows_of(now_);
+    if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) best_.move_into(solution_);
   }
 
   Nlp& nlp_;
@@ -442,8 +464,10 @@ class InteriorPoint {
   NlpSolution solution_;
 
   BarrierPoint now_, trial_;
+  BestPoint best_;
   VectorXd gradient_, jacobian_, hessian_;
-  VectorXd lambda_, lower_price_, upper_price_;  // (m), (n + m)
+  VectorXd lambda_, lower_price_, upper_price_;         // (m), (n + m)
+  double dual_ = 0, dual_scale_ = 1, price_scale_ = 1;  // of look()
   double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0;
   int acceptable_ = 0;
   bool is_tiny_ = false;
@@ -461,7 +485,21 @@ NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start, cons
     throw ArgumentError("solve_by_stages: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(shape.n()) + " variables");
   if (shape.hessian_kind == HessianKind::kLimitedMemory || options.limited_memory)
-    throw ArgumentError("solve_by_stages: a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
+    throw ArgumentError(
+        "solve_by_stages: a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
+  const auto refuse = [](const std::string& what) { throw ArgumentError("solve_by_stages: " + what); };
+  const std::pair<const char*, double> positive[] = {{"tolerance", options.tolerance},
+                                                     {"dual tolerance", options.dual_tolerance},
+                                                     {"limit of time", options.max_seconds}};
+  for (const auto& [name, value] : positive) {
+    if (!(value > 0))
+      refuse("the " + std::string(name) + " is " + io::shortest(value) + ", expected a number above 0");
+  }
+  if (!(options.bound_relaxation >= 0))
+    refuse("the bound relaxation is " + io::shortest(options.bound_relaxation) +
+           ", expected a number from 0");
+  if (options.max_iterations < 0)
+    refuse("at most " + std::to_string(options.max_iterations) + " iterations, expected 0 or more");
   if (!options.extra.empty())
     throw ArgumentError("solve_by_stages: \"" + options.extra.front().first +
                         "\" is an option of Ipopt's, which this solver does not have");

@@ -27,6 +27,7 @@
 
 namespace dyntape {
 
-NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start, const SolverOptions& options = {});
+NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start,
+                            const SolverOptions& options = {});
 
 }  // namespace dyntape

@@ -16,6 +16,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/stopwatch.h>
+#include <dyntape/interface/solvers/best_point.h>
 #include <dyntape/interface/solvers/ipopt_options.h>
 #include <dyntape/interface/solvers/rounds.h>
 
@@ -27,7 +28,7 @@ using Clock = std::chrono::steady_clock;
 using Ipopt::Index;
 using Ipopt::Number;
 
-constexpr double kIpoptInfinity = 1e19;  // Ipopt's threshold for "no bound"
+constexpr double kIpoptInfinity = 1e19;              // Ipopt's threshold for "no bound"
 constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once a stop is requested
 
 class Stopwatch {
@@ -39,25 +40,6 @@ class Stopwatch {
   double& seconds_;
   Clock::time_point begin_;
 };
-
-// What a solve that is stopped ends with (ipopt.h).
-struct BestPoint {
-  std::vector<double> x, g;
-  double violation = HUGE_VAL, objective = HUGE_VAL;
-
-  bool is_worse_than(double other_violation, double other_objective) const {
-    constexpr double kFeasible = 1e-6;
-    if (violation <= kFeasible && other_violation <= kFeasible) return other_objective < objective;
-    return other_violation < violation;
-  }
-};
-
-double violation_of(const NlpShape& shape, const std::vector<double>& g) {
-  double most = 0;
-  for (std::size_t j = 0; j < g.size(); ++j)
-    most = std::max({most, shape.g_lower[j] - g[j], g[j] - shape.g_upper[j]});
-  return most;
-}
 
 // Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.  Ipopt may
 // run in a thread of its own, which touches nothing of the caller's once the caller has left.
@@ -101,9 +83,7 @@ class Adapter : public Ipopt::TNLP {
     if (is_left_ || is_cut_short_) solution_.status = SolveStatus::kStopped;
     if (is_left_ && best_.x.empty()) note(start_);
     if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) {
-      solution_.x = best_.x;
-      solution_.g = best_.g;
-      solution_.objective = best_.objective;
+      best_.move_into(solution_);
     }
     return std::move(solution_);
   }
@@ -208,8 +188,7 @@ class Adapter : public Ipopt::TNLP {
     std::vector<double> g(shape_.m());
     double objective = 0;
     if (x.empty() || !nlp_.constraints(x.data(), g.data()) || !nlp_.objective(x.data(), objective)) return;
-    const double violation = violation_of(shape_, g);
-    if (best_.is_worse_than(violation, objective)) best_ = {x, std::move(g), violation, objective};
+    best_.consider(shape_, x.data(), g.data(), objective);
   }
 
   template <class F>

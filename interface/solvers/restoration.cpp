@@ -11,7 +11,8 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
                                 const std::function<bool()>& stops,
                                 const std::function<bool(BarrierPoint&)>& evaluate) {
   constexpr int kMostSteps = 300;
-  constexpr double kProximity = 1e-6, kEnough = 0.9, kArmijo = 1e-4, kShortest = 1e-12, kTau = 0.99, kFlatPart = 1e-6;
+  constexpr double kProximity = 1e-6, kEnough = 0.9, kArmijo = 1e-4, kShortest = 1e-12, kTau = 0.99,
+                   kFlatPart = 1e-6;
   const Eigen::Index n = barrier_.n(), m = barrier_.m();
   const auto moves = [&](Eigen::Index i) {
     return i < n ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n)) == RowKind::kInequality;

@@ -47,8 +47,8 @@ class Restoration {
 
   // Moves `point` until it lacks nine tenths of what it did at most, and `takes` it; the matrices of `kkt` are then other ones.
   RestorationEnd run(BarrierPoint& point, double mu, double small,
-                     const std::function<bool(const BarrierPoint&)>& takes, const std::function<bool()>& stops,
-                     const std::function<bool(BarrierPoint&)>& evaluate);
+                     const std::function<bool(const BarrierPoint&)>& takes,
+                     const std::function<bool()>& stops, const std::function<bool(BarrierPoint&)>& evaluate);
 
  private:
   Nlp& nlp_;

@@ -158,8 +158,7 @@ void StageKkt::condensed_solve(const KktVector& right, KktVector& step) {
     if (row_place_[j] >= 0) b_[row_place_[j]] = right.c[Eigen::Index(j)];
   }
   chain_->solve(a_, b_, z_, prices_);
-  for (std::size_t i = 0; i < place_.size(); ++i)
-    step.x[Eigen::Index(i)] = is_fixed(i) ? 0 : z_[place_[i]];
+  for (std::size_t i = 0; i < place_.size(); ++i) step.x[Eigen::Index(i)] = is_fixed(i) ? 0 : z_[place_[i]];
   for (std::size_t j = 0; j < row_place_.size(); ++j)
     step.c[Eigen::Index(j)] = row_place_[j] >= 0 ? prices_[row_place_[j]] : 0;
   for (const InequalityRow& row : inequalities_) {

@@ -56,9 +56,9 @@ MeshOptions read_mesh(Section& file) {
 void read_solver(Section& file, OptimiseOptions& optimise) {
   Section solver = file.about("what solves the program").child_or_empty("solver");
   SolverOptions& options = optimise.solver;
-  options.method =
-      solver.about("Ipopt, or dyntape's own, which goes from stage to stage")
-          .choice_or<NlpMethod>("method", "ipopt", {{"ipopt", NlpMethod::kIpopt}, {"stages", NlpMethod::kStages}});
+  options.method = solver.about("Ipopt, or dyntape's own, which goes from stage to stage")
+                       .choice_or<NlpMethod>("method", "ipopt",
+                                             {{"ipopt", NlpMethod::kIpopt}, {"stages", NlpMethod::kStages}});
   options.tolerance =
       solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
   options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
