@@ -19,19 +19,21 @@ double inside(double value, double lower, double upper, double push) {
 
 }  // namespace
 
-Barrier::Barrier(Nlp& nlp, const StageKkt& kkt, double relaxation)
-    : nlp_(nlp), kkt_(kkt), n_(Eigen::Index(nlp.shape().n())), m_(Eigen::Index(nlp.shape().m())) {
-  const NlpShape& shape = nlp.shape();
+Barrier::Barrier(Nlp& nlp, const StageKkt& kkt)
+    : nlp_(nlp), kkt_(kkt), n_(Eigen::Index(nlp.shape().n())), m_(Eigen::Index(nlp.shape().m())) {}
+
+void Barrier::set_bounds(double relaxation) {
+  const NlpShape& shape = nlp_.shape();
   lower_.setConstant(n_ + m_, -HUGE_VAL), upper_.setConstant(n_ + m_, HUGE_VAL);
   const auto set = [&](Eigen::Index at, double lower, double upper) {
-    lower_[at] = lower - relaxation * std::max(1.0, std::abs(lower));
-    upper_[at] = upper + relaxation * std::max(1.0, std::abs(upper));
+    if (lower > -HUGE_VAL) lower_[at] = lower - relaxation * std::max(1.0, std::abs(lower));
+    if (upper < HUGE_VAL) upper_[at] = upper + relaxation * std::max(1.0, std::abs(upper));
   };
   for (std::size_t i = 0; i < shape.n(); ++i) {
-    if (!kkt.is_fixed(i)) set(Eigen::Index(i), shape.x_lower[i], shape.x_upper[i]);
+    if (!kkt_.is_fixed(i)) set(Eigen::Index(i), shape.x_lower[i], shape.x_upper[i]);
   }
   for (std::size_t j = 0; j < shape.m(); ++j) {
-    if (kkt.kind(j) == RowKind::kInequality) set(n_ + Eigen::Index(j), shape.g_lower[j], shape.g_upper[j]);
+    if (kkt_.kind(j) == RowKind::kInequality) set(n_ + Eigen::Index(j), shape.g_lower[j], shape.g_upper[j]);
   }
 }
 
@@ -95,6 +97,46 @@ double Barrier::longest(const Eigen::VectorXd& w, const Eigen::VectorXd& step, d
     if (step[i] > 0 && upper_[i] < HUGE_VAL) length = std::min(length, tau * (upper_[i] - w[i]) / step[i]);
   }
   return length;
+}
+
+void Prices::begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most) {
+  lower.setZero(w.size()), upper.setZero(w.size());
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    if (barrier.lower()[i] > -HUGE_VAL) lower[i] = std::min(most, mu / (w[i] - barrier.lower()[i]));
+    if (barrier.upper()[i] < HUGE_VAL) upper[i] = std::min(most, mu / (barrier.upper()[i] - w[i]));
+  }
+}
+
+void Prices::step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step,
+                  double mu) {
+  lower_step.setZero(w.size()), upper_step.setZero(w.size());
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    if (barrier.lower()[i] > -HUGE_VAL)
+      lower_step[i] = (mu - lower[i] * w_step[i]) / (w[i] - barrier.lower()[i]) - lower[i];
+    if (barrier.upper()[i] < HUGE_VAL)
+      upper_step[i] = (mu + upper[i] * w_step[i]) / (barrier.upper()[i] - w[i]) - upper[i];
+  }
+}
+
+double Prices::longest(double tau) const {
+  double length = 1;
+  for (Eigen::Index i = 0; i < lower.size(); ++i) {
+    if (lower_step[i] < 0) length = std::min(length, -tau * lower[i] / lower_step[i]);
+    if (upper_step[i] < 0) length = std::min(length, -tau * upper[i] / upper_step[i]);
+  }
+  return length;
+}
+
+void Prices::move(const Barrier& barrier, const Eigen::VectorXd& w, double length, double mu) {
+  constexpr double kKappaSigma = 1e10;
+  lower += length * lower_step, upper += length * upper_step;
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    const auto keep = [&](double& price, double distance) {
+      price = std::clamp(price, mu / distance / kKappaSigma, mu / distance * kKappaSigma);
+    };
+    if (barrier.lower()[i] > -HUGE_VAL) keep(lower[i], w[i] - barrier.lower()[i]);
+    if (barrier.upper()[i] < HUGE_VAL) keep(upper[i], barrier.upper()[i] - w[i]);
+  }
 }
 
 }  // namespace dyntape

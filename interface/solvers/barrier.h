@@ -24,8 +24,9 @@ struct BarrierPoint {
 
 class Barrier {
  public:
-  // Bounds are widened by `relaxation` of max(1, |bound|).  `kkt` says what the rows are.
-  Barrier(Nlp& nlp, const StageKkt& kkt, double relaxation);
+  Barrier(Nlp& nlp, const StageKkt& kkt);  // `kkt` says what the rows are
+  // Those of the program, widened by `relaxation` of max(1, |bound|).
+  void set_bounds(double relaxation);
 
   Eigen::Index n() const { return n_; }
   Eigen::Index m() const { return m_; }
@@ -48,6 +49,20 @@ class Barrier {
   const StageKkt& kkt_;
   Eigen::Index n_, m_;
   Eigen::VectorXd lower_, upper_;
+};
+
+// Multipliers of the bounds of w, and their Newton steps.
+struct Prices {
+  Eigen::VectorXd lower, upper;            // (n + m) >= 0, zero where there is no bound
+  Eigen::VectorXd lower_step, upper_step;  // (n + m)
+
+  // Those of the barrier, but `most` at most.
+  void begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most);
+  // By a step of w.
+  void step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step, double mu);
+  double longest(double tau) const;  // within (0, 1], that leaves of each the part 1 - tau
+  // To a point that w has moved to; never far from what its barrier would make them.
+  void move(const Barrier& barrier, const Eigen::VectorXd& w, double length, double mu);
 };
 
 }  // namespace dyntape

@@ -21,43 +21,45 @@ using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 
 // Named as in the source.
-constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99, kKappaSigma = 1e10,
-                 kSMax = 100;
+constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99, kSMax = 100;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1, kSPhi = 2.3, kEta = 1e-8;
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
 constexpr int kMostCorrections = 4;
 constexpr double kFirstShift = 1e-4, kLeastShift = 1e-20, kMostShift = 1e20;
-constexpr double kFirstBarrier = 0.1, kPush = 1e-2, kMostPrice = 1e3;
+constexpr double kFirstBarrier = 0.1, kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
 constexpr double kAcceptable = 1e-6;
 constexpr int kAcceptableIterations = 15;
 constexpr double kEndless = 1e20;
 
 double largest(const VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
-class InteriorPoint {
+}  // namespace
+
+class StageSolver::Method {
  public:
-  InteriorPoint(Nlp& nlp, const SolverOptions& options)
+  explicit Method(Nlp& nlp)
       : nlp_(nlp),
-        options_(options),
         kkt_(nlp),
-        barrier_(nlp, kkt_, options.bound_relaxation),
+        barrier_(nlp, kkt_),
         n_(barrier_.n()),
         m_(barrier_.m()),
         gradient_(n_),
         jacobian_(Eigen::Index(nlp.shape().jacobian.nnz())),
         hessian_(Eigen::Index(nlp.shape().hessian.nnz())),
-        lambda_(VectorXd::Zero(m_)),
-        lower_price_(VectorXd::Zero(n_ + m_)),
-        upper_price_(VectorXd::Zero(n_ + m_)) {
+        lambda_(VectorXd::Zero(m_)) {
     for (KktVector* v : {&right_, &step_, &corrected_}) v->x.setZero(n_), v->s.setZero(m_), v->c.setZero(m_);
     diagonal_.sigma_x.setZero(n_), diagonal_.sigma_s.setZero(m_);
-    least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
   }
 
-  NlpSolution solve(const std::vector<double>& start) {
+  NlpSolution solve(const std::vector<double>& start, const NlpSolution* warm, const SolverOptions& options) {
+    options_ = options;
+    least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
+    barrier_.set_bounds(options.bound_relaxation);
+    solution_ = {}, best_ = {};
+    last_shift_ = 0, acceptable_ = 0, is_tiny_ = false;
     begin_ = Clock::now();
     processor_begin_ = std::clock();
-    solution_.status = run(start);
+    solution_.status = run(start, warm);
     finish();
     solution_.times.total = seconds_since(begin_);
     solution_.times.processor = processor_seconds();
@@ -94,14 +96,19 @@ class InteriorPoint {
     return gradient_.allFinite();
   }
 
-  SolveStatus run(const std::vector<double>& start) {
+  SolveStatus run(const std::vector<double>& start, const NlpSolution* warm) {
     if (!timed(solution_.times.functions, solution_.times.function_calls,
-               [&] { return barrier_.begin(start, kPush, now_); }) ||
+               [&] { return barrier_.begin(start, warm ? kWarmPush : kPush, now_); }) ||
         !differentiate(false))
       throw NumericalError("solve_by_stages: the functions of the program are not finite at its start");
     mu_ = kFirstBarrier;
-    reset_prices(HUGE_VAL);
-    least_squares_multipliers();
+    if (warm) {
+      take_over(*warm);
+    } else {
+      prices_.begin(barrier_, now_.w, 1, 0);
+      reset_prices(HUGE_VAL);
+      least_squares_multipliers();
+    }
     if (!differentiate(true)) return SolveStatus::kNotFinite;
     filter_.begin(now_.sum);
     note(0, 0, 0, 0, 0);
@@ -117,6 +124,28 @@ class InteriorPoint {
     }
   }
 
+  // Multipliers of an earlier solve, and the barrier that they speak of.
+  void take_over(const NlpSolution& warm) {
+    prices_.begin(barrier_, now_.w, 1, 0);
+    std::copy(warm.lambda.begin(), warm.lambda.end(), lambda_.data());
+    double sum = 0;
+    int bounds = 0;
+    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+      const auto at = std::size_t(i);
+      const auto take = [&](double& price, double value, double distance) {
+        price = std::max(value, least_barrier_ / std::max(1.0, distance));
+        sum += price * distance, ++bounds;
+      };
+      if (barrier_.lower()[i] > -HUGE_VAL)
+        take(prices_.lower[i], i < n_ ? warm.lower_price[at] : -lambda_[i - n_],
+             now_.w[i] - barrier_.lower()[i]);
+      if (barrier_.upper()[i] < HUGE_VAL)
+        take(prices_.upper[i], i < n_ ? warm.upper_price[at] : lambda_[i - n_],
+             barrier_.upper()[i] - now_.w[i]);
+    }
+    mu_ = std::clamp(bounds > 0 ? sum / bounds : 0.0, least_barrier_, kFirstBarrier);
+  }
+
   // What the point is off by from the conditions of the barrier problem with mu.
   struct Errors {
     double dual, primal, complementarity, all;
@@ -128,13 +157,13 @@ class InteriorPoint {
     kkt_.add_transposed(lambda_, scratch_);
     stationarity_.head(n_) = scratch_;
     stationarity_.tail(m_) = -lambda_;
-    stationarity_ += upper_price_ - lower_price_;
+    stationarity_ += prices_.upper - prices_.lower;
     double prices = 0;
     int bounds = 0;
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
       if (!moves(i)) stationarity_[i] = 0;
-      if (barrier_.lower()[i] > -HUGE_VAL) prices += lower_price_[i], ++bounds;
-      if (barrier_.upper()[i] < HUGE_VAL) prices += upper_price_[i], ++bounds;
+      if (barrier_.lower()[i] > -HUGE_VAL) prices += prices_.lower[i], ++bounds;
+      if (barrier_.upper()[i] < HUGE_VAL) prices += prices_.upper[i], ++bounds;
     }
     const auto scale = [](double sum, double count) {
       return std::max(kSMax, count > 0 ? sum / count : 0) / kSMax;
@@ -149,8 +178,8 @@ class InteriorPoint {
       const auto of = [&](double price, double distance) {
         complementarity = std::max(complementarity, std::abs(price * distance - mu));
       };
-      if (barrier_.lower()[i] > -HUGE_VAL) of(lower_price_[i], now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) of(upper_price_[i], barrier_.upper()[i] - now_.w[i]);
+      if (barrier_.lower()[i] > -HUGE_VAL) of(prices_.lower[i], now_.w[i] - barrier_.lower()[i]);
+      if (barrier_.upper()[i] < HUGE_VAL) of(prices_.upper[i], barrier_.upper()[i] - now_.w[i]);
     }
     const double all = std::max({dual_ / dual_scale_, now_.largest, complementarity / price_scale_});
     return {dual_, now_.largest, complementarity, all};
@@ -187,8 +216,8 @@ class InteriorPoint {
   void set_diagonal() {
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
       double sigma = 0;
-      if (barrier_.lower()[i] > -HUGE_VAL) sigma += lower_price_[i] / (now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) sigma += upper_price_[i] / (barrier_.upper()[i] - now_.w[i]);
+      if (barrier_.lower()[i] > -HUGE_VAL) sigma += prices_.lower[i] / (now_.w[i] - barrier_.lower()[i]);
+      if (barrier_.upper()[i] < HUGE_VAL) sigma += prices_.upper[i] / (barrier_.upper()[i] - now_.w[i]);
       (i < n_ ? diagonal_.sigma_x[i] : diagonal_.sigma_s[i - n_]) = sigma;
     }
   }
@@ -226,35 +255,13 @@ class InteriorPoint {
     set_right();
     kkt_.solve(right_, step_);
     join(step_, w_step_);
-    price_steps();
+    prices_.step(barrier_, now_.w, w_step_, mu_);
     return w_step_.allFinite() && step_.c.allFinite();
   }
   void join(const KktVector& step, VectorXd& w) const {
     w.resize(n_ + m_);
     w << step.x, step.s;
   }
-  void price_steps() {
-    lower_step_.setZero(n_ + m_), upper_step_.setZero(n_ + m_);
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (barrier_.lower()[i] > -HUGE_VAL) {
-        const double distance = now_.w[i] - barrier_.lower()[i];
-        lower_step_[i] = (mu_ - lower_price_[i] * w_step_[i]) / distance - lower_price_[i];
-      }
-      if (barrier_.upper()[i] < HUGE_VAL) {
-        const double distance = barrier_.upper()[i] - now_.w[i];
-        upper_step_[i] = (mu_ + upper_price_[i] * w_step_[i]) / distance - upper_price_[i];
-      }
-    }
-  }
-  double longest_price_step(double tau) const {
-    double length = 1;
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (lower_step_[i] < 0) length = std::min(length, -tau * lower_price_[i] / lower_step_[i]);
-      if (upper_step_[i] < 0) length = std::min(length, -tau * upper_price_[i] / upper_step_[i]);
-    }
-    return length;
-  }
-
   struct Outcome {
     std::optional<SolveStatus> status = {};
     double primal = 0, dual = 0;
@@ -267,7 +274,7 @@ class InteriorPoint {
     const double along = slope_.dot(w_step_);  // of the barrier function
     const double theta = now_.sum, phi = barrier_.value(now_, mu_);
     const double rounding = 10 * std::numeric_limits<double>::epsilon();
-    const double dual = longest_price_step(tau);
+    const double dual = prices_.longest(tau);
     double length = barrier_.longest(now_.w, w_step_, tau);
 
     double relative = 0;
@@ -353,26 +360,14 @@ class InteriorPoint {
   void accept(double primal, double dual, const VectorXd& lambda_step) {
     std::swap(now_, trial_);
     lambda_ += primal * lambda_step;
-    lower_price_ += dual * lower_step_, upper_price_ += dual * upper_step_;
-    keep_prices_near();
-  }
-  // Prices never get far from what the barrier would make them.
-  void keep_prices_near() {
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      const auto keep = [&](double& price, double distance) {
-        const double own = mu_ / distance;
-        price = std::clamp(price, own / kKappaSigma, own * kKappaSigma);
-      };
-      if (barrier_.lower()[i] > -HUGE_VAL) keep(lower_price_[i], now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) keep(upper_price_[i], barrier_.upper()[i] - now_.w[i]);
-    }
+    prices_.move(barrier_, now_.w, dual, mu_);
   }
   // Prices of one, where any is above `most`; and where all are wanted anew.
   void reset_prices(double most) {
-    if (most < HUGE_VAL && std::max(largest(lower_price_), largest(upper_price_)) <= most) return;
+    if (most < HUGE_VAL && std::max(largest(prices_.lower), largest(prices_.upper)) <= most) return;
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      lower_price_[i] = barrier_.lower()[i] > -HUGE_VAL;
-      upper_price_[i] = barrier_.upper()[i] < HUGE_VAL;
+      prices_.lower[i] = barrier_.lower()[i] > -HUGE_VAL;
+      prices_.upper[i] = barrier_.upper()[i] < HUGE_VAL;
     }
   }
 
@@ -385,8 +380,8 @@ class InteriorPoint {
     const bool good = kkt_.factor(diagonal_);
     diagonal_.with_hessian = true;
     if (!good) return;
-    right_.x = -(gradient_ - lower_price_.head(n_) + upper_price_.head(n_));
-    right_.s = lower_price_.tail(m_) - upper_price_.tail(m_);
+    right_.x = -(gradient_ - prices_.lower.head(n_) + prices_.upper.head(n_));
+    right_.s = prices_.lower.tail(m_) - prices_.upper.tail(m_);
     right_.c.setZero();
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
       if (!moves(i)) (i < n_ ? right_.x[i] : right_.s[i - n_]) = 0;
@@ -419,10 +414,7 @@ class InteriorPoint {
     }
     lambda_.setZero();
     if (!differentiate(false)) return {SolveStatus::kNotFinite};
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (barrier_.lower()[i] > -HUGE_VAL) lower_price_[i] = mu_ / (now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) upper_price_[i] = mu_ / (barrier_.upper()[i] - now_.w[i]);
-    }
+    prices_.begin(barrier_, now_.w, mu_, HUGE_VAL);
     reset_prices(kMostPrice);
     least_squares_multipliers();
     return {{}, 0, 0, trials, true};
@@ -448,14 +440,14 @@ class InteriorPoint {
     solution_.x.assign(now_.w.data(), now_.w.data() + n_);
     solution_.objective = now_.f;
     solution_.lambda.assign(lambda_.data(), lambda_.data() + m_);
-    solution_.lower_price.assign(lower_price_.data(), lower_price_.data() + n_);
-    solution_.upper_price.assign(upper_price_.data(), upper_price_.data() + n_);
+    solution_.lower_price.assign(prices_.lower.data(), prices_.lower.data() + n_);
+    solution_.upper_price.assign(prices_.upper.data(), prices_.upper.data() + n_);
     rows_of(now_);
     if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) best_.move_into(solution_);
   }
 
   Nlp& nlp_;
-  const SolverOptions& options_;
+  SolverOptions options_;
   StageKkt kkt_;
   Barrier barrier_;
   Eigen::Index n_, m_;
@@ -466,7 +458,8 @@ class InteriorPoint {
   BarrierPoint now_, trial_;
   BestPoint best_;
   VectorXd gradient_, jacobian_, hessian_;
-  VectorXd lambda_, lower_price_, upper_price_;         // (m), (n + m)
+  VectorXd lambda_;  // (m)
+  Prices prices_;
   double dual_ = 0, dual_scale_ = 1, price_scale_ = 1;  // of look()
   double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0;
   int acceptable_ = 0;
@@ -474,19 +467,29 @@ class InteriorPoint {
   Filter filter_;
   KktDiagonal diagonal_;
   KktVector right_, step_, corrected_;
-  VectorXd w_step_, lower_step_, upper_step_, slope_, stationarity_, scratch_, soc_, soc_step_;
+  VectorXd w_step_, slope_, stationarity_, scratch_, soc_, soc_step_;
 };
 
-}  // namespace
+StageSolver::StageSolver(Nlp& nlp) : method_(std::make_unique<Method>(nlp)) {
+  if (nlp.shape().hessian_kind == HessianKind::kLimitedMemory)
+    throw ArgumentError(
+        "solve_by_stages: a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
+}
+StageSolver::~StageSolver() = default;
+
+NlpSolution StageSolver::solve(const std::vector<double>& start, const SolverOptions& options,
+                               const NlpSolution* warm) {
+  return method_->solve(start, warm, options);
+}
 
 NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
   const NlpShape& shape = problem.shape();
   if (start.size() != shape.n())
     throw ArgumentError("solve_by_stages: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(shape.n()) + " variables");
-  if (shape.hessian_kind == HessianKind::kLimitedMemory || options.limited_memory)
+  if (options.limited_memory)
     throw ArgumentError(
-        "solve_by_stages: a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
+        "solve_by_stages: limited memory is an option of Ipopt's, which this solver does not have");
   const auto refuse = [](const std::string& what) { throw ArgumentError("solve_by_stages: " + what); };
   const std::pair<const char*, double> positive[] = {{"tolerance", options.tolerance},
                                                      {"dual tolerance", options.dual_tolerance},
@@ -505,7 +508,7 @@ NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start, cons
                         "\" is an option of Ipopt's, which this solver does not have");
   return solve_in_rounds(problem, start, options,
                          [](Nlp& scaled, const std::vector<double>& from, const SolverOptions& of_round) {
-                           return InteriorPoint(scaled, of_round).solve(from);
+                           return StageSolver(scaled).solve(from, of_round);
                          });
 }
 

@@ -23,11 +23,29 @@
 // large-scale nonlinear programming", Mathematical Programming 106(1), 2006: its names and constants.
 #pragma once
 
+#include <memory>
+
 #include <dyntape/interface/solvers/solver_options.h>
 
 namespace dyntape {
 
 NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start,
                             const SolverOptions& options = {});
+
+// The method itself, for one program solved again and again: in its units as they are, from any start, or, with `warm`, going on
+// from an earlier solution's multipliers and barrier as well.  Bounds of the program may change between solves, but not whether two are
+// equal.  Iterations allocate nothing once there was one.
+class StageSolver {
+ public:
+  explicit StageSolver(Nlp& nlp);
+  ~StageSolver();
+
+  NlpSolution solve(const std::vector<double>& start, const SolverOptions& options,
+                    const NlpSolution* warm = nullptr);
+
+ private:
+  class Method;
+  std::unique_ptr<Method> method_;
+};
 
 }  // namespace dyntape

@@ -27,6 +27,9 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
   KktDiagonal diagonal{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), 0, 1, false};
   KktVector right{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), Eigen::VectorXd::Zero(m)}, change;
   mu = std::min(mu, 0.1 * point.c.squaredNorm());
+  // Small ones let a point leave a bound that it is stuck at.
+  Prices prices;
+  prices.begin(barrier_, point.w, mu, 1);
   BarrierPoint trial;
   const auto merit = [&](const BarrierPoint& at) {
     BarrierPoint without = {{}, {}, 0, 0, 0};
@@ -51,9 +54,9 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     barrier_.slope(point.w, mu, slope);
     for (Eigen::Index j = 0; j < n + m; ++j) {
       const double below = point.w[j] - barrier_.lower()[j], above = barrier_.upper()[j] - point.w[j];
-      const double curved = mu / (below * below) + mu / (above * above) + near[j];
       slope[j] += near[j] * (point.w[j] - first.w[j]);
-      (j < n ? diagonal.sigma_x[j] : diagonal.sigma_s[j - n]) = curved;
+      (j < n ? diagonal.sigma_x[j] : diagonal.sigma_s[j - n]) =
+          prices.lower[j] / below + prices.upper[j] / above + near[j];
       if (!moves(j)) slope[j] = 0;
     }
     // No direction lessens what is lacked, but for what the bounds hold back.
@@ -71,6 +74,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     if (!(along < 0)) return RestorationEnd::kFailed;
     const double before = merit(point);
     bool is_better = false;
+    prices.step(barrier_, point.w, step, mu);
     for (double length = barrier_.longest(point.w, step, kTau); length > kShortest; length /= 2) {
       trial.w = point.w + length * step;
       if (!evaluate(trial)) continue;
@@ -82,6 +86,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     if (!is_better) return RestorationEnd::kFailed;
     std::swap(point, trial);
     mu = std::min(mu, 0.1 * point.c.squaredNorm());
+    prices.move(barrier_, point.w, prices.longest(kTau), mu);
   }
   return RestorationEnd::kFailed;
 }
