@@ -39,7 +39,8 @@ PlacedCapsule placed(const dynamics::Model<double>& model, const Capsule& capsul
   const auto refuse = [&](const std::string& what) {
     throw ArgumentError("robot \"" + model.name + "\": capsule \"" + capsule.name + "\": " + what);
   };
-  if (!capsule.from.allFinite() || !capsule.to.allFinite()) refuse("an end has an entry that is no finite number");
+  if (!capsule.from.allFinite() || !capsule.to.allFinite())
+    refuse("an end has an entry that is no finite number");
   if (!(capsule.radius > 0 && std::isfinite(capsule.radius)))
     refuse("the radius is " + std::to_string(capsule.radius) + ", expected a number above zero");
   PlacedCapsule p{-1, -1, capsule.from, capsule.to - capsule.from, capsule.radius};

@@ -25,8 +25,8 @@
 namespace dyntape {
 
 struct InverseKinematicsOptions {
-  int starts = 30;         // from which the search begins, the given one among them
-  int iterations = 100;    // of each
+  int starts = 30;          // from which the search begins, the given one among them
+  int iterations = 100;     // of each
   double tolerance = 1e-9;  // of the largest entry of the error (m, rad)
 };
 

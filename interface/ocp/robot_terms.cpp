@@ -26,7 +26,8 @@ T scalar_of(const dynamics::Model<T>&);
 constexpr double kRotation = 1e-6;
 
 template <class Derived>
-void check_numbers(const RobotScene& scene, const std::string& what, const Eigen::MatrixBase<Derived>& values) {
+void check_numbers(const RobotScene& scene, const std::string& what,
+                   const Eigen::MatrixBase<Derived>& values) {
   if (values.allFinite()) return;
   throw ArgumentError("robot \"" + scene.model.name + "\": " + what +
                       " has an entry that is no finite number");
@@ -66,22 +67,22 @@ int moving_frame(const dynamics::Model<double>& model, const std::string& frame)
 
 StageFunction frame_position(const RobotScene& scene, const std::string& frame, const Vector3d& target) {
   check_numbers(scene, "the position wanted of frame \"" + frame + "\"", target);
-  return of_kinematics(scene, [=, index = moving_frame(scene.model, frame)](const auto& model,
-                                                                            const auto& data, const auto&) {
-    using T = decltype(scalar_of(model));
-    return (dynamics::frame_placement(model, data, index).p - Of3<T>(target.cast<T>()));
-  });
+  return of_kinematics(
+      scene, [=, index = moving_frame(scene.model, frame)](const auto& model, const auto& data, const auto&) {
+        using T = decltype(scalar_of(model));
+        return (dynamics::frame_placement(model, data, index).p - Of3<T>(target.cast<T>()));
+      });
 }
 
 StageFunction frame_orientation(const RobotScene& scene, const std::string& frame, const Matrix3d& target) {
   check_rotation(scene, frame, target);
-  return of_kinematics(scene, [=, index = moving_frame(scene.model, frame)](const auto& model,
-                                                                            const auto& data, const auto&) {
-    using T = decltype(scalar_of(model));
-    const dynamics::Matrix3<T> back(target.transpose().cast<T>());
-    const dynamics::Matrix3<T> R = back * dynamics::frame_placement(model, data, index).R;
-    return dynamics::log(R);
-  });
+  return of_kinematics(
+      scene, [=, index = moving_frame(scene.model, frame)](const auto& model, const auto& data, const auto&) {
+        using T = decltype(scalar_of(model));
+        const dynamics::Matrix3<T> back(target.transpose().cast<T>());
+        const dynamics::Matrix3<T> R = back * dynamics::frame_placement(model, data, index).R;
+        return dynamics::log(R);
+      });
 }
 
 StageFunction frame_error(const RobotScene& scene, const FrameTarget& target) {
@@ -102,10 +103,10 @@ StageFunction frame_error(const RobotScene& scene, const FrameTarget& target) {
 }
 
 StageFunction frame_velocity(const RobotScene& scene, const std::string& frame, dynamics::ReferenceFrame in) {
-  return of_kinematics(scene, [=, index = moving_frame(scene.model, frame)](const auto& model,
-                                                                            const auto& data, const auto&) {
-    return dynamics::frame_velocity(model, data, index, in).vector();
-  });
+  return of_kinematics(
+      scene, [=, index = moving_frame(scene.model, frame)](const auto& model, const auto& data, const auto&) {
+        return dynamics::frame_velocity(model, data, index, in).vector();
+      });
 }
 
 StageFunction frame_looks_at(const RobotScene& scene, const std::string& frame, const Vector3d& axis,
@@ -118,16 +119,16 @@ StageFunction frame_looks_at(const RobotScene& scene, const std::string& frame, 
   }
   const Vector3d ahead = axis.stableNormalized();
   const Eigen::Matrix<double, 3, 2> sides = across(ahead);
-  return of_kinematics(scene, [=, index = moving_frame(scene.model, frame)](const auto& model,
-                                                                            const auto& data, const auto&) {
-    using T = decltype(scalar_of(model));
-    const dynamics::Placement<T> X = dynamics::frame_placement(model, data, index);
-    const Of3<T> d = dynamics::transposed_times(X.R, Of3<T>(place.cast<T>()) - X.p);
-    using std::sqrt;
-    const T scale = T(1) / (sqrt(d.squaredNorm()) + d.dot(Of3<T>(ahead.cast<T>())));
-    return vector(T(d.dot(Of3<T>(sides.col(0).cast<T>())) * scale),
-                  T(d.dot(Of3<T>(sides.col(1).cast<T>())) * scale));
-  });
+  return of_kinematics(
+      scene, [=, index = moving_frame(scene.model, frame)](const auto& model, const auto& data, const auto&) {
+        using T = decltype(scalar_of(model));
+        const dynamics::Placement<T> X = dynamics::frame_placement(model, data, index);
+        const Of3<T> d = dynamics::transposed_times(X.R, Of3<T>(place.cast<T>()) - X.p);
+        using std::sqrt;
+        const T scale = T(1) / (sqrt(d.squaredNorm()) + d.dot(Of3<T>(ahead.cast<T>())));
+        return vector(T(d.dot(Of3<T>(sides.col(0).cast<T>())) * scale),
+                      T(d.dot(Of3<T>(sides.col(1).cast<T>())) * scale));
+      });
 }
 
 StageFunction com_position(const RobotScene& scene, const Vector3d& target) {

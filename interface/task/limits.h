@@ -17,10 +17,11 @@
 namespace dyntape {
 
 struct LimitExcess {
-  std::string quantity, joint, unit;  // "velocity", "panda_joint1", "rad/s"; "clearance", "hand of post", "m"
-  double value, limit, time;          // where it is exceeded most (s)
-  bool between_points = false;        // at the points of the mesh it is kept: a finer one may keep it
-  bool of_robot = true;               // else of the task
+  std::string quantity, joint,
+      unit;                     // "velocity", "panda_joint1", "rad/s"; "clearance", "hand from post", "m"
+  double value, limit, time;    // where it is exceeded most (s)
+  bool between_points = false;  // at the points of the mesh it is kept: a finer one may keep it
+  bool of_robot = true;         // else of the task
   std::string text() const;
 };
 

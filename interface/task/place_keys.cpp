@@ -15,7 +15,8 @@ using io::Section;
 using RobotModel = dynamics::Model<double>;
 
 // Empty where the robot has no link of this name, which is noted at the key, or at the block itself where that is "".
-std::string known_frame(Section& block, const std::string& key, const std::string& name, const RobotModel& model) {
+std::string known_frame(Section& block, const std::string& key, const std::string& name,
+                        const RobotModel& model) {
   std::vector<std::string> valid;
   for (const auto& frame : model.frames) valid.push_back(frame.name);
   if (std::find(valid.begin(), valid.end(), name) != valid.end()) return name;
@@ -53,13 +54,15 @@ class CapsuleReader {
       : list_(list), asks_frames_(asks_frames), model_(model) {}
 
   std::vector<Capsule> read() {
-    for (Section& block : items_of(list_, "ball", "all points within a radius of one; its name behind the word")) {
+    for (Section& block :
+         items_of(list_, "ball", "all points within a radius of one; its name behind the word")) {
       Capsule capsule = begin(block, "ball");
       capsule.from = read_vector3(block.about("its centre [m]"), "center", std::nullopt);
       capsule.to = capsule.from;
       end(block, capsule);
     }
-    for (Section& block : items_of(list_, "bar", "all points within a radius of a line; its name behind the word")) {
+    for (Section& block :
+         items_of(list_, "bar", "all points within a radius of a line; its name behind the word")) {
       Capsule capsule = begin(block, "bar");
       capsule.from = read_vector3(block.about("one end of the line [m]"), "from", std::nullopt);
       capsule.to = read_vector3(block.about("the other end [m]"), "to", std::nullopt);
@@ -129,11 +132,13 @@ void read_apart(Section& block, double least, const RobotModel* model, Surroundi
 }  // namespace
 
 std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* model) {
-  if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame")) return std::nullopt;
+  if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame"))
+    return std::nullopt;
   Section block = end.child("frame");
   FrameTarget target;
   target.frame = block.value();
-  if (target.frame.empty()) block.problem("", "'" + block.path() + "' needs the name of a link behind the word");
+  if (target.frame.empty())
+    block.problem("", "'" + block.path() + "' needs the name of a link behind the word");
   if (model && !target.frame.empty()) target.frame = known_frame(block, "", target.frame, *model);
   if (block.about("of its origin, in the world [m]").has("position"))
     target.position = read_vector3(block, "position", std::nullopt);

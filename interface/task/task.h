@@ -80,7 +80,7 @@ struct Surroundings {
   struct Pair {
     Capsule a, b;
     double least;  // clearance (m)
-    std::string name() const { return a.name + " of " + b.name; }
+    std::string name() const { return a.name + " from " + b.name; }
   };
   std::vector<Pair> apart;
 };
