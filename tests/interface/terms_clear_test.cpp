@@ -83,7 +83,9 @@ TEST_F(Pairs, DistancesAreThoseOfBruteForce) {
       // A grid misses the nearest points by half a step at most, and the distance by that where they touch.
       EXPECT_LE(gap, least + 1e-12) << "pair " << k;
       EXPECT_GE(gap, least - 0.006) << "pair " << k;
-      if (gap > 0.2) EXPECT_GE(gap, least - 1e-4) << "pair " << k;
+      if (gap > 0.2) {
+        EXPECT_GE(gap, least - 1e-4) << "pair " << k;
+      }
       const double apart = 0.1 + 0.2 + 0.05;
       const VectorXd row = keep_clear(scene_, moved, fixed, 0.05).function(stage_of(q));
       EXPECT_NEAR(row[0], (gap * gap / apart - apart) / 2, 1e-12) << "pair " << k;

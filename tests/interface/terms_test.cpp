@@ -215,7 +215,7 @@ TEST_P(Terms, OfOneFrameShareTheirKinematics) {
   const auto operations = [](const Problem& p) { return total_operations(dissolved(record_stage(p).node)); };
   const std::size_t base = operations(without), with_one = operations(one), with_two = operations(two);
   EXPECT_GT(with_one, base + 10);
-  EXPECT_LE(with_two, with_one + 4);  // three differences of positions, no more
+  EXPECT_EQ(with_two, with_one + 3);  // differences of positions
 }
 
 TEST(TermErrors, SayWhatIsWrong) {
