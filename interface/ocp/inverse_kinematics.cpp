@@ -149,7 +149,8 @@ std::optional<VectorXd> inverse_kinematics(const RobotScene& scene, const FrameT
   frame_error(scene, target);  // what is wrong with a target, it says
   Reacher reacher(scene, target, options);
   for (int k = 0; k < options.starts; ++k) {
-    if (const auto q = reacher.reach(k == 0 ? from : reacher.drawn(from))) return q;
+    const auto q = reacher.reach(k == 0 ? from : reacher.drawn(from));
+    if (q && (!options.accept || options.accept(*q))) return q;
   }
   return std::nullopt;
 }

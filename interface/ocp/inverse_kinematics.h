@@ -18,6 +18,7 @@
 // not fit the robot.
 #pragma once
 
+#include <functional>
 #include <optional>
 
 #include <dyntape/interface/ocp/robot_terms.h>
@@ -28,6 +29,8 @@ struct InverseKinematicsOptions {
   int starts = 30;          // from which the search begins, the given one among them
   int iterations = 100;     // of each
   double tolerance = 1e-9;  // of the largest entry of the error (m, rad)
+  std::function<bool(const Eigen::VectorXd& q)> accept =
+      {};  // what else is asked of a result; empty: nothing
 };
 
 std::optional<Eigen::VectorXd> inverse_kinematics(const RobotScene& scene, const FrameTarget& target,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/task.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
@@ -89,7 +90,16 @@ Eigen::VectorXd guessed_goal(Task& task, const TaskKeys& keys) {
   const int n = task.scene.model.nv;
   Eigen::VectorXd goal = problem.goal;
   const Eigen::VectorXd from = problem.start.head(n).array().isNaN().select(0, problem.start.head(n));
-  if (const auto q = inverse_kinematics(task.scene, *keys.target, from)) {
+  const auto is_clear = [&](const Eigen::VectorXd& q) {
+    const auto keeps = [&](const Surroundings::Pair& pair) {
+      return clearance(task.scene.model, q, pair.a, pair.b) >= pair.least;
+    };
+    return std::all_of(task.around.apart.begin(), task.around.apart.end(), keeps);
+  };
+  // One that keeps clear, if there is one; the solver may still find its way from another.
+  std::optional<Eigen::VectorXd> q = inverse_kinematics(task.scene, *keys.target, from, {.accept = is_clear});
+  if (!q) q = inverse_kinematics(task.scene, *keys.target, from);
+  if (q) {
     goal.head(n) = *q;
   } else {
     task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +

@@ -193,7 +193,7 @@ void read_demands(Section& file, Task::Demands& demands) {
   demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
   verify.about("how often the mesh is refined until it does not");
   demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
-  verify.about("whether it has to keep within the robot's limits, also those that do not bound it");
+  verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
   demands.limits = verify.get_or("limits", demands.limits);
 }
 
