@@ -40,8 +40,10 @@ struct PlayerInput {
   std::string title;
   dynamics::Model<double> model;
   dynamics::UrdfVisuals visuals = {};
-  Eigen::VectorXd t = {};                                 // (samples) s, at least one, not decreasing
-  Eigen::MatrixXd q = {};                                 // (nq x samples)
+  std::vector<dynamics::Visual> surroundings =
+      {};                  // what is no part of the robot, fixed to the world (body -1)
+  Eigen::VectorXd t = {};  // (samples) s, at least one, not decreasing
+  Eigen::MatrixXd q = {};  // (nq x samples)
   std::vector<std::vector<PlayerContact>> contacts = {};  // empty, or a list a sample
   std::vector<std::string> traces = {};                   // frames whose paths are drawn
   std::vector<PlayerValue> values = {};

@@ -196,7 +196,8 @@ std::string safe_in_html(const std::string& json) {
 }  // namespace
 
 std::string scene_json(const PlayerInput& input, const PlayerFrames& frames) {
-  const std::vector<dynamics::Visual> shapes = player_shapes(input.model, input.visuals, frames.X_WB.front());
+  std::vector<dynamics::Visual> shapes = player_shapes(input.model, input.visuals, frames.X_WB.front());
+  shapes.insert(shapes.end(), input.surroundings.begin(), input.surroundings.end());
   const Room room = room_of(shapes, frames);
   const int digits = digits_of(room);
   ordered_json times = ordered_json::array();

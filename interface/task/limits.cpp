@@ -39,19 +39,39 @@ double tolerated(double lower, double upper, double limit, double of_range) {
 }
 
 // Whether a row of values that ought to lie within [lower, upper] does not, and the worst of them.
+template <class Tolerated>
 bool find_excess(const Eigen::VectorXd& values, const PlaceLookedAt& look, double lower, double upper,
-                 LimitExcess& excess) {
+                 const Tolerated& tolerated_of, LimitExcess& excess) {
   double most = 0;
   for (Eigen::Index p = 0; p < values.size(); ++p) {
     const bool above = values[p] > upper;
     const double limit = above ? upper : lower, beyond = above ? values[p] - upper : lower - values[p];
-    if (!(beyond > most) || beyond <= tolerated(lower, upper, limit, look.of_range)) continue;
+    if (!(beyond > most) || beyond <= tolerated_of(limit)) continue;
     most = beyond;
     excess.value = values[p];
     excess.limit = limit;
     excess.time = look.times[p];
   }
   return most > 0;
+}
+
+// Pairs that come nearer to each other than the task allows.
+void find_contacts(const Task& task, const PlaceLookedAt (&looks)[2], std::vector<LimitExcess>& excesses) {
+  for (const Surroundings::Pair& pair : task.around.apart) {
+    LimitExcess excess{"clearance", pair.name(), "m", 0, 0, 0};
+    excess.of_robot = false;
+    const double apart = pair.a.radius + pair.b.radius + pair.least;
+    for (const PlaceLookedAt& look : looks) {
+      excess.between_points = &look != looks;
+      Eigen::VectorXd values(look.curves.q.cols());
+      for (Eigen::Index p = 0; p < values.size(); ++p)
+        values[p] = clearance(task.scene.model, look.curves.q.col(p), pair.a, pair.b);
+      const auto none = [&](double) { return std::max(kBeyond, look.of_range) * apart; };
+      if (!find_excess(values, look, pair.least, HUGE_VAL, none, excess)) continue;
+      excesses.push_back(excess);
+      break;
+    }
+  }
 }
 
 // Evenly from each point of the mesh to the next.
@@ -69,7 +89,8 @@ std::vector<double> times_between(const Trajectory& motion) {
 
 std::string LimitExcess::text() const {
   return quantity + " of " + joint + " is " + plain_digits(value) + " " + unit + " at " + plain_digits(time) +
-         " s" + (between_points ? ", between points of the mesh" : "") + ", rated for " + plain_digits(limit);
+         " s" + (between_points ? ", between points of the mesh" : "") +
+         (of_robot ? ", rated for " : ", to be at least ") + plain_digits(limit);
 }
 
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion) {
@@ -88,7 +109,8 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
       LimitExcess excess{quantity, joint.name, unit, 0, 0, 0};
       for (const PlaceLookedAt& look : looks) {
         excess.between_points = &look != looks;
-        if (find_excess(values_of(look), look, lower, upper, excess)) return excesses.push_back(excess);
+        const auto none = [&](double limit) { return tolerated(lower, upper, limit, look.of_range); };
+        if (find_excess(values_of(look), look, lower, upper, none, excess)) return excesses.push_back(excess);
       }
     };
     const double velocity = rated(joint.limits.velocity), effort = rated(joint.limits.effort);
@@ -103,6 +125,7 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
     };
     check("effort", slides ? "N" : "N m", efforts, -effort, effort);
   }
+  find_contacts(task, looks, excesses);
   return excesses;
 }
 
@@ -131,6 +154,18 @@ void check_ends(const Task& task, const RatedParts& parts) {
       if (parts.velocities) check(*state, end, n + i, "velocities");
     }
   }
+  const auto check_clear = [&](const Eigen::VectorXd& state, const std::string& end) {
+    if (state.head(n).array().isNaN().any()) return;
+    for (const Surroundings::Pair& pair : task.around.apart) {
+      const double gap = clearance(task.scene.model, state.head(n), pair.a, pair.b);
+      if (gap >= pair.least) continue;
+      faults.push_back(task.file + ": at the " + end + " the clearance of \"" + pair.a.name + "\" and \"" +
+                       pair.b.name + "\" is " + plain_digits(gap) + " m, expected " +
+                       plain_digits(pair.least) + " m at least");
+    }
+  };
+  check_clear(problem.start, "start");
+  check_clear(problem.goal, "goal");
   if (!faults.empty()) throw FileError(faults);
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What the robot's file says the robot can do, and where a motion asks for more.
+// What the robot's file says the robot can do, how near the task lets it come to what stands around, and where a motion
+// goes beyond.
 //
 //   for (const LimitExcess& e : limit_excesses(task, motion)) std::cout << e.text() << "\n";
 //   velocity of panda_joint1 is 2.41 rad/s at 0.52 s, rated for 2.175
@@ -16,15 +17,18 @@
 namespace dyntape {
 
 struct LimitExcess {
-  std::string quantity, joint, unit;  // "velocity", "panda_joint1", "rad/s"
-  double value, limit, time;          // where it is exceeded most (s)
-  bool between_points = false;        // at the points of the mesh it is kept: a finer one may keep it
+  std::string quantity, joint,
+      unit;                     // "velocity", "panda_joint1", "rad/s"; "clearance", "hand from post", "m"
+  double value, limit, time;    // where it is exceeded most (s)
+  bool between_points = false;  // at the points of the mesh it is kept: a finer one may keep it
+  bool of_robot = true;         // else of the task
   std::string text() const;
 };
 
 // Of each joint and quantity the worst, in the order of the joints; rounding and the solver's widening of bounds are
 // no excess.  What is kept at the points of the mesh is looked at between them, where an excess is one from
-// demands.true_defect of the range on (of the limit, where it is one-sided).  Limits are those of the robot, whatever the task bounds.
+// demands.true_defect of the range on (of the limit, where it is one-sided; of how far centres have to be apart, for
+// clearances).  Limits are those of the robot, whatever the task bounds; last come the clearances that the task asks for.
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
 
 // The robot's limits as bounds of the problem: positions, velocities, efforts.
@@ -33,7 +37,8 @@ struct RatedParts {
 };
 void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& parts);
 
-// FileError where the task starts or ends beyond a limit of the robot by which the problem is bounded.
+// FileError where the task starts or ends beyond a limit of the robot by which the problem is bounded, or with bodies that
+// are not clear of each other.
 void check_ends(const Task& task, const RatedParts& parts);
 
 }  // namespace dyntape

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include <dyntape/interface/scene/joint_values.h>
@@ -130,6 +131,42 @@ std::array<double, 2> project(View view, const Eigen::Vector3d& p) {
   return {p.x() + depth * p.y(), p.z() + depth * p.y()};
 }
 
+// The outline of a ball or bar that stands in the world.  The picture of a point p is M p; seen from afar in the direction n
+// of the picture, a ball's edge is at M (c + r M^T n / |M^T n|), a bar's at that of the end that lies further out.
+io::Polyline outline(View view, const Capsule& capsule) {
+  Eigen::Matrix<double, 2, 3> M;
+  for (int k = 0; k < 3; ++k) {
+    const auto [x, y] = project(view, Eigen::Vector3d::Unit(k));
+    M.col(k) << x, y;
+  }
+  constexpr int kSides = 64;
+  io::Polyline line;
+  for (int i = 0; i <= kSides; ++i) {
+    const double angle = 2 * std::numbers::pi * (i % kSides) / kSides;
+    const Eigen::Vector3d out = M.transpose() * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector3d& end = out.dot(capsule.to - capsule.from) > 0 ? capsule.to : capsule.from;
+    const Eigen::Vector2d p = M * (end + capsule.radius * out.normalized());
+    line.push_back({p.x(), p.y()});
+  }
+  return line;
+}
+
+// Its shapes in a page: a ball an end, and what lies between.
+void add_capsule(const Capsule& capsule, std::vector<dynamics::Visual>& shapes) {
+  using dynamics::Shape;
+  const Eigen::Vector4d color(0.80, 0.36, 0.30, 1);
+  const auto add = [&](Shape shape, const dynamics::Placement<double>& X, const Eigen::Vector3d& scale) {
+    shapes.push_back({.link = "", .body = -1, .X_BV = X, .shape = shape, .scale = scale, .color = color});
+  };
+  const double r = capsule.radius;
+  const Eigen::Vector3d along = capsule.to - capsule.from;
+  add(Shape::kSphere, {Eigen::Matrix3d::Identity(), capsule.from}, Eigen::Vector3d::Constant(r));
+  if (capsule.is_ball()) return;
+  const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along).matrix();
+  add(Shape::kCylinder, {R, (capsule.from + capsule.to) / 2}, {r, r, along.norm()});
+  add(Shape::kSphere, {R, capsule.to}, Eigen::Vector3d::Constant(r));
+}
+
 bool slides_on_world(const dynamics::Model<double>& model, int joint) {
   return model.parent[std::size_t(joint)] < 0 &&
          model.joints[std::size_t(joint)].type == dynamics::JointType::kPrismatic;
@@ -220,6 +257,8 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
     }
   }
   add_sliders(picture, sliders);
+  for (const Capsule& obstacle : task.around.obstacles)
+    picture.scenery.push_back(outline(task.view, obstacle));
   io::Plot plot;
   plot.panels = {io::motion_panel(picture)};
   return plot;
@@ -231,6 +270,7 @@ PlayerInput motion_player(const Task& task, const Trajectory& motion) {
   const std::vector<int> driven = actuated_dofs(task.scene);
   PlayerInput player{.title = task.name, .model = model, .t = motion.t, .q = c.q, .traces = task.traces};
   player.visuals = dynamics::read_visuals(task.urdf, model);
+  for (const Capsule& obstacle : task.around.obstacles) add_capsule(obstacle, player.surroundings);
   dynamics::Data<double> data(model);
   Eigen::VectorXd power = Eigen::VectorXd::Zero(motion.points()), potential = power;
   for (int p = 0; p < motion.points(); ++p) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/task.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/ocp/inverse_kinematics.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/limits.h>
@@ -41,6 +43,24 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
   }
 }
 
+// Of the goal's frame at the end, and of bodies and obstacles along the path.
+void add_places(Problem& problem, const Task& task, const TaskKeys& keys) {
+  if (keys.target)
+    problem.add(terminal_equality("goal of " + keys.target->frame, frame_error(task.scene, *keys.target)));
+  for (const Surroundings::Pair& pair : task.around.apart)
+    problem.add(keep_clear(task.scene, pair.a, pair.b, pair.least));
+}
+
+void add_frame_tracking(Problem& problem, const Task& task, const TaskKeys& keys) {
+  const auto add = [&](const char* name, double weight, const FrameTarget& target) {
+    if (weight > 0) problem.add(running_squares(name, weighted(frame_error(task.scene, target), weight)));
+  };
+  if (!keys.target) return;
+  const FrameTarget& target = *keys.target;
+  add("position tracking", keys.costs.tracking_position, {target.frame, target.position, {}});
+  add("orientation tracking", keys.costs.tracking_orientation, {target.frame, {}, target.orientation});
+}
+
 void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs) {
   for (std::size_t k = 0; k < costs.weights.size(); ++k) {
     if (costs.weights[k] > 0) problem.add(task_costs()[k].term(problem, task, costs.weights[k]));
@@ -63,8 +83,37 @@ void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limi
   bound_by_ratings(problem, task, limits.of_robot());
 }
 
-void add_guess(Problem& problem, const Task& task, const TaskKeys::Guess& guess) {
-  const auto line = straight_line(problem);
+// The goal as the guess takes it: where only a frame is given, a configuration in which it is in place.
+Eigen::VectorXd guessed_goal(Task& task, const TaskKeys& keys) {
+  const Problem& problem = task.problem;
+  if (!keys.target) return problem.goal;
+  const int n = task.scene.model.nv;
+  Eigen::VectorXd goal = problem.goal;
+  const Eigen::VectorXd from = problem.start.head(n).array().isNaN().select(0, problem.start.head(n));
+  const auto is_clear = [&](const Eigen::VectorXd& q) {
+    const auto keeps = [&](const Surroundings::Pair& pair) {
+      return clearance(task.scene.model, q, pair.a, pair.b) >= pair.least;
+    };
+    return std::all_of(task.around.apart.begin(), task.around.apart.end(), keeps);
+  };
+  // One that keeps clear, if there is one; the solver may still find its way from another.
+  std::optional<Eigen::VectorXd> q = inverse_kinematics(task.scene, *keys.target, from, {.accept = is_clear});
+  if (!q) q = inverse_kinematics(task.scene, *keys.target, from);
+  if (q) {
+    goal.head(n) = *q;
+  } else {
+    task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
+                         keys.target->frame +
+                         "' is at its goal, which may be out of reach; the guess stays at the start");
+  }
+  return goal;
+}
+
+void add_guess(Problem& problem, const Task& task, const Eigen::VectorXd& goal,
+               const TaskKeys::Guess& guess) {
+  Problem ends = problem;
+  ends.goal = goal;
+  const auto line = straight_line(ends);
   const int n = task.scene.model.nv;
   const Eigen::VectorXd slope =
       (line(problem.duration).x.head(n) - line(0).x.head(n)) / problem.duration * (guess.slope ? 1 : 0);
@@ -116,9 +165,11 @@ Task read_task(const std::string& path) {
   task.problem.name = task.name;
   task.problem.start = keys.start;
   task.problem.goal = keys.goal;
+  add_places(task.problem, task, keys);
   add_costs(task.problem, task, keys.costs);
+  add_frame_tracking(task.problem, task, keys);
   add_limits(task.problem, task, keys.limits);
-  add_guess(task.problem, task, keys.guess);
+  add_guess(task.problem, task, guessed_goal(task, keys), keys.guess);
   check_ends(task, keys.limits.of_robot());
   return task;
 }

@@ -34,7 +34,7 @@ std::string defect_text(const SolveReport& report) {
 std::string excess_text(const std::vector<LimitExcess>& excesses) {
   std::string text;
   for (const LimitExcess& excess : excesses) text += "  " + excess.text() + "\n";
-  return text.empty() ? "" : "\nbeyond the robot's limits:\n" + text;
+  return text.empty() ? "" : "\nbeyond limits:\n" + text;
 }
 
 // Where the mesh was refined.

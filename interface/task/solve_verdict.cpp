@@ -83,8 +83,10 @@ std::string SolveReport::verdict() const {
     return "The solver reports success, but the motion cannot be re-simulated: " + v.trouble + ".";
   if (!true_enough()) return of_coarse(*this);
   if (!within_limits())
-    return "A local optimum was found, but it asks for more than the robot can do: " + first_of(excesses) +
-           ".";
+    return std::string("A local optimum was found, but it ") +
+           (excesses.front().of_robot ? "asks for more than the robot can do: "
+                                      : "comes nearer to what is around than the task allows: ") +
+           first_of(excesses) + ".";
   if (!cost_matches()) {
     return "A local optimum was found, but not the known one: the cost differs by " +
            io::scientific(solution.cost() - expected->cost) + ".";

@@ -32,9 +32,15 @@
 //   evaluation      profile [strict] fast; lanes [none] native: points side by side in registers;
 //                   route [automatic] interpreter; threads [1], 0: all, that share the points
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
-//   guess           positions [line], velocities [zero] slope, control [zero] gravity
+//   goal            in place of q: frame LINK { position "x y z" (m), orientation "roll pitch yaw" (rad) }, one or both
+//   obstacles       ball NAME ["ball 1"] { center "x y z", radius }, bar NAME { from, to, radius }: as many as there are
+//   bodies          the same on the robot, each with its frame, in whose axes it stands: every body keeps clear of every
+//                   obstacle (capsules.h), by clearance [0] (m); apart "hand base": so do two bodies of each other
+//   guess           positions [line]: from start to goal, or to a configuration in which the goal's frame is in place
+//                   (inverse_kinematics.h); velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
-//                   tracking { q VECTOR [0]  v VECTOR [0] }: weights of the squared distance to the goal
+//                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0] }: weights of the squared
+//                   distance to the goal, the last two to that of its frame
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
 //                   or effort limit of 0 in the robot's file is none
 //   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],
@@ -46,7 +52,7 @@
 //                   the motion moves each state (verify.h); the simulation has to come to an end whatever is demanded;
 //                   refinements [4]: times that the mesh is refined and the task solved again where it is more;
 //                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
-//                   impose, is no success; off: it is reported only
+//                   impose, or nearer to an obstacle between points of the mesh, is no success; off: it is reported only
 //   expected        cost, tolerance: a known optimum to compare with
 //   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
 //   model_settings  as OCS2 spells it: recompileLibrariesCppAd (or recompileLibraries) [off]: compile although the cache has
@@ -60,6 +66,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/interface/ocp/capsules.h>
 #include <dyntape/interface/ocp/robot_problem.h>
 #include <dyntape/interface/transcription/optimise.h>
 
@@ -67,12 +74,24 @@ namespace dyntape {
 
 enum class View { kXz, kXy, kYz, kOblique };
 
+// What keeps clear of what.
+struct Surroundings {
+  std::vector<Capsule> obstacles, bodies;
+  struct Pair {
+    Capsule a, b;
+    double least;  // clearance (m)
+    std::string name() const { return a.name + " from " + b.name; }
+  };
+  std::vector<Pair> apart;
+};
+
 struct Task {
   std::string name, file, urdf;
-  std::vector<std::string> notes;  // what was odd in the robot's file
+  std::vector<std::string> notes;  // what was odd in the robot's file, or with the guess
   RobotScene scene;
   RobotProblemOptions robot;
   Problem problem;
+  Surroundings around;
   OptimiseOptions optimise;
   struct Expected {
     double cost, tolerance;

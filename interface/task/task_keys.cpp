@@ -9,6 +9,7 @@
 #include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/solvers/ipopt_options.h>
+#include <dyntape/interface/task/place_keys.h>
 #include <dyntape/interface/task/task_costs.h>
 
 namespace dyntape {
@@ -88,11 +89,13 @@ void read_solver(Section& file, OptimiseOptions& optimise) {
   }
 }
 
-// State at one end, at rest unless it says otherwise; joints named in `free` are left open.
-Eigen::VectorXd read_end(Section& file, const std::string& key, const std::string& what,
-                         const RobotModel* model) {
-  Section end = file.about(what).child(key);
-  const Eigen::VectorXd q = read_joint_values(end.about("positions [rad or m]"), "q", model, std::nullopt);
+// State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
+// a frame says where to.
+Eigen::VectorXd read_end(Section& end, bool is_by_frame, const RobotModel* model) {
+  end.about("positions [rad or m]");
+  Eigen::VectorXd q;
+  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, std::nullopt);
+  if (is_by_frame && model) q = Eigen::VectorXd::Constant(model->nv, Problem::kFree);
   const Eigen::VectorXd v = read_joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
   Eigen::VectorXd x(q.size() + v.size());
   x << q, v;
@@ -106,6 +109,28 @@ Eigen::VectorXd read_end(Section& file, const std::string& key, const std::strin
   return x;
 }
 
+// The state at the end, or a frame's place in it.
+void read_goal(Section& file, TaskKeys& keys, const RobotModel* model) {
+  Section goal = file.about("the state at the end").child("goal");
+  keys.target = read_frame_target(goal, model);
+  if (keys.target && goal.has("q") && model)
+    goal.problem("q", "'goal' has both 'frame' and 'q', expected one of them");
+  keys.goal = read_end(goal, keys.target.has_value(), model);
+}
+
+// Distances to what the goal does not say.
+void check_tracking(Section& file, const TaskKeys& keys) {
+  Section tracking = file.child_or_empty("costs").child_or_empty("tracking");
+  const auto refuse = [&](const char* key, const char* of) {
+    tracking.problem(key, std::string("'costs.tracking.") + key + "' weighs a distance to '" + of +
+                              "', which the file does not give");
+  };
+  const bool places = keys.target && keys.target->position, turns = keys.target && keys.target->orientation;
+  if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
+  if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
+  if (keys.target && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+}
+
 TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   Section costs = file.about("weights of what is integrated over the motion").child("costs");
   Section tracking = costs.about("weights of the squared distance to the goal").child_or_empty("tracking");
@@ -114,6 +139,10 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
     c.weights.push_back(costs.about(cost.meaning).get_or(cost.key, 0.0, io::not_negative()));
   c.tracking_q = read_joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
   c.tracking_v = read_joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
+  tracking.about("of the position of goal.frame [1/m^2]");
+  c.tracking_position = tracking.get_or("position", 0.0, io::not_negative());
+  tracking.about("of its orientation [1/rad^2]");
+  c.tracking_orientation = tracking.get_or("orientation", 0.0, io::not_negative());
   return c;
 }
 
@@ -168,7 +197,7 @@ void read_demands(Section& file, Task::Demands& demands) {
   demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
   verify.about("how often the mesh is refined until it does not");
   demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
-  verify.about("whether it has to keep within the robot's limits, also those that do not bound it");
+  verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
   demands.limits = verify.get_or("limits", demands.limits);
 }
 
@@ -196,10 +225,13 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
   read_solver(file, task.optimise);
-  keys.start = read_end(file, "start", "the state at the beginning", model);
-  keys.goal = read_end(file, "goal", "the state at the end", model);
+  Section start = file.about("the state at the beginning").child("start");
+  keys.start = read_end(start, false, model);
+  read_goal(file, keys, model);
+  task.around = read_surroundings(file, model);
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);
+  check_tracking(file, keys);
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);

@@ -11,10 +11,12 @@
 //   for (const io::Question& q : task_questions()) ...            // the list of all keys (dyntape check-config --keys)
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <dyntape/interface/io/section.h>
+#include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
 
@@ -34,9 +36,11 @@ struct Limit {
 // What is wanted, before there is a problem to put it into.
 struct TaskKeys {
   Eigen::VectorXd start, goal;
+  std::optional<FrameTarget> target;  // of the goal, whose positions then are free
   struct Costs {
     std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;
+    double tracking_position = 0, tracking_orientation = 0;
   } costs;
   struct Guess {
     bool slope = false, holding = false;

@@ -80,7 +80,10 @@ void run(const SolveOptions& options) {
   std::cout << (options.json ? report.json() : report.text());
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
   std::cout << std::flush;
-  if (!report.success()) std::cerr << "dyntape: " << report.verdict() << "\n";
+  if (!report.success()) {
+    std::cerr << "dyntape: " << report.verdict() << "\n";
+    for (const std::string& note : task.notes) std::cerr << "dyntape: note: " << note << "\n";
+  }
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
   if (report.interrupted) throw Failure{interruption.status()};
   if (!report.success() || !report.unwritten.empty()) throw Failure{};

@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/place_keys.h>
+
+#include <algorithm>
+#include <sstream>
+
+#include <dyntape/autodiff/suggest.h>
+#include <dyntape/interface/scene/lists.h>
+
+namespace dyntape {
+
+namespace {
+
+using io::Section;
+using RobotModel = dynamics::Model<double>;
+
+// Empty where the robot has no link of this name, which is noted at the key, or at the block itself where that is "".
+std::string known_frame(Section& block, const std::string& key, const std::string& name,
+                        const RobotModel& model) {
+  std::vector<std::string> valid;
+  for (const auto& frame : model.frames) valid.push_back(frame.name);
+  if (std::find(valid.begin(), valid.end(), name) != valid.end()) return name;
+  block.problem(key, "'" + block.path() + (key.empty() ? "" : "." + key) + "' names '" + name +
+                         "', which is no link of the robot" + suggestion(name, valid));
+  return "";
+}
+
+std::string read_frame(Section& block, const std::string& key, const RobotModel* model) {
+  if (!model) {
+    block.defer(key, "name of a link");
+    return "";
+  }
+  const std::string name = block.get<std::string>(key);
+  return name.empty() ? "" : known_frame(block, key, name, *model);
+}
+
+// The body that carries a frame; -1: the world.
+int carrier_of(const RobotModel& model, const std::string& frame) {
+  return frame == kWorld ? -1 : model.frames[std::size_t(model.frame_index(frame))].body;
+}
+
+// Every block `key` of a list; in the list of keys one.
+std::vector<Section> items_of(Section& list, const std::string& key, const std::string& meaning) {
+  if (!list.about(meaning).has(key)) return {};
+  std::vector<Section> items = list.children(key);
+  if (items.empty()) items.push_back(list.child(key));
+  return items;
+}
+
+class CapsuleReader {
+ public:
+  // With `model` null the frames are not known; where they are not asked for, all stands in the world.
+  CapsuleReader(Section& list, bool asks_frames, const RobotModel* model)
+      : list_(list), asks_frames_(asks_frames), model_(model) {}
+
+  std::vector<Capsule> read() {
+    for (Section& block :
+         items_of(list_, "ball", "all points within a radius of one; its name behind the word")) {
+      Capsule capsule = begin(block, "ball");
+      capsule.from = read_vector3(block.about("its centre [m]"), "center", std::nullopt);
+      capsule.to = capsule.from;
+      end(block, capsule);
+    }
+    for (Section& block :
+         items_of(list_, "bar", "all points within a radius of a line; its name behind the word")) {
+      Capsule capsule = begin(block, "bar");
+      capsule.from = read_vector3(block.about("one end of the line [m]"), "from", std::nullopt);
+      capsule.to = read_vector3(block.about("the other end [m]"), "to", std::nullopt);
+      end(block, capsule);
+    }
+    return std::move(capsules_);
+  }
+
+ private:
+  Capsule begin(Section& block, const std::string& kind) {
+    Capsule capsule{"", kWorld, {}, {}, 0};
+    if (asks_frames_)
+      capsule.frame = read_frame(block.about("the link in whose axes it stands, and moves"), "frame", model_);
+    capsule.name = block.value();
+    if (capsule.name.empty()) capsule.name = kind + " " + std::to_string(capsules_.size() + 1);
+    return capsule;
+  }
+
+  void end(Section& block, Capsule& capsule) {
+    capsule.radius = block.about("[m]").get<double>("radius", io::positive());
+    for (const Capsule& other : capsules_) {
+      if (other.name == capsule.name)
+        block.problem("", "'" + capsule.name + "' names two of '" + list_.path() + "', expected one");
+    }
+    capsules_.push_back(std::move(capsule));
+  }
+
+  Section& list_;
+  bool asks_frames_;
+  const RobotModel* model_;
+  std::vector<Capsule> capsules_;
+};
+
+const Capsule* capsule_named(Section& block, const std::string& name, const std::vector<Capsule>& bodies) {
+  std::vector<std::string> valid;
+  for (const Capsule& body : bodies) {
+    if (body.name == name) return &body;
+    valid.push_back(body.name);
+  }
+  block.problem("apart", "'apart' names '" + name + "', which is none of 'bodies'" + suggestion(name, valid));
+  return nullptr;
+}
+
+// apart "hand forearm": bodies that keep clear of each other.
+void read_apart(Section& block, double least, const RobotModel* model, Surroundings& around) {
+  block.about("names of two bodies that keep clear of each other; once a pair");
+  block.defer("apart", "two names", "");
+  for (Section& pair : block.children("apart")) {
+    std::istringstream words(pair.value());
+    std::vector<std::string> names;
+    for (std::string word; words >> word;) names.push_back(word);
+    if (names.size() != 2) {
+      block.problem("apart", "'apart' names " + std::to_string(names.size()) + " bodies, expected two");
+      continue;
+    }
+    const Capsule *a = capsule_named(block, names[0], around.bodies),
+                  *b = capsule_named(block, names[1], around.bodies);
+    if (!a || !b || !model) continue;
+    if (carrier_of(*model, a->frame) == carrier_of(*model, b->frame)) {
+      block.problem("apart", "no joint moves '" + a->name + "' against '" + b->name + "'");
+      continue;
+    }
+    around.apart.push_back({*a, *b, least});
+  }
+}
+
+}  // namespace
+
+std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* model) {
+  if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame"))
+    return std::nullopt;
+  Section block = end.child("frame");
+  FrameTarget target;
+  target.frame = block.value();
+  if (target.frame.empty())
+    block.problem("", "'" + block.path() + "' needs the name of a link behind the word");
+  if (model && !target.frame.empty()) target.frame = known_frame(block, "", target.frame, *model);
+  if (block.about("of its origin, in the world [m]").has("position"))
+    target.position = read_vector3(block, "position", std::nullopt);
+  if (block.about("of its axes: roll, pitch and yaw, as URDF files have them [rad]").has("orientation")) {
+    const Eigen::Vector3d angles = read_vector3(block, "orientation", std::nullopt);
+    target.orientation = rotation_of(angles[0], angles[1], angles[2]);
+  }
+  if (!target.position && !target.orientation)
+    block.problem("", "'" + block.path() + "' needs 'position', 'orientation' or both");
+  if (model && !target.frame.empty() && carrier_of(*model, target.frame) < 0)
+    block.problem("", "'" + target.frame + "' is fixed to the world and goes nowhere");
+  return target;
+}
+
+Surroundings read_surroundings(Section& file, const RobotModel* model) {
+  Surroundings around;
+  if (file.about("what stands in the world; every body keeps clear of all of it").has("obstacles")) {
+    Section block = file.child("obstacles");
+    around.obstacles = CapsuleReader(block, false, model).read();
+  }
+  if (file.about("what of the robot keeps clear of obstacles").has("bodies")) {
+    Section block = file.child("bodies");
+    around.bodies = CapsuleReader(block, true, model).read();
+    block.about("least distance that is kept [m]");
+    const double least = block.get_or("clearance", 0.0, io::not_negative());
+    for (const Capsule& body : around.bodies) {
+      if (!model || carrier_of(*model, body.frame) < 0) continue;  // what stands still runs into nothing
+      for (const Capsule& obstacle : around.obstacles) around.apart.push_back({body, obstacle, least});
+    }
+    read_apart(block, least, model, around);
+  }
+  if (!model) return around;
+  if (!around.obstacles.empty() && around.bodies.empty())
+    file.problem("obstacles", "'obstacles' stand in nobody's way; expected 'bodies' that keep clear of them");
+  if (!around.bodies.empty() && around.apart.empty())
+    file.problem("bodies", "'bodies' keep clear of nothing; expected 'obstacles', or 'apart' in the block");
+  return around;
+}
+
+}  // namespace dyntape

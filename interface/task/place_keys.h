@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The keys of a task file that speak of places: where a frame shall be, what stands around, what bodies keep clear of.
+//
+//   const std::optional<FrameTarget> target = read_frame_target(goal, model);
+//   const Surroundings around = read_surroundings(file, model);
+//
+// What is wrong is noted in the section (Section::finish reports it).  Without a robot nobody knows its frames: their
+// names are deferred.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/io/section.h>
+#include <dyntape/interface/ocp/robot_terms.h>
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+
+// The block `frame` of a goal, if there is one.
+std::optional<FrameTarget> read_frame_target(io::Section& end, const dynamics::Model<double>* model);
+
+// The blocks `obstacles` and `bodies`.
+Surroundings read_surroundings(io::Section& file, const dynamics::Model<double>* model);
+
+}  // namespace dyntape

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Tasks that say where a hand shall be and what it keeps clear of.
+#include <gtest/gtest.h>
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/task/pictures.h>
+#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/transcription/refine.h>
+
+namespace dyntape {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kTask = fs::path(DYNTAPE_SOURCE_DIR) / "config" / "tasks" / "arm_around_obstacles.info";
+
+class Places : public ::testing::Test {
+ protected:
+  Places() : folder_(fs::temp_directory_path() / ("dyntape-places-" + std::to_string(getpid()))) {
+    fs::create_directories(folder_);
+    text_ = read_file(kTask.string());
+    replace("../robots/panda.urdf", (kTask.parent_path() / "../robots/panda.urdf").string());
+  }
+  ~Places() override { fs::remove_all(folder_); }
+
+  void replace(const std::string& old, const std::string& with) {
+    const std::size_t at = text_.find(old);
+    ASSERT_NE(at, std::string::npos) << old;
+    text_.replace(at, old.size(), with);
+  }
+  // Removes a block of the first level.
+  void remove(const std::string& block) {
+    const std::size_t at = text_.find("\n" + block + " {");
+    ASSERT_NE(at, std::string::npos) << block;
+    text_.erase(at, text_.find("\n}", at) + 2 - at);
+  }
+  Task read() const {
+    const std::string path = (folder_ / "task.info").string();
+    write_file_atomically(path, text_);
+    Task task = read_task(path);
+    task.optimise.mesh.evaluation.route = Route::kInterpreter;
+    return task;
+  }
+  std::string message() const {
+    try {
+      read();
+    } catch (const Error& e) {
+      return e.what();
+    }
+    return "nothing thrown";
+  }
+
+  fs::path folder_;
+  std::string text_;
+};
+
+double least_clearance(const Task& task, const Trajectory& motion, int looks) {
+  double least = HUGE_VAL;
+  std::vector<double> times;
+  for (int p = 0; p + 1 < motion.points(); ++p) {
+    for (int k = 0; k < looks; ++k)
+      times.push_back(motion.t[p] + (motion.t[p + 1] - motion.t[p]) * k / looks);
+  }
+  const Trajectory fine = resampled(task.problem, motion, times);
+  for (int p = 0; p < fine.points(); ++p) {
+    for (const auto& pair : task.around.apart)
+      least = std::min(least, clearance(task.scene.model, fine.x.col(p).head(7), pair.a, pair.b));
+  }
+  return least;
+}
+
+TEST_F(Places, TheArmReachesItsPoseAndKeepsClear) {
+  const Task task = read();
+  ASSERT_EQ(task.around.apart.size(), 4u);
+  const SolveReport report = solve_task(task);
+  ASSERT_TRUE(report.success()) << report.verdict();
+  const Trajectory& motion = report.solution.motion;
+  const Eigen::VectorXd end = motion.x.col(motion.points() - 1);
+
+  dynamics::Data<double> data(task.scene.model);
+  dynamics::forward_kinematics(task.scene.model, data, Eigen::VectorXd(end.head(7)));
+  const auto X = frame_placement(task.scene.model, data, task.scene.model.frame_index("panda_hand"));
+  EXPECT_LT((X.p - Eigen::Vector3d(0.4, 0.35, 0.3)).norm(), 1e-6);
+  const Eigen::Matrix3d down = Eigen::Vector3d(1, -1, -1).asDiagonal();
+  EXPECT_LT((X.R - down).norm(), 1e-6);
+  EXPECT_LT(end.tail(7).norm(), 1e-12);
+
+  EXPECT_GT(least_clearance(task, motion, 1), -1e-7);   // at the points of the mesh
+  EXPECT_GT(least_clearance(task, motion, 10), -3e-4);  // between them, by what verification allows
+}
+
+TEST_F(Places, WithoutObstaclesItWouldCollide) {
+  const Task with = read();
+  remove("obstacles");
+  remove("bodies");
+  remove("expected");
+  const Task without = read();
+  const SolveReport report = solve_task(without);
+  ASSERT_TRUE(report.success()) << report.verdict();
+  EXPECT_LT(least_clearance(with, report.solution.motion, 1), -0.05);
+}
+
+TEST_F(Places, MotionsThatPassThroughAreReported) {
+  const Task task = read();
+  Trajectory motion = Collocation(task.problem, task.optimise.mesh)
+                          .trajectory(Collocation(task.problem, task.optimise.mesh).start());
+  const std::vector<LimitExcess> excesses = limit_excesses(task, motion);
+  const auto is_hand = [](const LimitExcess& e) { return e.joint == "hand from post"; };
+  const auto found = std::find_if(excesses.begin(), excesses.end(), is_hand);
+  ASSERT_NE(found, excesses.end());
+  EXPECT_LT(found->value, -0.05);
+  EXPECT_FALSE(found->between_points);
+  EXPECT_NE(found->text().find("clearance of hand from post is -0."), std::string::npos) << found->text();
+  EXPECT_NE(found->text().find("to be at least 0"), std::string::npos) << found->text();
+}
+
+TEST_F(Places, TheGuessEndsInThePose) {
+  const Task task = read();
+  for (const std::string& note : task.notes) EXPECT_EQ(note.find("out of reach"), std::string::npos) << note;
+  const auto& goal = task.problem.terms.front();
+  EXPECT_EQ(goal.name, "goal of panda_hand");
+  EXPECT_LT(goal.function(task.problem.guess(2)).norm(), 1e-8);
+  EXPECT_GT(goal.function(task.problem.guess(0)).norm(), 0.1);
+  EXPECT_TRUE(task.problem.goal.head(7).array().isNaN().all());
+  EXPECT_TRUE(task.problem.goal.tail(7).isZero(0));
+}
+
+TEST_F(Places, WhatIsOutOfReachIsNoted) {
+  replace("0.4 0.35 0.3", "1.4 0.35 0.3");
+  const Task task = read();
+  ASSERT_FALSE(task.notes.empty());
+  EXPECT_NE(task.notes.back().find("'panda_hand' is at its goal, which may be out of reach"),
+            std::string::npos)
+      << task.notes.back();
+  EXPECT_EQ(task.problem.guess(0).x, task.problem.guess(2).x);
+}
+
+TEST_F(Places, APositionAloneAndWeightsOnTheWay) {
+  replace("    orientation \"3.14159265358979 0 0\"\n", "");
+  replace("costs { acceleration 1 }", "costs {\n acceleration 1\n tracking {\n position 2\n }\n}");
+  const Task task = read();
+  const Stage<double> at = task.problem.guess(1);
+  EXPECT_EQ(task.problem.terms.front().function(at).size(), 3);
+  const Term& tracking = task.problem.terms.back();
+  EXPECT_EQ(tracking.name, "position tracking");
+  EXPECT_EQ(tracking.role, Role::kSquares);
+  EXPECT_NEAR(tracking.function(at).squaredNorm(), 2 * task.problem.terms.front().function(at).squaredNorm(),
+              1e-12);
+}
+
+TEST_F(Places, BodiesKeepClearOfEachOther) {
+  remove("obstacles");
+  replace("bodies {",
+          "bodies {\n  ball chest {\n    frame panda_link0\n    center \"0 0 0.1\"\n    radius 0.15\n  }\n"
+          "  clearance 0.02\n  apart \"hand chest\"\n  apart \"forearm chest\"");
+  const Task task = read();
+  ASSERT_EQ(task.around.apart.size(), 2u);
+  EXPECT_EQ(task.around.apart[1].name(), "forearm from chest");
+  EXPECT_EQ(task.around.apart[1].least, 0.02);
+}
+
+TEST_F(Places, PicturesShowObstacles) {
+  const Task task = read();
+  Collocation program(task.problem, task.optimise.mesh);
+  const Trajectory motion = program.trajectory(program.start());
+  const PlayerInput player = motion_player(task, motion);
+  EXPECT_EQ(player.surroundings.size(), 4u);  // a bar is a cylinder and two balls
+  EXPECT_NE(player_page(player).find(R"("kind":"sphere","body":-1,"p":[0.45,0.0,0.8])"), std::string::npos);
+  // Seen along x: outlines from side to side and from bottom to top.
+  const io::Plot plot = motion_plot(task, motion);
+  const auto shows = [&](double side, double bottom, double top) {
+    return std::any_of(plot.panels[0].series.begin(), plot.panels[0].series.end(),
+                       [&](const io::Series& series) {
+                         const auto [left, right] = std::minmax_element(series.x.begin(), series.x.end());
+                         const auto [low, high] = std::minmax_element(series.y.begin(), series.y.end());
+                         const double off = std::max({std::abs(*left + side), std::abs(*right - side),
+                                                      std::abs(*low - bottom), std::abs(*high - top)});
+                         return off < 1e-12;
+                       });
+  };
+  EXPECT_TRUE(shows(0.05, -0.05, 0.55)) << "post";
+  EXPECT_TRUE(shows(0.12, 0.68, 0.92)) << "lamp";
+}
+
+TEST_F(Places, MistakesAreNamedWithTheirPlace) {
+  const std::string sound = text_;
+  const auto says = [&](const std::string& old, const std::string& with, const std::string& part) {
+    text_ = sound;
+    replace(old, with);
+    EXPECT_NE(message().find(part), std::string::npos) << part << " not in: " << message();
+    EXPECT_NE(message().find("task.info"), std::string::npos) << message();
+  };
+  says("frame panda_hand {", "frame panda_hnd {",
+       "task.info:14:3: 'goal.frame' names 'panda_hnd', which is no link of the robot; did you mean "
+       "'panda_hand'?");
+  says("frame panda_hand {", "frame {", "needs the name of a link");
+  says("frame panda_hand {", "frame panda_link0 {", "'panda_link0' is fixed to the world");
+  says("frame panda_hand {", "q 0\n frame panda_hand {", "'goal' has both 'frame' and 'q'");
+  says("position    \"0.4 0.35 0.3\"", "position \"0.4 0.35\"", "has 2 numbers, expected three");
+  says("position    \"0.4 0.35 0.3\"", "positon \"0.4 0.35 0.3\"", "did you mean 'position'?");
+  says("radius 0.12", "radius -0.12", "'obstacles.ball.radius' must be positive");
+  says("center \"0.45 0 0.8\"", "", "'obstacles.ball.center' is missing");
+  says("frame  panda_link5", "frame panda_lnk5", "did you mean 'panda_link5'?");
+  says("bar forearm {", "bar hand {", "'hand' names two of 'bodies'");
+  says("bodies {", "bodies {\n apart \"hand foot\"", "'foot', which is none of 'bodies'");
+  says("bodies {", "bodies {\n apart \"hand\"", "names 1 bodies, expected two");
+  says("costs { acceleration 1 }", "costs {\n acceleration 1\n tracking {\n q 1\n }\n}",
+       "weighs a distance to 'goal.q'");
+  says("radius 0.12", "radius 0.5", "at the start the clearance of \"forearm\" and \"lamp\" is -0.");
+  text_ = sound;
+  remove("bodies");
+  EXPECT_NE(message().find("'obstacles' stand in nobody's way"), std::string::npos) << message();
+  text_ = sound;
+  remove("obstacles");
+  EXPECT_NE(message().find("'bodies' keep clear of nothing"), std::string::npos) << message();
+}
+
+// What was understood, read again, is the same task.
+TEST_F(Places, WhatWasUnderstoodIsATask) {
+  const Task task = read();
+  text_ = task.effective;
+  const Task again = read();
+  ASSERT_EQ(again.around.apart.size(), 4u);
+  const Stage<double> at = task.problem.guess(0.7);
+  ASSERT_EQ(again.problem.terms.size(), task.problem.terms.size());
+  std::map<std::string, double> values;
+  for (const Term& term : task.problem.terms) values[term.name] = term.function(at).norm();
+  for (const Term& term : again.problem.terms)
+    EXPECT_EQ(values.at(term.name), term.function(at).norm()) << term.name;
+}
+
+}  // namespace
+}  // namespace dyntape
