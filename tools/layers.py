@@ -52,8 +52,10 @@ ROOMS = {
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 9, 1000),
-    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2500),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 11, 1450),
+    # parameters, and the duration as a state
+    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2750),
+    # values that change between solves
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',

@@ -25,7 +25,8 @@
 //                   inertia [error] warn: of an inertia that no body has
 //   effects         gravity and velocity products [on]; the others off unless given (interface/scene/effect_keys.h)
 //   actuated        "joint joint" [all]
-//   horizon         duration (s), intervals
+//   horizon         duration (s), intervals;
+//                   shortest, longest [0: it is given]: bounds of a duration that is to be found, from `duration` on
 //   transcription   scheme [hermite-simpson] euler | trapezoid; dynamics [forward] inverse;
 //                   hessian [exact] gauss_newton | limited_memory;
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
@@ -34,6 +35,7 @@
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
 //   guess           positions [line], velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
+//                   time [0]: weight of a duration that is to be found (s);
 //                   tracking { q VECTOR [0]  v VECTOR [0] }: weights of the squared distance to the goal
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
 //                   or effort limit of 0 in the robot's file is none

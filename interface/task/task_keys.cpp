@@ -36,6 +36,27 @@ RobotProblemOptions read_form(Section& file) {
   return options;
 }
 
+// A duration that is to be found lies between two numbers, its first guess as well.
+std::optional<Problem::Range> read_free_time(Section& file, double duration) {
+  Section horizon = file.child("horizon");
+  Problem::Range range{};
+  range.shortest = horizon.about("that a duration may be which is to be found [s]; 0: it is given")
+                       .get_or("shortest", 0.0, io::not_negative());
+  range.longest = horizon.about("that it may be [s]").get_or("longest", 0.0, io::not_negative());
+  if (range.shortest == 0 && range.longest == 0) return {};
+  const char* key = range.longest > 0 ? "longest" : "shortest";
+  if (!(range.shortest > 0 && range.longest > 0)) {
+    horizon.problem(
+        key, std::string("'") + key + "' stands alone; expected 'shortest' and 'longest', both above 0");
+  } else if (!(range.shortest <= duration && duration <= range.longest)) {
+    horizon.problem("duration", "'duration' is " + io::shortest(duration) +
+                                    " s, the first guess of one between " + io::shortest(range.shortest) +
+                                    " and " + io::shortest(range.longest) +
+                                    " s ('shortest', 'longest'); expected one that lies there");
+  }
+  return range;
+}
+
 MeshOptions read_mesh(Section& file) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
   std::vector<std::pair<std::string, Scheme>> choices;
@@ -113,6 +134,18 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   return c;
 }
 
+// A weight of a time that nobody may change.
+void check_time_costs(Section& file, const TaskKeys& keys) {
+  for (std::size_t k = 0; k < task_costs().size(); ++k) {
+    const std::string key = task_costs()[k].key;
+    if (key != kTimeCost || keys.free_time || keys.costs.weights[k] == 0) continue;
+    file.child("costs").problem(
+        key, "'costs." + key +
+                 "' weighs the duration, which is given; expected 'shortest' and 'longest' "
+                 "in 'horizon', between which it may be found");
+  }
+}
+
 TaskKeys::Guess read_guess(Section& file) {
   Section guess = file.about("where the solver begins").child_or_empty("guess");
   guess.about("from start to goal").choice_or<int>("positions", "line", {{"line", 0}});
@@ -187,6 +220,7 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
+  keys.free_time = read_free_time(file, task.robot.duration);
   task.optimise.mesh = read_mesh(file);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
@@ -196,6 +230,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.goal = read_end(file, "goal", "the state at the end", model);
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);
+  check_time_costs(file, keys);
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);

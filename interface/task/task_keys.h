@@ -11,6 +11,7 @@
 //   for (const io::Question& q : task_questions()) ...            // the list of all keys (dyntape check-config --keys)
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -34,6 +35,7 @@ struct Limit {
 // What is wanted, before there is a problem to put it into.
 struct TaskKeys {
   Eigen::VectorXd start, goal;
+  std::optional<Problem::Range> free_time;  // of the duration, where it is to be found
   struct Costs {
     std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;
