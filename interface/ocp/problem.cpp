@@ -108,8 +108,10 @@ Term minimum_time(double weight) {
     throw ArgumentError("the weight of the time is " + std::to_string(weight) +
                         ", expected a positive number");
   return terminal_squares("time", [weight](const auto& s) {
-    using std::sqrt;
-    return sqrt(s.t * weight);
+    using std::sqrt, std::log, std::cos, std::sin;
+    using T = std::decay_t<decltype(s.t)>;
+    const T root = sqrt(s.t * weight), turn = log(s.t);
+    return vector(T(root * cos(turn)), T(root * sin(turn)));
   });
 }
 

@@ -65,7 +65,9 @@ Term terminal_equality(std::string name, StageFunction residuals);
 Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd lower,
                          Eigen::VectorXd upper);
 
-// weight T, T being the duration.  A square, of sqrt(weight t) at the end: known to Gauss-Newton as well.
+// weight T, T being the duration.  A square, so that Gauss-Newton knows it: of sqrt(w T) (cos log T, sin log T), whose
+// slopes give 5 w / (2 T) of curvature.  Of sqrt(w T) alone there were w / (2 T), and a cost c / T^3 + w T, which has 4 w / T
+// at its least, would keep half of it: steps of twice Newton's length, which never end.
 Term minimum_time(double weight);
 
 struct Bounds {

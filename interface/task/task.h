@@ -26,7 +26,7 @@
 //   effects         gravity and velocity products [on]; the others off unless given (interface/scene/effect_keys.h)
 //   actuated        "joint joint" [all]
 //   horizon         duration (s), intervals;
-//                   shortest, longest [0: it is given]: bounds of a duration that is to be found, from `duration` on
+//                   shortest, longest [0: it is given]: range of a duration to be found, `duration` being its guess
 //   transcription   scheme [hermite-simpson] euler | trapezoid; dynamics [forward] inverse;
 //                   hessian [exact] gauss_newton | limited_memory;
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit

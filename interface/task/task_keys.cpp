@@ -36,27 +36,6 @@ RobotProblemOptions read_form(Section& file) {
   return options;
 }
 
-// A duration that is to be found lies between two numbers, its first guess as well.
-std::optional<Problem::Range> read_free_time(Section& file, double duration) {
-  Section horizon = file.child("horizon");
-  Problem::Range range{};
-  range.shortest = horizon.about("that a duration may be which is to be found [s]; 0: it is given")
-                       .get_or("shortest", 0.0, io::not_negative());
-  range.longest = horizon.about("that it may be [s]").get_or("longest", 0.0, io::not_negative());
-  if (range.shortest == 0 && range.longest == 0) return {};
-  const char* key = range.longest > 0 ? "longest" : "shortest";
-  if (!(range.shortest > 0 && range.longest > 0)) {
-    horizon.problem(
-        key, std::string("'") + key + "' stands alone; expected 'shortest' and 'longest', both above 0");
-  } else if (!(range.shortest <= duration && duration <= range.longest)) {
-    horizon.problem("duration", "'duration' is " + io::shortest(duration) +
-                                    " s, the first guess of one between " + io::shortest(range.shortest) +
-                                    " and " + io::shortest(range.longest) +
-                                    " s ('shortest', 'longest'); expected one that lies there");
-  }
-  return range;
-}
-
 MeshOptions read_mesh(Section& file) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
   std::vector<std::pair<std::string, Scheme>> choices;
@@ -71,6 +50,30 @@ MeshOptions read_mesh(Section& file) {
                                               {"gauss_newton", HessianKind::kGaussNewton},
                                               {"limited_memory", HessianKind::kLimitedMemory}});
   return mesh;
+}
+
+// A duration that is to be found lies between two numbers, its first guess as well.
+std::optional<Problem::Range> read_free_time(Section& file, double duration) {
+  Section horizon = file.child("horizon");
+  Problem::Range range{};
+  range.shortest = horizon.about("that a duration may be which is to be found [s]; 0: it is given")
+                       .get_or("shortest", 0.0, io::not_negative());
+  range.longest =
+      horizon.about("that it may be [s]; 0: it is given").get_or("longest", 0.0, io::not_negative());
+  if (range.shortest == 0 && range.longest == 0) return {};
+  if (range.shortest == 0 || range.longest == 0) {
+    const char *key = range.shortest > 0 ? "shortest" : "longest",
+               *other = range.shortest > 0 ? "longest" : "shortest";
+    if (horizon.sound() || !horizon.has(other))  // else what it says is wrong already
+      horizon.problem(key,
+                      std::string("'") + key + "' stands alone; expected '" + other + "' beside it, above 0");
+  } else if (duration > 0 && !(range.shortest <= duration && duration <= range.longest)) {
+    horizon.problem("duration", "'duration' is " + io::shortest(duration) +
+                                    " s, expected the first guess of one between " +
+                                    io::shortest(range.shortest) + " and " + io::shortest(range.longest) +
+                                    " s ('shortest', 'longest')");
+  }
+  return range;
 }
 
 void read_solver(Section& file, OptimiseOptions& optimise) {
@@ -220,8 +223,8 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
-  keys.free_time = read_free_time(file, task.robot.duration);
   task.optimise.mesh = read_mesh(file);
+  keys.free_time = read_free_time(file, task.robot.duration);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;

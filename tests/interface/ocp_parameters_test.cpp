@@ -32,7 +32,7 @@ struct Told {
   }
 };
 
-const Told kOne, kOther{0.4, {0.7, 2.9}, 0.8, 1.5};
+const Told kOne, kOther{0.4, {0.7, 2.0}, 0.8, 1.5};
 
 // A term of every kind, dynamics and all read what is told: by the handles of parameters, or as constants.
 template <class Load, class Target, class Push, class Reach>
