@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 
+#include <dyntape/interface/ocp/scaled_time.h>
+
 namespace dyntape {
 
 namespace {

@@ -42,7 +42,6 @@
 #include <optional>
 
 #include <dyntape/interface/ocp/record_stage.h>
-#include <dyntape/interface/ocp/scaled_time.h>
 #include <dyntape/interface/solvers/nlp.h>
 #include <dyntape/interface/transcription/stage_functions.h>
 #include <dyntape/interface/transcription/trajectory.h>

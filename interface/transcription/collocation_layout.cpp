@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocp/scaled_time.h>
 #include <dyntape/interface/transcription/collocation.h>
 
 namespace dyntape {

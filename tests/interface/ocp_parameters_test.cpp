@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/interface/transcription/ddp.h>
 #include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/transcription/refine.h>
 #include "ocp_problems.h"
 #include "temporary_cache.h"
 
@@ -184,6 +185,8 @@ TEST(OcpParameters, ASolutionInPlaceIsThatOfConstants) {
     EXPECT_NEAR(changed.verification.cost, changed.cost(), 1e-10);
     EXPECT_LT(changed.verification.violation, 1e-6);
     EXPECT_LT(changed.verification.worst_defect, 1e-3);
+    const Trajectory again = resampled(nlp.problem(), changed.motion, nlp.times());
+    EXPECT_LT((again.x - changed.motion.x).cwiseAbs().maxCoeff(), 1e-12);
     EXPECT_NEAR(changed.verification.worst_defect, constants.verification.worst_defect, 1e-6);
   }
 }
