@@ -56,10 +56,11 @@ MeshOptions read_mesh(Section& file) {
 std::optional<Problem::Range> read_free_time(Section& file, double duration) {
   Section horizon = file.child("horizon");
   Problem::Range range{};
-  range.shortest = horizon.about("that a duration may be which is to be found [s]; 0: it is given")
-                       .get_or("shortest", 0.0, io::not_negative());
+  range.shortest =
+      horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
+          .get_or("shortest", 0.0, io::not_negative());
   range.longest =
-      horizon.about("that it may be [s]; 0: it is given").get_or("longest", 0.0, io::not_negative());
+      horizon.about("and the longest [s]; 0: it is given").get_or("longest", 0.0, io::not_negative());
   if (range.shortest == 0 && range.longest == 0) return {};
   if (range.shortest == 0 || range.longest == 0) {
     const char *key = range.shortest > 0 ? "shortest" : "longest",
