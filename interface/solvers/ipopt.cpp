@@ -16,7 +16,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/stopwatch.h>
-#include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/solvers/best_point.h>
+#include <dyntape/interface/solvers/ipopt_options.h>
+#include <dyntape/interface/solvers/rounds.h>
 
 namespace dyntape {
 
@@ -26,12 +28,7 @@ using Clock = std::chrono::steady_clock;
 using Ipopt::Index;
 using Ipopt::Number;
 
-constexpr double kIpoptInfinity = 1e19;  // Ipopt's threshold for "no bound"
-// Magnitudes that have shrunk by more are those of the start alone: of the objective, and of a variable, of which
-// the tolerance still leaves five digits.
-constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
-constexpr int kMostRounds = 4;
-constexpr double kLeastSeconds = 1e-6;               // Ipopt refuses to be given none
+constexpr double kIpoptInfinity = 1e19;              // Ipopt's threshold for "no bound"
 constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once a stop is requested
 
 class Stopwatch {
@@ -44,30 +41,11 @@ class Stopwatch {
   Clock::time_point begin_;
 };
 
-// What a solve that is stopped ends with (ipopt.h).
-struct BestPoint {
-  std::vector<double> x, g;
-  double violation = HUGE_VAL, objective = HUGE_VAL;
-
-  bool is_worse_than(double other_violation, double other_objective) const {
-    constexpr double kFeasible = 1e-6;
-    if (violation <= kFeasible && other_violation <= kFeasible) return other_objective < objective;
-    return other_violation < violation;
-  }
-};
-
-double violation_of(const NlpShape& shape, const std::vector<double>& g) {
-  double most = 0;
-  for (std::size_t j = 0; j < g.size(); ++j)
-    most = std::max({most, shape.g_lower[j] - g[j], g[j] - shape.g_upper[j]});
-  return most;
-}
-
 // Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.  Ipopt may
 // run in a thread of its own, which touches nothing of the caller's once the caller has left.
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(Nlp& nlp, const std::vector<double>& start, const IpoptOptions& options)
+  Adapter(Nlp& nlp, const std::vector<double>& start, const SolverOptions& options)
       : nlp_(nlp), shape_(nlp.shape()), start_(start), options_(options) {
     solution_.x = start;
   }
@@ -105,9 +83,7 @@ class Adapter : public Ipopt::TNLP {
     if (is_left_ || is_cut_short_) solution_.status = SolveStatus::kStopped;
     if (is_left_ && best_.x.empty()) note(start_);
     if (solution_.status == SolveStatus::kStopped && !best_.x.empty()) {
-      solution_.x = best_.x;
-      solution_.g = best_.g;
-      solution_.objective = best_.objective;
+      best_.move_into(solution_);
     }
     return std::move(solution_);
   }
@@ -212,8 +188,7 @@ class Adapter : public Ipopt::TNLP {
     std::vector<double> g(shape_.m());
     double objective = 0;
     if (x.empty() || !nlp_.constraints(x.data(), g.data()) || !nlp_.objective(x.data(), objective)) return;
-    const double violation = violation_of(shape_, g);
-    if (best_.is_worse_than(violation, objective)) best_ = {x, std::move(g), violation, objective};
+    best_.consider(shape_, x.data(), g.data(), objective);
   }
 
   template <class F>
@@ -244,7 +219,7 @@ class Adapter : public Ipopt::TNLP {
   Nlp& nlp_;
   const NlpShape& shape_;
   const std::vector<double>& start_;
-  const IpoptOptions& options_;
+  const SolverOptions& options_;
 
   std::mutex mutex_;  // of all below, and of what is above
   std::condition_variable_any ended_;
@@ -330,10 +305,10 @@ thread_local bool Turn::mine_ = false;
 
 // What a thread that was left behind still needs.
 struct Run {
-  Run(Nlp& problem, const std::vector<double>& start, IpoptOptions o)
+  Run(Nlp& problem, const std::vector<double>& start, SolverOptions o)
       : options(std::move(o)), adapter(new Adapter(problem, start, options)) {}
 
-  const IpoptOptions options;
+  const SolverOptions options;
   const Ipopt::SmartPtr<Adapter> adapter;
 
   void operator()() const {
@@ -366,7 +341,7 @@ struct Run {
   }
 };
 
-NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions options) {
+NlpSolution solve(Nlp& problem, const std::vector<double>& start, SolverOptions options) {
   Turn::refuse_nested();
   options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
   const auto run = std::make_shared<Run>(problem, start, std::move(options));
@@ -384,79 +359,15 @@ NlpSolution solve(Nlp& problem, const std::vector<double>& start, IpoptOptions o
   return run->adapter->result();
 }
 
-// `before`: iterations of earlier rounds.
-NlpSolution solve_in(const NlpMagnitudes& units, Nlp& problem, const std::vector<double>& start,
-                     IpoptOptions options, int before = 0) {
-  ScaledNlp scaled(problem, units);
-  if (options.watch) {
-    options.watch = [watch = options.watch, unit = scaled.units().objective, before](IterationRecord record) {
-      record.objective *= unit;
-      record.iteration += before;
-      watch(record);
-    };
-  }
-  NlpSolution solution = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
-  solution.units = scaled.units();
-  return solution;
-}
-
-bool optimal(const NlpSolution& solution) {
-  return solution.status == SolveStatus::kSolved || solution.status == SolveStatus::kAcceptable;
-}
-
-// Whether a tolerance in `units` is too coarse where magnitudes are `found`.
-bool coarse(const NlpMagnitudes& units, const NlpMagnitudes& found) {
-  bool result = kCoarseObjective * found.objective < units.objective;
-  for (std::size_t i = 0; i < found.x.size(); ++i) result |= kCoarseVariable * found.x[i] < units.x[i];
-  return result;
-}
-
-IpoptOptions less(IpoptOptions options, const NlpSolution& spent) {
-  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
-  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
-  return options;
-}
-
-SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
-  return {a.total + b.total,
-          a.processor + b.processor,
-          a.functions + b.functions,
-          a.jacobian + b.jacobian,
-          a.hessian + b.hessian,
-          a.function_calls + b.function_calls,
-          a.jacobian_calls + b.jacobian_calls,
-          a.hessian_calls + b.hessian_calls};
-}
-
-// The last of two rounds, with the iterations and times of both.  It starts where the first ends.
-NlpSolution joined(NlpSolution first, NlpSolution last) {
-  const int before = first.iterations();
-  for (IterationRecord record : last.log) {
-    record.iteration += before;
-    if (record.iteration > before) first.log.push_back(record);
-  }
-  last.log = std::move(first.log);
-  last.times = first.times + last.times;
-  return last;
-}
-
 }  // namespace
 
-NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const IpoptOptions& options) {
+NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
   const std::size_t n = problem.shape().n();
   if (start.size() != n) {
     throw ArgumentError("solve_with_ipopt: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(n) + " variables");
   }
-  NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options);
-  for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
-    const NlpMagnitudes found = problem.magnitudes(solution.x, solution.units);
-    if (!coarse(solution.units, found)) break;
-    const std::vector<double> again = solution.x;
-    NlpSolution next = solve_in(found, problem, again, less(options, solution), solution.iterations());
-    solution = joined(std::move(solution), std::move(next));
-  }
-  return solution;
+  return solve_in_rounds(problem, start, options, solve);
 }
 
 }  // namespace dyntape

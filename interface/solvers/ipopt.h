@@ -34,11 +34,11 @@
 // problem's functions throw comes through.
 #pragma once
 
-#include <dyntape/interface/solvers/ipopt_options.h>
+#include <dyntape/interface/solvers/solver_options.h>
 
 namespace dyntape {
 
 NlpSolution solve_with_ipopt(Nlp& problem, const std::vector<double>& start,
-                             const IpoptOptions& options = {});
+                             const SolverOptions& options = {});
 
 }  // namespace dyntape

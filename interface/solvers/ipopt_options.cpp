@@ -125,7 +125,7 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
     throw ArgumentError("Ipopt's option " + quoted(name) +
                         " is not for use here: expected one that neither "
                         "names a file nor prints nor needs multipliers to start from (what is printed is "
-                        "print_level of IpoptOptions)");
+                        "print_level of SolverOptions)");
   }
   if (option.Type() == Ipopt::OT_Number) {
     set(application, name, parsed<double>(name, value, "a number"));
@@ -143,7 +143,7 @@ void check_ipopt_option(const std::string& name, const std::string& value) {
   set_by_name(*application, name, value);
 }
 
-void detail::configure(Ipopt::IpoptApplication& application, const IpoptOptions& options) {
+void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions& options) {
   const auto assign = [&](const char* name, const auto& value) { set(application, name, value); };
   assign("sb", std::string("yes"));  // no banner
   assign("tol", options.tolerance);

@@ -6,13 +6,9 @@
 // files, prints, or needs what solve_with_ipopt does not have; ArgumentError otherwise.
 #pragma once
 
-#include <functional>
-#include <stop_token>
 #include <string>
-#include <utility>
-#include <vector>
 
-#include <dyntape/interface/solvers/solution.h>
+#include <dyntape/interface/solvers/solver_options.h>
 
 namespace Ipopt {
 class IpoptApplication;
@@ -20,29 +16,11 @@ class IpoptApplication;
 
 namespace dyntape {
 
-struct IpoptOptions {
-  double tolerance = 1e-8;         // of the scaled optimality error
-  double dual_tolerance = 1;       // of the stationarity alone, without the weights of the error above
-  double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact
-  bool limited_memory = false;     // approximate the Hessian (L-BFGS) even where the program has one
-  bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
-  int max_iterations = 3000;
-  double max_seconds = 1e6;  // of processor time, of all threads together
-  int print_level = 0;       // 0 silent .. 5 one line an iteration .. 12
-  // Options by Ipopt's name, numbers in full and in any locale ("1e-3", but "1000" where it is a whole one).
-  // Refused are options that name files or libraries, that print, and that start from multipliers.
-  std::vector<std::pair<std::string, std::string>> extra = {};
-  // A request ends the solve: kStopped, and the best point so far (ipopt.h).
-  std::stop_token stop = {};
-  std::function<void(const IterationRecord&)> watch =
-      {};  // told of each iteration, in the program's own units
-};
-
 // ArgumentError unless Ipopt takes this option, with this value.
 void check_ipopt_option(const std::string& name, const std::string& value);
 
 namespace detail {
-void configure(Ipopt::IpoptApplication& application, const IpoptOptions& options);
+void configure(Ipopt::IpoptApplication& application, const SolverOptions& options);
 }
 
 }  // namespace dyntape

@@ -39,6 +39,9 @@ struct NlpShape {
   Pattern jacobian;                      // (m x n)
   Pattern hessian;                       // (n x n), lower triangle
   HessianKind hessian_kind = HessianKind::kExact;
+  // Where the stages of a chain begin among the variables; empty: there is one.  Rows tie neighbours at most, inequalities
+  // and entries of the Hessian one stage.
+  std::vector<std::size_t> stages = {};
 
   std::size_t n() const { return x_lower.size(); }
   std::size_t m() const { return g_lower.size(); }

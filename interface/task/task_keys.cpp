@@ -8,6 +8,7 @@
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene_keys.h>
+#include <dyntape/interface/solvers/ipopt_options.h>
 #include <dyntape/interface/task/task_costs.h>
 
 namespace dyntape {
@@ -78,8 +79,11 @@ std::optional<Problem::Range> read_free_time(Section& file, double duration) {
 }
 
 void read_solver(Section& file, OptimiseOptions& optimise) {
-  Section solver = file.about("Ipopt").child_or_empty("solver");
-  IpoptOptions& options = optimise.solver;
+  Section solver = file.about("what solves the program").child_or_empty("solver");
+  SolverOptions& options = optimise.solver;
+  options.method = solver.about("Ipopt, or dyntape's own, which goes from stage to stage")
+                       .choice_or<NlpMethod>("method", "ipopt",
+                                             {{"ipopt", NlpMethod::kIpopt}, {"stages", NlpMethod::kStages}});
   options.tolerance =
       solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
   options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")

@@ -215,6 +215,9 @@ void Collocation::set_variable_bounds() {
 }
 
 void Collocation::set_row_bounds() {
+  // A node and what lies before it within its interval are a stage.
+  for (std::size_t k = 0; k <= intervals_; ++k)
+    shape_.stages.push_back(k == 0 ? 0 : ((k - 1) * stride_ + 1) * n_z_);
   shape_.g_lower.assign(defects(), 0.0);
   shape_.g_upper.assign(defects(), 0.0);
   const auto append_row = [&](const ConstraintRow& row) {

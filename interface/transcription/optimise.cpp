@@ -53,7 +53,7 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
   }
   solution.check_seconds = seconds_since(begin);
   enter(OptimiseStep::kSolving);
-  solution.nlp = solve_with_ipopt(nlp, start, options.solver);
+  solution.nlp = solve_nlp(nlp, start, options.solver);
   enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
   solution.motion = nlp.trajectory(solution.nlp.x);

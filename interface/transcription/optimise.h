@@ -15,7 +15,7 @@
 #pragma once
 
 #include <dyntape/interface/solvers/derivative_check.h>
-#include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/solvers/solver_options.h>
 #include <dyntape/interface/solvers/kkt.h>
 #include <dyntape/interface/transcription/collocation.h>
 #include <dyntape/interface/transcription/verify.h>
@@ -26,7 +26,7 @@ enum class OptimiseStep { kChecking, kSolving, kVerifying };
 
 struct OptimiseOptions {
   MeshOptions mesh = {};
-  IpoptOptions solver = {};  // a request to solver.stop ends the verification's simulations as well
+  SolverOptions solver = {};  // a request to solver.stop ends the verification's simulations as well
   bool check_derivatives = true;
   bool verify = true;
   std::function<void(OptimiseStep)> enter = {};  // told of each step when it begins

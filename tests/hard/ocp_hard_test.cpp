@@ -7,6 +7,7 @@
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/solvers/ipopt.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include "../interface/ocp_problems.h"
 
@@ -15,11 +16,24 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-Solution swing(const Problem& problem, int intervals = 40, HessianKind hessian = HessianKind::kExact) {
+Solution swing(const Problem& problem, int intervals = 40, HessianKind hessian = HessianKind::kExact,
+               NlpMethod method = NlpMethod::kIpopt) {
   return optimise(problem,
                   {.mesh = {.intervals = intervals, .hessian = hessian, .evaluation = test::kInterpreted},
+                   .solver = {.method = method},
                    .verify = false});
 }
+
+class ByMethod : public testing::TestWithParam<NlpMethod> {
+ protected:
+  static Solution swing(const Problem& problem, int intervals = 40) {
+    return dyntape::swing(problem, intervals, HessianKind::kExact, GetParam());
+  }
+};
+INSTANTIATE_TEST_SUITE_P(Ocp, ByMethod, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+                         [](const auto& info) {
+                           return info.param == NlpMethod::kIpopt ? "ipopt" : "stages";
+                         });
 
 // The start that leads to the lower of the two basins.
 Problem from_start_b(double force_limit = 20) {
@@ -32,13 +46,13 @@ Problem from_start_b(double force_limit = 20) {
   return p;
 }
 
-TEST(CartPoleHard, TwoBasins) {
+TEST_P(ByMethod, CartPoleHasTwoBasins) {
   EXPECT_NEAR(swing(test::swing_up()).cost(), 58.8075758975, 1e-7);
   EXPECT_NEAR(swing(from_start_b()).cost(), 57.9450220610, 1e-7);
   EXPECT_NEAR(swing(from_start_b(), 320).cost(), 57.9447803563, 1e-7);
 }
 
-TEST(CartPoleHard, BoundedForce) {
+TEST_P(ByMethod, CartPoleWithBoundedForce) {
   EXPECT_NEAR(swing(test::swing_up(0, 12)).cost(), 59.198680, 1e-5);
   EXPECT_NEAR(swing(test::swing_up(0, 10)).cost(), 62.264592, 1e-5);
   EXPECT_NEAR(swing(from_start_b(12)).cost(), 57.970766, 1e-5);
@@ -46,7 +60,7 @@ TEST(CartPoleHard, BoundedForce) {
   EXPECT_NEAR(swing(from_start_b(8)).cost(), 63.791263, 1e-5);
 }
 
-TEST(CartPoleHard, TooLittleForceIsLocallyInfeasible) {
+TEST_P(ByMethod, TooLittleForceIsLocallyInfeasible) {
   const Solution s = swing(test::swing_up(0, 6));
   EXPECT_FALSE(s.success());
   EXPECT_EQ(s.nlp.status, SolveStatus::kLocallyInfeasible);
@@ -54,7 +68,7 @@ TEST(CartPoleHard, TooLittleForceIsLocallyInfeasible) {
   EXPECT_GT(s.kkt.feasibility, 1e-3);
 }
 
-TEST(BlockMoveHard, ProvablyInfeasibleAndBoundedForce) {
+TEST_P(ByMethod, ProvablyInfeasibleAndBoundedForce) {
   Problem p = test::block_move();
   p.u.lower[0] = -3;
   p.u.upper[0] = 3;
@@ -67,10 +81,11 @@ TEST(BlockMoveHard, ProvablyInfeasibleAndBoundedForce) {
 }
 
 // One interval of the trapezoid rule cannot move and stop: 2 free controls, 4 equalities.
-TEST(BlockMoveHard, OneIntervalIsTooFewForTheTrapezoid) {
+TEST_P(ByMethod, OneIntervalIsTooFewForTheTrapezoid) {
   for (const Scheme& scheme : {trapezoid(), euler()}) {
-    const Solution s = optimise(
-        test::block_move(), {.mesh = {.scheme = scheme, .intervals = 1, .evaluation = test::kInterpreted}});
+    const Solution s = optimise(test::block_move(),
+                                {.mesh = {.scheme = scheme, .intervals = 1, .evaluation = test::kInterpreted},
+                                 .solver = {.method = GetParam()}});
     EXPECT_FALSE(s.success()) << scheme.name << ": " << to_string(s.nlp.status);
   }
 }
@@ -90,7 +105,7 @@ TEST(CartPoleHard, WhatTheHessianIsWorth) {
               memory.nlp.iterations(), newton.nlp.iterations(), to_string(newton.nlp.status));
 }
 
-TEST(CartPoleHard, TrackingCosts) {
+TEST_P(ByMethod, TrackingCosts) {
   const std::pair<double, double> known[] = {{1, 96.327367}, {10, 407.539048}};
   for (const auto& [weight, cost] : known) {
     const Solution s = swing(test::swing_up(weight));
@@ -137,7 +152,7 @@ TEST(NotFinite, DerivativeAtTheStartIsNamed) {
 
 // Functions that lose their value on the way shorten the step: x - log x from 50, whose full Newton step
 // leaves the domain.
-TEST(NotFinite, InsideTheLineSearchShortensTheStep) {
+TEST_P(ByMethod, LostValuesShortenTheStep) {
   Problem p("barrier", {"x"}, {"u"}, 1.0, [](const auto& s) { return s.u; });
   p.add(running_squares("rest", [](const auto& s) { return s.u; }));
   p.add(terminal_cost("barrier", [](const auto& s) {
@@ -147,14 +162,15 @@ TEST(NotFinite, InsideTheLineSearchShortensTheStep) {
   p.guess = [](double t) {
     return Stage<double>{t, Eigen::VectorXd::Constant(1, 50), {}, Eigen::VectorXd::Zero(1)};
   };
-  const Solution s = optimise(p, {.mesh = {.intervals = 2, .evaluation = test::kInterpreted}});
+  const Solution s = optimise(
+      p, {.mesh = {.intervals = 2, .evaluation = test::kInterpreted}, .solver = {.method = GetParam()}});
   EXPECT_TRUE(s.success());
   EXPECT_NEAR(s.motion.x(0, 0), 1, 1e-7);
   EXPECT_NEAR(s.cost(), 1, 1e-9);
 }
 
 TEST(Options, OfIpoptPassAndAreChecked) {
-  const auto message = [](const IpoptOptions& options) {
+  const auto message = [](const SolverOptions& options) {
     Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
     try {
       solve_with_ipopt(nlp, nlp.start(), options);
@@ -224,6 +240,20 @@ TEST(Threads, SolvesTakeTurns) {
   const auto solve = [](double* cost) {
     Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
     for (int k = 0; k < 3; ++k) *cost = solve_with_ipopt(nlp, nlp.start()).objective;
+  };
+  double expected = 0, costs[4] = {};
+  solve(&expected);
+  std::vector<std::thread> threads;
+  for (double& cost : costs) threads.emplace_back(solve, &cost);
+  for (std::thread& thread : threads) thread.join();
+  for (double cost : costs) EXPECT_EQ(cost, expected);
+}
+
+// Ours keeps no state: solves run side by side, and within each other.
+TEST(Threads, SolvesByStagesRunAtOnce) {
+  const auto solve = [](double* cost) {
+    Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
+    for (int k = 0; k < 3; ++k) *cost = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kStages}).objective;
   };
   double expected = 0, costs[4] = {};
   solve(&expected);

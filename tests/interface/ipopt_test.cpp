@@ -64,7 +64,7 @@ TEST(Ipopt, ARequestDoesNotWaitForTheLinearSolver) {
   const std::vector<double> start(large.shape().n(), 1.0);
   std::stop_source stop;
   int told = 0;
-  IpoptOptions options{.stop = stop.get_token()};
+  SolverOptions options{.stop = stop.get_token()};
   options.watch = [&](const IterationRecord&) { ++told; };
   Clock::time_point requested;
   std::thread impatient([&] {

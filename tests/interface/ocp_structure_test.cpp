@@ -16,6 +16,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/solvers/ipopt.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include "ocp_problems.h"
 

@@ -5,6 +5,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/solvers/ipopt.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include "ocp_problems.h"
 

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Quadratic problems whose variables stand in a chain of stages, each tied to its neighbours alone, in time linear in
+// their number.
+//
+//   minimise    sum_k  1/2 z_k.H_k z_k - a_k.z_k
+//   subject to  C_{k-1} z_{k-1} + D_k z_k = b_k        links, k = 1 .. N
+//               G_k z_k = e_k                          rows of one stage, k = 0 .. N
+//
+//   ChainKkt chain(sizes);
+//   chain.stage(k).H = ...                             // and G, C, D; kept by factor()
+//   if (!chain.factor(shift)) ...                      // H + shift I is not convex on what the rows leave free
+//   chain.solve(a, b, z, lambda);                      // H z + M^T lambda = a,  M z = b, M all rows
+//
+// Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
+//
+// Method.  From the last stage to the first: rows that tie a stage are solved for as many of its variables as they have rank
+// (elimination with complete pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
+// of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become rows of the stage before it.  With links
+// x_k = A x_{k-1} + B u_{k-1} this is Riccati's recursion, and it is as long; with links of collocation it is the same
+// recursion with their implicit state solved for.  Every Cholesky factorisation goes through if and only if the problem is
+// strictly convex on its rows: the whole system has the right inertia.
+//
+// Rows that depend on others, and are no variable's at the first stage either, are left out: lambda is 0 there, and the result
+// misses b by what they contradict the others by.
+//
+// elastic > 0 softens all rows: M z - elastic lambda = b.  Nothing depends then; for finding feasible points.
+//
+// Sources: L. Vanroye, A. Sathya, J. De Schutter, W. Decre, FATROP: a fast constrained optimal control problem solver for robot
+// trajectory optimization and control, IROS 2023 (rows that are handed to the stage before); J. Rawlings, D. Mayne, M. Diehl,
+// Model Predictive Control, 2017, 8.8.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <dyntape/autodiff/eigen_layout.h>
+
+namespace dyntape {
+
+struct ChainSizes {
+  int variables, rows, links;  // of a stage; links: rows that tie it to the stage before, 0 for the first
+};
+
+class ChainKkt {
+ public:
+  struct Stage {
+    Eigen::MatrixXd H, G;  // (n x n) symmetric, both triangles; (rows x n)
+    Eigen::MatrixXd C, D;  // (links of the next x n), (links x n)
+  };
+
+  explicit ChainKkt(const std::vector<ChainSizes>& sizes);
+
+  std::size_t stages() const { return stages_.size(); }
+  Stage& stage(std::size_t k) { return stages_[k]; }
+  Eigen::Index variables() const { return first_variable_.back(); }
+  Eigen::Index rows() const { return first_row_.back(); }
+  // Where the entries of stage k begin; k = stages(): their number.
+  Eigen::Index first_variable(std::size_t k) const { return first_variable_[k]; }
+  Eigen::Index first_row(std::size_t k) const { return first_row_[k]; }
+
+  bool factor(double shift, double elastic = 0);
+  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda);
+
+ private:
+  struct NonZero {
+    Eigen::Index row;
+    double value;
+  };
+  // What is left of a stage when its factorisation is done.  Variables and rows are in the order of their pivots, basic ones
+  // first; `both` are free variables and what the link brings.
+  struct Factor {
+    Eigen::Index rank = 0, free = 0;
+    std::vector<Eigen::Index> row, col;  // pivots
+    Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
+    Eigen::MatrixXd M;     // (n x rows) rows as columns: links, own, handed down; then L^T and U^T
+    Eigen::MatrixXd X;     // (both x rank) basic variables by both, transposed
+    Eigen::MatrixXd V, S;  // (both x n), (both x both) cost by both; S: its factor, then the cost to go
+    Eigen::MatrixXd P, R;  // (links x links), (left x links) cost to go, and rows, of what the link brings
+    Eigen::MatrixXd PC, CP, RC;        // by the variables of the stage before; CP transposed, RC scaled
+    Eigen::VectorXd row_scale;         // of RC
+    std::vector<NonZero> C;            // of the link to the next stage, column by column
+    std::vector<std::size_t> C_begin;  // (n + 1)
+    Eigen::VectorXd q, s, z0, t, y, r0, lambda;
+  };
+
+  void assemble(std::size_t k, double shift, double elastic);
+  void eliminate_rows(Factor& f);
+  bool eliminate(std::size_t k);
+  void hand_down(std::size_t k);
+
+  std::vector<Stage> stages_;
+  std::vector<Factor> factors_;
+  std::vector<Eigen::Index> first_variable_, first_row_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A solve in units of the program's magnitudes, and again where these turn out to have been too large (ipopt.h, "Rounds").
+#pragma once
+
+#include <functional>
+
+#include <dyntape/interface/solvers/solver_options.h>
+
+namespace dyntape {
+
+using RoundSolver = std::function<NlpSolution(Nlp&, const std::vector<double>&, const SolverOptions&)>;
+
+// `solve` sees the scaled program; options of iterations and time hold for all rounds together.
+NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+                            const RoundSolver& solve);
+
+}  // namespace dyntape
