@@ -48,13 +48,15 @@ ROOMS = {
     'interface/io': (['codegen/system'], 28, 2800),  # settings, tables, pictures, lines that live on a terminal
     'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 17, 1750),  # leaving Ipopt inside an iteration; Riccati's recursion
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 32, 3700),  # Ipopt; our own from stage to stage: chains, barrier,
+    # restoration; Riccati's recursion
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 14, 1650),
-    # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses
-    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2500),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 18, 2100),
+    # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a state
+    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2750),
+    # values that change between solves
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',

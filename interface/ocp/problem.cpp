@@ -53,6 +53,26 @@ void check_boundary(const Problem& problem, const Eigen::VectorXd& values, const
   }
 }
 
+void check_free_time(const Problem& problem) {
+  if (!problem.free_time) return;
+  const auto [shortest, longest] = *problem.free_time;
+  if (!(shortest > 0 && shortest <= longest && std::isfinite(longest))) {
+    throw ArgumentError("problem \"" + problem.name + "\": the duration lies between " +
+                        std::to_string(shortest) + " and " + std::to_string(longest) +
+                        " s, expected two positive numbers, the shorter one first");
+  }
+  if (!(problem.duration >= shortest && problem.duration <= longest)) {
+    throw ArgumentError("problem \"" + problem.name + "\": the first guess of the duration is " +
+                        std::to_string(problem.duration) + " s, expected " + std::to_string(shortest) +
+                        " to " + std::to_string(longest));
+  }
+  const std::string varies = problem.parameters.first_of_time();
+  if (varies.empty()) return;
+  throw ArgumentError("problem \"" + problem.name + "\": the parameter \"" + varies +
+                      "\" varies with time, which points have only where the duration is given; expected a "
+                      "function of s.t in the terms");
+}
+
 }  // namespace
 
 Term running_cost(std::string name, StageFunction function) {
@@ -83,6 +103,18 @@ Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd
           std::move(values), std::move(lower), std::move(upper)};
 }
 
+Term minimum_time(double weight) {
+  if (!(weight > 0 && std::isfinite(weight)))
+    throw ArgumentError("the weight of the time is " + std::to_string(weight) +
+                        ", expected a positive number");
+  return terminal_squares("time", [weight](const auto& s) {
+    using std::sqrt, std::log, std::cos, std::sin;
+    using T = std::decay_t<decltype(s.t)>;
+    const T root = sqrt(s.t * weight), turn = log(s.t);
+    return vector(T(root * cos(turn)), T(root * sin(turn)));
+  });
+}
+
 Problem::Problem(std::string name_, std::vector<std::string> states_, std::vector<std::string> controls_,
                  double duration_, StageFunction rate_)
     : name(std::move(name_)),
@@ -102,6 +134,26 @@ void Problem::use_accelerations(std::vector<std::string> names, StageFunction re
   residual = std::move(residual_);
   ode = std::move(ode_);
   a = unbounded(n_a());
+}
+
+Stage<double> Problem::first_guess(double t) const { return guess ? guess(t) : straight_line(*this)(t); }
+
+void Problem::take_values(const Problem& now) {
+  parameters.check_same(now.parameters);
+  if (free_time.has_value() != now.free_time.has_value() || (!free_time && duration != now.duration)) {
+    throw ArgumentError("problem \"" + name + "\": the duration is another one than was recorded; expected " +
+                        (free_time ? "a free one" : std::to_string(duration) + " s"));
+  }
+  parameters = now.parameters;
+  start = now.start;
+  goal = now.goal;
+  x = now.x;
+  a = now.a;
+  u = now.u;
+  guess = now.guess;
+  free_time = now.free_time;
+  duration = now.duration;
+  check(*this);
 }
 
 std::function<Stage<double>(double t)> straight_line(const Problem& problem) {
@@ -126,9 +178,12 @@ void check(const Problem& problem) {
     throw ArgumentError("problem \"" + problem.name + "\": the duration is " +
                         std::to_string(problem.duration) + " s, expected a positive number");
   }
+  check_free_time(problem);
   check_bounds(problem, problem.x, problem.states, "states");
   check_bounds(problem, problem.a, problem.accelerations, "accelerations");
   check_bounds(problem, problem.u, problem.controls, "controls");
+  if (problem.typical.size() > 0)
+    check_size(problem, "what states typically move", problem.typical.size(), problem.n_x());
   check_boundary(problem, problem.start, "the start");
   check_boundary(problem, problem.goal, "the goal");
   if (!problem.guess) return;

@@ -18,14 +18,20 @@
 // dynamics are the equations residual(t, x, a, u) = 0 at every point; `ode` then gives x' from x and u alone,
 // for the checks after the solve.
 //
+// What shall change from solve to solve without being recorded again is a parameter (parameters.h).
+//
+// Free duration.  p.free_duration(0.5, 4) leaves the time to the solver, between these bounds (s); `duration` is then
+// its first guess, and p.add(minimum_time(weight)) makes it cost something.  Terms read the real time, s.t.
+//
 // Units are the caller's: SI throughout dyntape.
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/ocp/stage.h>
+#include <dyntape/interface/ocp/parameters.h>
 
 namespace dyntape {
 
@@ -59,6 +65,11 @@ Term terminal_equality(std::string name, StageFunction residuals);
 Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd lower,
                          Eigen::VectorXd upper);
 
+// weight T, T being the duration.  A square, so that Gauss-Newton knows it: of sqrt(w T) (cos log T, sin log T), whose
+// slopes give 5 w / (2 T) of curvature.  Of sqrt(w T) alone there were w / (2 T), and a cost c / T^3 + w T, which has 4 w / T
+// at its least, would keep half of it: steps of twice Newton's length, which never end.
+Term minimum_time(double weight);
+
 struct Bounds {
   Eigen::VectorXd lower, upper;  // +-infinity where there is none
 };
@@ -75,18 +86,39 @@ struct Problem {
 
   void add(Term term) { terms.push_back(std::move(term)); }
 
+  // The time is the solver's to choose, and `duration` its first guess (above); 0 < shortest <= longest.
+  void free_duration(double shortest, double longest) { free_time = {shortest, longest}; }
+
+  // The stage of these parts at time t, parameters included: for functions that run in doubles.
+  Stage<double> stage(double t, Eigen::VectorXd x_, Eigen::VectorXd a_, Eigen::VectorXd u_) const {
+    return {t, std::move(x_), std::move(a_), std::move(u_), parameters.at(t)};
+  }
+  Stage<double> first_guess(double t) const;  // of `guess`, else the straight line
+
+  // What may change without another recording is taken from `now`: parameters, start, goal, bounds and guess, and with
+  // a free duration its range and first guess.  ArgumentError where that does not fit.
+  void take_values(const Problem& now);
+
   // The inverse form (above).
   void use_accelerations(std::vector<std::string> names, StageFunction residual, StageFunction ode);
 
   std::string name;
   std::vector<std::string> states, accelerations, controls;  // names
   double duration = 0;                                       // s
-  StageFunction rate;                                        // x' (n_x)
-  StageFunction residual;                                    // empty in the forward form
-  StageFunction ode;                                         // x' without accelerations, in doubles
+  struct Range {
+    double shortest, longest;  // s
+  };
+  std::optional<Range> free_time;  // of the duration, where it is free
+  Parameters parameters;
+  StageFunction rate;      // x' (n_x)
+  StageFunction residual;  // empty in the forward form
+  StageFunction ode;       // x' without accelerations, in doubles
   std::vector<Term> terms;
   Bounds x, a, u;               // at every point
   Eigen::VectorXd start, goal;  // (n_x) values at t = 0 and t = duration; kFree where there is none
+  // Of each state how far it typically moves, where that is known better than the first guess shows; 0: it is not.
+  // Empty: of none.
+  Eigen::VectorXd typical;
   // The first guess at time t: a stage with x, a, u of the right sizes.
   std::function<Stage<double>(double t)> guess;
 

@@ -9,10 +9,6 @@ namespace dyntape {
 
 namespace {
 
-std::string entry(const std::string& name, Eigen::Index i, Eigen::Index size) {
-  return size == 1 ? name : name + "[" + std::to_string(i) + "]";
-}
-
 bool is_constraint(const Term& term) {
   return term.role == Role::kEquality || term.role == Role::kInequality;
 }
@@ -29,7 +25,7 @@ class Parts {
   void append(const VectorXad& values, const std::string& name) {
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       outputs.push_back(values[i]);
-      names.push_back(entry(name, i, values.size()));
+      names.push_back(entry_name(name, i, values.size()));
     }
   }
 
@@ -37,7 +33,7 @@ class Parts {
                 const Eigen::VectorXd& upper) {
     append(values, name);
     for (Eigen::Index i = 0; i < values.size(); ++i) {
-      rows.push_back({entry(name, i, values.size()), lower[i], upper[i]});
+      rows.push_back({entry_name(name, i, values.size()), lower[i], upper[i]});
     }
   }
 
@@ -54,7 +50,7 @@ class Parts {
                           std::to_string(term.lower.size()) + " and " + std::to_string(term.upper.size()));
     }
     for (Eigen::Index i = 0; i < values.size(); ++i) {
-      check_room(problem_, "term \"" + entry(term.name, i, values.size()) + "\"", term.lower[i],
+      check_room(problem_, "term \"" + entry_name(term.name, i, values.size()) + "\"", term.lower[i],
                  term.upper[i]);
     }
     add_rows(values, term.name, term.lower, term.upper);
@@ -97,21 +93,29 @@ class Parts {
   const Problem& problem_;
 };
 
+void append_to(std::vector<std::string>& names, const std::vector<std::string>& more,
+               const std::string& suffix = "") {
+  for (const std::string& name : more) names.push_back(name + suffix);
+}
+
 // Recorded at the guess, where branches on values are those of the motion.
 Function record_part(const Problem& problem, const std::string& name, double t, Parts& parts,
                      const std::function<void(Parts&, const Stage<AD>&)>& fill) {
-  const Stage<double> at = problem.guess ? problem.guess(t) : straight_line(problem)(t);
+  const Stage<double> at = problem.first_guess(t);
+  const Eigen::VectorXd parameters = parameters_of(problem, t);
   RecordOptions options;
   for (const Eigen::VectorXd* part : {&at.x, &at.a, &at.u}) {
     options.variables.insert(options.variables.end(), part->begin(), part->end());
   }
-  options.parameters = {t};
+  options.parameters.assign(parameters.begin(), parameters.end());
   options.variable_names = stage_names(problem);
   options.parameter_names = {"t"};
+  append_to(options.parameter_names, problem.parameters.entry_names());
   Function f = record(
-      name, options.variables.size(), 1,
+      name, options.variables.size(), options.parameters.size(),
       [&](const VectorXad& z, const VectorXad& p) {
-        fill(parts, stage_from<AD>(problem, p[0], z));
+        fill(parts, {p[0], z.head(problem.n_x()), z.segment(problem.n_x(), problem.n_a()),
+                     z.tail(problem.n_u()), p.tail(p.size() - 1)});
         return parts.result();
       },
       options, nullptr, 0);  // the terms are the user's, this line is not
@@ -141,12 +145,15 @@ void check_rate(const Problem& problem, const VectorXad& rate) {
                       " entries, expected one a state: " + std::to_string(problem.n_x()));
 }
 
+}  // namespace
+
 void check_shooting(const Problem& problem) {
   const auto refuse = [&](const std::string& what) {
     throw ArgumentError(
         "problem \"" + problem.name + "\": " + what +
         ", which steps from stage to stage do not know; expected costs, and limits of controls");
   };
+  if (problem.free_time) refuse("the duration is free");
   if (problem.n_a() > 0) refuse("the dynamics are in their inverse form");
   if (problem.n_x() == 0) refuse("there are no states");
   if (problem.n_u() == 0) refuse("there are no controls");
@@ -162,32 +169,40 @@ void check_shooting(const Problem& problem) {
   }
 }
 
-}  // namespace
-
 RecordedShooting record_shooting(const Problem& problem) {
   check(problem);
   check_shooting(problem);
   const int n_x = problem.n_x();
   const double middle = problem.duration / 2;
-  const Stage<double> at = problem.guess ? problem.guess(middle) : straight_line(problem)(middle);
+  const Stage<double> at = problem.first_guess(middle);
   if (at.x.size() != n_x || at.u.size() != problem.n_u())
     throw ArgumentError("problem \"" + problem.name + "\": the guess at t = " + std::to_string(middle) +
                         " s has other sizes than the problem");
   RecordOptions options;
   for (const Eigen::VectorXd* part : {&at.x, &at.u})
     options.variables.insert(options.variables.end(), part->begin(), part->end());
+  const Eigen::VectorXd now = problem.parameters.at(middle);
+  const std::vector<std::string> names = problem.parameters.entry_names();
   options.parameters = {middle, 0.01 * problem.duration};
   options.variable_names = stage_names(problem);
   options.parameter_names = {"t", "h"};
+  for (const char* when : {"", " in the middle", " at the end"}) {
+    options.parameters.insert(options.parameters.end(), now.begin(), now.end());
+    append_to(options.parameter_names, names, when);
+  }
   const Parts parts(problem);
   RecordedShooting recorded;
   recorded.step = record(
-      problem.name + " step", options.variables.size(), 2,
+      problem.name + " step", options.variables.size(), options.parameters.size(),
       [&](const VectorXad& z, const VectorXad& p) {
         VectorXad x(n_x + 1);
         x << z.head(n_x), AD(0);
+        // The classical scheme asks at the beginning, twice in the middle, and at the end.
+        int asked = 0;
         const auto rate = [&](const AD& after, const VectorXad& y) {
-          const Stage<AD> stage{p[0] + after, y.head(n_x), {}, z.tail(problem.n_u())};
+          const Eigen::Index n_p = now.size(), part = (++asked) / 2;
+          const Stage<AD> stage{
+              p[0] + after, y.head(n_x), {}, z.tail(problem.n_u()), p.segment(2 + part * n_p, n_p)};
           const VectorXad of_state = problem.rate(stage);
           check_rate(problem, of_state);
           VectorXad all(n_x + 1);
@@ -201,17 +216,25 @@ RecordedShooting record_shooting(const Problem& problem) {
   recorded.step.output_names.push_back("cost");
   options.variables.resize(std::size_t(n_x));
   options.variable_names = problem.states;
-  options.parameters = {problem.duration};
+  const Eigen::VectorXd at_end = parameters_of(problem, problem.duration);
+  options.parameters.assign(at_end.begin(), at_end.end());
   options.parameter_names = {"t"};
+  append_to(options.parameter_names, names);
   recorded.end = record(
-      problem.name + " end of steps", std::size_t(n_x), 1,
+      problem.name + " end of steps", std::size_t(n_x), options.parameters.size(),
       [&](const VectorXad& x, const VectorXad& p) {
-        const Stage<AD> stage{p[0], x, {}, VectorXad::Zero(problem.n_u())};
+        const Stage<AD> stage{p[0], x, {}, VectorXad::Zero(problem.n_u()), p.tail(now.size())};
         return VectorXad(VectorXad::Constant(1, parts.costs(Where::kTerminal, stage)));
       },
       options, nullptr, 0);
   recorded.end.output_names = {"cost"};
   return recorded;
+}
+
+Eigen::VectorXd parameters_of(const Problem& problem, double t) {
+  Eigen::VectorXd all(1 + problem.parameters.size());
+  all << t, problem.parameters.at(t);
+  return all;
 }
 
 std::vector<std::string> stage_names(const Problem& problem) {

@@ -3,13 +3,16 @@
 // The functions of one point of a problem, each recorded once.
 //
 //   RecordedStage s = record_stage(problem);
-//   s.node      (z; t) -> f (n_x) | path rows | L (1)       z = (x, a, u)
-//   s.terminal  (z; t) -> end rows | M (1)                  no outputs where the problem has no terminal term
-//   s.squares, s.terminal_squares   (z; t) -> r             residuals of the least-squares costs
+//   s.node      (z; t, p) -> f (n_x) | path rows | L (1)    z = (x, a, u), p the problem's parameters (parameters.h)
+//   s.terminal  (z; t, p) -> end rows | M (1)               no outputs where the problem has no terminal term
+//   s.squares, s.terminal_squares   (z; t, p) -> r          residuals of the least-squares costs
 //
 // Path rows are the residual of the inverse form, then the path terms in the order of the list.  L is the sum
 // of the running costs (r.r of a least-squares term), M that of the terminal costs.  What the terms share is
 // computed once, because they are recorded on one tape.
+//
+// Slopes by parameters: all_as_variables(s.node) (function.h) is the same function of the variables (z, t, p), whose
+// Jacobian has df/dp in the columns from n_z + 1 on.
 //
 // Errors: ArgumentError, naming the term, where a cost is no scalar or bounds have the wrong size or are empty.
 #pragma once
@@ -35,21 +38,20 @@ struct RecordedStage {
 RecordedStage record_stage(const Problem& problem);
 
 // The costs of a problem over a step of length h with the controls held, for methods that go from step to step:
-//   step  (x, u; t, h) -> x' (n_x) | int L dt      a step of the classical Runge-Kutta scheme of (x, int L)
-//   end   (x; t) -> M, with controls of zero
-// ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form.
+//   step  (x, u; t, h, p, p_m, p_e) -> x' (n_x) | int L dt      a step of the classical Runge-Kutta scheme of
+//         (x, int L), with the parameters at its beginning, middle and end
+//   end   (x; t, p) -> M, with controls of zero
+// ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form, a free duration.
 struct RecordedShooting {
   Function step, end;
 };
 RecordedShooting record_shooting(const Problem& problem);
+void check_shooting(const Problem& problem);  // that ArgumentError
 
 // Names of the entries of z: states, accelerations, controls.
 std::vector<std::string> stage_names(const Problem& problem);
 
-// Splits z into a stage.
-template <class T>
-Stage<T> stage_from(const Problem& problem, const T& t, const typename Stage<T>::Vector& z) {
-  return {t, z.head(problem.n_x()), z.segment(problem.n_x(), problem.n_a()), z.tail(problem.n_u())};
-}
+// What the functions take for parameters at time t: (t, p).
+Eigen::VectorXd parameters_of(const Problem& problem, double t);
 
 }  // namespace dyntape

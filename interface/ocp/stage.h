@@ -20,10 +20,11 @@ namespace dyntape {
 template <class T>
 struct Stage {
   using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
-  T t = T(0);  // s
-  Vector x;    // state
-  Vector a;    // accelerations, where they are variables of their own (inverse dynamics); else empty
-  Vector u;    // controls
+  T t = T(0);     // s
+  Vector x;       // state
+  Vector a;       // accelerations, where they are variables of their own (inverse dynamics); else empty
+  Vector u;       // controls
+  Vector p = {};  // parameters of the problem (parameters.h), read by their handles
 };
 
 namespace detail {

@@ -70,7 +70,8 @@ Curves curves_of(const Task& task, const Trajectory& motion) {
   const int n = task.scene.model.nv;
   Curves c{motion.x.topRows(n), motion.x.bottomRows(n), MatrixXd(n, motion.points()), motion.u};
   for (int p = 0; p < motion.points(); ++p) {
-    c.a.col(p) = task.problem.ode(Stage<double>{motion.t[p], motion.x.col(p), {}, motion.u.col(p)}).tail(n);
+    c.a.col(p) =
+        task.problem.ode(task.problem.stage(motion.t[p], motion.x.col(p), {}, motion.u.col(p))).tail(n);
   }
   if (task.robot.unit == ControlUnit::kPhysical) return c;
   const std::vector<int> dofs = actuated_dofs(task.scene);

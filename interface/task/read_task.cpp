@@ -163,6 +163,7 @@ Task read_task(const std::string& path) {
 
   task.problem = robot_problem(task.scene, task.robot);
   task.problem.name = task.name;
+  task.problem.free_time = keys.free_time;
   task.problem.start = keys.start;
   task.problem.goal = keys.goal;
   add_places(task.problem, task, keys);

@@ -2,6 +2,7 @@
 #include <dyntape/interface/task/solve.h>
 
 #include <cstdio>
+#include <set>
 
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/effect_costs.h>
@@ -45,6 +46,7 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;
+  report.free_time = task.problem.free_time;
   RefinedSolve solve = solve_refined(task, mesh_of(task), watch);
   if (task.models.verbose) say(task, solve.build);
   report.build = std::move(solve.build);
@@ -55,7 +57,11 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.excesses = limit_excesses(task, report.solution.motion);
   ScaledNlp scaled(*solve.program, report.solution.nlp.units);
   const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
-  for (std::size_t i : active.variables) report.active.push_back(solve.program->variable_name(i));
+  std::set<std::string> seen;
+  for (std::size_t i : active.variables) {  // a free duration is one variable a point
+    const std::string name = solve.program->variable_name(i);
+    if (seen.insert(name).second) report.active.push_back(name);
+  }
   for (std::size_t j : active.rows) report.active.push_back(solve.program->constraint_name(j));
   // A request that comes when all is done changes nothing.
   report.interrupted = watch.stop.stop_requested() && !report.success();

@@ -39,9 +39,11 @@ struct SolveReport {
   BuildReport build;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
-  std::vector<MeshRound> meshes;       // coarsest first
-  std::string refinement_trouble;      // why a finer mesh was given up, or ""
-  std::vector<LimitExcess> excesses;   // of the robot's limits
+  std::vector<MeshRound> meshes;      // coarsest first
+  std::string refinement_trouble;     // why a finer mesh was given up, or ""
+  std::vector<LimitExcess> excesses;  // of the robot's limits
+  std::optional<Problem::Range>
+      free_time;                       // of the duration, where it was to be found: motion.t ends with it
   bool interrupted = false;            // stopped from outside: the motion is the best so far
   std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
 
@@ -54,8 +56,9 @@ struct SolveReport {
   bool within_limits() const { return excesses.empty() || !demands.limits; }
   bool cost_matches() const;  // the known optimum, where the task states one
   bool success() const;
-  int iterations() const;       // on all meshes
-  std::string verdict() const;  // one sentence
+  int iterations() const;                                                              // on all meshes
+  double duration() const { return solution.motion.t[solution.motion.points() - 1]; }  // s
+  std::string verdict() const;                                                         // one sentence
 
   std::string text() const;  // for people
   std::string json() const;  // for programs; of success where all is written as well

@@ -88,6 +88,10 @@ std::string SolveReport::text() const {
   facts.append({"status", to_string(nlp.status)});
   facts.append({"iterations", std::to_string(nlp.iterations())});
   facts.append({"cost", precise(solution.cost())});
+  if (free_time) {
+    facts.append({"duration found", precise(duration()) + " s (between " + precise(free_time->shortest) +
+                                        " and " + precise(free_time->longest) + ")"});
+  }
   if (expected) {
     facts.append({"known optimum", precise(expected->cost) + " (difference " +
                                        io::scientific(solution.cost() - expected->cost) + ", allowed " +
@@ -146,6 +150,8 @@ std::string SolveReport::json() const {
   j["verdict"] = verdict();
   j["iterations"] = nlp.iterations();
   j["cost"] = number(solution.cost());
+  j["duration"] = number(duration());
+  if (free_time) j["duration_range"] = {free_time->shortest, free_time->longest};
   if (expected) {
     j["expected"] = {
         {"cost", expected->cost}, {"tolerance", expected->tolerance}, {"matches", cost_matches()}};

@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
@@ -66,7 +67,8 @@ void write_results(const Task& task, SolveReport& report, const std::string& fol
   const Trajectory& motion = report.solution.motion;
   csv(kTrajectory, trajectory_table(task, motion));
   csv(kIterations, iteration_table(report.solution.nlp));
-  text(kEffective, task.effective);
+  const std::string found = "; duration found: " + io::shortest(report.duration()) + " s\n";
+  text(kEffective, task.effective + (report.free_time ? found : ""));
   const auto picture = [&](const char* file, const auto& draw) {
     const std::size_t failures = report.unwritten.size();
     if (!report.interrupted && !stop.stop_requested()) results.write(file, draw);

@@ -25,7 +25,8 @@
 //                   inertia [error] warn: of an inertia that no body has
 //   effects         gravity and velocity products [on]; the others off unless given (interface/scene/effect_keys.h)
 //   actuated        "joint joint" [all]
-//   horizon         duration (s), intervals
+//   horizon         duration (s), intervals;
+//                   shortest, longest [0: it is given]: range of a duration to be found, `duration` being its guess
 //   transcription   scheme [hermite-simpson] euler | trapezoid; dynamics [forward] inverse;
 //                   hessian [exact] gauss_newton | limited_memory;
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
@@ -39,6 +40,7 @@
 //   guess           positions [line]: from start to goal, or to a configuration in which the goal's frame is in place
 //                   (inverse_kinematics.h); velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
+//                   time [0]: weight of a duration that is to be found (s);
 //                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0] }: weights of the squared
 //                   distance to the goal, the last two to that of its frame
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity

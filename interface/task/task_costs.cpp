@@ -15,6 +15,8 @@ const std::vector<TaskCost>& task_costs() {
        [](const Problem& problem, const Task&, double weight) {
          return squared_accelerations(problem, weight);
        }},
+      {kTimeCost, "of the duration, where it is to be found [1/s]",
+       [](const Problem&, const Task&, double weight) { return minimum_time(weight); }},
   };
   return costs;
 }

@@ -16,5 +16,6 @@ struct TaskCost {
 };
 
 const std::vector<TaskCost>& task_costs();
+constexpr const char* kTimeCost = "time";  // the key of the one that only a free duration has
 
 }  // namespace dyntape

@@ -54,6 +54,31 @@ MeshOptions read_mesh(Section& file) {
   return mesh;
 }
 
+// A duration that is to be found lies between two numbers, its first guess as well.
+std::optional<Problem::Range> read_free_time(Section& file, double duration) {
+  Section horizon = file.child("horizon");
+  Problem::Range range{};
+  range.shortest =
+      horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
+          .get_or("shortest", 0.0, io::not_negative());
+  range.longest =
+      horizon.about("and the longest [s]; 0: it is given").get_or("longest", 0.0, io::not_negative());
+  if (range.shortest == 0 && range.longest == 0) return {};
+  if (range.shortest == 0 || range.longest == 0) {
+    const char *key = range.shortest > 0 ? "shortest" : "longest",
+               *other = range.shortest > 0 ? "longest" : "shortest";
+    if (horizon.sound() || !horizon.has(other))  // else what it says is wrong already
+      horizon.problem(key,
+                      std::string("'") + key + "' stands alone; expected '" + other + "' beside it, above 0");
+  } else if (duration > 0 && !(range.shortest <= duration && duration <= range.longest)) {
+    horizon.problem("duration", "'duration' is " + io::shortest(duration) +
+                                    " s, expected the first guess of one between " +
+                                    io::shortest(range.shortest) + " and " + io::shortest(range.longest) +
+                                    " s ('shortest', 'longest')");
+  }
+  return range;
+}
+
 void read_solver(Section& file, OptimiseOptions& optimise) {
   Section solver = file.about("what solves the program").child_or_empty("solver");
   SolverOptions& options = optimise.solver;
@@ -146,6 +171,18 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   return c;
 }
 
+// A weight of a time that nobody may change.
+void check_time_costs(Section& file, const TaskKeys& keys) {
+  for (std::size_t k = 0; k < task_costs().size(); ++k) {
+    const std::string key = task_costs()[k].key;
+    if (key != kTimeCost || keys.free_time || keys.costs.weights[k] == 0) continue;
+    file.child("costs").problem(
+        key, "'costs." + key +
+                 "' weighs the duration, which is given; expected 'shortest' and 'longest' "
+                 "in 'horizon', between which it may be found");
+  }
+}
+
 TaskKeys::Guess read_guess(Section& file) {
   Section guess = file.about("where the solver begins").child_or_empty("guess");
   guess.about("from start to goal").choice_or<int>("positions", "line", {{"line", 0}});
@@ -221,6 +258,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
   task.optimise.mesh = read_mesh(file);
+  keys.free_time = read_free_time(file, task.robot.duration);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
@@ -232,6 +270,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);
   check_tracking(file, keys);
+  check_time_costs(file, keys);
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);

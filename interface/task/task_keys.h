@@ -37,6 +37,7 @@ struct Limit {
 struct TaskKeys {
   Eigen::VectorXd start, goal;
   std::optional<FrameTarget> target;  // of the goal, whose positions then are free
+  std::optional<Problem::Range> free_time;  // of the duration, where it is to be found
   struct Costs {
     std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <cstring>
 
+#include <dyntape/interface/ocp/scaled_time.h>
+
 namespace dyntape {
 
 namespace {
@@ -27,8 +29,8 @@ bool same(const std::vector<double>& a, const double* b) {
 // At all points and the end.
 bool Collocation::evaluate(StageFunctions& f, Order order, const double* x, const Points& points) {
   Points at = points;
-  at.x = x, at.p = t_.data();
-  return f.run(order, at, end_point(x), &t_.back());
+  at.x = x, at.p = parameters_.data();
+  return f.run(order, at, end_point(x), parameters_at(points_ - 1));
 }
 
 // Repeated questions about the same x cost nothing.
@@ -46,6 +48,24 @@ bool Collocation::evaluate_first(const double* x) {
   first_good_ =
       evaluate(*functions_, Order::kFirst, x, results) && all_finite(first_y_) && all_finite(first_j_);
   return first_good_;
+}
+
+void Collocation::set_parameters(const Parameters& now) {
+  Problem next = asked_;
+  next.parameters = now;
+  set_values(next);
+}
+
+void Collocation::set_values(const Problem& now) {
+  Problem next = asked_;
+  next.take_values(now);
+  Problem next_scaled = scaled_time(next);
+  for (double t : t_) next_scaled.parameters.at(t);  // throws, if it does, before anything has changed
+  asked_ = std::move(next);
+  problem_ = std::move(next_scaled);
+  place_parameters();
+  set_variable_bounds();
+  forget();
 }
 
 bool Collocation::objective(const double* x, double& value) {
@@ -152,11 +172,10 @@ bool Collocation::gauss_newton(const double* x, double sigma, double* nonzeros) 
 }
 
 std::vector<double> Collocation::start() const {
-  const auto guess = problem_.guess ? problem_.guess : straight_line(problem_);
   std::vector<double> x;
   x.reserve(shape_.n());
   for (double t : t_) {
-    const Stage<double> stage = guess(t);
+    const Stage<double> stage = problem_.first_guess(t);
     for (const Eigen::VectorXd* part : {&stage.x, &stage.a, &stage.u})
       x.insert(x.end(), part->begin(), part->end());
   }
@@ -169,13 +188,17 @@ std::vector<double> Collocation::start() const {
 Trajectory Collocation::trajectory(const std::vector<double>& x) const {
   const auto points = static_cast<Eigen::Index>(points_), n_z = static_cast<Eigen::Index>(n_z_);
   const Eigen::Map<const Eigen::MatrixXd> z(x.data(), n_z, points);
-  return {Eigen::Map<const Eigen::VectorXd>(t_.data(), points), z.topRows(problem_.n_x()),
+  const double duration = asked_.free_time ? z(asked_.n_x(), 0) : 1;
+  return {duration * Eigen::Map<const Eigen::VectorXd>(t_.data(), points), z.topRows(asked_.n_x()),
           z.middleRows(problem_.n_x(), problem_.n_a()), z.bottomRows(problem_.n_u()), scheme_};
 }
 
 std::vector<double> Collocation::variables(const Trajectory& trajectory) const {
   Eigen::MatrixXd z(static_cast<Eigen::Index>(n_z_), static_cast<Eigen::Index>(points_));
-  z << trajectory.x, trajectory.a, trajectory.u;
+  z.topRows(asked_.n_x()) = trajectory.x;
+  if (asked_.free_time) z.row(asked_.n_x()).setConstant(trajectory.t[trajectory.points() - 1]);
+  z.middleRows(problem_.n_x(), problem_.n_a()) = trajectory.a;
+  z.bottomRows(problem_.n_u()) = trajectory.u;
   return {z.data(), z.data() + z.size()};
 }
 

@@ -24,6 +24,17 @@
 // much within the duration; what rows and costs then amount to.  A change of the units of mass, length or time
 // changes them alike.
 //
+// Between solves values may change: what a problem says besides its functions.  Nothing is recorded or compiled anew,
+// patterns stay, and what was evaluated before is forgotten:
+//
+//   Problem now = nlp.problem();
+//   now.start = measured, now.parameters.set("target", target);
+//   nlp.set_values(now);
+//   NlpSolution s = solve_with_ipopt(nlp, last.x);                       // from the last solution, say
+//
+// Free duration (problem.h).  The program is that of scaled_time(problem): one more state in z, and times of points are
+// those of the first guess until a motion says otherwise.  Motions in and out are in real time.
+//
 // Errors: ArgumentError for a problem that does not fit together, Gauss-Newton with a cost that is no sum of
 // squares, a mesh whose program outgrows the memory or what the solver can count (collocation_size.cpp).
 #pragma once
@@ -42,7 +53,7 @@ struct MeshOptions {
   int intervals = 40;
   std::vector<double> nodes =
       {};  // (intervals + 1) node times from 0 to the duration, which the last may miss
-           // by rounding; empty: evenly spaced
+           // by rounding; empty: evenly spaced.  Of a free duration their shares count
   HessianKind hessian = HessianKind::kExact;
   CodegenOptions evaluation = {};  // how functions are made; `order` is the collocation's own
   // That share the points; 0: as many as there are.  Of a seven-joint arm two take longer than one on 40 intervals,
@@ -56,8 +67,14 @@ std::vector<double> node_times(const Problem& problem, const MeshOptions& option
 class Collocation : public Nlp {
  public:
   Collocation(const Problem& problem, const MeshOptions& options);
-  // The same problem on other nodes; what is recorded and compiled is taken over.
+  // The same problem on other nodes; what is recorded and compiled is taken over.  A free duration is guessed anew: that
+  // of the nodes.
   Collocation(const Collocation& ready, std::vector<double> nodes);
+
+  // Of a problem with the same functions: parameters, start, goal, bounds, guess (Problem::take_values); bounds of terms
+  // stay.  ArgumentError where something does not fit, and then nothing has changed.
+  void set_values(const Problem& now);
+  void set_parameters(const Parameters& now);
 
   // Variables from the problem's guess, and from and to trajectories on this mesh.
   std::vector<double> start() const;
@@ -80,8 +97,11 @@ class Collocation : public Nlp {
 
   const RecordedStage& stage() const { return stage_; }
   BuildReport build() const;
-  const Problem& problem() const { return problem_; }
-  const std::vector<double>& times() const { return t_; }  // of the points, s
+  const Problem& problem() const { return asked_; }  // as it was given, with the values of now
+  std::vector<double> times() const;  // of the points, s; of the first guess where the duration is free
+
+  // Magnitudes of the program as those of its motions, which have no state for the duration (verify.h).
+  NlpMagnitudes of_motion(const NlpMagnitudes& magnitudes) const;
 
  private:
   // `ready`: of which the functions are taken, or null.
@@ -115,7 +135,10 @@ class Collocation : public Nlp {
   double numbers_of_interval() const;
   void check_size() const;
   void place_points(const MeshOptions& options);
-  void set_bounds();
+  void set_variable_bounds();
+  void set_row_bounds();
+  void place_parameters();
+  void forget();
   void lay_out_jacobian();
   void lay_out_gradient();
   void lay_out_hessian(HessianKind kind);
@@ -134,15 +157,20 @@ class Collocation : public Nlp {
   Eigen::VectorXd one_sided_room(const std::vector<double>& start) const;
   double newton_step(const std::vector<double>& start, std::size_t entry);
   double cost_magnitude(const std::vector<double>& start, const Eigen::VectorXd& z);
+  const double* parameters_at(std::size_t point) const {
+    return parameters_.data() + point * stage_.node.n_p();
+  }
+  std::string at(std::size_t point) const;  // "point 3 (t = 0.5 s)"
   const double* end_point(const double* x) const { return x + (points_ - 1) * n_z_; }
 
-  Problem problem_;
+  Problem asked_, problem_;  // problem_: over a fixed time (scaled_time.h)
   double record_seconds_ = 0;
   RecordedStage stage_;
   Scheme scheme_;
   std::size_t n_x_, n_z_, intervals_, stride_, rows_;  // stride: points from node to node
   std::size_t points_, used_;                          // used: points at which the stage is evaluated
-  std::vector<double> t_, quadrature_;                 // (points) s; (used) sums of h gamma
+  std::vector<double> t_, quadrature_;                 // (points) of problem_; (used) sums of h gamma
+  std::vector<double> parameters_;                     // (points x 1 + n_p) what the functions take: t, p
   CodegenOptions evaluation_;
   unsigned threads_;
 

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocp/scaled_time.h>
 #include <dyntape/interface/transcription/collocation.h>
 
 namespace dyntape {
@@ -58,6 +59,27 @@ std::vector<double> even_nodes(double duration, int intervals) {
   return nodes;
 }
 
+// Where the duration is free, nodes say how long it is at first; a solver may have left its range by rounding.
+Problem with_duration_of(const std::vector<double>& nodes, Problem problem) {
+  if (!problem.free_time || nodes.empty()) return problem;
+  const double before = problem.duration;
+  problem.duration = std::clamp(nodes.back(), problem.free_time->shortest, problem.free_time->longest);
+  if (!problem.guess) return problem;
+  problem.guess = [guess = problem.guess, stretch = before / problem.duration](double t) {
+    Stage<double> stage = guess(stretch * t);
+    stage.t = t;
+    return stage;
+  };
+  return problem;
+}
+
+std::vector<double> scaled_to(double duration, std::vector<double> nodes) {
+  if (nodes.empty() || nodes.back() == duration) return nodes;
+  const double factor = duration / nodes.back();
+  for (double& node : nodes) node *= factor;
+  return nodes;
+}
+
 RecordedStage timed_recording(const Problem& problem, double& seconds) {
   const auto begin = std::chrono::steady_clock::now();
   RecordedStage stage = record_stage(problem);
@@ -93,20 +115,21 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options)
     : Collocation(problem, options, nullptr) {}
 
 Collocation::Collocation(const Collocation& ready, std::vector<double> nodes)
-    : Collocation(ready.problem_,
+    : Collocation(with_duration_of(nodes, ready.asked_),
                   {.scheme = ready.scheme_,
-                   .nodes = std::move(nodes),
+                   .nodes = nodes,
                    .hessian = ready.shape_.hessian_kind,
                    .evaluation = ready.evaluation_,
                    .threads = ready.threads_},
                   &ready) {}
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready)
-    : problem_(problem),
-      stage_(ready ? ready->stage_ : timed_recording(problem, record_seconds_)),
+    : asked_(problem),
+      problem_(scaled_time(problem)),
+      stage_(ready ? ready->stage_ : timed_recording(problem_, record_seconds_)),
       scheme_(options.scheme),
-      n_x_(static_cast<std::size_t>(problem.n_x())),
-      n_z_(n_x_ + static_cast<std::size_t>(problem.n_a() + problem.n_u())),
+      n_x_(static_cast<std::size_t>(problem_.n_x())),
+      n_z_(n_x_ + static_cast<std::size_t>(problem_.n_a() + problem_.n_u())),
       stride_(static_cast<std::size_t>(scheme_.points()) - 1),
       rows_(static_cast<std::size_t>(scheme_.rows())),
       evaluation_(options.evaluation),
@@ -123,12 +146,13 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
   if (ready) evaluation_.force_rebuild = false;  // what is left to compile was compiled for `ready`
   check_size();
   place_points(options);
-  set_bounds();
+  place_parameters();
+  set_variable_bounds();
+  set_row_bounds();
   lay_out_jacobian();
   lay_out_gradient();
   lay_out_hessian(options.hessian);
-  x_values_.assign(shape_.n(), std::nan(""));
-  x_first_ = x_values_;
+  forget();
   y_.resize(functions_->values());
   first_y_ = weights_ = y_;
   first_j_.resize(functions_->jacobians());
@@ -136,7 +160,9 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
 }
 
 void Collocation::place_points(const MeshOptions& options) {
-  const std::vector<double> nodes = node_times(problem_, options);
+  MeshOptions mesh = options;
+  if (asked_.free_time) mesh.nodes = scaled_to(1, mesh.nodes);
+  const std::vector<double> nodes = node_times(problem_, mesh);
   t_.assign(points_, problem_.duration);
   quadrature_.assign(points_, 0.0);
   for (std::size_t k = 0; k < intervals_; ++k) {
@@ -149,7 +175,24 @@ void Collocation::place_points(const MeshOptions& options) {
   quadrature_.resize(used_);
 }
 
-void Collocation::set_bounds() {
+// What the functions take at every point: its time, and the parameters then.
+void Collocation::place_parameters() {
+  parameters_.clear();
+  for (double t : t_) {
+    const Eigen::VectorXd values = parameters_of(problem_, t);
+    parameters_.insert(parameters_.end(), values.begin(), values.end());
+  }
+}
+
+// What was evaluated last is that no more.
+void Collocation::forget() {
+  x_values_.assign(shape_.n(), std::nan(""));
+  x_first_ = x_values_;
+}
+
+void Collocation::set_variable_bounds() {
+  shape_.x_lower.clear();
+  shape_.x_upper.clear();
   const auto append_bounds = [&](const Bounds& bounds) {
     shape_.x_lower.insert(shape_.x_lower.end(), bounds.lower.begin(), bounds.lower.end());
     shape_.x_upper.insert(shape_.x_upper.end(), bounds.upper.begin(), bounds.upper.end());
@@ -164,11 +207,14 @@ void Collocation::set_bounds() {
     if (!std::isnan(goal)) fix((points_ - 1) * n_z_ + i, goal);
   }
   if (used_ < points_) {
-    const Stage<double> end = (problem_.guess ? problem_.guess : straight_line(problem_))(t_.back());
+    const Stage<double> end = problem_.first_guess(t_.back());
     std::size_t i = (points_ - 1) * n_z_ + n_x_;
     for (double a : end.a) fix(i++, a);
     for (double u : end.u) fix(i++, u);
   }
+}
+
+void Collocation::set_row_bounds() {
   // A node and what lies before it within its interval are a stage.
   for (std::size_t k = 0; k <= intervals_; ++k)
     shape_.stages.push_back(k == 0 ? 0 : ((k - 1) * stride_ + 1) * n_z_);

@@ -195,6 +195,9 @@ VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const M
   const VectorXd path = missing_of_path();
   VectorXd z = VectorXd::Zero(n_z);
   z.head(n_x) = extents(Eigen::Map<const MatrixXd>(start.data(), n_z, Index(points_))).head(n_x);
+  for (Index c = 0; c < problem_.typical.size(); ++c) {
+    if (problem_.typical[c] > 0) z[c] = problem_.typical[c];
+  }
   balance(z, 0, n_x, end_slopes, missing(stage_.terminal_rows, first_y_.data() + used_ * stage_.node.n_y()));
   propagate(z, start, slopes);
   replace_rounding(z, slopes);

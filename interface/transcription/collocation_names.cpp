@@ -19,15 +19,40 @@ std::string six_digits(double value) {
   return text;
 }
 
-std::string at(std::size_t point, double t) {
-  return "point " + std::to_string(point) + " (t = " + six_digits(t) + " s)";
-}
-
 }  // namespace
 
+// Of a free duration a point has its share until it is known.
+std::string Collocation::at(std::size_t point) const {
+  const std::string t = six_digits(t_[point]);
+  return "point " + std::to_string(point) +
+         (asked_.free_time ? " (" + t + " of the duration)" : " (t = " + t + " s)");
+}
+
+std::vector<double> Collocation::times() const {
+  std::vector<double> times = t_;
+  if (asked_.free_time) {
+    for (double& t : times) t *= asked_.duration;
+  }
+  return times;
+}
+
+NlpMagnitudes Collocation::of_motion(const NlpMagnitudes& magnitudes) const {
+  if (!asked_.free_time) return magnitudes;
+  NlpMagnitudes result{magnitudes.objective};
+  const auto n = static_cast<std::size_t>(asked_.n_x());  // the number of the duration among the states
+  for (std::size_t i = 0; i < magnitudes.x.size(); ++i) {
+    if (i % n_z_ != n) result.x.push_back(magnitudes.x[i]);
+  }
+  for (std::size_t j = 0; j < magnitudes.g.size(); ++j) {
+    if (j >= defects() || j % n_x_ != n) result.g.push_back(magnitudes.g[j]);
+  }
+  return result;
+}
+
 std::string Collocation::variable_name(std::size_t i) const {
-  const std::size_t point = i / n_z_;
-  return stage_names(problem_)[i % n_z_] + " at " + at(point, t_[point]);
+  if (asked_.free_time && i % n_z_ == std::size_t(asked_.n_x()))
+    return "the duration";  // at every point the same
+  return stage_names(problem_)[i % n_z_] + " at " + at(i / n_z_);
 }
 
 std::string Collocation::constraint_name(std::size_t j) const {
@@ -38,19 +63,19 @@ std::string Collocation::constraint_name(std::size_t j) const {
   }
   if (j >= end_row(0)) return stage_.terminal_rows[j - end_row(0)].name + " at the end";
   const std::size_t k = j - defects(), rows = stage_.path_rows.size();
-  return stage_.path_rows[k % rows].name + " at " + at(k / rows, t_[k / rows]);
+  return stage_.path_rows[k % rows].name + " at " + at(k / rows);
 }
 
 void Collocation::check_finite(const std::vector<double>& x) {
   const std::vector<std::string> names = stage_names(problem_);
   const std::string head = "problem \"" + problem_.name + "\": ";
-  const auto check_part = [&](const CompiledFunction& f, const double* z, const double* t,
-                              std::size_t first_point, std::size_t points) {
+  const auto check_part = [&](const CompiledFunction& f, std::size_t first_point, std::size_t points) {
+    const double *z = x.data() + first_point * n_z_, *parameters = parameters_at(first_point);
     const Function& recorded = f.function();
     const Pattern& pattern = f.jacobian_pattern();
     std::vector<double> y(points * f.n_y()), j(points * pattern.nnz());
     CompiledFunction::Workspace workspace(f);
-    const Points at_all{.count = points, .x = z, .p = t, .y = y.data(), .jacobian = j.data()};
+    const Points at_all{.count = points, .x = z, .p = parameters, .y = y.data(), .jacobian = j.data()};
     try {
       f.check(f.run(Order::kFirst, at_all, workspace), points);
     } catch (const GuardViolation& e) {
@@ -59,22 +84,21 @@ void Collocation::check_finite(const std::vector<double>& x) {
     for (std::size_t k = 0; k < y.size(); ++k) {
       if (std::isfinite(y[k])) continue;
       const std::size_t p = k / f.n_y();
-      const std::string cause = first_not_finite(recorded, z + p * n_z_, t + p, nullptr);
-      throw NumericalError(head + "\"" + recorded.output_names[k % f.n_y()] + "\" at " +
-                           at(first_point + p, t[p]) + " is " + six_digits(y[k]) + " at the start" +
-                           (cause.empty() ? "" : "; " + cause));
+      const std::string cause = first_not_finite(recorded, z + p * n_z_, parameters + p * f.n_p(), nullptr);
+      throw NumericalError(head + "\"" + recorded.output_names[k % f.n_y()] + "\" at " + at(first_point + p) +
+                           " is " + six_digits(y[k]) + " at the start" + (cause.empty() ? "" : "; " + cause));
     }
     for (std::size_t k = 0; k < j.size(); ++k) {
       if (std::isfinite(j[k])) continue;
       const std::size_t p = k / pattern.nnz(), e = k % pattern.nnz(), col = pattern.col[e];
       throw NumericalError(head + "the derivative of \"" + recorded.output_names[pattern.row[e]] +
-                           "\" by \"" + names[col] + "\" at " + at(first_point + p, t[p]) + " is " +
+                           "\" by \"" + names[col] + "\" at " + at(first_point + p) + " is " +
                            six_digits(j[k]) + " at the start, where \"" + names[col] + "\" is " +
                            six_digits(z[p * n_z_ + col]));
     }
   };
-  check_part(functions_->node(), x.data(), t_.data(), 0, used_);
-  check_part(functions_->end(), end_point(x.data()), &t_.back(), points_ - 1, 1);
+  check_part(functions_->node(), 0, used_);
+  check_part(functions_->end(), points_ - 1, 1);
 }
 
 }  // namespace dyntape

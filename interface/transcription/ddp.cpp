@@ -22,8 +22,8 @@ using Eigen::VectorXd;
 // A function of one stage, dense.
 class DenseFunction {
  public:
-  DenseFunction(const Function& f, const CodegenOptions& options)
-      : function_(CompiledFunction::make(f, options)),
+  explicit DenseFunction(const CompiledFunction& f)
+      : function_(f),
         workspace_(function_),
         J_(function_.jacobian_pattern().nnz()),
         H_(function_.hessian_pattern().nnz()) {}
@@ -67,18 +67,26 @@ struct Motion {
 
 class Ddp {
  public:
-  Ddp(const Problem& problem, const DdpOptions& options, const RecordedShooting& recorded)
+  Ddp(const Problem& problem, const DdpOptions& options, const CompiledFunction& step,
+      const CompiledFunction& end)
       : problem_(problem),
         options_(options),
         N_(options.intervals),
         n_(problem.n_x()),
         m_(problem.n_u()),
         h_(problem.duration / options.intervals),
-        step_(recorded.step, with_curvature(options.evaluation)),
-        end_(recorded.end, with_curvature(options.evaluation)),
+        step_(step),
+        end_(end),
         stages_(std::size_t(N_)),
         policy_(std::size_t(N_)),
-        at_k_(2) {
+        at_end_(parameters_of(problem, problem.duration)) {
+    const Eigen::Index n_p = problem.parameters.size();
+    at_steps_.resize(2 + 3 * n_p, N_);
+    for (int k = 0; k < N_; ++k) {
+      at_steps_.col(k).head(2) << k * h_, h_;
+      for (int part = 0; part < 3; ++part)
+        at_steps_.col(k).segment(2 + part * n_p, n_p) = problem.parameters.at((k + part / 2.0) * h_);
+    }
     slope_ = adjoint_ = MatrixXd::Constant(n_, N_ + 1, std::nan(""));
     for (LqPolicy& policy : policy_) policy = {MatrixXd::Zero(m_, n_), VectorXd::Zero(m_)};
     const auto is_finite = [](double limit) { return std::abs(limit) < HUGE_VAL; };
@@ -100,22 +108,19 @@ class Ddp {
   }
 
  private:
-  const VectorXd& parameters(int k) {
-    at_k_ << k * h_, h_;
-    return at_k_;
-  }
+  VectorXd parameters(int k) const { return at_steps_.col(k); }
   VectorXd point(const Motion& motion, int k) const {
     VectorXd z(n_ + m_);
     z << motion.x.col(k), motion.u.col(k);
     return z;
   }
-  VectorXd at_end() const { return VectorXd::Constant(1, problem_.duration); }
+  const VectorXd& at_end() const { return at_end_; }
   VectorXd limited(const VectorXd& u) const {
     return u.cwiseMax(problem_.u.lower).cwiseMin(problem_.u.upper);
   }
 
   void start() {
-    const auto guess = problem_.guess ? problem_.guess : straight_line(problem_);
+    const auto guess = [this](double t) { return problem_.first_guess(t); };
     now_.x.resize(n_, N_ + 1), now_.u.resize(m_, N_);
     for (int k = 0; k < N_; ++k) {
       const Stage<double> stage = guess(k * h_);
@@ -340,7 +345,8 @@ class Ddp {
   bool is_limited_ = false;
   std::vector<LqStage> stages_;
   std::vector<LqPolicy> policy_;
-  VectorXd at_k_, g_end_;
+  MatrixXd at_steps_;  // (2 + 3 n_p x N) what the steps take: t, h, p at their beginning, middle and end
+  VectorXd at_end_, g_end_;
   MatrixXd H_end_, gap_, slope_, adjoint_;
   VectorXd slopes_, sizes_;  // (n_u) the largest, and the largest of what they are made of
   Motion now_;
@@ -377,17 +383,56 @@ void check_options(const Problem& problem, const DdpOptions& options) {
 
 }  // namespace
 
-DdpSolution solve_by_ddp(const Problem& problem, const DdpOptions& options) {
+struct DdpSolver::Made {
+  Problem problem;
+  DdpOptions options;
+  CompiledFunction step, end;
+  double record_seconds, build_seconds;
+};
+
+DdpSolver::DdpSolver(const Problem& problem, const DdpOptions& options) {
   check_options(problem, options);
-  auto begin = std::chrono::steady_clock::now();
-  Ddp ddp(problem, options, record_shooting(problem));
-  const double build_seconds = seconds_since(begin);
-  begin = std::chrono::steady_clock::now();
-  DdpSolution solution = ddp.solve();
-  solution.build_seconds = build_seconds;
+  const auto begin = std::chrono::steady_clock::now();
+  const RecordedShooting recorded = record_shooting(problem);
+  const double record_seconds = seconds_since(begin);
+  made_ = std::make_unique<Made>(
+      Made{problem, options, CompiledFunction::make(recorded.step, with_curvature(options.evaluation)),
+           CompiledFunction::make(recorded.end, with_curvature(options.evaluation)), record_seconds, 0});
+  made_->build_seconds = seconds_since(begin);
+}
+
+DdpSolver::DdpSolver(DdpSolver&&) noexcept = default;
+DdpSolver& DdpSolver::operator=(DdpSolver&&) noexcept = default;
+DdpSolver::~DdpSolver() = default;
+
+const Problem& DdpSolver::problem() const { return made_->problem; }
+
+void DdpSolver::set_values(const Problem& now) {
+  Problem next = made_->problem;
+  next.take_values(now);
+  check_shooting(next);
+  made_->problem = std::move(next);
+}
+
+BuildReport DdpSolver::build() const {
+  BuildReport report;
+  for (const CompiledFunction* f : {&made_->step, &made_->end}) add_to(report, *f);
+  report.seconds.record = made_->record_seconds;
+  return report;
+}
+
+DdpSolution DdpSolver::solve() {
+  const Problem& problem = made_->problem;
+  const auto begin = std::chrono::steady_clock::now();
+  DdpSolution solution = Ddp(problem, made_->options, made_->step, made_->end).solve();
+  solution.build_seconds = made_->build_seconds;
   solution.seconds = seconds_since(begin);
-  if (solution.success()) solution.true_defect = worst_defect(problem, solution, options.stop);
+  if (solution.success()) solution.true_defect = worst_defect(problem, solution, made_->options.stop);
   return solution;
+}
+
+DdpSolution solve_by_ddp(const Problem& problem, const DdpOptions& options) {
+  return DdpSolver(problem, options).solve();
 }
 
 }  // namespace dyntape

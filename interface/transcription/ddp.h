@@ -32,6 +32,7 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -40,6 +41,7 @@
 #include <dyntape/interface/ocp/problem.h>
 #include <dyntape/interface/solvers/riccati.h>
 #include <dyntape/interface/solvers/status.h>
+#include <dyntape/interface/transcription/stage_functions.h>
 
 namespace dyntape {
 
@@ -78,5 +80,30 @@ struct DdpSolution {
 };
 
 DdpSolution solve_by_ddp(const Problem& problem, const DdpOptions& options = {});
+
+// Several solves with functions that are recorded and compiled once:
+//
+//   DdpSolver solver(problem, {.intervals = 100});
+//   DdpSolution s = solver.solve();
+//   Problem now = solver.problem();
+//   now.start = measured, now.parameters.set("target", target);
+//   solver.set_values(now);                                  // Problem::take_values
+//   s = solver.solve();
+class DdpSolver {
+ public:
+  explicit DdpSolver(const Problem& problem, const DdpOptions& options = {});
+  DdpSolver(DdpSolver&&) noexcept;
+  DdpSolver& operator=(DdpSolver&&) noexcept;
+  ~DdpSolver();
+
+  const Problem& problem() const;       // with the values of now
+  void set_values(const Problem& now);  // ArgumentError where they do not fit, and then nothing has changed
+  DdpSolution solve();
+  BuildReport build() const;  // of the functions, which were made once
+
+ private:
+  struct Made;
+  std::unique_ptr<Made> made_;
+};
 
 }  // namespace dyntape

@@ -60,7 +60,8 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
   ScaledNlp scaled(nlp, solution.nlp.units);
   solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
   if (options.verify)
-    solution.verification = verify(nlp.problem(), solution.motion, scaled.units(), options.solver.stop);
+    solution.verification =
+        verify(nlp.problem(), solution.motion, nlp.of_motion(scaled.units()), options.solver.stop);
   solution.verify_seconds = seconds_since(begin);
   return solution;
 }

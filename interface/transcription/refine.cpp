@@ -28,7 +28,7 @@ Eigen::MatrixXd rates_of(const Problem& problem, const Trajectory& motion) {
   for (int p = 0; p <= last; ++p) {
     const int of = p == last && !motion.scheme.uses_last_point() ? last - 1 : p;
     rates.col(p) =
-        problem.rate(Stage<double>{motion.t[p], motion.x.col(p), motion.a.col(of), motion.u.col(of)});
+        problem.rate(problem.stage(motion.t[p], motion.x.col(p), motion.a.col(of), motion.u.col(of)));
   }
   return rates;
 }

@@ -78,7 +78,7 @@ std::string not_finite(const Problem& problem, const VectorXd& values, const cha
 }
 
 VectorXd rate_of(const Problem& problem, double t, const VectorXd& x, const VectorXd& u) {
-  VectorXd rate = problem.ode(Stage<double>{t, x, {}, u});
+  VectorXd rate = problem.ode(problem.stage(t, x, {}, u));
   if (rate.size() == x.size()) return rate;
   throw ArgumentError("problem \"" + problem.name + "\": the rate without accelerations has " +
                       std::to_string(rate.size()) +

@@ -32,27 +32,29 @@ std::size_t StageFunctions::hessians() const {
   return points_ * node_.hessian_pattern().nnz() + end_.hessian_pattern().nnz();
 }
 
-bool StageFunctions::run(Order order, Points points, const double* z_end, const double* t_end) {
+bool StageFunctions::run(Order order, Points points, const double* z_end, const double* p_end) {
   points.count = points_;
   if (node_.run(order, points, of_nodes_)) return false;
   const auto behind = [&](auto* start, std::size_t of_point) {
     return start ? start + points_ * of_point : nullptr;
   };
-  Points end{.x = z_end, .p = t_end, .w = behind(points.w, node_.n_y()), .y = behind(points.y, node_.n_y())};
+  Points end{.x = z_end, .p = p_end, .w = behind(points.w, node_.n_y()), .y = behind(points.y, node_.n_y())};
   if (order >= Order::kFirst) end.jacobian = behind(points.jacobian, node_.jacobian_pattern().nnz());
   if (order >= Order::kSecond) end.hessian = behind(points.hessian, node_.hessian_pattern().nnz());
   return !end_.run(order, end, of_end_);
 }
 
+void add_to(BuildReport& report, const CompiledFunction& function) {
+  report.seconds += function.timings();
+  const bool interpreted = function.route() == Route::kInterpreter, cached = function.timings().cache_hit;
+  report.interpreted += interpreted && function.n_y() > 0;
+  report.from_cache += cached;
+  report.compiled += !interpreted && !cached;
+  if (!function.source_path().empty()) report.sources.push_back(function.source_path());
+}
+
 void StageFunctions::add_to(BuildReport& report) const {
-  for (const CompiledFunction* f : {&node_, &end_}) {
-    report.seconds += f->timings();
-    const bool interpreted = f->route() == Route::kInterpreter, cached = f->timings().cache_hit;
-    report.interpreted += interpreted && f->n_y() > 0;
-    report.from_cache += cached;
-    report.compiled += !interpreted && !cached;
-    if (!f->source_path().empty()) report.sources.push_back(f->source_path());
-  }
+  for (const CompiledFunction* f : {&node_, &end_}) dyntape::add_to(report, *f);
 }
 
 }  // namespace dyntape

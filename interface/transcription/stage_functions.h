@@ -3,7 +3,9 @@
 // The functions of a stage on a mesh, made ready: one at every point and one at the end, evaluated together.
 //
 //   StageFunctions f(stage.node, stage.terminal, {.order = Order::kSecond, .lanes = Lanes::kNative}, 81);
-//   f.run(Order::kValue, {.x = z, .p = t, .y = y}, z_end, t_end);      // y (81 x n_y of a point, then n_y of the end)
+//   f.run(Order::kValue, {.x = z, .p = p, .y = y}, z_end, p_end);      // y (81 x n_y of a point, then n_y of the end)
+//
+// p (81 x n_p of a point): time and parameters, as they are recorded (record_stage.h).
 //
 // Nothing is allocated after construction; one call at a time.
 #pragma once
@@ -22,6 +24,8 @@ struct BuildReport {
   std::vector<std::string> sources = {};              // C files, where there are any
 };
 
+void add_to(BuildReport& report, const CompiledFunction& function);
+
 class StageFunctions {
  public:
   // options.order is the highest that will be asked for; threads: as of a workspace, for the points.
@@ -39,7 +43,7 @@ class StageFunctions {
   std::size_t hessians() const;  // 0 where they will not be asked for
 
   // False where a recorded branch is left; whether results are finite is for the caller to see.
-  bool run(Order order, Points points, const double* z_end, const double* t_end);
+  bool run(Order order, Points points, const double* z_end, const double* p_end);
 
   void add_to(BuildReport& report) const;
 

@@ -62,7 +62,7 @@ class Audit {
   }
 
   Stage<double> stage(int p) const {
-    return {motion_.t[p], motion_.x.col(p), motion_.a.col(p), motion_.u.col(p)};
+    return problem_.stage(motion_.t[p], motion_.x.col(p), motion_.a.col(p), motion_.u.col(p));
   }
 
   bool used(int p) const { return p + 1 < motion_.points() || motion_.scheme.uses_last_point(); }
@@ -84,6 +84,10 @@ class Audit {
     check_part(problem_.a, motion_.a, problem_.accelerations, problem_.n_x(), false);
     check_part(problem_.u, motion_.u, problem_.controls, problem_.n_x() + problem_.n_a(), false);
     const int last = motion_.points() - 1;
+    if (problem_.free_time) {
+      const auto [shortest, longest] = *problem_.free_time;
+      note(motion_.t[last], shortest, longest, problem_.duration, "the duration");
+    }
     for (int i = 0; i < problem_.n_x(); ++i) {
       const double start = problem_.start[i], goal = problem_.goal[i];
       const std::string& name = problem_.states[std::size_t(i)];

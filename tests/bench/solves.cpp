@@ -48,9 +48,10 @@ void run(const std::string& file, int times) {
   for (const Best& best : all) {
     const SolveTimes& t = best.solution.times;
     std::printf(
-        ", \"%s\": {\"status\": \"%s\", \"cost\": %.12g, \"iterations\": %d, \"seconds\": %.6g, \"functions_s\": %.6g}",
-        best.name, to_string(best.solution.status), best.solution.objective, best.solution.iterations(), t.total,
-        t.functions + t.jacobian + t.hessian);
+        ", \"%s\": {\"status\": \"%s\", \"cost\": %.12g, \"iterations\": %d, \"seconds\": %.6g, "
+        "\"functions_s\": %.6g}",
+        best.name, to_string(best.solution.status), best.solution.objective, best.solution.iterations(),
+        t.total, t.functions + t.jacobian + t.hessian);
   }
   std::printf("}\n");
 }

@@ -119,6 +119,58 @@ TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
   }
 }
 
+// The block of config/tasks/block_move.info with its duration left open.
+std::string timed_block(const std::string& horizon, const std::string& costs = "control 1\n time 4") {
+  return "robot\n{\n urdf " +
+         (fs::relative(kConfig / "robots" / "block.urdf", fs::temp_directory_path() / "x")).string() +
+         "\n}\nhorizon\n{\n duration 1\n intervals 8\n" + horizon +
+         "}\nstart\n{\n q 0\n}\ngoal\n{\n q 1.5\n}\ncosts\n{\n " + costs +
+         "\n}\nbounds\n{\n efforts none\n velocities none\n positions none\n}\nverify\n{\n limits off\n}\n";
+}
+
+TEST_F(TaskFiles, ADurationIsFound) {
+  const double T = std::pow(36 * 1.5 * 1.5 / 4, 0.25);  // 12 d^2 / T^3 + 4 T is least
+  for (const char* kind : {"", "transcription\n{\n dynamics inverse\n hessian gauss_newton\n}\n",
+                           "transcription\n{\n scheme trapezoid\n}\n"}) {
+    const Task task = read(timed_block(" shortest 0.2\n longest 5\n") + kind);
+    SolveReport report = solve_task(without_compiler(task));
+    ASSERT_TRUE(report.success()) << report.verdict();
+    const bool exact = report.solution.motion.scheme.order > 2;
+    EXPECT_NEAR(report.duration(), T, exact ? 1e-6 : 0.02) << kind;
+    EXPECT_EQ(report.solution.motion.x.rows(), 2);
+    EXPECT_NE(report.text().find("duration found"), std::string::npos);
+    EXPECT_NE(report.json().find("\"duration_range\": ["), std::string::npos);
+    if (!exact) {
+      EXPECT_GT(report.meshes.size(), 1u);  // refined, from one duration to the next
+      continue;
+    }
+    const std::string out = (folder_ / "out").string();
+    write_results(task, report, out);
+    const std::string effective = dyntape::read_file(out + "/effective.info");
+    EXPECT_NE(effective.find("; duration found: 2.1213"), std::string::npos) << effective;
+    EXPECT_NO_THROW(read_task(out + "/effective.info"));
+    const io::CsvTable rows = io::read_csv(out + "/trajectory.csv");
+    EXPECT_NEAR(rows.column("t").back(), T, 1e-6);
+  }
+}
+
+TEST_F(TaskFiles, MistakesAboutADurationAreOneSentenceWithItsPlace) {
+  EXPECT_EQ(message(timed_block(" shortest 0.2\n longest 5\n")), "nothing thrown");
+  EXPECT_EQ(message(timed_block("", "control 1")), "nothing thrown");
+  const auto says = [&](const std::string& text, const std::string& part) {
+    const std::string what = message(text);
+    EXPECT_NE(what.find(part), std::string::npos) << part << " not in: " << what;
+    EXPECT_EQ(std::count(what.begin(), what.end(), '\n'), 0) << what;
+  };
+  says(timed_block(" longest 5\n"), "task.info:9:10: 'longest' stands alone; expected 'shortest' beside it");
+  says(timed_block(" shortest 0\n longest 5\n"), "task.info:10:10: 'longest' stands alone");
+  says(timed_block(" shortest 2\n longest 5\n"),
+       "task.info:7:11: 'duration' is 1 s, expected the first guess of one between 2 and 5 s");
+  says(timed_block(" shortest -1\n longest 5\n"), "task.info:9:11: 'horizon.shortest' must");
+  says(timed_block(""), "'costs.time' weighs the duration, which is given");
+  says(timed_block(" shortst 2\n", "control 1"), "did you mean 'shortest'?");
+}
+
 TEST_F(TaskFiles, FreeJointsAreLeftOpen) {
   const Task task = read(cart_pole() + "");
   std::string text = cart_pole();
