@@ -104,6 +104,15 @@ std::string Parameters::first_of_time() const {
   return "";
 }
 
+Parameters Parameters::later(double by) const {
+  Parameters result = *this;
+  for (Entry& entry : result.entries_) {
+    if (entry.value.of_time)
+      entry.value.of_time = [at = std::move(entry.value.of_time), by](double t) { return at(t + by); };
+  }
+  return result;
+}
+
 void Parameters::check_same(const Parameters& other) const {
   for (const Entry& entry : other.entries_) {
     const Parameter place = find(entry.name);

@@ -81,6 +81,7 @@ class Parameters {
   std::vector<std::string> entry_names() const;  // "load", "target[0]", "target[1]"
   Eigen::VectorXd at(double t) const;            // (size()) values at a time (s)
   std::string first_of_time() const;             // the first that varies with time; "": none does
+  Parameters later(double by) const;             // the same, asked `by` (s) later
 
   // ArgumentError unless `other` has the same names and sizes in the same order.
   void check_same(const Parameters& other) const;

@@ -54,12 +54,19 @@ ScaledNlp::ScaledNlp(Nlp& nlp, NlpMagnitudes magnitudes) : nlp_(nlp), shape_(nlp
   scale_.objective = power_of_two(magnitudes.objective);
   scale_.x = powers_of_two(std::move(magnitudes.x), shape_.n(), "variables");
   scale_.g = powers_of_two(std::move(magnitudes.g), shape_.m(), "constraints");
+  take_bounds();
+  x_.resize(shape_.n());
+  lambda_.resize(shape_.m());
+}
+
+void ScaledNlp::take_bounds() {
+  const NlpShape& own = nlp_.shape();
+  shape_.x_lower = own.x_lower, shape_.x_upper = own.x_upper;
+  shape_.g_lower = own.g_lower, shape_.g_upper = own.g_upper;
   divide(shape_.x_lower, scale_.x);
   divide(shape_.x_upper, scale_.x);
   divide(shape_.g_lower, scale_.g);
   divide(shape_.g_upper, scale_.g);
-  x_.resize(shape_.n());
-  lambda_.resize(shape_.m());
 }
 
 std::vector<double> ScaledNlp::in_scaled_units(const std::vector<double>& x) const {

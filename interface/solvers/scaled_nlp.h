@@ -19,6 +19,9 @@ class ScaledNlp : public Nlp {
   // Empty magnitudes are ones.  ArgumentError for a wrong size and for what is not positive and finite.
   ScaledNlp(Nlp& nlp, NlpMagnitudes magnitudes);
 
+  // Where the program's bounds have changed.
+  void take_bounds();
+
   std::vector<double> in_scaled_units(const std::vector<double>& x) const;
   NlpSolution in_scaled_units(NlpSolution solution) const;
   NlpSolution in_own_units(NlpSolution solution) const;

@@ -68,6 +68,13 @@ void Collocation::set_values(const Problem& now) {
   forget();
 }
 
+void Collocation::start_at(const Eigen::VectorXd& x) {
+  asked_.start = x, problem_.start.head(x.size()) = x;
+  std::copy(x.begin(), x.end(), shape_.x_lower.begin());
+  std::copy(x.begin(), x.end(), shape_.x_upper.begin());
+  forget();
+}
+
 bool Collocation::objective(const double* x, double& value) {
   if (!evaluate_values(x)) return false;
   const std::size_t n_y = stage_.node.n_y();
@@ -200,6 +207,19 @@ std::vector<double> Collocation::variables(const Trajectory& trajectory) const {
   z.middleRows(problem_.n_x(), problem_.n_a()) = trajectory.a;
   z.bottomRows(problem_.n_u()) = trajectory.u;
   return {z.data(), z.data() + z.size()};
+}
+
+void Collocation::make_earlier(NlpSolution& multipliers, int intervals) const {
+  const auto move = [](std::vector<double>& values, std::size_t first, std::size_t last, std::size_t by) {
+    if (by < last - first)
+      std::copy(values.begin() + long(first + by), values.begin() + long(last), values.begin() + long(first));
+  };
+  const std::size_t by = std::min(std::size_t(std::max(intervals, 0)), intervals_),
+                    n_c = stage_.path_rows.size();
+  move(multipliers.lambda, 0, defects(), by * rows_ * n_x_);
+  move(multipliers.lambda, defects(), end_row(0), by * stride_ * n_c);
+  for (std::vector<double>* prices : {&multipliers.lower_price, &multipliers.upper_price})
+    move(*prices, 0, points_ * n_z_, by * stride_ * n_z_);
 }
 
 }  // namespace dyntape

@@ -42,7 +42,7 @@
 #include <optional>
 
 #include <dyntape/interface/ocp/record_stage.h>
-#include <dyntape/interface/solvers/nlp.h>
+#include <dyntape/interface/solvers/solution.h>
 #include <dyntape/interface/transcription/stage_functions.h>
 #include <dyntape/interface/transcription/trajectory.h>
 
@@ -75,11 +75,15 @@ class Collocation : public Nlp {
   // stay.  ArgumentError where something does not fit, and then nothing has changed.
   void set_values(const Problem& now);
   void set_parameters(const Parameters& now);
+  // Where the motion begins, beyond its bounds too: a plant may be there.  Of a problem whose start is given.
+  void start_at(const Eigen::VectorXd& x);
 
   // Variables from the problem's guess, and from and to trajectories on this mesh.
   std::vector<double> start() const;
   Trajectory trajectory(const std::vector<double>& x) const;
   std::vector<double> variables(const Trajectory& trajectory) const;
+  // Multipliers of a solution, each that of what stood so many intervals later; the last ones stay.  Of an even mesh.
+  void make_earlier(NlpSolution& multipliers, int intervals) const;
 
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override;
@@ -151,6 +155,8 @@ class Collocation : public Nlp {
   bool gauss_newton(const double* x, double sigma, double* nonzeros);
   Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
                                    const Eigen::MatrixXd& end_slopes);
+  Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
+                                   const Eigen::MatrixXd& end_slopes, const Eigen::VectorXd& path);
   void propagate(Eigen::VectorXd& z, const std::vector<double>& start, const Eigen::MatrixXd& slopes) const;
   void replace_rounding(Eigen::VectorXd& z, const Eigen::MatrixXd& slopes) const;
   Eigen::VectorXd missing_of_path() const;

@@ -42,12 +42,17 @@ double term(const MatrixXd& slopes, Index i, const VectorXd& z) {
 }
 
 // Gives entries [first, last) that are not known what makes their term in a row as large as the row is: the
-// least over all rows in which they count.  Rows of size 0 say nothing.
+// least over all rows in which they count.  Rows of size 0 say nothing, and one that gives what is rounding beside what another
+// gives is rounding itself.
 void balance(VectorXd& z, Index first, Index last, const MatrixXd& slopes, const VectorXd& rows) {
   for (Index c = first; c < last; ++c) {
-    double least = HUGE_VAL;
+    double least = HUGE_VAL, most = 0;
     for (Index i = 0; i < rows.size(); ++i) {
-      if (rows[i] > 0 && slopes(i, c) > 0) least = std::min(least, rows[i] / slopes(i, c));
+      if (rows[i] > 0 && slopes(i, c) > 0) most = std::max(most, rows[i] / slopes(i, c));
+    }
+    for (Index i = 0; i < rows.size(); ++i) {
+      if (rows[i] > 0 && slopes(i, c) > 0 && rows[i] / slopes(i, c) >= kNegligible * most)
+        least = std::min(least, rows[i] / slopes(i, c));
     }
     if (z[c] == 0 && std::isfinite(least)) z[c] = least;
   }
@@ -191,8 +196,21 @@ void Collocation::replace_rounding(VectorXd& z, const MatrixXd& slopes) const {
 // end lacks moves it, else what the path lacks, else the cost, else it has the room that a bound leaves.
 VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const MatrixXd& slopes,
                                        const MatrixXd& end_slopes) {
+  VectorXd path = missing_of_path();
+  VectorXd z = stage_magnitudes(start, slopes, end_slopes, path);
+  // What a row lacks by rounding, beside what it then amounts to, moves nothing.
+  bool is_rounding = false;
+  for (Index i = 0; i < path.size(); ++i) {
+    if (path[i] == 0 || path[i] >= kNegligible * term(slopes, Index(n_x_) + i, z)) continue;
+    path[i] = 0;
+    is_rounding = true;
+  }
+  return is_rounding ? stage_magnitudes(start, slopes, end_slopes, path) : z;
+}
+
+VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const MatrixXd& slopes,
+                                       const MatrixXd& end_slopes, const VectorXd& path) {
   const Index n_x = Index(n_x_), n_z = Index(n_z_), n_c = Index(stage_.path_rows.size());
-  const VectorXd path = missing_of_path();
   VectorXd z = VectorXd::Zero(n_z);
   z.head(n_x) = extents(Eigen::Map<const MatrixXd>(start.data(), n_z, Index(points_))).head(n_x);
   for (Index c = 0; c < problem_.typical.size(); ++c) {

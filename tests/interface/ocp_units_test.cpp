@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/scaled_nlp.h>
 #include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include "ocp_problems.h"
 
@@ -253,6 +253,30 @@ Problem pushed_over(double force_guessed) {
     return stage;
   };
   return p;
+}
+
+// At rest, held by nothing: rows that lack a weight, and one of whose terms rounding alone is left.
+TEST(Magnitudes, OfRowsThatLackRoundingComeFromTheOthers) {
+  Problem p("two", {"p", "r", "v", "w"}, {"u", "y"}, 1.0, [](const auto& s) {
+    auto rate = s.x;
+    rate << s.x.tail(2), s.a;
+    return rate;
+  });
+  const auto residual = [](const auto& s) {
+    using T = std::decay_t<decltype(s.t)>;
+    return vector(T(2.0 * s.a[0] + 9.81 - s.u[0]), T(0.5 * s.a[1] + 0.1 * s.a[0] + 1e-19 - s.u[1]));
+  };
+  p.use_accelerations({"a", "b"}, residual, [](const auto& s) {
+    auto rate = s.x;
+    rate << s.x.tail(2), s.u;
+    return rate;
+  });
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.start << 0, 0, 0, 0;
+  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  const std::vector<double> start = nlp.start();
+  for (double x : nlp.magnitudes(start).x) EXPECT_GT(x, 1e-6);
+  EXPECT_TRUE(check_derivatives(nlp, start).good());
 }
 
 TEST(Rounds, EndAtTheOptimumFromAWildGuess) {

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Receding horizons: what they plan, what a plant does that follows them, what they take.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/mpc/receding_horizon.h>
+#include <dyntape/interface/ocp/robot_problem.h>
+#include <dyntape/interface/ocp/robot_terms.h>
+#include <dyntape/interface/transcription/optimise.h>
+#include "../dynamics/robot_files.h"
+#include "ocp_problems.h"
+
+namespace dyntape {
+namespace {
+
+using Eigen::VectorXd;
+
+// A mass on a line that follows a reference of time, its force limited.
+Problem follower(double horizon) {
+  Problem p("follower", {"p", "v"}, {"u"}, horizon, [](const auto& s) { return vector(s.x[1], s.u[0]); });
+  const Parameter reference =
+      p.parameters.add("reference", [](double t) { return VectorXd::Constant(1, std::sin(t)); });
+  p.add(running_squares("near", [reference](const auto& s) {
+    using T = std::decay_t<decltype(s.t)>;
+    return vector(T(10.0 * (s.x[0] - reference(s)[0])));
+  }));
+  p.add(running_squares("effort", [](const auto& s) { return (0.01 * s.u).eval(); }));
+  p.start << 0, 0;
+  p.u.lower[0] = -5, p.u.upper[0] = 5;
+  return p;
+}
+
+MpcOptions interpreted(int intervals, int iterations = 0) {
+  MpcOptions options;
+  options.mesh.intervals = intervals;
+  options.mesh.evaluation = test::kInterpreted;
+  options.iterations = iterations;
+  return options;
+}
+
+// Linear dynamics, quadratic costs, no limit in force: a step from a neighbouring state is solved by one iteration, and the plan is the
+// optimum that a solve from nowhere finds.
+TEST(Mpc, EachPlanIsTheOptimumFromThere) {
+  RecedingHorizon mpc(follower(2), interpreted(20));
+  VectorXd x = Eigen::Vector2d(0.3, 0);
+  for (int k = 0; k < 20; ++k) {
+    const double t = 0.05 * k;
+    const MpcStep& s = mpc.step(t, x);
+    ASSERT_TRUE(s.usable) << k;
+    ASSERT_EQ(s.status, SolveStatus::kSolved) << k;
+    Problem alone = follower(2);
+    alone.start = x;
+    alone.parameters = alone.parameters.later(t);
+    const Solution fresh =
+        optimise(alone, {.mesh = {.scheme = trapezoid(), .intervals = 20, .evaluation = test::kInterpreted},
+                         .solver = {.tolerance = 1e-10},
+                         .verify = false});
+    EXPECT_NEAR(s.cost, fresh.cost(), 1e-5 * (1 + fresh.cost())) << k;
+    EXPECT_NEAR((s.plan.motion.x - fresh.motion.x).cwiseAbs().maxCoeff(), 0, 1e-3) << k;
+    EXPECT_LE(s.iterations, k > 0 ? 8 : 100) << k;
+    x = simulate(alone, x, 0, 0.05, [&](double after) { return s.plan.control(t + after); }).x;
+  }
+}
+
+// One iteration a step converges while the plant moves, and follows nearly as well.
+TEST(Mpc, OneIterationAStepFollows) {
+  double worst[2] = {0, 0};
+  for (int iterations : {0, 1}) {
+    RecedingHorizon mpc(follower(1.5), interpreted(15, iterations));
+    const Problem plant = follower(1.5);
+    VectorXd x = Eigen::Vector2d(0.3, 0);
+    for (int k = 0; k < 200; ++k) {
+      const double t = 0.02 * k;
+      const MpcStep& s = mpc.step(t, x);
+      EXPECT_LE(s.iterations, iterations == 1 && k > 0 ? 1 : 100);
+      ASSERT_TRUE(s.usable) << k << " " << to_string(s.status);
+      x = simulate(plant, x, 0, 0.02, [&](double after) { return s.plan.control(t + after); }).x;
+      if (t > 1) worst[iterations] = std::max(worst[iterations], std::abs(x[0] - std::sin(t + 0.02)));
+    }
+  }
+  EXPECT_LT(worst[0], 0.02);
+  EXPECT_LT(worst[1], 0.03);
+  std::printf("worst distance from the reference: %.4f solved, %.4f with one iteration\n", worst[0],
+              worst[1]);
+}
+
+// A push, and a state beyond a limit: the plan begins there.
+TEST(Mpc, BeginsWhereThePlantIs) {
+  Problem p = follower(2);
+  p.x.lower[0] = -0.5, p.x.upper[0] = 0.5;
+  RecedingHorizon mpc(p, interpreted(20));
+  mpc.values().parameters.set("reference", VectorXd::Zero(1).eval());
+  EXPECT_TRUE(mpc.step(0, Eigen::Vector2d(0.1, 0)).usable);
+  const MpcStep& beyond = mpc.step(0.1, Eigen::Vector2d(0.50001, -1));
+  EXPECT_TRUE(beyond.usable);
+  EXPECT_EQ(beyond.plan.motion.x(0, 0), 0.50001);
+  EXPECT_LE(beyond.plan.motion.x.row(0).tail(20).maxCoeff(), 0.5 + 1e-6);
+}
+
+// What is commanded is never read while it is written, and the last one is there in the end.
+TEST(Mpc, AnotherThreadReadsPlansWithoutWaiting) {
+  Latest<std::vector<int>> latest;
+  std::atomic<bool> ended = false;
+  int last = -1;
+  std::thread reader([&] {
+    for (bool over = false; !over;) {
+      over = ended;
+      if (!latest.take()) continue;
+      const std::vector<int>& v = latest.read();
+      ASSERT_EQ(v.size(), 64u);
+      for (int entry : v) ASSERT_EQ(entry, v.front());
+      ASSERT_GT(v.front(), last);
+      last = v.front();
+    }
+  });
+  for (int i = 0; i < 100000; ++i) {
+    latest.write().assign(64, i);
+    latest.publish();
+  }
+  ended = true;
+  reader.join();
+  EXPECT_EQ(last, 99999);
+}
+
+TEST(Mpc, RefusesWhatItCannotFollow) {
+  const auto message = [](const std::function<void()>& act) {
+    try {
+      act();
+    } catch (const ArgumentError& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  Problem open = follower(1);
+  open.start[0] = Problem::kFree;
+  EXPECT_NE(message([&] { RecedingHorizon mpc(open, interpreted(5)); }).find("the start of \"p\" is free"),
+            std::string::npos);
+  RecedingHorizon mpc(follower(1), interpreted(5));
+  EXPECT_NE(message([&] { mpc.step(0, VectorXd::Zero(3)); }).find("has 3 entries; expected 2"),
+            std::string::npos);
+  EXPECT_NE(
+      message([&] { mpc.step(0, VectorXd::Constant(2, std::nan(""))); }).find("not all of them numbers"),
+      std::string::npos);
+  mpc.step(1, VectorXd::Zero(2));
+  EXPECT_NE(
+      message([&] { mpc.step(0.5, VectorXd::Zero(2)); }).find("expected a time after the last one's, 1 s"),
+      std::string::npos);
+}
+
+// A seven-joint arm whose hand follows a place that moves.
+TEST(Mpc, AnArmFollowsAPlaceThatMoves) {
+  dynamics::UrdfOptions of_robot;
+  of_robot.lock = {"panda_finger_joint1", "panda_finger_joint2"};
+  const RobotScene scene{dynamics::load_urdf(dynamics::robot_file("panda"), of_robot)};
+  Problem p =
+      robot_problem(scene, {.duration = 0.5, .form = DynamicsForm::kInverse, .unit = ControlUnit::kFraction});
+  limit_efforts(p, scene, ControlUnit::kFraction);
+  limit_positions(p, scene);
+  const Parameter place = p.parameters.add("place", [](double t) {
+    return VectorXd(Eigen::Vector3d(0.45, 0.2 * std::sin(2 * t), 0.45 + 0.1 * std::cos(2 * t)));
+  });
+  const StageFunction hand = frame_position(scene, "panda_hand", Eigen::Vector3d::Zero());
+  p.add(running_squares("near", [=](const auto& s) { return (30.0 * (hand(s) - place(s))).eval(); }));
+  p.add(running_squares("calm", [](const auto& s) { return (0.1 * s.x.tail(7)).eval(); }));
+  p.add(running_squares("effort", [](const auto& s) { return (0.1 * s.u).eval(); }));
+  p.start << 0, -0.5, 0, -2, 0, 1.5, 0.5, VectorXd::Zero(7);
+  MpcOptions options;
+  options.mesh.intervals = 10;
+  options.mesh.evaluation.lanes = Lanes::kNative;
+  options.iterations = 1;
+  RecedingHorizon mpc(p, options);
+  const BuildReport made = mpc.build();
+  VectorXd x = p.start;
+  std::vector<double> seconds;
+  double off = 0;
+  for (int k = 0; k < 150; ++k) {
+    const double t = 0.02 * k;
+    const MpcStep& s = mpc.step(t, x);
+    if (k > 0) seconds.push_back(s.seconds);
+    ASSERT_TRUE(s.usable) << k << " " << to_string(s.status) << " " << s.violation;
+    x = simulate(p, x, 0, 0.02, [&](double after) { return s.plan.control(t + after); }).x;
+    if (t < 1.5) continue;
+    Stage<double> now = p.stage(t + 0.02, x, VectorXd::Zero(7), VectorXd::Zero(7));
+    off = std::max(off, (hand(now) - place(now)).norm());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  std::printf("step: median %.3f ms, 99 %% %.3f ms; hand off by %.2f mm at most\n",
+              1e3 * seconds[seconds.size() / 2], 1e3 * seconds[seconds.size() * 99 / 100], 1e3 * off);
+  EXPECT_LT(off, 0.02);
+  EXPECT_EQ(mpc.build().compiled, made.compiled);
+}
+
+}  // namespace
+}  // namespace dyntape
