@@ -48,7 +48,7 @@ ROOMS = {
     'interface/io': (['codegen/system'], 28, 2800),  # settings, tables, pictures, lines that live on a terminal
     'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 32, 3700),  # Ipopt; our own from stage to stage: chains, barrier,
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 34, 3900),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
@@ -57,7 +57,7 @@ ROOMS = {
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a state
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2750),
     # values that change between solves
-    'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 4, 400),
+    'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 650),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',
@@ -65,9 +65,10 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription'], 20, 2350),  # keys, places, limits, verdict, refinement, results
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 22, 2750),  # keys, places, limits, verdict,
+    # refinement, results; as a controller
     'interface': ([], 2, 50),
-    'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 30, 2950),  # simulate, sweep
+    'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 31, 3050),  # simulate, sweep, mpc
     'tools/mpi': (['dynamics', 'codegen', 'interface', 'tools/dyntape'], 1, 250),
     'tests': (['autodiff', 'dynamics', 'codegen', 'interface', 'tools'], None, None),
 }

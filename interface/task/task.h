@@ -57,6 +57,7 @@
 //                   impose, or nearer to an obstacle between points of the mesh, is no success; off: it is reported only
 //   expected        cost, tolerance: a known optimum to compare with
 //   output          trace ["": frames whose paths are drawn], view [xz] xy | yz | oblique
+//   mpc             the task as a controller (mpc_task.h)
 //   model_settings  as OCS2 spells it: recompileLibrariesCppAd (or recompileLibraries) [off]: compile although the cache has
 //                   the libraries, which unlike OCS2's do not go stale; modelFolderCppAd ["": the user's cache];
 //                   verboseCppAd [off]: say what is compiled
@@ -117,6 +118,17 @@ struct Task {
     bool verbose = false;
   };
   ModelSettings models;
+  // As a controller (mpc_task.h).
+  struct Control {
+    double seconds = 3, period = 0.02, delay = 0;  // s
+    int iterations = 1;                            // of a step; 0: until it is solved
+    struct Push {
+      double at;          // s
+      Eigen::VectorXd v;  // (nv) added to the velocities
+    };
+    std::vector<Push> pushes;
+  };
+  Control control;
   std::string effective;  // the file as it was understood, defaults included
 };
 

@@ -212,6 +212,28 @@ TaskKeys::Limits read_limits(Section& file) {
   return limits;
 }
 
+Task::Control read_control(Section& file, const RobotModel* model) {
+  Section block = file.about("the task as a controller, for `dyntape mpc`").child_or_empty("mpc");
+  Task::Control control;
+  control.seconds = block.about("of the closed loop [s]").get_or("seconds", control.seconds, io::positive());
+  control.period =
+      block.about("from one plan to the next [s]").get_or("period", control.period, io::positive());
+  control.delay = block.about("from measuring to acting [s], less than a period")
+                      .get_or("delay", control.delay, io::not_negative());
+  if (control.delay >= control.period)
+    block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
+                               " s, got " + io::shortest(control.delay));
+  control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
+                           .get_or("iterations", control.iterations, io::between(0, 1000));
+  if (!block.about("something that hits the robot").has("push")) return control;
+  for (Section& push : block.children("push")) {
+    const double at = push.about("when [s]").get<double>("at", io::not_negative());
+    push.about("added to the velocities [rad/s or m/s]");
+    control.pushes.push_back({at, read_joint_values(push, "v", model, 0.0)});
+  }
+  return control;
+}
+
 Task::ModelSettings read_model_settings(Section& file) {
   Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
   Task::ModelSettings settings;
@@ -274,6 +296,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);
+  task.control = read_control(file, model);
   read_demands(file, task.demands);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/mpc/closed_loop.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/transcription/verify.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kPlantTolerance = 1e-10;
+
+void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError("problem \"" + problem.name + "\": " + what);
+  };
+  const auto seconds = [](double value) { return io::shortest(value) + " s"; };
+  if (!(options.seconds > 0 && std::isfinite(options.seconds)))
+    refuse("a loop of " + seconds(options.seconds) + ", expected a positive time");
+  if (!(options.period > 0 && options.period <= options.seconds))
+    refuse("a period of " + seconds(options.period) + ", expected one above 0 and within the loop's " +
+           seconds(options.seconds));
+  if (!(options.delay >= 0 && options.delay < options.period))
+    refuse("a delay of " + seconds(options.delay) + ", expected one from 0 to below the period of " +
+           seconds(options.period));
+  for (const Push& push : options.pushes) {
+    if (push.change.size() != problem.n_x() || !push.change.allFinite() || !(push.at >= 0))
+      refuse("a push at " + seconds(push.at) + " with " + std::to_string(push.change.size()) +
+             " entries, expected a time from 0 on and " + std::to_string(problem.n_x()) + " numbers");
+  }
+}
+
+// The problem's dynamics, moved by plans and pushes.
+class SteeredPlant {
+ public:
+  SteeredPlant(const Problem& problem, const ClosedLoopOptions& options)
+      : problem_(problem), pushes_(options.pushes), x(problem.start) {
+    std::sort(pushes_.begin(), pushes_.end(), [](const Push& a, const Push& b) { return a.at < b.at; });
+  }
+
+  // From one time to another; false where it cannot be simulated.
+  bool move(double from, double to, const std::function<VectorXd(double)>& control) {
+    while (from < to) {
+      push_at(from);
+      const double until = next_ < pushes_.size() ? std::min(to, pushes_[next_].at) : to;
+      const Simulation run = simulate(problem_, x, from, until, control, kPlantTolerance);
+      if (!run.x.allFinite()) {
+        trouble = run.trouble;
+        return false;
+      }
+      x = run.x, from = until;
+    }
+    return true;
+  }
+
+ private:
+  void push_at(double t) {
+    for (; next_ < pushes_.size() && pushes_[next_].at <= t; ++next_) x += pushes_[next_].change;
+  }
+
+  const Problem& problem_;
+  std::vector<Push> pushes_;
+  std::size_t next_ = 0;
+
+ public:
+  VectorXd x;
+  std::string trouble;
+};
+
+Trajectory motion_of(const std::vector<double>& t, const std::vector<VectorXd>& x,
+                     const std::vector<VectorXd>& u, int n_a) {
+  const auto points = Eigen::Index(t.size());
+  Trajectory motion{Eigen::Map<const VectorXd>(t.data(), points), Eigen::MatrixXd(x.front().size(), points),
+                    Eigen::MatrixXd::Zero(n_a, points), Eigen::MatrixXd(u.front().size(), points),
+                    trapezoid()};
+  for (Eigen::Index k = 0; k < points; ++k) {
+    motion.x.col(k) = x[std::size_t(k)];
+    motion.u.col(k) = u[std::size_t(k)];
+  }
+  return motion;
+}
+
+}  // namespace
+
+ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) {
+  check_loop(problem, options);
+  ClosedLoop loop;
+  RecedingHorizon mpc(problem, options.mpc);
+  loop.build = mpc.build();
+  SteeredPlant plant(problem, options);
+  const VectorXd idle = problem.first_guess(0).u;
+  Plan plan;
+  const auto planned = [&](double t) { return plan.motion.points() > 0 ? plan.control(t) : idle; };
+  std::vector<double> times;
+  std::vector<VectorXd> states, controls;
+  const auto note = [&](double t) {
+    times.push_back(t), states.push_back(plant.x), controls.push_back(planned(t));
+  };
+  const int periods = int(std::lround(options.seconds / options.period));
+  for (int k = 0; k < periods && !options.stop.stop_requested(); ++k) {
+    const double t = k * options.period, acts = t + options.delay, end = (k + 1) * options.period;
+    if (options.watch) options.watch(t);
+    // Where the model will be when the plan begins to act.
+    VectorXd from = plant.x;
+    if (options.delay > 0) from = simulate(problem, from, t, acts, planned, kPlantTolerance).x;
+    const MpcStep& s = mpc.step(acts, from.allFinite() ? from : plant.x);
+    loop.steps.push_back({t, s.seconds, s.cost, s.violation, s.iterations, s.status, s.usable});
+    if (k == 0 && !s.usable) {
+      loop.trouble = std::string("there is no first plan: ") + describe(s.status);
+      note(t);
+      break;
+    }
+    if (options.delay == 0 && s.usable) plan = s.plan;
+    note(t);
+    bool is_moved = options.delay == 0 || plant.move(t, acts, planned);
+    if (s.usable) plan = s.plan;
+    is_moved = is_moved && plant.move(acts, end, planned);
+    if (!is_moved) {
+      loop.trouble = "the plant: " + plant.trouble;
+      break;
+    }
+    if (k + 1 == periods) note(end);
+  }
+  if (times.empty()) note(0);
+  loop.motion = motion_of(times, states, controls, problem.n_a());
+  return loop;
+}
+
+double ClosedLoop::latency(double share) const {
+  std::vector<double> seconds;
+  for (std::size_t k = 1; k < steps.size(); ++k) seconds.push_back(steps[k].seconds);
+  if (seconds.empty()) return 0;
+  std::sort(seconds.begin(), seconds.end());
+  const double place = std::clamp(share, 0.0, 1.0) * double(seconds.size() - 1);
+  return seconds[std::size_t(std::ceil(place))];
+}
+
+int ClosedLoop::missed(double deadline) const {
+  return int(std::count_if(steps.begin() + (steps.empty() ? 0 : 1), steps.end(),
+                           [=](const Step& step) { return step.seconds > deadline; }));
+}
+
+int ClosedLoop::unusable() const {
+  return int(std::count_if(steps.begin(), steps.end(), [](const Step& step) { return !step.usable; }));
+}
+
+}  // namespace dyntape

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A task file as a controller: its block `mpc`, its problem without a goal to be reached in time.
+//
+//   const Task task = read_task("config/tasks/arm_holds.info");
+//   const ControlReport report = control_task(task);
+//   write_control(task, report, "out");
+//
+//   mpc   seconds [3], of the loop; period [0.02], between steps; delay [0], from measuring to acting, all s; iterations [1] of a
+//         step, 0: until it is solved; push NAME { at (s), v VECTOR (rad/s or m/s) }: added to the velocities
+//
+// The horizon is the task's; costs of tracking draw to the goal, which is not demanded at its end.
+//
+// write_control leaves in the folder: closed_loop.csv (t, q.*, v.*, tau.*, and of each step ms, iterations, usable),
+// report.json, closed_loop.svg, steps.svg, motion.svg, motion.html.
+//
+// Errors: ArgumentError for a task without costs of tracking; those of close_loop.
+#pragma once
+
+#include <dyntape/interface/mpc/closed_loop.h>
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+
+struct ControlReport {
+  ClosedLoop loop;
+  double deadline = 0;  // s, the period
+  double off_begin = 0,
+         off_end = 0;  // distance from the goal, of all joints (rad, m), at the beginning and the end
+  std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
+
+  bool success() const { return loop.trouble.empty() && loop.unusable() == 0; }
+  std::string text(const Task& task) const;
+  std::string json(const Task& task) const;
+};
+
+ControlReport control_task(const Task& task, const std::stop_token& stop = {},
+                           const std::function<void(double t)>& watch = {});
+
+std::vector<std::string> control_files();
+void write_control(const Task& task, ControlReport& report, const std::string& folder,
+                   const std::stop_token& stop = {});
+
+}  // namespace dyntape

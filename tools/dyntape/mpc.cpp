@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape mpc: a task as a controller, and the plant that it steers.
+#include <iostream>
+#include <memory>
+
+#include <dyntape/interface/io/live_line.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/task/mpc_task.h>
+
+#include "commands.h"
+#include "interruption.h"
+
+namespace dyntape::tools {
+
+namespace {
+
+struct ControlOptions {
+  std::string task, output;
+  bool json = false;
+};
+
+void run_control(const ControlOptions& options) {
+  const Task task = task_in(options.task);
+  if (!options.output.empty()) prepare_folder(options.output, control_files());
+  io::LiveLine line;
+  line.show("recording and compiling");
+  bool has_begun = false;
+  const Interruption interruption([&] { return !has_begun; });
+  ControlReport report = control_task(task, interruption.token(), [&](double t) {
+    has_begun = true;
+    line.show("closed loop: " + io::significant(t, 4) + " of " + io::significant(task.control.seconds, 4) +
+              " s");
+  });
+  line.erase();
+  if (!options.output.empty()) write_control(task, report, options.output, interruption.token());
+  std::cout << (options.json ? report.json(task) : report.text(task));
+  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
+  std::cout << std::flush;
+  if (!report.loop.trouble.empty()) std::cerr << "dyntape: " << report.loop.trouble << "\n";
+  if (report.loop.unusable() > 0)
+    std::cerr << "dyntape: " << report.loop.unusable() << " of " << report.loop.steps.size()
+              << " plans were not usable, and the one before was followed\n";
+  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
+  if (interruption.token().stop_requested()) throw Failure{interruption.status()};
+  if (!report.success() || !report.unwritten.empty()) throw Failure{};
+}
+
+}  // namespace
+
+void add_mpc(CLI::App& app) {
+  CLI::App* command = app.add_subcommand("mpc",
+                                         "close the loop: plan a task's motion again and again from where "
+                                         "the simulated robot is, with the pushes\n"
+                                         "and the delay of its block mpc; record and compile once.  The exit "
+                                         "status is 0 only if every plan was usable");
+  const auto options = std::make_shared<ControlOptions>();
+  command
+      ->add_option("task", options->task,
+                   "the task, an .info file with costs.tracking (config/tasks/arm_holds.info)")
+      ->required()
+      ->check(not_empty())
+      ->type_name("TASK.info");
+  command->add_option("--output", options->output, "where closed_loop.csv, report.json and the pictures go")
+      ->check(not_empty())
+      ->type_name("DIR");
+  command->add_flag("--json", options->json, "the report for programs");
+  command->callback([options] { run_control(*options); });
+}
+
+}  // namespace dyntape::tools
