@@ -107,6 +107,16 @@ void Prices::begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, 
   }
 }
 
+void Prices::curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const {
+  const Eigen::Index n = barrier.n();
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    double sigma = 0;
+    if (barrier.lower()[i] > -HUGE_VAL) sigma += lower[i] / (w[i] - barrier.lower()[i]);
+    if (barrier.upper()[i] < HUGE_VAL) sigma += upper[i] / (barrier.upper()[i] - w[i]);
+    (i < n ? diagonal.sigma_x[i] : diagonal.sigma_s[i - n]) = sigma;
+  }
+}
+
 void Prices::step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step,
                   double mu) {
   lower_step.setZero(w.size()), upper_step.setZero(w.size());

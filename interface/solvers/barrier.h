@@ -58,6 +58,8 @@ struct Prices {
 
   // Those of the barrier, but `most` at most.
   void begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most);
+  // What they add to the curvature of w: price over distance.
+  void curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const;
   // By a step of w.
   void step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step, double mu);
   double longest(double tau) const;  // within (0, 1], that leaves of each the part 1 - tau

@@ -17,6 +17,7 @@ using Eigen::VectorXd;
 constexpr double kDependent = 1e-11;  // of its largest entry: what is left of a row that others make up
 constexpr double kMuch = 0.01;        // the same: enough to be solved for
 constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable that has no curvature of its own
+constexpr double kSpring = 1e8;   // what rows without a variable of their own cost, squared and halved
 constexpr Eigen::Index kPad = 8;  // entries of a register
 
 Eigen::Index padded(Eigen::Index n) { return (n + kPad - 1) / kPad * kPad; }
@@ -59,16 +60,15 @@ ChainKkt::ChainKkt(const std::vector<ChainSizes>& sizes)
   }
 }
 
-// The cost of a stage with all behind it, and its rows with what they hand down.
+// The cost of a stage with all behind it, and its rows.
 void ChainKkt::assemble(std::size_t k, double shift, double elastic) {
   const Stage& s = stages_[k];
   Factor& f = factors_[k];
   const Eigen::Index n = s.H.rows(), links = s.D.rows(), own = links + s.G.rows();
   const Eigen::Index all = n + (elastic > 0 ? own : 0);
   const Factor* const next = k + 1 < stages_.size() ? &factors_[k + 1] : nullptr;
-  const Eigen::Index handed = next ? next->RC.rows() : 0;
   f.Q.resize(all, all);
-  f.M.resize(all, own + handed);
+  f.M.resize(all, own);
   if (all > n) {
     f.Q.setZero(), f.M.setZero();
     f.Q.diagonal().tail(own).setConstant(1 / elastic);
@@ -80,7 +80,6 @@ void ChainKkt::assemble(std::size_t k, double shift, double elastic) {
   M.leftCols(links) = s.D.transpose();
   M.middleCols(links, s.G.rows()) = s.G.transpose();
   if (!next) return;
-  M.rightCols(handed) = next->RC.transpose();
   // Q += C^T P C
   for (Eigen::Index j = 0; j < n; ++j) {
     double* const column = f.Q.data() + j * all;
@@ -191,13 +190,13 @@ bool ChainKkt::eliminate(std::size_t k) {
     add_columns(column, X, pad, of_Q, rank, pad);
   }
   f.S.setZero(pad, both);
-  f.t.resize(rank);
+  f.x.resize(rank);
   for (Eigen::Index j = 0; j < both; ++j) {
     double* const column = f.S.data() + j * pad;
     if (j < free) std::copy(f.V.data() + (rank + j) * pad, f.V.data() + (rank + j + 1) * pad, column);
-    for (Eigen::Index i = 0; i < rank; ++i) f.t[i] = X[j + i * pad];
+    for (Eigen::Index i = 0; i < rank; ++i) f.x[i] = X[j + i * pad];
     const Eigen::Index from = j / kPad * kPad;
-    add_columns(column + from, f.V.data() + from, pad, f.t.data(), rank, pad - from);
+    add_columns(column + from, f.V.data() + from, pad, f.x.data(), rank, pad - from);
   }
   // Free variables are minimised: what is left is the cost to go.
   for (Eigen::Index j = 0; j < free; ++j) {
@@ -211,7 +210,11 @@ bool ChainKkt::eliminate(std::size_t k) {
   }
   f.P.resize(links, links);
   for (Eigen::Index j = 0; j < links; ++j) {
-    for (Eigen::Index i = j; i < links; ++i) f.P(i, j) = f.P(j, i) = f.S(free + i, free + j);
+    for (Eigen::Index i = j; i < links; ++i) {
+      double spring = 0;
+      for (Eigen::Index r = 0; r < left; ++r) spring += f.R(r, i) * f.R(r, j);
+      f.P(i, j) = f.P(j, i) = f.S(free + i, free + j) + kSpring * spring;
+    }
   }
   return true;
 }
@@ -223,28 +226,16 @@ void ChainKkt::hand_down(std::size_t k) {
   const Eigen::Index n = C.cols(), links = C.rows();
   before.C.clear(), before.C_begin.assign(1, 0);
   f.PC.setZero(links, n);
-  double largest = 0;
   for (Eigen::Index j = 0; j < n; ++j) {
     for (Eigen::Index i = 0; i < links; ++i) {
       const double value = C(i, j);
       if (value == 0) continue;
       before.C.push_back({i, value});
-      largest = std::max(largest, std::abs(value));
       add(f.PC.data() + j * links, value, f.P.data() + i * links, links);
     }
     before.C_begin.push_back(before.C.size());
   }
   f.CP = f.PC.transpose();
-  // Rows, each with a largest entry of one; what the stage before has no variable for either is left out.
-  f.RC.resize(f.R.rows(), n);
-  f.row_scale.resize(f.R.rows());
-  if (f.R.rows() == 0) return;
-  f.RC.noalias() = f.R * C;
-  for (Eigen::Index i = 0; i < f.RC.rows(); ++i) {
-    const double size = n > 0 ? f.RC.row(i).cwiseAbs().maxCoeff() : 0;
-    f.row_scale[i] = size > kDependent * largest ? 1 / size : 0;
-    f.RC.row(i) *= f.row_scale[i];
-  }
 }
 
 bool ChainKkt::factor(double shift, double elastic) {
@@ -261,7 +252,7 @@ void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd
   for (std::size_t k = stages_.size(); k-- > 0;) {
     Factor& f = factors_[k];
     const Factor* const next = k + 1 < stages_.size() ? &factors_[k + 1] : nullptr;
-    const Eigen::Index own = stages_[k].D.rows() + stages_[k].G.rows(), links = stages_[k].D.rows();
+    const Eigen::Index links = stages_[k].D.rows();
     const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
     const double* const M = f.M.data();
     // q and the constants of the rows, by pivots.
@@ -278,8 +269,7 @@ void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd
         f.q[i] += f.C[e].value * next->y[next->free + f.C[e].row];
     }
     for (Eigen::Index i = 0; i < rows; ++i) {
-      const Eigen::Index row = f.row[std::size_t(i)];
-      f.s[i] = row < own ? -b[first_row_[k] + row] : next->row_scale[row - own] * next->r0[row - own];
+      f.s[i] = -b[first_row_[k] + f.row[std::size_t(i)]];
     }
     for (Eigen::Index i = 0; i < rows; ++i) f.s[i] -= dot(M + i * n, f.s.data(), std::min(i, rank));
     f.r0 = f.s.tail(rows - rank);
@@ -299,10 +289,13 @@ void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd
       f.y[j] /= column[j];
       add(f.y.data() + j + 1, -f.y[j], column + j + 1, free + links - j - 1);
     }
+    for (Eigen::Index r = 0; r < rows - rank; ++r) {
+      for (Eigen::Index c = 0; c < links; ++c) f.y[free + c] += kSpring * f.R(r, c) * f.r0[r];
+    }
   }
   for (std::size_t k = 0; k < stages_.size(); ++k) {
     Factor& f = factors_[k];
-    const Eigen::Index links = stages_[k].D.rows(), own = links + stages_[k].G.rows();
+    const Eigen::Index links = stages_[k].D.rows();
     const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
     const double* const M = f.M.data();
     // Free variables, in the place of their slopes; what the link brings behind them.
@@ -340,16 +333,14 @@ void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd
       add(price + i + 1, -price[i], M + i + 1 + i * n, rank - i - 1);
     }
     for (Eigen::Index i = rank; k > 0 && i < rows; ++i) {
-      price[i] = f.r0[i - rank];  // the stage before has put them there
+      double missed = f.r0[i - rank];
+      for (Eigen::Index c = 0; c < links; ++c) missed += f.R(i - rank, c) * brought[c];
+      price[i] = kSpring * missed;
       add(price, -price[i], M + i * n, rank);
     }
     for (Eigen::Index i = rank; i-- > 0;) add(price, -price[i], M + i * n, i);
     for (Eigen::Index i = 0; i < rows; ++i) {
-      const Eigen::Index row = f.row[std::size_t(i)];
-      if (row < own)
-        lambda[first_row_[k] + row] = price[i];
-      else
-        factors_[k + 1].r0[row - own] = factors_[k + 1].row_scale[row - own] * price[i];
+      lambda[first_row_[k] + f.row[std::size_t(i)]] = price[i];
     }
   }
 }

@@ -15,20 +15,21 @@
 // Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
 //
 // Method.  From the last stage to the first: rows that tie a stage are solved for as many of its variables as they have rank
-// (elimination with complete pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
-// of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become rows of the stage before it.  With links
+// (elimination with pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
+// of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become costs of the stages before: stiff springs.  With links
 // x_k = A x_{k-1} + B u_{k-1} this is Riccati's recursion, and it is as long; with links of collocation it is the same
 // recursion with their implicit state solved for.  Every Cholesky factorisation goes through if and only if the problem is
 // strictly convex on its rows: the whole system has the right inertia.
 //
-// Rows that depend on others, and are no variable's at the first stage either, are left out: lambda is 0 there, and the result
-// misses b by what they contradict the others by.
+// Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
+// their squares leave no digit of the cost to go; springs let all stages share.  A solution then misses such rows by their prices over
+// the spring's 1e8; solving again for what is missing makes that as small as rounding (stage_kkt.h).  Rows of the first stage
+// that depend on others are left out: lambda is 0 there, and the result misses b by what they contradict the others by.
 //
 // elastic > 0 softens all rows: M z - elastic lambda = b.  Nothing depends then; for finding feasible points.
 //
-// Sources: L. Vanroye, A. Sathya, J. De Schutter, W. Decre, FATROP: a fast constrained optimal control problem solver for robot
-// trajectory optimization and control, IROS 2023 (rows that are handed to the stage before); J. Rawlings, D. Mayne, M. Diehl,
-// Model Predictive Control, 2017, 8.8.
+// Sources: J. Rawlings, D. Mayne, M. Diehl, Model Predictive Control, 2017, 8.8; L. Vanroye, A. Sathya, J. De Schutter,
+// W. Decre, FATROP: a fast constrained optimal control problem solver for robot trajectory optimization and control, IROS 2023.
 #pragma once
 
 #include <Eigen/Core>
@@ -73,15 +74,14 @@ class ChainKkt {
     Eigen::Index rank = 0, free = 0;
     std::vector<Eigen::Index> row, col;  // pivots
     Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
-    Eigen::MatrixXd M;     // (n x rows) rows as columns: links, own, handed down; then L^T and U^T
-    Eigen::MatrixXd X;     // (both x rank) basic variables by both, transposed
-    Eigen::MatrixXd V, S;  // (both x n), (both x both) cost by both; S: its factor, then the cost to go
-    Eigen::MatrixXd P, R;  // (links x links), (left x links) cost to go, and rows, of what the link brings
-    Eigen::MatrixXd PC, CP, RC;        // by the variables of the stage before; CP transposed, RC scaled
-    Eigen::VectorXd row_scale;         // of RC
-    std::vector<NonZero> C;            // of the link to the next stage, column by column
+    Eigen::MatrixXd M;                   // (n x rows) rows as columns: links, own; then L^T and U^T
+    Eigen::MatrixXd X;                   // (both x rank) basic variables by both, transposed
+    Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
+    Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
+    Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose
+    std::vector<NonZero> C;  // of the link to the next stage, column by column
     std::vector<std::size_t> C_begin;  // (n + 1)
-    Eigen::VectorXd q, s, z0, t, y, r0, lambda;
+    Eigen::VectorXd q, s, z0, t, x, y, r0, lambda;
   };
 
   void assemble(std::size_t k, double shift, double elastic);

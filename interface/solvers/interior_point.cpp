@@ -5,11 +5,13 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/solvers/best_point.h>
 #include <dyntape/interface/solvers/restoration.h>
+#include <dyntape/interface/solvers/stage_checks.h>
 
 namespace dyntape {
 
@@ -49,6 +51,9 @@ class StageSolver::Method {
     diagonal_.sigma_x.setZero(n_), diagonal_.sigma_s.setZero(m_);
   }
 
+  // Whether rows and variables are still of the kinds that they were when all was laid out.
+  bool fits() const { return kkt_.fits(); }
+
   NlpSolution solve(const std::vector<double>& start, const NlpSolution* warm, const SolverOptions& options) {
     options_ = options;
     least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
@@ -56,7 +61,11 @@ class StageSolver::Method {
     solution_ = {}, best_ = {};
     last_shift_ = 0, acceptable_ = 0, is_tiny_ = false;
     begin_ = Clock::now();
-    processor_begin_ = std::clock();
+    processor_begin_ = thread_seconds();
+    if (has_crossed_bounds(nlp_.shape())) {
+      solution_.status = SolveStatus::kBadOption, solution_.x = start;
+      return std::move(solution_);
+    }
     solution_.status = run(start, warm);
     finish();
     solution_.times.total = seconds_since(begin_);
@@ -65,7 +74,16 @@ class StageSolver::Method {
   }
 
  private:
-  double processor_seconds() const { return double(std::clock() - processor_begin_) / CLOCKS_PER_SEC; }
+  // Of this thread: others may solve at the same time.
+  static double thread_seconds() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+  }
+  double processor_seconds() const { return thread_seconds() - processor_begin_; }
+  bool is_over() const {
+    return options_.stop.stop_requested() || processor_seconds() > options_.max_seconds;
+  }
 
   bool timed(double& seconds, int& calls, const std::function<bool()>& evaluate) {
     const auto begin = Clock::now();
@@ -189,7 +207,8 @@ class StageSolver::Method {
   std::optional<SolveStatus> ended(int iteration) {
     const Errors e = errors(0);
     constexpr double kMostViolation = 1e-4;
-    if (e.all <= options_.tolerance && e.dual <= options_.dual_tolerance && e.primal <= kMostViolation)
+    if (e.all <= options_.tolerance && e.dual <= options_.dual_tolerance &&
+        std::max(e.primal, e.complementarity) <= kMostViolation)
       return SolveStatus::kSolved;
     const bool is_acceptable = e.all <= kAcceptable;
     acceptable_ = is_acceptable ? acceptable_ + 1 : 0;
@@ -211,18 +230,9 @@ class StageSolver::Method {
     }
   }
 
-  void set_diagonal() {
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      double sigma = 0;
-      if (barrier_.lower()[i] > -HUGE_VAL) sigma += prices_.lower[i] / (now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) sigma += prices_.upper[i] / (barrier_.upper()[i] - now_.w[i]);
-      (i < n_ ? diagonal_.sigma_x[i] : diagonal_.sigma_s[i - n_]) = sigma;
-    }
-  }
-
   // Shifts until the inertia is right.
   bool factor() {
-    set_diagonal();
+    prices_.curve(barrier_, now_.w, diagonal_);
     diagonal_.shift = 0;
     if (kkt_.factor(diagonal_)) return true;
     double& shift = diagonal_.shift;
@@ -235,6 +245,11 @@ class StageSolver::Method {
     return true;
   }
 
+  void hold_still(KktVector& right) const {
+    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+      if (!moves(i)) (i < n_ ? right.x[i] : right.s[i - n_]) = 0;
+    }
+  }
   void set_right() {
     barrier_.slope(now_.w, mu_, slope_);
     slope_.head(n_) += gradient_;  // of the barrier function
@@ -243,9 +258,7 @@ class StageSolver::Method {
     right_.x = -right_.x;
     right_.s = lambda_ - slope_.tail(m_);
     right_.c = -now_.c;
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (!moves(i)) (i < n_ ? right_.x[i] : right_.s[i - n_]) = 0;
-    }
+    hold_still(right_);
   }
 
   bool newton_step() {
@@ -381,9 +394,7 @@ class StageSolver::Method {
     right_.x = -(gradient_ - prices_.lower.head(n_) + prices_.upper.head(n_));
     right_.s = prices_.lower.tail(m_) - prices_.upper.tail(m_);
     right_.c.setZero();
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (!moves(i)) (i < n_ ? right_.x[i] : right_.s[i - n_]) = 0;
-    }
+    hold_still(right_);
     kkt_.solve(right_, step_);
     if (step_.c.allFinite() && largest(step_.c) <= kMostPrice) lambda_ = step_.c;
   }
@@ -398,7 +409,7 @@ class StageSolver::Method {
       return {acceptable_ > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
     Restoration restoration(nlp_, kkt_, barrier_);
     const RestorationEnd end = restoration.run(
-        now_, mu_, small, is_good, [this] { return options_.stop.stop_requested(); },
+        now_, mu_, small, is_good, [this] { return is_over(); },
         [this](BarrierPoint& point) { return evaluate(point); });
     switch (end) {
       case RestorationEnd::kRestored:
@@ -406,7 +417,7 @@ class StageSolver::Method {
       case RestorationEnd::kInfeasible:
         return {SolveStatus::kLocallyInfeasible};
       case RestorationEnd::kStopped:
-        return {SolveStatus::kStopped};
+        return {options_.stop.stop_requested() ? SolveStatus::kStopped : SolveStatus::kTimeLimit};
       case RestorationEnd::kFailed:
         return {SolveStatus::kRestorationFailed};
     }
@@ -450,7 +461,7 @@ class StageSolver::Method {
   Barrier barrier_;
   Eigen::Index n_, m_;
   Clock::time_point begin_;
-  std::clock_t processor_begin_ = 0;
+  double processor_begin_ = 0;
   NlpSolution solution_;
 
   BarrierPoint now_, trial_;
@@ -468,15 +479,22 @@ class StageSolver::Method {
   VectorXd w_step_, slope_, stationarity_, scratch_, soc_, soc_step_;
 };
 
-StageSolver::StageSolver(Nlp& nlp) : method_(std::make_unique<Method>(nlp)) {
+StageSolver::StageSolver(Nlp& nlp) : nlp_(nlp), method_(std::make_unique<Method>(nlp)) {
   if (nlp.shape().hessian_kind == HessianKind::kLimitedMemory)
-    throw ArgumentError(
-        "solve_by_stages: a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
+    refuse_stages("a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
 }
 StageSolver::~StageSolver() = default;
 
 NlpSolution StageSolver::solve(const std::vector<double>& start, const SolverOptions& options,
                                const NlpSolution* warm) {
+  const NlpShape& shape = nlp_.shape();
+  check_stage_options(shape, start, options);
+  if (warm && (warm->lambda.size() != shape.m() || warm->lower_price.size() != shape.n() ||
+               warm->upper_price.size() != shape.n()))
+    refuse_stages("the solution to go on from has multipliers of " + std::to_string(warm->lambda.size()) +
+                  " rows and " + std::to_string(warm->lower_price.size()) + " variables, the problem has " +
+                  std::to_string(shape.m()) + " and " + std::to_string(shape.n()));
+  if (!method_->fits()) method_ = std::make_unique<Method>(nlp_);
   return method_->solve(start, warm, options);
 }
 

@@ -33,8 +33,8 @@ NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start,
                             const SolverOptions& options = {});
 
 // The method itself, for one program solved again and again: in its units as they are, from any start, or, with `warm`, going on
-// from an earlier solution's multipliers and barrier as well.  Bounds of the program may change between solves, but not whether two are
-// equal.  Iterations allocate nothing once there was one.
+// from an earlier solution's multipliers and barrier as well.  Bounds of the program may change between solves; where two
+// become equal, or a row has its first, all is laid out anew.  Iterations allocate nothing once there was one.
 class StageSolver {
  public:
   explicit StageSolver(Nlp& nlp);
@@ -45,6 +45,7 @@ class StageSolver {
 
  private:
   class Method;
+  Nlp& nlp_;
   std::unique_ptr<Method> method_;
 };
 

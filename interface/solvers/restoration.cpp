@@ -11,19 +11,16 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
                                 const std::function<bool()>& stops,
                                 const std::function<bool(BarrierPoint&)>& evaluate) {
   constexpr int kMostSteps = 300;
-  constexpr double kProximity = 1e-6, kEnough = 0.9, kArmijo = 1e-4, kShortest = 1e-12, kTau = 0.99,
-                   kFlatPart = 1e-6;
+  constexpr double kEnough = 0.9, kArmijo = 1e-4, kShortest = 1e-12, kTau = 0.99, kFlatPart = 1e-6;
+  constexpr double kLeastShift = 1e-8, kShort = 0.3, kRaise = 10, kLower = 0.2, kMostShift = 1e12;
   const Eigen::Index n = barrier_.n(), m = barrier_.m();
   const auto moves = [&](Eigen::Index i) {
     return i < n ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n)) == RowKind::kInequality;
   };
-  const BarrierPoint first = point;
-  const double unreached = kEnough * first.sum;
+  const double unreached = kEnough * point.sum;
   Eigen::VectorXd jacobian(Eigen::Index(nlp_.shape().jacobian.nnz())),
       hessian = Eigen::VectorXd::Zero(Eigen::Index(nlp_.shape().hessian.nnz()));
-  Eigen::VectorXd near(n + m), slope, of_c(n + m), step(n + m), moved(m);
-  for (Eigen::Index i = 0; i < n + m; ++i)
-    near[i] = kProximity / std::pow(std::max(1.0, std::abs(first.w[i])), 2);
+  Eigen::VectorXd slope, of_c(n + m), step(n + m);
   KktDiagonal diagonal{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), 0, 1, false};
   KktVector right{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), Eigen::VectorXd::Zero(m)}, change;
   mu = std::min(mu, 0.1 * point.c.squaredNorm());
@@ -32,11 +29,11 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
   prices.begin(barrier_, point.w, mu, 1);
   BarrierPoint trial;
   const auto merit = [&](const BarrierPoint& at) {
-    BarrierPoint without = {{}, {}, 0, 0, 0};
+    BarrierPoint without;
     without.w = at.w;
-    return barrier_.value(without, mu) + 0.5 * at.c.squaredNorm() +
-           0.5 * (at.w - first.w).cwiseAbs2().dot(near);
+    return barrier_.value(without, mu) + 0.5 * at.c.squaredNorm();
   };
+  double damping = 1e-6, steepest = 0;  // of the square of the largest slope on the way
   for (int i = 0; i < kMostSteps; ++i) {
     if (stops()) return RestorationEnd::kStopped;
     if (i > 0 && point.sum <= unreached && takes(point)) return RestorationEnd::kRestored;
@@ -44,44 +41,47 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     if (!nlp_.jacobian(point.w.data(), jacobian.data())) return RestorationEnd::kFailed;
     kkt_.set(jacobian.data(), hessian.data());
 
-    // The slope of what is lacked, and of all.
+    // The slope of what is lacked, and of the barrier.
     right.x.setZero();
     kkt_.add_transposed(point.c, right.x);
     of_c << right.x, -point.c;
-    for (Eigen::Index j = 0; j < n + m; ++j) {
-      if (!moves(j)) of_c[j] = 0;
-    }
     barrier_.slope(point.w, mu, slope);
+    prices.curve(barrier_, point.w, diagonal);
     for (Eigen::Index j = 0; j < n + m; ++j) {
-      const double below = point.w[j] - barrier_.lower()[j], above = barrier_.upper()[j] - point.w[j];
-      slope[j] += near[j] * (point.w[j] - first.w[j]);
-      (j < n ? diagonal.sigma_x[j] : diagonal.sigma_s[j - n]) =
-          prices.lower[j] / below + prices.upper[j] / above + near[j];
-      if (!moves(j)) slope[j] = 0;
+      if (!moves(j)) of_c[j] = slope[j] = 0;
     }
     // No direction lessens what is lacked, but for what the bounds hold back.
     const double size = point.largest;
-    if ((of_c + slope).cwiseAbs().maxCoeff() <= kFlatPart * size * std::max(1.0, size)) {
+    if (jacobian.size() > 0) steepest = std::max(steepest, jacobian.cwiseAbs().maxCoeff());
+    if ((of_c + slope).cwiseAbs().maxCoeff() <= kFlatPart * size * std::min(1.0, steepest)) {
       if (mu <= 1e-3 * kFlatPart * size * size || mu < 1e-14) return RestorationEnd::kInfeasible;
       mu *= 0.1;
       continue;
     }
     right.x = -slope.head(n), right.s = -slope.tail(m), right.c = -point.c;
-    if (!kkt_.factor(diagonal)) return RestorationEnd::kFailed;
-    kkt_.solve(right, change);
-    step << change.x, change.s;
-    const double along = (of_c + slope).dot(step);
-    if (!(along < 0)) return RestorationEnd::kFailed;
     const double before = merit(point);
     bool is_better = false;
-    prices.step(barrier_, point.w, step, mu);
-    for (double length = barrier_.longest(point.w, step, kTau); length > kShortest; length /= 2) {
-      trial.w = point.w + length * step;
-      if (!evaluate(trial)) continue;
-      const double after = merit(trial);
-      if (!(after <= before + kArmijo * length * along + 1e-15 * std::abs(before))) continue;
-      is_better = true;
-      break;
+    for (; !is_better && damping <= kMostShift; damping *= kRaise) {
+      diagonal.shift = std::max(kLeastShift, damping) * steepest * steepest;
+      if (!kkt_.factor(diagonal)) continue;
+      kkt_.solve(right, change);
+      step << change.x, change.s;
+      const double along = (of_c + slope).dot(step);
+      if (!(along < 0)) continue;
+      prices.step(barrier_, point.w, step, mu);
+      const double longest = barrier_.longest(point.w, step, kTau);
+      for (double length = longest; length > kShortest * longest; length /= 2) {
+        trial.w = point.w + length * step;
+        if (!evaluate(trial)) continue;
+        const double after = merit(trial);
+        if (!(after <= before + kArmijo * length * along + 1e-15 * std::abs(before))) continue;
+        is_better = true;
+        // Steps that are taken by a small part were too long: the next one is damped.
+        damping *= length < kShort * longest ? kRaise : kLower;
+        break;
+      }
+      if (is_better) break;
+      if (stops()) return RestorationEnd::kStopped;
     }
     if (!is_better) return RestorationEnd::kFailed;
     std::swap(point, trial);

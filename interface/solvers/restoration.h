@@ -2,9 +2,9 @@
 //
 // The way back to points that an interior-point method's filter takes, when no step of its own helps.
 //
-//   minimise  1/2 |c(w)|^2 - mu sum ln(w - lower) - mu sum ln(upper - w) + zeta/2 |w - w_0|^2_D
+//   minimise  1/2 |c(w)|^2 - mu sum ln(w - lower) - mu sum ln(upper - w)
 //
-// by Gauss-Newton steps, with a barrier parameter that falls with what the constraints lack.  Where it ends with constraints that are
+// by Gauss-Newton steps, damped as Levenberg and Marquardt do, with a barrier parameter that falls with what the constraints lack.  Where it ends with constraints that are
 // not fulfilled, no direction lessens what they lack: locally infeasible.
 #pragma once
 

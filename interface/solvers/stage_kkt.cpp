@@ -23,6 +23,16 @@ StageKkt::StageKkt(const Nlp& nlp) : shape_(nlp.shape()) {
   connect();
 }
 
+bool StageKkt::fits() const {
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (is_fixed(i) != (shape_.x_lower[i] == shape_.x_upper[i])) return false;
+  }
+  for (std::size_t j = 0; j < kind_.size(); ++j) {
+    if (kind_[j] != kind_of(shape_.g_lower[j], shape_.g_upper[j])) return false;
+  }
+  return true;
+}
+
 void StageKkt::place_variables() {
   const std::size_t n = shape_.n();
   begin_ = shape_.stages.empty() ? std::vector<std::size_t>{0} : shape_.stages;
@@ -216,7 +226,7 @@ double StageKkt::largest_residual(const KktVector& right, const KktVector& step)
 
 void StageKkt::solve(const KktVector& right, KktVector& step) {
   constexpr double kGood = 1e-12;
-  constexpr int kMost = 4;
+  constexpr int kMost = 12;  // of rows that are springs, each leaves a part of what it misses
   step.x.resize(right.x.size()), step.s.setZero(right.s.size()), step.c.resize(right.c.size());
   condensed_solve(right, step);
   const auto largest = [](const Eigen::VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; };

@@ -44,6 +44,7 @@ class StageKkt {
 
   RowKind kind(std::size_t row) const { return kind_[row]; }
   bool is_fixed(std::size_t variable) const { return place_[variable] < 0; }
+  bool fits() const;  // whether the shape's bounds make all rows and variables what they were made here
 
   void set(const double* jacobian, const double* hessian);
   bool factor(const KktDiagonal& diagonal);

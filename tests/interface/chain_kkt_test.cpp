@@ -81,9 +81,13 @@ TEST(ChainKkt, SolvesTheWholeSystem) {
       // Rows that repeat each other do not contradict.
       const VectorXd b =
           elastic > 0 ? random.vector(m) : VectorXd(K.bottomLeftCorner(m, n) * random.vector(n));
-      VectorXd z, lambda, x(n + m), right(n + m);
-      chain.solve(a, b, z, lambda);
-      x << z, lambda, right << a, b;
+      VectorXd z, lambda, x = VectorXd::Zero(n + m), right(n + m);
+      right << a, b;
+      for (int i = 0; i < 8; ++i) {  // what springs miss is solved for again
+        const VectorXd left = right - K * x;
+        chain.solve(left.head(n), left.tail(m), z, lambda);
+        x.head(n) += z, x.tail(m) += lambda;
+      }
       EXPECT_LE((K * x - right).norm(), 1e-9 * (right.norm() + x.norm())) << "seed " << seed;
     }
   }
@@ -111,6 +115,54 @@ TEST(ChainKkt, KnowsTheInertia) {
   }
   EXPECT_GT(convex, 40);
   EXPECT_LT(convex, 360);
+}
+
+// A goal of all states that one control meets, many stages ahead: prices stay what they are, however fine the mesh.
+TEST(ChainKkt, GoalsOfFineMeshes) {
+  for (int N : {20, 200, 2000, 20000}) {
+    const double h = 1.0 / N;
+    Eigen::Matrix4d A = Eigen::Matrix4d::Identity();
+    A(0, 2) = A(1, 3) = h, A(2, 1) = -3 * h, A(3, 1) = -20 * h;
+    const Eigen::Vector4d B(0, 0, h, 2 * h);
+    std::vector<ChainSizes> sizes(std::size_t(N) + 1, {5, 0, 4});
+    sizes.front() = {1, 0, 0}, sizes.back() = {4, 4, 4};
+    ChainKkt chain(sizes);
+    for (std::size_t k = 0; k <= std::size_t(N); ++k) {
+      ChainKkt::Stage& s = chain.stage(k);
+      s.H.setZero();
+      if (k < std::size_t(N)) s.H.bottomRightCorner(1, 1).setConstant(2 * h);
+      if (k > 0) s.D.leftCols(4) = -Eigen::Matrix4d::Identity();
+      if (k == std::size_t(N)) s.G.setIdentity();
+      if (k == 0) s.C = B;
+      if (k > 0 && k < std::size_t(N)) s.C << A, B;
+    }
+    ASSERT_TRUE(chain.factor(0)) << N;
+    const VectorXd a = VectorXd::Zero(chain.variables());
+    VectorXd b = VectorXd::Zero(chain.rows()), z, lambda, x = a, left = b;
+    b.tail(4) << 1, 0, 0, 0;
+    for (int i = 0; i < 12; ++i) {
+      left = b;  // goal less where x ends, and what links miss
+      for (std::size_t k = 0; k <= std::size_t(N); ++k) {
+        const ChainKkt::Stage& s = chain.stage(k);
+        auto rows = left.segment(chain.first_row(k), chain.first_row(k + 1) - chain.first_row(k));
+        const auto own = x.segment(chain.first_variable(k), s.H.rows());
+        if (k > 0) {
+          const ChainKkt::Stage& before = chain.stage(k - 1);
+          rows.head(4) -= s.D * own + before.C * x.segment(chain.first_variable(k - 1), before.H.rows());
+        }
+        rows.tail(s.G.rows()) -= s.G * own;
+      }
+      if (left.cwiseAbs().maxCoeff() < 1e-12) break;
+      chain.solve(a, left, z, lambda);
+      x += z;
+    }
+    EXPECT_LT(left.cwiseAbs().maxCoeff(), 1e-10) << N;
+    double effort = 0;
+    for (std::size_t k = 0; k < std::size_t(N); ++k)
+      effort += h * std::pow(x[chain.first_variable(k + 1) - 1], 2);
+    EXPECT_LT(effort, 1e4) << N;
+    std::printf("N = %5d: effort %.6f\n", N, effort);
+  }
 }
 
 // A row that contradicts others is missed, the others are not.
