@@ -58,12 +58,12 @@ class StageSolver::Method {
     options_ = options;
     least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
     barrier_.set_bounds(options.bound_relaxation);
-    solution_ = {}, best_ = {};
+    solution_ = {}, best_ = {}, solution_.x = start;
     last_shift_ = 0, acceptable_ = 0, is_tiny_ = false;
     begin_ = Clock::now();
     processor_begin_ = thread_seconds();
     if (has_crossed_bounds(nlp_.shape())) {
-      solution_.status = SolveStatus::kBadOption, solution_.x = start;
+      solution_.status = SolveStatus::kBadOption;
       return std::move(solution_);
     }
     solution_.status = run(start, warm);
@@ -81,9 +81,8 @@ class StageSolver::Method {
     return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
   }
   double processor_seconds() const { return thread_seconds() - processor_begin_; }
-  bool is_over() const {
-    return options_.stop.stop_requested() || processor_seconds() > options_.max_seconds;
-  }
+  bool is_over() const { return options_.stop.stop_requested() || is_late(); }
+  bool is_late() const { return processor_seconds() > options_.max_seconds; }
 
   bool timed(double& seconds, int& calls, const std::function<bool()>& evaluate) {
     const auto begin = Clock::now();
@@ -216,7 +215,7 @@ class StageSolver::Method {
     if (largest(now_.w) > kEndless) return SolveStatus::kDiverging;
     if (options_.stop.stop_requested()) return SolveStatus::kStopped;
     if (iteration > options_.max_iterations) return SolveStatus::kIterationLimit;
-    if (processor_seconds() > options_.max_seconds) return SolveStatus::kTimeLimit;
+    if (is_late()) return SolveStatus::kTimeLimit;
     if (is_tiny_ && mu_ <= least_barrier_)
       return is_acceptable ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
     return {};

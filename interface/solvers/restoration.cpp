@@ -19,7 +19,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
   };
   const double unreached = kEnough * point.sum;
   Eigen::VectorXd jacobian(Eigen::Index(nlp_.shape().jacobian.nnz())),
-      hessian = Eigen::VectorXd::Zero(Eigen::Index(nlp_.shape().hessian.nnz()));
+      hessian(Eigen::Index(nlp_.shape().hessian.nnz()));
   Eigen::VectorXd slope, of_c(n + m), step(n + m);
   KktDiagonal diagonal{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), 0, 1, false};
   KktVector right{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), Eigen::VectorXd::Zero(m)}, change;
@@ -38,7 +38,9 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     if (stops()) return RestorationEnd::kStopped;
     if (i > 0 && point.sum <= unreached && takes(point)) return RestorationEnd::kRestored;
     if (point.largest <= small) return takes(point) ? RestorationEnd::kRestored : RestorationEnd::kFailed;
-    if (!nlp_.jacobian(point.w.data(), jacobian.data())) return RestorationEnd::kFailed;
+    if (!nlp_.hessian(point.w.data(), 0, point.c.data(), hessian.data()) ||
+        !nlp_.jacobian(point.w.data(), jacobian.data()))
+      return RestorationEnd::kFailed;
     kkt_.set(jacobian.data(), hessian.data());
 
     // The slope of what is lacked, and of the barrier.
@@ -62,8 +64,13 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     const double before = merit(point);
     bool is_better = false;
     for (; !is_better && damping <= kMostShift; damping *= kRaise) {
-      diagonal.shift = std::max(kLeastShift, damping) * steepest * steepest;
-      if (!kkt_.factor(diagonal)) continue;
+      diagonal.shift = damping * steepest * steepest;
+      // With the curvature of what is lacked, where that leaves a minimum.
+      diagonal.with_hessian = true;
+      if (!kkt_.factor(diagonal)) {
+        diagonal.with_hessian = false;
+        if (!kkt_.factor(diagonal)) continue;
+      }
       kkt_.solve(right, change);
       step << change.x, change.s;
       const double along = (of_c + slope).dot(step);
@@ -77,7 +84,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
         if (!(after <= before + kArmijo * length * along + 1e-15 * std::abs(before))) continue;
         is_better = true;
         // Steps that are taken by a small part were too long: the next one is damped.
-        damping *= length < kShort * longest ? kRaise : kLower;
+        damping = std::max(kLeastShift, damping * (length < kShort * longest ? kRaise : kLower));
         break;
       }
       if (is_better) break;

@@ -4,7 +4,7 @@
 //
 //   minimise  1/2 |c(w)|^2 - mu sum ln(w - lower) - mu sum ln(upper - w)
 //
-// by Gauss-Newton steps, damped as Levenberg and Marquardt do, with a barrier parameter that falls with what the constraints lack.  Where it ends with constraints that are
+// by damped Newton steps, of Gauss and Newton where the curvature has no minimum, with a barrier parameter that falls with what the constraints lack.  Where it ends with constraints that are
 // not fulfilled, no direction lessens what they lack: locally infeasible.
 #pragma once
 
