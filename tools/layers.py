@@ -53,8 +53,9 @@ ROOMS = {
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 18, 2100),
-    # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a state
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 22, 2900),
+    # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
+    # state; configurations with orientations; what drives a robot: joints, thrusters, contacts
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2750),
     # values that change between solves
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
@@ -64,7 +65,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription'], 20, 2350),  # keys, places, limits, verdict, refinement, results
+                        'interface/solvers', 'interface/transcription'], 20, 2550),  # keys, places, thrusters, bases, limits, verdict, refinement, results
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 30, 2950),  # simulate, sweep
     'tools/mpi': (['dynamics', 'codegen', 'interface', 'tools/dyntape'], 1, 250),
