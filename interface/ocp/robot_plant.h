@@ -35,6 +35,12 @@ struct Drives {
   bool push() const { return !thrusters.empty() || !contacts.empty(); }
 };
 
+// World axes (m/s^2, m/s, m).
+template <class T>
+struct HeldPoint {
+  dynamics::Vector3<T> acceleration, velocity, position;
+};
+
 template <class T>
 struct Plant {
   using Vector = dynamics::VectorX<T>;
@@ -101,24 +107,13 @@ struct Plant {
   Vector inverse(const Stage<T>& s) {
     return dynamics::inverse_dynamics<T>(model, data, torques, effects, q(s), v(s), Vector(s.a));
   }
-  // Of the contacts' points at the acceleration a: acceleration, velocity, position, three rows each, one below the other.
-  struct Held {
-    Vector acceleration, velocity, position;
-  };
-  Held held(const Stage<T>& s, const Vector& a) {
+  // A frame's origin at the acceleration a.
+  HeldPoint<T> held(const Stage<T>& s, const Vector& a, int frame) {
     dynamics::forward_kinematics<T>(model, data, q(s), v(s), a);
-    const auto n = Eigen::Index(3 * drives.contacts.size());
-    Held h{Vector(n), Vector(n), Vector(n)};
     constexpr auto kAxes = dynamics::ReferenceFrame::kLocalWorldAligned;
-    for (std::size_t c = 0; c < drives.contacts.size(); ++c) {
-      const int frame = drives.contacts[c];
-      const auto at = Eigen::Index(3 * c);
-      h.acceleration.template segment<3>(at) =
-          dynamics::frame_classical_acceleration(model, data, frame, kAxes).linear;
-      h.velocity.template segment<3>(at) = dynamics::frame_velocity(model, data, frame, kAxes).linear;
-      h.position.template segment<3>(at) = dynamics::frame_placement(model, data, frame).p;
-    }
-    return h;
+    return {dynamics::frame_classical_acceleration(model, data, frame, kAxes).linear,
+            dynamics::frame_velocity(model, data, frame, kAxes).linear,
+            dynamics::frame_placement(model, data, frame).p};
   }
 };
 

@@ -68,6 +68,13 @@ struct Plants {
   }
   Eigen::VectorXd missing(const Stage<double>& s) const { return plain->inverse(s) - plain->driving(s); }
 
+  detail::HeldPoint<AD> point(const Stage<AD>& s, const VectorXad& a, int frame) const {
+    return recorded().held(s, a, frame);
+  }
+  detail::HeldPoint<double> point(const Stage<double>& s, const Eigen::VectorXd& a, int frame) const {
+    return plain->held(s, a, frame);
+  }
+
   // N(q) v.
   template <class T>
   Vector<T> configuration(const Stage<T>& s) const {
@@ -131,9 +138,26 @@ Drives::Push push_of(const RobotScene& scene, const Thruster& thruster) {
   return {moving_frame(scene.model, thruster.frame), axis, axis * thruster.moment};
 }
 
+void check_contact(const RobotScene& scene, const HeldContact& contact) {
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError("robot \"" + scene.model.name + "\": contact of \"" + contact.frame + "\": " + what);
+  };
+  if (!(contact.friction > 0 && std::isfinite(contact.friction)))
+    refuse("the friction is " + std::to_string(contact.friction) + ", expected a number above zero");
+  if (contact.place && !contact.place->allFinite()) refuse("its place has an entry that is no finite number");
+}
+
 Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
   Drives drives{actuated_dofs(scene), gains(scene, options.unit), {}, {}};
   for (const Thruster& thruster : options.thrusters) drives.thrusters.push_back(push_of(scene, thruster));
+  for (const HeldContact& contact : options.contacts) {
+    check_contact(scene, contact);
+    const int frame = moving_frame(scene.model, contact.frame);
+    if (std::find(drives.contacts.begin(), drives.contacts.end(), frame) != drives.contacts.end())
+      throw ArgumentError("robot \"" + scene.model.name + "\": frame \"" + contact.frame +
+                          "\" has two held contacts, expected one");
+    drives.contacts.push_back(frame);
+  }
   return drives;
 }
 
@@ -141,6 +165,9 @@ std::vector<std::string> control_names(const RobotScene& scene, const RobotProbl
   std::vector<std::string> names;
   for (const std::string& joint : driven_names(scene)) names.push_back("u." + joint);
   for (const Thruster& thruster : options.thrusters) names.push_back("f." + thruster.name);
+  for (const HeldContact& contact : options.contacts) {
+    for (const char* axis : {".x", ".y", ".z"}) names.push_back("f." + contact.frame + axis);
+  }
   return names;
 }
 
@@ -159,6 +186,42 @@ void bound_forces(Problem& problem, const Drives& drives, const RobotProblemOpti
   for (const Thruster& thruster : options.thrusters) {
     problem.u.lower[k] = thruster.lower;
     problem.u.upper[k++] = thruster.upper;
+  }
+  for (std::size_t c = 0; c < options.contacts.size(); ++c, k += 3) problem.u.lower[k + 2] = 0;
+}
+
+// What a contact's force is compared with (N).
+double weight_of(const Model<double>& model) {
+  double mass = 0;
+  for (const auto& inertia : model.inertias) mass += inertia.mass;
+  const double weight = mass * model.gravity.norm();
+  return weight > 0 ? weight : 1;
+}
+
+constexpr double kPull = 100, kDrag = 20;  // of held points (1/s^2, 1/s): critically damped
+
+void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
+                  const RobotProblemOptions& options) {
+  const Drives& drives = plants->drives;
+  const double weight = weight_of(plants->scene.model);
+  Eigen::Index k = drives.n_u() - 3 * Eigen::Index(options.contacts.size());
+  for (std::size_t c = 0; c < options.contacts.size(); ++c, k += 3) {
+    const HeldContact& contact = options.contacts[c];
+    problem.add(
+        path_equality(contact.frame + " holds", [plants, contact, frame = drives.contacts[c]](const auto& s) {
+          using T = typename std::decay_t<decltype(s.x)>::Scalar;
+          const Vector<T> a = s.a.size() > 0 ? Vector<T>(s.a) : plants->forward(s);
+          const detail::HeldPoint<T> p = plants->point(s, a, frame);
+          const dynamics::Vector3<T> row = p.acceleration + p.velocity * T(kDrag);
+          if (!contact.place) return row;
+          return dynamics::Vector3<T>(row + (p.position - contact.place->template cast<T>()) * T(kPull));
+        }));
+    const double slope = contact.friction * contact.friction;
+    const StageFunction room = [k, slope, scale = 1 / (weight * weight)](const auto& s) {
+      return vector((s.u[k + 2] * s.u[k + 2] * slope - s.u[k] * s.u[k] - s.u[k + 1] * s.u[k + 1]) * scale);
+    };
+    problem.add(path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
+                                Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity())));
   }
 }
 
@@ -189,6 +252,7 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
     problem.use_accelerations(entry_names_of(model, "a.", false), scaled_residual(plants, scale), ode);
   }
   bound_forces(problem, plants->drives, options);
+  add_contacts(problem, plants, options);
   if (!is_on_lines(model)) problem.typical = typical_moves(model);
   return problem;
 }

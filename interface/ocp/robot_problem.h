@@ -15,17 +15,32 @@
 // among them: robot_configuration.h, which also has starts, goals and guesses for them.
 //
 // B u puts control k on the actuated joint k; the others get no torque.  With unit kFraction, u is the
-// fraction of the joint's effort limit.  Behind them come the thrusters, in newtons whatever the unit.
+// fraction of the joint's effort limit.  Behind them come the thrusters, in newtons whatever the unit, then the forces of
+// held contacts.
+//
+// Held contacts.  The origin of each frame stays where it is at the start, held by a force of three components, controls
+// f.<frame>.x|y|z (N, world axes) that act on the robot at that point.  Two terms a contact:
+//   <frame> holds   d2p/dt2 + 20 dp/dt + 100 (p - place) = 0 at every point; the last part where the place is given.
+//                   Accelerations and not velocities, because these tell the forces: demanded of velocities, collocation
+//                   knows forces only by what they do to neighbouring points.  Errors decay as (1 + 10 t) exp(-10 t) (J.
+//                   Baumgarte, 1972, as in dynamics/contact/constraints.h), so that none add up.
+//   <frame> cone    (friction^2 fz^2 - fx^2 - fy^2) / weight^2 >= 0 with fz >= 0: the friction cone of a floor with z
+//                   upwards, smooth at its apex too
+// The motion has to start at rest there.  A goal is to give no more than contacts leave free: with four feet held, the pose
+// of the trunk, not the joints as well.
 //
 // Only the chosen effects are recorded (dynamics/effects/effects.h).  States are named q.<joint>, v.<joint>,
-// or q.<joint>[0], ... where a joint has several entries; accelerations a.<joint>, controls u.<joint>, f.<thruster>.
+// or q.<joint>[0], ... where a joint has several entries; accelerations a.<joint>, controls u.<joint>, f.<thruster>,
+// f.<frame>.x, y, z.
 //
 // Errors: ArgumentError for a driven joint that is unknown or named twice, for fractions of an effort limit that does not
-// exist, for a thruster on an unknown or fixed frame, without an axis or a range; NumericalError in the forward form for a
+// exist, for a thruster or contact of an unknown or fixed frame, without an axis, a range or a
+// friction above zero, for two contacts of one frame; NumericalError in the forward form for a
 // joint without inertia.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -47,11 +62,19 @@ struct Thruster {
       0;  // N m along the axis that come with each newton: a rotor's drag, by its sense of rotation
 };
 
+// A point that a force holds in its place, of a floor with z upwards.
+struct HeldContact {
+  std::string frame;
+  double friction = 0.7;                      // coefficient
+  std::optional<Eigen::Vector3d> place = {};  // m, world: where it is at the start
+};
+
 struct RobotProblemOptions {
   double duration = 1;
   DynamicsForm form = DynamicsForm::kForward;
   ControlUnit unit = ControlUnit::kPhysical;
   std::vector<Thruster> thrusters = {};
+  std::vector<HeldContact> contacts = {};
 };
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options);

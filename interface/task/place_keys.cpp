@@ -163,6 +163,24 @@ std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
   return thrusters;
 }
 
+std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
+  Section block = file.about("points that the floor holds over the whole motion").child_or_empty("contacts");
+  std::vector<std::string> moving;
+  if (model) {
+    for (const auto& frame : model->frames) {
+      if (frame.body >= 0) moving.push_back(frame.name);
+    }
+  }
+  std::vector<HeldContact> contacts;
+  for (const std::string& name :
+       distinct_names(block.about("links whose origins stay where they are at the start"), "hold", moving))
+    contacts.push_back({.frame = name});
+  const double friction =
+      block.about("coefficient").get_or("friction", HeldContact().friction, io::positive());
+  for (HeldContact& contact : contacts) contact.friction = friction;
+  return contacts;
+}
+
 std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* model) {
   if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame"))
     return std::nullopt;

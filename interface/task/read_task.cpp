@@ -141,6 +141,16 @@ void add_guess(Problem& problem, const Task& task, Eigen::VectorXd from, Eigen::
   };
 }
 
+// Contacts stay where the start has them.
+void place_contacts(Task& task, const Eigen::VectorXd& q) {
+  if (task.robot.contacts.empty() || !q.allFinite()) return;
+  const auto& model = task.scene.model;
+  dynamics::Data<double> data(model);
+  dynamics::forward_kinematics<double>(model, data, q);
+  for (HeldContact& contact : task.robot.contacts)
+    contact.place = dynamics::frame_placement(model, data, model.frame_index(contact.frame)).p;
+}
+
 }  // namespace
 
 bool read_task_scene(Section& file, Task& task) {
@@ -169,6 +179,7 @@ Task read_task(const std::string& path) {
   file.finish();
   task.effective = file.effective_values();
 
+  place_contacts(task, keys.start.head(task.scene.model.nq));
   task.problem = robot_problem(task.scene, task.robot);
   task.problem.name = task.name;
   task.problem.free_time = keys.free_time;

@@ -34,6 +34,8 @@
 //                   route [automatic] interpreter; threads [1], 0: all, that share the points
 //   thrusters       thruster NAME { frame, axis ["0 0 1"], lower [0], upper [inf] (N), moment [0] (m) }: forces along axes
 //                   of frames, as many as there are (robot_problem.h)
+//   contacts        hold ["" : frames whose origins stay where they are at the start], friction [0.7]: each is held by a
+//                   force within the friction cone of a floor with z upwards; the goal is to leave the joints free then
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]; of a floating base also
 //                   base { position, roll_pitch_yaw, velocity, angular_velocity: as in scenes [0] }, and of the goal's
 //                   free ["" : those of the four that are left open]

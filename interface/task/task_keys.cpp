@@ -314,6 +314,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.optimise.mesh.threads = evaluation.threads;
   read_solver(file, task.optimise);
   task.robot.thrusters = read_thrusters(file, model);
+  task.robot.contacts = read_contacts(file, model);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   read_goal(file, keys, model);

@@ -376,7 +376,7 @@ TEST(FloatingProblems, DdpFliesIt) {
   // Collocation of the same problem.
   const Solution c = optimise(p, options_with(60));
   ASSERT_TRUE(c.success());
-  EXPECT_NEAR(s.cost() / c.cost(), 1, 2e-3);
+  EXPECT_NEAR(s.cost / c.cost(), 1, 2e-3);
 }
 
 TEST(FloatingProblems, WhatCannotBeIsSaid) {
