@@ -166,7 +166,7 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
     x.resize(model->nq + model->nv);
     x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;
   }
-  if (!is_by_frame) read_base_at(end, which, model, x);
+  if (!is_by_frame || !model) read_base_at(end, which, model, x);
   if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
   end.about("joints whose position and velocity are left open");
   for (const std::string& name : distinct_names(end, "free", names))
