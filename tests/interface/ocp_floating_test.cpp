@@ -345,6 +345,35 @@ TEST(FloatingProblems, AQuadrotorFliesAndTurnsByEveryFormMethodAndSheet) {
   for (double cost : costs) EXPECT_NEAR(cost / costs[0], 1, 1e-5);
 }
 
+// Rolls over once: start and goal are one orientation, and the guess says that the way leads around.
+TEST(FloatingProblems, AQuadrotorRollsOver) {
+  Quadrotor robot;
+  robot.to.tail(4) = robot.from.tail(4);
+  Problem p = robot.problem();
+  end_at(p, robot.scene, robot.to, robot.rest);
+  const double full = 2 * std::acos(-1.0), duration = robot.options.duration;
+  p.guess = [&](double t) {
+    Stage<double> s{t, VectorXd::Zero(13), {}, VectorXd::Constant(4, 1.2)};
+    const double turned = full * t / duration;
+    s.x.head(7) = between(robot.scene.model, robot.from, robot.to, t / duration);
+    s.x.segment<4>(3) << std::sin(turned / 2), 0, 0, std::cos(turned / 2);
+    s.x[10] = full / duration;
+    return s;
+  };
+  const Solution s = optimise(p, options_with(60));
+  ASSERT_TRUE(s.success()) << describe(s.nlp.status);
+  EXPECT_LT(s.verification.worst_relative, 1e-3);
+  const VectorXd end = s.motion.x.col(s.motion.points() - 1);
+  EXPECT_NEAR(end[6], -1, 1e-3);  // the other sheet: once around
+  EXPECT_LT(configuration_error<double>(robot.scene.model, robot.to, end.head(7)).norm(), 1e-7);
+  double lowest = 1;  // upside down on the way: z of the axis that points up
+  for (int k = 0; k < s.motion.points(); ++k) {
+    const dynamics::Vector4<double> u = s.motion.x.col(k).segment<4>(3);
+    lowest = std::min(lowest, dynamics::rotation(u)(2, 2));
+  }
+  EXPECT_LT(lowest, -0.99);
+}
+
 TEST(FloatingProblems, ThrustersPushAlongTheirAxes) {
   const Quadrotor robot;
   const Problem p = robot.problem();
