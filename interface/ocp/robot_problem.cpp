@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocp/robot_problem.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/effects/check.h>
+#include <dyntape/interface/ocp/robot_configuration.h>
+#include <dyntape/interface/ocp/robot_plant.h>
+#include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/robot/robot_callee.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
@@ -14,56 +18,13 @@ namespace dyntape {
 
 namespace {
 
+using detail::Drives;
+using detail::Plant;
 using dynamics::Data;
-using dynamics::Effects;
 using dynamics::Model;
 
 template <class T>
 using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
-
-// The robot in one scalar, with its working memory; one thread at a time.
-template <class T>
-struct Plant {
-  Plant(Model<T> m, Effects<T> e, std::vector<int> driven, Eigen::VectorXd gains)
-      : model(std::move(m)),
-        effects(std::move(e)),
-        data(model),
-        torques(model),
-        dofs(std::move(driven)),
-        gain(std::move(gains)) {}
-
-  Model<T> model;
-  Effects<T> effects;
-  Data<T> data;
-  dynamics::EffectTorques<T> torques;
-  std::vector<int> dofs;
-  Eigen::VectorXd gain;  // of each control: torque = gain u
-
-  Vector<T> command(const Stage<T>& s) const {
-    return torques_at(dofs, Vector<T>(gain.template cast<T>().cwiseProduct(s.u)), model.nv);
-  }
-  // What arrives of it at the joints.
-  Vector<T> torque(const Stage<T>& s) {
-    return dynamics::driving_torques<T>(model, torques, effects, command(s));
-  }
-  // What callees are given, which know no other than the robot that moves with v.
-  Vector<T> seen_v(const Stage<T>& s) const {
-    return effects.acting().coriolis ? v(s) : Vector<T>::Constant(model.nv, T(0));
-  }
-  Vector<T> q(const Stage<T>& s) const { return s.x.head(model.nv); }
-  Vector<T> v(const Stage<T>& s) const { return s.x.tail(model.nv); }
-
-  // What effects add that are not the callees' own.
-  Vector<T> passive(const Stage<T>& s) {
-    return dynamics::effect_torques<T>(model, data, torques, effects, q(s), v(s));
-  }
-  Vector<T> forward(const Stage<T>& s) {
-    return dynamics::forward_dynamics(model, data, torques, effects, q(s), v(s), command(s));
-  }
-  Vector<T> inverse(const Stage<T>& s) {
-    return dynamics::inverse_dynamics(model, data, torques, effects, q(s), v(s), Vector<T>(s.a));
-  }
-};
 
 template <class T>
 Vector<T> joined(const Vector<T>& a, const Vector<T>& b) {
@@ -76,16 +37,12 @@ Vector<T> joined(const Vector<T>& a, const Vector<T>& b) {
 // one recording.  Its dynamics are callees, whose derivatives are the analytic ones, where that pays.
 struct Plants {
   RobotScene scene;
-  std::vector<int> dofs;
-  Eigen::VectorXd gain;
+  Drives drives;
   std::shared_ptr<Plant<double>> plain;
   std::shared_ptr<const Callee> forward_callee, inverse_callee;  // null: recorded as they are
 
-  Plants(const RobotScene& s, Eigen::VectorXd gains)
-      : scene(s),
-        dofs(actuated_dofs(s)),
-        gain(std::move(gains)),
-        plain(std::make_shared<Plant<double>>(s.model, s.effects, dofs, gain)) {
+  Plants(const RobotScene& s, const Drives& d)
+      : scene(s), drives(d), plain(std::make_shared<Plant<double>>(s.model, s.effects, d)) {
     dynamics::check(s.model, s.effects);
     const bool adds_inertia = s.effects.acting().added.count > 0;  // which callees do not know
     if (adds_inertia || !is_worth_callees(s.model)) return;
@@ -97,56 +54,52 @@ struct Plants {
   VectorXad forward(const Stage<AD>& s) const {
     Plant<AD> plant = recorded();
     if (!forward_callee) return plant.forward(s);
-    const VectorXad tau = plant.torque(s) + plant.passive(s);
+    const VectorXad tau = plant.driving(s) + plant.passive(s);
     return call(forward_callee, joined<AD>(joined<AD>(plant.q(s), plant.seen_v(s)), tau));
   }
+  Eigen::VectorXd forward(const Stage<double>& s) const { return plain->forward(s); }
+
   // The torques that the motion needs, less the controls'.
   VectorXad missing(const Stage<AD>& s) const {
     Plant<AD> plant = recorded();
-    if (!inverse_callee) return plant.inverse(s) - plant.torque(s);
+    if (!inverse_callee) return plant.inverse(s) - plant.driving(s);
     const VectorXad tau = call(inverse_callee, joined<AD>(joined<AD>(plant.q(s), plant.seen_v(s)), s.a));
-    return tau - plant.passive(s) - plant.torque(s);
+    return tau - plant.passive(s) - plant.driving(s);
+  }
+  Eigen::VectorXd missing(const Stage<double>& s) const { return plain->inverse(s) - plain->driving(s); }
+
+  detail::HeldPoint<AD> point(const Stage<AD>& s, const VectorXad& a, int frame) const {
+    return recorded().held(s, a, frame);
+  }
+  detail::HeldPoint<double> point(const Stage<double>& s, const Eigen::VectorXd& a, int frame) const {
+    return plain->held(s, a, frame);
   }
 
-  Plant<AD> recorded() const { return {scene.model.cast<AD>(), scene.effects.cast<AD>(), dofs, gain}; }
+  // N(q) v.
+  template <class T>
+  Vector<T> configuration(const Stage<T>& s) const {
+    const int nq = scene.model.nq, nv = scene.model.nv;
+    return configuration_rate<T>(scene.model, s.x.head(nq), s.x.segment(nq, nv));
+  }
+
+  Plant<AD> recorded() const { return {scene.model.cast<AD>(), scene.effects.cast<AD>(), drives}; }
 };
 
 StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
-  return {[plants](const Stage<AD>& s) {
-            return joined<AD>(s.x.tail(plants->scene.model.nv), plants->forward(s));
-          },
-          [plants](const Stage<double>& s) {
-            return joined<double>(plants->plain->v(s), plants->plain->forward(s));
-          }};
+  return [plants](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    return joined<T>(plants->configuration(s), plants->forward(s));
+  };
 }
 
 StageFunction scaled_residual(const std::shared_ptr<const Plants>& plants, const Eigen::VectorXd& scale) {
-  return {
-      [=](const Stage<AD>& s) { return VectorXad(plants->missing(s).cwiseProduct(scale.cast<AD>())); },
-      [=](const Stage<double>& s) {
-        return Eigen::VectorXd((plants->plain->inverse(s) - plants->plain->torque(s)).cwiseProduct(scale));
-      }};
+  return [plants, scale](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    return Vector<T>(plants->missing(s).cwiseProduct(scale.template cast<T>()));
+  };
 }
 
-std::vector<std::string> prefixed(const std::string& prefix, const Model<double>& model) {
-  std::vector<std::string> names;
-  for (const auto& joint : model.joints) names.push_back(prefix + joint.name);
-  return names;
-}
-
-void check_joints(const Model<double>& model) {
-  for (const auto& joint : model.joints) {
-    if (dynamics::traits(joint.type).on_a_line) continue;
-    const bool continuous = joint.type == dynamics::JointType::kContinuous;
-    throw ArgumentError(
-        "robot \"" + model.name + "\": joint \"" + joint.name + "\" is " + dynamics::to_string(joint.type) +
-        (continuous ? " and written as (cos, sin); read the robot with continuous joints as angles"
-                    : "; collocation takes robots with a fixed base and joints of one degree of freedom"));
-  }
-}
-
-double effort_limit(const RobotScene& scene, int dof, bool required) {
-  const auto& joint = scene.model.joints[std::size_t(dof)];
+double effort_limit(const RobotScene& scene, const dynamics::Joint<double>& joint, bool required) {
   const double limit = joint.limits.effort;
   if (required && !(std::isfinite(limit) && limit > 0)) {
     throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + joint.name +
@@ -155,38 +108,152 @@ double effort_limit(const RobotScene& scene, int dof, bool required) {
   return limit;
 }
 
+const dynamics::Joint<double>& joint_of_dof(const Model<double>& model, int dof) {
+  for (const auto& joint : model.joints) {
+    if (dof < joint.idx_v + dynamics::nv(joint.type)) return joint;
+  }
+  return model.joints.back();
+}
+
 Eigen::VectorXd gains(const RobotScene& scene, ControlUnit unit) {
   const std::vector<int> dofs = actuated_dofs(scene);
   Eigen::VectorXd gain = Eigen::VectorXd::Ones(Eigen::Index(dofs.size()));
   if (unit == ControlUnit::kPhysical) return gain;
-  for (std::size_t k = 0; k < dofs.size(); ++k) gain[long(k)] = effort_limit(scene, dofs[k], true);
+  for (std::size_t k = 0; k < dofs.size(); ++k)
+    gain[long(k)] = effort_limit(scene, joint_of_dof(scene.model, dofs[k]), true);
   return gain;
+}
+
+Drives::Push push_of(const RobotScene& scene, const Thruster& thruster) {
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError("robot \"" + scene.model.name + "\": thruster \"" + thruster.name + "\": " + what);
+  };
+  if (!thruster.axis.allFinite() || !(thruster.axis.stableNorm() > 0))
+    refuse("the axis is no direction; expected three finite numbers, not all of them zero");
+  if (!(thruster.lower <= thruster.upper))
+    refuse("the thrust lies between " + std::to_string(thruster.lower) + " and " +
+           std::to_string(thruster.upper) + " N; expected the smaller one first");
+  if (!std::isfinite(thruster.moment)) refuse("the moment of a newton is no finite number");
+  const Eigen::Vector3d axis = thruster.axis.stableNormalized();
+  return {moving_frame(scene.model, thruster.frame), axis, axis * thruster.moment};
+}
+
+void check_contact(const RobotScene& scene, const HeldContact& contact) {
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError("robot \"" + scene.model.name + "\": contact of \"" + contact.frame + "\": " + what);
+  };
+  if (!(contact.friction > 0 && std::isfinite(contact.friction)))
+    refuse("the friction is " + std::to_string(contact.friction) + ", expected a number above zero");
+  if (contact.place && !contact.place->allFinite()) refuse("its place has an entry that is no finite number");
+}
+
+Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
+  Drives drives{actuated_dofs(scene), gains(scene, options.unit), {}, {}};
+  for (const Thruster& thruster : options.thrusters) drives.thrusters.push_back(push_of(scene, thruster));
+  for (const HeldContact& contact : options.contacts) {
+    check_contact(scene, contact);
+    const int frame = moving_frame(scene.model, contact.frame);
+    if (std::find(drives.contacts.begin(), drives.contacts.end(), frame) != drives.contacts.end())
+      throw ArgumentError("robot \"" + scene.model.name + "\": frame \"" + contact.frame +
+                          "\" has two held contacts, expected one");
+    drives.contacts.push_back(frame);
+  }
+  return drives;
+}
+
+std::vector<std::string> control_names(const RobotScene& scene, const RobotProblemOptions& options) {
+  std::vector<std::string> names;
+  for (const std::string& joint : driven_names(scene)) names.push_back("u." + joint);
+  for (const Thruster& thruster : options.thrusters) names.push_back("f." + thruster.name);
+  for (const HeldContact& contact : options.contacts) {
+    for (const char* axis : {".x", ".y", ".z"}) names.push_back("f." + contact.frame + axis);
+  }
+  return names;
+}
+
+// How far orientations move is not told by a guess that does not turn: about one, as directions do.
+Eigen::VectorXd typical_moves(const Model<double>& model) {
+  Eigen::VectorXd typical = Eigen::VectorXd::Zero(model.nq + model.nv);
+  for (const auto& joint : model.joints) {
+    const auto [first, count] = direction_entries(joint);
+    typical.segment(first, count).setOnes();
+  }
+  return typical;
+}
+
+void bound_forces(Problem& problem, const Drives& drives, const RobotProblemOptions& options) {
+  Eigen::Index k = drives.gain.size();
+  for (const Thruster& thruster : options.thrusters) {
+    problem.u.lower[k] = thruster.lower;
+    problem.u.upper[k++] = thruster.upper;
+  }
+  for (std::size_t c = 0; c < options.contacts.size(); ++c, k += 3) problem.u.lower[k + 2] = 0;
+}
+
+// What a contact's force is compared with (N).
+double weight_of(const Model<double>& model) {
+  double mass = 0;
+  for (const auto& inertia : model.inertias) mass += inertia.mass;
+  const double weight = mass * model.gravity.norm();
+  return weight > 0 ? weight : 1;
+}
+
+constexpr double kPull = 100, kDrag = 20;  // of held points (1/s^2, 1/s): critically damped
+
+void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
+                  const RobotProblemOptions& options) {
+  const Drives& drives = plants->drives;
+  const double weight = weight_of(plants->scene.model);
+  Eigen::Index k = drives.n_u() - 3 * Eigen::Index(options.contacts.size());
+  for (std::size_t c = 0; c < options.contacts.size(); ++c, k += 3) {
+    const HeldContact& contact = options.contacts[c];
+    problem.add(
+        path_equality(contact.frame + " holds", [plants, contact, frame = drives.contacts[c]](const auto& s) {
+          using T = typename std::decay_t<decltype(s.x)>::Scalar;
+          const Vector<T> a = s.a.size() > 0 ? Vector<T>(s.a) : plants->forward(s);
+          const detail::HeldPoint<T> p = plants->point(s, a, frame);
+          const dynamics::Vector3<T> row = p.acceleration + p.velocity * T(kDrag);
+          if (!contact.place) return row;
+          return dynamics::Vector3<T>(row + (p.position - contact.place->template cast<T>()) * T(kPull));
+        }));
+    const double slope = contact.friction * contact.friction;
+    const StageFunction room = [k, slope, scale = 1 / (weight * weight)](const auto& s) {
+      return vector((s.u[k + 2] * s.u[k + 2] * slope - s.u[k] * s.u[k] - s.u[k + 1] * s.u[k + 1]) * scale);
+    };
+    problem.add(path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
+                                Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity())));
+  }
 }
 
 }  // namespace
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
-  check_joints(scene.model);
   check_has_no_constraints(scene, "optimal control");
-  const auto plants = std::make_shared<const Plants>(scene, gains(scene, options.unit));
+  const auto plants = std::make_shared<const Plants>(scene, drives_of(scene, options));
   const Model<double>& model = scene.model;
-  std::vector<std::string> states = prefixed("q.", model), velocities = prefixed("v.", model), controls;
+  std::vector<std::string> states = entry_names_of(model, "q.", true);
+  const std::vector<std::string> velocities = entry_names_of(model, "v.", false);
   states.insert(states.end(), velocities.begin(), velocities.end());
-  for (int dof : plants->dofs) controls.push_back("u." + model.joints[std::size_t(dof)].name);
+  const std::vector<std::string> controls = control_names(scene, options);
   const StageFunction ode = forward_rate(plants);
-  if (options.form == DynamicsForm::kForward) return {model.name, states, controls, options.duration, ode};
-
-  Problem problem(model.name, states, controls, options.duration, [n = model.nv](const auto& s) {
-    auto rate = s.x;
-    rate << s.x.tail(n), s.a;
-    return rate;
-  });
-  Eigen::VectorXd scale = Eigen::VectorXd::Ones(model.nv);
-  for (int i = 0; i < model.nv; ++i) {
-    const double limit = effort_limit(scene, i, false);
-    if (std::isfinite(limit) && limit > 0) scale[i] = 1 / limit;
+  Problem problem;
+  if (options.form == DynamicsForm::kForward) {
+    problem = Problem(model.name, states, controls, options.duration, ode);
+  } else {
+    problem = Problem(model.name, states, controls, options.duration, [plants](const auto& s) {
+      using T = typename std::decay_t<decltype(s.x)>::Scalar;
+      return joined<T>(plants->configuration(s), s.a);
+    });
+    Eigen::VectorXd scale = Eigen::VectorXd::Ones(model.nv);
+    for (const auto& joint : model.joints) {
+      const double limit = effort_limit(scene, joint, false);
+      if (std::isfinite(limit) && limit > 0) scale[joint.idx_v] = 1 / limit;
+    }
+    problem.use_accelerations(entry_names_of(model, "a.", false), scaled_residual(plants, scale), ode);
   }
-  problem.use_accelerations(prefixed("a.", model), scaled_residual(plants, scale), ode);
+  bound_forces(problem, plants->drives, options);
+  add_contacts(problem, plants, options);
+  if (!is_on_lines(model)) problem.typical = typical_moves(model);
   return problem;
 }
 
@@ -197,28 +264,48 @@ Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q
   return dynamics::inverse_dynamics(scene.model, data, torques, scene.effects, q, zero, zero);
 }
 
+Eigen::VectorXd holding_controls(const RobotScene& scene, const RobotProblemOptions& options,
+                                 const Eigen::VectorXd& q) {
+  Plant<double> plant(scene.model, scene.effects, drives_of(scene, options));
+  const int n = plant.drives.n_u(), joints = int(plant.drives.dofs.size()), nv = scene.model.nv;
+  const Eigen::VectorXd tau = holding_torque(scene, q);
+  Eigen::VectorXd u(n);
+  if (!plant.drives.push()) {
+    for (int k = 0; k < n; ++k) u[k] = tau[plant.drives.dofs[std::size_t(k)]] / plant.drives.gain[k];
+    return u;
+  }
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(nv, n);
+  for (int k = 0; k < joints; ++k) B(plant.drives.dofs[std::size_t(k)], k) = plant.drives.gain[k];
+  Eigen::VectorXd x = Eigen::VectorXd::Zero(scene.model.nq + nv);
+  x.head(scene.model.nq) = q;
+  for (int k = joints; k < n; ++k) B.col(k) = plant.push_torques({0, x, {}, Eigen::VectorXd::Unit(n, k)});
+  return B.completeOrthogonalDecomposition().solve(tau);
+}
+
 double rated(double limit) { return limit > 0 ? limit : std::numeric_limits<double>::infinity(); }
 
 void limit_positions(Problem& problem, const RobotScene& scene) {
-  for (int i = 0; i < scene.model.nv; ++i) {
-    problem.x.lower[i] = scene.model.joints[std::size_t(i)].limits.lower;
-    problem.x.upper[i] = scene.model.joints[std::size_t(i)].limits.upper;
+  for (const auto& joint : scene.model.joints) {
+    if (!dynamics::traits(joint.type).on_a_line) continue;
+    problem.x.lower[joint.idx_q] = joint.limits.lower;
+    problem.x.upper[joint.idx_q] = joint.limits.upper;
   }
 }
 
 void limit_velocities(Problem& problem, const RobotScene& scene) {
-  const int n = scene.model.nv;
-  for (int i = 0; i < n; ++i) {
-    const double limit = rated(scene.model.joints[std::size_t(i)].limits.velocity);
-    problem.x.lower[n + i] = -limit;
-    problem.x.upper[n + i] = limit;
+  for (const auto& joint : scene.model.joints) {
+    if (!dynamics::is_single(joint.type)) continue;
+    const double limit = rated(joint.limits.velocity);
+    problem.x.lower[scene.model.nq + joint.idx_v] = -limit;
+    problem.x.upper[scene.model.nq + joint.idx_v] = limit;
   }
 }
 
 void limit_efforts(Problem& problem, const RobotScene& scene, ControlUnit unit) {
   const std::vector<int> dofs = actuated_dofs(scene);
   for (std::size_t k = 0; k < dofs.size(); ++k) {
-    const double limit = unit == ControlUnit::kFraction ? 1 : rated(effort_limit(scene, dofs[k], false));
+    const auto& joint = joint_of_dof(scene.model, dofs[k]);
+    const double limit = unit == ControlUnit::kFraction ? 1 : rated(effort_limit(scene, joint, false));
     problem.u.lower[long(k)] = -limit;
     problem.u.upper[long(k)] = limit;
   }
@@ -233,22 +320,26 @@ Term squared_fractions(const RobotScene& scene, double weight, ControlUnit unit)
   if (unit == ControlUnit::kFraction) scale.setConstant(std::sqrt(weight));
   return running_squares("effort", [scale](const auto& s) {
     using T = typename std::decay_t<decltype(s.u)>::Scalar;
-    return s.u.cwiseProduct(scale.template cast<T>()).eval();
+    return s.u.head(scale.size()).cwiseProduct(scale.template cast<T>()).eval();
   });
 }
 
 Term squared_accelerations(const Problem& problem, double weight) {
-  const StageFunction rate = problem.rate;
-  return running_squares("acceleration", [rate, r = std::sqrt(weight)](const auto& s) {
-    return (rate(s).tail(s.x.size() / 2) * r).eval();
+  const auto is_velocity = [](const std::string& name) { return name.starts_with("v."); };
+  const auto n = std::count_if(problem.states.begin(), problem.states.end(), is_velocity);
+  return running_squares("acceleration", [rate = problem.rate, n, r = std::sqrt(weight)](const auto& s) {
+    return (rate(s).tail(n) * r).eval();
   });
 }
 
-Term joint_tracking(Eigen::VectorXd w_q, Eigen::VectorXd q_ref, Eigen::VectorXd w_v, Eigen::VectorXd v_ref) {
-  const Eigen::VectorXd root = joined<double>(w_q, w_v).cwiseSqrt(), reference = joined<double>(q_ref, v_ref);
-  return running_squares("tracking", [=](const auto& s) {
+Term joint_tracking(const RobotScene& scene, const Eigen::VectorXd& w_q, const Eigen::VectorXd& q_ref,
+                    const Eigen::VectorXd& w_v, const Eigen::VectorXd& v_ref) {
+  const Eigen::VectorXd root = joined<double>(w_q, w_v).cwiseSqrt();
+  const StageFunction error = configuration_error(scene, q_ref);
+  return running_squares("tracking", [=, first = scene.model.nq, n = scene.model.nv](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    return (s.x - reference.template cast<T>()).cwiseProduct(root.template cast<T>()).eval();
+    const Vector<T> dv = s.x.segment(first, n) - v_ref.template cast<T>();
+    return joined<T>(error(s), dv).cwiseProduct(root.template cast<T>()).eval();
   });
 }
 

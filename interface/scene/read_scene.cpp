@@ -26,19 +26,6 @@ using Eigen::VectorXd;
 using io::Section;
 using RobotModel = dynamics::Model<double>;
 
-BaseStart read_base(Section& start) {
-  Section base = start.about("of a floating base").child_or_empty("base");
-  BaseStart keys;
-  keys.position = read_vector3(base.about("of its origin in the world [m]"), "position", Vector3d::Zero());
-  base.about("its turns about the fixed axes x, then y, then z of the world [rad]");
-  keys.roll_pitch_yaw = read_vector3(base, "roll_pitch_yaw", Vector3d::Zero());
-  base.about("of its origin, in its own axes [m/s]");
-  keys.velocity = read_vector3(base, "velocity", Vector3d::Zero());
-  base.about("in its own axes [rad/s]");
-  keys.angular_velocity = read_vector3(base, "angular_velocity", Vector3d::Zero());
-  return keys;
-}
-
 void read_start(Section& file, const RobotModel* model, Scene& scene) {
   Section start = file.about("the state at the beginning").child_or_empty("start");
   const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, 0.0);
@@ -197,6 +184,19 @@ std::string read_name(Section& file, const std::string& fallback) {
 }
 
 }  // namespace
+
+BaseStart read_base(Section& state) {
+  Section base = state.about("of a floating base").child_or_empty("base");
+  BaseStart keys;
+  keys.position = read_vector3(base.about("of its origin in the world [m]"), "position", Vector3d::Zero());
+  base.about("its turns about the fixed axes x, then y, then z of the world [rad]");
+  keys.roll_pitch_yaw = read_vector3(base, "roll_pitch_yaw", Vector3d::Zero());
+  base.about("of its origin, in its own axes [m/s]");
+  keys.velocity = read_vector3(base, "velocity", Vector3d::Zero());
+  base.about("in its own axes [rad/s]");
+  keys.angular_velocity = read_vector3(base, "angular_velocity", Vector3d::Zero());
+  return keys;
+}
 
 void place_base(const BaseStart& base, VectorXd& q, VectorXd& v) {
   const Eigen::Quaterniond turn = Eigen::AngleAxisd(base.roll_pitch_yaw.z(), Vector3d::UnitZ()) *

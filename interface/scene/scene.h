@@ -24,6 +24,7 @@
 
 #include <dyntape/codegen/options.h>
 #include <dyntape/interface/io/question.h>
+#include <dyntape/interface/io/section.h>
 #include <dyntape/interface/scene/robot_scene.h>
 #include <dyntape/interface/simulation/stepper.h>
 
@@ -66,6 +67,9 @@ Scene read_scene(const std::string& path);
 // The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
 // for.
 Scene read_scene_text(const std::string& text, const std::string& path);
+
+// The block `base` of a section that says a state: what it does not say is zero.
+BaseStart read_base(io::Section& state);
 
 // To the beginning of (q, v) of a robot that floats.
 void place_base(const BaseStart& base, Eigen::VectorXd& q, Eigen::VectorXd& v);

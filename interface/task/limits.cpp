@@ -21,8 +21,6 @@ constexpr int kLooks = 8;  // from one point of the mesh to the next
 
 std::string plain_digits(double value) { return io::with_digits(value, 6); }
 
-const Joint& joint_at(const Task& task, int dof) { return task.scene.model.joints[std::size_t(dof)]; }
-
 // What is found at these times: the motion there, how many of its efforts count, and how much of a limit's range is no
 // excess yet.
 struct PlaceLookedAt {
@@ -101,8 +99,9 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
                                  {between, fine.t, fine.points() - unused, task.demands.true_defect}};
   const std::vector<int> driven = actuated_dofs(task.scene);
   std::vector<LimitExcess> excesses;
-  for (int i = 0; i < task.scene.model.nv; ++i) {
-    const Joint& joint = joint_at(task, i);
+  for (const Joint& joint : task.scene.model.joints) {
+    if (!dynamics::is_single(joint.type)) continue;
+    const int i = joint.idx_v;
     const bool slides = joint.type == dynamics::JointType::kPrismatic;
     const auto check = [&](const char* quantity, const char* unit, const auto& values_of, double lower,
                            double upper) {
@@ -114,9 +113,12 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
       }
     };
     const double velocity = rated(joint.limits.velocity), effort = rated(joint.limits.effort);
-    const auto positions = [&](const PlaceLookedAt& look) { return Eigen::VectorXd(look.curves.q.row(i)); };
+    const auto positions = [&](const PlaceLookedAt& look) {
+      return Eigen::VectorXd(look.curves.q.row(joint.idx_q));
+    };
     const auto velocities = [&](const PlaceLookedAt& look) { return Eigen::VectorXd(look.curves.v.row(i)); };
-    check("position", slides ? "m" : "rad", positions, joint.limits.lower, joint.limits.upper);
+    if (dynamics::traits(joint.type).on_a_line)
+      check("position", slides ? "m" : "rad", positions, joint.limits.lower, joint.limits.upper);
     check("velocity", slides ? "m/s" : "rad/s", velocities, -velocity, velocity);
     const auto at = std::find(driven.begin(), driven.end(), i);
     if (at == driven.end()) continue;
@@ -137,7 +139,7 @@ void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& part
 
 void check_ends(const Task& task, const RatedParts& parts) {
   const Problem& problem = task.problem;
-  const int n = task.scene.model.nv;
+  const int n = task.scene.model.nq;
   std::vector<std::string> faults;
   const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i, const char* key) {
     const double lower = problem.x.lower[i], upper = problem.x.upper[i];
@@ -148,10 +150,10 @@ void check_ends(const Task& task, const RatedParts& parts) {
                      plain_digits(upper) + "; expected a value within them, or '" + key +
                      " none' in 'bounds'");
   };
-  for (int i = 0; i < n; ++i) {
+  for (const Joint& joint : task.scene.model.joints) {
     for (const auto& [state, end] : {std::pair(&problem.start, "start"), std::pair(&problem.goal, "goal")}) {
-      if (parts.positions) check(*state, end, i, "positions");
-      if (parts.velocities) check(*state, end, n + i, "velocities");
+      if (parts.positions) check(*state, end, joint.idx_q, "positions");
+      if (parts.velocities) check(*state, end, n + joint.idx_v, "velocities");
     }
   }
   const auto check_clear = [&](const Eigen::VectorXd& state, const std::string& end) {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <set>
 
-#include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/ocp/robot_configuration.h>
 
 namespace dyntape {
 
@@ -19,9 +19,10 @@ using Eigen::MatrixXd;
 std::string unit(const Task& task, const std::vector<int>& dofs, const char* rotation,
                  const char* translation) {
   bool turns = false, slides = false;
-  for (int dof : dofs) {
-    const bool prismatic = task.scene.model.joints[std::size_t(dof)].type == dynamics::JointType::kPrismatic;
-    (prismatic ? slides : turns) = true;
+  for (const auto& joint : task.scene.model.joints) {
+    if (std::find(dofs.begin(), dofs.end(), joint.idx_v) == dofs.end()) continue;
+    if (joint.type != dynamics::JointType::kPrismatic) turns = true;
+    if (joint.type == dynamics::JointType::kPrismatic || dynamics::nv(joint.type) > 1) slides = true;
   }
   if (turns && slides) return std::string(rotation) + ", " + translation;
   return turns ? rotation : translation;
@@ -64,53 +65,62 @@ io::Panel panel(const std::string& title, const std::string& y_label, const std:
   return p;
 }
 
+double effort_of(const dynamics::Model<double>& model, int dof) {
+  const auto has = [dof](const dynamics::Joint<double>& joint) { return joint.idx_v == dof; };
+  return std::find_if(model.joints.begin(), model.joints.end(), has)->limits.effort;
+}
+
+// Without the letter of their block: of joints "elbow", of a floating base "root_joint[0]".
+std::vector<std::string> plain_names(std::vector<std::string> names) {
+  for (std::string& name : names) name.erase(0, name.find('.') + 1);
+  return names;
+}
+
 }  // namespace
 
 Curves curves_of(const Task& task, const Trajectory& motion) {
-  const int n = task.scene.model.nv;
-  Curves c{motion.x.topRows(n), motion.x.bottomRows(n), MatrixXd(n, motion.points()), motion.u};
+  const int n = task.scene.model.nv, nq = task.scene.model.nq;
+  Curves c{motion.x.topRows(nq), motion.x.middleRows(nq, n), MatrixXd(n, motion.points()), motion.u};
   for (int p = 0; p < motion.points(); ++p) {
     c.a.col(p) =
         task.problem.ode(task.problem.stage(motion.t[p], motion.x.col(p), {}, motion.u.col(p))).tail(n);
   }
   if (task.robot.unit == ControlUnit::kPhysical) return c;
   const std::vector<int> dofs = actuated_dofs(task.scene);
-  for (std::size_t k = 0; k < dofs.size(); ++k) {
-    c.tau.row(long(k)) *= task.scene.model.joints[std::size_t(dofs[k])].limits.effort;
-  }
+  for (std::size_t k = 0; k < dofs.size(); ++k) c.tau.row(long(k)) *= effort_of(task.scene.model, dofs[k]);
   return c;
 }
 
 io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
   const Curves c = curves_of(task, motion);
-  const std::vector<std::string> joints = joint_names(task.scene.model);
+  const auto& model = task.scene.model;
   const std::vector<int> driven = actuated_dofs(task.scene);
   std::vector<int> all;
-  for (const auto& joint : task.scene.model.joints) all.push_back(joint.idx_v);
+  for (const auto& joint : model.joints) all.push_back(joint.idx_v);
   Problem robot = task.problem;  // with the robot's limits for bounds
   limit_positions(robot, task.scene);
   limit_velocities(robot, task.scene);
   limit_efforts(robot, task.scene, task.robot.unit);
-  const int n = task.scene.model.nv;
   const Bounds x = or_else(task.problem.x, robot.x);
   Bounds u = or_else(task.problem.u, robot.u);
   if (task.robot.unit == ControlUnit::kFraction) {
     for (std::size_t k = 0; k < driven.size(); ++k) {
-      const double limit = task.scene.model.joints[std::size_t(driven[k])].limits.effort;
+      const double limit = effort_of(model, driven[k]);
       u.lower[long(k)] *= limit;
       u.upper[long(k)] *= limit;
     }
   }
   const std::string angle = unit(task, all, "rad", "m"), speed = unit(task, all, "rad/s", "m/s");
-  const std::string torque = unit(task, driven, "N m", "N");
+  std::string torque = unit(task, driven, "N m", "N");
+  if (long(driven.size()) < c.tau.rows() && torque != "N") torque = driven.empty() ? "N" : "N m, N";
   io::Plot plot;
   plot.title = task.name;
-  plot.panels = {
-      panel("position", "q [" + angle + "]", joints, motion, c.q,
-            near_limits(c.q, {x.lower.head(n), x.upper.head(n)})),
-      panel("velocity", "v [" + speed + "]", joints, motion, c.v,
-            near_limits(c.v, {x.lower.tail(n), x.upper.tail(n)})),
-      panel("drive", "tau [" + torque + "]", driven_names(task.scene), motion, c.tau, near_limits(c.tau, u))};
+  plot.panels = {panel("position", "q [" + angle + "]", plain_names(entry_names_of(model, "q.", true)),
+                       motion, c.q, near_limits(c.q, {x.lower.head(model.nq), x.upper.head(model.nq)})),
+                 panel("velocity", "v [" + speed + "]", plain_names(entry_names_of(model, "v.", false)),
+                       motion, c.v, near_limits(c.v, {x.lower.tail(model.nv), x.upper.tail(model.nv)})),
+                 panel("drive", "tau [" + torque + "]", plain_names(task.problem.controls), motion, c.tau,
+                       near_limits(c.tau, u))};
   return plot;
 }
 
@@ -247,7 +257,7 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   }
   std::vector<Path> sliders(sliding.size());
   for (int p = 0; p < motion.points(); ++p) {
-    dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nv)));
+    dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
     picture.frames.push_back({motion.t[p], bones(task, data)});
     for (std::size_t k = 0; k < sliding.size(); ++k) {
       sliders[k].push_back(vector_of(project(task.view, data.X_WB[std::size_t(sliding[k])].p)));

@@ -25,15 +25,6 @@ std::string known_frame(Section& block, const std::string& key, const std::strin
   return "";
 }
 
-std::string read_frame(Section& block, const std::string& key, const RobotModel* model) {
-  if (!model) {
-    block.defer(key, "name of a link");
-    return "";
-  }
-  const std::string name = block.get<std::string>(key);
-  return name.empty() ? "" : known_frame(block, key, name, *model);
-}
-
 // The body that carries a frame; -1: the world.
 int carrier_of(const RobotModel& model, const std::string& frame) {
   return frame == kWorld ? -1 : model.frames[std::size_t(model.frame_index(frame))].body;
@@ -75,7 +66,7 @@ class CapsuleReader {
   Capsule begin(Section& block, const std::string& kind) {
     Capsule capsule{"", kWorld, {}, {}, 0};
     if (asks_frames_)
-      capsule.frame = read_frame(block.about("the link in whose axes it stands, and moves"), "frame", model_);
+      capsule.frame = read_link(block.about("the link in whose axes it stands, and moves"), "frame", model_);
     capsule.name = block.value();
     if (capsule.name.empty()) capsule.name = kind + " " + std::to_string(capsules_.size() + 1);
     return capsule;
@@ -130,6 +121,65 @@ void read_apart(Section& block, double least, const RobotModel* model, Surroundi
 }
 
 }  // namespace
+
+std::string read_link(Section& block, const std::string& key, const RobotModel* model) {
+  if (!model) {
+    block.defer(key, "name of a link");
+    return "";
+  }
+  const std::string name = block.get<std::string>(key);
+  return name.empty() ? "" : known_frame(block, key, name, *model);
+}
+
+std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
+  if (!file.about("forces along axes of the robot's frames, controls beside the joints'").has("thrusters"))
+    return {};
+  Section list = file.child("thrusters");
+  std::vector<Thruster> thrusters;
+  for (Section& block : items_of(list, "thruster", "one of them; its name behind the word")) {
+    Thruster thruster;
+    thruster.name = block.value();
+    thruster.frame = read_link(block.about("the link at whose origin it pushes"), "frame", model);
+    if (thruster.name.empty()) thruster.name = thruster.frame;
+    thruster.axis = read_vector3(block.about("its direction in the link's axes, of any length"), "axis",
+                                 Eigen::Vector3d::UnitZ());
+    if (thruster.axis.isZero(0))
+      block.problem("axis", "'thrusters.thruster.axis' is zero, expected a direction");
+    thruster.lower = block.about("least force [N]").get_or("lower", 0.0);
+    thruster.upper =
+        block.about("most force [N]").get_or("upper", thruster.upper, io::or_infinite(io::Range{}));
+    block.about("about the axis, of each newton: a rotor's drag, with the sign of its turn [m]");
+    thruster.moment = block.get_or("moment", 0.0);
+    if (!(thruster.lower <= thruster.upper))
+      block.problem("upper", "'thrusters.thruster.upper' is below 'lower'; expected the most force");
+    for (const Thruster& other : thrusters) {
+      if (model && other.name == thruster.name)
+        block.problem("", "'" + thruster.name + "' names two of 'thrusters', expected one");
+    }
+    if (model && !thruster.frame.empty() && carrier_of(*model, thruster.frame) < 0)
+      block.problem("frame", "'" + thruster.frame + "' is fixed to the world and moves nothing");
+    thrusters.push_back(std::move(thruster));
+  }
+  return thrusters;
+}
+
+std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
+  Section block = file.about("points that the floor holds over the whole motion").child_or_empty("contacts");
+  std::vector<std::string> moving;
+  if (model) {
+    for (const auto& frame : model->frames) {
+      if (frame.body >= 0) moving.push_back(frame.name);
+    }
+  }
+  std::vector<HeldContact> contacts;
+  for (const std::string& name :
+       distinct_names(block.about("links whose origins stay where they are at the start"), "hold", moving))
+    contacts.push_back({.frame = name});
+  const double friction =
+      block.about("coefficient").get_or("friction", HeldContact().friction, io::positive());
+  for (HeldContact& contact : contacts) contact.friction = friction;
+  return contacts;
+}
 
 std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* model) {
   if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame"))

@@ -19,6 +19,15 @@
 
 namespace dyntape {
 
+// A key that names a link of the robot; "" where there is none of this name.
+std::string read_link(io::Section& block, const std::string& key, const dynamics::Model<double>* model);
+
+// The block `thrusters`.
+std::vector<Thruster> read_thrusters(io::Section& file, const dynamics::Model<double>* model);
+
+// The block `contacts`; their places are for the start to tell.
+std::vector<HeldContact> read_contacts(io::Section& file, const dynamics::Model<double>* model);
+
 // The block `frame` of a goal, if there is one.
 std::optional<FrameTarget> read_frame_target(io::Section& end, const dynamics::Model<double>* model);
 

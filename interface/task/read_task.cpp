@@ -7,7 +7,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/ocp/inverse_kinematics.h>
+#include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/limits.h>
@@ -61,76 +63,92 @@ void add_frame_tracking(Problem& problem, const Task& task, const TaskKeys& keys
   add("orientation tracking", keys.costs.tracking_orientation, {target.frame, {}, target.orientation});
 }
 
-void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs) {
+void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs,
+               const Eigen::VectorXd& goal) {
   for (std::size_t k = 0; k < costs.weights.size(); ++k) {
     if (costs.weights[k] > 0) problem.add(task_costs()[k].term(problem, task, costs.weights[k]));
   }
-  if (costs.tracking_q.isZero(0) && costs.tracking_v.isZero(0)) return;
-  const int n = task.scene.model.nv;
-  const Eigen::VectorXd goal = problem.goal.array().isNaN().select(0, problem.goal);
-  problem.add(joint_tracking(costs.tracking_q, goal.head(n), costs.tracking_v, goal.tail(n)));
+  const auto& model = task.scene.model;
+  Eigen::VectorXd w_q = costs.tracking_q;
+  if (floats(model)) {
+    w_q.head<3>().setConstant(costs.tracking_base_position);
+    w_q.segment<3>(3).setConstant(costs.tracking_base_orientation);
+  }
+  if (w_q.isZero(0) && costs.tracking_v.isZero(0)) return;
+  const Eigen::VectorXd q = goal.head(model.nq), v = goal.tail(model.nv);
+  problem.add(joint_tracking(task.scene, w_q, q.array().isNaN().select(dynamics::neutral(model), q),
+                             costs.tracking_v, v.array().isNaN().select(0, v)));
 }
 
 void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limits) {
-  const int n = task.scene.model.nv;
-  const auto all = [](auto lower, auto upper, const Limit& limit) {
-    lower.setConstant(-limit.value);
-    upper.setConstant(limit.value);
+  const auto& model = task.scene.model;
+  const auto bound = [](Bounds& bounds, int i, const Limit& limit) {
+    bounds.lower[i] = -limit.value;
+    bounds.upper[i] = limit.value;
   };
-  all(problem.x.lower.head(n), problem.x.upper.head(n), limits.positions);
-  all(problem.x.lower.tail(n), problem.x.upper.tail(n), limits.velocities);
-  all(problem.u.lower.head(problem.n_u()), problem.u.upper.head(problem.n_u()), limits.efforts);
+  for (const auto& joint : model.joints) {
+    if (dynamics::traits(joint.type).on_a_line) bound(problem.x, joint.idx_q, limits.positions);
+    if (dynamics::is_single(joint.type)) bound(problem.x, model.nq + joint.idx_v, limits.velocities);
+  }
+  const int driven = int(actuated_dofs(task.scene).size());
+  for (int k = 0; k < driven; ++k) bound(problem.u, k, limits.efforts);
   bound_by_ratings(problem, task, limits.of_robot());
 }
 
 // The goal as the guess takes it: where only a frame is given, a configuration in which it is in place.
 Eigen::VectorXd guessed_goal(Task& task, const TaskKeys& keys) {
-  const Problem& problem = task.problem;
-  if (!keys.target) return problem.goal;
-  const int n = task.scene.model.nv;
-  Eigen::VectorXd goal = problem.goal;
-  const Eigen::VectorXd from = problem.start.head(n).array().isNaN().select(0, problem.start.head(n));
+  const auto& model = task.scene.model;
+  const Eigen::VectorXd goal = keys.goal.head(model.nq);
+  if (!keys.target) return goal;
+  Eigen::VectorXd from = keys.start.head(model.nq), neutral = dynamics::neutral(model);
+  fill_free(model, from, neutral);
+  if (!is_on_lines(model)) {
+    task.notes.push_back(
+        task.file + ": where '" + keys.target->frame +
+        "' is at its goal is searched for robots with a fixed base; the guess stays at the start");
+    return goal;
+  }
   const auto is_clear = [&](const Eigen::VectorXd& q) {
     const auto keeps = [&](const Surroundings::Pair& pair) {
-      return clearance(task.scene.model, q, pair.a, pair.b) >= pair.least;
+      return clearance(model, q, pair.a, pair.b) >= pair.least;
     };
     return std::all_of(task.around.apart.begin(), task.around.apart.end(), keeps);
   };
   // One that keeps clear, if there is one; the solver may still find its way from another.
   std::optional<Eigen::VectorXd> q = inverse_kinematics(task.scene, *keys.target, from, {.accept = is_clear});
   if (!q) q = inverse_kinematics(task.scene, *keys.target, from);
-  if (q) {
-    goal.head(n) = *q;
-  } else {
-    task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
-                         keys.target->frame +
-                         "' is at its goal, which may be out of reach; the guess stays at the start");
-  }
+  if (q) return *q;
+  task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
+                       keys.target->frame +
+                       "' is at its goal, which may be out of reach; the guess stays at the start");
   return goal;
 }
 
-void add_guess(Problem& problem, const Task& task, const Eigen::VectorXd& goal,
+void add_guess(Problem& problem, const Task& task, Eigen::VectorXd from, Eigen::VectorXd to,
                const TaskKeys::Guess& guess) {
-  Problem ends = problem;
-  ends.goal = goal;
-  const auto line = straight_line(ends);
-  const int n = task.scene.model.nv;
-  const Eigen::VectorXd slope =
-      (line(problem.duration).x.head(n) - line(0).x.head(n)) / problem.duration * (guess.slope ? 1 : 0);
-  const RobotScene scene = task.scene;
-  const std::vector<int> dofs = actuated_dofs(scene);
-  const bool fraction = task.robot.unit == ControlUnit::kFraction;
-  problem.guess = [=](double t) {
-    Stage<double> stage = line(t);
-    stage.x.tail(n) = slope;
-    if (!guess.holding) return stage;
-    const Eigen::VectorXd torque = holding_torque(scene, stage.x.head(n));
-    for (std::size_t k = 0; k < dofs.size(); ++k) {
-      const double limit = scene.model.joints[static_cast<std::size_t>(dofs[k])].limits.effort;
-      stage.u[static_cast<Eigen::Index>(k)] = torque[dofs[k]] / (fraction ? limit : 1);
-    }
+  fill_free(task.scene.model, from, to);
+  const Stage<double> rest{0, Eigen::VectorXd::Zero(problem.n_x()), Eigen::VectorXd::Zero(problem.n_a()),
+                           Eigen::VectorXd::Zero(problem.n_u())};
+  problem.guess = [=, scene = task.scene, options = task.robot, duration = problem.duration](double t) {
+    Stage<double> stage = rest;
+    stage.t = t;
+    const Eigen::VectorXd q = between(scene.model, from, to, t / duration);
+    stage.x.head(scene.model.nq) = q;
+    if (guess.slope)
+      stage.x.tail(scene.model.nv) = velocity_between(scene.model, from, to, t / duration) / duration;
+    if (guess.holding) stage.u = holding_controls(scene, options, q);
     return stage;
   };
+}
+
+// Contacts stay where the start has them.
+void place_contacts(Task& task, const Eigen::VectorXd& q) {
+  if (task.robot.contacts.empty() || !q.allFinite()) return;
+  const auto& model = task.scene.model;
+  dynamics::Data<double> data(model);
+  dynamics::forward_kinematics<double>(model, data, q);
+  for (HeldContact& contact : task.robot.contacts)
+    contact.place = dynamics::frame_placement(model, data, model.frame_index(contact.frame)).p;
 }
 
 }  // namespace
@@ -138,7 +156,7 @@ void add_guess(Problem& problem, const Task& task, const Eigen::VectorXd& goal,
 bool read_task_scene(Section& file, Task& task) {
   file.about("a scene file that says robot, effects and actuated, in place of those keys here");
   if (const std::string name = file.get_or("scene", ""); !name.empty()) return take_scene(file, task, name);
-  SceneRobot found = read_scene_robot(file, task.file, Floating::kRefused);
+  SceneRobot found = read_scene_robot(file, task.file, Floating::kAllowed);
   task.urdf = found.urdf;
   if (found.robot) {
     task.notes = std::move(found.robot->notes);
@@ -161,16 +179,18 @@ Task read_task(const std::string& path) {
   file.finish();
   task.effective = file.effective_values();
 
+  place_contacts(task, keys.start.head(task.scene.model.nq));
   task.problem = robot_problem(task.scene, task.robot);
   task.problem.name = task.name;
   task.problem.free_time = keys.free_time;
-  task.problem.start = keys.start;
-  task.problem.goal = keys.goal;
+  const int nq = task.scene.model.nq, nv = task.scene.model.nv;
+  start_at(task.problem, task.scene, keys.start.head(nq), keys.start.tail(nv));
+  end_at(task.problem, task.scene, keys.goal.head(nq), keys.goal.tail(nv));
   add_places(task.problem, task, keys);
-  add_costs(task.problem, task, keys.costs);
+  add_costs(task.problem, task, keys.costs, keys.goal);
   add_frame_tracking(task.problem, task, keys);
   add_limits(task.problem, task, keys.limits);
-  add_guess(task.problem, task, guessed_goal(task, keys), keys.guess);
+  add_guess(task.problem, task, keys.start.head(nq), guessed_goal(task, keys), keys.guess);
   check_ends(task, keys.limits.of_robot());
   return task;
 }

@@ -6,7 +6,7 @@
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
-#include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/simulation_results.h>
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/solve.h>
 
@@ -21,11 +21,12 @@ constexpr const char *kTrajectory = "trajectory.csv", *kIterations = "iterations
 io::CsvTable trajectory_table(const Task& task, const Trajectory& motion) {
   const Curves c = curves_of(task, motion);
   std::vector<std::string> header = {"t"};
-  const std::vector<std::string> joints = joint_names(task.scene.model);
-  for (const char* prefix : {"q.", "v.", "a."}) {
-    for (const std::string& joint : joints) header.push_back(prefix + joint);
+  for (const char* block : {"q", "v", "a"}) {
+    const std::vector<std::string> names = entry_names(task.scene.model, block);
+    header.insert(header.end(), names.begin(), names.end());
   }
-  for (const std::string& joint : driven_names(task.scene)) header.push_back("tau." + joint);
+  for (const std::string& control : task.problem.controls)  // torques "u.elbow", forces "f.rotor"
+    header.push_back(control.starts_with("u.") ? "tau." + control.substr(2) : control);
   io::CsvTable table(header);
   std::vector<double> row;
   for (int p = 0; p < motion.points(); ++p) {

@@ -21,7 +21,7 @@
 //
 //   name                                          of the task [name of the file]
 //   scene           a scene file (interface/scene/scene.h) in place of robot, effects and actuated
-//   robot           urdf, base [fixed], lock [none: "joint joint"], snap [1e-8 rad],
+//   robot           urdf, base [fixed] floating, lock [none: "joint joint"], snap [1e-8 rad],
 //                   inertia [error] warn: of an inertia that no body has
 //   effects         gravity and velocity products [on]; the others off unless given (interface/scene/effect_keys.h)
 //   actuated        "joint joint" [all]
@@ -32,7 +32,13 @@
 //                   controls [physical] fraction: the unit of u, N m or the fraction of the effort limit
 //   evaluation      profile [strict] fast; lanes [none] native: points side by side in registers;
 //                   route [automatic] interpreter; threads [1], 0: all, that share the points
-//   start, goal     q, v [0]; free ["" : joints whose q and v are left open]
+//   thrusters       thruster NAME { frame, axis ["0 0 1"], lower [0], upper [inf] (N), moment [0] (m) }: forces along axes
+//                   of frames, as many as there are (robot_problem.h)
+//   contacts        hold ["" : frames whose origins stay where they are at the start], friction [0.7]: each is held by a
+//                   force within the friction cone of a floor with z upwards; the goal is to leave the joints free then
+//   start, goal     q, v [0]; free ["" : joints whose q and v are left open]; of a floating base also
+//                   base { position, roll_pitch_yaw, velocity, angular_velocity: as in scenes [0] }, and of the goal's
+//                   free ["" : those of the four that are left open]
 //   goal            in place of q: frame LINK { position "x y z" (m), orientation "roll pitch yaw" (rad) }, one or both
 //   obstacles       ball NAME ["ball 1"] { center "x y z", radius }, bar NAME { from, to, radius }: as many as there are
 //   bodies          the same on the robot, each with its frame, in whose axes it stands: every body keeps clear of every
@@ -41,8 +47,9 @@
 //                   (inverse_kinematics.h); velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
 //                   time [0]: weight of a duration that is to be found (s);
-//                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0] }: weights of the squared
-//                   distance to the goal, the last two to that of its frame
+//                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0]
+//                   base_position [0]  base_orientation [0] }: weights of the squared distance to the goal, the third and
+//                   fourth to that of its frame
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
 //                   or effort limit of 0 in the robot's file is none
 //   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],

@@ -2,11 +2,14 @@
 #include <dyntape/interface/task/task_keys.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
+#include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/solvers/ipopt_options.h>
 #include <dyntape/interface/task/place_keys.h>
@@ -114,23 +117,60 @@ void read_solver(Section& file, OptimiseOptions& optimise) {
   }
 }
 
+// All entries of a joint's q, or of its v.
+void leave_open(const dynamics::Joint<double>& joint, const RobotModel& model, Eigen::VectorXd& x) {
+  x.segment(joint.idx_q, dynamics::nq(joint.type)).setConstant(Problem::kFree);
+  x.segment(model.nq + joint.idx_v, dynamics::nv(joint.type)).setConstant(Problem::kFree);
+}
+
+enum class End { kStart, kGoal };
+
+// The base of a robot that floats, to the beginning of q and v.  A goal says which parts of it are left open.
+void read_base_at(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
+  if (model && !floats(*model)) {
+    if (end.has("base"))
+      end.problem("base", "'" + end.path() + ".base' is of a floating base; this robot's base is fixed");
+    return;
+  }
+  const BaseStart base = read_base(end);
+  std::vector<std::string> open;
+  if (which == End::kGoal) {
+    if (model && !end.has("base"))
+      end.problem("base", "'goal.base' is missing; expected where the floating base shall be");
+    Section block = end.child_or_empty("base");
+    open = distinct_names(block.about("which of the four are left open"), "free",
+                          {"position", "roll_pitch_yaw", "velocity", "angular_velocity"});
+  }
+  if (!model) return;
+  Eigen::VectorXd q = x.head(model->nq), v = x.tail(model->nv);
+  place_base(base, q, v);
+  x << q, v;
+  for (const std::string& part : open) {
+    if (part == "position") x.head<3>().setConstant(Problem::kFree);
+    if (part == "roll_pitch_yaw") x.segment<4>(3).setConstant(Problem::kFree);
+    if (part == "velocity") x.segment<3>(model->nq).setConstant(Problem::kFree);
+    if (part == "angular_velocity") x.segment<3>(model->nq + 3).setConstant(Problem::kFree);
+  }
+}
+
 // State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
 // a frame says where to.
-Eigen::VectorXd read_end(Section& end, bool is_by_frame, const RobotModel* model) {
+Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotModel* model) {
   end.about("positions [rad or m]");
-  Eigen::VectorXd q;
-  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, std::nullopt);
-  if (is_by_frame && model) q = Eigen::VectorXd::Constant(model->nv, Problem::kFree);
+  const std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
+  const std::optional<double> fallback = model && names.empty() ? std::optional(0.0) : std::nullopt;
+  Eigen::VectorXd q, x;
+  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback);
   const Eigen::VectorXd v = read_joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
-  Eigen::VectorXd x(q.size() + v.size());
-  x << q, v;
-  const std::vector<std::string> names = model ? joint_names(*model) : std::vector<std::string>{};
-  end.about("joints whose position and velocity are left open");
-  for (const std::string& name : distinct_names(end, "free", names)) {
-    for (Eigen::Index i = 0; i < q.size(); ++i) {
-      if (names[static_cast<std::size_t>(i)] == name) x[i] = x[q.size() + i] = Problem::kFree;
-    }
+  if (model) {
+    x.resize(model->nq + model->nv);
+    x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;
   }
+  if (!is_by_frame || !model) read_base_at(end, which, model, x);
+  if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
+  end.about("joints whose position and velocity are left open");
+  for (const std::string& name : distinct_names(end, "free", names))
+    if (model) leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
   return x;
 }
 
@@ -140,11 +180,11 @@ void read_goal(Section& file, TaskKeys& keys, const RobotModel* model) {
   keys.target = read_frame_target(goal, model);
   if (keys.target && goal.has("q") && model)
     goal.problem("q", "'goal' has both 'frame' and 'q', expected one of them");
-  keys.goal = read_end(goal, keys.target.has_value(), model);
+  keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
 }
 
 // Distances to what the goal does not say.
-void check_tracking(Section& file, const TaskKeys& keys) {
+void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model) {
   Section tracking = file.child_or_empty("costs").child_or_empty("tracking");
   const auto refuse = [&](const char* key, const char* of) {
     tracking.problem(key, std::string("'costs.tracking.") + key + "' weighs a distance to '" + of +
@@ -154,6 +194,12 @@ void check_tracking(Section& file, const TaskKeys& keys) {
   if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
   if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
   if (keys.target && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+  const bool has_base = model && floats(*model) && !keys.target;
+  if (!model) return;
+  if (keys.costs.tracking_base_position > 0 && (!has_base || std::isnan(keys.goal[0])))
+    refuse("base_position", "goal.base.position");
+  if (keys.costs.tracking_base_orientation > 0 && (!has_base || std::isnan(keys.goal[3])))
+    refuse("base_orientation", "goal.base.roll_pitch_yaw");
 }
 
 TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
@@ -168,6 +214,10 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   c.tracking_position = tracking.get_or("position", 0.0, io::not_negative());
   tracking.about("of its orientation [1/rad^2]");
   c.tracking_orientation = tracking.get_or("orientation", 0.0, io::not_negative());
+  tracking.about("of the position of goal.base [1/m^2]");
+  c.tracking_base_position = tracking.get_or("base_position", 0.0, io::not_negative());
+  tracking.about("of its orientation [1/rad^2]");
+  c.tracking_base_orientation = tracking.get_or("base_orientation", 0.0, io::not_negative());
   return c;
 }
 
@@ -285,13 +335,15 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
   read_solver(file, task.optimise);
+  task.robot.thrusters = read_thrusters(file, model);
+  task.robot.contacts = read_contacts(file, model);
   Section start = file.about("the state at the beginning").child("start");
-  keys.start = read_end(start, false, model);
+  keys.start = read_end(start, End::kStart, false, model);
   read_goal(file, keys, model);
   task.around = read_surroundings(file, model);
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);
-  check_tracking(file, keys);
+  check_tracking(file, keys, model);
   check_time_costs(file, keys);
   keys.limits = read_limits(file);
   read_output(file, task, model);

@@ -35,13 +35,15 @@ struct Limit {
 
 // What is wanted, before there is a problem to put it into.
 struct TaskKeys {
+  // (q, v); what is left open is Problem::kFree, an orientation with all its entries.
   Eigen::VectorXd start, goal;
-  std::optional<FrameTarget> target;  // of the goal, whose positions then are free
+  std::optional<FrameTarget> target;        // of the goal, whose positions then are free
   std::optional<Problem::Range> free_time;  // of the duration, where it is to be found
   struct Costs {
     std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;
     double tracking_position = 0, tracking_orientation = 0;
+    double tracking_base_position = 0, tracking_base_orientation = 0;
   } costs;
   struct Guess {
     bool slope = false, holding = false;

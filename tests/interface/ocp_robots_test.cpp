@@ -291,8 +291,6 @@ TEST(RobotProblem, RefusesWhatItCannotDescribe) {
     }
     return std::string("nothing thrown");
   };
-  const auto dog = dynamics::load_urdf(dynamics::robot_file("solo12"), {.base = dynamics::Base::kFloating});
-  EXPECT_NE(message({dog, {}, {}}, {}).find("fixed base"), std::string::npos);
   RobotScene scene = cart_pole();
   scene.actuated = {"slidr"};
   EXPECT_NE(message(scene, {}).find("slider"), std::string::npos);
