@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 constexpr double kDependent = 1e-11;  // of its largest entry: what is left of a row that others make up
 constexpr double kMuch = 0.01;        // the same: enough to be solved for
 constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable that has no curvature of its own
-constexpr double kSpring = 1e8;   // what rows without a variable of their own cost, squared and halved
+constexpr double kSpring = 1e10;  // what rows without a variable of their own cost, squared and halved
 constexpr Eigen::Index kPad = 8;  // entries of a register
 
 Eigen::Index padded(Eigen::Index n) { return (n + kPad - 1) / kPad * kPad; }

@@ -23,7 +23,7 @@
 //
 // Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
 // their squares leave no digit of the cost to go; springs let all stages share.  A solution then misses such rows by their prices over
-// the spring's 1e8; solving again for what is missing makes that as small as rounding (stage_kkt.h).  Rows of the first stage
+// the spring's 1e10; solving again for what is missing makes that as small as rounding (stage_kkt.h).  Rows of the first stage
 // that depend on others are left out: lambda is 0 there, and the result misses b by what they contradict the others by.
 //
 // elastic > 0 softens all rows: M z - elastic lambda = b.  Nothing depends then; for finding feasible points.

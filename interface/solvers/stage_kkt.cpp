@@ -226,7 +226,7 @@ double StageKkt::largest_residual(const KktVector& right, const KktVector& step)
 
 void StageKkt::solve(const KktVector& right, KktVector& step) {
   constexpr double kGood = 1e-12;
-  constexpr int kMost = 12;  // of rows that are springs, each leaves a part of what it misses
+  constexpr int kMost = 20;  // of rows that are springs, each leaves a part of what it misses
   step.x.resize(right.x.size()), step.s.setZero(right.s.size()), step.c.resize(right.c.size());
   condensed_solve(right, step);
   const auto largest = [](const Eigen::VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; };
@@ -235,7 +235,7 @@ void StageKkt::solve(const KktVector& right, KktVector& step) {
   for (int i = 0; i < kMost; ++i) {
     const double residual = largest_residual(right, step);
     if (residual > before) step.x -= correction_.x, step.s -= correction_.s, step.c -= correction_.c;
-    if (!(residual > kGood * size) || !(residual < 0.5 * before)) return;
+    if (!(residual > kGood * size) || !(residual < 0.9 * before)) return;
     before = residual;
     condensed_solve(residual_, correction_);
     step.x += correction_.x, step.s += correction_.s, step.c += correction_.c;

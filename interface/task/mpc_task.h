@@ -2,7 +2,7 @@
 //
 // A task file as a controller: its block `mpc`, its problem without a goal to be reached in time.
 //
-//   const Task task = read_task("config/tasks/arm_holds.info");
+//   const Task task = read_task("config/control/arm_holds.info");
 //   const ControlReport report = control_task(task);
 //   write_control(task, report, "out");
 //

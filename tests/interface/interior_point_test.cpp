@@ -206,6 +206,54 @@ TEST(InteriorPoint, RefusesWhatItCannotDo) {
   EXPECT_EQ(message({1, 2, 3}, {}), "nothing thrown");
 }
 
+// A solver that is kept: rows that get their first bound, other numbers of bounds, and what it refuses.
+TEST(InteriorPoint, OneSolverManySolves) {
+  class Bounded : public RecordedNlp {
+   public:
+    Bounded()
+        : RecordedNlp(
+              [](const VectorXad& x) {
+                return all({x[0] * x[0], x[0]});
+              },
+              1, {-kInfinity}, {kInfinity}) {}
+    void at_least(double value) { row_bounds(0, value, kInfinity); }
+  } nlp;
+  StageSolver solver(nlp);
+  EXPECT_NEAR(solver.solve({3}, {}).x[0], 0, 1e-6);
+  nlp.at_least(2);
+  const NlpSolution first = solver.solve({3}, {});
+  EXPECT_NEAR(first.x[0], 2, 1e-6);
+  const NlpSolution again = solver.solve(first.x, {}, &first);
+  EXPECT_LE(again.iterations(), 2);
+  EXPECT_NEAR(again.x[0], 2, 1e-6);
+  EXPECT_THROW(solver.solve({3, 4}, {}), ArgumentError);
+  EXPECT_THROW(solver.solve({3}, {.tolerance = -1}), ArgumentError);
+  const NlpSolution empty;
+  EXPECT_THROW(solver.solve({3}, {}, &empty), ArgumentError);
+  nlp.bound(0, 4, 3);
+  EXPECT_EQ(solver.solve({3}, {}).status, SolveStatus::kBadOption);
+}
+
+// A chain of masses and one force: goals of all states on meshes on which a few controls could not meet them.
+TEST(InteriorPoint, GoalsOfFewControlsOnFineMeshes) {
+  for (int N : {40, 320, 1280}) {
+    Problem p("masses", {"a", "b", "c", "va", "vb", "vc"}, {"u"}, 2.0, [](const auto& s) {
+      using T = std::decay_t<decltype(s.t)>;
+      const T ab = 30.0 * (s.x[1] - s.x[0]), bc = 30.0 * (s.x[2] - s.x[1]);
+      return vector(T(s.x[3]), T(s.x[4]), T(s.x[5]), T(s.u[0] + ab), T(bc - ab), T(-bc));
+    });
+    p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+    p.start << 0, 0, 0, 0, 0, 0;
+    p.goal << 1, 1, 1, 0, 0, 0;
+    Collocation nlp(p, {.intervals = N, .evaluation = test::kInterpreted});
+    const NlpSolution s = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kStages});
+    EXPECT_EQ(s.status, SolveStatus::kSolved) << N;
+    EXPECT_LE(s.iterations(), 2) << N;
+    if (N > 40) continue;
+    EXPECT_NEAR(s.objective, solve_nlp(nlp, nlp.start()).objective, 1e-6 * s.objective);
+  }
+}
+
 TEST(InteriorPoint, LimitsEndIt) {
   RecordedNlp nlp(
       [](const VectorXad& x) {

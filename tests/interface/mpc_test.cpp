@@ -11,6 +11,7 @@
 #include <dyntape/interface/mpc/receding_horizon.h>
 #include <dyntape/interface/ocp/robot_problem.h>
 #include <dyntape/interface/ocp/robot_terms.h>
+#include <dyntape/interface/task/mpc_task.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include "../dynamics/robot_files.h"
 #include "ocp_problems.h"
@@ -100,6 +101,38 @@ TEST(Mpc, BeginsWhereThePlantIs) {
   EXPECT_TRUE(beyond.usable);
   EXPECT_EQ(beyond.plan.motion.x(0, 0), 0.50001);
   EXPECT_LE(beyond.plan.motion.x.row(0).tail(20).maxCoeff(), 0.5 + 1e-6);
+}
+
+// The task that is shipped, pushed twice, acting 5 ms after it measures: it comes back to its goal.
+TEST(Mpc, TheShippedTaskHoldsItsGoal) {
+  const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
+  EXPECT_EQ(task.control.pushes.size(), 2u);
+  const ControlReport report = control_task(task);
+  EXPECT_TRUE(report.success()) << report.text(task);
+  EXPECT_GT(report.off_begin, 0.5);
+  EXPECT_LT(report.off_end, 0.01);
+  // The second push, at 2 s, is in the motion, and in none before.
+  const Trajectory& motion = report.loop.motion;
+  const auto fastest = [&](double from, double to) {
+    double most = 0;
+    for (int k = 0; k < motion.points(); ++k) {
+      if (motion.t[k] > from && motion.t[k] < to) most = std::max(most, std::abs(motion.x(7, k)));
+    }
+    return most;
+  };
+  EXPECT_LT(fastest(1.7, 2), 0.1);
+  EXPECT_GT(fastest(2, 2.2), 0.3);
+}
+
+TEST(Mpc, ATaskThatNothingDrawsIsRefused) {
+  Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/tasks/arm_reaching.info");
+  try {
+    control_task(task);
+    FAIL() << "nothing thrown";
+  } catch (const ArgumentError& e) {
+    EXPECT_NE(std::string(e.what()).find("expected weights in costs.tracking"), std::string::npos)
+        << e.what();
+  }
 }
 
 // What is commanded is never read while it is written, and the last one is there in the end.

@@ -43,6 +43,10 @@ class RecordedNlp : public Nlp {
     shape_.x_lower[i] = lower, shape_.x_upper[i] = upper;
   }
 
+  void row_bounds(std::size_t j, double lower, double upper) {
+    shape_.g_lower[j] = lower, shape_.g_upper[j] = upper;
+  }
+
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override {
     function_.value(x, nullptr, y_.data(), workspace_);

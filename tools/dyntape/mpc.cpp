@@ -57,7 +57,7 @@ void add_mpc(CLI::App& app) {
   const auto options = std::make_shared<ControlOptions>();
   command
       ->add_option("task", options->task,
-                   "the task, an .info file with costs.tracking (config/tasks/arm_holds.info)")
+                   "the task, an .info file with costs.tracking (config/control/arm_holds.info)")
       ->required()
       ->check(not_empty())
       ->type_name("TASK.info");
