@@ -56,7 +56,7 @@ ROOMS = {
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 22, 2900),
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts
-    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2750),
+    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 22, 2800),
     # values that change between solves
     'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 650),
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',

@@ -11,8 +11,9 @@ namespace dyntape {
 namespace {
 
 // Squared sine of the angle between bars below which they count as parallel: the nearest points are then told by
-// rounding.
-constexpr double kParallel = 1e-10;
+// rounding.  The first bar's first end then stands for all of it, which makes the distance too large by half of the sine
+// (1e-7) of its length at most.
+constexpr double kParallel = 1e-14;
 
 template <class T>
 struct Segment {

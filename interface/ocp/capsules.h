@@ -15,7 +15,8 @@
 //   gap = (d^2 / R - R) / 2 >= 0
 // which is the clearance (m) to first order near contact, and needs no root: where centres coincide it is -R / 2 and
 // smooth.  Of two balls it is smooth everywhere.  With a bar its slopes are continuous and its curvature jumps where the
-// nearest point leaves an end; of two parallel bars slopes jump as well, as the nearest point does.
+// nearest point leaves an end; of two parallel bars slopes jump as well, as the nearest point does.  Bars that are parallel
+// but for an angle below 1e-7 count as parallel: the distance is then too large by 5e-8 of their length at most.
 //
 // Nearest points of two segments: C. Ericson, Real-Time Collision Detection, 2005, section 5.1.9, without branches.
 //

@@ -43,9 +43,9 @@ class Reacher {
     q = within(q);
     double damping = 1e-3;
     TargetError here = error(q);
-    for (int k = 0; k < options_.iterations; ++k) {
+    for (int k = 0;; ++k) {
       if (here.r.cwiseAbs().maxCoeff() <= options_.tolerance) return q;
-      if (damping > kMostMu) break;
+      if (k >= options_.iterations || damping > kMostMu) break;
       const VectorXd next = step(q, here, damping);
       TargetError there = error(next);
       if (there.r.squaredNorm() < here.r.squaredNorm()) {

@@ -32,6 +32,18 @@ std::string when_asked(double t) { return " at t = " + std::to_string(t) + " s";
 
 }  // namespace
 
+void ParameterValue::require_vector(Eigen::Index rows, Eigen::Index cols) {
+  if (rows == 1 || cols == 1 || rows * cols == 0) return;
+  throw ArgumentError("the value of a parameter is a matrix of " + std::to_string(rows) + " x " +
+                      std::to_string(cols) + ", expected a number or a vector");
+}
+
+Eigen::VectorXd ParameterValue::at_zero(const OfTime& of_time) {
+  if (of_time) return of_time(0);
+  throw ArgumentError(
+      "the value of a parameter is an empty function, expected one of time that gives a vector");
+}
+
 void Parameter::require(Eigen::Index available) const {
   if (first_ + size_ <= available) return;
   throw ArgumentError(

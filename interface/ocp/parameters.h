@@ -22,7 +22,7 @@
 // holds for the list that it came from and for its copies.
 //
 // Errors: ArgumentError for a name that is empty, taken or (with the nearest valid one) unknown, for a value of another
-// size than the first one, for what is not finite, at which time.
+// size than the first one, for a matrix and an empty function, for what is not finite, at which time.
 #pragma once
 
 #include <functional>
@@ -61,14 +61,23 @@ struct ParameterValue {
   ParameterValue(double value)
       : constant(Eigen::VectorXd::Constant(1, value)) {}  // NOLINT: a number is a value
   template <class Derived>
-  ParameterValue(const Eigen::MatrixBase<Derived>& value) : constant(value) {}  // NOLINT
+  ParameterValue(const Eigen::MatrixBase<Derived>& value)  // NOLINT
+      : constant(value.rows() * value.cols()) {
+    require_vector(value.rows(), value.cols());
+    const typename Derived::PlainObject entries = value;
+    for (Eigen::Index i = 0; i < constant.size(); ++i) constant[i] = entries(i);
+  }
   template <class F>
   requires(std::is_invocable_r_v<Eigen::VectorXd, F, double> && !std::is_convertible_v<F, Eigen::VectorXd>)
       ParameterValue(F value)  // NOLINT
-      : of_time(std::move(value)), constant(of_time(0)) {}
+      : of_time(std::move(value)), constant(at_zero(of_time)) {}
 
   OfTime of_time;  // empty: the constant
   Eigen::VectorXd constant;
+
+ private:
+  static void require_vector(Eigen::Index rows, Eigen::Index cols);  // ArgumentError
+  static Eigen::VectorXd at_zero(const OfTime& of_time);             // ArgumentError where it is empty
 };
 
 class Parameters {

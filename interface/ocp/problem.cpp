@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocp/problem.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
@@ -51,6 +52,17 @@ void check_boundary(const Problem& problem, const Eigen::VectorXd& values, const
                           std::to_string(problem.x.upper[i]));
     }
   }
+}
+
+// What is recorded of names cannot change with values.
+void check_same_names(const Problem& problem, const std::vector<std::string>& names,
+                      const std::vector<std::string>& now, const std::string& part) {
+  if (now == names) return;
+  const auto differs = std::mismatch(names.begin(), names.end(), now.begin(), now.end());
+  const auto name_at = [](const auto& at, const auto& end) { return at == end ? "none" : "\"" + *at + "\""; };
+  throw ArgumentError("problem \"" + problem.name + "\": the " + part +
+                      " are others than were recorded: " + name_at(differs.second, now.end()) +
+                      ", expected " + name_at(differs.first, names.end()));
 }
 
 void check_free_time(const Problem& problem) {
@@ -143,6 +155,14 @@ void Problem::take_values(const Problem& now) {
   if (free_time.has_value() != now.free_time.has_value() || (!free_time && duration != now.duration)) {
     throw ArgumentError("problem \"" + name + "\": the duration is another one than was recorded; expected " +
                         (free_time ? "a free one" : std::to_string(duration) + " s"));
+  }
+  check_same_names(*this, states, now.states, "states");
+  check_same_names(*this, accelerations, now.accelerations, "accelerations");
+  check_same_names(*this, controls, now.controls, "controls");
+  if (terms.size() != now.terms.size()) {
+    throw ArgumentError("problem \"" + name + "\": the new values come with " +
+                        std::to_string(now.terms.size()) + " terms, expected the " +
+                        std::to_string(terms.size()) + " that were recorded");
   }
   parameters = now.parameters;
   start = now.start;

@@ -205,8 +205,9 @@ RecordedShooting record_shooting(const Problem& problem) {
               p[0] + after, y.head(n_x), {}, z.tail(problem.n_u()), p.segment(2 + part * n_p, n_p)};
           const VectorXad of_state = problem.rate(stage);
           check_rate(problem, of_state);
+          const AD cost = parts.costs(Where::kRunning, stage);  // may throw, as in parameters_of()
           VectorXad all(n_x + 1);
-          all << of_state, parts.costs(Where::kRunning, stage);
+          all << of_state, cost;
           return all;
         };
         return dynamics::runge_kutta_4(dynamics::EuclideanSpace<AD>(n_x + 1), rate, p[1], x);
@@ -232,8 +233,10 @@ RecordedShooting record_shooting(const Problem& problem) {
 }
 
 Eigen::VectorXd parameters_of(const Problem& problem, double t) {
-  Eigen::VectorXd all(1 + problem.parameters.size());
-  all << t, problem.parameters.at(t);
+  const Eigen::VectorXd values =
+      problem.parameters.at(t);  // may throw, which a comma initializer does not survive
+  Eigen::VectorXd all(1 + values.size());
+  all << t, values;
   return all;
 }
 

@@ -202,7 +202,8 @@ bool ChainKkt::eliminate(std::size_t k) {
   for (Eigen::Index j = 0; j < free; ++j) {
     double* const column = f.S.data() + j * pad;
     const double pivot = column[j];
-    if (!(pivot > kFlat * std::abs(f.Q(rank + j, rank + j))) || !std::isfinite(pivot)) return false;
+    const double before = std::min(1.0, std::abs(f.Q(rank + j, rank + j)));  // but for springs
+    if (!(pivot > kFlat * before) || !std::isfinite(pivot)) return false;
     const double inverse = 1 / std::sqrt(pivot);
     for (Eigen::Index i = j; i < both; ++i) column[i] *= inverse;
     for (Eigen::Index c = j + 1; c < both; ++c)

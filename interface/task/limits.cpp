@@ -13,11 +13,23 @@ namespace dyntape {
 
 namespace {
 
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
 using Joint = dynamics::Joint<double>;
+using Model = dynamics::Model<double>;
 
 // Of a limit: the solver widens bounds by 1e-8 and ends within its tolerance.
 constexpr double kBeyond = 1e-6;
 constexpr int kLooks = 8;  // from one point of the mesh to the next
+// Where two bodies may come too near, what they move from one look to the next is at most this share of how far they have
+// to be apart: in passing they then come nearer than any look tells by less than kContact of that.
+constexpr double kLookStep = 1. / 16;
+constexpr int kMostLooks = 4096;
+constexpr double kPath = 1.5;  // of the line between two looks: the path, which bends
+constexpr double kContact =
+    1e-3;  // of how far centres have to be apart: no contact yet, whatever the task allows defects
+constexpr double kLeastGap =
+    1e-6;  // m; the widening of bounds leaves as much of slim things, and nothing stands so well
 
 std::string plain_digits(double value) { return io::with_digits(value, 6); }
 
@@ -53,34 +65,105 @@ bool find_excess(const Eigen::VectorXd& values, const PlaceLookedAt& look, doubl
   return most > 0;
 }
 
-// Pairs that come nearer to each other than the task allows.
-void find_contacts(const Task& task, const PlaceLookedAt (&looks)[2], std::vector<LimitExcess>& excesses) {
-  for (const Surroundings::Pair& pair : task.around.apart) {
-    LimitExcess excess{"clearance", pair.name(), "m", 0, 0, 0};
-    excess.of_robot = false;
-    const double apart = pair.a.radius + pair.b.radius + pair.least;
-    for (const PlaceLookedAt& look : looks) {
-      excess.between_points = &look != looks;
-      Eigen::VectorXd values(look.curves.q.cols());
-      for (Eigen::Index p = 0; p < values.size(); ++p)
-        values[p] = clearance(task.scene.model, look.curves.q.col(p), pair.a, pair.b);
-      const auto none = [&](double) { return std::max(kBeyond, look.of_range) * apart; };
-      if (!find_excess(values, look, pair.least, HUGE_VAL, none, excess)) continue;
-      excesses.push_back(excess);
-      break;
-    }
-  }
-}
+double apart_of(const Surroundings::Pair& pair) { return pair.a.radius + pair.b.radius + pair.least; }
 
-// Evenly from each point of the mesh to the next.
-std::vector<double> times_between(const Trajectory& motion) {
+// From each point of the mesh to the next, evenly, as often as `looks` says of the interval.
+std::vector<double> times_between(const Trajectory& motion, const std::vector<int>& looks) {
   std::vector<double> times;
   for (int p = 0; p + 1 < motion.points(); ++p) {
-    for (int k = 0; k < kLooks; ++k)
-      times.push_back(motion.t[p] + (motion.t[p + 1] - motion.t[p]) * k / kLooks);
+    const int n = looks[std::size_t(p)];
+    for (int k = 0; k < n; ++k) times.push_back(motion.t[p] + (motion.t[p + 1] - motion.t[p]) * k / n);
   }
   times.push_back(motion.t[motion.points() - 1]);
   return times;
+}
+
+std::vector<int> even_looks(const Trajectory& motion) {
+  return std::vector<int>(std::size_t(std::max(motion.points() - 1, 0)), kLooks);
+}
+
+// The ends of a capsule's segment at configurations (6 x times): first one, then the other.
+MatrixXd ends_of(const Model& model, const MatrixXd& q, const Capsule& capsule) {
+  MatrixXd ends(6, q.cols());
+  if (capsule.frame == kWorld) {
+    ends.topRows(3) = capsule.from.replicate(1, q.cols());
+    ends.bottomRows(3) = capsule.to.replicate(1, q.cols());
+    return ends;
+  }
+  dynamics::Data<double> data(model);
+  const int frame = model.frame_index(capsule.frame);
+  for (Eigen::Index p = 0; p < q.cols(); ++p) {
+    dynamics::forward_kinematics(model, data, Eigen::VectorXd(q.col(p)));
+    const dynamics::Placement<double> X = dynamics::frame_placement(model, data, frame);
+    ends.col(p).head(3) = X.R * capsule.from + X.p;
+    ends.col(p).tail(3) = X.R * capsule.to + X.p;
+  }
+  return ends;
+}
+
+// What the distance of two bodies changes by from one look to the next, at most: each point of a segment moves by no more
+// than its ends do.
+VectorXd movements(const Task& task, const MatrixXd& q, const Surroundings::Pair& pair) {
+  VectorXd moved = VectorXd::Zero(q.cols() - 1);
+  for (const Capsule* body : {&pair.a, &pair.b}) {
+    const MatrixXd ends = ends_of(task.scene.model, q, *body);
+    const MatrixXd steps = ends.rightCols(q.cols() - 1) - ends.leftCols(q.cols() - 1);
+    moved +=
+        kPath * steps.topRows(3).colwise().norm().cwiseMax(steps.bottomRows(3).colwise().norm()).transpose();
+  }
+  return moved;
+}
+
+VectorXd clearances(const Task& task, const MatrixXd& q, const Surroundings::Pair& pair) {
+  VectorXd values(q.cols());
+  for (Eigen::Index p = 0; p < values.size(); ++p)
+    values[p] = clearance(task.scene.model, q.col(p), pair.a, pair.b);
+  return values;
+}
+
+// How often to look from each point to the next, so that no contact is stepped over; `between`: configurations at the
+// times of even_looks().
+std::vector<int> looks_for_contacts(const Task& task, const Trajectory& motion, const MatrixXd& between) {
+  std::vector<int> looks = even_looks(motion);
+  for (const Surroundings::Pair& pair : task.around.apart) {
+    const VectorXd gaps = clearances(task, between, pair), moved = movements(task, between, pair);
+    for (std::size_t p = 0; p < looks.size(); ++p) {
+      const Eigen::Index first = Eigen::Index(p) * kLooks;
+      // In the least favourable look the path reaches half its length beyond both of its ends.
+      const double most = moved.segment(first, kLooks).maxCoeff();
+      if (!(gaps.segment(first, kLooks + 1).minCoeff() - most / 2 < pair.least)) continue;
+      const double wanted = std::ceil(kLooks * most / (kLookStep * apart_of(pair)));
+      looks[p] = std::max(looks[p], int(std::min(wanted, double(kMostLooks))));
+    }
+  }
+  return looks;
+}
+
+// Pairs that come nearer to each other than the task allows, each where it does so most.
+void find_contacts(const Task& task, const Trajectory& motion, const PlaceLookedAt (&looks)[2],
+                   std::vector<LimitExcess>& excesses) {
+  if (task.around.apart.empty()) return;
+  const MatrixXd& even = looks[1].curves.q;
+  const Trajectory fine =
+      resampled(task.problem, motion, times_between(motion, looks_for_contacts(task, motion, even)));
+  const MatrixXd between = fine.x.topRows(even.rows());
+  for (const Surroundings::Pair& pair : task.around.apart) {
+    const double apart = apart_of(pair), at_points = kLeastGap + kBeyond * apart,
+                 on_the_way = std::max(at_points, std::min(kContact, looks[1].of_range) * apart);
+    const auto worst = [&](const MatrixXd& q, const PlaceLookedAt& look, double tolerance) {
+      LimitExcess excess{"clearance", pair.name(), "m", HUGE_VAL, 0, 0};
+      excess.of_robot = false;
+      find_excess(
+          clearances(task, q, pair), look, pair.least, HUGE_VAL, [&](double) { return tolerance; }, excess);
+      return excess;
+    };
+    const LimitExcess kept = worst(looks[0].curves.q, looks[0], at_points);
+    LimitExcess passed =
+        worst(between, {looks[1].curves, fine.t, looks[1].used, looks[1].of_range}, on_the_way);
+    if (!std::isfinite(std::min(kept.value, passed.value))) continue;
+    passed.between_points = !std::isfinite(kept.value);
+    excesses.push_back(passed.value < kept.value ? passed : kept);
+  }
 }
 
 }  // namespace
@@ -92,7 +175,7 @@ std::string LimitExcess::text() const {
 }
 
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion) {
-  const Trajectory fine = resampled(task.problem, motion, times_between(motion));
+  const Trajectory fine = resampled(task.problem, motion, times_between(motion, even_looks(motion)));
   const Curves at_points = curves_of(task, motion), between = curves_of(task, fine);
   const int unused = motion.scheme.uses_last_point() ? 0 : 1;  // controls
   const PlaceLookedAt looks[] = {{at_points, motion.t, motion.points() - unused},
@@ -127,7 +210,7 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
     };
     check("effort", slides ? "N" : "N m", efforts, -effort, effort);
   }
-  find_contacts(task, looks, excesses);
+  find_contacts(task, motion, looks, excesses);
   return excesses;
 }
 

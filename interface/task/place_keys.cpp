@@ -61,6 +61,7 @@ class CapsuleReader {
     }
     return std::move(capsules_);
   }
+  std::vector<Section>& blocks() { return blocks_; }  // of the capsules, in their order
 
  private:
   Capsule begin(Section& block, const std::string& kind) {
@@ -79,12 +80,14 @@ class CapsuleReader {
         block.problem("", "'" + capsule.name + "' names two of '" + list_.path() + "', expected one");
     }
     capsules_.push_back(std::move(capsule));
+    blocks_.push_back(block);
   }
 
   Section& list_;
   bool asks_frames_;
   const RobotModel* model_;
   std::vector<Capsule> capsules_;
+  std::vector<Section> blocks_;
 };
 
 const Capsule* capsule_named(Section& block, const std::string& name, const std::vector<Capsule>& bodies) {
@@ -120,6 +123,21 @@ void read_apart(Section& block, double least, const RobotModel* model, Surroundi
   }
 }
 
+// A body that no joint moves runs into nothing; it may stand there for others to keep clear of.  `blocks`: of the bodies.
+void refuse_idle(std::vector<Section>& blocks, const RobotModel& model, const Surroundings& around) {
+  for (std::size_t k = 0; k < blocks.size(); ++k) {
+    const Capsule& body = around.bodies[k];
+    const auto has = [&](const Surroundings::Pair& pair) {
+      return pair.a.name == body.name || pair.b.name == body.name;
+    };
+    if (body.frame == kWorld || carrier_of(model, body.frame) >= 0) continue;
+    if (std::any_of(around.apart.begin(), around.apart.end(), has)) continue;
+    blocks[k].problem("frame", "'" + body.frame + "', which carries '" + body.name +
+                                   "', is fixed to the world; expected a link that moves, or '" + body.name +
+                                   "' named in 'apart'");
+  }
+}
+
 }  // namespace
 
 std::string read_link(Section& block, const std::string& key, const RobotModel* model) {
@@ -128,7 +146,9 @@ std::string read_link(Section& block, const std::string& key, const RobotModel* 
     return "";
   }
   const std::string name = block.get<std::string>(key);
-  return name.empty() ? "" : known_frame(block, key, name, *model);
+  if (!name.empty()) return known_frame(block, key, name, *model);
+  block.problem(key, "'" + block.path() + "." + key + "' is empty, expected the name of a link");
+  return "";
 }
 
 std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
@@ -211,7 +231,8 @@ Surroundings read_surroundings(Section& file, const RobotModel* model) {
   }
   if (file.about("what of the robot keeps clear of obstacles").has("bodies")) {
     Section block = file.child("bodies");
-    around.bodies = CapsuleReader(block, true, model).read();
+    CapsuleReader reader(block, true, model);
+    around.bodies = reader.read();
     block.about("least distance that is kept [m]");
     const double least = block.get_or("clearance", 0.0, io::not_negative());
     for (const Capsule& body : around.bodies) {
@@ -219,6 +240,7 @@ Surroundings read_surroundings(Section& file, const RobotModel* model) {
       for (const Capsule& obstacle : around.obstacles) around.apart.push_back({body, obstacle, least});
     }
     read_apart(block, least, model, around);
+    if (model) refuse_idle(reader.blocks(), *model, around);
   }
   if (!model) return around;
   if (!around.obstacles.empty() && around.bodies.empty())

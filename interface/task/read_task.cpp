@@ -116,7 +116,11 @@ Eigen::VectorXd guessed_goal(Task& task, const TaskKeys& keys) {
   };
   // One that keeps clear, if there is one; the solver may still find its way from another.
   std::optional<Eigen::VectorXd> q = inverse_kinematics(task.scene, *keys.target, from, {.accept = is_clear});
+  const bool keeps_clear = q.has_value();
   if (!q) q = inverse_kinematics(task.scene, *keys.target, from);
+  if (q && !keeps_clear)
+    task.notes.push_back(task.file + ": no configuration was found in which '" + keys.target->frame +
+                         "' is at its goal and every body keeps clear; the guess ends in one that does not");
   if (q) return *q;
   task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
                        keys.target->frame +

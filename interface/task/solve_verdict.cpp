@@ -48,6 +48,14 @@ std::string of_interrupted(const SolveReport& report) {
          io::scientific(v.violation) + " of their magnitudes.";
 }
 
+// " The constraint violated most is goal of panda_hand[0], by 2.1e-01 of its magnitude."  Empty where all hold.
+std::string of_violated(const SolveReport& report) {
+  const Verification& v = report.solution.verification;
+  if (report.feasible() || v.worst_row.empty()) return "";
+  return " The constraint violated most is " + v.worst_row + ", by " + io::scientific(v.violation) +
+         " of its magnitude.";
+}
+
 }  // namespace
 
 bool SolveReport::cost_matches() const {
@@ -73,8 +81,8 @@ std::string SolveReport::verdict() const {
   const Verification& v = solution.verification;
   if (interrupted) return of_interrupted(*this);
   if (solution.nlp.status == SolveStatus::kLocallyInfeasible)
-    return std::string(describe(solution.nlp.status)) + kLimitsHold;
-  if (!solution.success()) return describe(solution.nlp.status);
+    return describe(solution.nlp.status) + of_violated(*this) + kLimitsHold;
+  if (!solution.success()) return describe(solution.nlp.status) + of_violated(*this);
   if (!feasible()) {
     return "The solver reports success, but the motion violates " + v.worst_row + " by " +
            io::scientific(v.violation) + " of its magnitude.";

@@ -73,6 +73,9 @@ std::optional<Problem::Range> read_free_time(Section& file, double duration) {
     if (horizon.sound() || !horizon.has(other))  // else what it says is wrong already
       horizon.problem(key,
                       std::string("'") + key + "' stands alone; expected '" + other + "' beside it, above 0");
+  } else if (range.shortest > range.longest) {
+    horizon.problem("shortest", "'shortest' is " + io::shortest(range.shortest) + " s, expected 'longest', " +
+                                    io::shortest(range.longest) + " s, at most");
   } else if (duration > 0 && !(range.shortest <= duration && duration <= range.longest)) {
     horizon.problem("duration", "'duration' is " + io::shortest(duration) +
                                     " s, expected the first guess of one between " +

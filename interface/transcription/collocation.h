@@ -156,10 +156,12 @@ class Collocation : public Nlp {
   Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
                                    const Eigen::MatrixXd& end_slopes);
   Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
-                                   const Eigen::MatrixXd& end_slopes, const Eigen::VectorXd& path);
+                                   const Eigen::MatrixXd& end_slopes, const Eigen::VectorXd& path,
+                                   const Eigen::VectorXd& end);
   void propagate(Eigen::VectorXd& z, const std::vector<double>& start, const Eigen::MatrixXd& slopes) const;
   void replace_rounding(Eigen::VectorXd& z, const Eigen::MatrixXd& slopes) const;
   Eigen::VectorXd missing_of_path() const;
+  Eigen::VectorXd largest_of_path() const;
   Eigen::VectorXd one_sided_room(const std::vector<double>& start) const;
   double newton_step(const std::vector<double>& start, std::size_t entry);
   double cost_magnitude(const std::vector<double>& start, const Eigen::VectorXd& z);

@@ -184,8 +184,9 @@ void Collocation::place_parameters() {
   }
 }
 
-// What was evaluated last is that no more.
+// What was evaluated last is that no more.  Asked at an x that is all NaN the answer is no.
 void Collocation::forget() {
+  values_good_ = first_good_ = false;
   x_values_.assign(shape_.n(), std::nan(""));
   x_first_ = x_values_;
 }

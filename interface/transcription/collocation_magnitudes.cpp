@@ -83,12 +83,14 @@ void keep_within(VectorXd& z, const VectorXd& room) {
   }
 }
 
-// Of constraint rows: their largest term, else the room between their bounds, else 1.
+// Of constraint rows: their largest term, else the room between their bounds, else 1.  A row whose terms are rounding
+// beside its value is constant: the distance of two bodies that no joint moves but by rounding.
 std::vector<double> row_magnitudes(const MatrixXd& slopes, const std::vector<ConstraintRow>& rows,
-                                   const VectorXd& z) {
+                                   const VectorXd& z, const VectorXd& values) {
   VectorXd sizes(Index(rows.size())), room = sizes;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     sizes[Index(i)] = term(slopes, Index(i), z);
+    if (sizes[Index(i)] < kRounding * values[Index(i)]) sizes[Index(i)] = 0;
     room[Index(i)] = sizes[Index(i)] > 0 ? HUGE_VAL : rows[i].upper - rows[i].lower;
   }
   keep_within(sizes, room);
@@ -102,6 +104,17 @@ VectorXd Collocation::missing_of_path() const {
   VectorXd most = VectorXd::Zero(Index(stage_.path_rows.size()));
   for (std::size_t p = 0; p < used_; ++p) {
     most = most.cwiseMax(missing(stage_.path_rows, first_y_.data() + p * stage_.node.n_y() + n_x_));
+  }
+  return most;
+}
+
+// The largest values of the path rows there.
+VectorXd Collocation::largest_of_path() const {
+  const Index n_c = Index(stage_.path_rows.size());
+  VectorXd most = VectorXd::Zero(n_c);
+  for (std::size_t p = 0; p < used_; ++p) {
+    const double* rows = first_y_.data() + p * stage_.node.n_y() + n_x_;
+    most = most.cwiseMax(Eigen::Map<const VectorXd>(rows, n_c).cwiseAbs());
   }
   return most;
 }
@@ -197,26 +210,32 @@ void Collocation::replace_rounding(VectorXd& z, const MatrixXd& slopes) const {
 VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const MatrixXd& slopes,
                                        const MatrixXd& end_slopes) {
   VectorXd path = missing_of_path();
-  VectorXd z = stage_magnitudes(start, slopes, end_slopes, path);
+  VectorXd end = missing(stage_.terminal_rows, first_y_.data() + used_ * stage_.node.n_y());
+  VectorXd z = stage_magnitudes(start, slopes, end_slopes, path, end);
   // What a row lacks by rounding, beside what it then amounts to, moves nothing.
   bool is_rounding = false;
-  for (Index i = 0; i < path.size(); ++i) {
-    if (path[i] == 0 || path[i] >= kNegligible * term(slopes, Index(n_x_) + i, z)) continue;
-    path[i] = 0;
-    is_rounding = true;
-  }
-  return is_rounding ? stage_magnitudes(start, slopes, end_slopes, path) : z;
+  const auto drop = [&](VectorXd& lacks, const MatrixXd& of, Index first) {
+    for (Index i = 0; i < lacks.size(); ++i) {
+      if (lacks[i] == 0 || lacks[i] >= kNegligible * term(of, first + i, z)) continue;
+      lacks[i] = 0;
+      is_rounding = true;
+    }
+  };
+  drop(path, slopes, Index(n_x_));
+  drop(end, end_slopes, 0);
+  return is_rounding ? stage_magnitudes(start, slopes, end_slopes, path, end) : z;
 }
 
 VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const MatrixXd& slopes,
-                                       const MatrixXd& end_slopes, const VectorXd& path) {
+                                       const MatrixXd& end_slopes, const VectorXd& path,
+                                       const VectorXd& end) {
   const Index n_x = Index(n_x_), n_z = Index(n_z_), n_c = Index(stage_.path_rows.size());
   VectorXd z = VectorXd::Zero(n_z);
   z.head(n_x) = extents(Eigen::Map<const MatrixXd>(start.data(), n_z, Index(points_))).head(n_x);
   for (Index c = 0; c < problem_.typical.size(); ++c) {
     if (problem_.typical[c] > 0) z[c] = problem_.typical[c];
   }
-  balance(z, 0, n_x, end_slopes, missing(stage_.terminal_rows, first_y_.data() + used_ * stage_.node.n_y()));
+  balance(z, 0, n_x, end_slopes, end);
   propagate(z, start, slopes);
   replace_rounding(z, slopes);
 
@@ -269,14 +288,17 @@ NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMa
     z = (z.array() < kUnresolved * last.array()).select(last, z);
   }
   NlpMagnitudes m{cost_magnitude(at, z)};
-  const auto path = row_magnitudes(slopes.bottomRows(slopes.rows() - Index(n_x_)), stage_.path_rows, z);
+  const auto path =
+      row_magnitudes(slopes.bottomRows(slopes.rows() - Index(n_x_)), stage_.path_rows, z, largest_of_path());
   const auto append = [](std::vector<double>& to, const auto& part) {
     to.insert(to.end(), part.begin(), part.end());
   };
   for (std::size_t p = 0; p < points_; ++p) append(m.x, z);
   for (std::size_t k = 0; k < intervals_ * rows_; ++k) append(m.g, z.head(Index(n_x_)));
   for (std::size_t p = 0; p < used_; ++p) append(m.g, path);
-  append(m.g, row_magnitudes(end_slopes, stage_.terminal_rows, z));
+  const double* ends = first_y_.data() + used_ * stage_.node.n_y();
+  const VectorXd at_end = Eigen::Map<const VectorXd>(ends, Index(stage_.terminal_rows.size())).cwiseAbs();
+  append(m.g, row_magnitudes(end_slopes, stage_.terminal_rows, z, at_end));
   return m;
 }
 

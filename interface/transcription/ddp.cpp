@@ -411,6 +411,9 @@ void DdpSolver::set_values(const Problem& now) {
   Problem next = made_->problem;
   next.take_values(now);
   check_shooting(next);
+  // Throws, if it does, before anything has changed.
+  const double h = next.duration / made_->options.intervals;
+  for (int k = 0; k <= 2 * made_->options.intervals; ++k) next.parameters.at(k / 2.0 * h);
   made_->problem = std::move(next);
 }
 

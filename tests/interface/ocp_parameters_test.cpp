@@ -361,7 +361,14 @@ TEST(OcpParameters, MistakesAreOneSentence) {
   EXPECT_EQ(message([&] { p.add("load", 2.0); }), "there are two parameters \"load\"");
   EXPECT_EQ(message([&] { p.add("", 2.0); }), "a parameter has no name");
   EXPECT_EQ(message([&] { p.add("none", VectorXd(0)); }), "the parameter \"none\" has no entries");
+  EXPECT_EQ(message([&] { p.add("square", Eigen::Matrix2d::Zero()); }),
+            "the value of a parameter is a matrix of 2 x 2, expected a number or a vector");
+  EXPECT_EQ(message([&] { p.add("empty", ParameterValue::OfTime()); }),
+            "the value of a parameter is an empty function, expected one of time that gives a vector");
   EXPECT_EQ(p.at(3), Eigen::Vector3d(1, 2, 1));
+  Parameters row;
+  row.add("row", Eigen::RowVector3d(1, 2, 3));
+  EXPECT_EQ(row.at(0), Eigen::Vector3d(1, 2, 3));
   Parameters fewer;
   fewer.add("target", Vector2d(1, 2));
   EXPECT_EQ(message([&] { p.check_same(fewer); }), "the parameter \"load\" is missing");
@@ -400,6 +407,47 @@ TEST(OcpParameters, ValuesThatDoNotFitLeaveAProgramAsItWas) {
                                [](double t) { return VectorXd::Constant(1, t > 1.3 ? std::nan("") : 0); });
             }),
             "the parameter \"push\" is nan at t = 1.375000 s, expected a finite number");
+  EXPECT_NE(
+      refused([](Problem& p) { p.states[1] = "angle"; }).find("the states are others than were recorded"),
+      std::string::npos);
+  EXPECT_NE(refused([](Problem& p) { p.controls.push_back("y"); }).find("\"y\", expected none"),
+            std::string::npos);
+  EXPECT_NE(refused([](Problem& p) { p.terms.pop_back(); }).find("terms, expected the "), std::string::npos);
+}
+
+// An x that is no number is none of what was evaluated before.
+TEST(OcpParameters, NothingStaleIsGivenForWhatIsNoNumber) {
+  Collocation nlp(with_parameters(kOne), {.intervals = 6, .evaluation = test::kInterpreted});
+  const std::vector<double> x = wavy(nlp), none(x.size(), std::nan(""));
+  std::vector<double> slope(x.size());
+  double cost = 0;
+  ASSERT_TRUE(nlp.objective(x.data(), cost) && nlp.gradient(x.data(), slope.data()));
+  nlp.set_values(nlp.problem());
+  EXPECT_FALSE(nlp.objective(none.data(), cost));
+  EXPECT_FALSE(nlp.gradient(none.data(), slope.data()));
+}
+
+// Late in the motion, where recording does not look.
+TEST(OcpParameters, ValuesThatFailLaterAreErrorsEverywhere) {
+  const auto late = [](double bad) {
+    return
+        [bad](double t) { return VectorXd::Constant(std::isnan(bad) || t < 1.3 ? 1 : 2, t > 1.3 ? bad : 0); };
+  };
+  for (const double bad : {std::nan(""), 0.0}) {
+    Problem p = soft(kOne);
+    p.parameters.set("push", late(bad));
+    EXPECT_NE(
+        message([&] { Collocation(p, {.intervals = 6, .evaluation = test::kInterpreted}); }).find("\"push\""),
+        std::string::npos);
+    EXPECT_NE(message([&] {
+                solve_by_ddp(p, {.intervals = 20, .evaluation = test::kInterpreted});
+              }).find("\"push\""),
+              std::string::npos);
+    DdpSolver solver(soft(kOne), {.intervals = 20, .evaluation = test::kInterpreted});
+    const double before = solver.solve().cost;
+    EXPECT_NE(message([&] { solver.set_values(p); }).find("\"push\""), std::string::npos);
+    EXPECT_EQ(solver.solve().cost, before);
+  }
 }
 
 }  // namespace

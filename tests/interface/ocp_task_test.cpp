@@ -164,6 +164,7 @@ TEST_F(TaskFiles, MistakesAboutADurationAreOneSentenceWithItsPlace) {
   };
   says(timed_block(" longest 5\n"), "task.info:9:10: 'longest' stands alone; expected 'shortest' beside it");
   says(timed_block(" shortest 0\n longest 5\n"), "task.info:10:10: 'longest' stands alone");
+  says(timed_block(" shortest 7\n longest 5\n"), "'shortest' is 7 s, expected 'longest', 5 s, at most");
   says(timed_block(" shortest 2\n longest 5\n"),
        "task.info:7:11: 'duration' is 1 s, expected the first guess of one between 2 and 5 s");
   says(timed_block(" shortest -1\n longest 5\n"), "task.info:9:11: 'horizon.shortest' must");

@@ -279,6 +279,20 @@ TEST(Magnitudes, OfRowsThatLackRoundingComeFromTheOthers) {
   EXPECT_TRUE(check_derivatives(nlp, start).good());
 }
 
+// The end lacks a metre of one state, and of a row that both make up but rounding.
+TEST(Magnitudes, OfEndsThatLackRoundingComeFromTheOthers) {
+  Problem p("two", {"p", "r"}, {"u", "y"}, 1.0, [](const auto& s) { return s.u; });
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.add(terminal_equality("end", [](const auto& s) {
+    using T = std::decay_t<decltype(s.t)>;
+    return vector(T(s.x[0] - 1.0), T(s.x[1] + 1e-3 * s.x[0] + 1e-19));
+  }));
+  p.start << 0, 0;
+  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  for (double x : nlp.magnitudes(nlp.start()).x) EXPECT_GT(x, 1e-6);
+  EXPECT_TRUE(optimise(nlp, nlp.start(), {}).success());
+}
+
 TEST(Rounds, EndAtTheOptimumFromAWildGuess) {
   for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
     for (double force : {1.0, 1e3, 1e5, 1e7}) {

@@ -152,6 +152,20 @@ TEST_F(Pairs, SlopesAndCurvaturesAreFiniteEverywhereAndRight) {
     EXPECT_NEAR(turned(angle), 0.1, 1e-8) << angle;
 }
 
+// Bars that cross at an angle of a thousandth of a degree and less touch: their distance is zero but for what is documented.
+TEST_F(Pairs, NearlyParallelBarsMeetWhereTheyCross) {
+  for (double angle : {1e-3, 1e-4, 3e-5, 9e-6, 1e-6, 2e-7, 9e-8, 1e-8}) {
+    for (double length : {0.1, 1.0, 3.0}) {
+      const Vector3d along(std::cos(angle), std::sin(angle), 0), half = along * length / 2;
+      const double gap = clearance(scene_.model, Vector3d::Zero(), bar("a", "tool", -half, half, 0.1),
+                                   bar("b", kWorld, {-length / 2, 0, 0}, {length / 2, 0, 0}, 0.1)) +
+                         0.2;
+      EXPECT_LT(gap, 5.1e-8 * length) << angle << " " << length;
+      EXPECT_GE(gap, -1e-15);
+    }
+  }
+}
+
 TEST_F(Pairs, ErrorsSayWhatIsWrong) {
   const auto says = [&](const Capsule& a, const Capsule& b, double least, const char* part) {
     try {

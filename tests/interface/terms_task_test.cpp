@@ -209,6 +209,9 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   says("radius 0.12", "radius -0.12", "'obstacles.ball.radius' must be positive");
   says("center \"0.45 0 0.8\"", "", "'obstacles.ball.center' is missing");
   says("frame  panda_link5", "frame panda_lnk5", "did you mean 'panda_link5'?");
+  says("frame  panda_link5", "frame \"\"", "'bodies.bar.frame' is empty, expected the name of a link");
+  says("frame  panda_link5", "frame panda_link0",
+       "'panda_link0', which carries 'forearm', is fixed to the world");
   says("bar forearm {", "bar hand {", "'hand' names two of 'bodies'");
   says("bodies {", "bodies {\n apart \"hand foot\"", "'foot', which is none of 'bodies'");
   says("bodies {", "bodies {\n apart \"hand\"", "names 1 bodies, expected two");
@@ -221,6 +224,164 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   text_ = sound;
   remove("obstacles");
   EXPECT_NE(message().find("'bodies' keep clear of nothing"), std::string::npos) << message();
+}
+
+// A block that slides along a line to another place.  The thing in its way stands between two looks of a few an interval.
+class Slider : public Places {
+ protected:
+  void write(const std::string& center, const std::string& radius, const std::string& more = "") {
+    text_ = "robot {\n urdf " + (fs::path(DYNTAPE_SOURCE_DIR) / "config/robots/block.urdf").string() +
+            "\n}\nhorizon {\n duration 1\n intervals 4\n}\nstart { q 0 }\ngoal { q 1 }\nobstacles {\n ball "
+            "thing {\n center \"" +
+            center + "\"\n radius " + radius +
+            "\n }\n}\nbodies {\n ball block {\n frame block\n center \"0 0 0\"\n radius 0.004\n }\n}\ncosts "
+            "{ control 1 }\n" +
+            more;
+  }
+};
+
+TEST_F(Slider, ThinThingsAreNotPassedThrough) {
+  const char* const kVerify[] = {"", "verify { true_defect inf }\n", "verify { true_defect 1 }\n"};
+  for (const char* verify : kVerify) {
+    for (const char* center : {"0.42 0 0", "0.43 0 0", "0.44 0 0"}) {
+      write(center, "0.004", verify);
+      const SolveReport report = solve_task(read());
+      EXPECT_FALSE(report.success()) << center << verify << report.verdict();
+      // There is no way around it: the points of the mesh step over it.
+      if (!report.solution.success()) continue;
+      ASSERT_FALSE(report.excesses.empty()) << center << verify;
+      EXPECT_LT(report.excesses.back().value, -0.0075) << center << verify;
+    }
+  }
+}
+
+TEST_F(Slider, WhatIsPassedIsFoundAsDeepAsItIs) {
+  // Of radius 8 mm together: 7 mm aside it is touched by 1 mm, 8.1 mm aside it is not.
+  for (const auto& [center, depth] :
+       {std::pair("0.4675 0.007 0", -0.001), std::pair("0.4655 0.0081 0", 0.0)}) {
+    write(center, "0.004");
+    Task task = read();
+    Task free = task;
+    std::erase_if(free.problem.terms, [](const Term& term) { return term.role == Role::kInequality; });
+    Collocation program(free.problem, task.optimise.mesh);
+    const Solution s = optimise(program, program.start(), free.optimise);
+    ASSERT_TRUE(s.success());
+    const std::vector<LimitExcess> excesses = limit_excesses(task, s.motion);
+    ASSERT_EQ(excesses.size(), depth < 0 ? 1u : 0u) << center;
+    if (depth == 0) continue;
+    // A sixteenth of 8 mm beside the nearest point it is 9 um farther away at most.
+    EXPECT_NEAR(excesses[0].value, depth, 1e-5);
+    EXPECT_TRUE(excesses[0].between_points);
+  }
+}
+
+// What the solver leaves of a bound is no contact, however slim the things are.
+TEST_F(Places, SlimThingsAreNotTouched) {
+  replace("intervals 40", "intervals 80");
+  remove("obstacles");
+  remove("bodies");
+  remove("expected");
+  text_ +=
+      "\nobstacles {\n bar post {\n from \"0.55 0 0\"\n to \"0.55 0 0.5\"\n radius 0.015\n }\n}\n"
+      "bodies {\n ball hand {\n frame panda_hand\n center \"0 0 0.05\"\n radius 0.02\n }\n}\n";
+  const SolveReport report = solve_task(read());
+  EXPECT_TRUE(report.success()) << report.verdict();
+}
+
+// Bars whose nearest points jump where the derivatives are checked, and bodies whose distance no joint changes.
+TEST_F(Places, KinksAndConstantDistancesAreNoWrongDerivatives) {
+  remove("obstacles");
+  remove("bodies");
+  remove("expected");
+  const std::string bare = text_;
+  text_ += R"(
+obstacles {
+  bar b0 {
+    from "-0.00713559 -0.156633 0.565429"
+    to "-0.161106 0.15552 0.655674"
+    radius 0.02
+  }
+  bar b1 {
+    from "-0.754882 0.91087 0.63172"
+    to "-0.456423 0.967759 0.737944"
+    radius 0.02
+  }
+  bar b2 {
+    from "0.152269 -0.770643 0.156984"
+    to "0.429359 -0.951188 -0.288453"
+    radius 0.02
+  }
+  bar b3 {
+    from "0.630949 0.49588 0.916624"
+    to "0.495452 0.0539273 1.22809"
+    radius 0.02
+  }
+}
+bodies {
+  bar upper {
+    frame panda_link3
+    from "0 0 -0.3"
+    to "0 0 0"
+    radius 0.05
+  }
+  ball hand {
+    frame panda_hand
+    center "0 0 0.05"
+    radius 0.1
+  }
+  bar forearm {
+    frame panda_link5
+    from "0.06 0 -0.32"
+    to "0 0 0"
+    radius 0.05
+  }
+}
+)";
+  const auto check = [&] {
+    const Task task = read();
+    Collocation program(task.problem, task.optimise.mesh);
+    const std::vector<double> start = program.start();
+    for (double g : program.magnitudes(start).g) EXPECT_GT(g, 1e-9);
+    for (unsigned seed = 1; seed < 6; ++seed)
+      EXPECT_TRUE(check_derivatives(program, start, {.seed = seed}).good()) << seed;
+  };
+  check();
+  text_ = bare + R"(
+bodies {
+  apart "hand forearm"
+  ball hand {
+    frame panda_hand
+    center "0 0 0.05"
+    radius 0.03
+  }
+  bar forearm {
+    frame panda_link5
+    from "0.06 0 -0.32"
+    to "0 0 0"
+    radius 0.03
+  }
+}
+)";
+  check();
+}
+
+TEST_F(Places, AFailureNamesWhatIsViolated) {
+  replace("0.4 0.35 0.3", "1.4 0.35 0.3");
+  remove("expected");
+  Task task = read();
+  task.optimise.solver.max_iterations = 40;
+  const SolveReport report = solve_task(task);
+  ASSERT_FALSE(report.success());
+  EXPECT_NE(report.verdict().find("The constraint violated most is "), std::string::npos) << report.verdict();
+  EXPECT_NE(report.verdict().find(report.solution.verification.worst_row), std::string::npos);
+}
+
+TEST_F(Places, AGoalThatIsInTheWayIsNoted) {
+  replace("center \"0.45 0 0.8\"", "center \"0.4 0.35 0.25\"");
+  const Task task = read();
+  ASSERT_FALSE(task.notes.empty());
+  EXPECT_NE(task.notes.back().find("is at its goal and every body keeps clear"), std::string::npos)
+      << task.notes.back();
 }
 
 // What was understood, read again, is the same task.

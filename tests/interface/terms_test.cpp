@@ -313,6 +313,20 @@ TEST_P(Reaching, FindsOnlyWhatIsAccepted) {
   EXPECT_FALSE(inverse_kinematics(scene, {frame, place}, from, {.accept = never}).has_value());
 }
 
+TEST_P(Reaching, TakesNoStepFromWhereItIs) {
+  const auto& [robot, frame] = GetParam();
+  const RobotScene scene = scene_of(robot);
+  VectorXd from(scene.model.nv);
+  for (int i = 0; i < scene.model.nv; ++i) {
+    const auto& limits = scene.model.joints[std::size_t(i)].limits;
+    from[i] = (limits.lower + limits.upper) / 2 + 0.01;
+  }
+  const Vector3d place = placement(scene.model, frame, from).translation();
+  const auto q = inverse_kinematics(scene, {frame, place}, from, {.starts = 1, .iterations = 0});
+  ASSERT_TRUE(q.has_value());
+  EXPECT_EQ(*q, from);
+}
+
 TEST_P(Reaching, FindsNothingOutOfReach) {
   const auto& [robot, frame] = GetParam();
   const RobotScene scene = scene_of(robot);
