@@ -279,7 +279,9 @@ Task::Control read_control(Section& file, const RobotModel* model) {
   control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
                            .get_or("iterations", control.iterations, io::between(0, 1000));
   if (!block.about("something that hits the robot").has("push")) return control;
-  for (Section& push : block.children("push")) {
+  std::vector<Section> pushes = block.children("push");
+  if (pushes.empty()) pushes.push_back(block.child("push"));  // in the list of keys one
+  for (Section& push : pushes) {
     const double at = push.about("when [s]").get<double>("at", io::not_negative());
     push.about("added to the velocities [rad/s or m/s]");
     control.pushes.push_back({at, read_joint_values(push, "v", model, 0.0)});

@@ -12,6 +12,7 @@ are variables).  CasADi: the same variables, rows, start and tolerance, exact He
 scaled by their limits, which saves it a third of its iterations.  Prints one table; seconds are the quickest solve of each.
 """
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -98,10 +99,10 @@ def casadi(model, limits, form, folder):
     begin = time.perf_counter()
     program, bounds = casadi_program(model, limits, form)
     solver = ca.nlpsol('solver', 'ipopt', program, {'ipopt.tol': 1e-8, 'ipopt.print_level': 0, 'print_time': False})
+    os.chdir(folder)  # where CasADi writes what it generates
     source = pathlib.Path(solver.generate_dependencies(f'{form}.c', {}))
     library = folder / f'{form}.so'
     subprocess.run(['gcc', '-O1', '-march=native', '-fPIC', '-shared', '-w', source, '-o', library], check=True)
-    source.unlink()
     compiled = ca.nlpsol('solver', 'ipopt', str(library), {'ipopt.tol': 1e-8, 'ipopt.print_level': 0, 'print_time': False})
     ready = time.perf_counter() - begin
     best = None
@@ -123,8 +124,8 @@ def main():
                                       check=True, capture_output=True, text=True).stdout)
     limits = {key: [float(value) for value in values] for key, values in limits_of(ROBOT).items()}
     rows = []
-    with tempfile.TemporaryDirectory() as name:
-        folder = pathlib.Path(name)
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
+        folder = pathlib.Path(name).resolve()
         for form in ('inverse', 'forward'):
             ours = dyntape(programs, form, folder)
             ready, theirs = casadi(model, limits, form, folder)
@@ -133,6 +134,7 @@ def main():
                 best = min(ours[solver], again[solver], key=lambda row: row['seconds'])
                 rows.append((form, f'dyntape, {solver}', ours['ready_s'], best))
             rows.append((form, 'CasADi, its Ipopt, compiled', ready, theirs))
+    os.chdir(ROOT)
     print(f'{"form":8} {"solver":28} {"ready [s]":>10} {"status":>16} {"cost":>12} {"iterations":>10} {"solve [ms]":>10} '
           f'{"functions":>10} {"of CasADi":>10}')
     for form, solver, ready, row in rows:

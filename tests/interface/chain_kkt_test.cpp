@@ -67,6 +67,7 @@ ChainKkt random_chain(Random& random, bool convex) {
 
 // Also where rows outnumber a stage's variables, or repeat each other, on and across stages.
 TEST(ChainKkt, SolvesTheWholeSystem) {
+  int slow = 0;
   for (unsigned seed = 0; seed < 300; ++seed) {
     Random random(seed);
     ChainKkt chain = random_chain(random, true);
@@ -83,14 +84,18 @@ TEST(ChainKkt, SolvesTheWholeSystem) {
           elastic > 0 ? random.vector(m) : VectorXd(K.bottomLeftCorner(m, n) * random.vector(n));
       VectorXd z, lambda, x = VectorXd::Zero(n + m), right(n + m);
       right << a, b;
-      for (int i = 0; i < 8; ++i) {  // what springs miss is solved for again
+      // What springs miss is solved for again; where rounding takes much of them, more often.
+      int steps = 0;
+      for (; steps < 60 && (K * x - right).norm() > 1e-11 * (right.norm() + x.norm()); ++steps) {
         const VectorXd left = right - K * x;
         chain.solve(left.head(n), left.tail(m), z, lambda);
         x.head(n) += z, x.tail(m) += lambda;
       }
+      slow += steps > 8;
       EXPECT_LE((K * x - right).norm(), 1e-9 * (right.norm() + x.norm())) << "seed " << seed;
     }
   }
+  EXPECT_LE(slow, 6);  // of 600
 }
 
 // Every factorisation goes through if and only if the Hessian is positive definite on what the rows leave free.
