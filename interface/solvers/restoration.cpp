@@ -12,7 +12,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
                                 const std::function<bool(BarrierPoint&)>& evaluate) {
   constexpr int kMostSteps = 300;
   constexpr double kEnough = 0.9, kArmijo = 1e-4, kShortest = 1e-12, kTau = 0.99, kFlatPart = 1e-6;
-  constexpr double kLeastShift = 1e-8, kShort = 0.3, kRaise = 10, kLower = 0.2, kMostShift = 1e12;
+  constexpr double kLeastShift = 1e-10, kShort = 0.3, kRaise = 10, kLower = 0.2, kMostShift = 1e12;
   const Eigen::Index n = barrier_.n(), m = barrier_.m();
   const auto moves = [&](Eigen::Index i) {
     return i < n ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n)) == RowKind::kInequality;
@@ -23,7 +23,12 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
   Eigen::VectorXd slope, of_c(n + m), step(n + m);
   KktDiagonal diagonal{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), 0, 1, false};
   KktVector right{Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(m), Eigen::VectorXd::Zero(m)}, change;
-  mu = std::min(mu, 0.1 * point.c.squaredNorm());
+  // All logarithms together weigh less than what is lacked.
+  const auto is_bound = [](double bound) { return std::abs(bound) < HUGE_VAL; };
+  const auto bounds = std::count_if(barrier_.lower().begin(), barrier_.lower().end(), is_bound) +
+                      std::count_if(barrier_.upper().begin(), barrier_.upper().end(), is_bound);
+  const double share = 0.1 / double(std::max<std::ptrdiff_t>(bounds, 1));
+  mu = std::min(mu, share * point.c.squaredNorm());
   // Small ones let a point leave a bound that it is stuck at.
   Prices prices;
   prices.begin(barrier_, point.w, mu, 1);
@@ -33,7 +38,8 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     without.w = at.w;
     return barrier_.value(without, mu) + 0.5 * at.c.squaredNorm();
   };
-  double damping = 1e-6, steepest = 0;  // of the square of the largest slope on the way
+  double damping = 1e-6;  // of the square of the largest slope on the way, or of 1 where that is less
+  double steepest = 0;
   for (int i = 0; i < kMostSteps; ++i) {
     if (stops()) return RestorationEnd::kStopped;
     if (i > 0 && point.sum <= unreached && takes(point)) return RestorationEnd::kRestored;
@@ -56,7 +62,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     const double size = point.largest;
     if (jacobian.size() > 0) steepest = std::max(steepest, jacobian.cwiseAbs().maxCoeff());
     if ((of_c + slope).cwiseAbs().maxCoeff() <= kFlatPart * size * std::min(1.0, steepest)) {
-      if (mu <= 1e-3 * kFlatPart * size * size || mu < 1e-14) return RestorationEnd::kInfeasible;
+      if (mu <= 1e-3 * kFlatPart * size * size || mu < 1e-16) return RestorationEnd::kInfeasible;
       mu *= 0.1;
       continue;
     }
@@ -64,7 +70,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     const double before = merit(point);
     bool is_better = false;
     for (; !is_better && damping <= kMostShift; damping *= kRaise) {
-      diagonal.shift = damping * steepest * steepest;
+      diagonal.shift = damping * std::min(1.0, steepest * steepest);
       // With the curvature of what is lacked, where that leaves a minimum.
       diagonal.with_hessian = true;
       if (!kkt_.factor(diagonal)) {
@@ -92,7 +98,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     }
     if (!is_better) return RestorationEnd::kFailed;
     std::swap(point, trial);
-    mu = std::min(mu, 0.1 * point.c.squaredNorm());
+    mu = std::min(mu, share * point.c.squaredNorm());
     prices.move(barrier_, point.w, prices.longest(kTau), mu);
   }
   return RestorationEnd::kFailed;

@@ -4,12 +4,13 @@
 
     python3 -m venv build/casadi && build/casadi/bin/pip install casadi numpy
     ninja -C build bench_solves bench_kernels
-    build/casadi/bin/python tests/bench/arm_problem.py build/bin
+    build/casadi/bin/python tests/bench/arm_problem.py build/bin inverse forward
 
 A seven-joint arm goes from rest to rest in 1 s within its limits with the least integral of its squared torques, each a fraction of
 its limit; trapezoids on 50 intervals; optimum 0.132088.  Both forms: forward (the dynamics in the defects) and inverse (accelerations
 are variables).  CasADi: the same variables, rows, start and tolerance, exact Hessians, functions compiled by gcc -O1, which is as fast on straight lines; torque rows
-scaled by their limits, which saves it a third of its iterations.  Prints one table; seconds are the quickest solve of each.
+scaled by their limits, which saves it a third of its iterations.  What CasADi prints of the forward form is 5 million lines, which gcc
+needs long for.  Prints one table; seconds are the quickest solve of each.
 """
 import json
 import os
@@ -126,7 +127,7 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = pathlib.Path(name).resolve()
-        for form in ('inverse', 'forward'):
+        for form in sys.argv[2:] or ['inverse']:
             ours = dyntape(programs, form, folder)
             ready, theirs = casadi(model, limits, form, folder)
             again = dyntape(programs, form, folder)  # after it as well, so that both see what else the machine does
