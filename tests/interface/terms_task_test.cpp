@@ -199,7 +199,7 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
     EXPECT_NE(message().find("task.info"), std::string::npos) << message();
   };
   says("frame panda_hand {", "frame panda_hnd {",
-       "task.info:14:3: 'goal.frame' names 'panda_hnd', which is no link of the robot; did you mean "
+       "task.info:13:3: 'goal.frame' names 'panda_hnd', which is no link of the robot; did you mean "
        "'panda_hand'?");
   says("frame panda_hand {", "frame {", "needs the name of a link");
   says("frame panda_hand {", "frame panda_link0 {", "'panda_link0' is fixed to the world");
