@@ -15,8 +15,8 @@
 #pragma once
 
 #include <dyntape/interface/solvers/derivative_check.h>
-#include <dyntape/interface/solvers/solver_options.h>
 #include <dyntape/interface/solvers/kkt.h>
+#include <dyntape/interface/solvers/solver_options.h>
 #include <dyntape/interface/transcription/collocation.h>
 #include <dyntape/interface/transcription/verify.h>
 

@@ -16,7 +16,8 @@ namespace dyntape::tools {
 
 // Each is add_<name>(app) in <name>.cpp, in the order of `dyntape --help`.
 #define DYNTAPE_COMMANDS(X) \
-  X(info) X(eval) X(generate) X(simulate) X(sweep) X(solve) X(mpc) X(identify) X(check_config) X(cache) X(doctor)
+  X(info)                   \
+  X(eval) X(generate) X(simulate) X(sweep) X(solve) X(mpc) X(identify) X(check_config) X(cache) X(doctor)
 #define DYNTAPE_DECLARE(name) void add_##name(CLI::App& app);
 DYNTAPE_COMMANDS(DYNTAPE_DECLARE)
 #undef DYNTAPE_DECLARE
