@@ -39,8 +39,11 @@ void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
 // The problem's dynamics, moved by plans and pushes.
 class SteeredPlant {
  public:
+  VectorXd x;           // where it is
+  std::string trouble;  // why it cannot be simulated
+
   SteeredPlant(const Problem& problem, const ClosedLoopOptions& options)
-      : problem_(problem), pushes_(options.pushes), x(problem.start) {
+      : x(problem.start), problem_(problem), pushes_(options.pushes) {
     std::sort(pushes_.begin(), pushes_.end(), [](const Push& a, const Push& b) { return a.at < b.at; });
   }
 
@@ -67,10 +70,6 @@ class SteeredPlant {
   const Problem& problem_;
   std::vector<Push> pushes_;
   std::size_t next_ = 0;
-
- public:
-  VectorXd x;
-  std::string trouble;
 };
 
 Trajectory motion_of(const std::vector<double>& t, const std::vector<VectorXd>& x,

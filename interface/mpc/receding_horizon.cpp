@@ -66,7 +66,6 @@ RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& optio
   if (options.iterations < 0)
     throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.iterations) +
                         " iterations a step, expected 0 (until it is solved) or more");
-  options_.solver.method = NlpMethod::kStages;
 }
 
 // The last solution's variables as they are `by` later, and its multipliers.

@@ -41,9 +41,9 @@ namespace dyntape {
 
 struct MpcOptions {
   MeshOptions mesh = {.scheme = trapezoid(), .intervals = 20, .hessian = HessianKind::kGaussNewton};
-  SolverOptions solver = {.method = NlpMethod::kStages, .tolerance = 1e-6};
-  int iterations = 0;       // of a step at most, but of the first; 0: until it is solved
-  double violation = 1e-2;  // of what is usable
+  SolverOptions solver = {.tolerance = 1e-6};  // its method is kStages, whatever it says
+  int iterations = 0;                          // of a step at most, but of the first; 0: until it is solved
+  double violation = 1e-2;                     // of what is usable
 };
 
 // What the plant is to do from a time on.

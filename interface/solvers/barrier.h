@@ -30,6 +30,10 @@ class Barrier {
 
   Eigen::Index n() const { return n_; }
   Eigen::Index m() const { return m_; }
+  // Whether an entry of w is a variable that is not fixed, or the slack of an inequality.
+  bool moves(Eigen::Index i) const {
+    return i < n_ ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n_)) == RowKind::kInequality;
+  }
   const Eigen::VectorXd& lower() const { return lower_; }
   const Eigen::VectorXd& upper() const { return upper_; }
 

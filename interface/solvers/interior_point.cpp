@@ -64,6 +64,9 @@ class StageSolver::Method {
     processor_begin_ = thread_seconds();
     if (has_crossed_bounds(nlp_.shape())) {
       solution_.status = SolveStatus::kBadOption;
+      for (std::vector<double>* rows : {&solution_.g, &solution_.lambda}) rows->assign(std::size_t(m_), 0.0);
+      for (std::vector<double>* prices : {&solution_.lower_price, &solution_.upper_price})
+        prices->assign(std::size_t(n_), 0.0);
       return std::move(solution_);
     }
     solution_.status = run(start, warm);
@@ -176,7 +179,7 @@ class StageSolver::Method {
     double prices = 0;
     int bounds = 0;
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (!moves(i)) stationarity_[i] = 0;
+      if (!barrier_.moves(i)) stationarity_[i] = 0;
       if (barrier_.lower()[i] > -HUGE_VAL) prices += prices_.lower[i], ++bounds;
       if (barrier_.upper()[i] < HUGE_VAL) prices += prices_.upper[i], ++bounds;
     }
@@ -198,9 +201,6 @@ class StageSolver::Method {
     }
     const double all = std::max({dual_ / dual_scale_, now_.largest, complementarity / price_scale_});
     return {dual_, now_.largest, complementarity, all};
-  }
-  bool moves(Eigen::Index i) const {
-    return i < n_ ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n_)) == RowKind::kInequality;
   }
 
   std::optional<SolveStatus> ended(int iteration) {
@@ -246,7 +246,7 @@ class StageSolver::Method {
 
   void hold_still(KktVector& right) const {
     for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (!moves(i)) (i < n_ ? right.x[i] : right.s[i - n_]) = 0;
+      if (!barrier_.moves(i)) (i < n_ ? right.x[i] : right.s[i - n_]) = 0;
     }
   }
   void set_right() {
@@ -325,20 +325,18 @@ class StageSolver::Method {
     };
 
     int trials = 0;
+    const auto take = [&](double alpha, const VectorXd& lambda_step) {
+      if (!is_switching(alpha) || !is_descent(alpha, barrier_.value(trial_, mu_))) filter_.add(theta, phi);
+      accept(alpha, dual, lambda_step);
+      return Outcome{{}, alpha, dual, trials};
+    };
     for (double alpha = length; alpha > shortest || trials == 0; alpha /= 2) {
       ++trials;
       trial_.w = now_.w + alpha * w_step_;
       if (!evaluate(trial_)) continue;
-      if (is_good(trial_, alpha)) {
-        if (!is_switching(alpha) || !is_descent(alpha, barrier_.value(trial_, mu_))) filter_.add(theta, phi);
-        accept(alpha, dual, step_.c);
-        return {{}, alpha, dual, trials};
-      }
-      if (trials == 1 && trial_.sum >= theta && correct(alpha, tau, is_good)) {
-        if (!is_switching(alpha) || !is_descent(alpha, barrier_.value(trial_, mu_))) filter_.add(theta, phi);
-        accept(alpha, dual, corrected_.c);
-        return {{}, alpha, dual, trials};
-      }
+      if (is_good(trial_, alpha)) return take(alpha, step_.c);
+      if (trials == 1 && trial_.sum >= theta && correct(alpha, tau, is_good))
+        return take(alpha, corrected_.c);
     }
     filter_.add(theta, phi);
     return restore(trials);

@@ -15,6 +15,8 @@
 // until the filter takes the point (restoration); where these have a minimum that is not zero, the program is locally
 // infeasible.
 //
+// max_seconds is processor time of the thread that solves, not of those that evaluate for it.
+//
 // Errors.  ArgumentError: a start of the wrong size, options of Ipopt's own, a program without second derivatives
 // (HessianKind::kLimitedMemory), or one whose rows tie more than neighbours.  NumericalError: the functions are not finite at
 // the start.  What the problem's functions throw comes through.
@@ -34,7 +36,7 @@ NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start,
 
 // The method itself, for one program solved again and again: in its units as they are, from any start, or, with `warm`, going on
 // from an earlier solution's multipliers and barrier as well.  Bounds of the program may change between solves; where two
-// become equal, or a row has its first, all is laid out anew.  Iterations allocate nothing once there was one.
+// become equal, or a row has its first, all is laid out anew.
 class StageSolver {
  public:
   explicit StageSolver(Nlp& nlp);

@@ -15,6 +15,12 @@ QuadraticModel::QuadraticModel(Nlp& nlp)
       hessian_(shape_.hessian.nnz()),
       curved_(shape_.n()) {}
 
+void QuadraticModel::take_bounds() {
+  const NlpShape& own = nlp_.shape();
+  shape_.x_lower = own.x_lower, shape_.x_upper = own.x_upper;
+  shape_.g_lower = own.g_lower, shape_.g_upper = own.g_upper;
+}
+
 bool QuadraticModel::expand(const std::vector<double>& x, const std::vector<double>& lambda) {
   x_ = x;
   // The Hessian first: what it needs at the same point brings the others along.

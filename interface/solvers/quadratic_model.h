@@ -21,7 +21,7 @@ class QuadraticModel : public Nlp {
   // False where the program has no finite values or derivatives at x (n), with lambda (m).
   bool expand(const std::vector<double>& x, const std::vector<double>& lambda);
   // Where the program's bounds have changed.
-  void take_bounds() { shape_ = nlp_.shape(); }
+  void take_bounds();
 
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override;

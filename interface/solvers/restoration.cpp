@@ -14,9 +14,6 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
   constexpr double kEnough = 0.9, kArmijo = 1e-4, kShortest = 1e-12, kTau = 0.99, kFlatPart = 1e-6;
   constexpr double kLeastShift = 1e-10, kShort = 0.3, kRaise = 10, kLower = 0.2, kMostShift = 1e12;
   const Eigen::Index n = barrier_.n(), m = barrier_.m();
-  const auto moves = [&](Eigen::Index i) {
-    return i < n ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n)) == RowKind::kInequality;
-  };
   const double unreached = kEnough * point.sum;
   Eigen::VectorXd jacobian(Eigen::Index(nlp_.shape().jacobian.nnz())),
       hessian(Eigen::Index(nlp_.shape().hessian.nnz()));
@@ -56,7 +53,7 @@ RestorationEnd Restoration::run(BarrierPoint& point, double mu, double small,
     barrier_.slope(point.w, mu, slope);
     prices.curve(barrier_, point.w, diagonal);
     for (Eigen::Index j = 0; j < n + m; ++j) {
-      if (!moves(j)) of_c[j] = slope[j] = 0;
+      if (!barrier_.moves(j)) of_c[j] = slope[j] = 0;
     }
     // No direction lessens what is lacked, but for what the bounds hold back.
     const double size = point.largest;

@@ -4,8 +4,9 @@
 //
 //   minimise  1/2 |c(w)|^2 - mu sum ln(w - lower) - mu sum ln(upper - w)
 //
-// by damped Newton steps, of Gauss and Newton where the curvature has no minimum, with a barrier parameter that falls with what the constraints lack.  Where it ends with constraints that are
-// not fulfilled, no direction lessens what they lack: locally infeasible.
+// by damped Newton steps, those of Gauss and Newton where the curvature has no minimum, with a barrier parameter that falls with
+// what the constraints lack.  Where it ends with constraints that are not fulfilled, no direction lessens what they lack: locally
+// infeasible.
 #pragma once
 
 #include <functional>

@@ -52,8 +52,9 @@
 //                   fourth to that of its frame
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
 //                   or effort limit of 0 in the robot's file is none
-//   solver          tolerance [1e-8], dual_tolerance [1], bound_relaxation [1e-8], max_iterations [3000],
-//                   max_seconds [1e6], stop_at_acceptable [on], print_level [0], check_derivatives [on],
+//   solver          method [ipopt] stages (solver_options.h), tolerance [1e-8], dual_tolerance [1],
+//                   bound_relaxation [1e-8], max_iterations [3000], max_seconds [1e6], stop_at_acceptable [on],
+//                   print_level [0], check_derivatives [on],
 //                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
 //   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed, relative to the
 //                   magnitudes of the program (collocation.h);

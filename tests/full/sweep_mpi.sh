@@ -17,13 +17,17 @@ for ranks in 1 2 7; do
   echo "$ranks ranks: the same bytes"
 done
 
+computed() { (find "$1/chunks" -type f 2>/dev/null || true) | wc -l; }  # before there is a folder: 0
+
 # Rank 0, then another one.
 for victim in 1 3; do
   folder=$scratch/killed$victim kills=0
   while [ ! -f "$folder/report.json" ]; do
     "${mpirun[@]}" -n 4 "$dyntape" sweep "$scratch/sweep.info" --output "$folder" >/dev/null 2>"$scratch/log" &
     job=$!
-    sleep 1.2
+    # Something has been computed since, however fast the machine is.
+    before=$(computed "$folder")
+    while kill -0 $job 2>/dev/null && [ "$(computed "$folder")" -le "$before" ]; do sleep 0.01; done
     rank=$(pgrep -P $job | sed -n ${victim}p) || rank=  # none, where all have ended
     if [ -n "$rank" ] && [ $kills -lt 3 ]; then
       if kill -KILL "$rank" 2>/dev/null; then

@@ -11,6 +11,7 @@
 
 #include <dyntape/interface/ocs2/ad_function.h>
 
+#include "message_of.h"
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -41,16 +42,6 @@ inline matrix_t sample_hessian(const vector_t& w, const vector_t& x, const vecto
   H(0, 2) = H(2, 0) = w[1] * p[1] * std::exp(x[0]);
   H(1, 2) = H(2, 1) = w[0] * std::cos(x[1]);
   return H;
-}
-
-template <class E, class F>
-std::string message_of(F f) {
-  try {
-    f();
-  } catch (const E& e) {
-    return e.what();
-  }
-  return "nothing of that kind was thrown";
 }
 
 inline bool contains(const std::string& text, const std::string& part) {

@@ -19,6 +19,7 @@
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/solve.h>
 #include "../dynamics/robot_files.h"
+#include "task_text.h"
 
 namespace dyntape {
 namespace {
@@ -124,41 +125,9 @@ TEST(HeldContacts, ConesAndNames) {
             std::string::npos);
 }
 
-class FloatingTasks : public ::testing::Test {
+class FloatingTasks : public test::TaskText {
  protected:
-  FloatingTasks() : folder_(fs::temp_directory_path() / ("dyntape-floating-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-  }
-  ~FloatingTasks() override { fs::remove_all(folder_); }
-
-  void load(const std::string& name) {
-    text_ = read_file((kTasks / (name + ".info")).string());
-    replace("../robots", (kTasks / "../robots").string());
-  }
-  void replace(const std::string& old, const std::string& with) {
-    const std::size_t at = text_.find(old);
-    ASSERT_NE(at, std::string::npos) << old;
-    text_.replace(at, old.size(), with);
-  }
-  Task read() const {
-    const std::string path = (folder_ / "task.info").string();
-    write_file_atomically(path, text_);
-    Task task = read_task(path);
-    task.optimise.mesh.evaluation.route = Route::kInterpreter;
-    return task;
-  }
-  std::string message() const {
-    try {
-      read();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "nothing thrown";
-  }
-
-  const fs::path kTasks = fs::path(DYNTAPE_SOURCE_DIR) / "config" / "tasks";
-  fs::path folder_;
-  std::string text_;
+  FloatingTasks() : TaskText("floating") {}
 };
 
 TEST_F(FloatingTasks, TheQuadrotorFliesByBothMethods) {

@@ -10,6 +10,7 @@
 #include <dyntape/interface/transcription/ddp.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include <dyntape/interface/transcription/refine.h>
+#include "message_of.h"
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -260,20 +261,11 @@ TEST(FreeTime, DerivativesAreThoseOfTheFunctions) {
   }
 }
 
-std::string message(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const ArgumentError& e) {
-    return e.what();
-  }
-  return "nothing thrown";
-}
-
 TEST(FreeTime, MistakesAreOneSentence) {
   const auto told = [](const std::function<void(Problem&)>& change) {
     Problem p = timed_block(1, 4);
     change(p);
-    return message([&] { Collocation(p, on_mesh(4).mesh); });
+    return message_of<ArgumentError>([&] { Collocation(p, on_mesh(4).mesh); });
   };
   EXPECT_EQ(told([](Problem&) {}), "nothing thrown");
   EXPECT_EQ(
@@ -290,14 +282,16 @@ TEST(FreeTime, MistakesAreOneSentence) {
             std::string::npos);
   Problem soft = timed_block(1, 4);
   soft.goal.setConstant(Problem::kFree);
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of<ArgumentError>([&] {
               solve_by_ddp(soft);
             }).find("the duration is free, which steps from stage to stage do not"),
             std::string::npos);
   EXPECT_THROW(minimum_time(-1), ArgumentError);
   Problem fixed = test::block_move();
   Collocation nlp(fixed, on_mesh(4).mesh);
-  EXPECT_NE(message([&] { nlp.set_values(timed_block(1, 4)); }).find("another one than was recorded"),
+  EXPECT_NE(message_of<ArgumentError>([&] {
+              nlp.set_values(timed_block(1, 4));
+            }).find("another one than was recorded"),
             std::string::npos);
 }
 

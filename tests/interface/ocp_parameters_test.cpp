@@ -11,6 +11,7 @@
 #include <dyntape/interface/transcription/ddp.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include <dyntape/interface/transcription/refine.h>
+#include "message_of.h"
 #include "ocp_problems.h"
 #include "temporary_cache.h"
 
@@ -337,33 +338,27 @@ TEST(OcpParameters, StepsFollowParametersThatVary) {
   EXPECT_LT(last, 1e-6);
 }
 
-std::string message(const std::function<void()>& f) {
-  try {
-    f();
-  } catch (const ArgumentError& e) {
-    return e.what();
-  }
-  return "nothing thrown";
-}
-
 TEST(OcpParameters, MistakesAreOneSentence) {
   Parameters p;
   p.add("target", Vector2d(1, 2));
   p.add("load", 1.0);
   EXPECT_EQ(p.entry_names(), (std::vector<std::string>{"target[0]", "target[1]", "load"}));
   EXPECT_EQ(p.at(0), Eigen::Vector3d(1, 2, 1));
-  EXPECT_EQ(message([&] { p.set("traget", 1.0); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.set("traget", 1.0); }),
             "there is no parameter \"traget\"; did you mean 'target'?");
-  EXPECT_EQ(message([&] { p.find("zz"); }), "there is no parameter \"zz\"; valid are 'target', 'load'");
-  EXPECT_EQ(message([&] { p.set("target", 1.0); }), "the parameter \"target\" has 1 entries, expected 2");
-  EXPECT_EQ(message([&] { p.set("target", Vector2d(0, std::nan(""))); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.find("zz"); }),
+            "there is no parameter \"zz\"; valid are 'target', 'load'");
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.set("target", 1.0); }),
+            "the parameter \"target\" has 1 entries, expected 2");
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.set("target", Vector2d(0, std::nan(""))); }),
             "the parameter \"target[1]\" is nan, expected a finite number");
-  EXPECT_EQ(message([&] { p.add("load", 2.0); }), "there are two parameters \"load\"");
-  EXPECT_EQ(message([&] { p.add("", 2.0); }), "a parameter has no name");
-  EXPECT_EQ(message([&] { p.add("none", VectorXd(0)); }), "the parameter \"none\" has no entries");
-  EXPECT_EQ(message([&] { p.add("square", Eigen::Matrix2d::Zero()); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.add("load", 2.0); }), "there are two parameters \"load\"");
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.add("", 2.0); }), "a parameter has no name");
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.add("none", VectorXd(0)); }),
+            "the parameter \"none\" has no entries");
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.add("square", Eigen::Matrix2d::Zero()); }),
             "the value of a parameter is a matrix of 2 x 2, expected a number or a vector");
-  EXPECT_EQ(message([&] { p.add("empty", ParameterValue::OfTime()); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.add("empty", ParameterValue::OfTime()); }),
             "the value of a parameter is an empty function, expected one of time that gives a vector");
   EXPECT_EQ(p.at(3), Eigen::Vector3d(1, 2, 1));
   Parameters row;
@@ -371,14 +366,15 @@ TEST(OcpParameters, MistakesAreOneSentence) {
   EXPECT_EQ(row.at(0), Eigen::Vector3d(1, 2, 3));
   Parameters fewer;
   fewer.add("target", Vector2d(1, 2));
-  EXPECT_EQ(message([&] { p.check_same(fewer); }), "the parameter \"load\" is missing");
+  EXPECT_EQ(message_of<ArgumentError>([&] { p.check_same(fewer); }), "the parameter \"load\" is missing");
   Parameters swapped;
   swapped.add("load", 1.0);
-  EXPECT_NE(
-      message([&] { p.check_same(swapped); }).find("\"load\" has 1 entries from 0 on, expected 1 from 2"),
-      std::string::npos);
+  EXPECT_NE(message_of<ArgumentError>([&] {
+              p.check_same(swapped);
+            }).find("\"load\" has 1 entries from 0 on, expected 1 from 2"),
+            std::string::npos);
   const Parameter load = p.find("load");
-  EXPECT_NE(message([&] {
+  EXPECT_NE(message_of<ArgumentError>([&] {
               load(Stage<double>{0, VectorXd(2), {}, {}});
             }).find("a stage has 0 parameters"),
             std::string::npos);
@@ -392,7 +388,7 @@ TEST(OcpParameters, ValuesThatDoNotFitLeaveAProgramAsItWas) {
   const auto refused = [&](const std::function<void(Problem&)>& change) {
     Problem now = nlp.problem();
     change(now);
-    const std::string what = message([&] { nlp.set_values(now); });
+    const std::string what = message_of<ArgumentError>([&] { nlp.set_values(now); });
     EXPECT_EQ(evaluate_all(nlp, x).cost, before.cost);
     return what;
   };
@@ -436,16 +432,17 @@ TEST(OcpParameters, ValuesThatFailLaterAreErrorsEverywhere) {
   for (const double bad : {std::nan(""), 0.0}) {
     Problem p = soft(kOne);
     p.parameters.set("push", late(bad));
-    EXPECT_NE(
-        message([&] { Collocation(p, {.intervals = 6, .evaluation = test::kInterpreted}); }).find("\"push\""),
-        std::string::npos);
-    EXPECT_NE(message([&] {
+    EXPECT_NE(message_of<ArgumentError>([&] {
+                Collocation(p, {.intervals = 6, .evaluation = test::kInterpreted});
+              }).find("\"push\""),
+              std::string::npos);
+    EXPECT_NE(message_of<ArgumentError>([&] {
                 solve_by_ddp(p, {.intervals = 20, .evaluation = test::kInterpreted});
               }).find("\"push\""),
               std::string::npos);
     DdpSolver solver(soft(kOne), {.intervals = 20, .evaluation = test::kInterpreted});
     const double before = solver.solve().cost;
-    EXPECT_NE(message([&] { solver.set_values(p); }).find("\"push\""), std::string::npos);
+    EXPECT_NE(message_of<ArgumentError>([&] { solver.set_values(p); }).find("\"push\""), std::string::npos);
     EXPECT_EQ(solver.solve().cost, before);
   }
 }

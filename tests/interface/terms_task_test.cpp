@@ -14,52 +14,23 @@
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/solve.h>
 #include <dyntape/interface/transcription/refine.h>
+#include "task_text.h"
 
 namespace dyntape {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kTask = fs::path(DYNTAPE_SOURCE_DIR) / "config" / "tasks" / "arm_around_obstacles.info";
-
-class Places : public ::testing::Test {
+class Places : public test::TaskText {
  protected:
-  Places() : folder_(fs::temp_directory_path() / ("dyntape-places-" + std::to_string(getpid()))) {
-    fs::create_directories(folder_);
-    text_ = read_file(kTask.string());
-    replace("../robots/panda.urdf", (kTask.parent_path() / "../robots/panda.urdf").string());
-  }
-  ~Places() override { fs::remove_all(folder_); }
+  Places() : TaskText("places") { load("arm_around_obstacles"); }
 
-  void replace(const std::string& old, const std::string& with) {
-    const std::size_t at = text_.find(old);
-    ASSERT_NE(at, std::string::npos) << old;
-    text_.replace(at, old.size(), with);
-  }
   // Removes a block of the first level.
   void remove(const std::string& block) {
     const std::size_t at = text_.find("\n" + block + " {");
     ASSERT_NE(at, std::string::npos) << block;
     text_.erase(at, text_.find("\n}", at) + 2 - at);
   }
-  Task read() const {
-    const std::string path = (folder_ / "task.info").string();
-    write_file_atomically(path, text_);
-    Task task = read_task(path);
-    task.optimise.mesh.evaluation.route = Route::kInterpreter;
-    return task;
-  }
-  std::string message() const {
-    try {
-      read();
-    } catch (const Error& e) {
-      return e.what();
-    }
-    return "nothing thrown";
-  }
-
-  fs::path folder_;
-  std::string text_;
 };
 
 double least_clearance(const Task& task, const Trajectory& motion, int looks) {
