@@ -273,8 +273,7 @@ RecordedShooting record_shooting(const Problem& problem, StepScheme scheme, bool
   ShootingStep step(problem, with_residuals);
   recorded.step = record(
       problem.name + " step", options.variables.size(), options.parameters.size(),
-      [&](const VectorXad& z, const VectorXad& p) { return step.run(scheme, z, p); }, options, nullptr,
-      0);
+      [&](const VectorXad& z, const VectorXad& p) { return step.run(scheme, z, p); }, options, nullptr, 0);
   recorded.step.output_names = step.output_names();
   options.variables.resize(std::size_t(n_x));
   options.variable_names = problem.states;
@@ -291,6 +290,23 @@ RecordedShooting record_shooting(const Problem& problem, StepScheme scheme, bool
       options, nullptr, 0);
   recorded.end.output_names = {"cost"};
   return recorded;
+}
+
+Function record_link(const Problem& before, const StageFunction& change, const std::string& name) {
+  const Stage<double> at = before.first_guess(before.duration);
+  const Eigen::VectorXd parameters = parameters_of(before, before.duration);
+  RecordOptions options;
+  options.variables.assign(at.x.begin(), at.x.end());
+  options.parameters.assign(parameters.begin(), parameters.end());
+  options.variable_names = before.states;
+  options.parameter_names = {"t"};
+  append_to(options.parameter_names, before.parameters.entry_names());
+  return record(
+      name, options.variables.size(), options.parameters.size(),
+      [&](const VectorXad& x, const VectorXad& p) {
+        return change(Stage<AD>{p[0], x, {}, {}, p.tail(p.size() - 1)});
+      },
+      options, nullptr, 0);
 }
 
 Eigen::VectorXd parameters_of(const Problem& problem, double t) {

@@ -54,6 +54,9 @@ RecordedShooting record_shooting(const Problem& problem, StepScheme scheme = Ste
                                  bool with_residuals = false);
 void check_shooting(const Problem& problem);  // that ArgumentError
 
+// What becomes of the state at the end of a phase (phases.h): (x; t, p) -> next (n_next).
+Function record_link(const Problem& before, const StageFunction& change, const std::string& name);
+
 // Names of the entries of z: states, accelerations, controls.
 std::vector<std::string> stage_names(const Problem& problem);
 

@@ -71,6 +71,10 @@ class Nlp {
     return {};
   }
 
+  // Throws NumericalError, saying where, unless values and first derivatives are finite at x; of a program that cannot
+  // tell, nothing.
+  virtual void check_finite(const std::vector<double>& x) { static_cast<void>(x); }
+
   // For messages: what variable i and constraint j are.
   virtual std::string variable_name(std::size_t i) const { return "x[" + std::to_string(i) + "]"; }
   virtual std::string constraint_name(std::size_t j) const { return "g[" + std::to_string(j) + "]"; }

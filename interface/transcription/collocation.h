@@ -85,6 +85,9 @@ class Collocation : public Nlp {
   // Multipliers of a solution, each that of what stood so many intervals later; the last ones stay.  Of an even mesh.
   void make_earlier(NlpSolution& multipliers, int intervals) const;
 
+  // Where the variables of the last point begin, its state first.
+  std::size_t last_point() const { return (points_ - 1) * n_z_; }
+
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override;
   bool gradient(const double* x, double* gradient) override;
@@ -97,7 +100,7 @@ class Collocation : public Nlp {
 
   // Throws NumericalError naming function, point, row, variable and operation unless values and first
   // derivatives are finite at x.
-  void check_finite(const std::vector<double>& x);
+  void check_finite(const std::vector<double>& x) override;
 
   const RecordedStage& stage() const { return stage_; }
   BuildReport build() const;
@@ -169,7 +172,7 @@ class Collocation : public Nlp {
     return parameters_.data() + point * stage_.node.n_p();
   }
   std::string at(std::size_t point) const;  // "point 3 (t = 0.5 s)"
-  const double* end_point(const double* x) const { return x + (points_ - 1) * n_z_; }
+  const double* end_point(const double* x) const { return x + last_point(); }
 
   Problem asked_, problem_;  // problem_: over a fixed time (scaled_time.h)
   double record_seconds_ = 0;

@@ -14,8 +14,8 @@ namespace dyntape {
 
 namespace {
 
-[[noreturn]] void report(const Problem& problem, const DerivativeCheck& check) {
-  std::string message = "problem \"" + problem.name + "\": the derivatives are not those of the functions:";
+[[noreturn]] void report(const std::string& problem, const DerivativeCheck& check) {
+  std::string message = "problem \"" + problem + "\": the derivatives are not those of the functions:";
   for (std::size_t k = 0; k < std::min<std::size_t>(3, check.mismatches.size()); ++k) {
     const DerivativeMismatch& m = check.mismatches[k];
     char numbers[96];
@@ -29,6 +29,24 @@ namespace {
 
 }  // namespace
 
+DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::vector<double>& start,
+                              bool with_derivatives) {
+  if (start.size() != nlp.shape().n()) {
+    throw ArgumentError("problem \"" + problem + "\": the start has " + std::to_string(start.size()) +
+                        " entries, the program has " + std::to_string(nlp.shape().n()) + " variables");
+  }
+  for (std::size_t i = 0; i < start.size(); ++i) {
+    if (std::isfinite(start[i])) continue;
+    throw ArgumentError("problem \"" + problem + "\": the start of " + nlp.variable_name(i) + " is " +
+                        io::shortest(start[i]) + ", expected a number");
+  }
+  nlp.check_finite(start);
+  if (!with_derivatives) return {};
+  DerivativeCheck check = check_derivatives(nlp, start);
+  if (!check.good()) report(problem, check);
+  return check;
+}
+
 Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
   Solution solution;
   const auto enter = [&](OptimiseStep step) {
@@ -36,21 +54,7 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
   };
   enter(OptimiseStep::kChecking);
   auto begin = std::chrono::steady_clock::now();
-  if (start.size() != nlp.shape().n()) {
-    throw ArgumentError("problem \"" + nlp.problem().name + "\": the start has " +
-                        std::to_string(start.size()) + " entries, the program has " +
-                        std::to_string(nlp.shape().n()) + " variables");
-  }
-  for (std::size_t i = 0; i < start.size(); ++i) {
-    if (std::isfinite(start[i])) continue;
-    throw ArgumentError("problem \"" + nlp.problem().name + "\": the start of " + nlp.variable_name(i) +
-                        " is " + io::shortest(start[i]) + ", expected a number");
-  }
-  nlp.check_finite(start);
-  if (options.check_derivatives) {
-    solution.derivatives = check_derivatives(nlp, start);
-    if (!solution.derivatives.good()) report(nlp.problem(), solution.derivatives);
-  }
+  solution.derivatives = checked_start(nlp, nlp.problem().name, start, options.check_derivatives);
   solution.check_seconds = seconds_since(begin);
   enter(OptimiseStep::kSolving);
   solution.nlp = solve_nlp(nlp, start, options.solver);

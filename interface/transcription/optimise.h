@@ -46,6 +46,10 @@ struct Solution {
 
 Solution optimise(const Problem& problem, const OptimiseOptions& options = {});
 
+// What of it goes before a solve: the errors above, and the check of the derivatives where it is asked for.
+DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::vector<double>& start,
+                              bool check_derivatives);
+
 // The same on a program that exists already, from any start (a warm one, say).  The program's own mesh and kind of
 // Hessian hold; options.mesh is not read.
 Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options);

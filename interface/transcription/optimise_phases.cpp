@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/transcription/optimise_phases.h>
+
+#include <chrono>
+
+#include <dyntape/interface/io/stopwatch.h>
+#include <dyntape/interface/solvers/scaled_nlp.h>
+
+namespace dyntape {
+
+namespace {
+
+// The largest, in units of the states behind the link; NaN where one is no number.
+double link_violation(const Phases& phases, const std::vector<Trajectory>& motions,
+                      const PhasedCollocation& nlp, const NlpMagnitudes& magnitudes) {
+  double worst = 0;
+  for (const PhaseLink& link : links_of(phases)) {
+    const Problem& before = phases.phases[link.from].problem;
+    const Eigen::VectorXd last = motions[link.from].x.rightCols(1), first = motions[link.to].x.col(0);
+    const Eigen::VectorXd next =
+        link.change->empty() ? last : (*link.change)(before.stage(before.duration, last, {}, {}));
+    const NlpMagnitudes own = nlp.of_phase(link.to, magnitudes);
+    for (Eigen::Index i = 0; i < first.size(); ++i) {
+      const double unit = own.x.empty() ? 1 : own.x[std::size_t(i)];
+      const double lacks = std::abs(first[i] - next[i]) / unit;
+      if (!(lacks <= worst)) worst = lacks;
+    }
+  }
+  return worst;
+}
+
+}  // namespace
+
+double PhasedSolution::begin(std::size_t phase) const {
+  double t = 0;
+  for (std::size_t k = 0; k < phase; ++k) t += motions[k].t[motions[k].points() - 1];
+  return t;
+}
+
+PhasedSolution optimise(const Phases& phases, const PhasedOptions& options) {
+  PhasedSolution solution;
+  auto begin = std::chrono::steady_clock::now();
+  PhasedCollocation nlp(phases, options.meshes);
+  solution.build_seconds = seconds_since(begin);
+  begin = std::chrono::steady_clock::now();
+  const std::vector<double> start = nlp.start();
+  solution.derivatives = checked_start(nlp, phases.name, start, options.check_derivatives);
+  solution.check_seconds = seconds_since(begin);
+  solution.nlp = solve_nlp(nlp, start, options.solver);
+  begin = std::chrono::steady_clock::now();
+  solution.motions = nlp.trajectories(solution.nlp.x);
+  ScaledNlp scaled(nlp, solution.nlp.units);
+  solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
+  if (options.verify) {
+    for (std::size_t k = 0; k < nlp.phases(); ++k) {
+      const NlpMagnitudes own = nlp.phase(k).of_motion(nlp.of_phase(k, scaled.units()));
+      solution.verifications.push_back(
+          verify(phases.phases[k].problem, solution.motions[k], own, options.solver.stop));
+    }
+    solution.link_violation = link_violation(phases, solution.motions, nlp, scaled.units());
+  }
+  solution.verify_seconds = seconds_since(begin);
+  return solution;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A motion in phases (phases.h) as one nonlinear program: the collocation of each phase, tied by its links.
+//
+//   PhasedCollocation nlp(phases, {{.intervals = 20}, {.intervals = 10}});
+//   NlpSolution s = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kStages});
+//   std::vector<Trajectory> motions = nlp.trajectories(s.x);                     // one a phase, each from t = 0
+//
+// Variables: those of phase 0, 1, ... (collocation.h).  Constraints: those of phase 0, the link from it, those of phase 1, ...;
+// of a link one row a state, x(0) of the phase behind less what the link makes of x(T) of the phase before.  Links tie
+// neighbours, so the program stays a chain of stages; a closing link ties its ends, which Ipopt alone can do.
+//
+// With Gauss-Newton's Hessian the curvature of links is left out, as is that of all constraints.
+//
+// Errors: ArgumentError as of Collocation and check(Phases), as many meshes as there are phases or one for all, one kind of
+// Hessian.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <dyntape/interface/ocp/phases.h>
+#include <dyntape/interface/transcription/collocation.h>
+
+namespace dyntape {
+
+class PhasedCollocation : public Nlp {
+ public:
+  PhasedCollocation(const Phases& phases, const std::vector<MeshOptions>& meshes);
+
+  std::size_t phases() const { return parts_.size(); }
+  const Collocation& phase(std::size_t k) const { return *parts_[k].program; }
+  const std::string& phase_name(std::size_t k) const { return parts_[k].name; }
+
+  std::vector<double> start() const;
+  std::vector<Trajectory> trajectories(const std::vector<double>& x) const;
+  // Of one phase, of magnitudes of the whole.
+  NlpMagnitudes of_phase(std::size_t k, const NlpMagnitudes& magnitudes) const;
+  // NumericalError where functions or first derivatives are not finite at x.
+  void check_finite(const std::vector<double>& x) override;
+  BuildReport build() const;
+
+  const NlpShape& shape() const override { return shape_; }
+  bool objective(const double* x, double& value) override;
+  bool gradient(const double* x, double* gradient) override;
+  bool constraints(const double* x, double* g) override;
+  bool jacobian(const double* x, double* nonzeros) override;
+  bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override;
+  NlpMagnitudes magnitudes(const std::vector<double>& at, const NlpMagnitudes& before = {}) override;
+  std::string variable_name(std::size_t i) const override;
+  std::string constraint_name(std::size_t j) const override;
+
+ private:
+  struct Part {
+    std::string name;
+    std::unique_ptr<Collocation> program;
+    std::size_t variable, row, jacobian;  // its first ones
+    std::vector<std::size_t> hessian;     // where its entries are
+    std::vector<double> curvature;        // room for them
+  };
+  struct Link {
+    std::size_t from, to;                      // first variables: x(T), x(0)
+    std::size_t row, jacobian, n_x;            // first row, first entry; rows
+    std::string name;                          // "push-off to flight"
+    std::vector<std::string> states;           // of the phase behind
+    std::unique_ptr<CompiledFunction> change;  // null: none
+    std::unique_ptr<CompiledFunction::Workspace> workspace;
+    std::vector<double> p, y, J, H, w;
+    std::vector<std::size_t> of_J, of_H;  // where entries are
+    std::vector<std::size_t> of_one;      // where x(0) stands
+  };
+
+  void place_parts(const Phases& phases, const std::vector<MeshOptions>& meshes);
+  void place_link(const Phases& phases, const PhaseLink& link, const CodegenOptions& options);
+  void lay_out_jacobian();
+  void lay_out_hessian();
+  bool evaluate(Link& link, Order order, const double* x);
+
+  std::vector<Part> parts_;
+  std::vector<Link> links_;
+  NlpShape shape_;
+};
+
+}  // namespace dyntape
