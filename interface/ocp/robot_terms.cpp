@@ -147,4 +147,14 @@ StageFunction weighted(const StageFunction& residuals, double weight) {
   return [residuals, root = std::sqrt(weight)](const auto& s) { return (residuals(s) * root).eval(); };
 }
 
+StageFunction part_of(const StageFunction& values, int first, int count) {
+  return [=](const auto& s) {
+    const auto all = values(s);
+    if (first < 0 || count < 1 || first + count > all.size())
+      throw ArgumentError("entries " + std::to_string(first) + " to " + std::to_string(first + count - 1) +
+                          " are asked for, the function has " + std::to_string(all.size()));
+    return all.segment(first, count).eval();
+  };
+}
+
 }  // namespace dyntape

@@ -64,6 +64,8 @@ StageFunction com_position(const RobotScene& scene, const Eigen::Vector3d& targe
 
 // Residuals whose squares count `weight` times: sqrt(weight) r.
 StageFunction weighted(const StageFunction& residuals, double weight);
+// Entries first, ..., first + count - 1: part_of(frame_velocity(...), 0, 3) is the linear one.
+StageFunction part_of(const StageFunction& values, int first, int count);
 
 // Index of a frame that a joint moves; ArgumentError otherwise.
 int moving_frame(const dynamics::Model<double>& model, const std::string& frame);

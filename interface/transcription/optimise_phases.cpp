@@ -3,6 +3,7 @@
 
 #include <chrono>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 
@@ -35,6 +36,21 @@ double PhasedSolution::begin(std::size_t phase) const {
   double t = 0;
   for (std::size_t k = 0; k < phase; ++k) t += motions[k].t[motions[k].points() - 1];
   return t;
+}
+
+PhasedSolution::States PhasedSolution::states() const {
+  States all{Eigen::VectorXd(0), Eigen::MatrixXd(motions.front().x.rows(), 0)};
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    const Trajectory& motion = motions[k];
+    if (motion.x.rows() != all.x.rows())
+      throw ArgumentError("phase " + std::to_string(k) + " has " + std::to_string(motion.x.rows()) +
+                          " states, those before have " + std::to_string(all.x.rows()));
+    const Eigen::Index more = motion.points(), n = all.t.size() + more;
+    all.t.conservativeResize(n), all.x.conservativeResize(Eigen::NoChange, n);
+    all.t.tail(more) = motion.t.array() + begin(k);
+    all.x.rightCols(more) = motion.x;
+  }
+  return all;
 }
 
 PhasedSolution optimise(const Phases& phases, const PhasedOptions& options) {

@@ -36,6 +36,12 @@ struct PhasedSolution {
   bool success() const { return nlp.status == SolveStatus::kSolved; }
   double cost() const { return nlp.objective; }
   double begin(std::size_t phase) const;  // s
+  // All points of phases with as many states, one after another in time; where two phases meet there are two.
+  struct States {
+    Eigen::VectorXd t;  // (points) s
+    Eigen::MatrixXd x;  // (n_x x points)
+  };
+  States states() const;
 };
 
 PhasedSolution optimise(const Phases& phases, const PhasedOptions& options = {});

@@ -56,6 +56,9 @@ TEST_P(PhasesBy, AMotionCutInPiecesIsTheSame) {
   const PhasedSolution s = solved(cut, {{.intervals = 3}, {.intervals = 7}, {.intervals = 2}});
   EXPECT_NEAR(s.cost(), 12, 1e-8);
   EXPECT_DOUBLE_EQ(s.begin(2), 0.8);
+  const auto [t, x] = s.states();
+  ASSERT_EQ(t.size(), 27);
+  for (Eigen::Index i = 0; i < t.size(); ++i) EXPECT_NEAR(x(0, i), t[i] * t[i] * (3 - 2 * t[i]), 1e-8);
   for (std::size_t k = 0; k < 3; ++k) {
     const Trajectory& motion = s.motions[k];
     for (int i = 0; i < motion.points(); ++i) {

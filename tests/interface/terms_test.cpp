@@ -161,6 +161,9 @@ TEST_P(Terms, ValuesAreThoseOfPlainEigen) {
     EXPECT_LT(
         (weighted(frame_position(scene_, frame_, target), 9)(s) - 3 * (X.translation() - target)).norm(),
         1e-13);
+    const VectorXd all = frame_position(scene_, frame_, target)(s);
+    EXPECT_EQ(part_of(frame_position(scene_, frame_, target), 1, 2)(s), all.tail(2));
+    EXPECT_THROW(part_of(frame_position(scene_, frame_, target), 1, 3)(s), ArgumentError);
   }
 }
 
