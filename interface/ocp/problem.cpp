@@ -198,6 +198,9 @@ void check(const Problem& problem) {
     throw ArgumentError("problem \"" + problem.name + "\": the duration is " +
                         std::to_string(problem.duration) + " s, expected a positive number");
   }
+  if (problem.positions < 0 || problem.positions > problem.n_x())
+    throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(problem.positions) +
+                        " states are positions, expected 0 to " + std::to_string(problem.n_x()));
   check_free_time(problem);
   check_bounds(problem, problem.x, problem.states, "states");
   check_bounds(problem, problem.a, problem.accelerations, "accelerations");

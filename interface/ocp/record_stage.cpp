@@ -77,6 +77,18 @@ class Parts {
     append(VectorXad::Constant(1, costs(where, stage)), "cost");
   }
 
+  // Of the least-squares costs, each times `factor`.
+  void add_residuals(Where where, const Stage<AD>& stage, const AD& factor) {
+    for (const Term& term : problem_.terms) {
+      if (term.where != where || is_constraint(term)) continue;
+      if (term.role != Role::kSquares)
+        throw ArgumentError("problem \"" + problem_.name +
+                            "\": Gauss-Newton needs every cost as squares of residuals, and \"" + term.name +
+                            "\" is a plain cost; use the exact Hessian");
+      append(term.function(stage) * factor, term.name);
+    }
+  }
+
   AD costs(Where where, const Stage<AD>& stage) const {
     AD cost(0);
     for (const Term& term : problem_.terms) {
@@ -169,7 +181,73 @@ void check_shooting(const Problem& problem) {
   }
 }
 
-RecordedShooting record_shooting(const Problem& problem) {
+namespace {
+
+// One step on its tape: x' | int L dt | r.
+class ShootingStep {
+ public:
+  ShootingStep(const Problem& problem, bool with_residuals)
+      : problem_(problem), costs_(problem), residuals_(problem), with_residuals_(with_residuals) {}
+
+  std::vector<std::string> output_names() const {
+    std::vector<std::string> names = problem_.states;
+    names.push_back("cost");
+    append_to(names, residuals_.names);
+    return names;
+  }
+
+  // p: t, h and three values of n_p parameters.
+  VectorXad run(StepScheme scheme, const VectorXad& z, const VectorXad& p) {
+    const Eigen::Index n_x = problem_.n_x(), n_p = (p.size() - 2) / 3;
+    const AD h = p[1];
+    const auto stage_at = [&](const AD& after, const VectorXad& x, int part) {
+      return Stage<AD>{p[0] + after, x, {}, z.tail(problem_.n_u()), p.segment(2 + part * n_p, n_p)};
+    };
+    VectorXad x(n_x + 1);
+    x << z.head(n_x), AD(0);
+    if (scheme == StepScheme::kEuler) {
+      x += h * rate(stage_at(AD(0), z.head(n_x), 0), 1, h);
+      const Eigen::Index n_q = problem_.positions;
+      if (n_q > 0) {  // by the new velocities
+        VectorXad moved = z.head(n_x);
+        moved.tail(n_x - n_q) = x.segment(n_q, n_x - n_q);
+        x.head(n_q) = z.head(n_q) + h * problem_.rate(stage_at(AD(0), moved, 0)).head(n_q);
+      }
+    } else {
+      // The classical scheme asks at the beginning, twice in the middle, and at the end.
+      constexpr double kShare[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
+      int asked = 0;
+      const auto asks = [&](const AD& after, const VectorXad& y) {
+        const double share = kShare[asked++];
+        return rate(stage_at(after, y.head(n_x), asked / 2), share, h);
+      };
+      x = dynamics::runge_kutta_4(dynamics::EuclideanSpace<AD>(n_x + 1), asks, h, x);
+    }
+    VectorXad all(x.size() + Eigen::Index(residuals_.outputs.size()));
+    all << x, residuals_.result();
+    return all;
+  }
+
+ private:
+  // (f, L), of which a step of length h has so large a share.
+  VectorXad rate(const Stage<AD>& stage, double share, const AD& h) {
+    const VectorXad of_state = problem_.rate(stage);
+    check_rate(problem_, of_state);
+    const AD cost = costs_.costs(Where::kRunning, stage);  // may throw, as in parameters_of()
+    if (with_residuals_) residuals_.add_residuals(Where::kRunning, stage, sqrt(share * h));
+    VectorXad all(of_state.size() + 1);
+    all << of_state, cost;
+    return all;
+  }
+
+  const Problem& problem_;
+  Parts costs_, residuals_;
+  bool with_residuals_;
+};
+
+}  // namespace
+
+RecordedShooting record_shooting(const Problem& problem, StepScheme scheme, bool with_residuals) {
   check(problem);
   check_shooting(problem);
   const int n_x = problem.n_x();
@@ -192,29 +270,12 @@ RecordedShooting record_shooting(const Problem& problem) {
   }
   const Parts parts(problem);
   RecordedShooting recorded;
+  ShootingStep step(problem, with_residuals);
   recorded.step = record(
       problem.name + " step", options.variables.size(), options.parameters.size(),
-      [&](const VectorXad& z, const VectorXad& p) {
-        VectorXad x(n_x + 1);
-        x << z.head(n_x), AD(0);
-        // The classical scheme asks at the beginning, twice in the middle, and at the end.
-        int asked = 0;
-        const auto rate = [&](const AD& after, const VectorXad& y) {
-          const Eigen::Index n_p = now.size(), part = (++asked) / 2;
-          const Stage<AD> stage{
-              p[0] + after, y.head(n_x), {}, z.tail(problem.n_u()), p.segment(2 + part * n_p, n_p)};
-          const VectorXad of_state = problem.rate(stage);
-          check_rate(problem, of_state);
-          const AD cost = parts.costs(Where::kRunning, stage);  // may throw, as in parameters_of()
-          VectorXad all(n_x + 1);
-          all << of_state, cost;
-          return all;
-        };
-        return dynamics::runge_kutta_4(dynamics::EuclideanSpace<AD>(n_x + 1), rate, p[1], x);
-      },
-      options, nullptr, 0);
-  recorded.step.output_names = problem.states;
-  recorded.step.output_names.push_back("cost");
+      [&](const VectorXad& z, const VectorXad& p) { return step.run(scheme, z, p); }, options, nullptr,
+      0);
+  recorded.step.output_names = step.output_names();
   options.variables.resize(std::size_t(n_x));
   options.variable_names = problem.states;
   const Eigen::VectorXd at_end = parameters_of(problem, problem.duration);

@@ -37,15 +37,21 @@ struct RecordedStage {
 
 RecordedStage record_stage(const Problem& problem);
 
-// The costs of a problem over a step of length h with the controls held, for methods that go from step to step:
-//   step  (x, u; t, h, p, p_m, p_e) -> x' (n_x) | int L dt      a step of the classical Runge-Kutta scheme of
-//         (x, int L), with the parameters at its beginning, middle and end
+// One step of length h with the controls held, for methods that go from step to step:
+//   step  (x, u; t, h, p, p_m, p_e) -> x' (n_x) | int L dt | r      with the parameters at its beginning, middle and end
 //   end   (x; t, p) -> M, with controls of zero
-// ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form, a free duration.
+// r, where it is asked for: residuals whose squares add up to int L dt.
+//   kRungeKutta4   the classical scheme of (x, int L), fourth order
+//   kEuler         x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
+//                  the problem says are positions move by the new velocities: semi-implicit, which keeps energies
+// ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
+// a free duration; and, where r is asked for, for a running cost that is no sum of squares.
+enum class StepScheme { kRungeKutta4, kEuler };
 struct RecordedShooting {
   Function step, end;
 };
-RecordedShooting record_shooting(const Problem& problem);
+RecordedShooting record_shooting(const Problem& problem, StepScheme scheme = StepScheme::kRungeKutta4,
+                                 bool with_residuals = false);
 void check_shooting(const Problem& problem);  // that ArgumentError
 
 // Names of the entries of z: states, accelerations, controls.

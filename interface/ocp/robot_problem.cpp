@@ -251,6 +251,7 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
     }
     problem.use_accelerations(entry_names_of(model, "a.", false), scaled_residual(plants, scale), ode);
   }
+  problem.positions = model.nq;
   bound_forces(problem, plants->drives, options);
   add_contacts(problem, plants, options);
   if (!is_on_lines(model)) problem.typical = typical_moves(model);

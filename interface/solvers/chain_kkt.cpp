@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Matrices are small, so what counts is that all that moves lies side by side: everything is sums of columns, and rows of the
-// problem are stored as columns.  Sums are taken in one order whatever the width of the processor's registers.
+// problem are stored as columns.
 #include <dyntape/interface/solvers/chain_kkt.h>
 
 #include <cmath>
 #include <numeric>
 
+#include <dyntape/interface/solvers/columns.h>
+
 namespace dyntape {
+
+using namespace columns;
 
 namespace {
 
@@ -21,34 +25,6 @@ constexpr double kDependent = 1e-7;
 constexpr double kMuch = 0.01;    // the same: enough to be solved for
 constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable that has no curvature of its own
 constexpr double kSpring = 1e10;  // what rows without a variable of their own cost, squared and halved
-constexpr Eigen::Index kPad = 8;  // entries of a register
-
-Eigen::Index padded(Eigen::Index n) { return (n + kPad - 1) / kPad * kPad; }
-
-// to += a x
-void add(double* __restrict to, double a, const double* __restrict x, Eigen::Index n) {
-  for (Eigen::Index i = 0; i < n; ++i) to[i] += a * x[i];
-}
-
-// to += sum_k b_k A(:, k), n entries of each column.
-void add_columns(double* __restrict to, const double* __restrict A, Eigen::Index stride, const double* b,
-                 Eigen::Index columns, Eigen::Index n) {
-  Eigen::Index k = 0;
-  for (; k + 4 <= columns; k += 4, A += 4 * stride) {
-    const double b0 = b[k], b1 = b[k + 1], b2 = b[k + 2], b3 = b[k + 3];
-    const double *a0 = A, *a1 = A + stride, *a2 = A + 2 * stride, *a3 = A + 3 * stride;
-    for (Eigen::Index i = 0; i < n; ++i)
-      to[i] = (((to[i] + b0 * a0[i]) + b1 * a1[i]) + b2 * a2[i]) + b3 * a3[i];
-  }
-  for (; k < columns; ++k, A += stride) add(to, b[k], A, n);
-}
-
-double dot(const double* a, const double* b, Eigen::Index n) {
-  double sum = 0;
-  for (Eigen::Index i = 0; i < n; ++i) sum += a[i] * b[i];
-  return sum;
-}
-
 }  // namespace
 
 ChainKkt::ChainKkt(const std::vector<ChainSizes>& sizes)
@@ -185,22 +161,19 @@ bool ChainKkt::eliminate(std::size_t k) {
   f.Q.swap(f.ordered);
 
   // V = (X | I) Q, S = V (X | I)^T: its lower triangle.
-  f.V.setZero(pad, n);
+  f.V.resize(pad, n);
   for (Eigen::Index j = 0; j < n; ++j) {
     double* const column = f.V.data() + j * pad;
     const double* const of_Q = f.Q.data() + j * n;
     std::copy(of_Q + rank, of_Q + n, column);
-    add_columns(column, X, pad, of_Q, rank, pad);
+    std::fill(column + free, column + pad, 0.0);
   }
-  f.S.setZero(pad, both);
-  f.x.resize(rank);
-  for (Eigen::Index j = 0; j < both; ++j) {
-    double* const column = f.S.data() + j * pad;
-    if (j < free) std::copy(f.V.data() + (rank + j) * pad, f.V.data() + (rank + j + 1) * pad, column);
-    for (Eigen::Index i = 0; i < rank; ++i) f.x[i] = X[j + i * pad];
-    const Eigen::Index from = j / kPad * kPad;
-    add_columns(column + from, f.V.data() + from, pad, f.x.data(), rank, pad - from);
-  }
+  add_product(f.V.data(), pad, X, pad, f.Q.data(), n, pad, rank, n);
+  f.S.resize(pad, both);
+  std::copy(f.V.data() + rank * pad, f.V.data() + n * pad, f.S.data());
+  std::fill(f.S.data() + free * pad, f.S.data() + both * pad, 0.0);
+  f.Xt = f.X.transpose();
+  add_symmetric_product(f.S.data(), pad, f.V.data(), pad, f.Xt.data(), rank, pad, rank, both);
   // Free variables are minimised: what is left is the cost to go.
   for (Eigen::Index j = 0; j < free; ++j) {
     double* const column = f.S.data() + j * pad;

@@ -75,7 +75,7 @@ class ChainKkt {
     std::vector<Eigen::Index> row, col;  // pivots
     Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
     Eigen::MatrixXd M;                   // (n x rows) rows as columns: links, own; then L^T and U^T
-    Eigen::MatrixXd X;                   // (both x rank) basic variables by both, transposed
+    Eigen::MatrixXd X, Xt;               // (both x rank) basic variables by both, transposed; and not
     Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
     Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
     Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/solvers/riccati.h>
 
-#include <Eigen/Cholesky>
+#include <dyntape/interface/solvers/columns.h>
 
 namespace dyntape {
+
+using namespace columns;
 
 namespace {
 
@@ -91,40 +93,100 @@ void Riccati::begin(const MatrixXd& H, const VectorXd& g) {
   p_ = g;
 }
 
+// Q and q: the lower triangle.
+void Riccati::add_cost_to_go(const LqStage& s) {
+  const Eigen::Index n = s.A.cols(), m = s.B.cols(), z = n + m, of_x = padded(n), of_z = padded(z);
+  if (F_.rows() != n || F_.cols() != z) {
+    // What is behind the rows stays zero.
+    padded_P_.setZero(of_x, n), Ft_.setZero(of_z, n), Q_.setZero(of_z, z);
+    F_.resize(n, z);
+  }
+  padded_P_.topRows(n) = P_;
+  F_ << s.A, s.B;
+  Ft_.topRows(z) = F_.transpose();
+  PF_.setZero(of_x, z);
+  Q_.topRows(z) = s.H;
+  add_product(PF_.data(), of_x, padded_P_.data(), of_x, F_.data(), n, of_x, n, z);
+  add_symmetric_product(Q_.data(), of_z, Ft_.data(), of_z, PF_.data(), of_x, of_z, n, z);
+  slope_.setZero(of_x), slope_.head(n) = p_;
+  add_columns(slope_.data(), padded_P_.data(), of_x, s.c.data(), n, of_x);
+  q_.setZero(of_z), q_.head(z) = s.g;
+  add_columns(q_.data(), Ft_.data(), of_z, slope_.data(), n, of_z);
+}
+
+// With Q_uu = L L^T and W = L^-1 Q_ux:  K = - L^-T W,  P = Q_xx - W^T W; rows of W are columns here.
+void Riccati::minimise(Eigen::Index n, Eigen::Index m) {
+  const Eigen::Index of_x = padded(n);
+  L_ = factors_.matrixLLT();
+  Lt_ = -L_.transpose();
+  W_.resize(of_x, m), Wt_.resize(m, n);
+  w_ = q_.segment(n, m);
+  for (Eigen::Index i = 0; i < m; ++i) {
+    double* const row = W_.col(i).data();
+    for (Eigen::Index j = 0; j < n; ++j) row[j] = Q_(n + i, j);
+    for (Eigen::Index j = n; j < of_x; ++j) row[j] = 0;
+    add_columns(row, W_.data(), of_x, Lt_.col(i).data(), i, of_x);
+    const double inverse = 1 / L_(i, i);
+    for (Eigen::Index j = 0; j < of_x; ++j) row[j] *= inverse;
+    for (Eigen::Index j = 0; j < n; ++j) Wt_(i, j) = -row[j];
+    w_[i] = (w_[i] + dot(Lt_.col(i).data(), w_.data(), i)) * inverse;
+  }
+  add_symmetric_product(Q_.data(), Q_.rows(), W_.data(), of_x, Wt_.data(), m, of_x, m, n);
+  P_.resize(n, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = j; i < n; ++i) P_(i, j) = P_(j, i) = Q_(i, j);
+  }
+  p_ = q_.head(n);
+  for (Eigen::Index i = 0; i < m; ++i) add(p_.data(), -w_[i], W_.col(i).data(), n);
+  policy_.K.resize(m, n), policy_.k.resize(m);
+  L_ = -L_;
+  for (Eigen::Index i = m; i-- > 0;) {
+    double* const row = W_.col(i).data();
+    const Eigen::Index behind = m - i - 1;
+    const double* const of_L = L_.col(i).data() + i;
+    if (behind > 0) add_columns(row, row + of_x, of_x, of_L + 1, behind, of_x);
+    const double inverse = -1 / of_L[0];
+    for (Eigen::Index j = 0; j < of_x; ++j) row[j] *= inverse;
+    for (Eigen::Index j = 0; j < n; ++j) policy_.K(i, j) = -row[j];
+    w_[i] = (w_[i] + dot(of_L + 1, w_.data() + i + 1, behind)) * inverse;
+    policy_.k[i] = -w_[i];
+  }
+}
+
 bool Riccati::push(const LqStage& s, double shift) {
   const Eigen::Index n = s.A.cols(), m = s.B.cols();
-  F_.resize(n, n + m);
-  F_ << s.A, s.B;
-  PF_.noalias() = P_ * F_;
-  Q_ = s.H;
-  Q_.noalias() += F_.transpose() * PF_;
-  q_ = s.g + F_.transpose() * (p_ + P_ * s.c);
-
-  MatrixXd Q_uu = Q_.bottomRightCorner(m, m);
-  Q_uu.diagonal().array() += shift;
-  if (!Q_uu.allFinite()) return false;
-  const auto Q_ux = Q_.bottomLeftCorner(m, n);
-  policy_.K.setZero(m, n);
+  add_cost_to_go(s);
+  Q_uu_ = Q_.block(n, n, m, m);
+  Q_uu_.triangularView<Eigen::StrictlyUpper>() = Q_uu_.transpose();
+  Q_uu_.diagonal().array() += shift;
+  if (!Q_uu_.allFinite()) return false;
   const bool is_limited = s.lower.size() > 0;
-  const Eigen::LLT<MatrixXd> factors(Q_uu);
-  if (!is_limited && factors.info() != Eigen::Success) return false;
-  if (is_limited) {
-    std::vector<bool> is_free;
-    if (!limited_minimum(Q_uu, q_.tail(m), s.lower, s.upper, policy_.k, is_free)) return false;
-    const std::vector<Eigen::Index> free = places_of(is_free);
-    if (!free.empty()) policy_.K(free, Eigen::all) = -Q_uu(free, free).llt().solve(Q_ux(free, Eigen::all));
-  } else {
-    policy_.k = -factors.solve(q_.tail(m));
-    policy_.K = -factors.solve(Q_ux);
+  if (!is_limited) {
+    factors_.compute(Q_uu_);
+    if (factors_.info() != Eigen::Success) return false;
+  }
+  if (!is_limited && shift == 0) {
+    minimise(n, m);
+    return true;
   }
 
-  P_ = Q_.topLeftCorner(n, n) + Q_ux.transpose() * policy_.K;
-  p_ = q_.head(n) + Q_ux.transpose() * policy_.k;
-  if (shift > 0 || is_limited) {
-    const MatrixXd rest = Q_ux + Q_.bottomRightCorner(m, m) * policy_.K;
-    P_ += policy_.K.transpose() * rest;
-    p_ += policy_.K.transpose() * (q_.tail(m) + Q_.bottomRightCorner(m, m) * policy_.k);
+  const auto Q_ux = Q_.block(n, 0, m, n);
+  if (is_limited) {
+    policy_.K.setZero(m, n);
+    std::vector<bool> is_free;
+    if (!limited_minimum(Q_uu_, q_.segment(n, m), s.lower, s.upper, policy_.k, is_free)) return false;
+    const std::vector<Eigen::Index> free = places_of(is_free);
+    if (!free.empty()) policy_.K(free, Eigen::all) = -Q_uu_(free, free).llt().solve(Q_ux(free, Eigen::all));
+  } else {
+    policy_.k = -factors_.solve(q_.segment(n, m));
+    policy_.K = -factors_.solve(Q_ux);
   }
+  Q_uu_.diagonal().array() -= shift;
+  P_ = Q_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
+  P_.triangularView<Eigen::StrictlyUpper>() = P_.transpose();
+  P_ += Q_ux.transpose() * policy_.K + policy_.K.transpose() * (Q_ux + Q_uu_ * policy_.K);
+  p_ = q_.head(n) + Q_ux.transpose() * policy_.k +
+       policy_.K.transpose() * (q_.segment(n, m) + Q_uu_ * policy_.k);
   P_ = (P_ + P_.transpose()).eval() / 2;
   return true;
 }

@@ -25,6 +25,7 @@
 // Control-limited differential dynamic programming, ICRA 2014.
 #pragma once
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
@@ -33,7 +34,7 @@ namespace dyntape {
 struct LqStage {
   Eigen::MatrixXd A, B;          // (n x n), (n x m)
   Eigen::VectorXd c;             // (n)
-  Eigen::MatrixXd H;             // (n + m) x (n + m), symmetric
+  Eigen::MatrixXd H;             // (n + m) x (n + m), the lower triangle of a symmetric matrix
   Eigen::VectorXd g;             // (n + m)
   Eigen::VectorXd lower, upper;  // (m), or empty: no limits
 };
@@ -53,9 +54,16 @@ class Riccati {
   const LqPolicy& policy() const { return policy_; }
 
  private:
-  Eigen::MatrixXd P_, F_, PF_, Q_;
-  Eigen::VectorXd p_, q_;
+  void add_cost_to_go(const LqStage& stage);
+  void minimise(Eigen::Index n, Eigen::Index m);
+
+  Eigen::MatrixXd P_;
+  Eigen::VectorXd p_;
   LqPolicy policy_;
+  // Working memory, most with rows padded (columns.h).
+  Eigen::MatrixXd padded_P_, F_, Ft_, PF_, Q_, Q_uu_, L_, Lt_, W_, Wt_;
+  Eigen::VectorXd slope_, q_, w_;
+  Eigen::LLT<Eigen::MatrixXd> factors_;
 };
 
 // The minimum of 1/2 u.H u + g.u within lower <= u <= upper; H positive definite.  `is_free` says which entries are at no

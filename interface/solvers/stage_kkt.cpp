@@ -186,9 +186,19 @@ void StageKkt::add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) cons
     y[shape_.jacobian.col[e]] += J_[Eigen::Index(e)] * v[shape_.jacobian.row[e]];
 }
 
-void StageKkt::add_jacobian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const {
-  for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e)
-    y[shape_.jacobian.row[e]] += J_[Eigen::Index(e)] * v[shape_.jacobian.col[e]];
+// y.x += J^T v.c and y.c += J v.x.
+void StageKkt::add_both_products(const KktVector& v, KktVector& y) const {
+  const Pattern& at = shape_.jacobian;
+  for (std::size_t e = 0; e < at.nnz();) {
+    const std::uint32_t row = at.row[e];
+    const double price = v.c[row];
+    double sum = 0;
+    for (; e < at.nnz() && at.row[e] == row; ++e) {
+      sum += J_[Eigen::Index(e)] * v.x[at.col[e]];
+      y.x[at.col[e]] += J_[Eigen::Index(e)] * price;
+    }
+    y.c[row] += sum;
+  }
 }
 
 void StageKkt::add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const {
@@ -203,11 +213,9 @@ void StageKkt::add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const {
 double StageKkt::largest_residual(const KktVector& right, const KktVector& step) {
   KktVector& r = residual_;
   const KktDiagonal& d = diagonal_;
-  r.x.setZero();
-  add_transposed(step.c, r.x);
+  r.x.setZero(), r.c.setZero();
+  add_both_products(step, r);
   if (d.with_hessian) add_hessian(step.x, r.x);
-  r.c.setZero();
-  add_jacobian(step.x, r.c);
   for (std::size_t i = 0; i < place_.size(); ++i) {
     const auto at = Eigen::Index(i);
     r.x[at] = is_fixed(i) ? 0 : right.x[at] - r.x[at] - (d.sigma_x[at] + d.shift) * step.x[at];

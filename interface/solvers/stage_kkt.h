@@ -52,7 +52,7 @@ class StageKkt {
 
   // y += J^T v, J v and W v of the matrices that were set.
   void add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
-  void add_jacobian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
+  void add_both_products(const KktVector& v, KktVector& y) const;
   void add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
 
  private:

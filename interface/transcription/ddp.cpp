@@ -9,7 +9,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
-#include <dyntape/interface/ocp/record_stage.h>
+#include <dyntape/interface/transcription/shooting_steps.h>
 #include <dyntape/interface/transcription/verify.h>
 
 namespace dyntape {
@@ -19,34 +19,27 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A function of one stage, dense.
-class DenseFunction {
+// Of the end alone, so what it takes does not matter.
+class EndCost {
  public:
-  explicit DenseFunction(const CompiledFunction& f)
-      : function_(f),
-        workspace_(function_),
-        J_(function_.jacobian_pattern().nnz()),
-        H_(function_.hessian_pattern().nnz()) {}
+  explicit EndCost(const CompiledFunction& f)
+      : function_(f), workspace_(function_), J_(f.jacobian_pattern().nnz()), H_(f.hessian_pattern().nnz()) {}
 
-  VectorXd value(const VectorXd& x, const VectorXd& p) {
-    VectorXd y(Eigen::Index(function_.n_y()));
-    function_.value(x.data(), p.data(), y.data(), workspace_);
+  double value(const VectorXd& x, const VectorXd& p) {
+    double y = 0;
+    function_.value(x.data(), p.data(), &y, workspace_);
     return y;
   }
-  MatrixXd jacobian(const VectorXd& x, const VectorXd& p, VectorXd& y) {
-    y.resize(Eigen::Index(function_.n_y()));
-    function_.first_order(x.data(), p.data(), y.data(), J_.data(), workspace_);
-    MatrixXd J = MatrixXd::Zero(y.size(), x.size());
-    const Pattern& at = function_.jacobian_pattern();
-    for (std::size_t k = 0; k < at.nnz(); ++k) J(at.row[k], at.col[k]) = J_[k];
-    return J;
-  }
-  MatrixXd hessian(const VectorXd& x, const VectorXd& p, const VectorXd& w) {
-    function_.second_order(x.data(), p.data(), w.data(), nullptr, nullptr, H_.data(), workspace_);
-    MatrixXd H = MatrixXd::Zero(x.size(), x.size());
-    const Pattern& at = function_.hessian_pattern();
-    for (std::size_t k = 0; k < at.nnz(); ++k) H(at.row[k], at.col[k]) = H(at.col[k], at.row[k]) = H_[k];
-    return H;
+  // Its gradient and Hessian.
+  void expand(const VectorXd& x, const VectorXd& p, VectorXd& g, MatrixXd& H) {
+    const double one = 1;
+    double y = 0;
+    function_.second_order(x.data(), p.data(), &one, &y, J_.data(), H_.data(), workspace_);
+    g.setZero(x.size()), H.setZero(x.size(), x.size());
+    const Pattern &of_J = function_.jacobian_pattern(), &of_H = function_.hessian_pattern();
+    for (std::size_t k = 0; k < of_J.nnz(); ++k) g[of_J.col[k]] = J_[k];
+    for (std::size_t k = 0; k < of_H.nnz(); ++k)
+      H(of_H.row[k], of_H.col[k]) = H(of_H.col[k], of_H.row[k]) = H_[k];
   }
 
  private:
@@ -55,8 +48,8 @@ class DenseFunction {
   std::vector<double> J_, H_;
 };
 
-CodegenOptions with_curvature(CodegenOptions options) {
-  options.order = Order::kSecond;
+CodegenOptions of_order(Order order, CodegenOptions options) {
+  options.order = order;
   return options;
 }
 
@@ -75,18 +68,11 @@ class Ddp {
         n_(problem.n_x()),
         m_(problem.n_u()),
         h_(problem.duration / options.intervals),
-        step_(step),
+        steps_(step, problem, options.intervals),
         end_(end),
-        stages_(std::size_t(N_)),
+        stages_(steps_.stages()),
         policy_(std::size_t(N_)),
         at_end_(parameters_of(problem, problem.duration)) {
-    const Eigen::Index n_p = problem.parameters.size();
-    at_steps_.resize(2 + 3 * n_p, N_);
-    for (int k = 0; k < N_; ++k) {
-      at_steps_.col(k).head(2) << k * h_, h_;
-      for (int part = 0; part < 3; ++part)
-        at_steps_.col(k).segment(2 + part * n_p, n_p) = problem.parameters.at((k + part / 2.0) * h_);
-    }
     slope_ = adjoint_ = MatrixXd::Constant(n_, N_ + 1, std::nan(""));
     for (LqPolicy& policy : policy_) policy = {MatrixXd::Zero(m_, n_), VectorXd::Zero(m_)};
     const auto is_finite = [](double limit) { return std::abs(limit) < HUGE_VAL; };
@@ -108,13 +94,6 @@ class Ddp {
   }
 
  private:
-  VectorXd parameters(int k) const { return at_steps_.col(k); }
-  VectorXd point(const Motion& motion, int k) const {
-    VectorXd z(n_ + m_);
-    z << motion.x.col(k), motion.u.col(k);
-    return z;
-  }
-  const VectorXd& at_end() const { return at_end_; }
   VectorXd limited(const VectorXd& u) const {
     return u.cwiseMax(problem_.u.lower).cwiseMin(problem_.u.upper);
   }
@@ -133,15 +112,16 @@ class Ddp {
     now_.x.col(N_) = guess(problem_.duration).x;
     now_.x.col(0) = problem_.start;
     now_.cost = 0;
+    VectorXd next(n_);
     for (int k = 0; k < N_; ++k) {
-      const VectorXd y = step_.value(point(now_, k), parameters(k));
-      if (options_.start == DdpStart::kRollOut) now_.x.col(k + 1) = y.head(n_);
-      now_.cost += y[n_];
-      if (y.allFinite()) continue;
+      const double cost = steps_.run(k, now_.x.col(k), now_.u.col(k), next);
+      if (options_.start == DdpStart::kRollOut) now_.x.col(k + 1) = next;
+      now_.cost += cost;
+      if (next.allFinite() && std::isfinite(cost)) continue;
       throw NumericalError("problem \"" + problem_.name + "\": the step from t = " + io::shortest(k * h_) +
                            " s is not finite at the start");
     }
-    now_.cost += end_.value(now_.x.col(N_), at_end())[0];
+    now_.cost += end_.value(now_.x.col(N_), at_end_);
     if (!now_.x.allFinite() || !now_.u.allFinite() || !std::isfinite(now_.cost))
       throw NumericalError("problem \"" + problem_.name +
                            "\": the guess, or the cost of its end, is not finite");
@@ -149,23 +129,17 @@ class Ddp {
 
   // A, B, c, g of all stages, and the end; the adjoint, and how far from a solution it is.
   DdpIteration linearise() {
-    gap_.resize(n_, N_);
-    VectorXd y;
-    bool is_finite = true;
+    bool is_finite = steps_.linearise(now_.x, now_.u);
+    gap_ = steps_.ends() - now_.x.rightCols(N_);
     for (int k = 0; k < N_; ++k) {
-      const MatrixXd J = step_.jacobian(point(now_, k), parameters(k), y);
       LqStage& s = stages_[std::size_t(k)];
-      is_finite = is_finite && J.allFinite() && y.allFinite();
-      s.A = J.topLeftCorner(n_, n_), s.B = J.topRightCorner(n_, m_), s.g = J.row(n_);
-      s.c = gap_.col(k) = y.head(n_) - now_.x.col(k + 1);
+      s.c = gap_.col(k);
       if (is_limited_) {
         s.lower = problem_.u.lower - now_.u.col(k);
         s.upper = problem_.u.upper - now_.u.col(k);
       }
     }
-    const VectorXd last = now_.x.col(N_);
-    g_end_ = end_.jacobian(last, at_end(), y).row(0);
-    H_end_ = end_.hessian(last, at_end(), VectorXd::Ones(1));
+    end_.expand(now_.x.col(N_), at_end_, g_end_, H_end_);
     adjoint_.col(N_) = g_end_;
     is_finite = is_finite && g_end_.allFinite() && H_end_.allFinite() && std::isfinite(now_.cost);
     DdpIteration iteration{now_.cost, gap_.cwiseAbs().maxCoeff(), is_finite ? 0 : std::nan(""), shift_, 0};
@@ -230,10 +204,10 @@ class Ddp {
     slope_.col(N_) = g_end_;
     for (int k = N_ - 1; k >= 0; --k) {
       LqStage& s = stages_[std::size_t(k)];
-      VectorXd weights = VectorXd::Zero(n_ + 1);
-      if (options_.hessian == DdpHessian::kExact) weights.head(n_) = riccati.p() + riccati.P() * s.c;
-      weights[n_] = 1;
-      s.H = step_.hessian(point(now_, k), parameters(k), weights);
+      if (options_.hessian == DdpHessian::kExact) {
+        weights_ << riccati.p() + riccati.P() * s.c, 1;
+        steps_.curve(k, weights_);
+      }
       if (!riccati.push(s, shift_)) return false;
       policy_[std::size_t(k)] = riccati.policy();
       slope_.col(k) = riccati.p();
@@ -250,7 +224,7 @@ class Ddp {
       const LqPolicy& policy = policy_[std::size_t(k)];
       dz << dx, policy.k + policy.K * dx;
       linear += s.g.dot(dz);
-      curved += dz.dot(s.H * dz) / 2;
+      curved += dz.dot(s.H.selfadjointView<Eigen::Lower>() * dz) / 2;
       dx = s.A * dx + s.B * dz.tail(m_) + s.c;
     }
     return {linear + g_end_.dot(dx), curved + dx.dot(H_end_ * dx) / 2};
@@ -262,12 +236,11 @@ class Ddp {
     for (int k = 0; k < N_; ++k) {
       const LqPolicy& policy = policy_[std::size_t(k)];
       next.u.col(k) = limited(now_.u.col(k) + length * policy.k + policy.K * (next.x.col(k) - now_.x.col(k)));
-      const VectorXd y = step_.value(point(next, k), parameters(k));
-      if (!y.allFinite()) return {};
-      next.x.col(k + 1) = y.head(n_) - (1 - length) * gap_.col(k);
-      next.cost += y[n_];
+      next.cost += steps_.run(k, next.x.col(k), next.u.col(k), next.x.col(k + 1));
+      if (!next.x.col(k + 1).allFinite() || !std::isfinite(next.cost)) return {};
+      next.x.col(k + 1) -= (1 - length) * gap_.col(k);
     }
-    next.cost += end_.value(next.x.col(N_), at_end())[0];
+    next.cost += end_.value(next.x.col(N_), at_end_);
     if (!std::isfinite(next.cost)) return {};
     return next;
   }
@@ -341,12 +314,12 @@ class Ddp {
   const DdpOptions& options_;
   int N_, n_, m_;
   double h_;
-  DenseFunction step_, end_;
+  ShootingSteps steps_;
+  EndCost end_;
   bool is_limited_ = false;
-  std::vector<LqStage> stages_;
+  std::vector<LqStage>& stages_;
   std::vector<LqPolicy> policy_;
-  MatrixXd at_steps_;  // (2 + 3 n_p x N) what the steps take: t, h, p at their beginning, middle and end
-  VectorXd at_end_, g_end_;
+  VectorXd at_end_, g_end_, weights_ = VectorXd(n_ + 1);
   MatrixXd H_end_, gap_, slope_, adjoint_;
   VectorXd slopes_, sizes_;  // (n_u) the largest, and the largest of what they are made of
   Motion now_;
@@ -393,11 +366,13 @@ struct DdpSolver::Made {
 DdpSolver::DdpSolver(const Problem& problem, const DdpOptions& options) {
   check_options(problem, options);
   const auto begin = std::chrono::steady_clock::now();
-  const RecordedShooting recorded = record_shooting(problem);
+  const bool is_exact = options.hessian == DdpHessian::kExact;
+  const RecordedShooting recorded = record_shooting(problem, options.scheme, !is_exact);
+  const Order order = is_exact ? Order::kSecond : Order::kFirst;
   const double record_seconds = seconds_since(begin);
-  made_ = std::make_unique<Made>(
-      Made{problem, options, CompiledFunction::make(recorded.step, with_curvature(options.evaluation)),
-           CompiledFunction::make(recorded.end, with_curvature(options.evaluation)), record_seconds, 0});
+  made_ = std::make_unique<Made>(Made{
+      problem, options, CompiledFunction::make(recorded.step, of_order(order, options.evaluation)),
+      CompiledFunction::make(recorded.end, of_order(Order::kSecond, options.evaluation)), record_seconds, 0});
   made_->build_seconds = seconds_since(begin);
 }
 
@@ -430,7 +405,8 @@ DdpSolution DdpSolver::solve() {
   DdpSolution solution = Ddp(problem, made_->options, made_->step, made_->end).solve();
   solution.build_seconds = made_->build_seconds;
   solution.seconds = seconds_since(begin);
-  if (solution.success()) solution.true_defect = worst_defect(problem, solution, made_->options.stop);
+  if (solution.success() && made_->options.verify)
+    solution.true_defect = worst_defect(problem, solution, made_->options.stop);
   return solution;
 }
 

@@ -6,11 +6,12 @@
 //   const DdpSolution s = solve_by_ddp(p, {.intervals = 100});
 //   if (s.success()) use(s.u, s.policy[k].K);                    // u = u_k + K_k (x - x_k) at node k
 //
-// The controls are held over N intervals, each one step of the classical Runge-Kutta scheme of state and costs.  An iteration
+// The controls are held over N intervals, each one step of state and costs, by the classical Runge-Kutta scheme or by Euler's.  An iteration
 // linearises all steps, makes the cost quadratic, solves that problem by the Riccati recursion (riccati.h), and rolls the
 // true dynamics out with the policy, shortened until the merit goes down.
 //   kExact          with the curvature of the dynamics, contracted with the slope of the cost to go: quadratic convergence
-//   kGaussNewton    without it (iLQR): cheaper, linear convergence unless the dynamics are linear
+//   kGaussNewton    without it (iLQR), of running costs that are squares: first derivatives are all it needs, an iteration takes
+//                   a tenth; linear convergence unless the dynamics are linear
 // Starts.  kRollOut: the guess's controls from the given start.  kNodes: also its states, which need not be a motion: what is
 // missing between two nodes is closed by the share of the step that is taken (multiple shooting; the merit counts it).
 //
@@ -38,7 +39,7 @@
 #include <vector>
 
 #include <dyntape/codegen/options.h>
-#include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/ocp/record_stage.h>
 #include <dyntape/interface/solvers/riccati.h>
 #include <dyntape/interface/solvers/status.h>
 #include <dyntape/interface/transcription/stage_functions.h>
@@ -50,11 +51,13 @@ enum class DdpStart { kRollOut, kNodes };
 
 struct DdpOptions {
   int intervals = 100;
+  StepScheme scheme = StepScheme::kRungeKutta4;
   DdpHessian hessian = DdpHessian::kExact;
   DdpStart start = DdpStart::kRollOut;
   double tolerance = 1e-9;
   int max_iterations = 500;
-  CodegenOptions evaluation = {};
+  CodegenOptions evaluation = {.lanes = Lanes::kNative};  // stages are linearised side by side
+  bool verify = true;  // finds true_defect, which may take longer than the solve
   std::stop_token stop = {};
 };
 

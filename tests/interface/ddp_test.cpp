@@ -10,7 +10,9 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/transcription/ddp.h>
 
+#include "message_of.h"
 #include "ocp_problems.h"
+#include "temporary_cache.h"
 
 namespace dyntape {
 namespace {
@@ -82,6 +84,30 @@ double cost_of(const Problem& problem, const MatrixXd& u) {
   return cost + costs(Where::kTerminal, {problem.duration, x, {}, VectorXd::Zero(u.rows())});
 }
 
+// The same by Euler's steps, positions by the new velocities.
+double euler_cost_of(const Problem& problem, const MatrixXd& u) {
+  const double h = problem.duration / double(u.cols());
+  const Eigen::Index n_q = problem.positions;
+  VectorXd x = problem.start;
+  double cost = 0;
+  for (Eigen::Index k = 0; k < u.cols(); ++k) {
+    const Stage<double> stage{double(k) * h, x, {}, u.col(k)};
+    for (const Term& term : problem.terms) {
+      if (term.where == Where::kRunning) cost += h * term.function(stage).squaredNorm();
+    }
+    VectorXd next = x + h * problem.rate(stage);
+    Stage<double> moved{stage.t, x, {}, u.col(k)};
+    moved.x.tail(x.size() - n_q) = next.tail(x.size() - n_q);
+    next.head(n_q) = x.head(n_q) + h * problem.rate(moved).head(n_q);
+    x = next;
+  }
+  for (const Term& term : problem.terms) {
+    if (term.where == Where::kTerminal)
+      cost += term.function(Stage<double>{problem.duration, x, {}, VectorXd::Zero(u.rows())}).squaredNorm();
+  }
+  return cost;
+}
+
 // Linear dynamics and a quadratic cost at random.
 Problem random_lqr(unsigned seed) {
   std::mt19937_64 numbers(seed);
@@ -120,6 +146,50 @@ TEST(Ddp, SolvesLinearQuadraticProblemsInOneIteration) {
         EXPECT_GT(cost_of(p, other), s.cost);
       }
     }
+  }
+}
+
+TEST(Ddp, EulersStepsMoveByTheNewVelocities) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    for (const int positions : {0, 1, 3}) {
+      for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
+        Problem p = random_lqr(seed);
+        p.positions = positions;
+        const DdpSolution s = solved(
+            p, {.intervals = 15, .scheme = StepScheme::kEuler, .hessian = hessian, .tolerance = 1e-12});
+        ASSERT_EQ(s.iterations.size(), 2u) << seed;
+        EXPECT_NEAR(s.cost, euler_cost_of(p, s.u), 1e-13 * (1 + s.cost));
+        MatrixXd other = s.u;
+        other(0, 7) += 1e-3, other(1, 3) -= 1e-3;
+        EXPECT_GT(euler_cost_of(p, other), s.cost);
+      }
+    }
+  }
+  // Of a curved problem, by exact slopes and by those of an independent roll-out.
+  Problem p = soft_swing_up();
+  p.positions = 2;
+  const DdpSolution s = solved(p, {.intervals = 60, .scheme = StepScheme::kEuler});
+  EXPECT_NEAR(s.cost, euler_cost_of(p, s.u), 1e-11 * s.cost);
+  for (const Eigen::Index k : {Eigen::Index(0), Eigen::Index(30), Eigen::Index(58)}) {
+    const double h = 1e-4;
+    MatrixXd up = s.u, down = s.u;
+    up(0, k) += h, down(0, k) -= h;
+    EXPECT_NEAR((euler_cost_of(p, up) - euler_cost_of(p, down)) / (2 * h), 0, 1e-5) << k;
+  }
+}
+
+// The true defect may be left out; nothing else changes, and stages in lanes are those one by one.
+TEST(Ddp, LanesAndChecksChangeNothing) {
+  const Problem p = soft_swing_up();
+  const DdpSolution s = solved(p, {.intervals = 37});
+  TemporaryCache cache;
+  CodegenOptions lanes = {.lanes = Lanes::kNative}, none = {};
+  for (CodegenOptions* options : {&lanes, &none}) {
+    options->cache_folder = cache.path();
+    const DdpSolution other = solve_by_ddp(p, {.intervals = 37, .evaluation = *options, .verify = false});
+    EXPECT_EQ(other.u, s.u);
+    EXPECT_EQ(other.iterations.size(), s.iterations.size());
+    EXPECT_TRUE(std::isnan(other.true_defect));
   }
 }
 
@@ -333,6 +403,15 @@ TEST(Ddp, SaysWhatItDoesNotKnow) {
   p = soft_swing_up();
   p.add(path_equality("track", [](const auto& s) { return s.u; }));
   refused(p, "the term \"track\" is a constraint");
+  p = soft_swing_up();
+  p.positions = 5;
+  refused(p, "5 states are positions, expected 0 to 4");
+  p = soft_swing_up();
+  p.add(running_cost("heat", [](const auto& s) { return s.u.squaredNorm(); }));
+  EXPECT_NE(message_of<ArgumentError>([&] {
+              solve_by_ddp(p, {.hessian = DdpHessian::kGaussNewton, .evaluation = kInterpreted});
+            }).find("Gauss-Newton needs every cost as squares of residuals, and \"heat\" is a plain cost"),
+            std::string::npos);
   p = soft_swing_up();
   p.start[2] = Problem::kFree;
   refused(p, "the start of the state \"pd\" is free");

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Sums of short columns, for matrices of some ten to fifty rows, whose entries lie side by side: what a recursion over stages is
+// made of.  A file that uses them is compiled with -O3 (interface/CMakeLists.txt), which takes several entries at a time, most
+// easily of columns that are padded() with zeros.  Sums are taken in one order whatever the width of the processor's registers.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+
+namespace dyntape::columns {
+
+constexpr Eigen::Index kPad = 8;  // entries of a register
+
+inline Eigen::Index padded(Eigen::Index n) { return (n + kPad - 1) / kPad * kPad; }
+
+// to += a x
+inline void add(double* __restrict to, double a, const double* __restrict x, Eigen::Index n) {
+  for (Eigen::Index i = 0; i < n; ++i) to[i] += a * x[i];
+}
+
+// to += sum_k b_k A(:, k), n entries of each column.
+inline void add_columns(double* __restrict to, const double* __restrict A, Eigen::Index stride,
+                        const double* b, Eigen::Index count, Eigen::Index n) {
+  Eigen::Index k = 0;
+  for (; k + 4 <= count; k += 4, A += 4 * stride) {
+    const double b0 = b[k], b1 = b[k + 1], b2 = b[k + 2], b3 = b[k + 3];
+    const double *a0 = A, *a1 = A + stride, *a2 = A + 2 * stride, *a3 = A + 3 * stride;
+    for (Eigen::Index i = 0; i < n; ++i)
+      to[i] = (((to[i] + b0 * a0[i]) + b1 * a1[i]) + b2 * a2[i]) + b3 * a3[i];
+  }
+  for (; k < count; ++k, A += stride) add(to, b[k], A, n);
+}
+
+// As many registers as have to be on their way for none to wait.
+using Wide = double __attribute__((vector_size(kPad * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+template <int columns>
+void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict A, Eigen::Index of_A,
+               const double* __restrict B, Eigen::Index of_B, Eigen::Index count) {
+  Wide sum[columns];
+  for (int c = 0; c < columns; ++c) sum[c] = *reinterpret_cast<const Wide*>(C + c * of_C);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const Wide a = *reinterpret_cast<const Wide*>(A + k * of_A);
+    for (int c = 0; c < columns; ++c) sum[c] += a * B[k + c * of_B];
+  }
+  for (int c = 0; c < columns; ++c) *reinterpret_cast<Wide*>(C + c * of_C) = sum[c];
+}
+
+// C += A B: C (rows x columns) and A (rows x count) with padded() rows and so many doubles from column to column.
+inline void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
+                        Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
+  for (Eigen::Index i = 0; i < rows; i += kPad) {
+    Eigen::Index j = 0;
+    for (; j + 4 <= columns; j += 4)
+      add_block<4>(C + i + j * of_C, of_C, A + i, of_A, B + j * of_B, of_B, count);
+    for (; j < columns; ++j) add_block<1>(C + i + j * of_C, of_C, A + i, of_A, B + j * of_B, of_B, count);
+  }
+}
+
+// The same of a symmetric C: its lower triangle, and what its blocks have above.
+inline void add_symmetric_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A,
+                                  const double* B, Eigen::Index of_B, Eigen::Index rows, Eigen::Index count,
+                                  Eigen::Index columns) {
+  for (Eigen::Index j = 0; j < columns; j += kPad)
+    add_product(C + j + j * of_C, of_C, A + j, of_A, B + j * of_B, of_B, rows - j, count,
+                std::min(kPad, columns - j));
+}
+
+inline double dot(const double* a, const double* b, Eigen::Index n) {
+  double sum = 0;
+  for (Eigen::Index i = 0; i < n; ++i) sum += a[i] * b[i];
+  return sum;
+}
+
+}  // namespace dyntape::columns
