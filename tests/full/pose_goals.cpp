@@ -8,11 +8,12 @@
 // arm itself, so that it can be reached, though not always in the two seconds of the task.  The goal is a parameter of the
 // task's problem: its functions are recorded and compiled once.  What is called solved is held against kinematics, distances and limits
 // written out here, and against a re-simulation of its controls.  Exit status 1 where one of these fails, or where fewer
-// are solved than the share below.
+// are solved than is said below.
 #include <algorithm>
-#include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <ctime>
 #include <map>
 #include <optional>
 #include <random>
@@ -33,7 +34,10 @@ using Placement = dynamics::Placement<double>;
 namespace {
 
 constexpr const char* kHand = "panda_hand";
-constexpr double kLeastShare = 0.5;
+// Of 1000 goals (seed 1) 976 were solved, the others ended as "restoration failed"; of three of these Ipopt solves one, and all three
+// are solved in four seconds in place of two.  Of a sample three standard deviations fewer may be solved.
+constexpr double kShare = 0.976;
+double least_solved(int count) { return count * kShare - 3 * std::sqrt(count * kShare * (1 - kShare)); }
 
 // The task with its pose as parameters "place" (3) and "axes" (9, column by column).
 class Goals {
@@ -225,15 +229,15 @@ int main(int argc, char** argv) try {
   int solved = 0, meshes = 0;
   for (int k = 0; k < count; ++k) {
     const Placement goal = goals.pose(goals.draw(random), kHand);
-    const auto begin = std::chrono::steady_clock::now();
+    const std::clock_t begin = std::clock();
     const Goals::Outcome outcome = goals.solve(goal);
-    const double took = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const double took = double(std::clock() - begin) / CLOCKS_PER_SEC;
     if (!outcome.failure.empty()) {
       ++failures[outcome.failure];
       continue;
     }
     ++solved, meshes += outcome.meshes;
-    if (k > 0) seconds.push_back(took), solver_seconds.push_back(outcome.solution.nlp.times.total);
+    if (k > 0) seconds.push_back(took), solver_seconds.push_back(outcome.solution.nlp.times.processor);
     const std::string fault = goals.fault(outcome.solution.motion, goal);
     if (fault.empty()) continue;
     ++faults[fault];
@@ -244,11 +248,12 @@ int main(int argc, char** argv) try {
   for (const auto& [why, times] : failures) std::printf("  not: %-30s %d\n", why.c_str(), times);
   for (const auto& [why, times] : faults) std::printf("  WRONG: %-30s %d\n", why.c_str(), times);
   std::printf(
-      "seconds of all, guess and verification included: median %.3f, 99 %% %.3f; of the last mesh's solve: "
+      "processor seconds of all, guess and verification included: median %.3f, 99 %% %.3f; of the last "
+      "mesh's solve: "
       "%.3f, %.3f\n",
       quantile(seconds, 0.5), quantile(seconds, 0.99), quantile(solver_seconds, 0.5),
       quantile(solver_seconds, 0.99));
-  return faults.empty() && solved >= kLeastShare * count ? 0 : 1;
+  return faults.empty() && solved >= least_solved(count) ? 0 : 1;
 } catch (const Error& e) {
   std::fprintf(stderr, "%s\n", e.what());
   return 1;
