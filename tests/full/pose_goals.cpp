@@ -6,9 +6,9 @@
 //
 // A pose is that of a configuration drawn between the joints' limits in which bodies keep clear of the obstacles and of the
 // arm itself, so that it can be reached, though not always in the two seconds of the task.  The goal is a parameter of the
-// task's problem: its functions are recorded and compiled once.  What is called solved is held against kinematics, distances and limits
-// written out here, and against a re-simulation of its controls.  Exit status 1 where one of these fails, or where fewer
-// are solved than is said below.
+// task's problem: its functions are recorded and compiled once.  What is called solved is held against kinematics in doubles,
+// distances and limits written out here, and a re-simulation of its controls.  Exit status 1 where one of these fails, or where
+// fewer are solved than is said below.
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -34,8 +34,8 @@ using Placement = dynamics::Placement<double>;
 namespace {
 
 constexpr const char* kHand = "panda_hand";
-// Of 1000 goals (seed 1) 976 were solved, the others ended as "restoration failed"; of three of these Ipopt solves one, and all three
-// are solved in four seconds in place of two.  Of a sample three standard deviations fewer may be solved.
+// Of 1000 goals (seed 1) 976 were solved, the others ended as "restoration failed"; of three of these Ipopt solves one, and all
+// three are solved in four seconds in place of two.  Of a sample three standard deviations fewer may be solved.
 constexpr double kShare = 0.976;
 double least_solved(int count) { return count * kShare - 3 * std::sqrt(count * kShare * (1 - kShare)); }
 
@@ -163,7 +163,8 @@ class Goals {
     if (!((X.p - goal.p).norm() < 2e-6 && (X.R - goal.R).norm() < 2e-6))
       return "the hand is not where it shall be";
     if (!(end.tail(n_).norm() < 1e-9)) return "the arm does not rest";
-    const Verification v = verify(task_.problem, motion);
+    const Verification v =
+        verify(task_.problem, motion);  // in the problem's own units: m, rad, parts of effort limits
     if (!(v.violation < 1e-5)) return "violates " + v.worst_row;
     if (!(v.worst_relative < task_.demands.true_defect)) return "its controls lead elsewhere";
     const auto& joints = task_.scene.model.joints;
