@@ -18,8 +18,11 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kDependent = 1e-11;  // of its largest entry: what is left of a row that others make up
-constexpr double kMuch = 0.01;        // the same: enough to be solved for
+// Of its largest entry: what is left of a row that others make up.  A pivot p that is solved for leaves a cost to go of 1 / p^2:
+// below this no digit of what is free would be left.  Least time has such pivots at its optimum, as prices of its last rows
+// cancel there.
+constexpr double kDependent = 1e-7;
+constexpr double kMuch = 0.01;    // the same: enough to be solved for
 constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable that has no curvature of its own
 constexpr double kSpring = 1e10;  // what rows without a variable of their own cost, squared and halved
 }  // namespace

@@ -18,7 +18,8 @@ using Eigen::VectorXd;
 using Joint = dynamics::Joint<double>;
 using Model = dynamics::Model<double>;
 
-// Of a limit: the solver widens bounds by 1e-8 and ends within its tolerance.
+// Of a limit, or of half the range where that is more, as a limit may be zero: the solver widens bounds by 1e-8 and ends within
+// its tolerance.
 constexpr double kBeyond = 1e-6;
 constexpr int kLooks = 8;  // from one point of the mesh to the next
 // Where two bodies may come too near, what they move from one look to the next is at most this share of how far they have
@@ -44,7 +45,7 @@ struct PlaceLookedAt {
 
 double tolerated(double lower, double upper, double limit, double of_range) {
   const double extent = std::isfinite(upper - lower) ? upper - lower : std::abs(limit);
-  const double of_limit = kBeyond * std::max(std::abs(limit), kBeyond);
+  const double of_limit = kBeyond * std::max({std::abs(limit), extent / 2, kBeyond});
   return of_range > 0 ? std::max(of_limit, of_range * extent) : of_limit;
 }
 

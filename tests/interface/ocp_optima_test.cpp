@@ -4,15 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/interface/transcription/collocation.h>
-#include "ocp_problems.h"
+#include "known_problems.h"
 
 namespace dyntape {
 namespace {
 
-// Options under which twelve digits of an optimum can be seen.
-SolverOptions tight(NlpMethod method) {
-  return {.method = method, .tolerance = 1e-12, .dual_tolerance = 1e-10, .bound_relaxation = 0};
-}
+using test::tight;
 
 NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals,
                      const SolverOptions& options, HessianKind hessian = HessianKind::kExact) {
