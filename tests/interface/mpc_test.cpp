@@ -108,7 +108,7 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
   EXPECT_EQ(task.control.pushes.size(), 2u);
   const ControlReport report = control_task(task);
-  EXPECT_TRUE(report.success()) << report.text(task);
+  EXPECT_TRUE(report.success()) << report.text();
   EXPECT_GT(report.off_begin, 0.5);
   EXPECT_LT(report.off_end, 0.01);
   // The second push, at 2 s, is in the motion, and in none before.
