@@ -181,18 +181,38 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
     capture.col(p) = capture_point(task.body, motion.x.col(p));
     pressure.col(p) /= pressed[p];  // none where nothing presses, which leaves a gap
   }
-  io::Series pressed_on = path_of("centre of pressure", pressure);
-  pressed_on.mark = io::Mark::kPoints;
-  pressed_on.point = 0.5;
+  const std::vector<Vector2d> support = support_polygon(corners);
+  const auto paths = [&](const MatrixXd& place, const MatrixXd& caught, const MatrixXd& pressed_on) {
+    std::vector<io::Series> series = {path_of("centre of pressure", pressed_on),
+                                      path_of("capture point", caught), path_of("centre of mass", place)};
+    series[0].mark = io::Mark::kPoints;
+    series[0].point = 0.5;
+    return series;
+  };
   io::Plot plot;
-  plot.title = task.name + ", from above";
-  plot.panels = {{.x_label = "x [m]",
-                  .y_label = "y [m]",
-                  .series = {outline_of(support_polygon(corners), "support at the start"),
-                             path_of("capture point", capture),
-                             path_of("centre of mass", motion.x.topRows(2)), pressed_on},
-                  .equal_axes = true,
-                  .height = 420}};
+  plot.title = task.name + ": support";
+  io::Panel above{
+      .title = "from above", .x_label = "x [m]", .y_label = "y [m]", .equal_axes = true, .height = 380};
+  above.series = paths(motion.x.topRows(2), capture, pressure);
+  above.series.push_back(outline_of(support, "support at the start"));
+  plot.panels.push_back(std::move(above));
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::string name = axis == 0 ? "x" : "y";
+    const auto over_time = [&](const MatrixXd& points) {
+      MatrixXd curve(2, points.cols());
+      curve << motion.t.transpose(), points.row(axis);
+      return curve;
+    };
+    io::Panel panel{.title = "along " + name, .x_label = "time [s]", .y_label = name + " [m]"};
+    panel.series = paths(over_time(motion.x), over_time(capture), over_time(pressure));
+    if (!task.gait) {
+      const auto [low, high] =
+          std::minmax_element(support.begin(), support.end(),
+                              [axis](const Vector2d& a, const Vector2d& b) { return a[axis] < b[axis]; });
+      panel.horizontal = {{(*low)[axis], "edge"}, {(*high)[axis], ""}};
+    }
+    plot.panels.push_back(std::move(panel));
+  }
   return plot;
 }
 

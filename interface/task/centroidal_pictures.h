@@ -25,7 +25,7 @@ Eigen::Vector2d capture_point(const CentroidalBody& body, const Eigen::VectorXd&
 // Centre of mass, velocity, angular momentum and forces over time.
 io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion);
 
-// Seen from above: the support at the beginning, and the paths of centre of mass, capture point and centre of pressure.
+// Centre of mass, capture point and centre of pressure beside the support at the beginning: from above, and over time.
 io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion);
 
 // The robot with its trunk as at the start and its legs where they have to be for that.  Where they cannot be, the page says

@@ -33,6 +33,7 @@
 // Errors: FileError listing every problem of the file with its place; those of close_loop.
 #pragma once
 
+#include <dyntape/interface/io/question.h>
 #include <dyntape/interface/ocp/centroidal_problem.h>
 #include <dyntape/interface/task/control_report.h>
 #include <dyntape/interface/task/task.h>
