@@ -127,7 +127,7 @@ std::vector<Vector2d> support_polygon(std::vector<Vector2d> points) {
     if (!hull.empty()) hull.pop_back();
     std::reverse(points.begin(), points.end());
   }
-  return hull;
+  return hull.empty() ? points : hull;  // a point alone has no sides
 }
 
 Vector2d capture_point(const CentroidalBody& body, const VectorXd& state) {

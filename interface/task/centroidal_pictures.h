@@ -7,6 +7,7 @@
 //   write_player(mass_player(task, motion), "out/motion.html");
 #pragma once
 
+#include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/player/player.h>
 #include <dyntape/interface/task/centroidal_task.h>
 

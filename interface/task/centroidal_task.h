@@ -4,8 +4,7 @@
 // standing or walking.
 //
 //   const CentroidalTask task = read_centroidal_task("config/control/solo12_pushed.info");
-//   const ControlReport report = control_task(task);
-//   write_control(task, report, "out");
+//   ControlReport report = control_task(task);                       // centroidal_control.h
 //
 // Keys (defaults in brackets; all with their meanings: dyntape check-config --centroidal-keys):
 //
@@ -26,16 +25,11 @@
 // The plant is the same mass, with forces that the plan gives: what legs can do is not asked.  The centre of mass is to stay where it
 // is at the start, or to go on from there with the gait's velocity.
 //
-// write_control leaves in the folder: closed_loop.csv (t, c.*, v.*, k.*, f.* as the floor gives them, and of each step ms,
-// iterations, usable), report.json, closed_loop.svg, support.svg (paths of the centre of mass, of capture point and centre of pressure over the
-// support), steps.svg, motion.html (the robot with its centre of mass there, by standing.h).
-//
-// Errors: FileError listing every problem of the file with its place; those of close_loop.
+// Errors: FileError listing every problem of the file with its place; those of centroidal_problem.
 #pragma once
 
 #include <dyntape/interface/io/question.h>
 #include <dyntape/interface/ocp/centroidal_problem.h>
-#include <dyntape/interface/task/control_report.h>
 #include <dyntape/interface/task/task.h>
 
 namespace dyntape {
@@ -59,12 +53,5 @@ CentroidalTask read_centroidal_task(const std::string& path);
 
 // Every key that such a file may have, in the order of reading.
 std::vector<io::Question> centroidal_questions();
-
-ControlReport control_task(const CentroidalTask& task, const std::stop_token& stop = {},
-                           const std::function<void(double t)>& watch = {});
-
-std::vector<std::string> centroidal_files();
-void write_control(const CentroidalTask& task, ControlReport& report, const std::string& folder,
-                   const std::stop_token& stop = {});
 
 }  // namespace dyntape

@@ -6,7 +6,7 @@
 
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/task/centroidal_task.h>
+#include <dyntape/interface/task/centroidal_control.h>
 #include <dyntape/interface/task/mpc_task.h>
 
 #include "commands.h"
