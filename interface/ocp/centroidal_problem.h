@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A robot on its feet as one mass: where the centre of mass goes and how the robot turns as a whole, by the forces of its feet alone.
+// A robot on its feet as one mass: where the centre of mass goes and how the robot turns as a whole, by the forces of its feet
+// alone.
 //
 //   const CentroidalBody dog = centroidal_body(scene, q, {{.frame = "FL_FOOT"}, {.frame = "FR_FOOT"}, ...});
 //   Problem p = centroidal_problem(dog, {.duration = 0.5, .is_level = true, .is_turnless = true, .ends_at_rest = true});
@@ -12,32 +13,33 @@
 //
 //   c' = v        v' = g + sum f_i / m        k' = sum (p_i - c) x f_i
 //
-// which is exact whatever the legs do: legs are what makes the forces.  How the trunk is turned is left out, since nothing asked here
-// depends on it; nor are the legs' lengths known.
+// which is exact whatever the legs do: legs are what makes the forces.  How the trunk is turned is left out, since nothing asked
+// here depends on it; nor are the legs' lengths known.
 //
 // Terms.  Each foot: 0 <= fz <= most_force and the friction cone (robot_problem.h).  Costs, integrated: `com` |c - target|^2,
 // `velocity` |v|^2, `angular` |k|^2, and `force` |f - share|^2 of each foot, its share of the weight being the same for all that
 // stand.  Options demand more:
 //   is_level       the height stays the target's:   vz' + 20 vz + 100 (cz - target z) = 0 at every point
 //   is_turnless    no angular momentum:             k' + 10 k = 0 at every point
-//                  Both of rates and not of values: these tell the forces, as for held contacts; errors decay.
-//   ends_at_rest   at the end v = 0, v' = 0, k = 0, k' = 0, less what the two above decide: a stand that the feet can hold, so the
-//                  centre of mass is above the support.
+//                  Both of rates and not of values: these tell the forces, as for held contacts; errors decay.  Feet do not pull,
+//                  so a level robot that moves upwards at more than g / 20 has no plan.
+//   ends_at_rest   at the end v = 0, v' = 0, k = 0, k' = 0, less what the two above decide: a stand that the feet can hold, so
+//                  that the centre of mass is above the support.
 //
 // With all three a plan exists if and only if the push can be stood without a step.  For feet at one height h below c and a robot
 // that stands above their middle, d from the edge of their polygon, that is up to a velocity v towards the edge of
 //   v / (omega d) = tanh(omega T) sqrt(r (2 - r)),   omega = sqrt(g / h),   r = min(1, friction h / d)
 // (for r < 1 up to terms of exp(-2 omega T)): for long horizons and enough friction the capture point c + v / omega lies within
-// the polygon (T. Koolen et al., Capturability-based analysis and control of legged locomotion, part 1, International Journal of Robotics
-// Research 31(9), 2012).
+// the polygon (T. Koolen et al., Capturability-based analysis and control of legged locomotion, part 1, International Journal of
+// Robotics Research 31(9), 2012).
 //
-// Parameters, in place (parameters.h): "com" (3) the target (m); of each foot "<foot> place" (3, m, world) and "<foot> load" (1), by
-// which its force counts: 1 on the floor, 0 in the air.  As functions of time they are a schedule of contacts; walk() sets a regular one.
-// A foot in the air has a force that does nothing, so that no bound collapses.  Points of the mesh see a change of load at the
-// nearest point: let changes fall on points.
+// Parameters, in place (parameters.h): "com" (3) the target (m); of each foot "<foot> place" (3, m, world) and "<foot> load" (1),
+// by which its force counts: 1 on the floor, 0 in the air.  As functions of time they are a schedule of contacts; walk() sets a
+// regular one.  A foot in the air has a force that does nothing, so that no bound collapses.  A mesh sees a change of load at its
+// next point.
 //
-// Errors: ArgumentError for a robot without mass, no foot, two of one name, unknown or fixed frames, a friction or most_force that is
-// not above zero, weights below zero, places that are no numbers.
+// Errors: ArgumentError for a robot without mass, no foot, two of one name, unknown or fixed frames, a friction or most_force
+// that is not above zero, weights below zero, places that are no numbers.
 #pragma once
 
 #include <dyntape/interface/ocp/robot_problem.h>
@@ -86,8 +88,8 @@ struct Gait {
   Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // m/s
 };
 
-// Sets target, places and loads as functions of time: the body goes on from body.com at the gait's velocity, each foot stands under
-// where it is attached when half of its stance is over.  A trot of feet FL, FR, HL, HR: phases {0, 0.5, 0.5, 0}.
+// Sets target, places and loads as functions of time: the body goes on from body.com at the gait's velocity, each foot stands
+// under where it is attached when half of its stance is over.  A trot of feet FL, FR, HL, HR: phases {0, 0.5, 0.5, 0}.
 void walk(Problem& problem, const CentroidalBody& body, const Gait& gait);
 
 }  // namespace dyntape

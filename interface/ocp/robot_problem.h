@@ -24,10 +24,10 @@
 //                   Accelerations and not velocities, because these tell the forces: demanded of velocities, collocation
 //                   knows forces only by what they do to neighbouring points.  Errors decay as (1 + 10 t) exp(-10 t) (J.
 //                   Baumgarte, 1972, as in dynamics/contact/constraints.h), so that none add up.
-//   <frame> cone    d - (fx^2 + fy^2) / d >= 0 with d = friction fz + 0.001 and fz >= 0, forces over the robot's weight: the friction
-//                   cone of a floor with z upwards, its tip a thousandth of the weight below no force.  So the term has a slope
-//                   there too.  friction^2 fz^2 - fx^2 - fy^2 has none, and where feet lost their load solves took 100 to 300
-//                   iterations in place of 25.
+//   <frame> cone    d - (fx^2 + fy^2) / d >= 0 with d = friction fz + 0.001 and fz >= 0, forces over the robot's weight: the
+//                   friction cone of a floor with z upwards, its tip a thousandth of the weight below no force, so that the term
+//                   has a slope there too.  friction^2 fz^2 - fx^2 - fy^2 has none: where feet lost their load, solves took 100
+//                   to 300 iterations in place of 25.
 // The motion has to start at rest there.  A goal is to give no more than contacts leave free: with four feet held, the pose
 // of the trunk, not the joints as well.
 //

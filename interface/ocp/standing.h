@@ -6,8 +6,8 @@
 //   Posture pose = standing(scene, q, {com, {{"FL_FOOT", place}, {"FR_FOOT", place}, ...}});
 //   if (pose.off > 1e-6) ...                 // out of the legs' reach: q comes as near as it can
 //
-// The trunk keeps the orientation that it has in `q`.  Damped least squares, as in inverse_kinematics.h, over the trunk's position and
-// all joints, without limits of joints: of several configurations one near `q`.
+// The trunk keeps the orientation that it has in `q`.  Damped least squares, as in inverse_kinematics.h, over the trunk's
+// position and all joints, without limits of joints: of several configurations one near `q`.
 //
 // Errors: ArgumentError for a robot with a fixed base, unknown or fixed frames, targets that are no numbers.
 #pragma once

@@ -7,8 +7,8 @@
 //   write_control(task, report, "out");
 //
 // write_control leaves in the folder: closed_loop.csv (t, c.*, v.*, k.*, f.* as the floor gives them, and of each step ms,
-// iterations, usable), report.json, closed_loop.svg, support.svg (paths of the centre of mass, of capture point and centre of pressure over the
-// support), steps.svg, motion.html (the robot with its centre of mass there, by standing.h).
+// iterations, usable), report.json, closed_loop.svg, support.svg (paths of the centre of mass, of capture point and centre of
+// pressure over the support), steps.svg, motion.html (the robot with its centre of mass there, by standing.h).
 //
 // Errors: those of close_loop.
 #pragma once

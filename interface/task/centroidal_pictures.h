@@ -19,8 +19,8 @@ Eigen::MatrixXd forces_on_floor(const CentroidalTask& task, const Trajectory& mo
 // The corners of the smallest convex polygon around points on the floor, anticlockwise; fewer than three where all are in line.
 std::vector<Eigen::Vector2d> support_polygon(std::vector<Eigen::Vector2d> points);
 
-// Where the robot would have to put its pressure to come to rest: c + v / omega on the floor, omega^2 = g / height above the feet that are
-// given.  (2), m.
+// Where the robot would have to put its pressure to come to rest: c + v / omega on the floor, omega^2 = g / height above the feet
+// that are given.  (2), m.
 Eigen::Vector2d capture_point(const CentroidalBody& body, const Eigen::VectorXd& state);
 
 // Centre of mass, velocity, angular momentum and forces over time.

@@ -71,17 +71,23 @@ std::optional<Gait> read_gait(Section& file, const MassKeys& keys, const dynamic
   gait.period = block.about("of a foot's steps [s]").get<double>("period", io::positive());
   gait.duty = block.about("part of the period for which a foot stands, up to 1")
                   .get_or("duty", gait.duty, io::between(1e-3, 1));
-  block.about("of each foot of contacts.hold: parts of a period by which it steps down later");
   const auto feet = Eigen::Index(keys.contacts.size());
+  const auto numbers = [&](const char* key, const std::string& text, Eigen::Index n, const std::string& has) {
+    return numbers_in(block, key, text, n, {}, has, false);
+  };
+  block.about("of each foot of contacts.hold: parts of a period by which it steps down later");
   if (model) {
-    const VectorXd phases = numbers_in(block, "phases", block.get<std::string>("phases"), feet, {},
-                                       "there are " + std::to_string(feet) + " feet", false);
+    const VectorXd phases = numbers("phases", block.get<std::string>("phases"), feet,
+                                    "there are " + std::to_string(feet) + " feet");
     gait.phases.assign(phases.begin(), phases.end());
   } else {
     block.defer("phases", "a number a foot");
   }
   block.about("of the body, along the floor [m/s]");
-  gait.velocity = read_vector3(block, "velocity", Vector3d::Zero()).head<2>();
+  if (model)
+    gait.velocity = numbers("velocity", block.get_or("velocity", "0 0"), 2, "the floor has 2 axes");
+  else
+    block.defer("velocity", "two numbers \"x y\"", "0 0");
   return gait;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A file with a block `centroidal`: a robot on its feet as one mass (centroidal_problem.h), steered by the forces of its feet, pushed,
-// standing or walking.
+// A file with a block `centroidal`: a robot on its feet as one mass (centroidal_problem.h), steered by the forces of its feet,
+// pushed, standing or walking.
 //
 //   const CentroidalTask task = read_centroidal_task("config/control/solo12_pushed.info");
 //   ControlReport report = control_task(task);                       // centroidal_control.h
@@ -15,15 +15,15 @@
 //   centroidal      level, turnless, rest [off]: what is demanded besides (is_level, is_turnless, ends_at_rest);
 //                   most_force [inf] (N) of a foot
 //   costs           com [10], velocity [1], angular_momentum [1], force [1e-3]
-//   gait            period, duty [0.5], phases "0 0.5 0.5 0", velocity ["0 0 0"]: walking (Gait); absent: all feet stand
+//   gait            period, duty [0.5], phases "0 0.5 0.5 0", velocity ["0 0"] (m/s): walking (Gait); absent: all feet stand
 //   horizon         duration, intervals
 //   transcription   scheme, hessian, as in tasks
 //   solver          tolerance [1e-6], max_iterations [300] of a step
 //   evaluation      as in tasks
 //   mpc             as in tasks (mpc_task.h), but of a push: impulse "x y z" (N s, world) at the centre of mass
 //
-// The plant is the same mass, with forces that the plan gives: what legs can do is not asked.  The centre of mass is to stay where it
-// is at the start, or to go on from there with the gait's velocity.
+// The plant is the same mass, with forces that the plan gives: what legs can do is not asked.  The centre of mass is to stay
+// where it is at the start, or to go on from there with the gait's velocity.
 //
 // Errors: FileError listing every problem of the file with its place; those of centroidal_problem.
 #pragma once

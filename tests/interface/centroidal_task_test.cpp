@@ -117,6 +117,9 @@ TEST_F(CentroidalTasks, MistakesAreNamedWithTheirPlace) {
   expect(refusal("rest     on", "rest on\n  most_force -3"), "most_force");
   expect(refusal("horizon {", "gait {\n  period 0.4\n  phases \"0 0.5\"\n}\nhorizon {"), "there are 4 feet");
   expect(refusal("period     0.002", "period 0.002\n  delay 0.01"), "less than the period");
+  expect(
+      refusal("horizon {", "gait {\n  period 0.4\n  phases \"0 0 0 0\"\n  velocity \"1 0 0\"\n}\nhorizon {"),
+      "2 axes");
   expect(refusal("horizon {", "goal { q 0 }\nhorizon {"), "unknown key 'goal'");
 }
 
