@@ -121,7 +121,7 @@ class WholeDog {
 };
 
 // 0.9 of the limits, measured 2 ms late at most.  Angular momentum of the legs, which one mass does not know, takes 1 % of the
-// weight from feet that bear none.  Sideways, 0.95 would need longer legs.
+// weight from feet that bear none.  Sideways it does not stand 0.95.
 TEST(CentroidalWholeRobot, StandsPushes) {
   for (int axis : {0, 1}) {
     WholeDog dog;
