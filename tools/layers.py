@@ -66,7 +66,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 30, 3500),  # keys, places, thrusters, bases,
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 30, 3550),  # keys, places, thrusters, bases,
     # limits, verdict, refinement, results; as a controller; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 31, 3050),  # simulate, sweep, mpc
