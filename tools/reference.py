@@ -126,6 +126,7 @@ def main():
     options = parser.parse_args()
     dyntape = os.path.abspath(options.dyntape)
     pages = {'commands.md': commands, 'task_keys.md': keys('Keys of task files', '--keys'),
+             'centroidal_keys.md': keys('Keys of files about a robot as one mass', '--centroidal-keys'),
              'scene_keys.md': keys('Keys of scene files', '--scene-keys'),
              'sweep_keys.md': keys('Keys of sweep files', '--sweep-keys'), 'environment.md': environment}
     texts = {PAGES / name: make(dyntape) for name, make in pages.items()}

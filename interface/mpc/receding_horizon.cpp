@@ -98,6 +98,26 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
   return options_.iterations;
 }
 
+// Solves, or goes on from the last solution, and says what came of it.
+void RecedingHorizon::plan_from(const std::vector<double>& start, double t, bool goes_on) {
+  const bool is_stepwise = goes_on && options_.iterations > 0;
+  if (is_stepwise) {
+    step_.iterations = quadratic_steps(start);
+  } else {
+    last_ = solver_->solve(start, options_.solver, goes_on ? &last_ : nullptr);
+    step_.iterations = last_.iterations();
+  }
+  const NlpSolution own = scaled_->in_own_units(last_);
+  step_.plan.begin = t;
+  step_.plan.motion = program_.trajectory(own.x);
+  step_.status = own.status;
+  step_.cost = own.objective;
+  step_.violation = violation_of(*scaled_, last_.x);
+  const bool is_solved = step_.status == SolveStatus::kSolved || step_.violation <= options_.violation;
+  const bool is_stepped = step_.status == SolveStatus::kIterationLimit && is_stepwise;
+  step_.usable = (is_solved || is_stepped) && step_.plan.motion.u.allFinite();
+}
+
 const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
   const auto begin = std::chrono::steady_clock::now();
   const std::string where = "problem \"" + values_.name + "\": ";
@@ -125,24 +145,8 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
     of_model_ = std::make_unique<StageSolver>(*model_);
   }
   scaled_->take_bounds();
-  const std::vector<double> from = scaled_->in_scaled_units(start);
-  const int iterations_of_step = has_plan_ ? options_.iterations : 0;
-  int iterations = 0;
-  if (iterations_of_step > 0)
-    iterations = quadratic_steps(from);
-  else
-    last_ = solver_->solve(from, options_.solver, has_plan_ ? &last_ : nullptr),
-    iterations = last_.iterations();
-  const NlpSolution own = scaled_->in_own_units(last_);
-  step_.plan.begin = t;
-  step_.plan.motion = program_.trajectory(own.x);
-  step_.status = own.status;
-  step_.iterations = iterations;
-  step_.cost = own.objective;
-  step_.violation = violation_of(*scaled_, last_.x);
-  const bool is_solved = step_.status == SolveStatus::kSolved || step_.violation <= options_.violation;
-  const bool is_stepped = step_.status == SolveStatus::kIterationLimit && iterations_of_step > 0;
-  step_.usable = (is_solved || is_stepped) && step_.plan.motion.u.allFinite();
+  plan_from(scaled_->in_scaled_units(start), t, has_plan_);
+  if (has_plan_ && !step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, false);
   has_plan_ = step_.plan.motion.x.allFinite() && step_.plan.motion.u.allFinite();
   step_.seconds = seconds_since(begin);
   if (step_.usable) {

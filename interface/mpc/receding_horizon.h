@@ -15,6 +15,9 @@
 // programming at most: with one it is the real-time iteration, in which the plant moves while the solver converges.  Its status is
 // then "iteration limit"; its cost is that of the quadratic model.
 //
+// What going on from the last solution gives no usable plan for, a push say, is solved from the problem's own guess, whatever `iterations`
+// says: only then is the verdict that of the problem and not of where the search began.
+//
 // What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
 // time: a reference r(t) is followed as it is.  They change in place through values().
 //
@@ -79,6 +82,7 @@ class RecedingHorizon {
  private:
   std::vector<double> moved(double by);
   int quadratic_steps(std::vector<double> x);
+  void plan_from(const std::vector<double>& start, double t, bool goes_on);
 
   MpcOptions options_;
   Problem values_;

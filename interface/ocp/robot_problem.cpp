@@ -138,9 +138,9 @@ Drives::Push push_of(const RobotScene& scene, const Thruster& thruster) {
   return {moving_frame(scene.model, thruster.frame), axis, axis * thruster.moment};
 }
 
-void check_contact(const RobotScene& scene, const HeldContact& contact) {
+void check_contact(const std::string& robot, const HeldContact& contact) {
   const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": contact of \"" + contact.frame + "\": " + what);
+    throw ArgumentError("robot \"" + robot + "\": contact of \"" + contact.frame + "\": " + what);
   };
   if (!(contact.friction > 0 && std::isfinite(contact.friction)))
     refuse("the friction is " + std::to_string(contact.friction) + ", expected a number above zero");
@@ -151,7 +151,7 @@ Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
   Drives drives{actuated_dofs(scene), gains(scene, options.unit), {}, {}};
   for (const Thruster& thruster : options.thrusters) drives.thrusters.push_back(push_of(scene, thruster));
   for (const HeldContact& contact : options.contacts) {
-    check_contact(scene, contact);
+    check_contact(scene.model.name, contact);
     const int frame = moving_frame(scene.model, contact.frame);
     if (std::find(drives.contacts.begin(), drives.contacts.end(), frame) != drives.contacts.end())
       throw ArgumentError("robot \"" + scene.model.name + "\": frame \"" + contact.frame +
@@ -198,6 +198,7 @@ double weight_of(const Model<double>& model) {
   return weight > 0 ? weight : 1;
 }
 
+constexpr double kConeTip = 1e-3;          // of the weight, below no force
 constexpr double kPull = 100, kDrag = 20;  // of held points (1/s^2, 1/s): critically damped
 
 void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
@@ -216,16 +217,22 @@ void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
           if (!contact.place) return row;
           return dynamics::Vector3<T>(row + (p.position - contact.place->template cast<T>()) * T(kPull));
         }));
-    const double slope = contact.friction * contact.friction;
-    const StageFunction room = [k, slope, scale = 1 / (weight * weight)](const auto& s) {
-      return vector((s.u[k + 2] * s.u[k + 2] * slope - s.u[k] * s.u[k] - s.u[k + 1] * s.u[k + 1]) * scale);
-    };
-    problem.add(path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
-                                Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity())));
+    problem.add(friction_cone(plants->scene.model.name, contact, k, weight));
   }
 }
 
 }  // namespace
+
+Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::Index first, double weight) {
+  check_contact(robot, contact);
+  const auto room = [k = first, steep = contact.friction / weight, scale = 1 / weight](const auto& s) {
+    using T = typename std::decay_t<decltype(s.u)>::Scalar;
+    const T x = s.u[k] * scale, y = s.u[k + 1] * scale, most = s.u[k + 2] * steep + kConeTip;
+    return vector(T(most - (x * x + y * y) / most));
+  };
+  return path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
+                         Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity()));
+}
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
   check_has_no_constraints(scene, "optimal control");

@@ -24,8 +24,10 @@
 //                   Accelerations and not velocities, because these tell the forces: demanded of velocities, collocation
 //                   knows forces only by what they do to neighbouring points.  Errors decay as (1 + 10 t) exp(-10 t) (J.
 //                   Baumgarte, 1972, as in dynamics/contact/constraints.h), so that none add up.
-//   <frame> cone    (friction^2 fz^2 - fx^2 - fy^2) / weight^2 >= 0 with fz >= 0: the friction cone of a floor with z
-//                   upwards, smooth at its apex too
+//   <frame> cone    d - (fx^2 + fy^2) / d >= 0 with d = friction fz + 0.001 and fz >= 0, forces over the robot's weight: the
+//                   friction cone of a floor with z upwards, its tip a thousandth of the weight below no force, so that the term
+//                   has a slope there too.  friction^2 fz^2 - fx^2 - fy^2 has none: where feet lost their load, solves took 100
+//                   to 300 iterations in place of 25.
 // The motion has to start at rest there.  A goal is to give no more than contacts leave free: with four feet held, the pose
 // of the trunk, not the joints as well.
 //
@@ -78,6 +80,9 @@ struct RobotProblemOptions {
 };
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options);
+
+// The cone of a held contact (above) whose force is in the controls from `first` on; `weight` (N): of the robot.
+Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::Index first, double weight);
 
 // Torques (nv) that hold the robot still at q, passive effects included.
 Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q);

@@ -17,22 +17,10 @@
 // Errors: ArgumentError for a task without costs of tracking; those of close_loop.
 #pragma once
 
-#include <dyntape/interface/mpc/closed_loop.h>
+#include <dyntape/interface/task/control_report.h>
 #include <dyntape/interface/task/task.h>
 
 namespace dyntape {
-
-struct ControlReport {
-  ClosedLoop loop;
-  double deadline = 0;  // s, the period
-  double off_begin = 0,
-         off_end = 0;  // distance from the goal, of all joints (rad, m), at the beginning and the end
-  std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
-
-  bool success() const { return loop.trouble.empty() && loop.unusable() == 0; }
-  std::string text(const Task& task) const;
-  std::string json(const Task& task) const;
-};
 
 ControlReport control_task(const Task& task, const std::stop_token& stop = {},
                            const std::function<void(double t)>& watch = {});

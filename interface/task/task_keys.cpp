@@ -41,22 +41,6 @@ RobotProblemOptions read_form(Section& file) {
   return options;
 }
 
-MeshOptions read_mesh(Section& file) {
-  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
-  std::vector<std::pair<std::string, Scheme>> choices;
-  for (const Scheme& scheme : schemes()) choices.emplace_back(scheme.name, scheme);
-  MeshOptions mesh;
-  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
-  mesh.scheme = transcription.about("what connects neighbouring points")
-                    .choice_or<Scheme>("scheme", "hermite-simpson", choices);
-  mesh.hessian = transcription.about("second derivatives that the solver gets")
-                     .choice_or<HessianKind>("hessian", "exact",
-                                             {{"exact", HessianKind::kExact},
-                                              {"gauss_newton", HessianKind::kGaussNewton},
-                                              {"limited_memory", HessianKind::kLimitedMemory}});
-  return mesh;
-}
-
 // A duration that is to be found lies between two numbers, its first guess as well.
 std::optional<Problem::Range> read_free_time(Section& file, double duration) {
   Section horizon = file.child("horizon");
@@ -265,30 +249,6 @@ TaskKeys::Limits read_limits(Section& file) {
   return limits;
 }
 
-Task::Control read_control(Section& file, const RobotModel* model) {
-  Section block = file.about("the task as a controller, for `dyntape mpc`").child_or_empty("mpc");
-  Task::Control control;
-  control.seconds = block.about("of the closed loop [s]").get_or("seconds", control.seconds, io::positive());
-  control.period =
-      block.about("from one plan to the next [s]").get_or("period", control.period, io::positive());
-  control.delay = block.about("from measuring to acting [s], less than a period")
-                      .get_or("delay", control.delay, io::not_negative());
-  if (control.delay >= control.period)
-    block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
-                               " s, got " + io::shortest(control.delay));
-  control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
-                           .get_or("iterations", control.iterations, io::between(0, 1000));
-  if (!block.about("something that hits the robot").has("push")) return control;
-  std::vector<Section> pushes = block.children("push");
-  if (pushes.empty()) pushes.push_back(block.child("push"));  // in the list of keys one
-  for (Section& push : pushes) {
-    const double at = push.about("when [s]").get<double>("at", io::not_negative());
-    push.about("added to the velocities [rad/s or m/s]");
-    control.pushes.push_back({at, read_joint_values(push, "v", model, 0.0)});
-  }
-  return control;
-}
-
 Task::ModelSettings read_model_settings(Section& file) {
   Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
   Task::ModelSettings settings;
@@ -331,6 +291,45 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 
 }  // namespace
 
+MeshOptions read_mesh(Section& file) {
+  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
+  std::vector<std::pair<std::string, Scheme>> choices;
+  for (const Scheme& scheme : schemes()) choices.emplace_back(scheme.name, scheme);
+  MeshOptions mesh;
+  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
+  mesh.scheme = transcription.about("what connects neighbouring points")
+                    .choice_or<Scheme>("scheme", "hermite-simpson", choices);
+  mesh.hessian = transcription.about("second derivatives that the solver gets")
+                     .choice_or<HessianKind>("hessian", "exact",
+                                             {{"exact", HessianKind::kExact},
+                                              {"gauss_newton", HessianKind::kGaussNewton},
+                                              {"limited_memory", HessianKind::kLimitedMemory}});
+  return mesh;
+}
+
+Task::Control read_control(Section& file, const ReadPush& read_push) {
+  Section block = file.about("the task as a controller, for `dyntape mpc`").child_or_empty("mpc");
+  Task::Control control;
+  control.seconds = block.about("of the closed loop [s]").get_or("seconds", control.seconds, io::positive());
+  control.period =
+      block.about("from one plan to the next [s]").get_or("period", control.period, io::positive());
+  control.delay = block.about("from measuring to acting [s], less than a period")
+                      .get_or("delay", control.delay, io::not_negative());
+  if (control.delay >= control.period)
+    block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
+                               " s, got " + io::shortest(control.delay));
+  control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
+                           .get_or("iterations", control.iterations, io::between(0, 1000));
+  if (!block.about("something that hits the robot").has("push")) return control;
+  std::vector<Section> pushes = block.children("push");
+  if (pushes.empty()) pushes.push_back(block.child("push"));  // in the list of keys one
+  for (Section& push : pushes) {
+    const double at = push.about("when [s]").get<double>("at", io::not_negative());
+    control.pushes.push_back({at, read_push(push)});
+  }
+  return control;
+}
+
 TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
@@ -353,7 +352,10 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);
-  task.control = read_control(file, model);
+  task.control = read_control(file, [model](Section& push) {
+    push.about("added to the velocities [rad/s or m/s]");
+    return read_joint_values(push, "v", model, 0.0);
+  });
   read_demands(file, task.demands);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");

@@ -11,6 +11,7 @@
 //   for (const io::Question& q : task_questions()) ...            // the list of all keys (dyntape check-config --keys)
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +58,11 @@ struct TaskKeys {
 // The other keys; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not
 // read.
 TaskKeys read_task_keys(io::Section& file, Task& task, const dynamics::Model<double>* model);
+
+// What other files that are solved or controlled have as well: horizon.intervals and the mesh, the block mpc, whose pushes differ.
+MeshOptions read_mesh(io::Section& file);
+using ReadPush = std::function<Eigen::VectorXd(io::Section& push)>;
+Task::Control read_control(io::Section& file, const ReadPush& read_push);
 
 // Every key that a task file may have, in the order of reading.
 std::vector<io::Question> task_questions();

@@ -107,9 +107,13 @@ TEST(HeldContacts, ConesAndNames) {
     u.tail(3) << x, y, z;
     return term_of(p, "FL_FOOT cone").function(p.stage(0, VectorXd::Zero(37), {}, u))[0];
   };
-  EXPECT_NEAR(room(3, 4, 10), 0, 1e-12);
-  EXPECT_GT(room(3, 4, 10.1), 0);
+  // The tip is a thousandth of the weight below no force: 0.0245 N less sideways.
+  const double weight = 2.50000279 * 9.81, z = 10 - 0.001 * weight / 0.5;
+  EXPECT_NEAR(room(3, 4, z), 0, 1e-9);
+  EXPECT_GT(room(3, 4, 10), 0);
   EXPECT_LT(room(3, 4.1, 10), 0);
+  EXPECT_GT(room(0, 0, 0), 0);
+  EXPECT_NEAR((room(0, 0, 1e-6) - room(0, 0, 0)) / 1e-6, 0.5 / weight, 1e-8);  // a slope at the tip too
   const auto message = [&](std::vector<HeldContact> contacts) {
     options.contacts = std::move(contacts);
     try {

@@ -4,9 +4,7 @@
 #include <iostream>
 #include <memory>
 
-#include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/info.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/simulate.h>
 #include <dyntape/interface/sweep/sweep.h>
 #include <dyntape/interface/task/task_keys.h>
@@ -49,21 +47,13 @@ std::string introduction(const std::string& kind) {
          "all.  Required keys of a block are required where the block is there.\n";
 }
 
-// Scenes are simulated, in sweeps something varies, tasks have a horizon.  What is none of them is for the reader of tasks
-// to complain of.
-bool has_block(const std::string& file, const char* name) {
-  try {
-    return io::parse_info(read_file(file), file).child(name) != nullptr;
-  } catch (const FileError&) {
-    return false;
-  }
-}
-
 struct Found {
   std::string effective, size;
   std::vector<std::string> notes;
 };
 
+// Scenes are simulated, in sweeps something varies, tasks have a horizon, some of them of one mass.  What is none of them is for
+// the reader of tasks to complain of.
 Found found_in(const std::string& file) {
   if (has_block(file, "vary")) {
     SceneSweep sweep = read_sweep(file);
@@ -80,6 +70,13 @@ Found found_in(const std::string& file) {
             "a scene of " + std::to_string(model.nv) + " degrees of freedom, " +
                 std::to_string(actuated_dofs(scene.robot).size()) + " driven",
             std::move(scene.notes)};
+  }
+  if (has_block(file, "centroidal")) {
+    CentroidalTask task = centroidal_task_in(file);
+    return {std::move(task.effective),
+            "one mass of " + io::significant(task.body.mass, 6) + " kg on " +
+                std::to_string(task.body.feet.size()) + " feet",
+            std::move(task.notes)};
   }
   Task task = task_in(file);
   return {std::move(task.effective),
@@ -117,6 +114,8 @@ void add_check_config(CLI::App& app) {
   };
   command->add_flag_callback("--keys", printing("task", task_questions),
                              "print every key that a task file may have, with unit and default");
+  command->add_flag_callback("--centroidal-keys", printing("centroidal", centroidal_questions),
+                             "likewise of a file with a block centroidal, for mpc");
   command->add_flag_callback("--scene-keys", printing("scene", scene_questions), "likewise of a scene file");
   command->add_flag_callback("--sweep-keys", printing("sweep", sweep_questions), "likewise of a sweep file");
 }

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/task/centroidal_task.h>
 
 namespace dyntape::tools {
 
@@ -42,8 +42,13 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options);
 // Makes the folder for these files and tries what can be tried, before the work whose results they are to hold.
 void prepare_folder(const std::string& folder, const std::vector<std::string>& files);
 
-// A task file, with a name that reports can carry.
+// A task file, with a name that reports can carry; one of a robot as one mass.
 Task task_in(const std::string& file);
+CentroidalTask centroidal_task_in(const std::string& file);
+
+// Whether an .info file has a block of this name: what kind of file it is.  No where it cannot be read, which is for its reader
+// to complain of.
+bool has_block(const std::string& file, const char* name);
 
 // "tau0", "tau1", ...
 std::vector<std::string> numbered(const std::string& prefix, int count);

@@ -5,7 +5,8 @@
 #include <memory>
 
 #include <dyntape/interface/io/live_line.h>
-#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/task/centroidal_control.h>
 #include <dyntape/interface/task/mpc_task.h>
 
 #include "commands.h"
@@ -20,9 +21,10 @@ struct ControlOptions {
   bool json = false;
 };
 
-void run_control(const ControlOptions& options) {
-  const Task task = task_in(options.task);
-  if (!options.output.empty()) prepare_folder(options.output, control_files());
+// Of a robot's joints, or of a robot as one mass.
+template <class AnyTask>
+void run_control(const ControlOptions& options, const AnyTask& task, const std::vector<std::string>& files) {
+  if (!options.output.empty()) prepare_folder(options.output, files);
   io::LiveLine line;
   line.show("recording and compiling");
   bool has_begun = false;
@@ -34,16 +36,24 @@ void run_control(const ControlOptions& options) {
   });
   line.erase();
   if (!options.output.empty()) write_control(task, report, options.output, interruption.token());
-  std::cout << (options.json ? report.json(task) : report.text(task));
+  std::cout << (options.json ? report.json() : report.text());
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
   std::cout << std::flush;
   if (!report.loop.trouble.empty()) std::cerr << "dyntape: " << report.loop.trouble << "\n";
-  if (report.loop.unusable() > 0)
+  if (const ClosedLoop::Step* first = report.first_unusable())
     std::cerr << "dyntape: " << report.loop.unusable() << " of " << report.loop.steps.size()
-              << " plans were not usable, and the one before was followed\n";
+              << " plans were not usable, and the one before was followed; the first, at "
+              << io::significant(first->t, 4) << " s: " << describe(first->status) << "\n";
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
   if (interruption.token().stop_requested()) throw Failure{interruption.status()};
   if (!report.success() || !report.unwritten.empty()) throw Failure{};
+}
+
+void run_control(const ControlOptions& options) {
+  if (has_block(options.task, "centroidal"))
+    run_control(options, centroidal_task_in(options.task), centroidal_files());
+  else
+    run_control(options, task_in(options.task), control_files());
 }
 
 }  // namespace
@@ -56,8 +66,10 @@ void add_mpc(CLI::App& app) {
                                          "status is 0 only if every plan was usable");
   const auto options = std::make_shared<ControlOptions>();
   command
-      ->add_option("task", options->task,
-                   "the task, an .info file with costs.tracking (config/control/arm_holds.info)")
+      ->add_option(
+          "task", options->task,
+          "the task, an .info file with costs.tracking (config/control/arm_holds.info) or of a robot on its "
+          "feet as one mass, with a block centroidal (config/control/solo12_pushed.info)")
       ->required()
       ->check(not_empty())
       ->type_name("TASK.info");

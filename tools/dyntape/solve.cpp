@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/info.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/task/solve.h>
 
@@ -16,11 +17,37 @@
 
 namespace dyntape::tools {
 
-Task task_in(const std::string& file) {
-  Task task = read_task(file);
-  const std::string fault = fault_of_name(task.name);
+namespace {
+
+void check_name(const std::string& file, const std::string& name) {
+  const std::string fault = fault_of_name(name);
   if (!fault.empty()) throw FileError(file + ": the task has a name that " + fault);
+}
+
+}  // namespace
+
+Task task_in(const std::string& file) {
+  if (has_block(file, "centroidal"))
+    throw FileError(
+        file +
+        ": it is about a robot as one mass ('centroidal'), which `dyntape mpc` steers; expected a task");
+  Task task = read_task(file);
+  check_name(file, task.name);
   return task;
+}
+
+CentroidalTask centroidal_task_in(const std::string& file) {
+  CentroidalTask task = read_centroidal_task(file);
+  check_name(file, task.name);
+  return task;
+}
+
+bool has_block(const std::string& file, const char* name) {
+  try {
+    return io::parse_info(read_file(file), file).child(name) != nullptr;
+  } catch (const FileError&) {
+    return false;
+  }
 }
 
 namespace {

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/centroidal_control.h>
+
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/result_folder.h>
+#include <dyntape/interface/task/centroidal_pictures.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr const char *kMassLoop = "closed_loop.csv", *kMassReport = "report.json",
+                     *kMassCurves = "closed_loop.svg", *kMassSteps = "steps.svg",
+                     *kMassSupport = "support.svg", *kMassPlayer = "motion.html";
+
+// Where the centre of mass is to be.
+Vector3d target_of(const CentroidalTask& task, double t) {
+  return task.problem.parameters.find("com")(task.problem.stage(t, {}, {}, {}));
+}
+
+io::CsvTable mass_table(const CentroidalTask& task, const ClosedLoop& loop) {
+  std::vector<std::string> header = {"t"};
+  for (const auto* names : {&task.problem.states, &task.problem.controls})
+    header.insert(header.end(), names->begin(), names->end());
+  for (const std::string& name : step_columns()) header.push_back(name);
+  io::CsvTable table(header);
+  const Eigen::MatrixXd forces = forces_on_floor(task, loop.motion);
+  for (int p = 0; p < loop.motion.points(); ++p) {
+    std::vector<double> row = {loop.motion.t[p]};
+    for (double value : loop.motion.x.col(p)) row.push_back(value);
+    for (double value : forces.col(p)) row.push_back(value);
+    for (double value : step_values(loop, p)) row.push_back(value);
+    table.append(row);
+  }
+  return table;
+}
+
+}  // namespace
+
+ControlReport control_task(const CentroidalTask& task, const std::stop_token& stop,
+                           const std::function<void(double t)>& watch) {
+  ClosedLoopOptions options{.seconds = task.control.seconds,
+                            .period = task.control.period,
+                            .delay = task.control.delay,
+                            .stop = stop,
+                            .watch = watch};
+  for (const Task::Control::Push& push : task.control.pushes) {
+    VectorXd change = VectorXd::Zero(task.problem.n_x());
+    change.segment<3>(3) = push.v;
+    options.pushes.push_back({push.at, change});
+  }
+  options.mpc.mesh = task.mesh;
+  options.mpc.solver = task.solver;
+  options.mpc.iterations = task.control.iterations;
+  ControlReport report;
+  report.task = task.name, report.off_of = "of the centre of mass, m";
+  report.deadline = task.control.period;
+  report.loop = close_loop(task.problem, options);
+  const Trajectory& motion = report.loop.motion;
+  const auto off = [&](int p) { return (motion.x.col(p).head<3>() - target_of(task, motion.t[p])).norm(); };
+  report.off_begin = off(0);
+  report.off_end = off(motion.points() - 1);
+  return report;
+}
+
+std::vector<std::string> centroidal_files() {
+  return {kMassLoop, kMassReport, kMassCurves, kMassSupport, kMassSteps, kMassPlayer};
+}
+
+void write_control(const CentroidalTask& task, ControlReport& report, const std::string& folder,
+                   const std::stop_token& stop) {
+  io::ResultFolder results(folder, report.unwritten);
+  results.write(kMassLoop, [&](const std::string& path) {
+    io::write_csv(path, mass_table(task, report.loop), io::NonFinite::kAllow);
+  });
+  const Trajectory& motion = report.loop.motion;
+  if (motion.points() > 2) {
+    const auto picture = [&](const char* file, const io::Plot& plot) {
+      results.write(file, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
+    };
+    picture(kMassCurves, mass_plot(task, motion));
+    picture(kMassSupport, support_plot(task, motion));
+    picture(kMassSteps, steps_plot(report));
+    results.write(kMassPlayer,
+                  [&](const std::string& path) { write_player(mass_player(task, motion), path); });
+  }
+  results.write(kMassReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+}
+
+}  // namespace dyntape

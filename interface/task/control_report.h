@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a closed loop came to, whatever it steered: told on a terminal, to programs, and as a picture.
+//
+//   ControlReport report = control_task(task);          // mpc_task.h, centroidal_task.h
+//   std::cout << report.text();
+#pragma once
+
+#include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/mpc/closed_loop.h>
+
+namespace dyntape {
+
+struct ControlReport {
+  std::string task;  // its name
+  ClosedLoop loop;
+  double deadline = 0;                 // s, the period
+  double off_begin = 0, off_end = 0;   // distance from the goal at the beginning and the end,
+  std::string off_of = {};             // of what, and its unit
+  std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
+
+  bool success() const { return loop.trouble.empty() && loop.unusable() == 0; }
+  const ClosedLoop::Step* first_unusable() const;  // null: there is none
+  std::string text() const;
+  std::string json() const;
+};
+
+io::Plot steps_plot(const ControlReport& report);
+
+// Of the step at a point of the motion, behind the plant's columns of closed_loop.csv.
+std::vector<std::string> step_columns();
+std::vector<double> step_values(const ClosedLoop& loop, int point);
+
+}  // namespace dyntape
