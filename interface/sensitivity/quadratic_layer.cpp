@@ -36,7 +36,7 @@ VectorXd roots_of(const MatrixXd& Q) {
   const double most = Q.diagonal().maxCoeff();
   VectorXd roots = Q.diagonal().cwiseMax(0).cwiseSqrt();
   for (double& root : roots) {
-    if (!(root > 1e-8 * std::sqrt(most))) root = most > 0 ? std::sqrt(most) : 1;
+    if (!(root > 1e-14 * std::sqrt(most))) root = most > 0 ? std::sqrt(most) : 1;
   }
   return roots;
 }
@@ -61,7 +61,8 @@ QuadraticProgram checked(QuadraticProgram p) {
   const VectorXd inverse = roots_of(p.Q).cwiseInverse();
   const MatrixXd scaled = inverse.asDiagonal() * p.Q * inverse.asDiagonal();
   if ((scaled - scaled.transpose()).cwiseAbs().maxCoeff() > kRounding) refuse_quadratic("Q is not symmetric");
-  if (Eigen::LDLT<MatrixXd>(scaled).vectorD().minCoeff() < -kRounding)
+  const MatrixXd shifted = scaled + kRounding * MatrixXd::Identity(n, n);
+  if (Eigen::LLT<MatrixXd>(shifted).info() != Eigen::Success)
     refuse_quadratic("Q is not positive semidefinite, so that minima need not be unique");
   p.Q = (p.Q + p.Q.transpose()).eval() / 2;
   return p;
@@ -69,7 +70,8 @@ QuadraticProgram checked(QuadraticProgram p) {
 
 class QuadraticNlp : public Nlp {
  public:
-  explicit QuadraticNlp(const QuadraticProgram& p) : p_(p), roots_(roots_of(p.Q)) {
+  explicit QuadraticNlp(const QuadraticProgram& p)
+      : p_(p), roots_(roots_of(p.Q)), is_curved_(p.Q.diagonal().maxCoeff() > 0) {
     const auto n = std::size_t(p.q.size()), of_A = std::size_t(p.b.size()), of_G = std::size_t(p.h.size());
     shape_.x_lower.assign(n, -HUGE_VAL), shape_.x_upper.assign(n, HUGE_VAL);
     shape_.g_lower.assign(p.b.begin(), p.b.end()), shape_.g_upper = shape_.g_lower;
@@ -119,7 +121,8 @@ class QuadraticNlp : public Nlp {
                                    : vector(at.data()).cwiseProduct(roots_).cwiseAbs().maxCoeff();
     if (!(size > 0)) size = before.x.empty() ? 1 : before.x[0] * roots_[0];
     NlpMagnitudes m;
-    m.objective = size * std::max(size, drawn);
+    m.objective = size * std::max(is_curved_ ? size : 0, drawn);
+    if (!(m.objective > 0)) m.objective = 1;
     for (double root : roots_) m.x.push_back(size / root);
     for (double norm : norms) m.g.push_back(norm > 0 ? norm * size : 1);
     return m;
@@ -140,11 +143,13 @@ class QuadraticNlp : public Nlp {
       if (is_equal || bound < 0) forced = std::max(forced, std::abs(bound) / norms[j]);
       if (!is_equal && std::isfinite(bound)) room = std::max(room, bound / norms[j]);
     }
-    return std::max(room > 0 && drawn > 0 ? std::min(drawn, room) : drawn + room, forced);
+    const bool is_held = room > 0 && (drawn <= 0 || !is_curved_ || room < drawn);
+    return std::max(is_held ? room : is_curved_ ? drawn : 0, forced);
   }
 
   const QuadraticProgram& p_;
   VectorXd roots_;
+  bool is_curved_;
   MatrixXd rows_;
   NlpShape shape_;
 };

@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/solvers/kkt.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
 #include <dyntape/interface/solvers/stage_kkt.h>
 
@@ -21,8 +22,6 @@ constexpr double kNothing = 1e-9;       // no price, no distance
 constexpr double kMostResidual = 1e-4;  // of the first-order conditions
 constexpr double kLongest = 1e-3;       // of the Newton step, beside 1 + |x|
 constexpr double kMostMissed = 1e-6;    // of rows that are not dependent, as a part of what was asked of them
-
-double largest_of(const VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
 NlpMagnitudes units_of(Nlp& nlp, const NlpSolution& solution) {
   const NlpShape& shape = nlp.shape();
@@ -95,14 +94,19 @@ class SolutionSlopes::Held {
         of_f_(scaled_.units().objective) {
     zero_ = {VectorXd::Zero(n_), VectorXd::Zero(m_), VectorXd::Zero(n_), 0, 0, 0};
     correction_ = zero_;
-    if (!evaluate_rows()) return;
+    diagonal_.sigma_x.setZero(n_), diagonal_.sigma_s.setZero(m_);
+    if (!evaluate()) return;
     judge();
-    kkt_.emplace(program_);
-    if (!differentiate()) return;
-    if (!kkt_->factor({VectorXd::Zero(n_), VectorXd::Zero(m_)}))
-      fail(SlopeStatus::kNoStrictMinimum, "there is no strict minimum on what the rows leave free");
-    else
-      correct(nlp);
+    if (!factor(without_inactive_prices())) return;
+    correct(nlp);
+    if (is_smooth_) {
+      NlpShape& shape = program_.shape();
+      shape.x_lower = bounds_.x_lower, shape.x_upper = bounds_.x_upper;
+      shape.g_lower = bounds_.g_lower, shape.g_upper = bounds_.g_upper;
+      correction_ = zero_;
+      set_barrier();
+      factor(VectorXd::Map(at_.lambda.data(), m_));
+    }
   }
 
   // Of held variables by d, held rows by e; in scaled units.
@@ -110,41 +114,46 @@ class SolutionSlopes::Held {
     VectorXd a = VectorXd::Zero(n_), b = VectorXd::Zero(m_), shift = VectorXd::Zero(n_);
     for (Eigen::Index i = 0; i < n_; ++i) shift[i] = is_free(i) ? 0 : d[i];
     kkt_->add_hessian(shift, a), kkt_->add_jacobian(shift, b);
-    return solved(-a, e - b, shift);
+    const VectorXd of_barrier = diagonal_.sigma_x.cwiseProduct(d);
+    SolutionStep s = solved(of_barrier - a, e - b, shift);
+    for (Eigen::Index i = 0; i < n_; ++i) {
+      if (is_free(i)) s.price[i] -= of_barrier[i];
+    }
+    return s;
   }
 
-  // `shift`: of held variables.
+  // `shift`: of variables that are not free.
   SolutionStep solved(const VectorXd& a, const VectorXd& b, const VectorXd& shift) {
     KktVector right{VectorXd::Zero(n_), VectorXd::Zero(m_), VectorXd::Zero(m_)}, step = right;
     for (Eigen::Index i = 0; i < n_; ++i) right.x[i] = is_free(i) ? a[i] : 0;
-    for (Eigen::Index j = 0; j < m_; ++j) right.c[j] = is_held_row(j) ? b[j] : 0;
+    for (Eigen::Index j = 0; j < m_; ++j) right.c[j] = has_price(j) ? b[j] : 0;
     kkt_->solve(right, step);
     SolutionStep s{step.x + shift, step.c, VectorXd::Zero(n_), 0, -HUGE_VAL, HUGE_VAL};
     for (Eigen::Index j = 0; j < m_; ++j) {
-      if (!is_held_row(j)) s.lambda[j] = 0;
+      if (!has_price(j)) s.lambda[j] = 0;
     }
     VectorXd slope = VectorXd::Zero(n_);  // of grad L
     kkt_->add_hessian(s.x, slope);
     kkt_->add_transposed(s.lambda, slope);
-    for (Eigen::Index i = 0; i < n_; ++i) {
-      if (!is_free(i)) s.price[i] = -slope[i];
-    }
+    for (Eigen::Index i = 0; i < n_; ++i) s.price[i] = is_free(i) ? diagonal_.sigma_x[i] * s.x[i] : -slope[i];
     return s;
   }
 
   double cost(const VectorXd& d, const VectorXd& e) const {
     double sum = 0;
     for (Eigen::Index i = 0; i < n_; ++i) {
-      if (!is_free(i)) sum += slope_[i] * d[i];
+      if (!is_free(i) || diagonal_.sigma_x[i] > 0) sum += slope_[i] * d[i];
     }
     for (Eigen::Index j = 0; j < m_; ++j) {
-      if (is_held_row(j)) sum -= lambda_[j] * e[j];
+      if (has_price(j)) sum -= lambda_[j] * e[j];
     }
     return sum;
   }
 
   // How far the step may go either way; `e`: by how much bounds of rows move on it.
   void measure(SolutionStep& s, const VectorXd& e) {
+    if (is_smooth_) s.from = s.to = 0;
+    if (is_smooth_) return;
     const auto reach = [&](double left, double change) {  // of what must stay positive
       if (change < 0) s.to = std::min(s.to, std::max(0.0, left) / -change);
       if (change > 0) s.from = std::max(s.from, -std::max(0.0, left) / change);
@@ -177,7 +186,7 @@ class SolutionSlopes::Held {
   }
 
   bool is_free(Eigen::Index i) const { return !kkt_->is_fixed(std::size_t(i)); }
-  bool is_held_row(Eigen::Index j) const { return kkt_->kind(std::size_t(j)) == RowKind::kEquality; }
+  bool has_price(Eigen::Index j) const { return kkt_->kind(std::size_t(j)) != RowKind::kFree; }
   bool has_slopes() const { return status_ <= SlopeStatus::kDependentRows; }
 
   VectorXd in_x(const VectorXd& d) const { return d.cwiseQuotient(of_x_); }
@@ -201,7 +210,8 @@ class SolutionSlopes::Held {
     Eigen::Index place;
     bool of_row;
     int side;
-    double price, distance;
+    double price, distance;              // at the solution that is approached
+    double given_price, given_distance;  // at the one that was given
     bool is_held;
   };
 
@@ -209,13 +219,24 @@ class SolutionSlopes::Held {
     if (status_ == SlopeStatus::kGood || status > status_) status_ = status, why_ = std::move(why);
   }
 
-  bool evaluate_rows() {
-    g_.resize(m_);
-    bool good = scaled_.constraints(at_.x.data(), g_.data()) && g_.allFinite();
+  bool evaluate() {
+    g_.resize(m_), gradient_.resize(n_), J_.resize(Eigen::Index(bounds_.jacobian.nnz()));
+    bool good = scaled_.constraints(at_.x.data(), g_.data()) &&
+                scaled_.gradient(at_.x.data(), gradient_.data()) &&
+                scaled_.jacobian(at_.x.data(), J_.data()) && g_.allFinite() && gradient_.allFinite() &&
+                J_.allFinite();
     for (const std::vector<double>* part : {&at_.x, &at_.lambda, &at_.lower_price, &at_.upper_price})
-      good = good && Eigen::Map<const VectorXd>(part->data(), Eigen::Index(part->size())).allFinite();
-    if (!good) fail(SlopeStatus::kNotFinite, "the program has no finite values there");
-    return good;
+      good = good && VectorXd::Map(part->data(), Eigen::Index(part->size())).allFinite();
+    if (!good) {
+      fail(SlopeStatus::kNotFinite, "the program has no finite values or derivatives there");
+      return false;
+    }
+    const KktResiduals r = kkt_residuals(scaled_, at_);
+    const double residual = std::max({r.stationarity, r.feasibility, r.complementarity});
+    if (residual <= kMostResidual) return true;
+    fail(SlopeStatus::kNotASolution, "it is no solution: the first-order conditions are off by " +
+                                         io::with_digits(residual, 3) + " in the units of the solve");
+    return false;
   }
 
   // Holds what rests on a bound: in program_ such variables have equal bounds, such rows are equalities, and nothing else has bounds.
@@ -223,8 +244,8 @@ class SolutionSlopes::Held {
     const auto look = [&](Eigen::Index i, bool of_row, double value, double& lower, double& upper,
                           double lower_price, double upper_price) {
       if (lower == upper) return;
-      Limit low{i, of_row, -1, lower_price, value - lower, false},
-          high{i, of_row, 1, upper_price, upper - value, false};
+      Limit low{i, of_row, -1, lower_price, value - lower, lower_price, value - lower, false},
+          high{i, of_row, 1, upper_price, upper - value, upper_price, upper - value, false};
       low.is_held = lower > -HUGE_VAL && !(low.distance > low.price);
       high.is_held = upper < HUGE_VAL && !(high.distance > high.price);
       if (low.is_held && high.is_held) (low.price < high.price ? low : high).is_held = false;
@@ -246,55 +267,67 @@ class SolutionSlopes::Held {
            std::max(0.0, -at_.lambda[j]), std::max(0.0, at_.lambda[j]));
   }
 
-  bool differentiate() {
-    lambda_ = Eigen::Map<const VectorXd>(at_.lambda.data(), m_);
-    for (Eigen::Index j = 0; j < m_; ++j) {
-      if (!is_held_row(j)) lambda_[j] = 0;
+  VectorXd without_inactive_prices() const {
+    VectorXd lambda = VectorXd::Map(at_.lambda.data(), m_);
+    for (std::size_t j = 0; j < program_.shape().m(); ++j) {
+      if (program_.shape().g_lower[j] != program_.shape().g_upper[j]) lambda[Eigen::Index(j)] = 0;
     }
-    const NlpShape& shape = program_.shape();
-    std::vector<double> J(shape.jacobian.nnz()), W(shape.hessian.nnz());
-    slope_.resize(n_);
-    const bool good = scaled_.hessian(at_.x.data(), 1, lambda_.data(), W.data()) &&
-                      scaled_.gradient(at_.x.data(), slope_.data()) &&
-                      scaled_.jacobian(at_.x.data(), J.data());
-    const auto is_finite = [](double v) { return std::isfinite(v); };
-    if (!good || !slope_.allFinite() || !lambda_.allFinite() || !std::all_of(J.begin(), J.end(), is_finite) ||
-        !std::all_of(W.begin(), W.end(), is_finite)) {
-      fail(SlopeStatus::kNotFinite, "the program has no finite derivatives there");
+    return lambda;
+  }
+
+  // What each bound's price and distance make of it, as in the solver (barrier.h).
+  void set_barrier() {
+    for (const Limit& limit : limits_) {
+      double& sigma = (limit.of_row ? diagonal_.sigma_s : diagonal_.sigma_x)[limit.place];
+      sigma += limit.given_price / std::max(limit.given_distance, kNothing);
+    }
+  }
+
+  // The matrix with these multipliers; slope_ is grad L.
+  bool factor(const VectorXd& lambda) {
+    lambda_ = lambda;
+    VectorXd W(Eigen::Index(bounds_.hessian.nnz()));
+    if (!scaled_.hessian(at_.x.data(), 1, lambda_.data(), W.data()) || !W.allFinite()) {
+      fail(SlopeStatus::kNotFinite, "the program has no finite second derivatives there");
       return false;
     }
-    kkt_->set(J.data(), W.data());
-    kkt_->add_transposed(lambda_, slope_);  // grad L
-    return true;
+    kkt_.emplace(program_);
+    kkt_->set(J_.data(), W.data());
+    slope_ = gradient_;
+    kkt_->add_transposed(lambda_, slope_);
+    const bool good = kkt_->factor(diagonal_);
+    if (!good) fail(SlopeStatus::kNoStrictMinimum, "there is no strict minimum on what the rows leave free");
+    return good;
   }
 
   // The Newton step to the bounds themselves, and what it says of the point and of its bounds.
   void correct(const Nlp& nlp) {
     const NlpShape& shape = program_.shape();
     VectorXd d = VectorXd::Zero(n_), e = VectorXd::Zero(m_), hessian = d, jacobian = e;
-    double residual = 0;
     for (Eigen::Index i = 0; i < n_; ++i) {
-      if (is_free(i)) residual = std::max(residual, std::abs(slope_[i]));
       if (!is_free(i)) d[i] = shape.x_lower[std::size_t(i)] - at_.x[std::size_t(i)];
     }
     for (Eigen::Index j = 0; j < m_; ++j) {
-      if (is_held_row(j)) e[j] = shape.g_lower[std::size_t(j)] - g_[j];
+      if (has_price(j)) e[j] = shape.g_lower[std::size_t(j)] - g_[j];
     }
-    residual = std::max({residual, largest_of(d), largest_of(e)});
-    for (const Limit& limit : limits_) residual = std::max(residual, limit.is_held ? 0 : -limit.distance);
     kkt_->add_hessian(d, hessian), kkt_->add_jacobian(d, jacobian);
     correction_ = solved(-slope_ - hessian, e - jacobian, d);
     double length = 0;
     for (Eigen::Index i = 0; i < n_; ++i)
       length = std::max(length, std::abs(correction_.x[i]) / (1 + std::abs(at_.x[std::size_t(i)])));
-    if (!(residual <= kMostResidual) || !(length <= kLongest))
-      fail(SlopeStatus::kNotASolution, "it is no solution: the first-order conditions are off by " +
-                                           io::with_digits(residual, 3) + " and a Newton step moves it by " +
-                                           io::with_digits(length, 3) + ", in the units of the solve");
     look_for_dependence();
     lambda_ += correction_.lambda;
     for (Eigen::Index i = 0; i < n_; ++i) slope_[i] -= correction_.price[i];
     weigh(nlp);
+    if (!(length <= kLongest)) {
+      const std::string step =
+          "a Newton step moves it by " + io::with_digits(length, 3) + ", in the units of the solve";
+      if (limits_.empty())
+        fail(SlopeStatus::kNotASolution, "it is too far from a solution: " + step);
+      else
+        fail(SlopeStatus::kWeaklyActive, "what rests on its bounds is not told from what does not: " + step);
+      is_smooth_ = true;
+    }
     for (Eigen::Index i = 0; i < n_; ++i) {
       const auto at = std::size_t(i);
       correction_.price[i] = (is_free(i) ? 0 : -slope_[i]) - (at_.upper_price[at] - at_.lower_price[at]);
@@ -319,6 +352,7 @@ class SolutionSlopes::Held {
       const std::string name =
           limit.of_row ? nlp.constraint_name(std::size_t(i)) : nlp.variable_name(std::size_t(i));
       fail(SlopeStatus::kWeaklyActive, "\"" + name + "\" rests on a bound that has no price");
+      is_smooth_ = true;
     }
   }
 
@@ -334,7 +368,7 @@ class SolutionSlopes::Held {
     kkt_->add_jacobian(s.x, found);
     double missed = 0;
     for (Eigen::Index j = 0; j < m_; ++j) {
-      if (is_held_row(j)) missed = std::max(missed, std::abs(found[j] - asked[j]));
+      if (has_price(j)) missed = std::max(missed, std::abs(found[j] - asked[j]));
     }
     if (!(missed <= kMostMissed))
       fail(SlopeStatus::kDependentRows,
@@ -351,7 +385,9 @@ class SolutionSlopes::Held {
   std::optional<StageKkt> kkt_;
   SolutionStep zero_;
   std::vector<Limit> limits_;
-  VectorXd g_, slope_, lambda_;  // rows; grad L; multipliers, of held rows alone
+  VectorXd g_, gradient_, J_, slope_, lambda_;  // rows, slopes of the cost, of the rows; grad L; multipliers
+  KktDiagonal diagonal_;
+  bool is_smooth_ = false;  // bounds by their barrier
 };
 
 SolutionSlopes::SolutionSlopes(Nlp& nlp, const NlpSolution& solution)

@@ -18,15 +18,17 @@
 //   solve(a, b)   any right side: of programs whose functions change, a = -d(grad L), b = -dg
 // The system is symmetric: solve() is its transpose, too, which gives products with Jacobians (quadratic_layer.h).
 //
-// `from`, `to`: how many of such steps leave what is held held and what is free free, to first order.
+// `from`, `to`: how many of such steps leave what is held held and what is free free, to first order; zero where that is not known.
 //
 // What is held is judged by price and distance, in the units of the solve (solution.units), whichever is greater; and held against a
 // Newton step with the bounds so.  Where slopes are not what they seem, status() says so:
-//   kWeaklyActive    a bound with neither a price nor a distance: that step takes more than half of what there was.  The slopes are
-//                    those of one side, with the bound held or not as it was judged
+//   kWeaklyActive    a bound with neither a price nor a distance: that step takes more than half of what there was; or it goes far,
+//                    because on a fine mesh many are about to be held.  There are slopes of either side then, and what is given lies
+//                    between: the slopes of the interior-point method's own solution, all bounds by price over distance.  Where no
+//                    bound is really weak, a smaller tolerance of the solve tells them apart
 //   kDependentRows   the rows that are held depend on each other: prices are not unique, slopes may not exist
 //   kNoStrictMinimum no strict minimum on what the rows leave free (second-order condition): slopes are NaN
-//   kNotASolution    the first-order conditions do not hold, or that step goes far: slopes are NaN
+//   kNotASolution    the first-order conditions do not hold: slopes are NaN
 //   kNotFinite       the program has no finite derivatives there: slopes are NaN
 //
 // The program need not outlive the object.  Errors: ArgumentError for a Hessian that is not exact, for a solution or vectors of other

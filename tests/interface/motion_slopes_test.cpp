@@ -311,6 +311,21 @@ TEST(MotionSlopes, AreExactWhateverFoundTheSolution) {
   EXPECT_LT((one.parameters.x - other.parameters.x).norm(), 1e-5 * one.parameters.x.norm());
 }
 
+// On a fine mesh a loose tolerance does not tell which points of an arc are held: flagged, and yet nearly the slopes of a tight solve.
+TEST(MotionSlopes, ArcsOnFineMeshesAreFlaggedUntilTheyAreTold) {
+  const Problem p = told(true, 8);
+  const MeshOptions mesh = mesh_of("trapezoid", 200);
+  Collocation nlp(p, mesh);
+  MotionSensitivity sensitivity(p, mesh);
+  const MotionSlopes loose = sensitivity.at(p, solved(nlp, NlpMethod::kStages, 1e-9)),
+                     tight = sensitivity.at(p, solved(nlp, NlpMethod::kStages, 1e-13));
+  EXPECT_EQ(loose.status, SlopeStatus::kWeaklyActive);
+  ASSERT_TRUE(tight.good()) << tight.why;
+  EXPECT_GT(tight.gain.norm(), 10);
+  EXPECT_LT((loose.gain - tight.gain).norm(), 1e-4 * tight.gain.norm());
+  EXPECT_LT(off(loose.parameters.cost, tight.parameters.cost), 1e-6);
+}
+
 TEST(MotionSlopes, FlagWhatHasNone) {
   const MeshOptions mesh = mesh_of("trapezoid", 8);
   const auto slopes = [&](const Problem& p, const Problem& now) {
