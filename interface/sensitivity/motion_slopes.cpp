@@ -40,6 +40,7 @@ VectorXd one_after_other(const VectorXd& a, const VectorXd& b) {
 
 // The problem with its parameters as states of rate zero, behind its own.
 Problem with_parameters_as_states(const Problem& problem) {
+  check(problem);
   const Eigen::Index n_x = problem.n_x(), n_p = problem.parameters.size();
   Problem result = problem;
   result.parameters = {};
@@ -260,6 +261,11 @@ NlpSolution MotionSensitivity::predict(const Problem& next) {
   for (std::size_t i : made.slopes->held_variables()) {
     const bool at_lower = made.solution.lower_price[i] > made.solution.upper_price[i];
     d[Eigen::Index(i)] = at_lower ? shape.x_lower[i] - made.lower[i] : shape.x_upper[i] - made.upper[i];
+  }
+  for (std::size_t i = 0; i < shape.n(); ++i) {
+    if (!std::isfinite(d[Eigen::Index(i)]))
+      throw ArgumentError("problem \"" + made.problem.name + "\": \"" + made.program.variable_name(i) +
+                          "\" is open where it was held, which no prediction knows");
   }
   const SolutionStep s = made.slopes->along(d, VectorXd::Zero(m)), &c = made.slopes->correction();
   NlpSolution result;

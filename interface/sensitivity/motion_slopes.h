@@ -13,18 +13,20 @@
 //   next.parameters.set("load", 2.1);
 //   NlpSolution near = sensitivity.predict(next);                // of the first order: a start for the next solve
 //
-// Shapes, in the order of Collocation's variables (n) and rows (m): x (n x k), lambda (m x k), cost (k).  Slopes of a parameter that is a
-// function of time are by a number added to it at all times; predict() takes what it is at every point.  A start entry that is free has
-// no slopes: zero.
+// Shapes, in the order of Collocation's variables (n) and rows (m): x (n x k), lambda (m x k), cost (k).  Slopes of a
+// parameter that is a function of time are by a number added to it at all times; predict() takes what it is at every
+// point.  A start entry that is free has no slopes: zero.
 //
-// Method.  Parameters become states with a rate of zero, held at all points: their columns of Jacobian and Hessian are the mixed
-// derivatives, whatever scheme, form, free duration or terms there are, and a parameter is one more variable that is held
-// (solution_slopes.h, which says what is flagged).  The cost of a motion's slopes is one factorisation and a solve each.
+// Method.  Parameters become states with a rate of zero, held at all points: their columns of Jacobian and Hessian
+// are the mixed derivatives, whatever scheme, form, free duration or terms there are, and a parameter is one more
+// variable that is held (solution_slopes.h, which says what is flagged).  It takes one factorisation, and a solve each.
 //
-// The mesh is that of the solve, its kind of Hessian any: second derivatives are exact here.  At a solution by Gauss-Newton, or one
-// step of the real-time iteration, slopes are those of the problem itself, if it is a solution (status).
+// The mesh is that of the solve, its kind of Hessian any: second derivatives are exact here.  At a solution by
+// Gauss-Newton, or one step of the real-time iteration, slopes are those of the problem itself, if it is a solution
+// (status).
 //
-// Errors: ArgumentError for what Collocation refuses, for a solution of another mesh; predict() before at().
+// Errors: ArgumentError for what Collocation refuses, for a solution of another mesh; for predict() before at(), or
+// where it is asked for values that leave open what was held.
 #pragma once
 
 #include <optional>
@@ -62,8 +64,9 @@ class MotionSensitivity {
   // `now`: the values that were solved with, as of Collocation::problem().
   MotionSlopes at(const Problem& now, const NlpSolution& solution);
 
-  // What x, lambda, prices and cost will be with other values, to first order from the last at(): parameters, start, goal and bounds
-  // that are held.  Its status is that of the solution that it was found from; all NaN where that has no slopes.
+  // What x, lambda, prices and cost will be with other values, to first order from the last at(): parameters, start,
+  // goal and bounds that are held.  Its status is that of the solution that it was found from; all NaN where that has
+  // no slopes.
   NlpSolution predict(const Problem& next);
 
  private:

@@ -31,7 +31,8 @@ void check_shape(const char* name, const MatrixXd& M, Eigen::Index rows, Eigen::
                      " x " + std::to_string(cols));
 }
 
-// Roots of Q's diagonal, those that are zero taken as the greatest of the others, or 1: 1 / root is how far x goes for one.
+// Roots of Q's diagonal, those that are zero taken as the greatest of the others, or 1: 1 / root is how far x goes
+// for one.
 VectorXd roots_of(const MatrixXd& Q) {
   const double most = Q.diagonal().maxCoeff();
   VectorXd roots = Q.diagonal().cwiseMax(0).cwiseSqrt();
@@ -112,8 +113,8 @@ class QuadraticNlp : public Nlp {
     return true;
   }
 
-  // y = roots x, in which Q has a diagonal of ones.  How large it is: at first as far as the cost draws it and the constraints let it or
-  // push it; later as it was found.
+  // y = roots x, in which Q has a diagonal of ones.  How large it is: at first as far as the cost draws it and the
+  // constraints let it or push it; later as it was found.
   NlpMagnitudes magnitudes(const std::vector<double>& at, const NlpMagnitudes& before) override {
     const double drawn = p_.q.cwiseQuotient(roots_).cwiseAbs().maxCoeff();
     const VectorXd norms = (rows_ * roots_.cwiseInverse().asDiagonal()).rowwise().norm();

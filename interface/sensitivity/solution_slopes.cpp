@@ -239,7 +239,8 @@ class SolutionSlopes::Held {
     return false;
   }
 
-  // Holds what rests on a bound: in program_ such variables have equal bounds, such rows are equalities, and nothing else has bounds.
+  // Holds what rests on a bound: in program_ such variables have equal bounds, such rows are equalities, and nothing
+  // else has bounds.
   void judge() {
     const auto look = [&](Eigen::Index i, bool of_row, double value, double& lower, double& upper,
                           double lower_price, double upper_price) {

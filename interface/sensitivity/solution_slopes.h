@@ -6,36 +6,39 @@
 //   if (!slopes.good()) std::cerr << slopes.why() << "\n";
 //   const SolutionStep s = slopes.along(x_held, g_held);        // s.x, s.lambda, s.price, s.cost: what changes with 1
 //
-// At a solution some variables are held: those with equal bounds, and those that rest on a bound.  So are some rows: equalities,
-// and inequalities that rest on a bound.  All the others are free, their bounds without a price.  To first order, with L = f + lambda.g,
+// At a solution some variables are held: those with equal bounds, and those that rest on a bound.  So are some rows:
+// equalities, and inequalities that rest on a bound.  All the others are free, their bounds without a price.  To
+// first order, with L = f + lambda.g,
 //
 //   [ W  J^T ] [ dx      ]   [ a ]        free variables, held rows; W = d2L/dx2
 //   [ J   0  ] [ dlambda ] = [ b ]
 //
 // which is solved by stages (stage_kkt.h), in time linear in their number: one factorisation, then a solve a direction.
-//   along(d, e)   variables that are held move by d, held rows' bounds by e:   a = -W d,  b = e - J d.  A parameter is a
-//                 variable that is held.  The cost changes by dL = (grad L).d - lambda.e, the envelope theorem
+//   along(d, e)   variables that are held move by d, held rows' bounds by e:  a = -W d,  b = e - J d.  A parameter is
+//                 a variable that is held.  The cost changes by (grad L).d - lambda.e, the envelope theorem
 //   solve(a, b)   any right side: of programs whose functions change, a = -d(grad L), b = -dg
 // The system is symmetric: solve() is its transpose, too, which gives products with Jacobians (quadratic_layer.h).
 //
-// `from`, `to`: how many of such steps leave what is held held and what is free free, to first order; zero where that is not known.
+// `from`, `to`: how many of such steps leave what is held held and what is free free, to first order; zero where that
+// is not known.
 //
-// What is held is judged by price and distance, in the units of the solve (solution.units), whichever is greater; and held against a
-// Newton step with the bounds so.  Where slopes are not what they seem, status() says so:
-//   kWeaklyActive    a bound with neither a price nor a distance: that step takes more than half of what there was; or it goes far,
-//                    because on a fine mesh many are about to be held.  There are slopes of either side then, and what is given lies
-//                    between: the slopes of the interior-point method's own solution, all bounds by price over distance.  Where no
-//                    bound is really weak, a smaller tolerance of the solve tells them apart
+// What is held is judged by price and distance, in the units of the solve (solution.units), whichever is greater; and
+// held against a Newton step with the bounds so.  Where slopes are not what they seem, status() says so:
+//   kWeaklyActive    a bound with neither a price nor a distance: that step takes more than half of what there was; or
+//                    the step goes far, because on a fine mesh many are about to be held.  Either side has slopes of its
+//                    own then, and what is given lies between: the slopes of the interior-point method's own solution,
+//                    all bounds by price over distance.  Where no bound is really weak, a solve to a smaller tolerance
+//                    tells them apart
 //   kDependentRows   the rows that are held depend on each other: prices are not unique, slopes may not exist
 //   kNoStrictMinimum no strict minimum on what the rows leave free (second-order condition): slopes are NaN
 //   kNotASolution    the first-order conditions do not hold: slopes are NaN
 //   kNotFinite       the program has no finite derivatives there: slopes are NaN
 //
-// The program need not outlive the object.  Errors: ArgumentError for a Hessian that is not exact, for a solution or vectors of other
-// sizes, and where the stages refuse (stage_kkt.h).
+// The program need not outlive the object.  Errors: ArgumentError for a Hessian that is not exact, for a solution or
+// vectors of other sizes, and where the stages refuse (stage_kkt.h).
 //
-// Sources: A. V. Fiacco, Introduction to Sensitivity and Stability Analysis in Nonlinear Programming, 1983, theorem 3.2.2; J. Nocedal,
-// S. J. Wright, Numerical Optimization, 2nd edition, 12.8.
+// Sources: A. V. Fiacco, Introduction to Sensitivity and Stability Analysis in Nonlinear Programming, 1983, theorem
+// 3.2.2; J. Nocedal, S. J. Wright, Numerical Optimization, 2nd edition, 12.8.
 #pragma once
 
 #include <Eigen/Core>
@@ -71,12 +74,13 @@ class SolutionSlopes {
   const std::vector<std::size_t>&weak_variables() const, &weak_rows() const;
   const std::vector<std::size_t>&held_variables() const, &held_rows() const;
 
-  // d (n): entries of free variables are not read.  e (m): of rows that are not held it moves the bounds that they keep away from.
+  // d (n): entries of free variables are not read.  e (m): of rows that are not held it moves the bounds that they
+  // keep away from.
   SolutionStep along(const Eigen::VectorXd& d, const Eigen::VectorXd& e);
   // a (n): of held variables, what is added to their prices.  b (m): as e.
   SolutionStep solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b);
-  // The Newton step from the solution that was given, which a barrier keeps off the bounds, to what it approaches: add it to x,
-  // lambda and prices.
+  // The Newton step from the solution that was given, which a barrier keeps off the bounds, to what it approaches:
+  // add it to x, lambda and prices.
   const SolutionStep& correction() const;
 
  private:

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Slopes of optimal motions against solves with other values, closed forms, Riccati's recursion and differential dynamic programming.
+// Slopes of optimal motions against solves with other values, closed forms, Riccati's recursion and differential
+// dynamic programming.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -246,7 +247,8 @@ TEST_P(EveryMotion, SlopesAreThoseOfSolves) {
   EXPECT_EQ(slopes.gain.row(0), slopes.start.x.row(4 + p.n_a()));
 }
 
-// What a prediction is off by falls with the square of the change: of parameters over time, start, goal and limits together.
+// What a prediction is off by falls with the square of the change: of parameters over time, start, goal and limits
+// together.
 TEST(MotionSlopes, PredictionsAreOfTheFirstOrder) {
   const Problem p = told(true, 8);
   const MeshOptions mesh = mesh_of("hermite-simpson", 9);
@@ -311,7 +313,8 @@ TEST(MotionSlopes, AreExactWhateverFoundTheSolution) {
   EXPECT_LT((one.parameters.x - other.parameters.x).norm(), 1e-5 * one.parameters.x.norm());
 }
 
-// On a fine mesh a loose tolerance does not tell which points of an arc are held: flagged, and yet nearly the slopes of a tight solve.
+// On a fine mesh a loose tolerance does not tell which points of an arc are held: flagged, and yet nearly the slopes
+// of a tight solve.
 TEST(MotionSlopes, ArcsOnFineMeshesAreFlaggedUntilTheyAreTold) {
   const Problem p = told(true, 8);
   const MeshOptions mesh = mesh_of("trapezoid", 200);
@@ -364,6 +367,18 @@ TEST(MotionSlopes, FlagWhatHasNone) {
   EXPECT_EQ(
       message_of<ArgumentError>([&] { sensitivity.predict(p); }),
       "problem \"block move\": a prediction needs a solution to start from; expected at() before predict()");
+  ASSERT_TRUE(sensitivity
+                  .at(p,
+                      [&] {
+                        Collocation same(p, mesh);
+                        return solved(same);
+                      }())
+                  .good());
+  Problem open = p;
+  open.start[1] = Problem::kFree;
+  EXPECT_EQ(message_of<ArgumentError>([&] { sensitivity.predict(open); }),
+            "problem \"block move\": \"v at point 0 (t = 0 s)\" is open where it was held, which no "
+            "prediction knows");
 }
 
 }  // namespace

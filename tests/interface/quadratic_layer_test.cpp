@@ -30,7 +30,8 @@ class Draw {
   std::normal_distribution<double> normal_;
 };
 
-// Feasible: x0 is.  About half of the inequalities are active at the solution, with prices and distances away from zero.
+// Feasible: x0 is.  About half of the inequalities are active at the solution, with prices and distances away from
+// zero.
 QuadraticProgram random_program(Draw& draw, Eigen::Index n, Eigen::Index of_A, Eigen::Index of_G) {
   QuadraticProgram p;
   const MatrixXd root = draw.matrix(n, n);

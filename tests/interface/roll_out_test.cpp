@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Gradients of roll-outs against the reverse sweep of the whole recorded roll-out, differences, closed forms, and each other.
+// Gradients of roll-outs against the reverse sweep of the whole recorded roll-out, differences, closed forms, and
+// each other.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -191,8 +192,8 @@ TEST(RollOut, ContinuousAdjointApproachesTheDiscreteOne) {
   EXPECT_LT(before[0], 1e-6);
 }
 
-// x' = theta x, J = x(T)^2 / 2: dJ/dtheta = T x0^2 exp(2 theta T), and mu(t) = x0 exp(theta (2 T - t)).  With a minus before the integral
-// the first would be negative.
+// x' = theta x, J = x(T)^2 / 2: dJ/dtheta = T x0^2 exp(2 theta T), and mu(t) = x0 exp(theta (2 T - t)).  With a minus
+// before the integral the first would be negative.
 TEST(RollOut, TheIntegralOfTheAdjointHasAPlus) {
   Parameters parameters;
   const Parameter theta = parameters.add("theta", 0.4);

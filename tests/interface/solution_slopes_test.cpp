@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Slopes of solutions of small programs, where they are known: of what is held, of prices, of costs, and how far they reach.
+// Slopes of solutions of small programs, where they are known: of what is held, of prices, of costs, and how far they
+// reach.
 #include <gtest/gtest.h>
 
 #include <random>
