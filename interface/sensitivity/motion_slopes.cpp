@@ -210,8 +210,9 @@ struct MotionSensitivity::Made {
   Problem problem;
   HeldParameters program;
   std::vector<Eigen::Index> variables, rows;
-  NlpSolution solution;  // of the last at(), and its bounds
+  NlpSolution solution;  // of the last at(), as widened; its bounds
   std::vector<double> lower, upper;
+  NlpMagnitudes units;  // as they were given
   std::optional<SolutionSlopes> slopes;
 };
 
@@ -225,6 +226,7 @@ MotionSlopes MotionSensitivity::at(const Problem& now, const NlpSolution& soluti
   Made& made = *made_;
   made.program.set_values(now);
   made.solution = made.widened(solution);
+  made.units = solution.units;
   made.lower = made.program.shape().x_lower, made.upper = made.program.shape().x_upper;
   made.slopes.emplace(made.program, made.solution);
   const auto& places = made.program.places();
@@ -270,7 +272,7 @@ NlpSolution MotionSensitivity::predict(const Problem& next) {
   const SolutionStep s = made.slopes->along(d, VectorXd::Zero(m)), &c = made.slopes->correction();
   NlpSolution result;
   result.status = made.solution.status;
-  result.units = made.solution.units;
+  result.units = made.units;
   result.objective = made.solution.objective + s.cost;
   for (const Eigen::Index i : made.variables) {
     const auto at = std::size_t(i);

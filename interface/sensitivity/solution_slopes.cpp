@@ -114,7 +114,11 @@ class SolutionSlopes::Held {
     VectorXd a = VectorXd::Zero(n_), b = VectorXd::Zero(m_), shift = VectorXd::Zero(n_);
     for (Eigen::Index i = 0; i < n_; ++i) shift[i] = is_free(i) ? 0 : d[i];
     kkt_->add_hessian(shift, a), kkt_->add_jacobian(shift, b);
-    const VectorXd of_barrier = diagonal_.sigma_x.cwiseProduct(d);
+    VectorXd of_barrier = VectorXd::Zero(n_);  // of bounds that move
+    for (std::size_t i : held_variables_) {
+      const auto at = Eigen::Index(i);
+      of_barrier[at] = diagonal_.sigma_x[at] * d[at];
+    }
     SolutionStep s = solved(of_barrier - a, e - b, shift);
     for (Eigen::Index i = 0; i < n_; ++i) {
       if (is_free(i)) s.price[i] -= of_barrier[i];
@@ -142,7 +146,11 @@ class SolutionSlopes::Held {
   double cost(const VectorXd& d, const VectorXd& e) const {
     double sum = 0;
     for (Eigen::Index i = 0; i < n_; ++i) {
-      if (!is_free(i) || diagonal_.sigma_x[i] > 0) sum += slope_[i] * d[i];
+      if (!is_free(i)) sum += slope_[i] * d[i];
+    }
+    for (std::size_t i : held_variables_) {
+      const auto at = Eigen::Index(i);
+      if (is_free(at)) sum += slope_[at] * d[at];  // by its barrier
     }
     for (Eigen::Index j = 0; j < m_; ++j) {
       if (has_price(j)) sum -= lambda_[j] * e[j];

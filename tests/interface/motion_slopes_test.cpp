@@ -278,6 +278,8 @@ TEST(MotionSlopes, PredictionsAreOfTheFirstOrder) {
   // Of the values themselves: the solution, better than it was.
   const NlpSolution same = sensitivity.predict(p);
   EXPECT_LT(off(as_vector(same.x), as_vector(s.x)), 1e-7);
+  EXPECT_EQ(same.units.x, s.units.x);
+  EXPECT_EQ(same.units.g, s.units.g);
 }
 
 // T = (36 d^2 / w)^(1/4) of an effort and a weight of time: dT/dw = -T / (4 w), dJ/dw = T.
