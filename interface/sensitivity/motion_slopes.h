@@ -19,7 +19,8 @@
 //
 // Method.  Parameters become states with a rate of zero, held at all points: their columns of Jacobian and Hessian
 // are the mixed derivatives, whatever scheme, form, free duration or terms there are, and a parameter is one more
-// variable that is held (solution_slopes.h, which says what is flagged).  It takes one factorisation, and a solve each.
+// variable that is held (solution_slopes.h, which says what is flagged).  It takes one factorisation, and a solve
+// each.  Of dozens of parameters the second derivatives among themselves, which nobody needs, are evaluated, too.
 //
 // The mesh is that of the solve, its kind of Hessian any: second derivatives are exact here.  At a solution by
 // Gauss-Newton, or one step of the real-time iteration, slopes are those of the problem itself, if it is a solution

@@ -329,6 +329,19 @@ TEST(MotionSlopes, ArcsOnFineMeshesAreFlaggedUntilTheyAreTold) {
   EXPECT_GT(tight.gain.norm(), 10);
   EXPECT_LT((loose.gain - tight.gain).norm(), 1e-4 * tight.gain.norm());
   EXPECT_LT(off(loose.parameters.cost, tight.parameters.cost), 1e-6);
+  // A prediction from there, prices and moved limits with it.
+  const NlpSolution s = solved(nlp, NlpMethod::kStages, 1e-9);
+  sensitivity.at(p, s);
+  Problem q = p;
+  q.u.upper[0] += 1e-3, q.parameters.set("load", 0.301);
+  const NlpSolution near = sensitivity.predict(q);
+  nlp.set_values(q);
+  const NlpSolution exact = solved(nlp, NlpMethod::kStages, 1e-9);
+  const auto moved = [&](const NlpSolution& to, std::vector<double> NlpSolution::*part) {
+    return (as_vector(to.*part) - as_vector(s.*part)).eval();
+  };
+  EXPECT_LT(off(moved(near, &NlpSolution::x), moved(exact, &NlpSolution::x)), 1e-2);
+  EXPECT_LT(off(moved(near, &NlpSolution::upper_price), moved(exact, &NlpSolution::upper_price)), 1e-2);
 }
 
 TEST(MotionSlopes, FlagWhatHasNone) {
