@@ -113,7 +113,7 @@ class SolutionSlopes::Held {
   SolutionStep moved(const VectorXd& d, const VectorXd& e) {
     VectorXd a = VectorXd::Zero(n_), b = VectorXd::Zero(m_), shift = VectorXd::Zero(n_);
     for (Eigen::Index i = 0; i < n_; ++i) shift[i] = is_free(i) ? 0 : d[i];
-    kkt_->add_hessian(shift, a), kkt_->add_jacobian(shift, b);
+    kkt_->add_hessian(shift, a), add_jacobian(shift, b);
     VectorXd of_barrier = VectorXd::Zero(n_);  // of bounds that move
     for (std::size_t i : held_variables_) {
       const auto at = Eigen::Index(i);
@@ -167,7 +167,7 @@ class SolutionSlopes::Held {
       if (change > 0) s.from = std::max(s.from, -std::max(0.0, left) / change);
     };
     VectorXd change = -e;
-    kkt_->add_jacobian(s.x, change);
+    add_jacobian(s.x, change);
     for (const Limit& limit : limits_) {
       const Eigen::Index i = limit.place;
       if (limit.of_row)
@@ -247,6 +247,12 @@ class SolutionSlopes::Held {
     return false;
   }
 
+  // y += J v
+  void add_jacobian(const VectorXd& v, VectorXd& y) const {
+    for (std::size_t e = 0; e < bounds_.jacobian.nnz(); ++e)
+      y[bounds_.jacobian.row[e]] += J_[Eigen::Index(e)] * v[bounds_.jacobian.col[e]];
+  }
+
   // Holds what rests on a bound: in program_ such variables have equal bounds, such rows are equalities, and nothing
   // else has bounds.
   void judge() {
@@ -319,7 +325,7 @@ class SolutionSlopes::Held {
     for (Eigen::Index j = 0; j < m_; ++j) {
       if (has_price(j)) e[j] = shape.g_lower[std::size_t(j)] - g_[j];
     }
-    kkt_->add_hessian(d, hessian), kkt_->add_jacobian(d, jacobian);
+    kkt_->add_hessian(d, hessian), add_jacobian(d, jacobian);
     correction_ = solved(-slope_ - hessian, e - jacobian, d);
     double length = 0;
     for (Eigen::Index i = 0; i < n_; ++i)
@@ -347,7 +353,7 @@ class SolutionSlopes::Held {
 
   void weigh(const Nlp& nlp) {
     VectorXd change = VectorXd::Zero(m_);
-    kkt_->add_jacobian(correction_.x, change);
+    add_jacobian(correction_.x, change);
     for (Limit& limit : limits_) {
       const Eigen::Index i = limit.place;
       double& left = limit.is_held ? limit.price : limit.distance;
@@ -374,7 +380,7 @@ class SolutionSlopes::Held {
       v = (bits >> 31 ? 1 : -1) * (1 + double(bits & 0x7fffffffu) * 0x1p-31);  // within 1 .. 2
     }
     const SolutionStep s = solved(VectorXd::Zero(n_), asked, VectorXd::Zero(n_));
-    kkt_->add_jacobian(s.x, found);
+    add_jacobian(s.x, found);
     double missed = 0;
     for (Eigen::Index j = 0; j < m_; ++j) {
       if (has_price(j)) missed = std::max(missed, std::abs(found[j] - asked[j]));
