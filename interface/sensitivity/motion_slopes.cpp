@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/sensitivity/motion_slopes.h>
+
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::VectorXd;
+
+// f of the stage whose last states are its parameters.
+StageFunction of_states(const StageFunction& f, Eigen::Index n_x) {
+  if (f.empty()) return {};
+  return [f, n_x](const auto& s) {
+    auto told = s;
+    told.x = s.x.head(n_x);
+    told.p = s.x.tail(s.x.size() - n_x);
+    return f(told);
+  };
+}
+
+StageFunction with_zeros(const StageFunction& f, Eigen::Index zeros) {
+  return [f, zeros](const auto& s) {
+    auto values = f(s);
+    const Eigen::Index n = values.size();
+    values.conservativeResize(n + zeros);
+    for (Eigen::Index i = n; i < n + zeros; ++i) values[i] = 0;
+    return values;
+  };
+}
+
+VectorXd one_after_other(const VectorXd& a, const VectorXd& b) {
+  VectorXd all(a.size() + b.size());
+  all << a, b;
+  return all;
+}
+
+// The problem with its parameters as states of rate zero, behind its own.
+Problem with_parameters_as_states(const Problem& problem) {
+  check(problem);
+  const Eigen::Index n_x = problem.n_x(), n_p = problem.parameters.size();
+  Problem result = problem;
+  result.parameters = {};
+  for (const std::string& name : problem.parameters.entry_names()) result.states.push_back(name);
+  result.rate = with_zeros(of_states(problem.rate, n_x), n_p);
+  result.residual = of_states(problem.residual, n_x);
+  result.ode = {};
+  for (Term& term : result.terms) term.function = of_states(term.function, n_x);
+  const VectorXd now = problem.parameters.at(0);
+  result.x = {one_after_other(problem.x.lower, VectorXd::Constant(n_p, -HUGE_VAL)),
+              one_after_other(problem.x.upper, VectorXd::Constant(n_p, HUGE_VAL))};
+  result.start = one_after_other(problem.start, now);
+  result.goal = one_after_other(problem.goal, VectorXd::Constant(n_p, Problem::kFree));
+  if (problem.typical.size() > 0) result.typical = one_after_other(problem.typical, VectorXd::Zero(n_p));
+  result.guess = [problem](double t) {
+    Stage<double> stage = problem.first_guess(t);
+    stage.x = one_after_other(stage.x, problem.parameters.at(t));
+    return stage;
+  };
+  return result;
+}
+
+MeshOptions exact(MeshOptions mesh) {
+  mesh.hessian = HessianKind::kExact;
+  return mesh;
+}
+
+std::vector<double> spread(const std::vector<double>& values, const std::vector<Eigen::Index>& to,
+                           std::size_t size, double rest) {
+  std::vector<double> all(size, rest);
+  for (std::size_t i = 0; i < to.size(); ++i) all[std::size_t(to[i])] = values[i];
+  return all;
+}
+
+}  // namespace
+
+struct MotionSensitivity::Made {
+  // Where variables and rows of the problem itself stand in the program with parameters as states.
+  struct Places {
+    Eigen::Index own;            // states but a free duration: parameters stand behind them
+    Eigen::Index n_x, n_p, n_z;  // of the problem: states, parameters, entries of a point
+    Eigen::Index points, intervals, rows;
+
+    Eigen::Index variable(Eigen::Index point, Eigen::Index entry) const {
+      return point * (n_z + n_p) + entry + (entry < own ? 0 : n_p);
+    }
+    Eigen::Index parameter(Eigen::Index point, Eigen::Index i) const { return point * (n_z + n_p) + own + i; }
+    std::vector<Eigen::Index> variables() const {
+      std::vector<Eigen::Index> all;
+      for (Eigen::Index point = 0; point < points; ++point)
+        for (Eigen::Index entry = 0; entry < n_z; ++entry) all.push_back(variable(point, entry));
+      return all;
+    }
+    std::vector<Eigen::Index> rows_of(Eigen::Index m) const {  // m: of the program with parameters as states
+      std::vector<Eigen::Index> all;
+      for (Eigen::Index block = 0; block < intervals * rows; ++block)
+        for (Eigen::Index i = 0; i < n_x; ++i) all.push_back(block * (n_x + n_p) + i + (i < own ? 0 : n_p));
+      for (Eigen::Index j = intervals * rows * (n_x + n_p); j < m; ++j) all.push_back(j);
+      return all;
+    }
+  };
+
+  // That program, its parameters held at every point and told by nobody.
+  class HeldParameters : public Nlp {
+   public:
+    HeldParameters(const Problem& problem, const MeshOptions& mesh)
+        : program_(with_parameters_as_states(problem), exact(mesh)), shape_(program_.shape()) {
+      const Eigen::Index free = problem.free_time ? 1 : 0, n_p = problem.parameters.size();
+      places_ = {.own = problem.n_x(),
+                 .n_x = problem.n_x() + free,
+                 .n_p = n_p,
+                 .n_z = problem.n_x() + free + problem.n_a() + problem.n_u(),
+                 .points = 0,
+                 .intervals = Eigen::Index(shape_.stages.size()) - 1,
+                 .rows = mesh.scheme.rows()};
+      places_.points = Eigen::Index(shape_.n()) / (places_.n_z + n_p);
+      for (Eigen::Index block = 0; block < places_.intervals * places_.rows; ++block) {
+        for (Eigen::Index i = 0; i < n_p; ++i) {
+          const auto row = std::size_t(block * (places_.n_x + n_p) + places_.own + i);
+          shape_.g_lower[row] = -HUGE_VAL, shape_.g_upper[row] = HUGE_VAL;
+        }
+      }
+      hold(problem);
+    }
+    const Places& places() const { return places_; }
+
+    void set_values(const Problem& now) {
+      program_.set_values(with_parameters_as_states(now));
+      hold(now);
+    }
+
+    const NlpShape& shape() const override { return shape_; }
+    bool objective(const double* x, double& value) override { return program_.objective(x, value); }
+    bool gradient(const double* x, double* gradient) override { return program_.gradient(x, gradient); }
+    bool constraints(const double* x, double* g) override { return program_.constraints(x, g); }
+    bool jacobian(const double* x, double* nonzeros) override { return program_.jacobian(x, nonzeros); }
+    bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override {
+      return program_.hessian(x, sigma, lambda, nonzeros);
+    }
+    NlpMagnitudes magnitudes(const std::vector<double>& at, const NlpMagnitudes& before) override {
+      return program_.magnitudes(at, before);
+    }
+    std::string variable_name(std::size_t i) const override { return program_.variable_name(i); }
+    std::string constraint_name(std::size_t j) const override { return program_.constraint_name(j); }
+
+   private:
+    void hold(const Problem& now) {
+      shape_.x_lower = program_.shape().x_lower, shape_.x_upper = program_.shape().x_upper;
+      const std::vector<double> t = program_.times();
+      for (Eigen::Index point = 0; point < places_.points; ++point) {
+        const VectorXd values = now.parameters.at(t[std::size_t(point)]);
+        for (Eigen::Index i = 0; i < places_.n_p; ++i) {
+          const auto at = std::size_t(places_.parameter(point, i));
+          shape_.x_lower[at] = shape_.x_upper[at] = values[i];
+        }
+      }
+    }
+
+    Collocation program_;
+    NlpShape shape_;
+    Places places_;
+  };
+
+  Made(const Problem& given, const MeshOptions& mesh)
+      : problem(given),
+        program(given, mesh),
+        variables(program.places().variables()),
+        rows(program.places().rows_of(Eigen::Index(program.shape().m()))) {}
+
+  // The solution as one of the program with parameters as states.
+  NlpSolution widened(const NlpSolution& s) const {
+    const std::size_t n = variables.size(), m = rows.size();
+    if (s.x.size() != n || s.lambda.size() != m || s.lower_price.size() != n || s.upper_price.size() != n)
+      throw ArgumentError("problem \"" + problem.name + "\": the solution has " + std::to_string(s.x.size()) +
+                          " variables and " + std::to_string(s.lambda.size()) +
+                          " multipliers, on this mesh there are " + std::to_string(n) + " and " +
+                          std::to_string(m));
+    const NlpShape& shape = program.shape();
+    NlpSolution wide = s;
+    wide.x = shape.x_lower;  // of the parameters
+    for (std::size_t i = 0; i < n; ++i) wide.x[std::size_t(variables[i])] = s.x[i];
+    wide.lambda = spread(s.lambda, rows, shape.m(), 0);
+    wide.lower_price = spread(s.lower_price, variables, shape.n(), 0);
+    wide.upper_price = spread(s.upper_price, variables, shape.n(), 0);
+    if (!s.units.x.empty()) wide.units.x = spread(s.units.x, variables, shape.n(), 1);
+    if (!s.units.g.empty()) wide.units.g = spread(s.units.g, rows, shape.m(), 1);
+    return wide;
+  }
+
+  SlopeTable table(std::vector<std::string> names, const std::vector<VectorXd>& directions) {
+    const auto k = Eigen::Index(directions.size());
+    SlopeTable t{std::move(names),
+                 {Eigen::Index(variables.size()), k},
+                 {Eigen::Index(rows.size()), k},
+                 VectorXd(k),
+                 VectorXd(k),
+                 VectorXd(k)};
+    const VectorXd still = VectorXd::Zero(Eigen::Index(program.shape().m()));
+    for (Eigen::Index i = 0; i < k; ++i) {
+      const SolutionStep s = slopes->along(directions[std::size_t(i)], still);
+      t.x.col(i) = s.x(variables), t.lambda.col(i) = s.lambda(rows);
+      t.cost[i] = s.cost, t.from[i] = s.from, t.to[i] = s.to;
+    }
+    return t;
+  }
+
+  Problem problem;
+  HeldParameters program;
+  std::vector<Eigen::Index> variables, rows;
+  NlpSolution solution;  // of the last at(), as widened; its bounds
+  std::vector<double> lower, upper;
+  NlpMagnitudes units;  // as they were given
+  std::optional<SolutionSlopes> slopes;
+};
+
+MotionSensitivity::MotionSensitivity(const Problem& problem, const MeshOptions& mesh)
+    : made_(std::make_unique<Made>(problem, mesh)) {}
+MotionSensitivity::~MotionSensitivity() = default;
+MotionSensitivity::MotionSensitivity(MotionSensitivity&&) noexcept = default;
+MotionSensitivity& MotionSensitivity::operator=(MotionSensitivity&&) noexcept = default;
+
+MotionSlopes MotionSensitivity::at(const Problem& now, const NlpSolution& solution) {
+  Made& made = *made_;
+  made.program.set_values(now);
+  made.solution = made.widened(solution);
+  made.units = solution.units;
+  made.lower = made.program.shape().x_lower, made.upper = made.program.shape().x_upper;
+  made.slopes.emplace(made.program, made.solution);
+  const auto& places = made.program.places();
+  const auto n = Eigen::Index(made.program.shape().n());
+  std::vector<VectorXd> by_parameters, by_start;
+  for (Eigen::Index i = 0; i < places.n_p; ++i) {
+    VectorXd d = VectorXd::Zero(n);
+    for (Eigen::Index point = 0; point < places.points; ++point) d[places.parameter(point, i)] = 1;
+    by_parameters.push_back(std::move(d));
+  }
+  for (Eigen::Index i = 0; i < now.n_x(); ++i)
+    by_start.push_back(VectorXd::Unit(n, places.variable(0, i)) * (std::isnan(now.start[i]) ? 0 : 1));
+  MotionSlopes result;
+  result.status = made.slopes->status();
+  result.why = made.slopes->why();
+  result.parameters = made.table(now.parameters.entry_names(), by_parameters);
+  result.start = made.table(now.states, by_start);
+  result.gain = result.start.x.middleRows(places.n_z - now.n_u(), now.n_u());
+  return result;
+}
+
+NlpSolution MotionSensitivity::predict(const Problem& next) {
+  Made& made = *made_;
+  if (!made.slopes)
+    throw ArgumentError("problem \"" + made.problem.name +
+                        "\": a prediction needs a solution to start from; expected at() before predict()");
+  made.program.set_values(next);
+  const NlpShape& shape = made.program.shape();
+  const auto n = Eigen::Index(shape.n()), m = Eigen::Index(shape.m());
+  VectorXd d = VectorXd::Zero(n);
+  for (std::size_t i = 0; i < shape.n(); ++i) {
+    if (made.lower[i] == made.upper[i]) d[Eigen::Index(i)] = shape.x_lower[i] - made.lower[i];
+  }
+  for (std::size_t i : made.slopes->held_variables()) {
+    const bool at_lower = made.solution.lower_price[i] > made.solution.upper_price[i];
+    d[Eigen::Index(i)] = at_lower ? shape.x_lower[i] - made.lower[i] : shape.x_upper[i] - made.upper[i];
+  }
+  for (std::size_t i = 0; i < shape.n(); ++i) {
+    if (!std::isfinite(d[Eigen::Index(i)]))
+      throw ArgumentError("problem \"" + made.problem.name + "\": \"" + made.program.variable_name(i) +
+                          "\" is open where it was held, which no prediction knows");
+  }
+  const SolutionStep s = made.slopes->along(d, VectorXd::Zero(m)), &c = made.slopes->correction();
+  NlpSolution result;
+  result.status = made.solution.status;
+  result.units = made.units;
+  result.objective = made.solution.objective + s.cost;
+  for (const Eigen::Index i : made.variables) {
+    const auto at = std::size_t(i);
+    result.x.push_back(made.solution.x[at] + c.x[i] + s.x[i]);
+    const bool is_given = made.lower[at] == made.upper[at];  // which solvers give no price
+    const double price =
+        is_given ? 0
+                 : made.solution.upper_price[at] - made.solution.lower_price[at] + c.price[i] + s.price[i];
+    result.lower_price.push_back(std::max(0.0, -price)), result.upper_price.push_back(std::max(0.0, price));
+  }
+  for (const Eigen::Index j : made.rows)
+    result.lambda.push_back(made.solution.lambda[std::size_t(j)] + c.lambda[j] + s.lambda[j]);
+  return result;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A small dense quadratic program, and how its solution depends on all of its numbers: a layer of what is learned or
+// tuned.
+//
+//   minimise  1/2 x.Q x + q.x   subject to  A x = b,  G x <= h
+//
+//   QuadraticLayer layer({.Q = Q, .q = q, .A = A, .b = b, .G = G, .h = h});     // A, b or G, h left out: none
+//   if (!layer.good()) std::cerr << layer.why() << "\n";
+//   layer.solution().x
+//   const QuadraticSolution d = layer.forward({.q = dq, .h = dh});       // d.x: what changes with the data; left out: zero
+//   const QuadraticProgram g = layer.backward(slope);                    // slope dl/dx (n) -> g.Q = dl/dQ, g.q = dl/dq, ...
+//
+// Solved from stage to stage, of which there is one (interior_point.h), then by one Newton step with the constraints
+// that hold at equality held: prices and x are exact to rounding.  Slopes are those of that system
+// (solution_slopes.h); with [u; w] = K^-1 [slope; 0],
+//   dl/dq = -u,   dl/dQ = -(u x^T + x u^T) / 2,   dl/db = w_A,   dl/dA = -(nu u^T + w_A x^T),   dl/dh, dl/dG likewise
+// which is what OptNet's system gives at exact complementarity.  Of Q the symmetric part is told: Q changes as a
+// symmetric matrix.
+//
+// status() says where these are not slopes: a constraint that rests with no price (either side has slopes of its own, and
+// these lie between), constraints that depend on each other, x not unique, no solution (infeasible, unbounded:
+// solve_status() says which); of the latter two all slopes are NaN.
+//
+// Meant for 1 to some 100 variables; Q may be singular where the constraints make up for it.  An entry of h may be
+// infinite.
+//
+// Errors: ArgumentError for sizes that do not fit, numbers that are none, Q that is not symmetric or not positive
+// semidefinite.
+//
+// Source: B. Amos, J. Z. Kolter, OptNet: Differentiable optimization as a layer in neural networks, ICML 2017.
+#pragma once
+
+#include <optional>
+
+#include <dyntape/interface/sensitivity/solution_slopes.h>
+
+namespace dyntape {
+
+struct QuadraticProgram {
+  Eigen::MatrixXd Q = {};  // (n x n) symmetric
+  Eigen::VectorXd q = {};  // (n)
+  Eigen::MatrixXd A = {};  // (equalities x n)
+  Eigen::VectorXd b = {};
+  Eigen::MatrixXd G = {};  // (inequalities x n)
+  Eigen::VectorXd h = {};
+};
+
+struct QuadraticSolution {
+  Eigen::VectorXd x, nu,
+      lambda;  // (n), prices of the equalities and of the inequalities: Q x + q + A^T nu + G^T lambda = 0
+  // Of forward(): how many of such changes leave the active constraints what they are, to first order.
+  double from = 0, to = 0;
+};
+
+class QuadraticLayer {
+ public:
+  explicit QuadraticLayer(const QuadraticProgram& program, double tolerance = 1e-10);
+
+  const QuadraticSolution& solution() const { return solution_; }
+  SolveStatus solve_status() const { return solve_status_; }
+  SlopeStatus status() const { return slopes_->status(); }
+  bool good() const { return slopes_->good(); }
+  const std::string& why() const { return slopes_->why(); }
+  std::vector<std::size_t> weak() const;  // inequalities that rest with no price
+
+  QuadraticSolution forward(const QuadraticProgram& change);
+  QuadraticProgram backward(const Eigen::VectorXd& slope);
+
+ private:
+  QuadraticSolution split(const SolutionStep& step) const;
+
+  QuadraticProgram program_;
+  QuadraticSolution solution_;
+  SolveStatus solve_status_;
+  std::optional<SolutionSlopes> slopes_;
+};
+
+}  // namespace dyntape
