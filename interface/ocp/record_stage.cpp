@@ -197,7 +197,7 @@ class ShootingStep {
   }
 
   // p: t, h and three values of n_p parameters.
-  VectorXad run(StepScheme scheme, const VectorXad& z, const VectorXad& p) {
+  VectorXad run(ShootingScheme scheme, const VectorXad& z, const VectorXad& p) {
     const Eigen::Index n_x = problem_.n_x(), n_p = (p.size() - 2) / 3;
     const AD h = p[1];
     const auto stage_at = [&](const AD& after, const VectorXad& x, int part) {
@@ -205,7 +205,7 @@ class ShootingStep {
     };
     VectorXad x(n_x + 1);
     x << z.head(n_x), AD(0);
-    if (scheme == StepScheme::kEuler) {
+    if (scheme == ShootingScheme::kEuler) {
       x += h * rate(stage_at(AD(0), z.head(n_x), 0), 1, h);
       const Eigen::Index n_q = problem_.positions;
       if (n_q > 0) {  // by the new velocities
@@ -247,7 +247,7 @@ class ShootingStep {
 
 }  // namespace
 
-RecordedShooting record_shooting(const Problem& problem, StepScheme scheme, bool with_residuals) {
+RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme, bool with_residuals) {
   check(problem);
   check_shooting(problem);
   const int n_x = problem.n_x();

@@ -46,11 +46,11 @@ RecordedStage record_stage(const Problem& problem);
 //                  the problem says are positions move by the new velocities: semi-implicit, which keeps energies
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
 // a free duration; and, where r is asked for, for a running cost that is no sum of squares.
-enum class StepScheme { kRungeKutta4, kEuler };
+enum class ShootingScheme { kRungeKutta4, kEuler };
 struct RecordedShooting {
   Function step, end;
 };
-RecordedShooting record_shooting(const Problem& problem, StepScheme scheme = StepScheme::kRungeKutta4,
+RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme = ShootingScheme::kRungeKutta4,
                                  bool with_residuals = false);
 void check_shooting(const Problem& problem);  // that ArgumentError
 

@@ -51,7 +51,7 @@ enum class DdpStart { kRollOut, kNodes };
 
 struct DdpOptions {
   int intervals = 100;
-  StepScheme scheme = StepScheme::kRungeKutta4;
+  ShootingScheme scheme = ShootingScheme::kRungeKutta4;
   DdpHessian hessian = DdpHessian::kExact;
   DdpStart start = DdpStart::kRollOut;
   double tolerance = 1e-9;

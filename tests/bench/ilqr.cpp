@@ -41,7 +41,7 @@ Problem arm(const std::string& urdf) {
   return p;
 }
 
-void run(const std::string& urdf, StepScheme scheme, int intervals, int times) {
+void run(const std::string& urdf, ShootingScheme scheme, int intervals, int times) {
   DdpSolver solver(
       arm(urdf),
       {.intervals = intervals, .scheme = scheme, .hessian = DdpHessian::kGaussNewton, .verify = false});
@@ -53,7 +53,7 @@ void run(const std::string& urdf, StepScheme scheme, int intervals, int times) {
   std::printf(
       "{\"scheme\": \"%s\", \"status\": \"%s\", \"iterations\": %zu, \"cost\": %.15g, \"seconds\": %.6g, "
       "\"ready_s\": %.4g}\n",
-      scheme == StepScheme::kEuler ? "euler" : "rk4", to_string(best.status), best.iterations.size(),
+      scheme == ShootingScheme::kEuler ? "euler" : "rk4", to_string(best.status), best.iterations.size(),
       best.cost, best.seconds, best.build_seconds);
 }
 
@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
     return 2;
   }
   try {
-    for (const StepScheme scheme : {StepScheme::kEuler, StepScheme::kRungeKutta4})
+    for (const ShootingScheme scheme : {ShootingScheme::kEuler, ShootingScheme::kRungeKutta4})
       run(argv[1], scheme, argc > 2 ? std::max(1, std::atoi(argv[2])) : 100,
           argc > 3 ? std::max(1, std::atoi(argv[3])) : 10);
   } catch (const dyntape::Error& e) {

@@ -156,7 +156,7 @@ TEST(Ddp, EulersStepsMoveByTheNewVelocities) {
         Problem p = random_lqr(seed);
         p.positions = positions;
         const DdpSolution s = solved(
-            p, {.intervals = 15, .scheme = StepScheme::kEuler, .hessian = hessian, .tolerance = 1e-12});
+            p, {.intervals = 15, .scheme = ShootingScheme::kEuler, .hessian = hessian, .tolerance = 1e-12});
         ASSERT_EQ(s.iterations.size(), 2u) << seed;
         EXPECT_NEAR(s.cost, euler_cost_of(p, s.u), 1e-13 * (1 + s.cost));
         MatrixXd other = s.u;
@@ -168,7 +168,7 @@ TEST(Ddp, EulersStepsMoveByTheNewVelocities) {
   // Of a curved problem, by exact slopes and by those of an independent roll-out.
   Problem p = soft_swing_up();
   p.positions = 2;
-  const DdpSolution s = solved(p, {.intervals = 60, .scheme = StepScheme::kEuler});
+  const DdpSolution s = solved(p, {.intervals = 60, .scheme = ShootingScheme::kEuler});
   EXPECT_NEAR(s.cost, euler_cost_of(p, s.u), 1e-11 * s.cost);
   for (const Eigen::Index k : {Eigen::Index(0), Eigen::Index(30), Eigen::Index(58)}) {
     const double h = 1e-4;
