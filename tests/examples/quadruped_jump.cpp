@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// A quadruped jumps: three phases with contacts of their own, found from standing still.
-//
-//   example_quadruped_jump [jump.html]      with a file: the motion in 3D
-//
-// Feet push off within their friction cones, fly, and are set down where they stood without an impact; torques are limited.
+// A quadruped jumps, within its torques: feet push off inside their friction cones, fly, and are set down where they stood
+// without an impact.  Three phases with contacts of their own, found from standing still; with a file, it plays in 3D:
+//   example_quadruped_jump [jump.html]
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
@@ -16,23 +14,21 @@
 
 using namespace dyntape;
 using Eigen::VectorXd;
-
 constexpr double kTorque = 2.5;                   // N m
 constexpr double kOnGround = 0.3, kInAir = 0.25;  // s
-constexpr auto kWorldAxes = dynamics::ReferenceFrame::kLocalWorldAligned;
+constexpr auto kWorld = dynamics::ReferenceFrame::kLocalWorldAligned;
 constexpr const char* kRobot = "config/robots/solo12.urdf";
 
 // A phase that begins and ends anywhere; its guess stands still.
 Problem phase(const RobotScene& scene, const VectorXd& q, double duration,
               const std::vector<HeldContact>& contacts) {
-  const RobotProblemOptions options{
-      .duration = duration, .form = DynamicsForm::kInverse, .contacts = contacts};
+  const RobotProblemOptions options{duration, DynamicsForm::kInverse, ControlUnit::kPhysical, {}, contacts};
   Problem p = robot_problem(scene, options);
   p.add(squared_controls(1e-2));
   p.add(squared_accelerations(p, 1e-4));
   p.u.lower.head(12).setConstant(-kTorque), p.u.upper.head(12).setConstant(kTorque);
-  const VectorXd hold =
-      contacts.empty() ? VectorXd(VectorXd::Zero(p.n_u())) : holding_controls(scene, options, q);
+  VectorXd hold = VectorXd::Zero(p.n_u());
+  if (!contacts.empty()) hold = holding_controls(scene, options, q);
   VectorXd x = VectorXd::Zero(p.n_x());
   x.head(q.size()) = q;
   p.guess = [=, nv = scene.model.nv](double t) { return Stage<double>{t, x, VectorXd::Zero(nv), hold}; };
@@ -48,8 +44,8 @@ int main(int argc, char** argv) try {
   x.head(nq) = q;
   std::vector<HeldContact> feet;
   for (const char* foot : {"FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"}) {
-    const StageFunction place = frame_position(scene, foot, Eigen::Vector3d::Zero());
-    feet.push_back({foot, 0.6, Eigen::Vector3d(place(Stage<double>{0, x, {}, {}}))});
+    const VectorXd place = frame_position(scene, foot, Eigen::Vector3d::Zero())(Stage<double>{0, x, {}, {}});
+    feet.push_back({foot, 0.6, Eigen::Vector3d(place)});
   }
 
   Problem push_off = phase(scene, q, kOnGround, feet), flight = phase(scene, q, kInAir, {}),
@@ -57,27 +53,26 @@ int main(int argc, char** argv) try {
   start_at(push_off, scene, q, VectorXd::Zero(nv));
   for (const HeldContact& foot : feet) {
     flight.add(terminal_equality(foot.frame + " lands", frame_position(scene, foot.frame, *foot.place)));
-    flight.add(terminal_equality(foot.frame + " at rest",
-                                 part_of(frame_velocity(scene, foot.frame, kWorldAxes), 0, 3)));
+    const StageFunction speed = part_of(frame_velocity(scene, foot.frame, kWorld), 0, 3);
+    flight.add(terminal_equality(foot.frame + " at rest", speed));
   }
   landing.goal.head(6) = q.head(6);       // of the base: where it was, level,
   landing.goal.segment(nq, 6).setZero();  // at rest; the feet hold the joints
 
   Phases jump("jump");
-  jump.add("push-off", push_off);
-  jump.add("flight", flight);
-  jump.add("landing", landing);
-  const PhasedSolution s =
-      optimise(jump, {.meshes = {{.intervals = 10}}, .solver = {.method = NlpMethod::kStages}});
-
+  jump.add("push-off", push_off), jump.add("flight", flight), jump.add("landing", landing);
+  const SolverOptions solver{.method = NlpMethod::kStages};
+  const PhasedSolution s = optimise(jump, {.meshes = {{.intervals = 10}}, .solver = solver});
   const auto [t, states] = s.states();
   const double rise = states.row(2).maxCoeff() - q[2];
   double defect = 0;
   for (const Verification& v : s.verifications) defect = std::max(defect, v.worst_relative);
   std::printf("%s: %d iterations, %.1f s, cost %.4f, trunk rises by %.3f m, true defect %.1e\n",
               to_string(s.nlp.status), s.nlp.iterations(), s.nlp.times.total, s.cost(), rise, defect);
+  const auto visuals = dynamics::read_visuals(kRobot, scene.model);
   if (argc > 1)
-    write_player({.title = "jump", .model = scene.model, .t = t, .q = states.topRows(nq)}, argv[1]);
+    write_player({.title = "jump", .model = scene.model, .visuals = visuals, .t = t, .q = states.topRows(nq)},
+                 argv[1]);
   return s.success() && rise > 0.07 && defect < 0.01 ? 0 : 1;
 } catch (const Error& e) {
   std::fprintf(stderr, "%s\n", e.what());

@@ -15,6 +15,11 @@ cmake --build "$scratch/build" >"$scratch/log" 2>&1 || { cat "$scratch/log"; exi
 "$scratch/build/consumer" "$robots/panda.urdf"
 "$scratch/prefix/bin/dyntape" info "$robots/panda.urdf" --json >/dev/null
 
+# All that examples include is installed; two of them are built below.
+grep -ho '#include <dyntape/[^>]*' "$scratch"/prefix/share/dyntape/examples/*.cpp | sed 's/.*<//' | sort -u | while read -r header; do
+  [ -f "$scratch/prefix/include/$header" ] || { echo "an example includes $header, which is not installed"; exit 1; }
+done
+
 # The examples as they are installed, from a folder that is not the repository.
 cd "$scratch"
 cmake -S "$scratch/prefix/share/dyntape/examples" -B "$scratch/examples" -G Ninja -DCMAKE_PREFIX_PATH="$scratch/prefix" \
