@@ -14,9 +14,10 @@ double violation(double value, double lower, double upper) {
   return worst(std::max(0.0, lower - value), value - upper);
 }
 
-// price * distance, where there is a bound at all.
+// price * distance; of a bound that is not there, or that would rather be passed, the price itself.
 double product(double price, double distance) {
-  return std::isinf(distance) && !std::isnan(price) ? 0 : std::abs(price * distance);
+  if (std::isinf(distance)) return std::abs(price);
+  return worst(std::abs(price * distance), -price);
 }
 
 bool rests(double value, double lower, double upper, double tolerance) {
@@ -55,7 +56,7 @@ KktResiduals kkt_residuals(Nlp& problem, const NlpSolution& solution) {
     r.feasibility = worst(r.feasibility, violation(g[j], shape.g_lower[j], shape.g_upper[j]));
     const double bound = solution.lambda[j] > 0 ? shape.g_upper[j] : shape.g_lower[j];
     if (shape.g_lower[j] != shape.g_upper[j]) {
-      r.complementarity = worst(r.complementarity, product(solution.lambda[j], g[j] - bound));
+      r.complementarity = worst(r.complementarity, product(std::abs(solution.lambda[j]), g[j] - bound));
     }
   }
   return r;

@@ -374,6 +374,24 @@ TEST(DerivativeCheck, NamesAWrongEntry) {
   EXPECT_NE(b.mismatches[0].row.find("derivative of the Lagrangian by"), std::string::npos);
 }
 
+TEST(Kkt, PricesHaveASign) {
+  Problem p = test::block_move();
+  p.add(path_inequality(
+      "from below", [](const auto& s) { return s.x; }, Eigen::Vector2d(-1e3, -1e3),
+      Eigen::Vector2d::Constant(HUGE_VAL)));
+  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  const NlpSolution good = solve_with_ipopt(nlp, nlp.start());
+  EXPECT_LT(kkt_residuals(nlp, good).complementarity, 1e-5);
+  for (const auto& spoil : std::vector<std::function<void(NlpSolution&)>>{
+           [](NlpSolution& s) { s.lambda.back() = 3; },       // of a bound that is not there
+           [](NlpSolution& s) { s.lower_price[5] = 3; },      // likewise
+           [](NlpSolution& s) { s.upper_price[5] = -3; }}) {  // and below zero
+    NlpSolution s = good;
+    spoil(s);
+    EXPECT_GE(kkt_residuals(nlp, s).complementarity, 3);
+  }
+}
+
 TEST(Kkt, WhatIsNoNumberIsNotOptimal) {
   Collocation nlp(test::block_move(), {.intervals = 4, .evaluation = test::kInterpreted});
   const NlpSolution good = solve_with_ipopt(nlp, nlp.start());
