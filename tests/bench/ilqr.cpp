@@ -3,14 +3,17 @@
 // What an iteration of differential dynamic programming takes: the problem of tests/bench/ilqr_problem.py, which runs it
 // beside Crocoddyl.
 //
-//   bench_ilqr URDF [INTERVALS [TIMES]]        one JSON object a line; seconds, the quickest of TIMES
+//   bench_ilqr arm|quadruped URDF [INTERVALS [TIMES]]        one JSON object a line; seconds, the quickest of TIMES
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/ocp/robot_problem.h>
+#include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/transcription/ddp.h>
 
 namespace {
@@ -41,10 +44,57 @@ Problem arm(const std::string& urdf) {
   return p;
 }
 
-void run(const std::string& urdf, ShootingScheme scheme, int intervals, int times) {
-  DdpSolver solver(
-      arm(urdf),
-      {.intervals = intervals, .scheme = scheme, .hessian = DdpHessian::kGaussNewton, .verify = false});
+// A quadruped whose four feet are held by constraints of its dynamics (constraints.h), led to another pose of its trunk.
+Problem quadruped(const std::string& urdf) {
+  const RobotScene scene{dynamics::load_urdf(urdf, {.base = dynamics::Base::kFloating})};
+  const dynamics::Model<double>& model = scene.model;
+  const int nq = model.nq, nv = model.nv, n_u = nv - 6;
+  VectorXd q = VectorXd::Zero(nq), x = VectorXd::Zero(nq + nv), goal;
+  q << 0, 0, 0.24, 0, 0, 0, 1, 0, 0.8, -1.6, 0, 0.8, -1.6, 0, -0.8, 1.6, 0, -0.8, 1.6;
+  x.head(nq) = q, goal = q, goal[0] += 0.02, goal[2] -= 0.04;
+  std::vector<dynamics::Constraint<double>> feet;
+  for (const char* foot : {"FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"}) {
+    const VectorXd place = frame_position(scene, foot, Eigen::Vector3d::Zero())(Stage<double>{0, x, {}, {}});
+    feet.push_back(dynamics::point_constraint(model, model.frame_index(foot), Eigen::Vector3d(place)));
+  }
+  const auto rate = [=](const auto& s) {
+    using T = std::decay_t<decltype(s.t)>;
+    const dynamics::Model<T> own = model.cast<T>();
+    dynamics::Data<T> data(own);
+    std::vector<dynamics::Constraint<T>> held;
+    for (const auto& foot : feet) held.push_back(foot.template cast<T>());
+    dynamics::ConstraintData<T> c(own, held);
+    c.independent = true;
+    const dynamics::VectorX<T> at = s.x.head(nq), v = s.x.tail(nv);
+    dynamics::VectorX<T> tau = dynamics::VectorX<T>::Zero(nv), change(nq + nv);
+    tau.tail(n_u) = s.u;
+    dynamics::constrained_dynamics<T>(own, data, c, at, v, tau);
+    change << configuration_rate<T>(model, at, v), c.ddq;
+    return change;
+  };
+  std::vector<std::string> states(std::size_t(nq + nv), "x"), controls(std::size_t(n_u), "u");
+  Problem p("quadruped", states, controls, 1, rate);
+  p.positions = nq;
+  const VectorXd ones = VectorXd::Ones(nv), zero = VectorXd::Zero(nv);
+  p.add(joint_tracking(scene, kAngle * ones, goal, kRate * ones, zero));
+  p.add(running_squares("torques", [](const auto& s) { return (std::sqrt(kTorque) * s.u).eval(); }));
+  Term end = joint_tracking(scene, kEnd * kAngle * ones, goal, kEnd * kRate * ones, zero);
+  end.where = Where::kTerminal;
+  p.add(end);
+  p.start = x;
+  p.goal.setConstant(Problem::kFree);
+  const RobotProblemOptions standing{.contacts = {{"FL_FOOT"}, {"FR_FOOT"}, {"HL_FOOT"}, {"HR_FOOT"}}};
+  const VectorXd hold = holding_controls(scene, standing, q).head(n_u);
+  p.guess = [=](double t) { return Stage<double>{t, x, {}, hold}; };
+  return p;
+}
+
+void run(const Problem& problem, ShootingScheme scheme, int intervals, int times) {
+  DdpSolver solver(problem, {.intervals = intervals,
+                             .scheme = scheme,
+                             .hessian = DdpHessian::kGaussNewton,
+                             .tolerance = 1e-5,
+                             .verify = false});
   DdpSolution best;
   for (int i = 0; i < times; ++i) {
     DdpSolution s = solver.solve();
@@ -60,14 +110,17 @@ void run(const std::string& urdf, ShootingScheme scheme, int intervals, int time
 }  // namespace
 
 int main(int argc, char** argv) {
-  if (argc < 2 || argc > 4) {
-    std::fprintf(stderr, "usage: bench_ilqr URDF [INTERVALS [TIMES]]\n");
+  if (argc < 3 || argc > 5) {
+    std::fprintf(stderr, "usage: bench_ilqr arm|quadruped URDF [INTERVALS [TIMES]]\n");
     return 2;
   }
   try {
-    for (const ShootingScheme scheme : {ShootingScheme::kEuler, ShootingScheme::kRungeKutta4})
-      run(argv[1], scheme, argc > 2 ? std::max(1, std::atoi(argv[2])) : 100,
-          argc > 3 ? std::max(1, std::atoi(argv[3])) : 10);
+    const bool is_arm = argv[1] == std::string("arm");
+    const Problem problem = is_arm ? arm(argv[2]) : quadruped(argv[2]);
+    const int intervals = argc > 3 ? std::max(1, std::atoi(argv[3])) : 100,
+              times = argc > 4 ? std::max(1, std::atoi(argv[4])) : 10;
+    run(problem, ShootingScheme::kEuler, intervals, times);
+    if (is_arm) run(problem, ShootingScheme::kRungeKutta4, intervals, times);
   } catch (const dyntape::Error& e) {
     std::fprintf(stderr, "bench_ilqr: %s\n", e.what());
     return 1;

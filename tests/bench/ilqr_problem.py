@@ -7,10 +7,10 @@
     ninja -C build bench_ilqr
     build/crocoddyl/bin/python tests/bench/ilqr_problem.py build/bin
 
-A seven-joint arm is led from rest to a configuration within 1 s, 100 steps by semi-implicit Euler and by the classical
-Runge-Kutta scheme; costs are squares of what is missed and of torques, the Hessian is Gauss-Newton's, the start is a roll-out of the
-torques that hold the arm.  Both find the same cost, to 13 digits.  One thread each; seconds are the quickest solve by its
-iterations.  Crocoddyl 3.2.1 crashes in residuals of frames; 3.1.0 does not.
+An arm of seven joints is led to a configuration within 1 s, and a quadruped on four feet, held by constraints of its dynamics, to another pose
+of its trunk: 100 steps by semi-implicit Euler, the arm by the classical Runge-Kutta scheme as well.  Costs are squares of what is missed
+and of torques, the Hessian is Gauss-Newton's, the start a roll-out of the torques that hold the robot.  Both find the same cost.
+One thread each; seconds are the quickest solve by its iterations.  Crocoddyl 3.2.1 crashes in residuals of frames; 3.1.0 does not.
 """
 import json
 import pathlib
@@ -22,73 +22,106 @@ import crocoddyl
 import numpy as np
 import pinocchio
 
-ROBOT = pathlib.Path(__file__).resolve().parent.parent.parent / 'config/robots/panda.urdf'
-START, GOAL = [0, -.5, 0, -2, 0, 1.5, .5], [1, .5, -.5, -1.2, .5, 2, -.5]
+ROBOTS = pathlib.Path(__file__).resolve().parent.parent.parent / 'config/robots'
 ANGLE, RATE, TORQUE, END = 10, .1, 1e-3, 100  # weights, those of ilqr.cpp
 N, TIMES = 100, 40
 
 
-def arm():
-    whole = pinocchio.buildModelFromUrdf(str(ROBOT))
-    fingers = [whole.getJointId(f'panda_finger_joint{i}') for i in (1, 2)]
-    return pinocchio.buildReducedModel(whole, fingers, pinocchio.neutral(whole))
+class Arm:
+    file = ROBOTS / 'panda.urdf'
+    schemes = 'euler', 'rk4'
+
+    def __init__(self):
+        whole = pinocchio.buildModelFromUrdf(str(self.file))
+        fingers = [whole.getJointId(f'panda_finger_joint{i}') for i in (1, 2)]
+        self.state = crocoddyl.StateMultibody(pinocchio.buildReducedModel(whole, fingers, pinocchio.neutral(whole)))
+        self.actuation = crocoddyl.ActuationModelFull(self.state)
+        self.start = np.array([0, -.5, 0, -2, 0, 1.5, .5] + [0] * 7)
+        self.goal = np.array([1, .5, -.5, -1.2, .5, 2, -.5] + [0] * 7)
+
+    def dynamics(self, costs):
+        return crocoddyl.DifferentialActionModelFreeFwdDynamics(self.state, self.actuation, costs)
 
 
-def problem(scheme):
-    state = crocoddyl.StateMultibody(arm())
-    n = state.nv
+class Quadruped:
+    file = ROBOTS / 'solo12.urdf'
+    schemes = 'euler',
+
+    def __init__(self):
+        self.model = pinocchio.buildModelFromUrdf(str(self.file), pinocchio.JointModelFreeFlyer())
+        self.state = crocoddyl.StateMultibody(self.model)
+        self.actuation = crocoddyl.ActuationModelFloatingBase(self.state)
+        q = np.array([0, 0, .24, 0, 0, 0, 1] + [0, .8, -1.6] * 2 + [0, -.8, 1.6] * 2)
+        self.start = np.concatenate([q, np.zeros(18)])
+        self.goal = self.start.copy()
+        self.goal[0] += .02
+        self.goal[2] -= .04
+        data = self.model.createData()
+        pinocchio.framesForwardKinematics(self.model, data, q)
+        feet = [self.model.getFrameId(f'{leg}_FOOT') for leg in ('FL', 'FR', 'HL', 'HR')]
+        self.feet = [(foot, data.oMf[foot].translation.copy()) for foot in feet]
+
+    def dynamics(self, costs):
+        contacts = crocoddyl.ContactModelMultiple(self.state, self.actuation.nu)
+        for foot, place in self.feet:
+            contacts.addContact(str(foot), crocoddyl.ContactModel3D(self.state, foot, place, pinocchio.LOCAL,
+                                                                    self.actuation.nu, np.array([100., 20.])))
+        return crocoddyl.DifferentialActionModelContactFwdDynamics(self.state, self.actuation, contacts, costs, 0., True)
+
+
+def shooting(robot, scheme):
+    state, n_u = robot.state, robot.actuation.nu
 
     def model(at_end):
-        costs = crocoddyl.CostModelSum(state)
-        weights = 2 * np.array([ANGLE] * n + [RATE] * n)  # its activations are halves of squares
+        costs = crocoddyl.CostModelSum(state, n_u)
+        weights = 2 * np.array([ANGLE] * state.nv + [RATE] * state.nv)  # its activations are halves of squares
         missed = crocoddyl.CostModelResidual(state, crocoddyl.ActivationModelWeightedQuad(weights),
-                                             crocoddyl.ResidualModelState(state, np.array(GOAL + [0] * n), n))
+                                             crocoddyl.ResidualModelState(state, robot.goal, n_u))
         costs.addCost('missed', missed, END if at_end else 1)
         if not at_end:
-            costs.addCost('torques', crocoddyl.CostModelResidual(state, crocoddyl.ResidualModelControl(state, n)),
-                          2 * TORQUE)
-        return crocoddyl.DifferentialActionModelFreeFwdDynamics(state, crocoddyl.ActuationModelFull(state), costs)
+            costs.addCost('torques', crocoddyl.CostModelResidual(state, crocoddyl.ResidualModelControl(state, n_u)), 2 * TORQUE)
+        return robot.dynamics(costs)
 
     def step():
         if scheme == 'euler':
             return crocoddyl.IntegratedActionModelEuler(model(False), 1 / N)
         return crocoddyl.IntegratedActionModelRK(model(False), crocoddyl.RKType.four, 1 / N)
 
-    start = np.array(START + [0] * n)
-    return start, crocoddyl.ShootingProblem(start, [step() for _ in range(N)],
-                                            crocoddyl.IntegratedActionModelEuler(model(True), 0))
+    return crocoddyl.ShootingProblem(robot.start, [step() for _ in range(N)],
+                                     crocoddyl.IntegratedActionModelEuler(model(True), 0))
 
 
-def crocoddyls(scheme):
-    start, shooting = problem(scheme)
+def crocoddyls(robot, scheme):
+    problem = shooting(robot, scheme)
     best = None
     for _ in range(TIMES):
-        solver = crocoddyl.SolverFDDP(shooting)
+        solver = crocoddyl.SolverFDDP(problem)
         solver.th_stop = 1e-12
-        controls = shooting.quasiStatic([start] * N)
-        states = shooting.rollout(controls)
+        controls = problem.quasiStatic([robot.start] * N)
+        states = problem.rollout(controls)
         begin = time.perf_counter()
-        solved = solver.solve(states, controls, 100, False)
+        solver.solve(states, controls, 100, False)
         seconds = time.perf_counter() - begin
         if best is None or seconds < best['seconds']:
-            best = {'status': 'solved' if solved else 'failed', 'iterations': solver.iter + 1,
-                    'cost': solver.cost, 'seconds': seconds}
+            best = {'iterations': solver.iter + 1, 'cost': solver.cost, 'seconds': seconds}
     return best
 
 
 def main():
     bench = pathlib.Path(sys.argv[1]) / 'bench_ilqr'
-    out = subprocess.run([bench, ROBOT, str(N), str(5 * TIMES)], check=True, capture_output=True, text=True).stdout
-    ours = {row['scheme']: row for row in map(json.loads, out.splitlines())}
-    print('| scheme | | iterations | cost | an iteration | of Crocoddyl | solve |')
-    print('|---|---|--:|--:|--:|--:|--:|')
-    for scheme in ('euler', 'rk4'):
-        peer = crocoddyls(scheme)
-        assert abs(peer['cost'] - ours[scheme]['cost']) < 1e-9 * peer['cost'], (peer, ours[scheme])
-        each = {name: row['seconds'] / row['iterations'] for name, row in (('dyntape', ours[scheme]), ('Crocoddyl', peer))}
-        for name, row in (('dyntape', ours[scheme]), ('Crocoddyl', peer)):
-            print(f"| {scheme} | {name} | {row['iterations']} | {row['cost']:.10f} | {1e6 * each[name]:.0f} us | "
-                  f"{each[name] / each['Crocoddyl']:.2f} | {1e3 * row['seconds']:.2f} ms |")
+    print('| | steps | | iterations | cost | an iteration | of Crocoddyl | solve |')
+    print('|---|---|---|--:|--:|--:|--:|--:|')
+    for robot in Arm(), Quadruped():
+        name = type(robot).__name__.lower()
+        out = subprocess.run([bench, name, robot.file, str(N), str(5 * TIMES)], check=True, capture_output=True, text=True)
+        ours = {row['scheme']: row for row in map(json.loads, out.stdout.splitlines())}
+        for scheme in robot.schemes:
+            rows = {'dyntape': ours[scheme], 'Crocoddyl': crocoddyls(robot, scheme)}
+            assert abs(rows['dyntape']['cost'] / rows['Crocoddyl']['cost'] - 1) < 1e-8, rows
+            each = {who: row['seconds'] / row['iterations'] for who, row in rows.items()}
+            for who, row in rows.items():
+                print(f"| {name} | {scheme} | {who} | {row['iterations']} | {row['cost']:.9f} | {1e6 * each[who]:.0f} us | "
+                      f"{each[who] / each['Crocoddyl']:.2f} | {1e3 * row['seconds']:.2f} ms |")
 
 
 if __name__ == '__main__':
