@@ -29,7 +29,17 @@ void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
   if (!(options.delay >= 0 && options.delay < options.period))
     refuse("a delay of " + seconds(options.delay) + ", expected one from 0 to below the period of " +
            seconds(options.period));
+  constexpr double kMostSteps = 1e7;
+  if (!(options.seconds / options.period <= kMostSteps))
+    refuse(seconds(options.seconds) + " in periods of " + seconds(options.period) + ", expected at most " +
+           io::shortest(kMostSteps) + " steps");
+  if (!(options.period < problem.duration))
+    refuse("a period of " + seconds(options.period) + ", expected less than the horizon of " +
+           seconds(problem.duration) + ", behind which no plan says what to do");
   for (const Push& push : options.pushes) {
+    if (push.at >= options.seconds)
+      refuse("a push at " + seconds(push.at) + ", expected one before the end at " +
+             seconds(options.seconds));
     if (push.change.size() != problem.n_x() || !push.change.allFinite() || !(push.at >= 0))
       refuse("a push at " + seconds(push.at) + " with " + std::to_string(push.change.size()) +
              " entries, expected a time from 0 on and " + std::to_string(problem.n_x()) + " numbers");
@@ -101,7 +111,8 @@ ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) 
   const auto note = [&](double t) {
     times.push_back(t), states.push_back(plant.x), controls.push_back(planned(t));
   };
-  const int periods = int(std::lround(options.seconds / options.period));
+  const int periods =
+      int(std::ceil(options.seconds / options.period * (1 - 1e-12)));  // the last one is whole
   for (int k = 0; k < periods && !options.stop.stop_requested(); ++k) {
     const double t = k * options.period, acts = t + options.delay, end = (k + 1) * options.period;
     if (options.watch) options.watch(t);

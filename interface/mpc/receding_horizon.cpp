@@ -114,8 +114,7 @@ void RecedingHorizon::plan_from(const std::vector<double>& start, double t, bool
   step_.cost = own.objective;
   step_.violation = violation_of(*scaled_, last_.x);
   const bool is_solved = step_.status == SolveStatus::kSolved || step_.violation <= options_.violation;
-  const bool is_stepped = step_.status == SolveStatus::kIterationLimit && is_stepwise;
-  step_.usable = (is_solved || is_stepped) && step_.plan.motion.u.allFinite();
+  step_.usable = is_solved && step_.plan.motion.u.allFinite();
 }
 
 const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {

@@ -22,8 +22,8 @@
 // time: a reference r(t) is followed as it is.  They change in place through values().
 //
 // A plan is usable if it is solved, or violates nothing by more than `violation` of the magnitudes (nlp.h) that its numbers had at
-// the first start; with `iterations`, if its quadratic programs were solved: what it violates falls from step to step, and stands
-// in `violation`.  Gauss-Newton, the default, needs every cost as squares; with exact Hessians whole steps may lead away.
+// the first start: what one step of the real-time iteration leaves open falls from step to step, and stands in `violation`.
+// Gauss-Newton, the default, needs every cost as squares; with exact Hessians whole steps may lead away.
 //
 // Errors: ArgumentError for a state of the wrong size or with entries that are no numbers, for times that go back, a problem whose
 // start or duration is free, and for what solve_by_stages refuses.  How a solve ended is no error but a status.

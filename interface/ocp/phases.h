@@ -51,6 +51,10 @@ struct PhaseLink {
 };
 std::vector<PhaseLink> links_of(const Phases& phases);
 
+// The problems, each told how far the motion moves its states before and after it (Problem::typical), where no link changes
+// them: a phase that begins and ends anywhere cannot know.
+std::vector<Problem> told_of_each_other(const Phases& phases);
+
 // ArgumentError, naming the phase, unless each problem fits together (check() in problem.h), and with its neighbours.
 void check(const Phases& phases);
 

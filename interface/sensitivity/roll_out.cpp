@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/sensitivity/roll_out.h>
 
+#include <cmath>
+
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/ocp/record_stage.h>
@@ -122,6 +124,9 @@ struct RollOutAdjoint::Made {
   VectorXd finish(const VectorXd& x, RollOutGradient& g) {
     g.cost = x[n] + end.value(x.head(n), at_end())[0];
     const VectorXd slopes = end.slopes(x.head(n), at_end(), VectorXd::Ones(1));
+    if (!std::isfinite(g.cost) || !slopes.allFinite())
+      throw NumericalError("problem \"" + problem.name +
+                           "\": the cost of the end, or its slope, is not finite");
     g.parameters += slopes.tail(n_p);
     return slopes.head(n);
   }

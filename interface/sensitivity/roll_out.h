@@ -26,7 +26,7 @@
 // not looked at.
 //
 // Errors: ArgumentError for a problem that steps do not know (record_stage.h), controls of another size;
-// NumericalError where a step is not finite.  GuardViolation where a recorded branch is left.
+// NumericalError where a step, or the cost of the end, is not finite.  GuardViolation where a recorded branch is left.
 #pragma once
 
 #include <memory>

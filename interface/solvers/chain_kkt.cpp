@@ -18,10 +18,10 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// Of its largest entry: what is left of a row that others make up.  A pivot p that is solved for leaves a cost to go of 1 / p^2:
-// below this no digit of what is free would be left.  Least time has such pivots at its optimum, as prices of its last rows
-// cancel there.
-constexpr double kDependent = 1e-7;
+// Of its largest entry: what is left of a row that others make up.  A pivot p that a link is solved for leaves a cost to go of
+// 1 / p^2: below this no digit of what is free would be left.  Least time has such pivots at its optimum, as prices of its last
+// rows cancel there.  Rows of the stage itself come first, so that theirs leave nothing.
+constexpr double kDependentLink = 1e-7, kDependent = 1e-11;
 constexpr double kMuch = 0.01;    // the same: enough to be solved for
 constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable that has no curvature of its own
 constexpr double kSpring = 1e10;  // what rows without a variable of their own cost, squared and halved
@@ -56,8 +56,8 @@ void ChainKkt::assemble(std::size_t k, double shift, double elastic) {
   f.Q.topLeftCorner(n, n) = s.H;
   f.Q.diagonal().head(n).array() += shift;
   auto M = f.M.topRows(n);
-  M.leftCols(links) = s.D.transpose();
-  M.middleCols(links, s.G.rows()) = s.G.transpose();
+  M.leftCols(s.G.rows()) = s.G.transpose();
+  M.rightCols(links) = s.D.transpose();
   if (!next) return;
   // Q += C^T P C
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -67,20 +67,22 @@ void ChainKkt::assemble(std::size_t k, double shift, double elastic) {
   }
 }
 
-// Each row is solved for the free variable that it weighs most.  Rows of which others have left little wait, as what is left of
+// Each row is solved for the free variable that it weighs most, those of the stage before its links.  Rows of which others have left little wait, as what is left of
 // them has lost digits; those of which nothing is left are made up by others.
-void ChainKkt::eliminate_rows(Factor& f) {
+void ChainKkt::eliminate_rows(Factor& f, Eigen::Index links) {
   MatrixXd& M = f.M;
   const Eigen::Index n = M.rows(), rows = M.cols();
   f.row.resize(std::size_t(rows)), f.col.resize(std::size_t(n));
-  std::iota(f.row.begin(), f.row.end(), 0), std::iota(f.col.begin(), f.col.end(), 0);
+  const Eigen::Index own = rows - links;
+  for (Eigen::Index r = 0; r < rows; ++r) f.row[std::size_t(r)] = r < own ? links + r : r - own;
+  std::iota(f.col.begin(), f.col.end(), 0);
   f.s.resize(rows);  // sizes of the rows
   for (Eigen::Index r = 0; r < rows; ++r) f.s[r] = n > 0 ? M.col(r).cwiseAbs().maxCoeff() : 0;
   f.rank = 0;
   for (Eigen::Index step = 0; step < std::min(rows, n); ++step) {
-    Eigen::Index pivot = step, chosen = step;
+    Eigen::Index pivot = step, chosen = -1;
     double most = kDependent;
-    for (Eigen::Index r = step; r < rows && most < kMuch; ++r) {
+    const auto look_at = [&](Eigen::Index r) {
       const double* const row = M.data() + r * n;
       Eigen::Index at = step;
       double largest = 0;
@@ -88,8 +90,13 @@ void ChainKkt::eliminate_rows(Factor& f) {
         if (std::abs(row[i]) > largest) largest = std::abs(row[i]), at = i;
       }
       if (largest > most * f.s[r]) most = largest / f.s[r], pivot = at, chosen = r;
+    };
+    for (Eigen::Index r = step; r < own && most < kMuch; ++r) look_at(r);
+    if (chosen < 0) {
+      most = kDependentLink;
+      for (Eigen::Index r = std::max(step, own); r < rows && most < kMuch; ++r) look_at(r);
     }
-    if (most <= kDependent) return;
+    if (chosen < 0) return;
     if (chosen != step) {
       M.col(chosen).swap(M.col(step));
       std::swap(f.row[std::size_t(chosen)], f.row[std::size_t(step)]), std::swap(f.s[chosen], f.s[step]);
@@ -113,8 +120,9 @@ void ChainKkt::eliminate_rows(Factor& f) {
 // False where what is free has no minimum.
 bool ChainKkt::eliminate(std::size_t k) {
   Factor& f = factors_[k];
-  eliminate_rows(f);
-  const Eigen::Index links = stages_[k].D.rows(), n = f.M.rows(), rows = f.M.cols(), rank = f.rank;
+  const Eigen::Index links = stages_[k].D.rows();
+  eliminate_rows(f, links);
+  const Eigen::Index n = f.M.rows(), rows = f.M.cols(), rank = f.rank;
   const Eigen::Index free = f.free = n - rank, left = rows - rank, both = free + links, pad = padded(both);
   const double* const M = f.M.data();
 

@@ -74,7 +74,7 @@ class ChainKkt {
     Eigen::Index rank = 0, free = 0;
     std::vector<Eigen::Index> row, col;  // pivots
     Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
-    Eigen::MatrixXd M;                   // (n x rows) rows as columns: links, own; then L^T and U^T
+    Eigen::MatrixXd M;                   // (n x rows) rows as columns: own, links; then L^T and U^T
     Eigen::MatrixXd X, Xt;               // (both x rank) basic variables by both, transposed; and not
     Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
     Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
@@ -85,7 +85,7 @@ class ChainKkt {
   };
 
   void assemble(std::size_t k, double shift, double elastic);
-  void eliminate_rows(Factor& f);
+  void eliminate_rows(Factor& f, Eigen::Index links);
   bool eliminate(std::size_t k);
   void hand_down(std::size_t k);
 

@@ -18,9 +18,9 @@
 // What it ends with.  `slope[k]` is the gradient of the cost to go at node k, by the policy; `adjoint[k]` that of the
 // Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.
 //   solved      of each control the largest projected slope, L_u + B^T lambda, is below `tolerance` times the largest
-//               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls; and no gap
-//               is left (tolerance times the size of the states).  That is first order: a maximum or a saddle has no slope
-//               either, and is_minimum is then false.
+//               |L_u| + |B^T lambda| there is, or rounding of what that was, or the whole step is below `tolerance` times the size of the
+//               largest controls and steps there were; and no gap is left (tolerance times the size of the states).  That is first
+//               order: a maximum or a saddle has no slope either, and is_minimum is then false.
 //   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose slopes fall with the root
 //               of what the cost is off by
 // true_defect: what the steps are off by, found by integrating the problem's own rate to 1e-12 (verify.h) over each interval.
@@ -73,7 +73,8 @@ struct DdpSolution {
   Eigen::MatrixXd x, u;            // (n_x x N + 1), (n_u x N)
   std::vector<LqPolicy> policy;    // (N), its k the last step's; zero before there was one
   Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before there was one
-  bool is_minimum = false;         // solved, and every stage has a minimum: of the second order as well
+  bool is_minimum =
+      false;  // solved, and every stage has a minimum: of the second order as well, as kExact alone knows
   std::vector<DdpIteration> iterations;
   double true_defect =
       std::numeric_limits<double>::quiet_NaN();  // of what is solved, where all can be simulated

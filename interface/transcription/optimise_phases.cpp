@@ -33,6 +33,9 @@ double link_violation(const Phases& phases, const std::vector<Trajectory>& motio
 }  // namespace
 
 double PhasedSolution::begin(std::size_t phase) const {
+  if (phase >= motions.size())
+    throw ArgumentError("there is no phase " + std::to_string(phase) + ", expected a number below " +
+                        std::to_string(motions.size()));
   double t = 0;
   for (std::size_t k = 0; k < phase; ++k) t += motions[k].t[motions[k].points() - 1];
   return t;

@@ -35,7 +35,7 @@ struct PhasedSolution {
 
   bool success() const { return nlp.status == SolveStatus::kSolved; }
   double cost() const { return nlp.objective; }
-  double begin(std::size_t phase) const;  // s
+  double begin(std::size_t phase) const;  // s; ArgumentError where there is no such phase
   // All points of phases with as many states, one after another in time; where two phases meet there are two.
   struct States {
     Eigen::VectorXd t;  // (points) s

@@ -42,9 +42,10 @@ PhasedCollocation::PhasedCollocation(const Phases& phases, const std::vector<Mes
 // Rows and variables of phases and links, in the order of time.
 void PhasedCollocation::place_parts(const Phases& phases, const std::vector<MeshOptions>& meshes) {
   const std::vector<PhaseLink> links = links_of(phases);
+  const std::vector<Problem> problems = told_of_each_other(phases);
   for (std::size_t k = 0; k < phases.phases.size(); ++k) {
     const Phases::Phase& phase = phases.phases[k];
-    auto program = std::make_unique<Collocation>(phase.problem, meshes[meshes.size() == 1 ? 0 : k]);
+    auto program = std::make_unique<Collocation>(problems[k], meshes[meshes.size() == 1 ? 0 : k]);
     const NlpShape& own = program->shape();
     for (std::size_t begin : own.stages) shape_.stages.push_back(shape_.n() + begin);
     parts_.push_back({phase.name, std::move(program), shape_.n(), shape_.m(), 0, {}, {}});
@@ -265,7 +266,17 @@ void PhasedCollocation::check_finite(const std::vector<double>& x) {
   for (Part& part : parts_) part.program->check_finite(piece(x, part.variable, part.program->shape().n()));
   for (Link& link : links_) {
     if (!link.change || evaluate(link, Order::kFirst, x.data())) continue;
-    throw NumericalError("the link from " + link.name + " is not finite at the start");
+    std::string what = "leaves a branch that was recorded, or is not finite,";
+    for (std::size_t i = 0; i < link.n_x; ++i) {
+      if (!std::isfinite(link.y[i])) what = "gives " + link.states[i] + " = " + std::to_string(link.y[i]);
+    }
+    const Pattern& at = link.change->jacobian_pattern();
+    for (std::size_t e = 0; e < at.nnz(); ++e) {
+      if (std::isfinite(link.y[at.row[e]]) && !std::isfinite(link.J[e]))
+        what = "has a slope of " + link.states[at.row[e]] + " by " +
+               link.change->function().input_names[0][at.col[e]] + " that is " + std::to_string(link.J[e]);
+    }
+    throw NumericalError("the link from " + link.name + " " + what + " at the start");
   }
 }
 

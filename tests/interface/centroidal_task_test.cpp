@@ -68,7 +68,7 @@ TEST_F(CentroidalTasks, APushTooHardIsToldWithItsTimeAndVerdict) {
   load_control("solo12_pushed");
   replace("3.292", "3.638");
   replace("seconds    4", "seconds    0.51");
-  replace("    at      2.5", "    at      0.9");
+  replace("    at      2.5", "    at      0.505");
   const ControlReport report = control_task(task());
   EXPECT_FALSE(report.success());
   ASSERT_NE(report.first_unusable(), nullptr);

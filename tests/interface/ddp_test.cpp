@@ -364,6 +364,58 @@ TEST(Ddp, ASaddleIsNoMinimum) {
   EXPECT_FALSE(s.is_minimum);
 }
 
+// To a place L away, from anywhere: the same motion in any unit.
+TEST(Ddp, NothingIsSmallByItself) {
+  for (const double L : {1.0, 1e-6, 1e-12}) {
+    Problem p("bead", {"x"}, {"u"}, 1, [](const auto& s) { return s.u; });
+    p.add(running_squares("effort", [L](const auto& s) { return (s.u / L).eval(); }));
+    p.add(terminal_squares(
+        "missed", [L](const auto& s) { return vector(std::decay_t<decltype(s.t)>(s.x[0] / L - 1.0)); }));
+    p.start << 0;
+    p.goal.setConstant(Problem::kFree);
+    p.guess = [L](double t) {
+      return Stage<double>{t, VectorXd::Constant(1, t > 0 ? L : 0), {}, VectorXd::Zero(1)};
+    };
+    for (const DdpStart start : {DdpStart::kRollOut, DdpStart::kNodes}) {
+      for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
+        const DdpSolution s = solved(p, {.intervals = 10, .hessian = hessian, .start = start});
+        EXPECT_NEAR(s.cost, 0.5, 1e-12) << L;
+        EXPECT_NEAR(s.u(0, 3) / L, 0.5, 1e-9) << L;
+        EXPECT_NEAR(s.x(0, 10) / L, 0.5, 1e-9) << L;
+      }
+    }
+  }
+}
+
+// Met exactly: slopes, and what they are made of, go to zero together.
+TEST(Ddp, AGoalThatCostsNothingIsMet) {
+  Problem p("met", {"x", "v"}, {"u"}, 1, [](const auto& s) {
+    using std::sin;
+    return vector(s.x[1], std::decay_t<decltype(s.t)>(s.u[0] - sin(s.x[0])));
+  });
+  p.add(terminal_squares("missed", [](const auto& s) { return s.x; }));
+  p.start << 1, 0;
+  p.goal.setConstant(Problem::kFree);
+  for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
+    const DdpSolution s = solved(p, {.intervals = 8, .hessian = hessian});
+    EXPECT_LT(s.x.rightCols(1).norm(), 1e-12);
+  }
+}
+
+// By first derivatives nobody knows whether 4 cos^2 has a minimum at 0.
+TEST(Ddp, GaussNewtonDoesNotKnowMinima) {
+  Problem p("top", {"x"}, {"u"}, 1, [](const auto& s) { return s.u; });
+  p.add(running_squares("waves", [](const auto& s) {
+    using std::cos;
+    using T = std::decay_t<decltype(s.t)>;
+    return vector(T(2.0 * cos(s.u[0])), T(0.1 * s.u[0]), T(0.1 * s.x[0]));
+  }));
+  p.start << 0;
+  p.goal.setConstant(Problem::kFree);
+  for (const DdpHessian hessian : {DdpHessian::kExact, DdpHessian::kGaussNewton})
+    EXPECT_FALSE(solved(p, {.intervals = 5, .hessian = hessian}).is_minimum);
+}
+
 TEST(Ddp, WhatIsNotFiniteIsNotSolved) {
   Problem p = integrator(-1, [](const auto& s) { return s.u.squaredNorm(); });
   p.add(terminal_cost("end", [](const auto& s) {

@@ -70,6 +70,20 @@ TEST(InteriorPoint, HockSchittkowski) {
 }
 
 // N. Maratos: the full Newton step raises both cost and violation; corrections of second order take it.
+// x + y = 2 and x + (1 + e) y = 2 + 5 e: however alike the rows, the point is (-3, 5).
+TEST(InteriorPoint, RowsThatNearlyRepeatEachOther) {
+  for (const double e : {1e-4, 1e-5, 1e-6, 1e-7, 1e-8}) {
+    RecordedNlp nlp(
+        [e](const VectorXad& x) {
+          return all({x.squaredNorm(), x[0] + x[1], x[0] + (1 + e) * x[1]});
+        },
+        2, {2, 2 + 5 * e}, {2, 2 + 5 * e});
+    const NlpSolution s = solve(nlp, {0, 0});
+    EXPECT_EQ(s.status, SolveStatus::kSolved) << e;
+    EXPECT_NEAR(s.x[0], -3, 1e-14 / e + 1e-9) << e;
+  }
+}
+
 TEST(InteriorPoint, MaratosEffect) {
   RecordedNlp nlp(
       [](const VectorXad& x) {

@@ -14,6 +14,7 @@
 #include <dyntape/interface/task/mpc_task.h>
 #include <dyntape/interface/transcription/optimise.h>
 #include "../dynamics/robot_files.h"
+#include "message_of.h"
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -182,14 +183,7 @@ TEST(Mpc, AnotherThreadReadsPlansWithoutWaiting) {
 }
 
 TEST(Mpc, RefusesWhatItCannotFollow) {
-  const auto message = [](const std::function<void()>& act) {
-    try {
-      act();
-    } catch (const ArgumentError& e) {
-      return std::string(e.what());
-    }
-    return std::string("nothing thrown");
-  };
+  const auto message = [](const std::function<void()>& act) { return message_of<ArgumentError>(act); };
   Problem open = follower(1);
   open.start[0] = Problem::kFree;
   EXPECT_NE(message([&] { RecedingHorizon mpc(open, interpreted(5)); }).find("the start of \"p\" is free"),
@@ -204,6 +198,16 @@ TEST(Mpc, RefusesWhatItCannotFollow) {
   EXPECT_NE(
       message([&] { mpc.step(0.5, VectorXd::Zero(2)); }).find("expected a time after the last one's, 1 s"),
       std::string::npos);
+  // Loops: steps without number, a period that no plan covers, a push that would never happen.
+  const auto loop = [&](double seconds, double period, double push) {
+    ClosedLoopOptions options{.seconds = seconds, .period = period, .mpc = interpreted(5)};
+    if (push >= 0) options.pushes = {{push, Eigen::Vector2d(0, 1)}};
+    return message([&] { close_loop(follower(1), options); });
+  };
+  EXPECT_NE(loop(4, 1e-9, -1).find("expected at most 1e+07 steps"), std::string::npos) << loop(4, 1e-9, -1);
+  EXPECT_NE(loop(4, 1, -1).find("expected less than the horizon of 1 s"), std::string::npos);
+  EXPECT_NE(loop(1, 0.1, 1).find("a push at 1 s, expected one before the end at 1 s"), std::string::npos);
+  EXPECT_EQ(loop(0.35, 0.1, 0.3), "nothing thrown");
 }
 
 // A seven-joint arm whose hand follows a place that moves.

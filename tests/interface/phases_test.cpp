@@ -192,6 +192,11 @@ TEST(Phases, MistakesAreOneSentence) {
             "phases \"two\": 3 meshes for 2 phases, expected one each or one for all");
   EXPECT_EQ(told(two, {{}, {.hessian = HessianKind::kGaussNewton}}),
             "phases \"two\": meshes ask for different Hessians, expected one kind");
+  Phases twice = two;
+  twice.add("one", push(1));
+  EXPECT_EQ(told(twice), "phases \"two\": two are called \"one\"");
+  EXPECT_EQ(message_of<ArgumentError>([] { PhasedSolution().begin(1); }),
+            "there is no phase 1, expected a number below 0");
   Phases first("first");
   first.add("one", push(1), [](const auto& s) { return s.x; });
   EXPECT_NE(told(first).find("the first, \"one\", has a link, but nothing is before it"), std::string::npos);
@@ -208,6 +213,49 @@ TEST(Phases, MistakesAreOneSentence) {
                                   .solver = {.method = NlpMethod::kStages}});
             }).find("\"link from \"whole\" to \"whole\": x\" ties stages"),
             std::string::npos);
+}
+
+// A phase that begins and ends anywhere is measured by its neighbours: in metres or in micrometres, the same.
+TEST_P(PhasesBy, UnitsChangeNothing) {
+  double costs[3];
+  int k = 0;
+  for (const double L : {1.0, 1e-6, 1e6}) {
+    const auto part = [L](double duration) {
+      Problem p("wave", {"p", "v"}, {"u"}, duration, [L](const auto& s) {
+        using std::sin;
+        return vector(s.x[1], std::decay_t<decltype(s.t)>(s.u[0] - 3.0 * L * sin(s.x[0] / L)));
+      });
+      p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+      p.start.setConstant(Problem::kFree), p.goal.setConstant(Problem::kFree);
+      return p;
+    };
+    Phases cut("cut");
+    cut.add("first", from(part(0.4), 0.5 * L, 0));
+    cut.add("second", part(0.3));
+    cut.add("third", to(part(0.3), -0.7 * L, 0));
+    costs[k++] = solved(cut).cost() / (L * L);
+  }
+  EXPECT_NEAR(costs[1], costs[0], 1e-7 * costs[0]);
+  EXPECT_NEAR(costs[2], costs[0], 1e-7 * costs[0]);
+}
+
+TEST(Phases, ALinkThatIsNotFiniteIsNamed) {
+  for (const bool by_slope : {false, true}) {
+    Phases two("two");
+    two.add("one", from(push(1), 0, 0));
+    two.add("other", to(push(1), 1, 0), [by_slope](const auto& s) {
+      using std::log, std::sqrt;
+      using T = std::decay_t<decltype(s.t)>;
+      const T all = s.x[0] * s.x[0];
+      return vector(T(by_slope ? sqrt(all) : log(all)), T(s.x[1]));
+    });
+    const std::string told =
+        message_of<NumericalError>([&] { optimise(two, {.meshes = {{.evaluation = test::kInterpreted}}}); });
+    EXPECT_EQ(told.find("the link from \"one\" to \"other\" " +
+                        std::string(by_slope ? "has a slope of p by p that is" : "gives p = ")),
+              0u)
+        << told;
+  }
 }
 
 TEST(Phases, NamesSayWhichPhase) {

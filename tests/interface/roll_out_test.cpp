@@ -237,6 +237,18 @@ TEST(RollOut, RefusesWhatDoesNotFit) {
   EXPECT_EQ(message_of<ArgumentError>([&] { roll_out.discrete(MatrixXd::Zero(1, 5)); }),
             "problem \"loaded cart-pole\": the controls of a roll-out are 1 x 5, expected 1 x 4, a column an "
             "interval");
+  Problem ends("ends", {"x"}, {"u"}, 1, [](const auto& s) { return s.u; });
+  ends.add(terminal_cost("root", [](const auto& s) {
+    using std::sqrt;
+    return sqrt(s.x[0]);
+  }));
+  ends.start << 0;
+  ends.goal.setConstant(Problem::kFree);
+  EXPECT_EQ(
+      message_of<NumericalError>([&] {
+        RollOutAdjoint(ends, {.intervals = 4, .evaluation = kInterpreted}).discrete(MatrixXd::Zero(1, 4));
+      }),
+      "problem \"ends\": the cost of the end, or its slope, is not finite");
   EXPECT_EQ(message_of<NumericalError>([&] { roll_out.continuous(MatrixXd::Constant(1, 4, NAN)); }),
             "problem \"loaded cart-pole\": the step from t = 0 s is not finite");
   EXPECT_EQ(
