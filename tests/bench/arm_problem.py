@@ -47,6 +47,7 @@ bounds {{ velocities {speed}
   positions robot
   efforts robot }}
 costs {{ effort 1 }}
+evaluation {{ lanes native }}
 '''
 
 
