@@ -104,8 +104,8 @@ struct Problem {
 
   std::string name;
   std::vector<std::string> states, accelerations, controls;  // names
-  int positions = 0;  // so many states come first whose rates other states are, as x = (q, v)
-  double duration = 0;                                       // s
+  int positions = 0;    // so many states come first whose rates other states are, as x = (q, v)
+  double duration = 0;  // s
   struct Range {
     double shortest, longest;  // s
   };

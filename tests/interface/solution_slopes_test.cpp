@@ -42,7 +42,7 @@ TEST(SolutionSlopes, OfAVariableThatRestsOnItsBound) {
   EXPECT_NEAR(s.price[0], -2 + 0.5, 1e-12);
   EXPECT_NEAR(s.cost, -3.5, 1e-12);     // minus the price, 2 (3 - 1) - 1/2
   EXPECT_NEAR(s.to, 3.5 / 1.5, 1e-12);  // there the price is gone
-  EXPECT_NEAR(s.from, -5, 1e-8);  // there the bounds meet
+  EXPECT_NEAR(s.from, -5, 1e-8);        // there the bounds meet
 }
 
 // A row instead of a bound, an equality, and a row that is far away: all bounds move.
