@@ -57,6 +57,7 @@ void check_stand(const RobotScene& scene, const Eigen::VectorXd& q, const Stand&
   if (q.size() != scene.model.nq || !q.allFinite())
     refuse("a configuration to stand near has " + std::to_string(q.size()) + " values, expected " +
            std::to_string(scene.model.nq) + " finite ones");
+  if (!(q.segment(3, 4).norm() > 0.5)) refuse("the trunk's quaternion has no direction; expected a unit one");
   const bool has_places = std::all_of(stand.feet.begin(), stand.feet.end(),
                                       [](const auto& foot) { return foot.second.allFinite(); });
   if (!stand.com.allFinite() || !has_places)

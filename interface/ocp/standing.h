@@ -9,7 +9,8 @@
 // The trunk keeps the orientation that it has in `q`.  Damped least squares, as in inverse_kinematics.h, over the trunk's
 // position and all joints, without limits of joints: of several configurations one near `q`.
 //
-// Errors: ArgumentError for a robot with a fixed base, unknown or fixed frames, targets that are no numbers.
+// Errors: ArgumentError for a robot with a fixed base, unknown or fixed frames, targets that are no numbers, a trunk
+// without orientation.
 #pragma once
 
 #include <string>

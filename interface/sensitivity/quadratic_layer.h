@@ -19,8 +19,8 @@
 // symmetric matrix.
 //
 // status() says where these are not slopes: a constraint that rests with no price (either side has slopes of its own, and
-// these lie between), constraints that depend on each other, x not unique, no solution (infeasible, unbounded:
-// solve_status() says which); of the latter two all slopes are NaN.
+// these lie between), constraints that depend on each other, x not unique, no solution (infeasible or unbounded: how
+// its solve ended, which need not tell the two apart, is solve_status()); of the latter two all slopes are NaN.
 //
 // Meant for 1 to some 100 variables; Q may be singular where the constraints make up for it.  An entry of h may be
 // infinite.

@@ -36,7 +36,7 @@ long reversible(long s, long r) {
 long repetitions(long steps, long s) {
   if (steps <= 1) return 0;
   long low = 0, high = 1;
-  while (reversible(s, high) < steps) low = high, high *= 2;
+  while (reversible(s, high) < steps) low = high, high = high < steps / 2 ? 2 * high : steps - 1;
   while (high - low > 1) {
     const long middle = low + (high - low) / 2;
     (reversible(s, middle) < steps ? low : high) = middle;

@@ -67,8 +67,8 @@ void ChainKkt::assemble(std::size_t k, double shift, double elastic) {
   }
 }
 
-// Each row is solved for the free variable that it weighs most, those of the stage before its links.  Rows of which others have left little wait, as what is left of
-// them has lost digits; those of which nothing is left are made up by others.
+// Each row is solved for the free variable that it weighs most, those of the stage before its links.  Rows of which others have
+// left little wait, as what is left of them has lost digits; those of which nothing is left are made up by others.
 void ChainKkt::eliminate_rows(Factor& f, Eigen::Index links) {
   MatrixXd& M = f.M;
   const Eigen::Index n = M.rows(), rows = M.cols();

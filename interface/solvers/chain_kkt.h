@@ -81,7 +81,7 @@ class ChainKkt {
     Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose
     std::vector<NonZero> C;  // of the link to the next stage, column by column
     std::vector<std::size_t> C_begin;  // (n + 1)
-    Eigen::VectorXd q, s, z0, t, x, y, r0, lambda;
+    Eigen::VectorXd q, s, z0, t, y, r0, lambda;
   };
 
   void assemble(std::size_t k, double shift, double elastic);

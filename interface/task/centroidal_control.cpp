@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/centroidal_control.h>
 
-#include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/task/centroidal_pictures.h>
 
 namespace dyntape {
@@ -13,9 +10,7 @@ namespace {
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-constexpr const char *kMassLoop = "closed_loop.csv", *kMassReport = "report.json",
-                     *kMassCurves = "closed_loop.svg", *kMassSteps = "steps.svg",
-                     *kMassSupport = "support.svg", *kMassPlayer = "motion.html";
+constexpr const char *kMassCurves = "closed_loop.svg", *kMassSupport = "support.svg";
 
 // Where the centre of mass is to be.
 Vector3d target_of(const CentroidalTask& task, double t) {
@@ -68,27 +63,17 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
 }
 
 std::vector<std::string> centroidal_files() {
-  return {kMassLoop, kMassReport, kMassCurves, kMassSupport, kMassSteps, kMassPlayer};
+  return {kLoopTable, kLoopReport, kMassCurves, kMassSupport, kLoopSteps, kLoopPlayer};
 }
 
 void write_control(const CentroidalTask& task, ControlReport& report, const std::string& folder,
                    const std::stop_token& stop) {
-  io::ResultFolder results(folder, report.unwritten);
-  results.write(kMassLoop, [&](const std::string& path) {
-    io::write_csv(path, mass_table(task, report.loop), io::NonFinite::kAllow);
-  });
   const Trajectory& motion = report.loop.motion;
-  if (motion.points() > 2) {
-    const auto picture = [&](const char* file, const io::Plot& plot) {
-      results.write(file, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
-    };
-    picture(kMassCurves, mass_plot(task, motion));
-    picture(kMassSupport, support_plot(task, motion));
-    picture(kMassSteps, steps_plot(report));
-    results.write(kMassPlayer,
-                  [&](const std::string& path) { write_player(mass_player(task, motion), path); });
-  }
-  results.write(kMassReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+  const auto pictures = [&] {
+    return LoopPictures{{{kMassCurves, mass_plot(task, motion)}, {kMassSupport, support_plot(task, motion)}},
+                        mass_player(task, motion)};
+  };
+  write_loop(report, mass_table(task, report.loop), pictures, folder, stop);
 }
 
 }  // namespace dyntape

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/player/player.h>
 
 namespace dyntape {
 
@@ -24,6 +27,24 @@ io::Plot steps_plot(const ControlReport& report) {
                   .horizontal = {{1e3 * report.deadline, "period"}},
                   .log_y = true}};
   return plot;
+}
+
+void write_loop(ControlReport& report, const io::CsvTable& table,
+                const std::function<LoopPictures()>& pictures, const std::string& folder,
+                const std::stop_token& stop) {
+  io::ResultFolder results(folder, report.unwritten);
+  results.write(kLoopTable,
+                [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
+  if (report.loop.motion.points() > 2) {
+    const LoopPictures drawn = pictures();
+    const auto draw = [&](const std::string& file, const io::Plot& plot) {
+      results.write(file.c_str(), [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
+    };
+    for (const auto& [file, plot] : drawn.plots) draw(file, plot);
+    draw(kLoopSteps, steps_plot(report));
+    results.write(kLoopPlayer, [&](const std::string& path) { write_player(drawn.player, path); });
+  }
+  results.write(kLoopReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
 }
 
 std::vector<std::string> step_columns() { return {"step_ms", "iterations", "usable"}; }

@@ -6,8 +6,13 @@
 //   std::cout << report.text();
 #pragma once
 
+#include <functional>
+#include <utility>
+
+#include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/mpc/closed_loop.h>
+#include <dyntape/interface/player/player_input.h>
 
 namespace dyntape {
 
@@ -26,6 +31,18 @@ struct ControlReport {
 };
 
 io::Plot steps_plot(const ControlReport& report);
+
+// Files of every loop; pictures need a motion of more than two points.
+inline constexpr const char *kLoopTable = "closed_loop.csv", *kLoopReport = "report.json",
+                            *kLoopSteps = "steps.svg", *kLoopPlayer = "motion.html";
+struct LoopPictures {
+  std::vector<std::pair<std::string, io::Plot>> plots;  // file, picture
+  PlayerInput player;
+};
+// What cannot be written is noted in the report, which is written last.
+void write_loop(ControlReport& report, const io::CsvTable& table,
+                const std::function<LoopPictures()>& pictures, const std::string& folder,
+                const std::stop_token& stop);
 
 // Of the step at a point of the motion, behind the plant's columns of closed_loop.csv.
 std::vector<std::string> step_columns();

@@ -2,9 +2,6 @@
 #include <dyntape/interface/task/mpc_task.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 
@@ -12,9 +9,7 @@ namespace dyntape {
 
 namespace {
 
-constexpr const char *kLoop = "closed_loop.csv", *kLoopReport = "report.json",
-                     *kLoopCurves = "closed_loop.svg", *kSteps = "steps.svg", *kLoopMotion = "motion.svg",
-                     *kLoopPlayer = "motion.html";
+constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.svg";
 
 // Without what has to be so at the end of the horizon.
 Problem endless(const Task& task) {
@@ -87,27 +82,18 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
 }
 
 std::vector<std::string> control_files() {
-  return {kLoop, kLoopReport, kLoopCurves, kSteps, kLoopMotion, kLoopPlayer};
+  return {kLoopTable, kLoopReport, kLoopCurves, kLoopSteps, kLoopMotion, kLoopPlayer};
 }
 
 void write_control(const Task& task, ControlReport& report, const std::string& folder,
                    const std::stop_token& stop) {
-  io::ResultFolder results(folder, report.unwritten);
-  results.write(kLoop, [&](const std::string& path) {
-    io::write_csv(path, loop_table(task, report.loop), io::NonFinite::kAllow);
-  });
   const Trajectory& motion = report.loop.motion;
-  if (motion.points() > 2) {
-    const auto picture = [&](const char* file, const io::Plot& plot) {
-      results.write(file, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
-    };
-    picture(kLoopCurves, trajectory_plot(task, motion));
-    picture(kSteps, steps_plot(report));
-    picture(kLoopMotion, motion_plot(task, motion));
-    results.write(kLoopPlayer,
-                  [&](const std::string& path) { write_player(motion_player(task, motion), path); });
-  }
-  results.write(kLoopReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+  const auto pictures = [&] {
+    return LoopPictures{
+        {{kLoopCurves, trajectory_plot(task, motion)}, {kLoopMotion, motion_plot(task, motion)}},
+        motion_player(task, motion)};
+  };
+  write_loop(report, loop_table(task, report.loop), pictures, folder, stop);
 }
 
 }  // namespace dyntape

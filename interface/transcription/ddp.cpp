@@ -152,7 +152,6 @@ class Ddp {
       slopes_ = slopes_.cwiseMax(projected(k, of_dynamics + of_cost));
       adjoint_.col(k) = s.g.head(n_) + s.A.transpose() * adjoint_.col(k + 1);
     }
-    largest_sizes_ = largest_sizes_.cwiseMax(sizes_);
     iteration.slope = adjoint_.allFinite() && sizes_.allFinite() ? slopes_.maxCoeff() : std::nan("");
     return iteration;
   }
@@ -173,26 +172,19 @@ class Ddp {
   bool is_closed(double gap, double tolerance) const {
     return gap <= tolerance * now_.x.cwiseAbs().maxCoeff();
   }
-  // What is rounding of the largest there was is none either: slopes and what they are made of may go to zero together.
-  bool has_no_slope(double tolerance) const {
-    constexpr double kRounding = 1e-15;
-    return (slopes_.array() <= (tolerance * sizes_).cwiseMax(kRounding * largest_sizes_).array()).all();
-  }
+  bool has_no_slope(double tolerance) const { return (slopes_.array() <= tolerance * sizes_.array()).all(); }
   bool is_solved(const DdpIteration& at) const {
     return has_no_slope(options_.tolerance) && is_closed(at.gap, options_.tolerance);
   }
   bool is_acceptable(const DdpIteration& at) const {
     return has_no_slope(1e4 * options_.tolerance) && is_closed(at.gap, 1e-6);
   }
-  // Newton's step moves nothing any more, of the largest controls and steps there were.
-  bool is_still(const DdpIteration& at) {
-    for (const LqPolicy& policy : policy_)
-      most_control_ = std::max(most_control_, policy.k.cwiseAbs().maxCoeff());
-    most_control_ = std::max(most_control_, now_.u.cwiseAbs().maxCoeff());
+  // Newton's step moves nothing any more.
+  bool is_still(const DdpIteration& at) const {
     if (shift_ > 0 || !is_closed(at.gap, options_.tolerance)) return false;
     const double share =
         options_.hessian == DdpHessian::kExact ? 1 : 1e-3;  // of steps that get shorter slowly
-    const double size = share * options_.tolerance * most_control_;
+    const double size = share * options_.tolerance * now_.u.cwiseAbs().maxCoeff();
     return std::all_of(policy_.begin(), policy_.end(),
                        [&](const LqPolicy& policy) { return policy.k.cwiseAbs().maxCoeff() <= size; });
   }
@@ -330,8 +322,6 @@ class Ddp {
   VectorXd at_end_, g_end_, weights_ = VectorXd(n_ + 1);
   MatrixXd H_end_, gap_, slope_, adjoint_;
   VectorXd slopes_, sizes_;  // (n_u) the largest, and the largest of what they are made of
-  VectorXd largest_sizes_ = VectorXd::Zero(m_);  // of all iterations
-  double most_control_ = 0;                      // likewise, controls and their steps
   Motion now_;
   double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL;
   bool is_near_rounding_ = false;

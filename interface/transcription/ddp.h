@@ -18,9 +18,10 @@
 // What it ends with.  `slope[k]` is the gradient of the cost to go at node k, by the policy; `adjoint[k]` that of the
 // Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.
 //   solved      of each control the largest projected slope, L_u + B^T lambda, is below `tolerance` times the largest
-//               |L_u| + |B^T lambda| there is, or rounding of what that was, or the whole step is below `tolerance` times the size of the
-//               largest controls and steps there were; and no gap is left (tolerance times the size of the states).  That is first
-//               order: a maximum or a saddle has no slope either, and is_minimum is then false.
+//               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls; and no gap
+//               is left (tolerance times the size of the states).  That is first order: a maximum or a saddle has no slope
+//               either, and is_minimum is then false.  Costs of the end alone that can be met exactly have no such sizes left: these
+//               end as "step too small".
 //   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose slopes fall with the root
 //               of what the cost is off by
 // true_defect: what the steps are off by, found by integrating the problem's own rate to 1e-12 (verify.h) over each interval.

@@ -60,7 +60,7 @@ class PhasedCollocation : public Nlp {
   };
   struct Link {
     std::size_t from, to;                      // first variables: x(T), x(0)
-    std::size_t row, jacobian, n_x;            // first row, first entry; rows
+    std::size_t row, n_x;                      // first row; rows
     std::string name;                          // "push-off to flight"
     std::vector<std::string> states;           // of the phase behind
     std::unique_ptr<CompiledFunction> change;  // null: none

@@ -26,6 +26,7 @@ ShootingSteps::ShootingSteps(const CompiledFunction& step, const Problem& proble
       value_(y_.rows()),
       weights_(VectorXd::Zero(y_.rows())),
       stages_(std::size_t(intervals)) {
+  if (has_residuals()) H_.resize(padded(n_z_) * n_z_);
   if (step.order() >= Order::kSecond) H_.resize(Eigen::Index(step.hessian_pattern().nnz()));
   const Pattern& at = step.jacobian_pattern();
   for (std::size_t i = 0; i < at.nnz(); ++i) {
@@ -87,7 +88,7 @@ void ShootingSteps::place(std::size_t k) {
   if (!has_residuals()) return;
   // H / 2 = sum over the residuals of their gradients' squares.
   const Eigen::Index of_z = padded(n_z_);
-  H_.setZero(of_z * n_z_);
+  H_.setZero();
   for (std::size_t i = first_residual_; i < at.nnz(); ++i) {
     const Eigen::Index r = Eigen::Index(at.row[i]) - n_x_ - 1, j = Eigen::Index(at.col[i]),
                        from = j / kPad * kPad;

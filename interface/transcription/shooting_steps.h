@@ -47,7 +47,8 @@ class ShootingSteps {
   Eigen::VectorXd dense_;
   std::vector<Eigen::Index> places_;  // in it, of the non-zeros
   std::size_t first_residual_ = 0;    // among the non-zeros
-  Eigen::VectorXd point_, value_, weights_, H_;
+  Eigen::VectorXd point_, value_, weights_;
+  Eigen::VectorXd H_;  // room for one stage's: its non-zeros, or with residuals its padded columns
   std::vector<LqStage> stages_;
 };
 

@@ -290,6 +290,9 @@ TEST(Centroidal, LegsReachWhatTheyCan) {
   for (int i = 0; i < 4; ++i)
     EXPECT_LT((there.feet[std::size_t(i)].place - body.feet[std::size_t(i)].place).norm(), 1e-9);
   EXPECT_GT(placed({0, 0, 0.5}).off, 0.01);
+  VectorXd aimless = dog.q;
+  aimless.segment(3, 4).setZero();
+  EXPECT_THROW(standing(dog.scene, aimless, {body.com, {}}), ArgumentError);
 }
 
 TEST(Centroidal, RefusesWhatIsNoRobotOnItsFeet) {

@@ -83,6 +83,7 @@ TEST(Snapshots, TakeTheFewestStepsThereAre) {
 TEST(Snapshots, TradeMemoryForSteps) {
   for (const long N : {100L, 10000L, 1000000L}) {
     const long root = std::lround(std::sqrt(double(N))), log2 = std::lround(std::log2(double(N)));
+    EXPECT_EQ(fewest_forward_steps(std::numeric_limits<long>::max(), 1), std::numeric_limits<long>::max());
     EXPECT_LE(fewest_forward_steps(N, root), 3 * N);
     EXPECT_LE(fewest_forward_steps(N, log2), 8 * N);
     EXPECT_GT(fewest_forward_steps(N, log2), N);
