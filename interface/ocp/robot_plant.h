@@ -6,8 +6,8 @@
 //   a = plant.forward(stage);                                    // FD(q, v, B u), of x = (q, v) and u
 //   tau = plant.inverse(stage) - plant.driving(stage);           // ID(q, v, a) - B u
 //
-// B u: control k drives joint dof k; the next are forces along axes of frames (thrusters), then forces of held contacts,
-// three a contact in the world's axes.
+// B u: control k drives joint dof k; the next are forces along axes of frames (thrusters), then forces at points of held
+// contacts, three each in the world's axes.
 //
 // Working memory within: one thread at a time.
 #pragma once
@@ -30,15 +30,16 @@ struct Drives {
     Eigen::Vector3d force, moment;  // of one newton, in the frame's axes
   };
   std::vector<Push> thrusters;
-  std::vector<int> contacts;  // frames
+  std::vector<int> contacts;  // frames at which their forces act
   int n_u() const { return int(dofs.size() + thrusters.size() + 3 * contacts.size()); }
   bool push() const { return !thrusters.empty() || !contacts.empty(); }
 };
 
-// World axes (m/s^2, m/s, m).
+// World axes: (m/s^2, rad/s^2), (m/s, rad/s), m and the frame's axes.
 template <class T>
-struct HeldPoint {
-  dynamics::Vector3<T> acceleration, velocity, position;
+struct HeldFrame {
+  dynamics::Motion<T> acceleration, velocity;
+  dynamics::Placement<T> placement;
 };
 
 template <class T>
@@ -107,13 +108,13 @@ struct Plant {
   Vector inverse(const Stage<T>& s) {
     return dynamics::inverse_dynamics<T>(model, data, torques, effects, q(s), v(s), Vector(s.a));
   }
-  // A frame's origin at the acceleration a.
-  HeldPoint<T> held(const Stage<T>& s, const Vector& a, int frame) {
+  // A frame at the acceleration a.
+  HeldFrame<T> held(const Stage<T>& s, const Vector& a, int frame) {
     dynamics::forward_kinematics<T>(model, data, q(s), v(s), a);
     constexpr auto kAxes = dynamics::ReferenceFrame::kLocalWorldAligned;
-    return {dynamics::frame_classical_acceleration(model, data, frame, kAxes).linear,
-            dynamics::frame_velocity(model, data, frame, kAxes).linear,
-            dynamics::frame_placement(model, data, frame).p};
+    return {dynamics::frame_classical_acceleration(model, data, frame, kAxes),
+            dynamics::frame_velocity(model, data, frame, kAxes),
+            dynamics::frame_placement(model, data, frame)};
   }
 };
 

@@ -68,10 +68,10 @@ struct Plants {
   }
   Eigen::VectorXd missing(const Stage<double>& s) const { return plain->inverse(s) - plain->driving(s); }
 
-  detail::HeldPoint<AD> point(const Stage<AD>& s, const VectorXad& a, int frame) const {
+  detail::HeldFrame<AD> held(const Stage<AD>& s, const VectorXad& a, int frame) const {
     return recorded().held(s, a, frame);
   }
-  detail::HeldPoint<double> point(const Stage<double>& s, const Eigen::VectorXd& a, int frame) const {
+  detail::HeldFrame<double> held(const Stage<double>& s, const Eigen::VectorXd& a, int frame) const {
     return plain->held(s, a, frame);
   }
 
@@ -145,18 +145,42 @@ void check_contact(const std::string& robot, const HeldContact& contact) {
   if (!(contact.friction > 0 && std::isfinite(contact.friction)))
     refuse("the friction is " + std::to_string(contact.friction) + ", expected a number above zero");
   if (contact.place && !contact.place->allFinite()) refuse("its place has an entry that is no finite number");
+  if (contact.axes && !contact.axes->isUnitary(1e-9)) refuse("its axes are no rotation");
+  if (!contact.corners.empty() && contact.corners.size() < 3)
+    refuse("a foot of " + std::to_string(contact.corners.size()) + " corners, expected three or more");
+  for (const Eigen::Vector3d& corner : contact.corners)
+    if (!corner.allFinite()) refuse("a corner has an entry that is no finite number");
+}
+
+// With a frame at each corner of a foot, behind those that there are.
+RobotScene with_corners(RobotScene scene, const RobotProblemOptions& options) {
+  for (const HeldContact& contact : options.contacts) {
+    if (contact.corners.empty()) continue;
+    const dynamics::Frame<double> foot =
+        scene.model.frames[std::size_t(moving_frame(scene.model, contact.frame))];
+    for (const Eigen::Vector3d& corner : contact.corners) {
+      dynamics::Frame<double> at = foot;
+      at.X_BF.p += at.X_BF.R * corner;
+      scene.model.frames.push_back(at);
+    }
+  }
+  return scene;
 }
 
 Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
   Drives drives{actuated_dofs(scene), gains(scene, options.unit), {}, {}};
   for (const Thruster& thruster : options.thrusters) drives.thrusters.push_back(push_of(scene, thruster));
+  std::vector<int> held;
+  int corner = int(scene.model.frames.size());  // with_corners() below
   for (const HeldContact& contact : options.contacts) {
     check_contact(scene.model.name, contact);
     const int frame = moving_frame(scene.model, contact.frame);
-    if (std::find(drives.contacts.begin(), drives.contacts.end(), frame) != drives.contacts.end())
+    if (std::find(held.begin(), held.end(), frame) != held.end())
       throw ArgumentError("robot \"" + scene.model.name + "\": frame \"" + contact.frame +
                           "\" has two held contacts, expected one");
-    drives.contacts.push_back(frame);
+    held.push_back(frame);
+    if (contact.corners.empty()) drives.contacts.push_back(frame);
+    for (std::size_t i = 0; i < contact.corners.size(); ++i) drives.contacts.push_back(corner++);
   }
   return drives;
 }
@@ -166,7 +190,9 @@ std::vector<std::string> control_names(const RobotScene& scene, const RobotProbl
   for (const std::string& joint : driven_names(scene)) names.push_back("u." + joint);
   for (const Thruster& thruster : options.thrusters) names.push_back("f." + thruster.name);
   for (const HeldContact& contact : options.contacts) {
-    for (const char* axis : {".x", ".y", ".z"}) names.push_back("f." + contact.frame + axis);
+    for (const std::string& point : force_points(contact)) {
+      for (const char* axis : {".x", ".y", ".z"}) names.push_back("f." + point + axis);
+    }
   }
   return names;
 }
@@ -187,7 +213,7 @@ void bound_forces(Problem& problem, const Drives& drives, const RobotProblemOpti
     problem.u.lower[k] = thruster.lower;
     problem.u.upper[k++] = thruster.upper;
   }
-  for (std::size_t c = 0; c < options.contacts.size(); ++c, k += 3) problem.u.lower[k + 2] = 0;
+  for (std::size_t c = 0; c < drives.contacts.size(); ++c, k += 3) problem.u.lower[k + 2] = 0;
 }
 
 // What a contact's force is compared with (N).
@@ -201,27 +227,47 @@ double weight_of(const Model<double>& model) {
 constexpr double kConeTip = 1e-3;          // of the weight, below no force
 constexpr double kPull = 100, kDrag = 20;  // of held points (1/s^2, 1/s): critically damped
 
+// Rows that keep a frame where it is: of its origin, and of a foot's axes.
+StageFunction holds(const std::shared_ptr<const Plants>& plants, const HeldContact& contact) {
+  return [plants, contact, frame = moving_frame(plants->scene.model, contact.frame)](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    const Vector<T> a = s.a.size() > 0 ? Vector<T>(s.a) : plants->forward(s);
+    const detail::HeldFrame<T> f = plants->held(s, a, frame);
+    Vector<T> rows = f.acceleration.linear + f.velocity.linear * T(kDrag);
+    if (contact.place) rows += (f.placement.p - contact.place->template cast<T>()) * T(kPull);
+    if (contact.corners.empty()) return rows;
+    Vector<T> turns = f.acceleration.angular + f.velocity.angular * T(kDrag);
+    // sin(angle) about the axis by which it is turned, which is the angle where it holds
+    for (int i = 0; contact.axes && i < 3; ++i) {
+      const dynamics::Vector3<T> wanted = contact.axes->col(i).template cast<T>();
+      turns += wanted.cross(dynamics::Vector3<T>(f.placement.R.col(i))) * T(kPull / 2);
+    }
+    return joined<T>(rows, turns);
+  };
+}
+
 void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
                   const RobotProblemOptions& options) {
-  const Drives& drives = plants->drives;
   const double weight = weight_of(plants->scene.model);
-  Eigen::Index k = drives.n_u() - 3 * Eigen::Index(options.contacts.size());
-  for (std::size_t c = 0; c < options.contacts.size(); ++c, k += 3) {
-    const HeldContact& contact = options.contacts[c];
-    problem.add(
-        path_equality(contact.frame + " holds", [plants, contact, frame = drives.contacts[c]](const auto& s) {
-          using T = typename std::decay_t<decltype(s.x)>::Scalar;
-          const Vector<T> a = s.a.size() > 0 ? Vector<T>(s.a) : plants->forward(s);
-          const detail::HeldPoint<T> p = plants->point(s, a, frame);
-          const dynamics::Vector3<T> row = p.acceleration + p.velocity * T(kDrag);
-          if (!contact.place) return row;
-          return dynamics::Vector3<T>(row + (p.position - contact.place->template cast<T>()) * T(kPull));
-        }));
-    problem.add(friction_cone(plants->scene.model.name, contact, k, weight));
+  Eigen::Index k = problem.n_u() - 3 * Eigen::Index(plants->drives.contacts.size());
+  for (const HeldContact& contact : options.contacts) {
+    problem.add(path_equality(contact.frame + " holds", holds(plants, contact)));
+    for (const std::string& point : force_points(contact)) {
+      problem.add(friction_cone(plants->scene.model.name, {point, contact.friction}, k, weight));
+      k += 3;
+    }
   }
 }
 
 }  // namespace
+
+std::vector<std::string> force_points(const HeldContact& contact) {
+  if (contact.corners.empty()) return {contact.frame};
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < contact.corners.size(); ++i)
+    names.push_back(contact.frame + "." + std::to_string(i));
+  return names;
+}
 
 Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::Index first, double weight) {
   check_contact(robot, contact);
@@ -236,7 +282,7 @@ Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
   check_has_no_constraints(scene, "optimal control");
-  const auto plants = std::make_shared<const Plants>(scene, drives_of(scene, options));
+  const auto plants = std::make_shared<const Plants>(with_corners(scene, options), drives_of(scene, options));
   const Model<double>& model = scene.model;
   std::vector<std::string> states = entry_names_of(model, "q.", true);
   const std::vector<std::string> velocities = entry_names_of(model, "v.", false);
@@ -274,7 +320,7 @@ Eigen::VectorXd holding_torque(const RobotScene& scene, const Eigen::VectorXd& q
 
 Eigen::VectorXd holding_controls(const RobotScene& scene, const RobotProblemOptions& options,
                                  const Eigen::VectorXd& q) {
-  Plant<double> plant(scene.model, scene.effects, drives_of(scene, options));
+  Plant<double> plant(with_corners(scene, options).model, scene.effects, drives_of(scene, options));
   const int n = plant.drives.n_u(), joints = int(plant.drives.dofs.size()), nv = scene.model.nv;
   const Eigen::VectorXd tau = holding_torque(scene, q);
   Eigen::VectorXd u(n);

@@ -24,6 +24,10 @@
 //                   Accelerations and not velocities, because these tell the forces: demanded of velocities, collocation
 //                   knows forces only by what they do to neighbouring points.  Errors decay as (1 + 10 t) exp(-10 t) (J.
 //                   Baumgarte, 1972, as in dynamics/contact/constraints.h), so that none add up.
+// With `corners` the frame is a foot that also does not turn: `holds` has three more rows, of its angular acceleration, in
+// the same way, and the force acts at the corners, f.<frame>.<corner>.x|y|z, each within its cone.  For a flat foot that is
+// the cone of all wrenches that the floor can give it (S. Caron, Q. Pham and Y. Nakamura, ICRA 2015); with four corners
+// forces are not unique, so a cost has to tell them apart (squared_controls).
 //   <frame> cone    d - (fx^2 + fy^2) / d >= 0 with d = friction fz + 0.001 and fz >= 0, forces over the robot's weight: the
 //                   friction cone of a floor with z upwards, its tip a thousandth of the weight below no force, so that the term
 //                   has a slope there too.  friction^2 fz^2 - fx^2 - fy^2 has none: where feet lost their load, solves took 100
@@ -37,7 +41,7 @@
 //
 // Errors: ArgumentError for a driven joint that is unknown or named twice, for fractions of an effort limit that does not
 // exist, for a thruster or contact of an unknown or fixed frame, without an axis, a range or a
-// friction above zero, for two contacts of one frame; NumericalError in the forward form for a
+// friction above zero, for two contacts of one frame, for a foot of less than three corners; NumericalError in the forward form for a
 // joint without inertia.
 #pragma once
 
@@ -69,7 +73,12 @@ struct HeldContact {
   std::string frame;
   double friction = 0.7;                      // coefficient
   std::optional<Eigen::Vector3d> place = {};  // m, world: where it is at the start
+  std::vector<Eigen::Vector3d> corners =
+      {};  // m, in the frame's axes, of a foot that does not turn either; empty: a point
+  std::optional<Eigen::Matrix3d> axes = {};  // of a foot: from its axes to the world's at the start
 };
+// "FL_FOOT", or of a foot "sole.0", "sole.1", ...: where its forces act.
+std::vector<std::string> force_points(const HeldContact& contact);
 
 struct RobotProblemOptions {
   double duration = 1;

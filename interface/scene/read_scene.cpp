@@ -122,15 +122,47 @@ void read_method(Section& file, Scene& scene, bool known) {
 }
 
 // Columns tau.<joint> over t, as solve writes them.
-Commands read_table(Section& block, const std::string& path, const std::vector<std::string>& joints) {
+// Columns <block>.<joint>, (joints x rows).
+Eigen::MatrixXd columns_of(const io::CsvTable& table, const std::string& block,
+                           const std::vector<std::string>& joints) {
+  Eigen::MatrixXd rows(Eigen::Index(joints.size()), table.rows());
+  for (std::size_t k = 0; k < joints.size(); ++k) {
+    const std::vector<double> column = table.column(block + "." + joints[k]);
+    rows.row(Eigen::Index(k)) = Eigen::Map<const Eigen::RowVectorXd>(column.data(), table.rows());
+  }
+  return rows;
+}
+
+// Of the gains of all joints those of the driven ones, which are to have one position each.
+Commands::Followed followed_by(const RobotScene& robot, const io::CsvTable& table,
+                               const std::vector<std::string>& joints, const VectorXd& stiffness,
+                               const VectorXd& damping) {
+  const std::vector<int> dofs = actuated_dofs(robot);
+  Commands::Followed f{VectorXd(Eigen::Index(dofs.size())),
+                       VectorXd(Eigen::Index(dofs.size())),
+                       columns_of(table, "q", joints),
+                       columns_of(table, "v", joints),
+                       {}};
+  for (std::size_t k = 0; k < dofs.size(); ++k) {
+    const auto& joint = robot.model.joints[std::size_t(robot.model.joint_index(joints[k]))];
+    if (!dynamics::traits(joint.type).on_a_line)
+      throw ArgumentError("joint \"" + joint.name + "\" has no single position that a motor could follow");
+    f.stiffness[Eigen::Index(k)] = stiffness[dofs[k]], f.damping[Eigen::Index(k)] = damping[dofs[k]];
+    f.in_x.push_back(joint.idx_q);
+  }
+  for (int dof : dofs) f.in_x.push_back(robot.model.nq + dof);
+  return f;
+}
+
+Commands read_table(Section& block, const std::string& path, const RobotScene& robot,
+                    const VectorXd& stiffness, const VectorXd& damping) {
   Commands commands;
   const io::CsvTable table = io::read_csv(path);
+  const std::vector<std::string> joints = driven_names(robot);
   commands.t = table.column("t");
-  commands.u.resize(Eigen::Index(joints.size()), table.rows());
-  for (std::size_t k = 0; k < joints.size(); ++k) {
-    const std::vector<double> column = table.column("tau." + joints[k]);
-    commands.u.row(Eigen::Index(k)) = Eigen::Map<const Eigen::RowVectorXd>(column.data(), table.rows());
-  }
+  commands.u = columns_of(table, "tau", joints);
+  if (!stiffness.isZero(0) || !damping.isZero(0))
+    commands.followed = followed_by(robot, table, joints, stiffness, damping);
   if (commands.t.empty()) block.problem("file", "'" + path + "' has no row");
   if (!std::is_sorted(commands.t.begin(), commands.t.end()))
     block.problem("file", "'" + path + "': the times of column t do not ascend");
@@ -143,12 +175,21 @@ Commands read_commands(Section& file, const std::string& path, const Scene& scen
                                             known ? &scene.robot.model : nullptr, 0.0);
   const std::string table =
       block.about("a table with columns t and tau.<joint>, as solve writes it").get_or("file", "");
+  const RobotModel* model = known ? &scene.robot.model : nullptr;
+  block.about("and motors also pull towards its q.<joint>, when a step begins [N m/rad or N/m]");
+  const VectorXd stiffness = read_joint_values(block, "stiffness", model, 0.0, io::not_negative());
+  block.about("and towards its v.<joint> [N m s/rad or N s/m]");
+  const VectorXd damping = read_joint_values(block, "damping", model, 0.0, io::not_negative());
   if (!known) return {};
+  for (const char* key : {"stiffness", "damping"})
+    if (table.empty() && block.has(key))
+      block.problem(
+          key, std::string("'commands.") + key + "' pulls towards the motion of a table; expected 'file'");
   if (!table.empty() && block.has("torque"))
     block.problem("file", "'commands' has 'torque' and 'file', expected one of them");
   try {
     if (!table.empty())
-      return read_table(block, path_beside(path, block, "file", table), driven_names(scene.robot));
+      return read_table(block, path_beside(path, block, "file", table), scene.robot, stiffness, damping);
   } catch (const Error& e) {
     block.problem("file", e.what());
     return {};
@@ -208,13 +249,20 @@ void place_base(const BaseStart& base, VectorXd& q, VectorXd& v) {
   v.segment<3>(3) = base.angular_velocity;
 }
 
-VectorXd Commands::at(double time) const {
+VectorXd Commands::at(double time, const VectorXd& x) const {
   const auto after = std::upper_bound(t.begin(), t.end(), time);
-  if (after == t.begin()) return u.col(0);
-  if (after == t.end()) return u.col(u.cols() - 1);
-  const Eigen::Index k = after - t.begin();
-  const double s = (time - t[std::size_t(k - 1)]) / (*after - t[std::size_t(k - 1)]);
-  return (1 - s) * u.col(k - 1) + s * u.col(k);
+  const auto last = Eigen::Index(t.size()) - 1, k = std::min(Eigen::Index(after - t.begin()), last);
+  const Eigen::Index before = after == t.begin() || after == t.end() ? k : k - 1;
+  const double from = t[std::size_t(before)], to = t[std::size_t(k)];
+  const double s = before == k ? 0 : (time - from) / (to - from);
+  const auto now = [&](const Eigen::MatrixXd& rows) {
+    return VectorXd((1 - s) * rows.col(before) + s * rows.col(k));
+  };
+  if (!followed) return now(u);
+  const Eigen::Index n = u.rows();
+  const VectorXd off_q = now(followed->q) - x(followed->in_x).head(n);
+  const VectorXd off_v = now(followed->v) - x(followed->in_x).tail(n);
+  return now(u) + followed->stiffness.cwiseProduct(off_q) + followed->damping.cwiseProduct(off_v);
 }
 
 long Scene::steps() const { return std::max(1L, std::lround(duration / step)); }

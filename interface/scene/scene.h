@@ -19,6 +19,7 @@
 // Errors: FileError listing every problem of the file with its place; those of reading the robot.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,12 +31,21 @@
 
 namespace dyntape {
 
-// What the driven joints are told over time: rows of a table, straight lines between them, constant outside.
+// What the driven joints are told over time: rows of a table, straight lines between them, constant outside.  Where they also
+// follow a motion, as motors with a controller of their own do:
+//   u + stiffness (q - positions) + damping (v - velocities),     q and v those of the table
+// of positions and velocities when the command is given, which then is held over a step.
 struct Commands {
   std::vector<double> t;  // (s), ascending
   Eigen::MatrixXd u;      // (driven joints x times)
+  struct Followed {
+    Eigen::VectorXd stiffness, damping;  // (driven joints) N m/rad, N m s/rad, or N/m, N s/m
+    Eigen::MatrixXd q, v;                // (driven joints x times)
+    std::vector<int> in_x;               // where positions stand in x = (q, v, ...), then where velocities do
+  };
+  std::optional<Followed> followed = {};
 
-  Eigen::VectorXd at(double time) const;
+  Eigen::VectorXd at(double time, const Eigen::VectorXd& x) const;
 };
 
 // Where a floating base is at the start, as files say it.

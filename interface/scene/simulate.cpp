@@ -54,7 +54,7 @@ class SceneRun {
     motion_.slowed_by = (v - scene.v).cwiseAbs().maxCoeff();
     x_.head(nq) = q;
     x_.segment(nq, nv) = v;
-    const VectorXd u = scene.commands.at(0);
+    const VectorXd u = scene.commands.at(0, x_);
     for (Eigen::Index k = 0, m = nq + nv; k < scene.robot.lag.size(); ++k) {
       if (scene.robot.lag[k] > 0) x_[m++] = u[k];  // motors start where they are told to be
     }
@@ -100,7 +100,7 @@ class SceneRun {
 
   bool step(long k) {
     const double t = double(k) * scene_.step;
-    const VectorXd u = scene_.commands.at(t + scene_.step / 2);
+    const VectorXd u = scene_.commands.at(t + scene_.step / 2, x_);
     std::string why;
     const bool done = advance(t, u, &why);
     motion_.effort += stepper_.effort();
@@ -125,7 +125,7 @@ class SceneRun {
 
   void note(long k) {
     const double t = double(k) * scene_.step;
-    const VectorXd now = drive_in(scene_, x_, scene_.commands.at(t));
+    const VectorXd now = drive_in(scene_, x_, scene_.commands.at(t, x_));
     const Energy& energy = energy_.at(x_, now);
     if (account_) {
       note_work(account_->work(), account_->released());

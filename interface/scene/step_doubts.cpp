@@ -18,7 +18,7 @@ std::string trouble_at_turns(const Scene& scene, double t, const VectorXd& x) {
   dynamics::EffectTorques<double> torques(model);
   const VectorXd q = x.head(model.nq);
   const VectorXd tau =
-      torques_at(actuated_dofs(scene.robot), drive_in(scene, x, scene.commands.at(t)), model.nv);
+      torques_at(actuated_dofs(scene.robot), drive_in(scene, x, scene.commands.at(t, x)), model.nv);
   VectorXd v = x.segment(model.nq, model.nv);
   const VectorXd next = v + scene.step * dynamics::forward_dynamics<double>(model, data, torques,
                                                                             scene.robot.effects, q, v, tau);
@@ -37,7 +37,7 @@ std::string doubt_of_halves(const Scene& scene, Stepper& stepper, const std::vec
   VectorXd most = VectorXd::Zero(nv);
   for (const auto& [k, x, forces] : looks) {
     const double t = double(k) * h;
-    const VectorXd u = scene.commands.at(t + h / 2);
+    const VectorXd u = scene.commands.at(t + h / 2, x);
     if (!stepper.step(t, h, x.data(), u.data(), forces.data(), whole.data())) continue;
     if (!stepper.step(t, h / 2, x.data(), u.data(), forces.data(), half.data())) continue;
     if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), forces.data(), twice.data())) continue;

@@ -50,7 +50,7 @@ void LaneMotions::set_times(double t, double h) {
   }
   if (!functions_.has_table) return;
   const long n_u = functions_.stepper.n_u();
-  const VectorXd u = scene_.commands.at(double(step_) * scene_.step + scene_.step / 2);
+  const VectorXd u = scene_.commands.at(double(step_) * scene_.step + scene_.step / 2, {});
   for (long k = 0; k < places(); ++k) {
     for (long i = 0; i < n_u; ++i) at(arguments_.data(), n_arguments_, 2 + i, k) = u[i];
   }

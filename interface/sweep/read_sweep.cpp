@@ -30,8 +30,11 @@ bool take_swept_scene(Section& file, SceneSweep& sweep) {
   if (name.empty()) return false;
   try {
     sweep.scene = read_scene(path_beside(sweep.file, file, "scene", name));
-    if (sweep.scene.robot.constraints.empty()) return true;
-    file.problem("scene", "'" + name + "' has constraints, which only simulate knows");
+    const bool has_constraints = !sweep.scene.robot.constraints.empty();
+    if (!has_constraints && !sweep.scene.commands.followed) return true;
+    file.problem("scene", "'" + name + "' has " +
+                              (has_constraints ? "constraints" : "motors that follow a motion") +
+                              ", which only simulate knows");
     return false;
   } catch (const Error& e) {
     file.problem("scene", first_of(e.what()));

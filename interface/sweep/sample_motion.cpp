@@ -44,7 +44,7 @@ CodegenOptions of_sweep(const SceneSweep& sweep, CodegenOptions options) {
 // What the motors are told over a step from `t`.
 VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t) {
   if (start.u.cols() == 1) return start.u.col(0);
-  return Commands{sweep.scene.commands.t, start.u}.at(t + sweep.scene.step / 2);
+  return Commands{sweep.scene.commands.t, start.u}.at(t + sweep.scene.step / 2, {});
 }
 
 void try_halves(SweptFunctions& f, const SampleMotion& motion, double t, const VectorXd& u, HalfSteps& halves,

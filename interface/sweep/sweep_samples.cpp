@@ -134,7 +134,7 @@ SampleStart start_of(const SceneSweep& sweep, const VectorXd& values) {
   sample.x.resize(start.q.size() + start.v.size() + (lag.array() > 0).count());
   sample.x.head(start.q.size()) = start.q;
   sample.x.segment(start.q.size(), start.v.size()) = start.v;
-  const VectorXd u = Commands{sweep.scene.commands.t, start.u}.at(0);
+  const VectorXd u = Commands{sweep.scene.commands.t, start.u}.at(0, {});
   for (Eigen::Index k = 0, m = start.q.size() + start.v.size(); k < lag.size(); ++k) {
     if (lag[k] > 0) sample.x[m++] = u[k];  // motors start where they are told to be
   }

@@ -183,6 +183,17 @@ std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
   return thrusters;
 }
 
+// Corners of the rectangle across the z axis that lies between two opposite ones.
+std::vector<Eigen::Vector3d> read_corners(Section& foot) {
+  foot.about("a corner, in the frame's axes [m]");
+  const Eigen::Vector3d from = read_vector3(foot, "from", std::nullopt);
+  foot.about("the opposite one, at the same z [m]");
+  const Eigen::Vector3d to = read_vector3(foot, "to", std::nullopt);
+  if (foot.sound() && (from.z() != to.z() || from.x() == to.x() || from.y() == to.y()))
+    foot.problem("to", "'" + foot.path() + "': 'from' and 'to' are to differ in x and y and agree in z");
+  return {from, {to.x(), from.y(), from.z()}, to, {from.x(), to.y(), from.z()}};
+}
+
 std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
   Section block = file.about("points that the floor holds over the whole motion").child_or_empty("contacts");
   std::vector<std::string> moving;
@@ -195,6 +206,18 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
   for (const std::string& name :
        distinct_names(block.about("links whose origins stay where they are at the start"), "hold", moving))
     contacts.push_back({.frame = name});
+  block.about("a foot that does not turn either: a link by name, and the rectangle that stands on the floor");
+  std::vector<Section> feet;
+  if (block.has("foot")) feet = block.children("foot");
+  if (block.has("foot") && feet.empty()) feet.push_back(block.child("foot"));  // in the list of keys one
+  for (Section& foot : feet) {
+    HeldContact contact{.frame = foot.value()};
+    if (contact.frame.empty())
+      foot.problem("", "'" + foot.path() + "' needs the name of a link behind the word");
+    if (model && !contact.frame.empty()) contact.frame = known_frame(foot, "", contact.frame, *model);
+    contact.corners = read_corners(foot);
+    contacts.push_back(std::move(contact));
+  }
   const double friction =
       block.about("coefficient").get_or("friction", HeldContact().friction, io::positive());
   for (HeldContact& contact : contacts) contact.friction = friction;

@@ -15,6 +15,7 @@
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task_costs.h>
 #include <dyntape/interface/task/task_keys.h>
+#include <dyntape/interface/task/task_phases.h>
 
 namespace dyntape {
 
@@ -151,11 +152,30 @@ void place_contacts(Task& task, const Eigen::VectorXd& q) {
   const auto& model = task.scene.model;
   dynamics::Data<double> data(model);
   dynamics::forward_kinematics<double>(model, data, q);
-  for (HeldContact& contact : task.robot.contacts)
-    contact.place = dynamics::frame_placement(model, data, model.frame_index(contact.frame)).p;
+  for (HeldContact& contact : task.robot.contacts) {
+    const auto placement = dynamics::frame_placement(model, data, model.frame_index(contact.frame));
+    contact.place = placement.p, contact.axes = placement.R;
+  }
 }
 
 }  // namespace
+
+void compose_problem(Task& task, const TaskKeys& keys, const Eigen::VectorXd& from,
+                     const Eigen::VectorXd& to) {
+  task.problem = robot_problem(task.scene, task.robot);
+  task.problem.name = task.name;
+  task.problem.free_time = keys.free_time;
+  const int nq = task.scene.model.nq, nv = task.scene.model.nv;
+  const bool begins_anywhere = keys.start.array().isNaN().all();  // as phases behind others do
+  if (!begins_anywhere) start_at(task.problem, task.scene, keys.start.head(nq), keys.start.tail(nv));
+  end_at(task.problem, task.scene, keys.goal.head(nq), keys.goal.tail(nv));
+  add_places(task.problem, task, keys);
+  add_costs(task.problem, task, keys.costs, keys.goal);
+  add_frame_tracking(task.problem, task, keys);
+  add_limits(task.problem, task, keys.limits);
+  add_guess(task.problem, task, from, to, keys.guess);
+  check_ends(task, keys.limits.of_robot());
+}
 
 bool read_task_scene(Section& file, Task& task) {
   file.about("a scene file that says robot, effects and actuated, in place of those keys here");
@@ -184,18 +204,9 @@ Task read_task(const std::string& path) {
   task.effective = file.effective_values();
 
   place_contacts(task, keys.start.head(task.scene.model.nq));
-  task.problem = robot_problem(task.scene, task.robot);
-  task.problem.name = task.name;
-  task.problem.free_time = keys.free_time;
-  const int nq = task.scene.model.nq, nv = task.scene.model.nv;
-  start_at(task.problem, task.scene, keys.start.head(nq), keys.start.tail(nv));
-  end_at(task.problem, task.scene, keys.goal.head(nq), keys.goal.tail(nv));
-  add_places(task.problem, task, keys);
-  add_costs(task.problem, task, keys.costs, keys.goal);
-  add_frame_tracking(task.problem, task, keys);
-  add_limits(task.problem, task, keys.limits);
-  add_guess(task.problem, task, keys.start.head(nq), guessed_goal(task, keys), keys.guess);
-  check_ends(task, keys.limits.of_robot());
+  const Eigen::VectorXd to = guessed_goal(task, keys);
+  compose_problem(task, keys, keys.start.head(task.scene.model.nq), to);
+  if (!keys.phases.empty()) compose_phases(task, keys, to);
   return task;
 }
 

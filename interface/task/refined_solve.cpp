@@ -6,7 +6,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/task/limits.h>
+#include <dyntape/interface/task/task_phases.h>
+#include <dyntape/interface/task/whole_motion.h>
 #include <dyntape/interface/transcription/refine.h>
 
 namespace dyntape {
@@ -28,19 +29,23 @@ SolveStage stage_of(OptimiseStep step) {
 }
 
 // Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
-bool is_too_coarse(const Solution& solution, const Task& task) {
-  const Verification& v = solution.verification;
-  if (!solution.success() || !(v.violation <= task.demands.violation)) return false;
+bool is_too_coarse(const PhasedSolution& phases, const Task& task) {
+  if (!phases.success()) return false;
+  const Verification v = whole_verification(task, phases);
+  if (!(v.violation <= task.demands.violation)) return false;
   if (!(v.worst_relative <= task.demands.true_defect)) return true;
   if (!task.demands.limits) return false;
-  const std::vector<LimitExcess> excesses = limit_excesses(task, solution.motion);
+  const std::vector<LimitExcess> excesses = excesses_of(task, phases);
   const auto between = [](const LimitExcess& excess) { return excess.between_points; };
   return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
 }
 
 // The motion on another mesh, moved to within the bounds, which it keeps at its own points only.
-std::vector<double> warm_start(const Problem& problem, const Trajectory& motion, const Collocation& program) {
-  std::vector<double> x = program.variables(resampled(problem, motion, program.times()));
+std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
+  std::vector<Trajectory> finer;
+  for (std::size_t k = 0; k < motions.size(); ++k)
+    finer.push_back(resampled(program.phase(k).problem(), motions[k], program.phase(k).times()));
+  std::vector<double> x = program.variables(finer);
   const NlpShape& shape = program.shape();
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
   return x;
@@ -48,12 +53,11 @@ std::vector<double> warm_start(const Problem& problem, const Trajectory& motion,
 
 class Rounds {
  public:
-  Rounds(const Task& task, const SolveWatch& watch) : task_(task), watch_(watch) {}
+  Rounds(const Task& task, const SolveWatch& watch) : task_(task), phases_(phases_of(task)), watch_(watch) {}
 
-  RefinedSolve run(MeshOptions mesh) {
-    moment_.intervals = mesh.nodes.empty() ? mesh.intervals : int(mesh.nodes.size()) - 1;
-    build(std::move(mesh));
-    result_.solution = optimise(*result_.program, result_.program->start(), options());
+  RefinedSolve run(const MeshOptions& mesh) {
+    build(mesh);
+    result_.solution = optimise(*result_.program, phases_, result_.program->start(), options());
     if (result_.solution.nlp.log.empty()) check_not_stopped();
     note(result_.solution);
     while (moment_.refinement < task_.demands.refinements && is_too_coarse(result_.solution, task_) &&
@@ -74,21 +78,29 @@ class Rounds {
       throw Interrupted("interrupted before the first iteration: there is no motion yet");
   }
 
-  void build(MeshOptions mesh) {
+  void build(const MeshOptions& mesh) {
+    std::vector<MeshOptions> meshes = meshes_of(task_, mesh);
+    moment_.intervals = 0;
+    for (const MeshOptions& own : meshes)
+      moment_.intervals += own.nodes.empty() ? own.intervals : int(own.nodes.size()) - 1;
+    for (MeshOptions& own : meshes) watch(own);
+    tell(SolveStage::kRecording);
+    try {
+      result_.program = std::make_unique<PhasedCollocation>(phases_, meshes);
+    } catch (const ToolError&) {
+      if (!watch_.stop.stop_requested()) throw;
+    }
+    check_not_stopped();
+    result_.build = result_.program->build();
+  }
+
+  void watch(MeshOptions& mesh) {
     mesh.evaluation.stop = watch_.stop;
     // Outlives this object within the program, so it holds what it needs.
     mesh.evaluation.compiled_piece = [tell = watch_.tell, intervals = moment_.intervals](std::size_t done,
                                                                                          std::size_t of) {
       if (tell) tell({SolveStage::kCompiling, intervals, 0, done, of});
     };
-    tell(SolveStage::kRecording);
-    try {
-      result_.program = std::make_unique<Collocation>(task_.problem, mesh);
-    } catch (const ToolError&) {
-      if (!watch_.stop.stop_requested()) throw;
-    }
-    check_not_stopped();
-    result_.build = result_.program->build();
   }
 
   // Iterations and time are limited for all meshes together.
@@ -107,24 +119,28 @@ class Rounds {
     return options;
   }
 
-  void note(const Solution& s) {
+  void note(const PhasedSolution& s) {
     iterations_ += s.nlp.iterations();
     processor_seconds_ += s.nlp.times.processor;
     result_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
                               s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
-                              s.verification.worst_relative, s.nlp.status});
+                              whole_verification(task_, s).worst_relative, s.nlp.status});
   }
 
   // False where the finer mesh is given up, and the coarser motion stays.
   bool refine() {
-    const Solution& coarse = result_.solution;
-    std::vector<double> nodes = halved(coarse.motion);
+    const PhasedSolution& coarse = result_.solution;
+    std::vector<std::vector<double>> nodes;
     ++moment_.refinement;
-    moment_.intervals = int(nodes.size()) - 1;
+    moment_.intervals = 0;
+    for (const Trajectory& motion : coarse.motions) {
+      nodes.push_back(halved(motion));
+      moment_.intervals += int(nodes.back().size()) - 1;
+    }
     const std::string where = "the mesh of " + std::to_string(moment_.intervals) + " intervals: ";
     try {
-      auto program = std::make_unique<Collocation>(*result_.program, std::move(nodes));
-      Solution fine = optimise(*program, warm_start(task_.problem, coarse.motion, *program), options());
+      auto program = std::make_unique<PhasedCollocation>(*result_.program, phases_, nodes);
+      PhasedSolution fine = optimise(*program, phases_, warm_start(coarse.motions, *program), options());
       note(fine);
       if (!fine.success()) {
         result_.trouble = where + describe(fine.nlp.status);
@@ -142,6 +158,7 @@ class Rounds {
   }
 
   const Task& task_;
+  const Phases phases_;
   const SolveWatch& watch_;
   RefinedSolve result_;
   SolveMoment moment_{SolveStage::kRecording};
@@ -175,8 +192,8 @@ std::string SolveMoment::text() const {
          io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility);
 }
 
-RefinedSolve solve_refined(const Task& task, MeshOptions mesh, const SolveWatch& watch) {
-  return Rounds(task, watch).run(std::move(mesh));
+RefinedSolve solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {
+  return Rounds(task, watch).run(mesh);
 }
 
 }  // namespace dyntape

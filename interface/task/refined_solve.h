@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A task solved on its mesh and, where the motion is not what its controls do, on finer ones, each from the motion of the
-// last.
+// last.  A task without phases is one phase.
 //
 //   const RefinedSolve result = solve_refined(task, mesh, watch);
 //   result.solution, *result.program        of the finest mesh that was solved
@@ -14,6 +14,7 @@
 
 #include <dyntape/interface/task/task.h>
 #include <dyntape/interface/task/watch.h>
+#include <dyntape/interface/transcription/optimise_phases.h>
 
 namespace dyntape {
 
@@ -26,8 +27,8 @@ struct MeshRound {
 };
 
 struct RefinedSolve {
-  std::unique_ptr<Collocation> program;
-  Solution solution;
+  std::unique_ptr<PhasedCollocation> program;
+  PhasedSolution solution;
   std::vector<MeshRound>
       meshes;           // coarsest first; the last may have failed, and is then not that of `solution`
   std::string trouble;  // why a finer mesh was given up: "the mesh of 200 intervals: ..."; empty: it was not
@@ -35,6 +36,6 @@ struct RefinedSolve {
 };
 
 // Interrupted, where the watch stops it before the first iteration; else as optimise().
-RefinedSolve solve_refined(const Task& task, MeshOptions mesh, const SolveWatch& watch);
+RefinedSolve solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch);
 
 }  // namespace dyntape

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/solve.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <set>
 
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/effect_costs.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/task/task_phases.h>
+#include <dyntape/interface/task/whole_motion.h>
 
 namespace dyntape {
 
@@ -19,10 +22,15 @@ MeshOptions mesh_of(const Task& task) {
   return mesh;
 }
 
-SolveSizes sizes_of(const Collocation& nlp) {
+SolveSizes sizes_of(const PhasedCollocation& nlp) {
   const NlpShape& shape = nlp.shape();
-  return {shape.n(),           shape.m(),          shape.jacobian.nnz(),
-          shape.hessian.nnz(), nlp.times().size(), total_operations(dissolved(nlp.stage().node))};
+  SolveSizes sizes{shape.n(), shape.m(), shape.jacobian.nnz(), shape.hessian.nnz()};
+  for (std::size_t k = 0; k < nlp.phases(); ++k) {
+    const Collocation& phase = nlp.phase(k);
+    sizes.points += phase.times().size();
+    sizes.operations = std::max(sizes.operations, total_operations(dissolved(phase.stage().node)));
+  }
+  return sizes;
 }
 
 std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
@@ -53,8 +61,12 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.sizes = sizes_of(*solve.program);
   report.meshes = std::move(solve.meshes);
   report.refinement_trouble = std::move(solve.trouble);
-  report.solution = std::move(solve.solution);
-  report.excesses = limit_excesses(task, report.solution.motion);
+  report.solution = whole(task, solve.solution);
+  report.excesses = excesses_of(task, solve.solution);
+  for (std::size_t k = 0; k < task.phases.size(); ++k) {
+    const Eigen::VectorXd& t = solve.solution.motions[k].t;
+    report.phases.push_back({task.phases[k].name, solve.solution.begin(k), t[t.size() - 1]});
+  }
   ScaledNlp scaled(*solve.program, report.solution.nlp.units);
   const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
   std::set<std::string> seen;
@@ -88,15 +100,16 @@ std::string explain(const Task& task) {
   text += table.text();
   MeshOptions mesh = mesh_of(task);
   mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
-  const Collocation nlp(task.problem, mesh);
+  const PhasedCollocation nlp(phases_of(task), meshes_of(task, mesh));
   const SolveSizes sizes = sizes_of(nlp);
+  int intervals = 0;
+  for (const Task* part : parts_of(task)) intervals += part->optimise.mesh.intervals;
   text +=
       "\nOne point with its costs and constraints: " + io::with_groups(sizes.operations) + " operations\n";
-  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(task.optimise.mesh.intervals) +
-          " intervals, " + io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) +
-          " variables, " + io::with_groups(sizes.constraints) + " constraints, " +
-          io::with_groups(sizes.jacobian) + " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) +
-          " of the Hessian\n";
+  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(intervals) + " intervals, " +
+          io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) + " variables, " +
+          io::with_groups(sizes.constraints) + " constraints, " + io::with_groups(sizes.jacobian) +
+          " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) + " of the Hessian\n";
   text += "\nThe task as it was understood:\n\n" + task.effective;
   return text;
 }

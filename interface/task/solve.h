@@ -42,6 +42,12 @@ struct SolveReport {
   std::vector<MeshRound> meshes;      // coarsest first
   std::string refinement_trouble;     // why a finer mesh was given up, or ""
   std::vector<LimitExcess> excesses;  // of the robot's limits
+  struct Phase {
+    std::string name;
+    double begin, duration;  // s
+  };
+  std::vector<Phase>
+      phases;  // of a motion that has them, whose points then stand one after another in `solution`
   std::optional<Problem::Range>
       free_time;                       // of the duration, where it was to be found: motion.t ends with it
   bool interrupted = false;            // stopped from outside: the motion is the best so far

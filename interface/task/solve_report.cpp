@@ -37,6 +37,14 @@ std::string excess_text(const std::vector<LimitExcess>& excesses) {
   return text.empty() ? "" : "\nbeyond limits:\n" + text;
 }
 
+// "push_off 0.3 s, flight 0.25 s"
+std::string phases_text(const std::vector<SolveReport::Phase>& phases) {
+  std::string text;
+  for (const SolveReport::Phase& phase : phases)
+    text += (text.empty() ? "" : ", ") + phase.name + " " + io::significant(phase.duration, 5) + " s";
+  return text;
+}
+
 // Where the mesh was refined.
 std::string mesh_text(const std::vector<MeshRound>& meshes) {
   if (meshes.size() < 2) return "";
@@ -92,6 +100,7 @@ std::string SolveReport::text() const {
     facts.append({"duration found", precise(duration()) + " s (between " + precise(free_time->shortest) +
                                         " and " + precise(free_time->longest) + ")"});
   }
+  if (!phases.empty()) facts.append({"phases", phases_text(phases)});
   if (expected) {
     facts.append({"known optimum", precise(expected->cost) + " (difference " +
                                        io::scientific(solution.cost() - expected->cost) + ", allowed " +
@@ -152,6 +161,8 @@ std::string SolveReport::json() const {
   j["cost"] = number(solution.cost());
   j["duration"] = number(duration());
   if (free_time) j["duration_range"] = {free_time->shortest, free_time->longest};
+  for (const Phase& phase : phases)
+    j["phases"].push_back({{"name", phase.name}, {"begin", phase.begin}, {"duration", phase.duration}});
   if (expected) {
     j["expected"] = {
         {"cost", expected->cost}, {"tolerance", expected->tolerance}, {"matches", cost_matches()}};

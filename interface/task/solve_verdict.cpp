@@ -23,7 +23,7 @@ std::string first_of(const std::vector<LimitExcess>& excesses) {
 std::string defect_of(const Solution& solution, const Task::Demands& demands) {
   const Verification& v = solution.verification;
   return v.worst_state + " is off by " + io::significant(v.worst_state_defect, 3) + " in interval " +
-         std::to_string(v.worst_interval) + " of " + std::to_string(solution.motion.intervals()) + ", " +
+         std::to_string(v.worst_interval) + " of " + std::to_string(v.relative_defect.size()) + ", " +
          io::scientific(v.worst_relative) + " of its motion, where the task allows " +
          io::scientific(demands.true_defect);
 }
@@ -41,7 +41,7 @@ std::string of_interrupted(const SolveReport& report) {
   const std::string after = "Interrupted after " + std::to_string(report.iterations()) + " iterations: ";
   const Verification& v = report.solution.verification;
   if (report.solution.success()) {
-    return after + "the motion is an optimum of " + std::to_string(report.solution.motion.intervals()) +
+    return after + "the motion is an optimum of " + std::to_string(v.relative_defect.size()) +
            " intervals, and not verified to be what its controls do.";
   }
   return after + "the motion is the best so far, no optimum, and violates the constraints by up to " +

@@ -35,7 +35,14 @@
 //   thrusters       thruster NAME { frame, axis ["0 0 1"], lower [0], upper [inf] (N), moment [0] (m) }: forces along axes
 //                   of frames, as many as there are (robot_problem.h)
 //   contacts        hold ["" : frames whose origins stay where they are at the start], friction [0.7]: each is held by a
-//                   force within the friction cone of a floor with z upwards; the goal is to leave the joints free then
+//                   force within the friction cone of a floor with z upwards; the goal is to leave the joints free then;
+//                   foot LINK { from, to: opposite corners of a rectangle in the link's axes (m) }: as many as there are,
+//                   each a foot that does not turn either (robot_problem.h)
+//   phases          phase NAME { duration, intervals, shortest, longest [those of horizon]; hold [all of contacts];
+//                   impact [off]; lands { FRAME "dx dy dz" (m) }; goal [none: open] }, as many as there are, one after another
+//                   (phases.h): what a phase holds and the one before does not is where it last stood, or so much beside
+//                   it, and at rest when the phase begins, or with an impact is brought to rest by that; what is not held
+//                   stays above where it stood.  Two rows of trajectory.csv have the time at which phases meet
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]; of a floating base also
 //                   base { position, roll_pitch_yaw, velocity, angular_velocity: as in scenes [0] }, and of the goal's
 //                   free ["" : those of the four that are left open]
@@ -137,6 +144,10 @@ struct Task {
     std::vector<Push> pushes;
   };
   Control control;
+  // The motion in phases, each a task of its own; empty: it has none.  The problem is then that of all contacts at once, and
+  // only says what the controls are.
+  std::vector<Task> phases;
+  bool impact = false;    // of a phase: what lands at its beginning hits the floor
   std::string effective;  // the file as it was understood, defaults included
 };
 

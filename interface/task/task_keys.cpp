@@ -42,8 +42,7 @@ RobotProblemOptions read_form(Section& file) {
 }
 
 // A duration that is to be found lies between two numbers, its first guess as well.
-std::optional<Problem::Range> read_free_time(Section& file, double duration) {
-  Section horizon = file.child("horizon");
+std::optional<Problem::Range> read_free_time(Section& horizon, double duration) {
   Problem::Range range{};
   range.shortest =
       horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
@@ -161,13 +160,69 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
   return x;
 }
 
-// The state at the end, or a frame's place in it.
-void read_goal(Section& file, TaskKeys& keys, const RobotModel* model) {
-  Section goal = file.about("the state at the end").child("goal");
+// The state at the end of a motion or a phase, or a frame's place in it.
+template <class Keys>
+void read_goal(Section& of, Keys& keys, const RobotModel* model) {
+  Section goal = of.about("the state at the end").child("goal");
   keys.target = read_frame_target(goal, model);
   if (keys.target && goal.has("q") && model)
     goal.problem("q", "'goal' has both 'frame' and 'q', expected one of them");
   keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
+}
+
+// What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
+TaskKeys::Phase read_phase(Section& phase, const Task& task, bool is_last, const RobotModel* model) {
+  TaskKeys::Phase p;
+  p.name = phase.value();
+  if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
+  p.duration = phase.about("of the phase [s]; absent: the horizon's")
+                   .get_or("duration", task.robot.duration, io::positive());
+  p.intervals =
+      phase.about("absent: the horizon's").get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
+  p.free_time = read_free_time(phase, p.duration);
+  std::vector<std::string> contacts;
+  for (const HeldContact& contact : task.robot.contacts) contacts.push_back(contact.frame);
+  phase.about("those of 'contacts' that are held during it; absent: all");
+  p.hold = phase.has("hold") && model ? distinct_names(phase, "hold", contacts) : contacts;
+  if (!model) phase.get_or("hold", "");
+  p.impact =
+      phase
+          .about(
+              "whether what lands hits the floor, and its velocity ends there; off: it comes to rest before")
+          .get_or("impact", false);
+  Section lands = phase.about("by how much a contact lands beside where it stood before, by its name [m]")
+                      .child_or_empty("lands");
+  for (const std::string& name : p.hold)
+    if (lands.has(name)) p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
+  if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
+  if (!phase.has("goal")) return p;
+  if (is_last && model) {
+    phase.problem("goal", "the last phase ends in the task's 'goal'; expected none of its own");
+    return p;
+  }
+  read_goal(phase, p, model);
+  return p;
+}
+
+void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotModel* model) {
+  if (!file.about("the motion in phases, one after another, each with contacts and a duration of its own")
+           .has("phases"))
+    return;
+  Section block = file.child("phases");
+  std::vector<Section> phases = block.about("its name behind the word").children("phase");
+  if (phases.empty()) phases.push_back(block.child("phase"));
+  for (std::size_t k = 0; k < phases.size(); ++k) {
+    keys.phases.push_back(read_phase(phases[k], task, k + 1 == phases.size(), model));
+    const auto is_same = [&](const TaskKeys::Phase& other) { return other.name == keys.phases.back().name; };
+    if (std::count_if(keys.phases.begin(), keys.phases.end(), is_same) > 1)
+      phases[k].problem("", "two phases are called '" + keys.phases.back().name + "'");
+    for (const auto& [name, by] : keys.phases.back().moved) {
+      const std::vector<std::string>& before = k > 0 ? keys.phases[k - 1].hold : keys.phases[k].hold;
+      if (std::find(before.begin(), before.end(), name) != before.end())
+        phases[k].problem("lands", "'" + name + "' does not land at the beginning of phase '" +
+                                       keys.phases.back().name + "': it is held before, or from the start");
+    }
+  }
 }
 
 // Distances to what the goal does not say.
@@ -334,7 +389,8 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
   task.optimise.mesh = read_mesh(file);
-  keys.free_time = read_free_time(file, task.robot.duration);
+  Section horizon = file.child("horizon");
+  keys.free_time = read_free_time(horizon, task.robot.duration);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
@@ -344,6 +400,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   read_goal(file, keys, model);
+  read_phases(file, task, keys, model);
   task.around = read_surroundings(file, model);
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);

@@ -53,6 +53,18 @@ struct TaskKeys {
     Limit positions, velocities, efforts;
     RatedParts of_robot() const { return {positions.robot, velocities.robot, efforts.robot}; }
   } limits;
+  struct Phase {
+    std::string name;
+    double duration = 0;
+    int intervals = 0;
+    std::optional<Problem::Range> free_time;
+    std::vector<std::string> hold;  // frames of contacts
+    bool impact = false;
+    std::vector<std::pair<std::string, Eigen::Vector3d>> moved;  // contacts that land beside where they stood
+    Eigen::VectorXd goal;                                        // (q, v); all of it open where there is none
+    std::optional<FrameTarget> target;
+  };
+  std::vector<Phase> phases;  // empty: the motion has none
 };
 
 // The other keys; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not

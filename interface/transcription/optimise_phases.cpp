@@ -56,16 +56,19 @@ PhasedSolution::States PhasedSolution::states() const {
   return all;
 }
 
-PhasedSolution optimise(const Phases& phases, const PhasedOptions& options) {
+PhasedSolution optimise(PhasedCollocation& nlp, const Phases& phases, const std::vector<double>& start,
+                        const OptimiseOptions& options) {
   PhasedSolution solution;
+  const auto enter = [&](OptimiseStep step) {
+    if (options.enter) options.enter(step);
+  };
+  enter(OptimiseStep::kChecking);
   auto begin = std::chrono::steady_clock::now();
-  PhasedCollocation nlp(phases, options.meshes);
-  solution.build_seconds = seconds_since(begin);
-  begin = std::chrono::steady_clock::now();
-  const std::vector<double> start = nlp.start();
   solution.derivatives = checked_start(nlp, phases.name, start, options.check_derivatives);
   solution.check_seconds = seconds_since(begin);
+  enter(OptimiseStep::kSolving);
   solution.nlp = solve_nlp(nlp, start, options.solver);
+  enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
   solution.motions = nlp.trajectories(solution.nlp.x);
   ScaledNlp scaled(nlp, solution.nlp.units);
@@ -79,6 +82,17 @@ PhasedSolution optimise(const Phases& phases, const PhasedOptions& options) {
     solution.link_violation = link_violation(phases, solution.motions, nlp, scaled.units());
   }
   solution.verify_seconds = seconds_since(begin);
+  return solution;
+}
+
+PhasedSolution optimise(const Phases& phases, const PhasedOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  PhasedCollocation nlp(phases, options.meshes);
+  const double build_seconds = seconds_since(begin);
+  PhasedSolution solution = optimise(
+      nlp, phases, nlp.start(),
+      {.solver = options.solver, .check_derivatives = options.check_derivatives, .verify = options.verify});
+  solution.build_seconds = build_seconds;
   return solution;
 }
 

@@ -46,4 +46,8 @@ struct PhasedSolution {
 
 PhasedSolution optimise(const Phases& phases, const PhasedOptions& options = {});
 
+// The same on a program of these phases that exists already, from any start; options.mesh is not read.
+PhasedSolution optimise(PhasedCollocation& nlp, const Phases& phases, const std::vector<double>& start,
+                        const OptimiseOptions& options);
+
 }  // namespace dyntape

@@ -33,33 +33,43 @@ PhasedCollocation::PhasedCollocation(const Phases& phases, const std::vector<Mes
     throw ArgumentError("phases \"" + phases.name +
                         "\": meshes ask for different Hessians, expected one kind");
   }
-  shape_.hessian_kind = meshes.front().hessian;
-  place_parts(phases, meshes);
+  const std::vector<Problem> problems = told_of_each_other(phases);
+  std::vector<std::unique_ptr<Collocation>> programs;
+  for (std::size_t k = 0; k < n; ++k)
+    programs.push_back(std::make_unique<Collocation>(problems[k], meshes[meshes.size() == 1 ? 0 : k]));
+  of_links_ = meshes.front().evaluation;
+  place(phases, std::move(programs));
+}
+
+PhasedCollocation::PhasedCollocation(const PhasedCollocation& ready, const Phases& phases,
+                                     const std::vector<std::vector<double>>& nodes)
+    : of_links_(ready.of_links_) {
+  std::vector<std::unique_ptr<Collocation>> programs;
+  for (std::size_t k = 0; k < ready.phases(); ++k)
+    programs.push_back(std::make_unique<Collocation>(ready.phase(k), nodes.at(k)));
+  place(phases, std::move(programs));
+}
+
+// Rows and variables of phases and links, in the order of time.
+void PhasedCollocation::place(const Phases& phases, std::vector<std::unique_ptr<Collocation>> programs) {
+  shape_.hessian_kind = programs.front()->shape().hessian_kind;
+  const std::vector<PhaseLink> links = links_of(phases);
+  for (std::size_t k = 0; k < programs.size(); ++k) {
+    const NlpShape& own = programs[k]->shape();
+    for (std::size_t begin : own.stages) shape_.stages.push_back(shape_.n() + begin);
+    parts_.push_back({phases.phases[k].name, std::move(programs[k]), shape_.n(), shape_.m(), 0, {}, {}});
+    append_all(shape_.x_lower, own.x_lower), append_all(shape_.x_upper, own.x_upper);
+    append_all(shape_.g_lower, own.g_lower), append_all(shape_.g_upper, own.g_upper);
+    for (const PhaseLink& link : links) {
+      if (link.from == k) place_link(phases, link);
+    }
+  }
+  for (std::size_t l = 0; l < links.size(); ++l) links_[l].to = parts_[links[l].to].variable;
   lay_out_jacobian();
   lay_out_hessian();
 }
 
-// Rows and variables of phases and links, in the order of time.
-void PhasedCollocation::place_parts(const Phases& phases, const std::vector<MeshOptions>& meshes) {
-  const std::vector<PhaseLink> links = links_of(phases);
-  const std::vector<Problem> problems = told_of_each_other(phases);
-  for (std::size_t k = 0; k < phases.phases.size(); ++k) {
-    const Phases::Phase& phase = phases.phases[k];
-    auto program = std::make_unique<Collocation>(problems[k], meshes[meshes.size() == 1 ? 0 : k]);
-    const NlpShape& own = program->shape();
-    for (std::size_t begin : own.stages) shape_.stages.push_back(shape_.n() + begin);
-    parts_.push_back({phase.name, std::move(program), shape_.n(), shape_.m(), 0, {}, {}});
-    append_all(shape_.x_lower, own.x_lower), append_all(shape_.x_upper, own.x_upper);
-    append_all(shape_.g_lower, own.g_lower), append_all(shape_.g_upper, own.g_upper);
-    for (const PhaseLink& link : links) {
-      if (link.from == k) place_link(phases, link, meshes.front().evaluation);
-    }
-  }
-  for (std::size_t l = 0; l < links.size(); ++l) links_[l].to = parts_[links[l].to].variable;
-}
-
-void PhasedCollocation::place_link(const Phases& phases, const PhaseLink& link,
-                                   const CodegenOptions& options) {
+void PhasedCollocation::place_link(const Phases& phases, const PhaseLink& link) {
   const Phases::Phase &from = phases.phases[link.from], &to = phases.phases[link.to];
   Link placed;
   placed.from = parts_[link.from].variable + parts_[link.from].program->last_point();
@@ -69,7 +79,7 @@ void PhasedCollocation::place_link(const Phases& phases, const PhaseLink& link,
   shape_.g_lower.resize(placed.row + placed.n_x, 0.0), shape_.g_upper.resize(placed.row + placed.n_x, 0.0);
   if (!link.change->empty()) {
     const Function recorded = record_link(from.problem, *link.change, phases.name + " link to " + to.name);
-    CodegenOptions of_link = options;
+    CodegenOptions of_link = of_links_;
     of_link.order = shape_.hessian_kind == HessianKind::kExact ? Order::kSecond : Order::kFirst;
     of_link.lanes = Lanes::kNone;
     placed.change = std::make_unique<CompiledFunction>(CompiledFunction::make(recorded, of_link));
@@ -262,6 +272,12 @@ std::vector<Trajectory> PhasedCollocation::trajectories(const std::vector<double
   return motions;
 }
 
+std::vector<double> PhasedCollocation::variables(const std::vector<Trajectory>& motions) const {
+  std::vector<double> x;
+  for (std::size_t k = 0; k < parts_.size(); ++k) append_all(x, parts_[k].program->variables(motions.at(k)));
+  return x;
+}
+
 void PhasedCollocation::check_finite(const std::vector<double>& x) {
   for (Part& part : parts_) part.program->check_finite(piece(x, part.variable, part.program->shape().n()));
   for (Link& link : links_) {
@@ -294,10 +310,15 @@ BuildReport PhasedCollocation::build() const {
   return all;
 }
 
+// One phase alone needs no name.
+std::string PhasedCollocation::prefix(const Part& part) const {
+  return parts_.size() > 1 ? part.name + ": " : "";
+}
+
 std::string PhasedCollocation::variable_name(std::size_t i) const {
   const auto part =
       std::find_if(parts_.rbegin(), parts_.rend(), [&](const Part& p) { return p.variable <= i; });
-  return part->name + ": " + part->program->variable_name(i - part->variable);
+  return prefix(*part) + part->program->variable_name(i - part->variable);
 }
 
 std::string PhasedCollocation::constraint_name(std::size_t j) const {
@@ -306,7 +327,7 @@ std::string PhasedCollocation::constraint_name(std::size_t j) const {
       return "link from " + link.name + ": " + link.states[j - link.row];
   }
   const auto part = std::find_if(parts_.rbegin(), parts_.rend(), [&](const Part& p) { return p.row <= j; });
-  return part->name + ": " + part->program->constraint_name(j - part->row);
+  return prefix(*part) + part->program->constraint_name(j - part->row);
 }
 
 }  // namespace dyntape

@@ -27,6 +27,9 @@ namespace dyntape {
 class PhasedCollocation : public Nlp {
  public:
   PhasedCollocation(const Phases& phases, const std::vector<MeshOptions>& meshes);
+  // The same phases on other nodes; what is recorded and compiled of them is taken over.
+  PhasedCollocation(const PhasedCollocation& ready, const Phases& phases,
+                    const std::vector<std::vector<double>>& nodes);
 
   std::size_t phases() const { return parts_.size(); }
   const Collocation& phase(std::size_t k) const { return *parts_[k].program; }
@@ -34,6 +37,7 @@ class PhasedCollocation : public Nlp {
 
   std::vector<double> start() const;
   std::vector<Trajectory> trajectories(const std::vector<double>& x) const;
+  std::vector<double> variables(const std::vector<Trajectory>& motions) const;
   // Of one phase, of magnitudes of the whole.
   NlpMagnitudes of_phase(std::size_t k, const NlpMagnitudes& magnitudes) const;
   // NumericalError where functions or first derivatives are not finite at x.
@@ -70,14 +74,16 @@ class PhasedCollocation : public Nlp {
     std::vector<std::size_t> of_one;      // where x(0) stands
   };
 
-  void place_parts(const Phases& phases, const std::vector<MeshOptions>& meshes);
-  void place_link(const Phases& phases, const PhaseLink& link, const CodegenOptions& options);
+  void place(const Phases& phases, std::vector<std::unique_ptr<Collocation>> programs);
+  void place_link(const Phases& phases, const PhaseLink& link);
+  std::string prefix(const Part& part) const;
   void lay_out_jacobian();
   void lay_out_hessian();
   bool evaluate(Link& link, Order order, const double* x);
 
   std::vector<Part> parts_;
   std::vector<Link> links_;
+  CodegenOptions of_links_;
   NlpShape shape_;
 };
 

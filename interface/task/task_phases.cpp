@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/task_phases.h>
+
+#include <algorithm>
+
+#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/interface/ocp/of_kinematics.h>
+#include <dyntape/interface/ocp/robot_configuration.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::VectorXd;
+
+constexpr double kSink =
+    1e-3;  // m that a frame in the air may be below where it stood: at its ends it is there
+
+bool is_held(const std::vector<std::string>& frames, const std::string& frame) {
+  return std::find(frames.begin(), frames.end(), frame) != frames.end();
+}
+
+// Where contacts are while a phase lasts.
+std::vector<HeldContact> held_in(const TaskKeys::Phase& phase, std::vector<HeldContact>& all) {
+  for (const auto& [frame, by] : phase.moved) {
+    for (HeldContact& contact : all)
+      if (contact.frame == frame && contact.place) *contact.place += by;
+  }
+  std::vector<HeldContact> held;
+  for (const HeldContact& contact : all)
+    if (is_held(phase.hold, contact.frame)) held.push_back(contact);
+  return held;
+}
+
+// Of a phase, after which a contact begins.
+void add_landing(Problem& problem, const RobotScene& scene, const HeldContact& contact, bool impact) {
+  const FrameTarget place{contact.frame, contact.place,
+                          contact.corners.empty() ? std::optional<Eigen::Matrix3d>() : contact.axes};
+  problem.add(terminal_equality(contact.frame + " lands", frame_error(scene, place)));
+  if (impact) return;
+  const StageFunction speed =
+      frame_velocity(scene, contact.frame, dynamics::ReferenceFrame::kLocalWorldAligned);
+  problem.add(
+      terminal_equality(contact.frame + " at rest", contact.corners.empty() ? part_of(speed, 0, 3) : speed));
+}
+
+// The height of a contact's points over where it stood.
+Term stays_above(const RobotScene& scene, const HeldContact& contact) {
+  std::vector<Eigen::Vector3d> points = contact.corners;
+  if (points.empty()) points.push_back(Eigen::Vector3d::Zero());
+  double floor = contact.place->z();
+  if (contact.axes && !contact.corners.empty()) floor += (*contact.axes * points.front()).z();
+  const auto heights = [points, floor, frame = moving_frame(scene.model, contact.frame)](
+                           const auto& model, auto& data, const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    const auto at = dynamics::frame_placement(model, data, frame);
+    Eigen::Matrix<T, Eigen::Dynamic, 1> z(Eigen::Index(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      z[Eigen::Index(i)] = at.p[2] + at.R.row(2).dot(points[i].template cast<T>()) - T(floor);
+    return z;
+  };
+  const auto n = Eigen::Index(points.size());
+  return path_inequality(contact.frame + " above the floor", of_kinematics(scene, heights),
+                         VectorXd::Constant(n, -kSink),
+                         VectorXd::Constant(n, std::numeric_limits<double>::infinity()));
+}
+
+// Velocities when all contacts of the phase have come to rest.
+StageFunction impact_of(const Task& phase) {
+  const RobotScene& scene = phase.scene;
+  std::vector<dynamics::Constraint<double>> held;
+  for (const HeldContact& contact : phase.robot.contacts) {
+    const int frame = moving_frame(scene.model, contact.frame);
+    held.push_back(
+        contact.corners.empty()
+            ? dynamics::point_constraint<double>(scene.model, frame, *contact.place)
+            : dynamics::frame_constraint<double>(scene.model, frame, {*contact.axes, *contact.place}));
+  }
+  return [scene, held](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+    const dynamics::Model<T> model = scene.model.template cast<T>();
+    dynamics::Data<T> data(model);
+    std::vector<dynamics::Constraint<T>> list;
+    for (const auto& constraint : held) list.push_back(constraint.template cast<T>());
+    dynamics::ConstraintData<T> constraints(model, list);
+    Vector x = s.x;
+    const Vector q = x.head(model.nq), v = x.segment(model.nq, model.nv);
+    x.segment(model.nq, model.nv) = dynamics::impulse_dynamics<T>(model, data, constraints, q, v, T(0),
+                                                                  scene.effects.template cast<T>().acting());
+    return x;
+  };
+}
+
+// Configurations at the ends of phases: what their goals say, and in proportion to time between those.
+std::vector<VectorXd> knots(const Task& task, const TaskKeys& keys, const VectorXd& to) {
+  const auto& model = task.scene.model;
+  const std::size_t n = keys.phases.size();
+  std::vector<VectorXd> q = {keys.start.head(model.nq)};
+  for (const TaskKeys::Phase& phase : keys.phases) q.push_back(phase.goal.head(model.nq));
+  q.back() = to;
+  std::size_t known = 0;
+  for (std::size_t k = 1; k <= n; ++k) {
+    if (k < n && q[k].array().isNaN().all()) continue;
+    fill_free(model, q[known], q[k]);
+    double all = 0, so_far = 0;
+    for (std::size_t i = known; i < k; ++i) all += keys.phases[i].duration;
+    for (std::size_t i = known + 1; i < k; ++i) {
+      so_far += keys.phases[i - 1].duration;
+      q[i] = between(model, q[known], q[k], so_far / all);
+    }
+    known = k;
+  }
+  return q;
+}
+
+}  // namespace
+
+void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& to) {
+  const std::vector<VectorXd> q = knots(task, keys, to);
+  const Eigen::Index n = keys.start.size();
+  std::vector<HeldContact> contacts = task.robot.contacts;
+  for (std::size_t k = 0; k < keys.phases.size(); ++k) {
+    const TaskKeys::Phase& phase = keys.phases[k];
+    const bool is_last = k + 1 == keys.phases.size();
+    Task part = task;
+    part.phases.clear();
+    part.name = phase.name, part.impact = phase.impact;
+    part.robot.duration = phase.duration;
+    part.robot.contacts = held_in(phase, contacts);
+    part.optimise.mesh.intervals = phase.intervals;
+    TaskKeys own = keys;
+    own.free_time = phase.free_time;
+    if (k > 0) own.start = VectorXd::Constant(n, Problem::kFree);
+    if (!is_last) own.goal = phase.goal, own.target = phase.target;
+    compose_problem(part, own, q[k], q[k + 1]);
+    for (const HeldContact& contact : contacts) {
+      if (!contact.place) continue;
+      if (!is_held(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));
+      const bool lands =
+          k > 0 && is_held(phase.hold, contact.frame) && !is_held(keys.phases[k - 1].hold, contact.frame);
+      if (lands) add_landing(task.phases.back().problem, task.scene, contact, phase.impact);
+    }
+    task.phases.push_back(std::move(part));
+  }
+}
+
+std::vector<MeshOptions> meshes_of(const Task& task, const MeshOptions& mesh) {
+  std::vector<MeshOptions> meshes(std::max<std::size_t>(1, task.phases.size()), mesh);
+  for (std::size_t k = 0; k < task.phases.size(); ++k)
+    meshes[k].intervals = task.phases[k].optimise.mesh.intervals;
+  return meshes;
+}
+
+Phases phases_of(const Task& task) {
+  Phases phases(task.name);
+  if (task.phases.empty()) phases.add(task.name, task.problem);
+  for (const Task& phase : task.phases)
+    phases.add(phase.name, phase.problem, phase.impact ? impact_of(phase) : StageFunction());
+  return phases;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Motions in phases from task files, and what becomes of them when the whole robot with its motors is simulated on a floor that
+// gives way.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/algorithms/centroidal.h>
+#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/interface/scene/scene.h>
+#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/task/task_phases.h>
+#include "task_text.h"
+
+namespace dyntape {
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Vector3d foot_at(const RobotScene& scene, const VectorXd& q, const std::string& frame) {
+  dynamics::Data<double> data(scene.model);
+  dynamics::forward_kinematics<double>(scene.model, data, q);
+  return dynamics::frame_placement(scene.model, data, scene.model.frame_index(frame)).p;
+}
+
+const char* const kFeet[] = {"FL_FOOT", "FR_FOOT", "HL_FOOT", "HR_FOOT"};
+
+class PhasesTask : public test::TaskText {
+ protected:
+  PhasesTask() : TaskText("phases") {}
+  SolveReport solved(const Task& task) {
+    SolveReport report = solve_task(task);
+    EXPECT_TRUE(report.success()) << report.verdict();
+    return report;
+  }
+};
+
+TEST_F(PhasesTask, AJumpIsAThrowAndHoldsOnAFloorThatGivesWay) {
+  load("quadruped_jump");
+  const Task task = read();
+  ASSERT_EQ(task.phases.size(), 3u);
+  SolveReport report = solved(task);
+  const Trajectory& motion = report.solution.motion;
+  EXPECT_NEAR(motion.t[motion.points() - 1], 0.85, 1e-12);
+  const double floor = foot_at(task.scene, motion.x.col(0).head(19), "FL_FOOT").z();
+  double most = 0, least = HUGE_VAL, rises = 0;
+  const dynamics::Model<double>& model = task.scene.model;
+  dynamics::Data<double> data(model);
+  dynamics::Centroidal<double> whole(model);
+  for (int p = 0; p < motion.points(); ++p) {
+    const VectorXd q = motion.x.col(p).head(19), v = motion.x.col(p).tail(18);
+    for (const char* foot : kFeet) least = std::min(least, foot_at(task.scene, q, foot).z());
+    most = std::max(most, q[2]);
+    if (motion.t[p] < 0.301 || motion.t[p] > 0.549) continue;
+    EXPECT_EQ(motion.u.col(p).tail(12).norm(), 0) << motion.t[p];
+    dynamics::center_of_mass<double>(model, data, whole, q, v, VectorXd::Zero(18));
+    if (rises == 0) rises = whole.velocity.z() + 9.81 * motion.t[p];
+    EXPECT_NEAR(whole.velocity.z() + 9.81 * motion.t[p], rises, 2e-3) << motion.t[p];
+  }
+  EXPECT_GT(least, floor - 1.1e-3);
+  EXPECT_GT(most, 0.24 + 0.05);
+
+  write_results(task, report, folder_.string());
+  std::string text = R"(robot {
+  urdf )" + std::string(DYNTAPE_SOURCE_DIR) +
+                     R"(/config/robots/solo12.urdf
+  base floating
+}
+effects {
+  contacts {
+    offset FLOOR
+    contact {
+      frames      "FL_FOOT FR_FOOT HL_FOOT HR_FOOT"
+      stiffness   3e4
+      dissipation 1
+      friction    0.6
+    }
+  }
+}
+commands {
+  file      trajectory.csv
+  stiffness 30
+  damping   0.3
+}
+start {
+  q "0 0.8 -1.6  0 0.8 -1.6  0 -0.8 1.6  0 -0.8 1.6"
+  base { position "0 0 0.24" }
+}
+simulation {
+  duration   1.5
+  step       5e-4
+  integrator implicit-velocity
+}
+)";
+  text.replace(text.find("FLOOR"), 5, std::to_string(floor));
+  const Scene scene = read_scene_text(text, (folder_ / "scene.info").string());
+  const SimulatedMotion simulated = simulate(scene);
+  ASSERT_TRUE(simulated.trouble.empty()) << simulated.trouble;
+  double highest = 0, air = 0;
+  for (int k = 0; k < simulated.samples(); ++k) {
+    const VectorXd q = simulated.q.col(k);
+    highest = std::max(highest, q[2]);
+    double lowest = HUGE_VAL;
+    for (const char* foot : kFeet) lowest = std::min(lowest, foot_at(scene.robot, q, foot).z());
+    if (lowest > floor + 0.002) air += scene.sample;
+  }
+  const VectorXd end = simulated.q.rightCols(1);
+  std::printf(
+      "trunk to %.3f m (planned %.3f), %.2f s in the air; ends at (%.3f, %.3f, %.3f), turned by %.3f rad, "
+      "%.2e m/s\n",
+      highest, most, air, end[0], end[1], end[2], 2 * end.segment<3>(3).norm(),
+      simulated.v.rightCols(1).norm());
+  EXPECT_GT(highest, 0.24 + 0.8 * (most - 0.24));
+  EXPECT_GT(air, 0.15);
+  EXPECT_LT((end.head<3>() - Vector3d(0, 0, 0.24)).norm(), 0.04);
+  EXPECT_LT(2 * end.segment<3>(3).norm(), 0.15);
+  EXPECT_LT(simulated.v.rightCols(1).norm(), 0.1);
+}
+
+// What lands hits the floor: the velocities behind it are those of impulse_dynamics, feet stand, and energy is lost.
+TEST_F(PhasesTask, AnImpactTakesTheSpeedOfWhatLands) {
+  load("quadruped_jump");
+  replace("phase landing {", "phase landing {\n    impact on");
+  const Task task = read();
+  const SolveReport report = solved(task);
+  const Trajectory& motion = report.solution.motion;
+  int after = 1;
+  while (motion.t[after] < 0.549 || motion.t[after] != motion.t[after - 1]) ++after;
+  const dynamics::Model<double>& model = task.scene.model;
+  dynamics::Data<double> data(model);
+  std::vector<dynamics::Constraint<double>> feet;
+  const VectorXd q = motion.x.col(after).head(19), before = motion.x.col(after - 1).tail(18),
+                 v = motion.x.col(after).tail(18);
+  for (const char* foot : kFeet)
+    feet.push_back(
+        dynamics::point_constraint<double>(model, model.frame_index(foot), foot_at(task.scene, q, foot)));
+  dynamics::ConstraintData<double> held(model, feet);
+  const VectorXd expected = dynamics::impulse_dynamics<double>(model, data, held, q, before, 0.0);
+  EXPECT_LT((motion.x.col(after - 1).head(19) - q).norm(), 1e-6);
+  EXPECT_LT((v - expected).norm(), 1e-5 * (1 + before.norm()));
+  dynamics::constraint_kinematics<double>(model, data, held, q, v);
+  EXPECT_LT(held.velocity.norm(), 1e-5);
+  dynamics::constraint_kinematics<double>(model, data, held, q, before);
+  std::printf("feet hit the floor with %.3f m/s\n", held.velocity.norm());
+  EXPECT_GT(held.velocity.norm(), 0.05);
+  EXPECT_LT(dynamics::kinetic_energy<double>(model, data, q, v),
+            dynamics::kinetic_energy<double>(model, data, q, before));
+}
+
+// Feet land beside where they stood, and the trunk goes along.
+TEST_F(PhasesTask, FeetLandBesideWhereTheyStood) {
+  load("quadruped_jump");
+  replace("phase landing {",
+          "phase landing {\n    lands {\n      FL_FOOT \"0.1 0 0\"\n      FR_FOOT \"0.1 0 0\"\n"
+          "      HL_FOOT \"0.1 0 0\"\n      HR_FOOT \"0.1 0 0\"\n    }");
+  replace("goal {\n  q    0", "goal {\n  q    0\n");
+  const std::size_t at = text_.rfind("position \"0 0 0.24\"");
+  text_.replace(at, 19, "position \"0.1 0 0.24\"");
+  const Task task = read();
+  const SolveReport report = solved(task);
+  const Trajectory& motion = report.solution.motion;
+  for (const char* foot : kFeet) {
+    const Vector3d moved = foot_at(task.scene, motion.x.rightCols(1).topRows(19), foot) -
+                           foot_at(task.scene, motion.x.col(0).head(19), foot);
+    EXPECT_LT((moved - Vector3d(0.1, 0, 0)).norm(), 1e-3) << foot << " " << moved.transpose();
+  }
+}
+
+TEST_F(PhasesTask, WhatIsWrongIsSaid) {
+  const auto message_with = [&](const std::string& old, const std::string& with) {
+    load("quadruped_jump");
+    replace(old, with);
+    return message();
+  };
+  const auto expect = [](const std::string& message, const std::string& part) {
+    EXPECT_NE(message.find(part), std::string::npos) << message;
+  };
+  expect(message_with("hold     \"\"", "hold \"FL_FOT\""), "FL_FOOT");
+  expect(message_with("phase landing", "phase flight"), "two phases are called 'flight'");
+  expect(message_with("phase landing {", "phase {"), "needs a name behind the word");
+  expect(message_with("phase landing {", "phase landing {\n    goal { q 0 }"), "the task's 'goal'");
+  expect(message_with("phase push_off {", "phase push_off {\n    lands { FL_FOOT \"0.1 0 0\" }"),
+         "'FL_FOOT' does not land at the beginning of phase 'push_off'");
+  expect(message_with("phase landing {", "phase landing {\n    duration -1"), "positive");
+}
+
+TEST_F(PhasesTask, AFootHasThreeCornersOrMoreThatAreApart) {
+  load("humanoid_squat");
+  replace("to   \"0.1 0.06 0\"", "to   \"0.1 0.06 0.01\"");
+  EXPECT_NE(message().find("agree in z"), std::string::npos) << message();
+}
+
+}  // namespace
+}  // namespace dyntape
