@@ -96,6 +96,7 @@ simulation {
   step       5e-4
   integrator implicit-velocity
 }
+evaluation { route interpreter }
 )";
   text.replace(text.find("FLOOR"), 5, std::to_string(floor));
   const Scene scene = read_scene_text(text, (folder_ / "scene.info").string());
@@ -187,6 +188,88 @@ TEST_F(PhasesTask, WhatIsWrongIsSaid) {
   expect(message_with("phase push_off {", "phase push_off {\n    lands { FL_FOOT \"0.1 0 0\" }"),
          "'FL_FOOT' does not land at the beginning of phase 'push_off'");
   expect(message_with("phase landing {", "phase landing {\n    duration -1"), "positive");
+}
+
+// Soles stay flat, forces at their corners carry the robot, and it stands when its motors follow the plan on a floor that gives way
+// at these corners only.
+TEST_F(PhasesTask, ASquatHoldsOnAFloorThatGivesWay) {
+  load("humanoid_squat");
+  Task task = read();
+  task.demands.refinements = 1,
+  task.demands.true_defect = 0.1;  // a tenth of what it moves joints of micrometres
+  SolveReport report = solved(task);
+  const Trajectory& motion = report.solution.motion;
+  const dynamics::Model<double>& model = task.scene.model;
+  const int nq = model.nq;
+  dynamics::Data<double> data(model);
+  const int sole = model.frame_index("left_sole_link");
+  dynamics::forward_kinematics<double>(model, data, motion.x.col(0).head(nq));
+  const auto start = dynamics::frame_placement(model, data, sole);
+  double lowest = HUGE_VAL, most = 0, least = HUGE_VAL;
+  for (int p = 0; p < motion.points(); ++p) {
+    dynamics::forward_kinematics<double>(model, data, motion.x.col(p).head(nq));
+    const auto now = dynamics::frame_placement(model, data, sole);
+    EXPECT_LT((now.p - start.p).norm(), 1e-4) << motion.t[p];
+    EXPECT_LT((Eigen::Matrix3d(now.R) - Eigen::Matrix3d(start.R)).norm(), 1e-3) << motion.t[p];
+    lowest = std::min(lowest, motion.x(2, p));
+    double up = 0;
+    for (int corner = 0; corner < 8; ++corner) up += motion.u(motion.u.rows() - 24 + 3 * corner + 2, p);
+    most = std::max(most, up), least = std::min(least, up);
+  }
+  EXPECT_LT(lowest, 0.73);
+  EXPECT_GT(most, 90.27 * 9.81), EXPECT_LT(least, 90.27 * 9.81);
+
+  write_results(task, report, folder_.string());
+  std::string text = text_.substr(0, text_.find("contacts {")) + R"(
+effects {
+  contacts {
+    offset FLOOR
+    contact {
+      frames      "left_sole_link right_sole_link"
+      stiffness   1e6
+      dissipation 1
+      friction    0.6
+    }
+  }
+}
+commands {
+  file      trajectory.csv
+  stiffness 4000
+  damping   100
+}
+start {
+  q "0 0 -0.4 0.8 -0.4 0  0 0 -0.4 0.8 -0.4 0  0"
+  base { position "0 0 1.02" }
+}
+simulation {
+  duration   3
+  step       5e-4
+  integrator implicit-velocity
+}
+evaluation { route interpreter }
+)";
+  text.replace(text.find("FLOOR"), 5, std::to_string(start.p.z()));
+  Scene scene = read_scene_text(text, (folder_ / "scene.info").string());
+  auto& contacts = *scene.robot.effects.contacts;
+  const auto soles = contacts;
+  contacts.clear();
+  for (const auto& at : soles) {
+    for (const Vector3d& corner : task.robot.contacts.front().corners) {
+      contacts.push_back(at);
+      contacts.back().X_BF.p += at.X_BF.R * dynamics::Vector3<double>(corner);
+    }
+  }
+  const SimulatedMotion simulated = simulate(scene);
+  ASSERT_TRUE(simulated.trouble.empty()) << simulated.trouble;
+  const VectorXd end = simulated.q.rightCols(1);
+  std::printf(
+      "trunk down to %.3f m (planned %.3f); ends at (%.3f, %.3f, %.3f), turned by %.3f rad, %.2e m/s\n",
+      simulated.q.row(2).minCoeff(), lowest, end[0], end[1], end[2], 2 * end.segment<3>(3).norm(),
+      simulated.v.rightCols(1).norm());
+  EXPECT_NEAR(simulated.q.row(2).minCoeff(), lowest, 0.03);
+  EXPECT_LT((end.head<3>() - Vector3d(0, 0, 1.02)).norm(), 0.03);
+  EXPECT_LT(2 * end.segment<3>(3).norm(), 0.05);
+  EXPECT_LT(simulated.v.rightCols(1).norm(), 0.05);
 }
 
 TEST_F(PhasesTask, AFootHasThreeCornersOrMoreThatAreApart) {
