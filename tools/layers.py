@@ -56,7 +56,7 @@ ROOMS = {
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/robot', 'interface/scene'], 27, 3400),
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases
-    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 28, 3600),
+    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 29, 4050),
     # values that change between solves
     'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 650),
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',

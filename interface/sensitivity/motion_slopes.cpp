@@ -166,6 +166,7 @@ struct MotionSensitivity::Made {
 
   Made(const Problem& given, const MeshOptions& mesh)
       : problem(given),
+        scheme(mesh.scheme),
         program(given, mesh),
         variables(program.places().variables()),
         rows(program.places().rows_of(Eigen::Index(program.shape().m()))) {}
@@ -208,6 +209,7 @@ struct MotionSensitivity::Made {
   }
 
   Problem problem;
+  Scheme scheme;
   HeldParameters program;
   std::vector<Eigen::Index> variables, rows;
   NlpSolution solution;  // of the last at(), as widened; its bounds
@@ -244,7 +246,13 @@ MotionSlopes MotionSensitivity::at(const Problem& now, const NlpSolution& soluti
   result.why = made.slopes->why();
   result.parameters = made.table(now.parameters.entry_names(), by_parameters);
   result.start = made.table(now.states, by_start);
-  result.gain = result.start.x.middleRows(places.n_z - now.n_u(), now.n_u());
+  result.gain = Eigen::MatrixXd::Zero(now.n_u(), now.n_x());
+  const VectorXd weights = made.scheme.control_weights(0);  // of the points of the first interval
+  for (Eigen::Index point = 0; point < weights.size(); ++point) {
+    if (weights[point] != 0)
+      result.gain +=
+          weights[point] * result.start.x.middleRows((point + 1) * places.n_z - now.n_u(), now.n_u());
+  }
   return result;
 }
 

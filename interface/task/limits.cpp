@@ -34,12 +34,10 @@ constexpr double kLeastGap =
 
 std::string plain_digits(double value) { return io::with_digits(value, 6); }
 
-// What is found at these times: the motion there, how many of its efforts count, and how much of a limit's range is no
-// excess yet.
+// What is found at these times: the motion there, and how much of a limit's range is no excess yet.
 struct PlaceLookedAt {
   const Curves& curves;
   const Eigen::VectorXd& times;
-  Eigen::Index used;
   double of_range = 0;
 };
 
@@ -159,8 +157,7 @@ void find_contacts(const Task& task, const Trajectory& motion, const PlaceLooked
       return excess;
     };
     const LimitExcess kept = worst(looks[0].curves.q, looks[0], at_points);
-    LimitExcess passed =
-        worst(between, {looks[1].curves, fine.t, looks[1].used, looks[1].of_range}, on_the_way);
+    LimitExcess passed = worst(between, {looks[1].curves, fine.t, looks[1].of_range}, on_the_way);
     if (!std::isfinite(std::min(kept.value, passed.value))) continue;
     passed.between_points = !std::isfinite(kept.value);
     excesses.push_back(passed.value < kept.value ? passed : kept);
@@ -177,10 +174,12 @@ std::string LimitExcess::text() const {
 
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion) {
   const Trajectory fine = resampled(task.problem, motion, times_between(motion, even_looks(motion)));
-  const Curves at_points = curves_of(task, motion), between = curves_of(task, fine);
-  const int unused = motion.scheme.uses_last_point() ? 0 : 1;  // controls
-  const PlaceLookedAt looks[] = {{at_points, motion.t, motion.points() - unused},
-                                 {between, fine.t, fine.points() - unused, task.demands.true_defect}};
+  Curves at_points = curves_of(task, motion);
+  const Curves between = curves_of(task, fine);
+  // Efforts that the scheme does not use are no points of the mesh; NaN is beyond no limit.
+  if (!motion.scheme.uses_first_point()) at_points.tau.col(0).setConstant(std::nan(""));
+  if (!motion.scheme.uses_last_point()) at_points.tau.rightCols(1).setConstant(std::nan(""));
+  const PlaceLookedAt looks[] = {{at_points, motion.t}, {between, fine.t, task.demands.true_defect}};
   const std::vector<int> driven = actuated_dofs(task.scene);
   std::vector<LimitExcess> excesses;
   for (const Joint& joint : task.scene.model.joints) {
@@ -207,7 +206,7 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
     const auto at = std::find(driven.begin(), driven.end(), i);
     if (at == driven.end()) continue;
     const auto efforts = [&](const PlaceLookedAt& look) {
-      return Eigen::VectorXd(look.curves.tau.row(at - driven.begin()).head(look.used));
+      return Eigen::VectorXd(look.curves.tau.row(at - driven.begin()));
     };
     check("effort", slides ? "N" : "N m", efforts, -effort, effort);
   }

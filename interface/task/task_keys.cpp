@@ -348,12 +348,17 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 
 MeshOptions read_mesh(Section& file) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
-  std::vector<std::pair<std::string, Scheme>> choices;
-  for (const Scheme& scheme : schemes()) choices.emplace_back(scheme.name, scheme);
   MeshOptions mesh;
   mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
-  mesh.scheme = transcription.about("what connects neighbouring points")
-                    .choice_or<Scheme>("scheme", "hermite-simpson", choices);
+  std::string names;
+  for (const std::string& name : scheme_names()) names += (names.empty() ? "" : ", ") + name;
+  transcription.about("what connects neighbouring points: " + names);
+  const std::string scheme = transcription.get_or("scheme", "hermite-simpson");
+  try {
+    mesh.scheme = scheme_by_name(scheme);
+  } catch (const ArgumentError& e) {
+    transcription.problem("scheme", e.what());
+  }
   mesh.hessian = transcription.about("second derivatives that the solver gets")
                      .choice_or<HessianKind>("hessian", "exact",
                                              {{"exact", HessianKind::kExact},

@@ -29,7 +29,7 @@ bool same(const std::vector<double>& a, const double* b) {
 // At all points and the end.
 bool Collocation::evaluate(StageFunctions& f, Order order, const double* x, const Points& points) {
   Points at = points;
-  at.x = x, at.p = parameters_.data();
+  at.x = x + first_used_ * n_z_, at.p = parameters_at(first_used_);
   return f.run(order, at, end_point(x), parameters_at(points_ - 1));
 }
 
@@ -91,6 +91,21 @@ bool Collocation::gradient(const double* x, double* gradient) {
   return true;
 }
 
+// What the scheme demands of the controls of each interval; behind the last row.
+double* Collocation::held_controls(const double* x, double* g) const {
+  const std::size_t n_u = std::size_t(problem_.n_u());
+  for (std::size_t k = 0; k < intervals_; ++k) {
+    for (Eigen::Index r = 0; r < scheme_.held.rows(); ++r, g += n_u) {
+      std::fill(g, g + n_u, 0.0);
+      for (std::size_t j = 0; j <= stride_; ++j) {
+        const double* controls = x + (k * stride_ + j + 1) * n_z_ - n_u;
+        for (std::size_t i = 0; i < n_u; ++i) g[i] += scheme_.held(r, long(j)) * controls[i];
+      }
+    }
+  }
+  return g;
+}
+
 bool Collocation::constraints(const double* x, double* g) {
   if (!evaluate_values(x)) return false;
   const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
@@ -105,11 +120,12 @@ bool Collocation::constraints(const double* x, double* g) {
           for (std::size_t i = 0; i < n_x_; ++i) g[i] += alpha * state[i];
         }
         if (beta == 0) continue;
-        const double* rate = y_.data() + (k * stride_ + j) * n_y;
+        const double* rate = y_.data() + (k * stride_ + j - first_used_) * n_y;
         for (std::size_t i = 0; i < n_x_; ++i) g[i] += beta * rate[i];
       }
     }
   }
+  g = held_controls(x, g);
   for (std::size_t p = 0; p < used_; ++p, g += n_c) {
     const double* rows = y_.data() + p * n_y + n_x_;
     std::copy(rows, rows + n_c, g);
@@ -139,11 +155,12 @@ void Collocation::collect_weights(double sigma, const double* lambda) {
       for (std::size_t j = 0; j <= stride_; ++j) {
         const double beta = h * scheme_.beta(long(r), long(j));
         if (beta == 0) continue;
-        double* w = weights_.data() + (k * stride_ + j) * n_y;
+        double* w = weights_.data() + (k * stride_ + j - first_used_) * n_y;
         for (std::size_t i = 0; i < n_x_; ++i) w[i] += beta * lambda[i];
       }
     }
   }
+  lambda += intervals_ * held_rows();
   for (std::size_t p = 0; p < used_; ++p, lambda += n_c) {
     double* w = weights_.data() + p * n_y;
     std::copy(lambda, lambda + n_c, w + n_x_);
@@ -196,8 +213,10 @@ Trajectory Collocation::trajectory(const std::vector<double>& x) const {
   const auto points = static_cast<Eigen::Index>(points_), n_z = static_cast<Eigen::Index>(n_z_);
   const Eigen::Map<const Eigen::MatrixXd> z(x.data(), n_z, points);
   const double duration = asked_.free_time ? z(asked_.n_x(), 0) : 1;
-  return {duration * Eigen::Map<const Eigen::VectorXd>(t_.data(), points), z.topRows(asked_.n_x()),
-          z.middleRows(problem_.n_x(), problem_.n_a()), z.bottomRows(problem_.n_u()), scheme_};
+  Trajectory motion{duration * Eigen::Map<const Eigen::VectorXd>(t_.data(), points), z.topRows(asked_.n_x()),
+                    z.middleRows(problem_.n_x(), problem_.n_a()), z.bottomRows(problem_.n_u()), scheme_};
+  motion.extend_to_unused();
+  return motion;
 }
 
 std::vector<double> Collocation::variables(const Trajectory& trajectory) const {
@@ -217,7 +236,8 @@ void Collocation::make_earlier(NlpSolution& multipliers, int intervals) const {
   const std::size_t by = std::min(std::size_t(std::max(intervals, 0)), intervals_),
                     n_c = stage_.path_rows.size();
   move(multipliers.lambda, 0, defects(), by * rows_ * n_x_);
-  move(multipliers.lambda, defects(), end_row(0), by * stride_ * n_c);
+  move(multipliers.lambda, defects(), first_path_row(), by * held_rows());
+  move(multipliers.lambda, first_path_row(), end_row(0), by * stride_ * n_c);
   for (std::vector<double>* prices : {&multipliers.lower_price, &multipliers.upper_price})
     move(*prices, 0, points_ * n_z_, by * stride_ * n_z_);
 }

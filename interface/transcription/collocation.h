@@ -7,7 +7,7 @@
 //   Trajectory motion = nlp.trajectory(s.x);
 //
 // Variables (n): z = (x, a, u) of every point, in the order of time.  Constraints (m): the defects of
-// interval 0, 1, ... (scheme.h), then the path rows of every point, then the end rows.  Boundary values are
+// interval 0, 1, ... (scheme.h), what the scheme demands of their controls, the path rows of every point, the end rows.  Boundary values are
 // variables with equal bounds.  Bounds hold at every point, midpoints included.
 //
 // The functions of a point are recorded and derived once and evaluated at all points in one call.  Then
@@ -16,8 +16,8 @@
 //                          w = (sum h beta lambda, lambda, sigma h gamma):  block-diagonal
 // Patterns are fixed at construction; evaluations allocate nothing.
 //
-// Where the scheme leaves the last point unused (Euler), its controls and accelerations stay at the guess and
-// its path rows are left out.
+// Where the scheme leaves the last point unused (Euler), or the first (Radau), its controls and accelerations stay at the
+// guess and its path rows are left out; in a motion they are what the scheme's polynomial is there.
 //
 // Magnitudes (collocation_magnitudes.cpp), one for each part of z, row of a point and the cost: how far the start
 // moves states, or what its end or its path lacks, or how far the cost alone would move them; what changes them by as
@@ -133,8 +133,11 @@ class Collocation : public Nlp {
   };
 
   std::size_t defects() const { return intervals_ * rows_ * n_x_; }
-  std::size_t path_row(std::size_t point, std::size_t i) const {
-    return defects() + point * stage_.path_rows.size() + i;
+  std::size_t held_rows() const;  // of an interval
+  std::size_t first_path_row() const { return defects() + intervals_ * held_rows(); }
+  // Of the used points, the one with this number.
+  std::size_t path_row(std::size_t used, std::size_t i) const {
+    return first_path_row() + used * stage_.path_rows.size() + i;
   }
   std::size_t end_row(std::size_t i) const { return path_row(used_, i); }
   double step(std::size_t interval) const { return t_[(interval + 1) * stride_] - t_[interval * stride_]; }
@@ -151,6 +154,7 @@ class Collocation : public Nlp {
   void lay_out_hessian(HessianKind kind);
   void lay_out_exact_hessian();
   void lay_out_gauss_newton();
+  double* held_controls(const double* x, double* g) const;
   void collect_weights(double sigma, const double* lambda);
   bool evaluate(StageFunctions& f, Order order, const double* x, const Points& points);
   bool evaluate_values(const double* x);
@@ -179,9 +183,9 @@ class Collocation : public Nlp {
   RecordedStage stage_;
   Scheme scheme_;
   std::size_t n_x_, n_z_, intervals_, stride_, rows_;  // stride: points from node to node
-  std::size_t points_, used_;                          // used: points at which the stage is evaluated
-  std::vector<double> t_, quadrature_;                 // (points) of problem_; (used) sums of h gamma
-  std::vector<double> parameters_;                     // (points x 1 + n_p) what the functions take: t, p
+  std::size_t points_, first_used_, used_;  // used: points at which the stage is evaluated, one after another
+  std::vector<double> t_, quadrature_;      // (points) of problem_; (used) sums of h gamma
+  std::vector<double> parameters_;          // (points x 1 + n_p) what the functions take: t, p
   CodegenOptions evaluation_;
   unsigned threads_;
 

@@ -136,7 +136,8 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
       threads_(options.threads) {
   intervals_ = intervals_of(options);
   points_ = intervals_ * stride_ + 1;
-  used_ = scheme_.uses_last_point() ? points_ : points_ - 1;
+  first_used_ = scheme_.uses_first_point() ? 0 : 1;
+  used_ = points_ - first_used_ - (scheme_.uses_last_point() ? 0 : 1);
   shape_.hessian_kind = options.hessian;
   evaluation_.order = options.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
   if (ready)
@@ -159,6 +160,10 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
   second_h_.resize(functions_->hessians());
 }
 
+std::size_t Collocation::held_rows() const {
+  return std::size_t(scheme_.held.rows()) * std::size_t(problem_.n_u());
+}
+
 void Collocation::place_points(const MeshOptions& options) {
   MeshOptions mesh = options;
   if (asked_.free_time) mesh.nodes = scaled_to(1, mesh.nodes);
@@ -172,6 +177,7 @@ void Collocation::place_points(const MeshOptions& options) {
       quadrature_[k * stride_ + j] += h * scheme_.gamma[long(j)];
     }
   }
+  quadrature_.erase(quadrature_.begin(), quadrature_.begin() + long(first_used_));
   quadrature_.resize(used_);
 }
 
@@ -207,11 +213,12 @@ void Collocation::set_variable_bounds() {
     if (!std::isnan(start)) fix(i, start);
     if (!std::isnan(goal)) fix((points_ - 1) * n_z_ + i, goal);
   }
-  if (used_ < points_) {
-    const Stage<double> end = problem_.first_guess(t_.back());
-    std::size_t i = (points_ - 1) * n_z_ + n_x_;
-    for (double a : end.a) fix(i++, a);
-    for (double u : end.u) fix(i++, u);
+  for (std::size_t p : {std::size_t(0), points_ - 1}) {
+    if (p >= first_used_ && p < first_used_ + used_) continue;
+    const Stage<double> guess = problem_.first_guess(t_[p]);
+    std::size_t i = p * n_z_ + n_x_;
+    for (double a : guess.a) fix(i++, a);
+    for (double u : guess.u) fix(i++, u);
   }
 }
 
@@ -219,8 +226,8 @@ void Collocation::set_row_bounds() {
   // A node and what lies before it within its interval are a stage.
   for (std::size_t k = 0; k <= intervals_; ++k)
     shape_.stages.push_back(k == 0 ? 0 : ((k - 1) * stride_ + 1) * n_z_);
-  shape_.g_lower.assign(defects(), 0.0);
-  shape_.g_upper.assign(defects(), 0.0);
+  shape_.g_lower.assign(first_path_row(), 0.0);
+  shape_.g_upper.assign(first_path_row(), 0.0);
   const auto append_row = [&](const ConstraintRow& row) {
     shape_.g_lower.push_back(row.lower);
     shape_.g_upper.push_back(row.upper);
@@ -248,7 +255,8 @@ void Collocation::lay_out_jacobian() {
       if (!placed && col > i) add(row, p * n_z_ + i, alpha, 0, -1);
       const bool own = alpha != 0 && col == i;
       placed = placed || col >= i;
-      add(row, p * n_z_ + col, own ? alpha : 0, factor, static_cast<std::ptrdiff_t>(p * block.nnz() + e));
+      add(row, p * n_z_ + col, own ? alpha : 0, factor,
+          static_cast<std::ptrdiff_t>((p - first_used_) * block.nnz() + e));
     }
     if (!placed) add(row, p * n_z_ + i, alpha, 0, -1);
   };
@@ -263,7 +271,18 @@ void Collocation::lay_out_jacobian() {
       }
     }
   }
-  for (std::size_t p = 0; p < used_; ++p) {
+  const std::size_t n_u = std::size_t(problem_.n_u());
+  for (std::size_t k = 0; k < intervals_; ++k) {
+    for (Eigen::Index r = 0; r < scheme_.held.rows(); ++r) {
+      for (std::size_t i = 0; i < n_u; ++i, ++row) {
+        for (std::size_t j = 0; j <= stride_; ++j) {
+          const double weight = scheme_.held(r, long(j));
+          if (weight != 0) add(row, (k * stride_ + j + 1) * n_z_ - n_u + i, weight, 0, -1);
+        }
+      }
+    }
+  }
+  for (std::size_t p = first_used_; p < first_used_ + used_; ++p) {
     for (std::size_t i = 0; i < stage_.path_rows.size(); ++i) add_point(row++, p, n_x_ + i, 0, 1);
   }
   const Pattern& end = functions_->end().jacobian_pattern();
@@ -281,7 +300,7 @@ void Collocation::lay_out_gradient() {
   const std::size_t cost = node.n_y() - 1;
   for (std::size_t p = 0; p < used_; ++p) {
     for (std::size_t e = begin[cost]; e < begin[cost + 1]; ++e) {
-      gradient_map_.push_back({p * n_z_ + block.col[e], quadrature_[p], p * block.nnz() + e});
+      gradient_map_.push_back({(first_used_ + p) * n_z_ + block.col[e], quadrature_[p], p * block.nnz() + e});
     }
   }
   for (std::size_t e = 0; e < end.nnz(); ++e) {
@@ -301,7 +320,8 @@ void Collocation::lay_out_exact_hessian() {
   std::vector<Place> places;
   for (std::size_t p = 0; p < used_; ++p) {
     for (std::size_t e = 0; e < block.nnz(); ++e) {
-      places.emplace_back(p * n_z_ + block.row[e], p * n_z_ + block.col[e]);
+      const std::size_t first = (first_used_ + p) * n_z_;
+      places.emplace_back(first + block.row[e], first + block.col[e]);
     }
   }
   const std::size_t last = (points_ - 1) * n_z_;
@@ -331,7 +351,7 @@ void Collocation::lay_out_gauss_newton() {
       }
     }
   };
-  for (std::size_t p = 0; p < used_; ++p) add(node, p * node.nnz(), p * n_z_, quadrature_[p]);
+  for (std::size_t p = 0; p < used_; ++p) add(node, p * node.nnz(), (first_used_ + p) * n_z_, quadrature_[p]);
   add(end, used_ * node.nnz(), (points_ - 1) * n_z_, 1.0);
   const std::vector<std::size_t> numbers = number_places(places, shape_.hessian);
   for (std::size_t e = 0; e < numbers.size(); ++e) square_map_[e].target = numbers[e];

@@ -179,7 +179,11 @@ void Collocation::propagate(VectorXd& z, const std::vector<double>& start, const
     if (row.lower == row.upper) equations[i] = term(relations, i, z);
   }
   balance(z, n_x, n_z, relations, equations);
-  const VectorXd given = values.bottomRows(n_z - n_x).leftCols(Index(used_)).cwiseAbs().rowwise().maxCoeff();
+  const VectorXd given = values.bottomRows(n_z - n_x)
+                             .middleCols(Index(first_used_), Index(used_))
+                             .cwiseAbs()
+                             .rowwise()
+                             .maxCoeff();
   z.tail(n_z - n_x) = z.tail(n_z - n_x).cwiseMax(given);
 
   // A state that starts and ends alike is moved by what its rate is made of.
@@ -295,6 +299,8 @@ NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMa
   };
   for (std::size_t p = 0; p < points_; ++p) append(m.x, z);
   for (std::size_t k = 0; k < intervals_ * rows_; ++k) append(m.g, z.head(Index(n_x_)));
+  for (std::size_t k = 0; k < intervals_ * std::size_t(scheme_.held.rows()); ++k)
+    append(m.g, z.tail(Index(problem_.n_u())));
   for (std::size_t p = 0; p < used_; ++p) append(m.g, path);
   const double* ends = first_y_.data() + used_ * stage_.node.n_y();
   const VectorXd at_end = Eigen::Map<const VectorXd>(ends, Index(stage_.terminal_rows.size())).cwiseAbs();

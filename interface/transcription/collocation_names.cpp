@@ -61,9 +61,13 @@ std::string Collocation::constraint_name(std::size_t j) const {
     const std::string which = rows_ == 1 ? "" : " (part " + std::to_string(part) + ")";
     return "defect of " + problem_.states[j % n_x_] + " in interval " + std::to_string(interval) + which;
   }
+  if (j < first_path_row()) {
+    const std::size_t k = j - defects(), n_u = std::size_t(problem_.n_u());
+    return "course of " + problem_.controls[k % n_u] + " in interval " + std::to_string(k / held_rows());
+  }
   if (j >= end_row(0)) return stage_.terminal_rows[j - end_row(0)].name + " at the end";
-  const std::size_t k = j - defects(), rows = stage_.path_rows.size();
-  return stage_.path_rows[k % rows].name + " at " + at(k / rows);
+  const std::size_t k = j - first_path_row(), rows = stage_.path_rows.size();
+  return stage_.path_rows[k % rows].name + " at " + at(first_used_ + k / rows);
 }
 
 void Collocation::check_finite(const std::vector<double>& x) {
@@ -97,7 +101,7 @@ void Collocation::check_finite(const std::vector<double>& x) {
                            six_digits(z[p * n_z_ + col]));
     }
   };
-  check_part(functions_->node(), 0, used_);
+  check_part(functions_->node(), first_used_, used_);
   check_part(functions_->end(), points_ - 1, 1);
 }
 

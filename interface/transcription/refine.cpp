@@ -21,15 +21,13 @@ Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
   return r * r * (1 + 2 * s) * from + s * s * (1 + 2 * r) * to + h * s * r * (r * slope_from - s * slope_to);
 }
 
-// x' at every point.  Where a scheme leaves the last point unused its controls mean nothing, but the last interval's do.
-Eigen::MatrixXd rates_of(const Problem& problem, const Trajectory& motion) {
+// x' at every point.
+Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion) {
   Eigen::MatrixXd rates(motion.x.rows(), motion.points());
-  const int last = motion.points() - 1;
-  for (int p = 0; p <= last; ++p) {
-    const int of = p == last && !motion.scheme.uses_last_point() ? last - 1 : p;
+  motion.extend_to_unused();
+  for (int p = 0; p < motion.points(); ++p)
     rates.col(p) =
-        problem.rate(problem.stage(motion.t[p], motion.x.col(p), motion.a.col(of), motion.u.col(of)));
-  }
+        problem.rate(problem.stage(motion.t[p], motion.x.col(p), motion.a.col(p), motion.u.col(p)));
   return rates;
 }
 
@@ -60,9 +58,9 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
     result.x.col(i) = cubic(motion.x.col(p), motion.x.col(p + 1), rates.col(p), rates.col(p + 1), h,
                             (t - points[std::size_t(p)]) / h);
     const double begin = nodes[std::size_t(k)], end = nodes[std::size_t(k) + 1];
-    const Eigen::VectorXd weights = motion.scheme.control_weights((t - begin) / (end - begin));
-    result.a.col(i) = motion.a.middleCols(motion.node(k), motion.scheme.points()) * weights;
-    result.u.col(i) = motion.u.middleCols(motion.node(k), motion.scheme.points()) * weights;
+    const double fraction = (t - begin) / (end - begin);
+    result.a.col(i) = motion.acceleration(k, fraction);
+    result.u.col(i) = motion.control(k, fraction);
   }
   return result;
 }

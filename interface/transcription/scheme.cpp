@@ -1,21 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/transcription/scheme.h>
 
+#include <algorithm>
+#include <charconv>
+
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
 
 namespace dyntape {
 
-bool Scheme::uses_last_point() const { return !beta.col(points() - 1).isZero(0) || gamma[points() - 1] != 0; }
+namespace {
 
-Eigen::VectorXd Scheme::control_weights(double fraction) const {
-  const int used = uses_last_point() ? points() : points() - 1;
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(points());
-  for (int i = 0; i < used; ++i) {
-    weights[i] = 1;
-    for (int j = 0; j < used; ++j) {
-      if (j != i) weights[i] *= (fraction - c[j]) / (c[i] - c[j]);
+struct Family {
+  std::string prefix;
+  Scheme (*of)(int points);
+};
+const Family kFamilies[] = {{"lobatto-", lobatto}, {"radau-", radau}, {"pseudospectral-", pseudospectral}};
+
+}  // namespace
+
+Eigen::VectorXd lagrange_weights(const Eigen::VectorXd& points, double at) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(points.size());
+  for (Eigen::Index i = 0; i < points.size(); ++i) {
+    for (Eigen::Index j = 0; j < points.size(); ++j) {
+      if (j != i) weights[i] *= (at - points[j]) / (points[i] - points[j]);
     }
   }
+  return weights;
+}
+
+Eigen::VectorXd Scheme::control_weights(double fraction) const {
+  const int first = uses_first_point() ? 0 : 1, used = points() - first - (uses_last_point() ? 0 : 1);
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(points());
+  weights.segment(first, used) = lagrange_weights(c.segment(first, used), fraction);
   return weights;
 }
 
@@ -27,7 +44,10 @@ const std::vector<Scheme>& schemes() {
        Eigen::VectorXd{{0.5, 0.5}}, 2},
       {"hermite-simpson", Eigen::VectorXd{{0, 0.5, 1}}, Eigen::MatrixXd{{-0.5, 1, -0.5}, {-1, 0, 1}},
        Eigen::MatrixXd{{-0.125, 0, 0.125}, {-1. / 6, -4. / 6, -1. / 6}},
-       Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4}};
+       Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4},
+      {"hermite-simpson-linear", Eigen::VectorXd{{0, 0.5, 1}}, Eigen::MatrixXd{{-0.5, 1, -0.5}, {-1, 0, 1}},
+       Eigen::MatrixXd{{-0.125, 0, 0.125}, {-1. / 6, -4. / 6, -1. / 6}},
+       Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4, Eigen::MatrixXd{{-0.5, 1, -0.5}}}};
   return all;
 }
 
@@ -35,13 +55,31 @@ Scheme euler() { return scheme_by_name("euler"); }
 Scheme trapezoid() { return scheme_by_name("trapezoid"); }
 Scheme hermite_simpson() { return scheme_by_name("hermite-simpson"); }
 
+std::vector<std::string> scheme_names() {
+  std::vector<std::string> names;
+  for (const Scheme& scheme : schemes()) names.push_back(scheme.name);
+  for (const Family& family : kFamilies) names.push_back(family.prefix + "<points>");
+  return names;
+}
+
 Scheme scheme_by_name(const std::string& name) {
-  std::string names;
-  for (const Scheme& s : schemes()) {
-    if (s.name == name) return s;
-    names += (names.empty() ? "" : ", ") + s.name;
+  std::vector<std::string> likely;
+  for (const Scheme& scheme : schemes()) {
+    if (scheme.name == name) return scheme;
+    likely.push_back(scheme.name);
   }
-  throw ArgumentError("there is no scheme \"" + name + "\"; the schemes are " + names);
+  const std::size_t digits = std::min(name.find_first_of("0123456789"), name.size());
+  for (const auto& [prefix, of] : kFamilies) {
+    int points = 0;
+    const auto [end, error] = std::from_chars(name.data() + digits, name.data() + name.size(), points);
+    const bool is_number = error == std::errc() && end == name.data() + name.size();
+    if (is_number && name.compare(0, digits, prefix) == 0) return of(points);
+    likely.push_back(prefix + (is_number ? name.substr(digits) : "5"));
+  }
+  std::string names;
+  for (const std::string& known : scheme_names()) names += (names.empty() ? "" : ", ") + known;
+  throw ArgumentError("there is no scheme \"" + name + "\"; the schemes are " + names +
+                      suggestion(name, likely));
 }
 
 }  // namespace dyntape

@@ -29,6 +29,20 @@ struct Trajectory {
   Eigen::VectorXd control(int interval, double fraction) const {
     return u.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
   }
+  Eigen::VectorXd acceleration(int interval, double fraction) const {
+    return a.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
+  }
+
+  // Gives the first and the last point, where the scheme does not use them, the controls and accelerations that the motion
+  // has there.
+  void extend_to_unused() {
+    const auto give = [&](int point, int interval, double fraction) {
+      u.col(point) = control(interval, fraction).eval(),
+      a.col(point) = acceleration(interval, fraction).eval();
+    };
+    if (!scheme.uses_first_point()) give(0, 0, 0);
+    if (!scheme.uses_last_point()) give(points() - 1, intervals() - 1, 1);
+  }
 };
 
 }  // namespace dyntape

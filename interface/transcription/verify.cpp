@@ -21,6 +21,7 @@ class Audit {
   Verification run() {
     check_bounds();
     check_defects();
+    check_held_controls();
     check_path();
     check_end();
     check_units();
@@ -65,15 +66,18 @@ class Audit {
     return problem_.stage(motion_.t[p], motion_.x.col(p), motion_.a.col(p), motion_.u.col(p));
   }
 
-  bool used(int p) const { return p + 1 < motion_.points() || motion_.scheme.uses_last_point(); }
+  bool used(int p) const {
+    return (p > 0 || motion_.scheme.uses_first_point()) &&
+           (p + 1 < motion_.points() || motion_.scheme.uses_last_point());
+  }
 
   std::string at(const std::string& what, int p) const { return what + " at point " + std::to_string(p); }
 
   void check_bounds() {
     const auto check_part = [&](const Bounds& bounds, const Eigen::MatrixXd& values,
-                                const std::vector<std::string>& names, int first, bool last_counts) {
+                                const std::vector<std::string>& names, int first, bool all_count) {
       for (int p = 0; p < motion_.points(); ++p) {
-        if (!last_counts && !used(p)) continue;
+        if (!all_count && !used(p)) continue;
         for (Eigen::Index i = 0; i < values.rows(); ++i) {
           note(values(i, p), bounds.lower[i], bounds.upper[i], unit(p, first + i),
                at(names[std::size_t(i)], p));
@@ -111,6 +115,19 @@ class Audit {
         for (int i = 0; i < problem_.n_x(); ++i) {
           note_row(defect(i, r), 0, 0,
                    "defect of " + problem_.states[std::size_t(i)] + " in interval " + std::to_string(k));
+        }
+      }
+    }
+  }
+
+  void check_held_controls() {
+    const Scheme& scheme = motion_.scheme;
+    for (int k = 0; k < motion_.intervals(); ++k) {
+      const Eigen::MatrixXd controls = motion_.u.middleCols(motion_.node(k), scheme.points());
+      for (Eigen::Index r = 0; r < scheme.held.rows(); ++r) {
+        for (int i = 0; i < problem_.n_u(); ++i) {
+          note_row(scheme.held.row(r).dot(controls.row(i)), 0, 0,
+                   "course of " + problem_.controls[std::size_t(i)] + " in interval " + std::to_string(k));
         }
       }
     }

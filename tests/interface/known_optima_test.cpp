@@ -51,6 +51,61 @@ TEST_P(KnownSwingUp, TrapezoidAndEuler) {
   }
 }
 
+// Controls that are straight lines from node to node, under Hermite-Simpson.
+TEST_P(KnownSwingUp, StraightControls) {
+  for (const auto& [n, cost] :
+       {std::pair(20, "58.8169385256"), {40, "58.8125340236"}, {80, "58.8079434"}, {160, "58.8076843"}}) {
+    const Solved s = solve_on(
+        swing_up(), {.scheme = scheme_by_name("hermite-simpson-linear"), .intervals = n}, tight(GetParam()));
+    EXPECT_TRUE(s.success() && has_digits(s.cost(), cost)) << n;
+    const Verification v = verify(swing_up(), s.motion);
+    EXPECT_LT(v.violation, 1e-9);
+    EXPECT_NEAR(s.motion.control(3, 0.25)[0], 0.75 * s.motion.u(0, 6) + 0.25 * s.motion.u(0, 8), 1e-10);
+  }
+}
+
+// D x = h f at all points of one interval.  On 41 points there are two optima beside each other: from the line the solvers find the
+// lower one, from the motion on 21 points that of the reference.
+TEST_P(KnownSwingUp, OneLongInterval) {
+  const auto solved = [&](int points, const Trajectory* from = nullptr) {
+    return solve_on(swing_up(), {.scheme = pseudospectral(points), .intervals = 1},
+                    {.method = GetParam(), .tolerance = 1e-10, .bound_relaxation = 0}, from);
+  };
+  const Solved at_21 = solved(21);
+  EXPECT_TRUE(at_21.success() && has_digits(at_21.cost(), "61.3781"));
+  for (const auto& [points, cost] : {std::pair(16, "127.0988"), {41, "58.92871"}, {61, "58.808546"}}) {
+    const Solved s = solved(points);
+    EXPECT_TRUE(s.success() && has_digits(s.cost(), cost)) << points;
+    EXPECT_LE(s.nlp.iterations(), 25) << points;
+    EXPECT_LT(verify(swing_up(), s.motion).violation, 1e-7) << points;
+  }
+  const Solved s = solved(41, &at_21.motion);
+  EXPECT_TRUE(s.success() && has_digits(s.cost(), "58.95805"));
+}
+
+// From few long intervals to many short ones: the limit, with the order of the scheme.
+TEST_P(KnownSwingUp, FamiliesOfPoints) {
+  struct Row {
+    Scheme scheme;
+    int intervals;
+    double off, ratio;  // of the cost on so many intervals, and by how much less it is on twice as many
+  };
+  for (const auto& [scheme, n, off, ratio] : {Row{lobatto(5), 40, 1.6e-7, 256},
+                                              {radau(2), 80, 1.3e-2, 8},
+                                              {radau(3), 80, 9.5e-6, 32},
+                                              {radau(5), 40, 3.1e-8, 512}}) {
+    const Solved coarse = solve_on(swing_up(), {.scheme = scheme, .intervals = n}, tight(GetParam()));
+    const Solved fine =
+        solve_on(swing_up(), {.scheme = scheme, .intervals = 2 * n}, tight(GetParam()), &coarse.motion);
+    EXPECT_TRUE(coarse.success() && fine.success()) << scheme.name;
+    EXPECT_LE(fine.nlp.iterations(), 16) << scheme.name;
+    const double limit = 58.8076674582, before = std::abs(coarse.cost() - limit),
+                 after = std::abs(fine.cost() - limit);
+    EXPECT_LT(before, off) << scheme.name;
+    EXPECT_LT(after, 1.3 * before / ratio + 3e-10) << scheme.name << " " << before << " " << after;
+  }
+}
+
 TEST_P(KnownSwingUp, TheOtherWayRound) {
   Problem p = swing_up();
   p.goal[1] = -test::kPi;

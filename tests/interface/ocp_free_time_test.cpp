@@ -251,7 +251,7 @@ TEST(FreeTime, DerivativesAreThoseOfTheFunctions) {
   p.add(terminal_squares("rest", [](const auto& s) { return (s.x.tail(2) * s.t).eval(); }));
   p.add(minimum_time(3));
   p.free_duration(0.5, 6);
-  for (const Scheme& scheme : schemes()) {
+  for (const Scheme& scheme : test::every_scheme()) {
     Collocation nlp(p, on_mesh(4, scheme).mesh);
     std::vector<double> x = nlp.start();
     for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.2 * std::sin(3.0 * double(i));

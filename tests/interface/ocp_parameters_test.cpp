@@ -125,8 +125,8 @@ std::vector<double> wavy(const Collocation& nlp) {
 class EveryForm : public ::testing::TestWithParam<std::tuple<std::string, bool, HessianKind>> {};
 INSTANTIATE_TEST_SUITE_P(
     OcpParameters, EveryForm,
-    ::testing::Combine(::testing::Values("euler", "trapezoid", "hermite-simpson"), ::testing::Bool(),
-                       ::testing::Values(HessianKind::kExact, HessianKind::kGaussNewton)));
+    ::testing::Combine(::testing::Values("euler", "trapezoid", "hermite-simpson", "lobatto-4", "radau-2"),
+                       ::testing::Bool(), ::testing::Values(HessianKind::kExact, HessianKind::kGaussNewton)));
 
 // The same x is asked for before and after: what was evaluated before has to be forgotten.
 TEST_P(EveryForm, ValuesInPlaceAreThoseOfAProgramMadeWithThem) {
@@ -205,7 +205,7 @@ TEST(OcpParameters, EndsAndBoundsChangeInPlace) {
     stage.x *= 0.9;
     return stage;
   };
-  for (const Scheme& scheme : schemes()) {
+  for (const Scheme& scheme : test::every_scheme()) {
     const MeshOptions mesh{.scheme = scheme, .intervals = 25, .evaluation = test::kInterpreted};
     Collocation nlp(problem, mesh), made(other, mesh);
     nlp.set_values(other);

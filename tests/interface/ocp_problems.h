@@ -13,6 +13,13 @@ namespace dyntape::test {
 // Nothing is compiled, nothing is left in the user's cache.
 inline const CodegenOptions kInterpreted{.route = Route::kInterpreter};
 
+// Those of the table and some of each family; pseudospectral ones, which are for few intervals, are tested apart.
+inline std::vector<Scheme> every_scheme() {
+  std::vector<Scheme> all = schemes();
+  for (const Scheme& scheme : {lobatto(2), lobatto(5), radau(1), radau(3)}) all.push_back(scheme);
+  return all;
+}
+
 // p'' = u, rest to rest over a distance in 1 s, least int u^2.  Continuous optimum 12 d^2/T^3.
 inline Problem block_move(double distance = 1, double duration = 1) {
   Problem p("block move", {"p", "v"}, {"u"}, duration, [](const auto& s) { return vector(s.x[1], s.u[0]); });

@@ -78,10 +78,13 @@ std::vector<double> random_point(const Collocation& nlp, unsigned seed) {
 }
 
 class EveryScheme : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Collocation, EveryScheme, ::testing::Values("euler", "trapezoid", "hermite-simpson"),
+INSTANTIATE_TEST_SUITE_P(Collocation, EveryScheme,
+                         ::testing::Values("euler", "trapezoid", "hermite-simpson", "hermite-simpson-linear",
+                                           "lobatto-5", "radau-1", "radau-3", "pseudospectral-5"),
                          [](const auto& info) {
-                           return info.param == "hermite-simpson" ? std::string("hermite_simpson")
-                                                                  : info.param;
+                           std::string name = info.param;
+                           std::replace(name.begin(), name.end(), '-', '_');
+                           return name;
                          });
 
 TEST_P(EveryScheme, DerivativesAreThoseOfTheFunctions) {

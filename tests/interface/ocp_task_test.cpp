@@ -96,6 +96,9 @@ TEST_F(TaskFiles, MistakesAreNamedWithTheirPlace) {
   says(cart_pole("", "slider 1\n pivott 3"), {"pivott", "pivot"});
   says(cart_pole("", "slider 1"), {"goal.q.pivot", "missing"});
   says(cart_pole("transcription\n{\n scheme hermite\n}\n"), {"task.info:29:", "hermite-simpson"});
+  says(cart_pole("transcription\n{\n scheme lobato-5\n}\n"),
+       {"task.info:29:", "lobatto-<points>", "did you mean 'lobatto-5'?"});
+  says(cart_pole("transcription\n{\n scheme radau-200\n}\n"), {"task.info:29:", "expected 1 to 128 points"});
   says(cart_pole("effects\n{\n wind on\n}\n"), {"wind"});
   says(cart_pole("output\n{\n trace tipp\n}\n"), {"tipp", "tip"});
   says(cart_pole("verify\n{\n violation -1\n}\n"), {"violation", "positive"});
@@ -130,8 +133,10 @@ std::string timed_block(const std::string& horizon, const std::string& costs = "
 
 TEST_F(TaskFiles, ADurationIsFound) {
   const double T = std::pow(36 * 1.5 * 1.5 / 4, 0.25);  // 12 d^2 / T^3 + 4 T is least
-  for (const char* kind : {"", "transcription\n{\n dynamics inverse\n hessian gauss_newton\n}\n",
-                           "transcription\n{\n scheme trapezoid\n}\n"}) {
+  for (const char* kind :
+       {"", "transcription\n{\n dynamics inverse\n hessian gauss_newton\n}\n",
+        "transcription\n{\n scheme trapezoid\n}\n", "transcription\n{\n scheme lobatto-5\n}\n",
+        "transcription\n{\n scheme radau-3\n}\n"}) {
     const Task task = read(timed_block(" shortest 0.2\n longest 5\n") + kind);
     SolveReport report = solve_task(without_compiler(task));
     ASSERT_TRUE(report.success()) << report.verdict();
