@@ -14,6 +14,7 @@
 #include <dyntape/interface/solvers/ipopt_options.h>
 #include <dyntape/interface/task/place_keys.h>
 #include <dyntape/interface/task/task_costs.h>
+#include <dyntape/interface/task/term_keys.h>
 
 namespace dyntape {
 
@@ -344,11 +345,14 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   read_goal(file, keys, model);
+  keys.waypoints = read_waypoints(file, model);
+  keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
   task.around = read_surroundings(file, model);
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);
   check_tracking(file, keys, model);
   check_time_costs(file, keys);
+  keys.terms = read_terms(file, task, model);
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);
