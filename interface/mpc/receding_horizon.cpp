@@ -19,6 +19,12 @@ const Problem& checked(const Problem& problem) {
     throw ArgumentError("problem \"" + problem.name + "\": " + what);
   };
   if (problem.free_time) refuse("its duration is free, expected a horizon");
+  for (const Term& term : problem.terms) {
+    if (term.where == Where::kInstant && term.share > 0)
+      refuse("the term \"" + term.name + "\" stands at " + name_of_instant(term.share) +
+             ", which recedes with the horizon and is never reached; expected a running term whose target or "
+             "weight is a parameter of time");
+  }
   for (int i = 0; i < problem.n_x(); ++i) {
     if (std::isnan(problem.start[i]))
       refuse("the start of \"" + problem.states[std::size_t(i)] + "\" is free, expected a state to begin at");

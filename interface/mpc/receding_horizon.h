@@ -21,12 +21,17 @@
 // What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
 // time: a reference r(t) is followed as it is.  They change in place through values().
 //
+// A waypoint of the plant's time is likewise a running term with a parameter of time for its target, and another for its weight.
+// One of the horizon (at_share(), problem.h), which would go on before the plant for ever, is refused; terms at the start of the
+// horizon act on what the plant does now.
+//
 // A plan is usable if it is solved, or violates nothing by more than `violation` of the magnitudes (nlp.h) that its numbers had at
 // the first start: what one step of the real-time iteration leaves open falls from step to step, and stands in `violation`.
 // Gauss-Newton, the default, needs every cost as squares; with exact Hessians whole steps may lead away.
 //
 // Errors: ArgumentError for a state of the wrong size or with entries that are no numbers, for times that go back, a problem whose
-// start or duration is free, and for what solve_by_stages refuses.  How a solve ended is no error but a status.
+// start or duration is free, with a term between start and end of its horizon, and for what solve_by_stages refuses.  How a solve
+// ended is no error but a status.
 //
 // Source: M. Diehl, H. G. Bock, J. P. Schloeder, A real-time iteration scheme for nonlinear optimization in optimal feedback control, SIAM
 // Journal on Control and Optimization 43(5), 2005.

@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
 
@@ -115,6 +117,34 @@ Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd
           std::move(values), std::move(lower), std::move(upper)};
 }
 
+Term at_share(double share, Term term) {
+  if (!(share >= 0 && share <= 1))
+    throw ArgumentError("the term \"" + term.name + "\" stands at " + std::to_string(share) +
+                        " of the duration, expected a share from 0 to 1");
+  term.where = share == 1 ? Where::kTerminal : Where::kInstant;
+  term.share = share;
+  return term;
+}
+
+Term at_start(Term term) { return at_share(0, std::move(term)); }
+
+bool stands_at(const Term& term, double share) {
+  return term.where == Where::kTerminal ? share == 1 : term.where == Where::kInstant && term.share == share;
+}
+
+std::vector<double> instants_of(const Problem& problem) {
+  std::set<double> shares = {1};
+  for (const Term& term : problem.terms) {
+    if (term.where == Where::kInstant) shares.insert(term.share);
+  }
+  return {shares.begin(), shares.end()};
+}
+
+std::string name_of_instant(double share) {
+  if (share == 0) return "the start";
+  return share == 1 ? "the end" : io::shortest(share) + " of the duration";
+}
+
 Term minimum_time(double weight) {
   if (!(weight > 0 && std::isfinite(weight)))
     throw ArgumentError("the weight of the time is " + std::to_string(weight) +
@@ -202,6 +232,9 @@ void check(const Problem& problem) {
     throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(problem.positions) +
                         " states are positions, expected 0 to " + std::to_string(problem.n_x()));
   check_free_time(problem);
+  for (const Term& term : problem.terms) {
+    if (term.where == Where::kInstant) at_share(term.share, term);  // throws
+  }
   check_bounds(problem, problem.x, problem.states, "states");
   check_bounds(problem, problem.a, problem.accelerations, "accelerations");
   check_bounds(problem, problem.u, problem.controls, "controls");

@@ -18,6 +18,9 @@
 // dynamics are the equations residual(t, x, a, u) = 0 at every point; `ode` then gives x' from x and u alone,
 // for the checks after the solve.
 //
+// A term acts all along, at the end, or at one instant between: a waypoint (at_share()).  Soft limits and norms other than
+// squares are in penalties.h.
+//
 // What shall change from solve to solve without being recorded again is a parameter (parameters.h).
 //
 // Free duration.  p.free_duration(0.5, 4) leaves the time to the solver, between these bounds (s); `duration` is then
@@ -37,6 +40,7 @@ namespace dyntape {
 
 enum class Where {
   kRunning,   // at every point; a cost is integrated over time
+  kInstant,   // where a share of the duration has passed (Term::share): 0 at the start, between at a waypoint
   kTerminal,  // at the end
 };
 
@@ -53,6 +57,9 @@ struct Term {
   Role role;
   StageFunction function;
   Eigen::VectorXd lower = {}, upper = {};  // (size of r) of an inequality
+  double share = 0;                        // of an instant, from 0 to 1, which is the end
+  // Of a plain cost, where there is one: residuals c whose Jacobian gives the curvature 2 J^T J that Gauss-Newton takes.
+  StageFunction curvature = {};
 };
 
 Term running_cost(std::string name, StageFunction function);
@@ -64,6 +71,14 @@ Term terminal_squares(std::string name, StageFunction residuals);
 Term terminal_equality(std::string name, StageFunction residuals);
 Term terminal_inequality(std::string name, StageFunction values, Eigen::VectorXd lower,
                          Eigen::VectorXd upper);
+
+// The same demand or cost at one instant of the motion, not integrated: where a share of the duration, which may be free, has
+// passed, or at the start.  An even mesh moves its nearest node there; node times that are given must have one.
+//
+//   p.add(at_share(0.5, path_equality("via", frame_position(scene, "panda_hand", {0.4, 0.1, 0.6}))));
+//   p.add(at_start(running_squares("calm", [](const auto& s) { return s.u; })));
+Term at_share(double share, Term term);
+Term at_start(Term term);
 
 // weight T, T being the duration.  A square, so that Gauss-Newton knows it: of sqrt(w T) (cos log T, sin log T), whose
 // slopes give 5 w / (2 T) of curvature.  Of sqrt(w T) alone there were w / (2 T), and a cost c / T^3 + w T, which has 4 w / T
@@ -142,6 +157,11 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem);
 
 // ArgumentError, naming the part, unless all sizes fit together, bounds leave room, and values are numbers.
 void check(const Problem& problem);
+
+// Where terms stand besides along the path: shares of the duration, increasing, the last one 1, which always counts.
+std::vector<double> instants_of(const Problem& problem);
+bool stands_at(const Term& term, double share);
+std::string name_of_instant(double share);  // "the start", "0.5 of the duration", "the end"
 
 // ArgumentError, naming `what` of the problem, unless a number lies between the bounds or is one of them.
 void check_room(const Problem& problem, const std::string& what, double lower, double upper);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocp/record_stage.h>
 
+#include <algorithm>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/simulation/steps.h>
@@ -11,6 +13,11 @@ namespace {
 
 bool is_constraint(const Term& term) {
   return term.role == Role::kEquality || term.role == Role::kInequality;
+}
+
+// Gives Gauss-Newton its curvature; empty where there is none.
+const StageFunction& residuals_of(const Term& term) {
+  return term.role == Role::kSquares ? term.function : term.curvature;
 }
 
 class Parts {
@@ -70,29 +77,32 @@ class Parts {
     return values[0];
   }
 
-  void add_terms(Where where, const Stage<AD>& stage) {
+  template <class Belongs>
+  void add_terms(Belongs belongs, const Stage<AD>& stage) {
     for (const Term& term : problem_.terms) {
-      if (term.where == where && is_constraint(term)) add_constraint(term, stage);
+      if (belongs(term) && is_constraint(term)) add_constraint(term, stage);
     }
-    append(VectorXad::Constant(1, costs(where, stage)), "cost");
+    append(VectorXad::Constant(1, costs(belongs, stage)), "cost");
   }
 
-  // Of the least-squares costs, each times `factor`.
-  void add_residuals(Where where, const Stage<AD>& stage, const AD& factor) {
+  // What Gauss-Newton knows of the costs, each times `factor`.
+  template <class Belongs>
+  void add_residuals(Belongs belongs, const Stage<AD>& stage, const AD& factor) {
     for (const Term& term : problem_.terms) {
-      if (term.where != where || is_constraint(term)) continue;
-      if (term.role != Role::kSquares)
+      if (!belongs(term) || is_constraint(term)) continue;
+      if (residuals_of(term).empty())
         throw ArgumentError("problem \"" + problem_.name +
                             "\": Gauss-Newton needs every cost as squares of residuals, and \"" + term.name +
                             "\" is a plain cost; use the exact Hessian");
-      append(term.function(stage) * factor, term.name);
+      append(residuals_of(term)(stage) * factor, term.name);
     }
   }
 
-  AD costs(Where where, const Stage<AD>& stage) const {
+  template <class Belongs>
+  AD costs(Belongs belongs, const Stage<AD>& stage) const {
     AD cost(0);
     for (const Term& term : problem_.terms) {
-      if (term.where == where && !is_constraint(term)) cost += cost_of(term, stage);
+      if (belongs(term) && !is_constraint(term)) cost += cost_of(term, stage);
     }
     return cost;
   }
@@ -135,20 +145,31 @@ Function record_part(const Problem& problem, const std::string& name, double t, 
   return f;
 }
 
-bool any(const Problem& problem, Where where) {
-  for (const Term& term : problem.terms) {
-    if (term.where == where) return true;
-  }
-  return false;
-}
+bool is_running(const Term& term) { return term.where == Where::kRunning; }
 
-Function record_squares(const Problem& problem, const std::string& name, double t, Where where) {
+template <class Belongs>
+Function record_squares(const Problem& problem, const std::string& name, double t, Belongs belongs) {
   Parts parts(problem);
   return record_part(problem, name, t, parts, [&](Parts& p, const Stage<AD>& stage) {
     for (const Term& term : problem.terms) {
-      if (term.where == where && term.role == Role::kSquares) p.append(term.function(stage), term.name);
+      if (belongs(term) && !residuals_of(term).empty()) p.append(residuals_of(term)(stage), term.name);
     }
   });
+}
+
+RecordedInstant record_instant(const Problem& problem, double share) {
+  const auto belongs = [share](const Term& term) { return stands_at(term, share); };
+  const bool any = std::any_of(problem.terms.begin(), problem.terms.end(), belongs);
+  const std::string name = problem.name + (share == 1 ? " end" : " at " + name_of_instant(share));
+  const double t = share * problem.duration;
+  Parts parts(problem);
+  RecordedInstant instant{share, {}, {}, {}};
+  instant.terms = record_part(problem, name, t, parts, [&](Parts& p, const Stage<AD>& s) {
+    if (any) p.add_terms(belongs, s);
+  });
+  instant.squares = record_squares(problem, name + " squares", t, belongs);
+  instant.rows = parts.rows;
+  return instant;
 }
 
 void check_rate(const Problem& problem, const VectorXad& rate) {
@@ -171,6 +192,8 @@ void check_shooting(const Problem& problem) {
   if (problem.n_u() == 0) refuse("there are no controls");
   for (const Term& term : problem.terms) {
     if (is_constraint(term)) refuse("the term \"" + term.name + "\" is a constraint");
+    if (term.where == Where::kInstant)
+      refuse("the term \"" + term.name + "\" stands at " + name_of_instant(term.share));
   }
   for (int i = 0; i < problem.n_x(); ++i) {
     const std::string state = "\"" + problem.states[std::size_t(i)] + "\"";
@@ -233,8 +256,8 @@ class ShootingStep {
   VectorXad rate(const Stage<AD>& stage, double share, const AD& h) {
     const VectorXad of_state = problem_.rate(stage);
     check_rate(problem_, of_state);
-    const AD cost = costs_.costs(Where::kRunning, stage);  // may throw, as in parameters_of()
-    if (with_residuals_) residuals_.add_residuals(Where::kRunning, stage, sqrt(share * h));
+    const AD cost = costs_.costs(is_running, stage);  // may throw, as in parameters_of()
+    if (with_residuals_) residuals_.add_residuals(is_running, stage, sqrt(share * h));
     VectorXad all(of_state.size() + 1);
     all << of_state, cost;
     return all;
@@ -269,6 +292,7 @@ RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme, 
     append_to(options.parameter_names, names, when);
   }
   const Parts parts(problem);
+  const auto is_at_end = [](const Term& term) { return stands_at(term, 1); };
   RecordedShooting recorded;
   ShootingStep step(problem, with_residuals);
   recorded.step = record(
@@ -285,7 +309,7 @@ RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme, 
       problem.name + " end of steps", std::size_t(n_x), options.parameters.size(),
       [&](const VectorXad& x, const VectorXad& p) {
         const Stage<AD> stage{p[0], x, {}, VectorXad::Zero(problem.n_u()), p.tail(now.size())};
-        return VectorXad(VectorXad::Constant(1, parts.costs(Where::kTerminal, stage)));
+        return VectorXad(VectorXad::Constant(1, parts.costs(is_at_end, stage)));
       },
       options, nullptr, 0);
   recorded.end.output_names = {"cost"};
@@ -327,7 +351,7 @@ std::vector<std::string> stage_names(const Problem& problem) {
 RecordedStage record_stage(const Problem& problem) {
   check(problem);
   RecordedStage stage;
-  const double middle = problem.duration / 2, end = problem.duration;
+  const double middle = problem.duration / 2;
   Parts node(problem);
   stage.node = record_part(problem, problem.name, middle, node, [&](Parts& p, const Stage<AD>& s) {
     const VectorXad rate = problem.rate(s);
@@ -340,17 +364,15 @@ RecordedStage record_stage(const Problem& problem) {
       const Eigen::VectorXd zero = Eigen::VectorXd::Zero(residual.size());
       p.add_rows(residual, "dynamics", zero, zero);
     }
-    p.add_terms(Where::kRunning, s);
+    p.add_terms(is_running, s);
   });
   stage.path_rows = node.rows;
-  Parts terminal(problem);
-  stage.terminal =
-      record_part(problem, problem.name + " end", end, terminal, [&](Parts& p, const Stage<AD>& s) {
-        if (any(problem, Where::kTerminal)) p.add_terms(Where::kTerminal, s);
-      });
-  stage.terminal_rows = terminal.rows;
-  stage.squares = record_squares(problem, problem.name + " squares", middle, Where::kRunning);
-  stage.terminal_squares = record_squares(problem, problem.name + " end squares", end, Where::kTerminal);
+  stage.squares = record_squares(problem, problem.name + " squares", middle, is_running);
+  for (double share : instants_of(problem)) {
+    stage.instants.push_back(record_instant(problem, share));
+    const std::vector<ConstraintRow>& rows = stage.instants.back().rows;
+    stage.instant_rows.insert(stage.instant_rows.end(), rows.begin(), rows.end());
+  }
   return stage;
 }
 

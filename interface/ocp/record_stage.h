@@ -4,11 +4,12 @@
 //
 //   RecordedStage s = record_stage(problem);
 //   s.node      (z; t, p) -> f (n_x) | path rows | L (1)    z = (x, a, u), p the problem's parameters (parameters.h)
-//   s.terminal  (z; t, p) -> end rows | M (1)               no outputs where the problem has no terminal term
-//   s.squares, s.terminal_squares   (z; t, p) -> r          residuals of the least-squares costs
+//   s.instants  of each instant at which terms stand, the end last:
+//     terms     (z; t, p) -> rows | M (1)                   no outputs where no term stands there
+//   squares     of the node and of each instant, (z; t, p) -> r: residuals whose Jacobian gives Gauss-Newton's curvature 2 J^T J
 //
 // Path rows are the residual of the inverse form, then the path terms in the order of the list.  L is the sum
-// of the running costs (r.r of a least-squares term), M that of the terminal costs.  What the terms share is
+// of the running costs (r.r of a least-squares term), M that of the costs of an instant.  What the terms share is
 // computed once, because they are recorded on one tape.
 //
 // Slopes by parameters: all_as_variables(s.node) (function.h) is the same function of the variables (z, t, p), whose
@@ -30,9 +31,16 @@ struct ConstraintRow {
   double lower, upper;
 };
 
+struct RecordedInstant {
+  double share;  // of the duration
+  Function terms, squares;
+  std::vector<ConstraintRow> rows;
+};
+
 struct RecordedStage {
-  Function node, terminal, squares, terminal_squares;
-  std::vector<ConstraintRow> path_rows, terminal_rows;
+  Function node, squares;
+  std::vector<RecordedInstant> instants;               // in the order of time; the last is the end
+  std::vector<ConstraintRow> path_rows, instant_rows;  // instant_rows: of all instants, one after another
 };
 
 RecordedStage record_stage(const Problem& problem);
@@ -40,12 +48,13 @@ RecordedStage record_stage(const Problem& problem);
 // One step of length h with the controls held, for methods that go from step to step:
 //   step  (x, u; t, h, p, p_m, p_e) -> x' (n_x) | int L dt | r      with the parameters at its beginning, middle and end
 //   end   (x; t, p) -> M, with controls of zero
-// r, where it is asked for: residuals whose squares add up to int L dt.
+// r, where it is asked for: residuals whose Jacobian gives Gauss-Newton's curvature 2 J^T J; their squares add up to int L dt
+// where every cost is one of squares.
 //   kRungeKutta4   the classical scheme of (x, int L), fourth order
 //   kEuler         x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
 //                  the problem says are positions move by the new velocities: semi-implicit, which keeps energies
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
-// a free duration; and, where r is asked for, for a running cost that is no sum of squares.
+// a free duration, terms between start and end; and, where r is asked for, for a running cost of which Gauss-Newton knows nothing.
 enum class ShootingScheme { kRungeKutta4, kEuler };
 struct RecordedShooting {
   Function step, end;

@@ -365,6 +365,22 @@ void limit_efforts(Problem& problem, const RobotScene& scene, ControlUnit unit) 
   }
 }
 
+StageFunction joint_torque(const RobotScene& scene, ControlUnit unit) {
+  return [gain = gains(scene, unit)](const auto& s) {
+    using T = typename std::decay_t<decltype(s.u)>::Scalar;
+    return s.u.head(gain.size()).cwiseProduct(gain.template cast<T>()).eval();
+  };
+}
+
+StageFunction joint_power(const RobotScene& scene, ControlUnit unit) {
+  return
+      [torque = joint_torque(scene, unit), dofs = actuated_dofs(scene), nq = scene.model.nq](const auto& s) {
+        auto power = torque(s);
+        for (std::size_t k = 0; k < dofs.size(); ++k) power[Eigen::Index(k)] *= s.x[nq + dofs[k]];
+        return power;
+      };
+}
+
 Term squared_controls(double weight) {
   return running_squares("control", [r = std::sqrt(weight)](const auto& s) { return (s.u * r).eval(); });
 }

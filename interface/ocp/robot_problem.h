@@ -106,6 +106,11 @@ void limit_positions(Problem& problem, const RobotScene& scene);
 void limit_velocities(Problem& problem, const RobotScene& scene);
 void limit_efforts(Problem& problem, const RobotScene& scene, ControlUnit unit);
 
+// (driven joints) What the controls do at each: torque (N m or N), and its power, torque times velocity (W).  The work that motors
+// put in or take out, as a cost: soft(path_equality("work", joint_power(scene, unit)), SmoothAbsolute{...}), penalties.h.
+StageFunction joint_torque(const RobotScene& scene, ControlUnit unit);
+StageFunction joint_power(const RobotScene& scene, ControlUnit unit);
+
 // Costs, integrated over time.
 Term squared_controls(double weight);  // weight |u|^2
 Term squared_fractions(const RobotScene& scene, double weight,

@@ -141,6 +141,17 @@ StageFunction com_position(const RobotScene& scene, const Vector3d& target) {
   });
 }
 
+StageFunction centroidal_momentum(const RobotScene& scene, const Eigen::Matrix<double, 6, 1>& target) {
+  check_numbers(scene, "the momentum wanted", target);
+  return of_kinematics(scene, [target](const auto& model, auto& data, const auto& s) {
+    using T = decltype(scalar_of(model));
+    dynamics::Centroidal<T> whole(model);
+    const dynamics::Force<T> h = dynamics::centroidal_momentum<T>(model, data, whole, s.x.head(model.nq),
+                                                                  s.x.segment(model.nq, model.nv));
+    return (h.vector() - dynamics::Vector6<T>(target.cast<T>())).eval();
+  });
+}
+
 StageFunction weighted(const StageFunction& residuals, double weight) {
   if (!(weight >= 0 && std::isfinite(weight)))
     throw ArgumentError("a weight of residuals is " + std::to_string(weight) + ", expected zero or more");

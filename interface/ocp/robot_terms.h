@@ -62,6 +62,10 @@ StageFunction frame_looks_at(const RobotScene& scene, const std::string& frame, 
 // (3) Centre of mass - target (m).
 StageFunction com_position(const RobotScene& scene, const Eigen::Vector3d& target);
 
+// (6) Momentum of the whole robot - target: linear (kg m/s), then angular about the centre of mass (kg m^2/s), world axes.
+StageFunction centroidal_momentum(
+    const RobotScene& scene, const Eigen::Matrix<double, 6, 1>& target = Eigen::Matrix<double, 6, 1>::Zero());
+
 // Residuals whose squares count `weight` times: sqrt(weight) r.
 StageFunction weighted(const StageFunction& residuals, double weight);
 // Entries first, ..., first + count - 1: part_of(frame_velocity(...), 0, 3) is the linear one.

@@ -47,7 +47,9 @@ Term scaled(const Term& term) {
   };
   Term result = term;
   result.function = at_real_time(term.function);
+  if (!term.curvature.empty()) result.curvature = at_real_time(term.curvature);
   if (term.where != Where::kRunning) return result;
+  if (!term.curvature.empty()) result.curvature = scaled(term.curvature, root);
   if (term.role == Role::kCost) result.function = scaled(term.function, once);
   if (term.role == Role::kSquares) result.function = scaled(term.function, root);
   return result;

@@ -48,7 +48,10 @@ Problem with_parameters_as_states(const Problem& problem) {
   result.rate = with_zeros(of_states(problem.rate, n_x), n_p);
   result.residual = of_states(problem.residual, n_x);
   result.ode = {};
-  for (Term& term : result.terms) term.function = of_states(term.function, n_x);
+  for (Term& term : result.terms) {
+    term.function = of_states(term.function, n_x);
+    term.curvature = of_states(term.curvature, n_x);
+  }
   const VectorXd now = problem.parameters.at(0);
   result.x = {one_after_other(problem.x.lower, VectorXd::Constant(n_p, -HUGE_VAL)),
               one_after_other(problem.x.upper, VectorXd::Constant(n_p, HUGE_VAL))};

@@ -268,8 +268,9 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
     }
   }
   add_sliders(picture, sliders);
-  for (const Capsule& obstacle : task.around.obstacles)
-    picture.scenery.push_back(outline(task.view, obstacle));
+  for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
+    for (const Capsule& thing : *things) picture.scenery.push_back(outline(task.view, thing));
+  }
   io::Plot plot;
   plot.panels = {io::motion_panel(picture)};
   return plot;
@@ -281,7 +282,9 @@ PlayerInput motion_player(const Task& task, const Trajectory& motion) {
   const std::vector<int> driven = actuated_dofs(task.scene);
   PlayerInput player{.title = task.name, .model = model, .t = motion.t, .q = c.q, .traces = task.traces};
   player.visuals = dynamics::read_visuals(task.urdf, model);
-  for (const Capsule& obstacle : task.around.obstacles) add_capsule(obstacle, player.surroundings);
+  for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
+    for (const Capsule& thing : *things) add_capsule(thing, player.surroundings);
+  }
   dynamics::Data<double> data(model);
   Eigen::VectorXd power = Eigen::VectorXd::Zero(motion.points()), potential = power;
   for (int p = 0; p < motion.points(); ++p) {

@@ -23,6 +23,8 @@ namespace {
 
 using io::Section;
 
+constexpr double kMark = 0.02;  // m, of a waypoint in a picture
+
 // What a scene file says, for a problem that is solved.
 bool take_scene(Section& file, Task& task, const std::string& name) {
   for (const char* key : {"robot", "effects", "actuated"}) {
@@ -46,10 +48,11 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
   }
 }
 
-// Of the goal's frame at the end, and of bodies and obstacles along the path.
+// Of the goal's frame at the end, of waypoints, and of bodies and obstacles along the path.
 void add_places(Problem& problem, const Task& task, const TaskKeys& keys) {
   if (keys.target)
     problem.add(terminal_equality("goal of " + keys.target->frame, frame_error(task.scene, *keys.target)));
+  for (const TaskWaypoint& waypoint : keys.waypoints) problem.add(term_of(waypoint, task.scene));
   for (const Surroundings::Pair& pair : task.around.apart)
     problem.add(keep_clear(task.scene, pair.a, pair.b, pair.least));
 }
@@ -96,18 +99,16 @@ void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limi
   bound_by_ratings(problem, task, limits.of_robot());
 }
 
-// The goal as the guess takes it: where only a frame is given, a configuration in which it is in place.
-Eigen::VectorXd guessed_goal(Task& task, const TaskKeys& keys) {
+// A configuration in which a frame is where it shall be, from one nearby; `there`: "at its goal".  None: `otherwise`, and a note
+// says so.
+Eigen::VectorXd placed_for_guess(Task& task, const FrameTarget& target, const Eigen::VectorXd& from,
+                                 const std::string& there, const Eigen::VectorXd& otherwise,
+                                 const std::string& stays) {
   const auto& model = task.scene.model;
-  const Eigen::VectorXd goal = keys.goal.head(model.nq);
-  if (!keys.target) return goal;
-  Eigen::VectorXd from = keys.start.head(model.nq), neutral = dynamics::neutral(model);
-  fill_free(model, from, neutral);
   if (!is_on_lines(model)) {
-    task.notes.push_back(
-        task.file + ": where '" + keys.target->frame +
-        "' is at its goal is searched for robots with a fixed base; the guess stays at the start");
-    return goal;
+    task.notes.push_back(task.file + ": where '" + target.frame + "' is " + there +
+                         " is searched for robots with a fixed base; " + stays);
+    return otherwise;
   }
   const auto is_clear = [&](const Eigen::VectorXd& q) {
     const auto keeps = [&](const Surroundings::Pair& pair) {
@@ -116,31 +117,61 @@ Eigen::VectorXd guessed_goal(Task& task, const TaskKeys& keys) {
     return std::all_of(task.around.apart.begin(), task.around.apart.end(), keeps);
   };
   // One that keeps clear, if there is one; the solver may still find its way from another.
-  std::optional<Eigen::VectorXd> q = inverse_kinematics(task.scene, *keys.target, from, {.accept = is_clear});
+  std::optional<Eigen::VectorXd> q = inverse_kinematics(task.scene, target, from, {.accept = is_clear});
   const bool keeps_clear = q.has_value();
-  if (!q) q = inverse_kinematics(task.scene, *keys.target, from);
+  if (!q) q = inverse_kinematics(task.scene, target, from);
   if (q && !keeps_clear)
-    task.notes.push_back(task.file + ": no configuration was found in which '" + keys.target->frame +
-                         "' is at its goal and every body keeps clear; the guess ends in one that does not");
+    task.notes.push_back(task.file + ": no configuration was found in which '" + target.frame + "' is " +
+                         there + " and every body keeps clear; the guess has one that does not");
   if (q) return *q;
   task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
-                       keys.target->frame +
-                       "' is at its goal, which may be out of reach; the guess stays at the start");
-  return goal;
+                       target.frame + "' is " + there + ", which may be out of reach; " + stays);
+  return otherwise;
 }
 
-void add_guess(Problem& problem, const Task& task, Eigen::VectorXd from, Eigen::VectorXd to,
+// From the start over the waypoints to the goal.
+std::vector<GuessKnot> guess_knots(Task& task, const TaskKeys& keys) {
+  const auto& model = task.scene.model;
+  Eigen::VectorXd from = keys.start.head(model.nq), to = keys.goal.head(model.nq),
+                  neutral = dynamics::neutral(model);
+  Eigen::VectorXd start = from;
+  fill_free(model, start, neutral);
+  std::vector<GuessKnot> passed;
+  for (const TaskWaypoint& waypoint : keys.waypoints) {
+    const Eigen::VectorXd& before = passed.empty() ? start : passed.back().q;
+    const std::string there = "at waypoint '" + waypoint.name + "'";
+    Eigen::VectorXd q = before;
+    if (waypoint.target)
+      q = placed_for_guess(task, *waypoint.target, before, there, before, "the guess stays where it was");
+    for (const auto& joint : model.joints) {
+      if (waypoint.q.size() > 0 && dynamics::traits(joint.type).on_a_line)
+        q[joint.idx_q] = waypoint.q[joint.idx_v];
+    }
+    if (passed.empty() || waypoint.at > passed.back().share) passed.push_back({waypoint.at, q});
+  }
+  if (keys.target)
+    to = placed_for_guess(task, *keys.target, passed.empty() ? start : passed.back().q, "at its goal", to,
+                          "the guess stays at the start");
+  fill_free(model, from, to);
+  passed.insert(passed.begin(), {0, from});
+  passed.push_back({1, to});
+  return passed;
+}
+
+void add_guess(Problem& problem, const Task& task, const std::vector<GuessKnot>& knots,
                const TaskKeys::Guess& guess) {
-  fill_free(task.scene.model, from, to);
   const Stage<double> rest{0, Eigen::VectorXd::Zero(problem.n_x()), Eigen::VectorXd::Zero(problem.n_a()),
                            Eigen::VectorXd::Zero(problem.n_u())};
   problem.guess = [=, scene = task.scene, options = task.robot, duration = problem.duration](double t) {
     Stage<double> stage = rest;
     stage.t = t;
-    const Eigen::VectorXd q = between(scene.model, from, to, t / duration);
+    std::size_t k = 1;
+    while (k + 1 < knots.size() && knots[k].share * duration < t) ++k;
+    const GuessKnot &from = knots[k - 1], &to = knots[k];
+    const double span = (to.share - from.share) * duration, s = (t - from.share * duration) / span;
+    const Eigen::VectorXd q = between(scene.model, from.q, to.q, s);
     stage.x.head(scene.model.nq) = q;
-    if (guess.slope)
-      stage.x.tail(scene.model.nv) = velocity_between(scene.model, from, to, t / duration) / duration;
+    if (guess.slope) stage.x.tail(scene.model.nv) = velocity_between(scene.model, from.q, to.q, s) / span;
     if (guess.holding) stage.u = holding_controls(scene, options, q);
     return stage;
   };
@@ -160,8 +191,7 @@ void place_contacts(Task& task, const Eigen::VectorXd& q) {
 
 }  // namespace
 
-void compose_problem(Task& task, const TaskKeys& keys, const Eigen::VectorXd& from,
-                     const Eigen::VectorXd& to) {
+void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKnot>& guess) {
   task.problem = robot_problem(task.scene, task.robot);
   task.problem.name = task.name;
   task.problem.free_time = keys.free_time;
@@ -172,8 +202,10 @@ void compose_problem(Task& task, const TaskKeys& keys, const Eigen::VectorXd& fr
   add_places(task.problem, task, keys);
   add_costs(task.problem, task, keys.costs, keys.goal);
   add_frame_tracking(task.problem, task, keys);
+  if (keys.reference) follow(task.problem, *keys.reference);
+  for (const Term& term : keys.terms) task.problem.add(term);
   add_limits(task.problem, task, keys.limits);
-  add_guess(task.problem, task, from, to, keys.guess);
+  add_guess(task.problem, task, guess, keys.guess);
   check_ends(task, keys.limits.of_robot());
 }
 
@@ -202,11 +234,15 @@ Task read_task(const std::string& path) {
   const TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
   file.finish();
   task.effective = file.effective_values();
+  for (const TaskWaypoint& w : keys.waypoints) {
+    if (w.target && w.target->position)
+      task.passed.push_back(ball(w.name, kWorld, *w.target->position, kMark));
+  }
 
   place_contacts(task, keys.start.head(task.scene.model.nq));
-  const Eigen::VectorXd to = guessed_goal(task, keys);
-  compose_problem(task, keys, keys.start.head(task.scene.model.nq), to);
-  if (!keys.phases.empty()) compose_phases(task, keys, to);
+  const std::vector<GuessKnot> guess = guess_knots(task, keys);
+  compose_problem(task, keys, guess);
+  if (!keys.phases.empty()) compose_phases(task, keys, guess.front().q, guess.back().q);
   return task;
 }
 

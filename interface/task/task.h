@@ -47,6 +47,10 @@
 //                   base { position, roll_pitch_yaw, velocity, angular_velocity: as in scenes [0] }, and of the goal's
 //                   free ["" : those of the four that are left open]
 //   goal            in place of q: frame LINK { position "x y z" (m), orientation "roll pitch yaw" (rad) }, one or both
+//   waypoints       waypoint NAME { at (share of the duration), and frame LINK { ... } as of the goal, or q VECTOR }: where the
+//                   motion passes, as many as there are; the guess passes there too (waypoint_keys.h)
+//   reference       file (a table with columns t, q.<joint>, v.<joint>, as solve writes it), q VECTOR [0], v VECTOR [0]:
+//                   weights of the squared distance to a motion that is followed in time (waypoint_keys.h)
 //   obstacles       ball NAME ["ball 1"] { center "x y z", radius }, bar NAME { from, to, radius }: as many as there are
 //   bodies          the same on the robot, each with its frame, in whose axes it stands: every body keeps clear of every
 //                   obstacle (capsules.h), by clearance [0] (m); apart "hand base": so do two bodies of each other
@@ -57,6 +61,11 @@
 //                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0]
 //                   base_position [0]  base_orientation [0] }: weights of the squared distance to the goal, the third and
 //                   fourth to that of its frame
+//   terms           term NAME { what, frame, in [aligned] world | local, axis ["0 0 1"], place, target [0], entries ["": all],
+//                   role [cost] equality | inequality, where [running] start | end | at, at, lower, upper, weight [1],
+//                   penalty [quadratic] huber | absolute | barrier, width [0.01] }: ready terms, as many as there are.  What:
+//                   frame_position, frame_orientation, frame_velocity, looks_at, com, momentum, joint_position,
+//                   joint_velocity, torque, power (term_keys.h)
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
 //                   or effort limit of 0 in the robot's file is none
 //   solver          method [ipopt] stages (solver_options.h), tolerance [1e-8], dual_tolerance [1],
@@ -110,6 +119,7 @@ struct Task {
   RobotProblemOptions robot;
   Problem problem;
   Surroundings around;
+  std::vector<Capsule> passed;  // places of waypoints, for pictures
   OptimiseOptions optimise;
   struct Expected {
     double cost, tolerance;

@@ -14,6 +14,7 @@
 #include <dyntape/interface/solvers/ipopt_options.h>
 #include <dyntape/interface/task/place_keys.h>
 #include <dyntape/interface/task/task_costs.h>
+#include <dyntape/interface/task/term_keys.h>
 
 namespace dyntape {
 
@@ -406,11 +407,27 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.start = read_end(start, End::kStart, false, model);
   read_goal(file, keys, model);
   read_phases(file, task, keys, model);
+  keys.waypoints = read_waypoints(file, model);
+  keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
+  if (model && !keys.phases.empty()) {  // in the list of keys both stand
+    if (!keys.waypoints.empty())
+      file.problem(
+          "waypoints",
+          "'waypoints' are of motions without phases; expected a 'goal' of the phase that ends there");
+    if (keys.reference) file.problem("reference", "'reference' is of motions without phases");
+  }
   task.around = read_surroundings(file, model);
   keys.guess = read_guess(file);
   keys.costs = read_costs(file, model);
   check_tracking(file, keys, model);
   check_time_costs(file, keys);
+  keys.terms = read_terms(file, task, model);
+  for (const Term& term : keys.terms) {
+    if (!keys.phases.empty() && term.where == Where::kInstant && term.share > 0 && term.share < 1)
+      file.problem("terms", "'terms." + term.name +
+                                "' stands at a share of the motion, which has phases; expected " +
+                                "'running', 'start' or 'end'");
+  }
   keys.limits = read_limits(file);
   read_output(file, task, model);
   task.models = read_model_settings(file);

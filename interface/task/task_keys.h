@@ -20,6 +20,7 @@
 #include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
+#include <dyntape/interface/task/waypoint_keys.h>
 
 namespace dyntape {
 
@@ -40,6 +41,9 @@ struct TaskKeys {
   Eigen::VectorXd start, goal;
   std::optional<FrameTarget> target;        // of the goal, whose positions then are free
   std::optional<Problem::Range> free_time;  // of the duration, where it is to be found
+  std::vector<TaskWaypoint> waypoints;
+  std::optional<ReferenceMotion> reference;
+  std::vector<Term> terms;  // of the block `terms`
   struct Costs {
     std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;

@@ -92,11 +92,19 @@ StageFunction impact_of(const Task& phase) {
   };
 }
 
+// Terms of the whole motion: along it, at its start, at its end.
+bool is_of_phase(const Term& term, bool is_first, bool is_last) {
+  if (term.where == Where::kTerminal) return is_last;
+  if (term.where == Where::kInstant) return term.share == 0 ? is_first : is_last;
+  return true;
+}
+
 // Configurations at the ends of phases: what their goals say, and in proportion to time between those.
-std::vector<VectorXd> knots(const Task& task, const TaskKeys& keys, const VectorXd& to) {
+std::vector<VectorXd> knots(const Task& task, const TaskKeys& keys, const VectorXd& from,
+                            const VectorXd& to) {
   const auto& model = task.scene.model;
   const std::size_t n = keys.phases.size();
-  std::vector<VectorXd> q = {keys.start.head(model.nq)};
+  std::vector<VectorXd> q = {from};
   for (const TaskKeys::Phase& phase : keys.phases) q.push_back(phase.goal.head(model.nq));
   q.back() = to;
   std::size_t known = 0;
@@ -116,8 +124,8 @@ std::vector<VectorXd> knots(const Task& task, const TaskKeys& keys, const Vector
 
 }  // namespace
 
-void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& to) {
-  const std::vector<VectorXd> q = knots(task, keys, to);
+void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& from, const VectorXd& to) {
+  const std::vector<VectorXd> q = knots(task, keys, from, to);
   const Eigen::Index n = keys.start.size();
   std::vector<HeldContact> contacts = task.robot.contacts;
   for (std::size_t k = 0; k < keys.phases.size(); ++k) {
@@ -133,7 +141,8 @@ void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& to) {
     own.free_time = phase.free_time;
     if (k > 0) own.start = VectorXd::Constant(n, Problem::kFree);
     if (!is_last) own.goal = phase.goal, own.target = phase.target;
-    compose_problem(part, own, q[k], q[k + 1]);
+    std::erase_if(own.terms, [&](const Term& term) { return !is_of_phase(term, k == 0, is_last); });
+    compose_problem(part, own, {{0, q[k]}, {1, q[k + 1]}});
     for (const HeldContact& contact : contacts) {
       if (!contact.place) continue;
       if (!is_held(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));

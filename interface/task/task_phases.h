@@ -2,7 +2,7 @@
 //
 // The phases of a task file: each a task of its own, and what ties them.
 //
-//   compose_phases(task, keys, to);             // task.phases, when the file is read
+//   compose_phases(task, keys, from, to);       // task.phases, when the file is read
 //   const Phases phases = phases_of(task);      // for a solver (phases.h)
 #pragma once
 
@@ -11,12 +11,17 @@
 
 namespace dyntape {
 
-// The problem of a task or of one of its phases; the guess goes from one configuration to another.
-void compose_problem(Task& task, const TaskKeys& keys, const Eigen::VectorXd& from,
-                     const Eigen::VectorXd& to);
+// Where the guess of a motion passes: straight from one to the next.
+struct GuessKnot {
+  double share;  // of the duration: 0 of the first, 1 of the last
+  Eigen::VectorXd q;
+};
 
-// `to`: where the guess of the whole motion ends (nq); entries that are open are NaN.
-void compose_phases(Task& task, const TaskKeys& keys, const Eigen::VectorXd& to);
+// The problem of a task or of one of its phases.
+void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKnot>& guess);
+
+// The guess of the whole motion goes from one configuration to another, over the goals of phases.
+void compose_phases(Task& task, const TaskKeys& keys, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 
 // Linked by what their states become: the same, or with an impact the velocities after it, by which all that is held comes to
 // rest at once (constraints.h).  A task without phases is one.

@@ -26,11 +26,13 @@ bool same(const std::vector<double>& a, const double* b) {
 
 }  // namespace
 
-// At all points and the end.
+// At all points and instants.
 bool Collocation::evaluate(StageFunctions& f, Order order, const double* x, const Points& points) {
   Points at = points;
   at.x = x + first_used_ * n_z_, at.p = parameters_at(first_used_);
-  return f.run(order, at, end_point(x), parameters_at(points_ - 1));
+  for (std::size_t k = 0; k < at_instants_.size(); ++k)
+    at_instants_[k] = {x + first_of_instant(k), parameters_at(instant_points_[k])};
+  return f.run(order, at, at_instants_);
 }
 
 // Repeated questions about the same x cost nothing.
@@ -80,7 +82,9 @@ bool Collocation::objective(const double* x, double& value) {
   const std::size_t n_y = stage_.node.n_y();
   value = 0;
   for (std::size_t p = 0; p < used_; ++p) value += quadrature_[p] * y_[(p + 1) * n_y - 1];
-  if (stage_.terminal.n_y() > 0) value += y_.back();
+  for (const StageFunctions::Instant& instant : functions_->instants()) {
+    if (instant.function.n_y() > 0) value += y_[instant.y + instant.function.n_y() - 1];
+  }
   return true;
 }
 
@@ -108,7 +112,7 @@ double* Collocation::held_controls(const double* x, double* g) const {
 
 bool Collocation::constraints(const double* x, double* g) {
   if (!evaluate_values(x)) return false;
-  const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
+  const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size();
   for (std::size_t k = 0; k < intervals_; ++k) {
     const double h = step(k);
     for (std::size_t r = 0; r < rows_; ++r, g += n_x_) {
@@ -130,8 +134,10 @@ bool Collocation::constraints(const double* x, double* g) {
     const double* rows = y_.data() + p * n_y + n_x_;
     std::copy(rows, rows + n_c, g);
   }
-  const double* end = y_.data() + used_ * n_y;
-  std::copy(end, end + n_e, g);
+  for (std::size_t k = 0; k < stage_.instants.size(); g += stage_.instants[k++].rows.size()) {
+    const double* rows = y_.data() + functions_->instants()[k].y;
+    std::copy(rows, rows + stage_.instants[k].rows.size(), g);
+  }
   return true;
 }
 
@@ -147,7 +153,7 @@ bool Collocation::jacobian(const double* x, double* nonzeros) {
 
 // What multiplies each output of each point in sigma f + lambda . g.
 void Collocation::collect_weights(double sigma, const double* lambda) {
-  const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size(), n_e = stage_.terminal_rows.size();
+  const std::size_t n_y = stage_.node.n_y(), n_c = stage_.path_rows.size();
   std::fill(weights_.begin(), weights_.end(), 0.0);
   for (std::size_t k = 0; k < intervals_; ++k) {
     const double h = step(k);
@@ -166,9 +172,14 @@ void Collocation::collect_weights(double sigma, const double* lambda) {
     std::copy(lambda, lambda + n_c, w + n_x_);
     w[n_y - 1] = sigma * quadrature_[p];
   }
-  if (stage_.terminal.n_y() == 0) return;
-  std::copy(lambda, lambda + n_e, weights_.data() + used_ * n_y);
-  weights_.back() = sigma;
+  for (std::size_t k = 0; k < stage_.instants.size(); ++k) {
+    const StageFunctions::Instant& instant = functions_->instants()[k];
+    if (instant.function.n_y() == 0) continue;
+    const std::size_t rows = stage_.instants[k].rows.size();
+    std::copy(lambda, lambda + rows, weights_.data() + instant.y);
+    weights_[instant.y + rows] = sigma;
+    lambda += rows;
+  }
 }
 
 bool Collocation::hessian(const double* x, double sigma, const double* lambda, double* nonzeros) {
@@ -237,7 +248,7 @@ void Collocation::make_earlier(NlpSolution& multipliers, int intervals) const {
                     n_c = stage_.path_rows.size();
   move(multipliers.lambda, 0, defects(), by * rows_ * n_x_);
   move(multipliers.lambda, defects(), first_path_row(), by * held_rows());
-  move(multipliers.lambda, first_path_row(), end_row(0), by * stride_ * n_c);
+  move(multipliers.lambda, first_path_row(), first_instant_row(), by * stride_ * n_c);
   for (std::vector<double>* prices : {&multipliers.lower_price, &multipliers.upper_price})
     move(*prices, 0, points_ * n_z_, by * stride_ * n_z_);
 }

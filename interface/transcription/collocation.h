@@ -7,7 +7,8 @@
 //   Trajectory motion = nlp.trajectory(s.x);
 //
 // Variables (n): z = (x, a, u) of every point, in the order of time.  Constraints (m): the defects of
-// interval 0, 1, ... (scheme.h), what the scheme demands of their controls, the path rows of every point, the end rows.  Boundary values are
+// interval 0, 1, ... (scheme.h), what the scheme demands of their controls, then the path rows of every point, then the rows
+// of instants (at_share() in problem.h), those of the end last.  Boundary values are
 // variables with equal bounds.  Bounds hold at every point, midpoints included.
 //
 // The functions of a point are recorded and derived once and evaluated at all points in one call.  Then
@@ -61,8 +62,12 @@ struct MeshOptions {
   unsigned threads = 1;
 };
 
-// Node times of a mesh: the last is the duration to the bit.  ArgumentError for what is no mesh.
+// Node times of a mesh: the last is the duration to the bit.  Of an even mesh that has no node where terms stand at an instant,
+// the nearest one moves there and those between are spread evenly.  ArgumentError for what is no mesh, for node times without one
+// at an instant, for fewer intervals than there are between instants.
 std::vector<double> node_times(const Problem& problem, const MeshOptions& options);
+// Which node of a mesh stands at a share of its duration; ArgumentError, naming the problem's terms, where none does.
+std::size_t node_at_share(const Problem& problem, double share, const std::vector<double>& nodes);
 
 class Collocation : public Nlp {
  public:
@@ -139,12 +144,15 @@ class Collocation : public Nlp {
   std::size_t path_row(std::size_t used, std::size_t i) const {
     return first_path_row() + used * stage_.path_rows.size() + i;
   }
-  std::size_t end_row(std::size_t i) const { return path_row(used_, i); }
+  std::size_t first_instant_row() const { return path_row(used_, 0); }
+  std::size_t first_of_instant(std::size_t k) const { return instant_points_[k] * n_z_; }  // variable
   double step(std::size_t interval) const { return t_[(interval + 1) * stride_] - t_[interval * stride_]; }
 
   double numbers_of_interval() const;
   void check_size() const;
   void place_points(const MeshOptions& options);
+  Eigen::VectorXd instant_values(const std::vector<double>& y) const;  // of the rows of all instants
+  Eigen::MatrixXd instant_slopes() const;                              // (those rows x n_z) magnitudes
   void set_variable_bounds();
   void set_row_bounds();
   void place_parameters();
@@ -176,7 +184,6 @@ class Collocation : public Nlp {
     return parameters_.data() + point * stage_.node.n_p();
   }
   std::string at(std::size_t point) const;  // "point 3 (t = 0.5 s)"
-  const double* end_point(const double* x) const { return x + last_point(); }
 
   Problem asked_, problem_;  // problem_: over a fixed time (scaled_time.h)
   double record_seconds_ = 0;
@@ -190,13 +197,15 @@ class Collocation : public Nlp {
   unsigned threads_;
 
   std::optional<StageFunctions> functions_, squares_;  // squares: for Gauss-Newton
+  std::vector<std::size_t> instant_points_;            // where the instants of stage_ stand
+  std::vector<StageFunctions::At> at_instants_;        // what their functions take, for a call
   NlpShape shape_;
   std::vector<JacobianEntry> jacobian_map_;
   std::vector<GradientEntry> gradient_map_;
-  std::vector<std::size_t> hessian_map_;  // of each entry of the point Hessians, then of the end's
+  std::vector<std::size_t> hessian_map_;  // of each entry of the point Hessians, then of the instants'
   std::vector<SquareEntry> square_map_;
 
-  // The last point evaluated, and what was found there: points one after another, the end behind them.
+  // The last point evaluated, and what was found there: points one after another, the instants behind them.
   std::vector<double> x_values_, x_first_;
   bool values_good_ = false, first_good_ = false;
   std::vector<double> y_, first_y_, first_j_, second_h_, weights_, residuals_, residual_j_;

@@ -18,8 +18,6 @@ namespace {
 
 using Place = std::pair<std::size_t, std::size_t>;  // row, column
 
-constexpr double kNodeRounding = 1e-12;  // of the duration
-
 // Non-zeros of each row of a pattern: [first, last) of row i.
 std::vector<std::size_t> row_begins(const Pattern& pattern) {
   std::vector<std::size_t> begins(pattern.rows + 1, 0);
@@ -52,13 +50,6 @@ std::size_t intervals_of(const MeshOptions& options) {
   return static_cast<std::size_t>(std::max(options.intervals, 0));
 }
 
-std::vector<double> even_nodes(double duration, int intervals) {
-  std::vector<double> nodes;
-  for (int k = 0; k < intervals; ++k) nodes.push_back(duration * k / intervals);
-  if (!nodes.empty()) nodes.push_back(duration);
-  return nodes;
-}
-
 // Where the duration is free, nodes say how long it is at first; a solver may have left its range by rounding.
 Problem with_duration_of(const std::vector<double>& nodes, Problem problem) {
   if (!problem.free_time || nodes.empty()) return problem;
@@ -80,6 +71,18 @@ std::vector<double> scaled_to(double duration, std::vector<double> nodes) {
   return nodes;
 }
 
+std::vector<Function> terms_of(const std::vector<RecordedInstant>& instants) {
+  std::vector<Function> all;
+  for (const RecordedInstant& instant : instants) all.push_back(instant.terms);
+  return all;
+}
+
+std::vector<Function> squares_of(const std::vector<RecordedInstant>& instants) {
+  std::vector<Function> all;
+  for (const RecordedInstant& instant : instants) all.push_back(instant.squares);
+  return all;
+}
+
 RecordedStage timed_recording(const Problem& problem, double& seconds) {
   const auto begin = std::chrono::steady_clock::now();
   RecordedStage stage = record_stage(problem);
@@ -88,19 +91,6 @@ RecordedStage timed_recording(const Problem& problem, double& seconds) {
 }
 
 }  // namespace
-
-// The last node is the duration itself: duration * k / k, or a sum of steps, may miss it by rounding.
-std::vector<double> node_times(const Problem& problem, const MeshOptions& options) {
-  const double end = problem.duration;
-  std::vector<double> nodes = options.nodes.empty() ? even_nodes(end, options.intervals) : options.nodes;
-  if (!nodes.empty() && std::abs(nodes.back() - end) <= kNodeRounding * end) nodes.back() = end;
-  const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
-  const bool increasing = std::adjacent_find(nodes.begin(), nodes.end(), not_later) == nodes.end();
-  if (nodes.size() >= 2 && increasing && nodes.front() == 0 && nodes.back() == end) return nodes;
-  throw ArgumentError(
-      "problem \"" + problem.name +
-      "\": a mesh needs at least one interval and increasing node times from 0 to the duration");
-}
 
 BuildReport Collocation::build() const {
   BuildReport report;
@@ -143,7 +133,7 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
   if (ready)
     functions_.emplace(*ready->functions_, used_, threads_);
   else
-    functions_.emplace(stage_.node, stage_.terminal, evaluation_, used_, threads_);
+    functions_.emplace(stage_.node, terms_of(stage_.instants), evaluation_, used_, threads_);
   if (ready) evaluation_.force_rebuild = false;  // what is left to compile was compiled for `ready`
   check_size();
   place_points(options);
@@ -168,6 +158,9 @@ void Collocation::place_points(const MeshOptions& options) {
   MeshOptions mesh = options;
   if (asked_.free_time) mesh.nodes = scaled_to(1, mesh.nodes);
   const std::vector<double> nodes = node_times(problem_, mesh);
+  for (const RecordedInstant& instant : stage_.instants)
+    instant_points_.push_back(node_at_share(problem_, instant.share, nodes) * stride_);
+  at_instants_.resize(instant_points_.size());
   t_.assign(points_, problem_.duration);
   quadrature_.assign(points_, 0.0);
   for (std::size_t k = 0; k < intervals_; ++k) {
@@ -234,7 +227,7 @@ void Collocation::set_row_bounds() {
   };
   for (std::size_t p = 0; p < used_; ++p)
     std::for_each(stage_.path_rows.begin(), stage_.path_rows.end(), append_row);
-  std::for_each(stage_.terminal_rows.begin(), stage_.terminal_rows.end(), append_row);
+  std::for_each(stage_.instant_rows.begin(), stage_.instant_rows.end(), append_row);
 }
 
 void Collocation::lay_out_jacobian() {
@@ -285,17 +278,20 @@ void Collocation::lay_out_jacobian() {
   for (std::size_t p = first_used_; p < first_used_ + used_; ++p) {
     for (std::size_t i = 0; i < stage_.path_rows.size(); ++i) add_point(row++, p, n_x_ + i, 0, 1);
   }
-  const Pattern& end = functions_->end().jacobian_pattern();
-  for (std::size_t e = 0; e < end.nnz(); ++e) {
-    if (end.row[e] == stage_.terminal_rows.size()) continue;  // the cost
-    add(row + end.row[e], (points_ - 1) * n_z_ + end.col[e], 0, 1,
-        static_cast<std::ptrdiff_t>(used_ * block.nnz() + e));
+  for (std::size_t k = 0; k < stage_.instants.size(); row += stage_.instants[k++].rows.size()) {
+    const StageFunctions::Instant& instant = functions_->instants()[k];
+    const Pattern& own = instant.function.jacobian_pattern();
+    for (std::size_t e = 0; e < own.nnz(); ++e) {
+      if (own.row[e] == stage_.instants[k].rows.size()) continue;  // the cost
+      add(row + own.row[e], first_of_instant(k) + own.col[e], 0, 1,
+          static_cast<std::ptrdiff_t>(instant.jacobian + e));
+    }
   }
 }
 
 void Collocation::lay_out_gradient() {
-  const CompiledFunction &node = functions_->node(), &terminal = functions_->end();
-  const Pattern &block = node.jacobian_pattern(), &end = terminal.jacobian_pattern();
+  const CompiledFunction& node = functions_->node();
+  const Pattern& block = node.jacobian_pattern();
   const std::vector<std::size_t> begin = row_begins(block);
   const std::size_t cost = node.n_y() - 1;
   for (std::size_t p = 0; p < used_; ++p) {
@@ -303,9 +299,13 @@ void Collocation::lay_out_gradient() {
       gradient_map_.push_back({(first_used_ + p) * n_z_ + block.col[e], quadrature_[p], p * block.nnz() + e});
     }
   }
-  for (std::size_t e = 0; e < end.nnz(); ++e) {
-    if (end.row[e] + 1 != terminal.n_y()) continue;
-    gradient_map_.push_back({(points_ - 1) * n_z_ + end.col[e], 1.0, used_ * block.nnz() + e});
+  for (std::size_t k = 0; k < instant_points_.size(); ++k) {
+    const StageFunctions::Instant& instant = functions_->instants()[k];
+    const Pattern& own = instant.function.jacobian_pattern();
+    for (std::size_t e = 0; e < own.nnz(); ++e) {
+      if (own.row[e] + 1 != instant.function.n_y()) continue;
+      gradient_map_.push_back({first_of_instant(k) + own.col[e], 1.0, instant.jacobian + e});
+    }
   }
 }
 
@@ -316,7 +316,7 @@ void Collocation::lay_out_hessian(HessianKind kind) {
 }
 
 void Collocation::lay_out_exact_hessian() {
-  const Pattern &block = functions_->node().hessian_pattern(), &end = functions_->end().hessian_pattern();
+  const Pattern& block = functions_->node().hessian_pattern();
   std::vector<Place> places;
   for (std::size_t p = 0; p < used_; ++p) {
     for (std::size_t e = 0; e < block.nnz(); ++e) {
@@ -324,20 +324,23 @@ void Collocation::lay_out_exact_hessian() {
       places.emplace_back(first + block.row[e], first + block.col[e]);
     }
   }
-  const std::size_t last = (points_ - 1) * n_z_;
-  for (std::size_t e = 0; e < end.nnz(); ++e) places.emplace_back(last + end.row[e], last + end.col[e]);
+  for (std::size_t k = 0; k < instant_points_.size(); ++k) {
+    const Pattern& own = functions_->instants()[k].function.hessian_pattern();
+    const std::size_t first = first_of_instant(k);
+    for (std::size_t e = 0; e < own.nnz(); ++e) places.emplace_back(first + own.row[e], first + own.col[e]);
+  }
   hessian_map_ = number_places(places, shape_.hessian);
 }
 
 void Collocation::lay_out_gauss_newton() {
   for (const Term& term : problem_.terms) {
-    if (term.role != Role::kCost) continue;
+    if (term.role != Role::kCost || !term.curvature.empty()) continue;
     throw ArgumentError("problem \"" + problem_.name +
                         "\": Gauss-Newton needs every cost as squares of residuals, " + "and \"" + term.name +
                         "\" is a plain cost; use the exact Hessian or limited memory");
   }
-  squares_.emplace(stage_.squares, stage_.terminal_squares, evaluation_, used_, threads_);
-  const Pattern &node = squares_->node().jacobian_pattern(), &end = squares_->end().jacobian_pattern();
+  squares_.emplace(stage_.squares, squares_of(stage_.instants), evaluation_, used_, threads_);
+  const Pattern& node = squares_->node().jacobian_pattern();
   std::vector<Place> places;
   const auto add = [&](const Pattern& block, std::size_t first_source, std::size_t first_variable,
                        double weight) {
@@ -352,7 +355,10 @@ void Collocation::lay_out_gauss_newton() {
     }
   };
   for (std::size_t p = 0; p < used_; ++p) add(node, p * node.nnz(), (first_used_ + p) * n_z_, quadrature_[p]);
-  add(end, used_ * node.nnz(), (points_ - 1) * n_z_, 1.0);
+  for (std::size_t k = 0; k < instant_points_.size(); ++k) {
+    const StageFunctions::Instant& instant = squares_->instants()[k];
+    add(instant.function.jacobian_pattern(), instant.jacobian, first_of_instant(k), 1.0);
+  }
   const std::vector<std::size_t> numbers = number_places(places, shape_.hessian);
   for (std::size_t e = 0; e < numbers.size(); ++e) square_map_[e].target = numbers[e];
   residuals_.resize(squares_->values());

@@ -99,6 +99,31 @@ std::vector<double> row_magnitudes(const MatrixXd& slopes, const std::vector<Con
 
 }  // namespace
 
+VectorXd Collocation::instant_values(const std::vector<double>& y) const {
+  VectorXd values(Index(stage_.instant_rows.size()));
+  Index row = 0;
+  for (std::size_t k = 0; k < stage_.instants.size(); ++k) {
+    const Index n = Index(stage_.instants[k].rows.size());
+    values.segment(row, n) = Eigen::Map<const VectorXd>(y.data() + functions_->instants()[k].y, n);
+    row += n;
+  }
+  return values;
+}
+
+MatrixXd Collocation::instant_slopes() const {
+  MatrixXd slopes(Index(stage_.instant_rows.size()), Index(n_z_));
+  Index row = 0;
+  for (std::size_t k = 0; k < stage_.instants.size(); ++k) {
+    const StageFunctions::Instant& instant = functions_->instants()[k];
+    const Index n = Index(stage_.instants[k].rows.size());
+    if (n == 0) continue;
+    slopes.middleRows(row, n) =
+        largest_slopes(instant.function.jacobian_pattern(), first_j_, instant.jacobian, 1).topRows(n);
+    row += n;
+  }
+  return slopes;
+}
+
 // By how much the path rows lie outside their bounds at the point that was evaluated last, at most.
 VectorXd Collocation::missing_of_path() const {
   VectorXd most = VectorXd::Zero(Index(stage_.path_rows.size()));
@@ -210,11 +235,11 @@ void Collocation::replace_rounding(VectorXd& z, const MatrixXd& slopes) const {
 }
 
 // Of the entries of a point.  What is zero afterwards is moved by nothing.  The start may stand still: then what its
-// end lacks moves it, else what the path lacks, else the cost, else it has the room that a bound leaves.
+// end, or an instant, lacks moves it, else what the path lacks, else the cost, else it has the room that a bound leaves.
 VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const MatrixXd& slopes,
                                        const MatrixXd& end_slopes) {
   VectorXd path = missing_of_path();
-  VectorXd end = missing(stage_.terminal_rows, first_y_.data() + used_ * stage_.node.n_y());
+  VectorXd end = missing(stage_.instant_rows, instant_values(first_y_).data());
   VectorXd z = stage_magnitudes(start, slopes, end_slopes, path, end);
   // What a row lacks by rounding, beside what it then amounts to, moves nothing.
   bool is_rounding = false;
@@ -280,9 +305,8 @@ double Collocation::cost_magnitude(const std::vector<double>& start, const Vecto
 
 NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMagnitudes& before) {
   if (!evaluate_first(at.data())) return before;
-  const Pattern &node = functions_->node().jacobian_pattern(), &end = functions_->end().jacobian_pattern();
-  const MatrixXd slopes = largest_slopes(node, first_j_, 0, used_);
-  const MatrixXd end_slopes = largest_slopes(end, first_j_, used_ * node.nnz(), 1);
+  const MatrixXd slopes = largest_slopes(functions_->node().jacobian_pattern(), first_j_, 0, used_);
+  const MatrixXd end_slopes = instant_slopes();
   VectorXd z = stage_magnitudes(at, slopes, end_slopes), lower(z.size()), upper(z.size());
   lower << problem_.x.lower, problem_.a.lower, problem_.u.lower;
   upper << problem_.x.upper, problem_.a.upper, problem_.u.upper;
@@ -302,9 +326,7 @@ NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMa
   for (std::size_t k = 0; k < intervals_ * std::size_t(scheme_.held.rows()); ++k)
     append(m.g, z.tail(Index(problem_.n_u())));
   for (std::size_t p = 0; p < used_; ++p) append(m.g, path);
-  const double* ends = first_y_.data() + used_ * stage_.node.n_y();
-  const VectorXd at_end = Eigen::Map<const VectorXd>(ends, Index(stage_.terminal_rows.size())).cwiseAbs();
-  append(m.g, row_magnitudes(end_slopes, stage_.terminal_rows, z, at_end));
+  append(m.g, row_magnitudes(end_slopes, stage_.instant_rows, z, instant_values(first_y_).cwiseAbs()));
   return m;
 }
 

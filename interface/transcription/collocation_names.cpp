@@ -65,7 +65,11 @@ std::string Collocation::constraint_name(std::size_t j) const {
     const std::size_t k = j - defects(), n_u = std::size_t(problem_.n_u());
     return "course of " + problem_.controls[k % n_u] + " in interval " + std::to_string(k / held_rows());
   }
-  if (j >= end_row(0)) return stage_.terminal_rows[j - end_row(0)].name + " at the end";
+  if (j >= first_instant_row()) {
+    std::size_t i = j - first_instant_row(), k = 0;
+    while (i >= stage_.instants[k].rows.size()) i -= stage_.instants[k++].rows.size();
+    return stage_.instants[k].rows[i].name + " at " + name_of_instant(stage_.instants[k].share);
+  }
   const std::size_t k = j - first_path_row(), rows = stage_.path_rows.size();
   return stage_.path_rows[k % rows].name + " at " + at(first_used_ + k / rows);
 }
@@ -102,7 +106,8 @@ void Collocation::check_finite(const std::vector<double>& x) {
     }
   };
   check_part(functions_->node(), first_used_, used_);
-  check_part(functions_->end(), points_ - 1, 1);
+  for (std::size_t k = 0; k < instant_points_.size(); ++k)
+    check_part(functions_->instants()[k].function, instant_points_[k], 1);
 }
 
 }  // namespace dyntape

@@ -12,36 +12,48 @@ CompiledFunction made(const Function& function, CodegenOptions options) {
 
 }  // namespace
 
-StageFunctions::StageFunctions(const Function& node, const Function& end, const CodegenOptions& options,
-                               std::size_t points, unsigned threads)
-    : node_(made(node, options)),
-      end_(made(end, options)),
-      of_nodes_(node_, threads),
-      of_end_(end_),
-      points_(points) {}
+StageFunctions::StageFunctions(const Function& node, const std::vector<Function>& instants,
+                               const CodegenOptions& options, std::size_t points, unsigned threads)
+    : node_(made(node, options)), of_nodes_(node_, threads), points_(points) {
+  for (const Function& instant : instants) instants_.push_back({made(instant, options), 0, 0, 0});
+  place();
+}
 
 StageFunctions::StageFunctions(const StageFunctions& ready, std::size_t points, unsigned threads)
-    : node_(ready.node_), end_(ready.end_), of_nodes_(node_, threads), of_end_(end_), points_(points) {}
-
-std::size_t StageFunctions::jacobians() const {
-  return points_ * node_.jacobian_pattern().nnz() + end_.jacobian_pattern().nnz();
+    : node_(ready.node_), of_nodes_(node_, threads), instants_(ready.instants_), points_(points) {
+  place();
 }
 
-std::size_t StageFunctions::hessians() const {
-  if (node_.order() < Order::kSecond) return 0;
-  return points_ * node_.hessian_pattern().nnz() + end_.hessian_pattern().nnz();
+// Instants stand behind the points, one after another.
+void StageFunctions::place() {
+  const bool has_first = node_.order() >= Order::kFirst, has_second = node_.order() >= Order::kSecond;
+  values_ = points_ * node_.n_y();
+  jacobians_ = has_first ? points_ * node_.jacobian_pattern().nnz() : 0;
+  hessians_ = has_second ? points_ * node_.hessian_pattern().nnz() : 0;
+  for (Instant& instant : instants_) {
+    instant.y = values_, instant.jacobian = jacobians_, instant.hessian = hessians_;
+    values_ += instant.function.n_y();
+    if (has_first) jacobians_ += instant.function.jacobian_pattern().nnz();
+    if (has_second) hessians_ += instant.function.hessian_pattern().nnz();
+    of_instants_.emplace_back(instant.function);
+  }
 }
 
-bool StageFunctions::run(Order order, Points points, const double* z_end, const double* p_end) {
+bool StageFunctions::run(Order order, Points points, std::span<const At> instants) {
   points.count = points_;
   if (node_.run(order, points, of_nodes_)) return false;
-  const auto behind = [&](auto* start, std::size_t of_point) {
-    return start ? start + points_ * of_point : nullptr;
-  };
-  Points end{.x = z_end, .p = p_end, .w = behind(points.w, node_.n_y()), .y = behind(points.y, node_.n_y())};
-  if (order >= Order::kFirst) end.jacobian = behind(points.jacobian, node_.jacobian_pattern().nnz());
-  if (order >= Order::kSecond) end.hessian = behind(points.hessian, node_.hessian_pattern().nnz());
-  return !end_.run(order, end, of_end_);
+  const auto behind = [](auto* start, std::size_t offset) { return start ? start + offset : nullptr; };
+  for (std::size_t k = 0; k < instants_.size(); ++k) {
+    const Instant& instant = instants_[k];
+    Points at{.x = instants[k].z,
+              .p = instants[k].p,
+              .w = behind(points.w, instant.y),
+              .y = behind(points.y, instant.y)};
+    if (order >= Order::kFirst) at.jacobian = behind(points.jacobian, instant.jacobian);
+    if (order >= Order::kSecond) at.hessian = behind(points.hessian, instant.hessian);
+    if (instant.function.run(order, at, of_instants_[k])) return false;
+  }
+  return true;
 }
 
 void add_to(BuildReport& report, const CompiledFunction& function) {
@@ -54,7 +66,8 @@ void add_to(BuildReport& report, const CompiledFunction& function) {
 }
 
 void StageFunctions::add_to(BuildReport& report) const {
-  for (const CompiledFunction* f : {&node_, &end_}) dyntape::add_to(report, *f);
+  dyntape::add_to(report, node_);
+  for (const Instant& instant : instants_) dyntape::add_to(report, instant.function);
 }
 
 }  // namespace dyntape

@@ -1,15 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The functions of a stage on a mesh, made ready: one at every point and one at the end, evaluated together.
+// The functions of a stage on a mesh, made ready: one at every point and those of single instants, evaluated together.
 //
-//   StageFunctions f(stage.node, stage.terminal, {.order = Order::kSecond, .lanes = Lanes::kNative}, 81);
-//   f.run(Order::kValue, {.x = z, .p = p, .y = y}, z_end, p_end);      // y (81 x n_y of a point, then n_y of the end)
+//   StageFunctions f(node, {via, end}, {.order = Order::kSecond, .lanes = Lanes::kNative}, 81);
+//   const StageFunctions::At at[] = {{z_via, p_via}, {z_end, p_end}};
+//   f.run(Order::kValue, {.x = z, .p = p, .y = y}, at);                 // y: 81 x n_y of a point, then those of the instants
 //
 // p (81 x n_p of a point): time and parameters, as they are recorded (record_stage.h).
 //
 // Nothing is allocated after construction; one call at a time.
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,28 +31,40 @@ void add_to(BuildReport& report, const CompiledFunction& function);
 class StageFunctions {
  public:
   // options.order is the highest that will be asked for; threads: as of a workspace, for the points.
-  StageFunctions(const Function& node, const Function& end, const CodegenOptions& options, std::size_t points,
-                 unsigned threads = 1);
+  StageFunctions(const Function& node, const std::vector<Function>& instants, const CodegenOptions& options,
+                 std::size_t points, unsigned threads = 1);
   // The same functions on another mesh.
   StageFunctions(const StageFunctions& ready, std::size_t points, unsigned threads = 1);
 
   const CompiledFunction& node() const { return node_; }
-  const CompiledFunction& end() const { return end_; }
+  // Of a single instant, and where its entries begin behind those of the points.
+  struct Instant {
+    CompiledFunction function;
+    std::size_t y, jacobian, hessian;
+  };
+  const std::vector<Instant>& instants() const { return instants_; }
 
-  // Entries of all points and the end.
-  std::size_t values() const { return points_ * node_.n_y() + end_.n_y(); }
-  std::size_t jacobians() const;
-  std::size_t hessians() const;  // 0 where they will not be asked for
+  // Entries of all points and instants.
+  std::size_t values() const { return values_; }
+  std::size_t jacobians() const { return jacobians_; }  // 0 where they will not be asked for
+  std::size_t hessians() const { return hessians_; }    // likewise
 
+  struct At {
+    const double *z, *p;
+  };
   // False where a recorded branch is left; whether results are finite is for the caller to see.
-  bool run(Order order, Points points, const double* z_end, const double* p_end);
+  bool run(Order order, Points points, std::span<const At> instants);
 
   void add_to(BuildReport& report) const;
 
  private:
-  CompiledFunction node_, end_;
-  CompiledFunction::Workspace of_nodes_, of_end_;
-  std::size_t points_;
+  void place();
+
+  CompiledFunction node_;
+  CompiledFunction::Workspace of_nodes_;
+  std::vector<Instant> instants_;
+  std::vector<CompiledFunction::Workspace> of_instants_;
+  std::size_t points_, values_ = 0, jacobians_ = 0, hessians_ = 0;
 };
 
 }  // namespace dyntape

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/transcription/collocation.h>
 
 namespace dyntape {
 
@@ -23,7 +24,7 @@ class Audit {
     check_defects();
     check_held_controls();
     check_path();
-    check_end();
+    check_instants();
     check_units();
     simulate_intervals();
     simulate_whole();
@@ -162,10 +163,16 @@ class Audit {
     }
   }
 
-  void check_end() {
-    for (const Term& term : problem_.terms) {
-      if (term.where == Where::kTerminal)
-        add_term(term, stage(motion_.points() - 1), 1, term.name + " at the end");
+  void check_instants() {
+    std::vector<double> nodes;
+    for (int k = 0; k <= motion_.intervals(); ++k) nodes.push_back(motion_.t[motion_.node(k)]);
+    const bool has_times = std::isfinite(nodes.back());  // a solve may leave a duration that is no number
+    for (double share : instants_of(problem_)) {
+      const std::size_t node = has_times ? node_at_share(problem_, share, nodes) : nodes.size() - 1;
+      const Stage<double> s = stage(motion_.node(int(node)));
+      for (const Term& term : problem_.terms) {
+        if (stands_at(term, share)) add_term(term, s, 1, term.name + " at " + name_of_instant(share));
+      }
     }
   }
 

@@ -33,7 +33,7 @@ Results results(const CodegenOptions& options, unsigned threads, std::size_t poi
     for (double& v : x) v = number(random);
     return x;
   };
-  StageFunctions f(pendulum(), pendulum(), options, points - 1, threads);  // the end is one like the others
+  StageFunctions f(pendulum(), {pendulum()}, options, points - 1, threads);  // the end is one like the others
   f.node().wait();
   const std::vector<double> z = draw(3 * points), p = draw(points), w = draw(2 * points);
   Results r{std::vector<double>(f.values()), std::vector<double>(f.jacobians()),
@@ -45,7 +45,8 @@ Results results(const CodegenOptions& options, unsigned threads, std::size_t poi
                   .y = r.y.data(),
                   .jacobian = r.jacobian.data(),
                   .hessian = r.hessian.data()};
-  EXPECT_TRUE(f.run(Order::kSecond, at, &z[3 * (points - 1)], &p.back()));
+  const StageFunctions::At end[] = {{&z[3 * (points - 1)], &p.back()}};
+  EXPECT_TRUE(f.run(Order::kSecond, at, end));
   return r;
 }
 
@@ -75,14 +76,15 @@ TEST(StageFunctions, ABranchIsLeftAtOnePointOrAtTheEnd) {
   const Function f = record(
       "side", 1, [](const VectorXad& x) { return VectorXad::Constant(1, x[0] > 0.0 ? x[0] * x[0] : -x[0]); });
   std::vector<double> z(64, 0.5), y(65);
-  const double inside = 1, outside = -1;
+  const double good = 1, bad = -1;
+  const StageFunctions::At inside[] = {{&good, nullptr}}, outside[] = {{&bad, nullptr}};
   for (unsigned threads : {1u, 2u}) {
-    StageFunctions g(f, f, {.order = Order::kValue, .route = Route::kInterpreter}, 64, threads);
+    StageFunctions g(f, {f}, {.order = Order::kValue, .route = Route::kInterpreter}, 64, threads);
     const Points at{.x = z.data(), .y = y.data()};
-    EXPECT_TRUE(g.run(Order::kValue, at, &inside, nullptr));
-    EXPECT_FALSE(g.run(Order::kValue, at, &outside, nullptr));
+    EXPECT_TRUE(g.run(Order::kValue, at, inside));
+    EXPECT_FALSE(g.run(Order::kValue, at, outside));
     z[40] = -1;
-    EXPECT_FALSE(g.run(Order::kValue, at, &inside, nullptr));
+    EXPECT_FALSE(g.run(Order::kValue, at, inside));
     z[40] = 0.5;
   }
 }

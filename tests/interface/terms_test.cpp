@@ -167,6 +167,54 @@ TEST_P(Terms, ValuesAreThoseOfPlainEigen) {
   }
 }
 
+// The momentum of every body, from where it is a little later.
+TEST_P(Terms, MomentumIsTheSumOverBodies) {
+  const double h = 1e-6;
+  for (int k = 0; k < 10; ++k) {
+    const VectorXd q = drawn(2), v = drawn(1);
+    std::vector<double> masses;
+    std::vector<Vector3d> places, velocities, spins;
+    Vector3d moment = Vector3d::Zero(), linear = Vector3d::Zero(), angular = Vector3d::Zero();
+    double mass = 0;
+    for (int i = 0; i < scene_.model.njoints(); ++i) {
+      const auto& body = scene_.model.inertias[std::size_t(i)];
+      const Eigen::Isometry3d X = body_placement(scene_.model, i, q),
+                              after = body_placement(scene_.model, i, q + h * v),
+                              before = body_placement(scene_.model, i, q - h * v);
+      const Matrix3d W = (after.linear() - before.linear()) / (2 * h) * X.linear().transpose();
+      const Vector3d spin(W(2, 1), W(0, 2), W(1, 0));
+      masses.push_back(body.mass);
+      places.push_back(X * Vector3d(body.com));
+      velocities.push_back((after * Vector3d(body.com) - before * Vector3d(body.com)) / (2 * h));
+      mass += body.mass, moment += body.mass * places.back(), linear += body.mass * velocities.back();
+      angular += X.linear() * (Matrix3d(body.I_c) * (X.linear().transpose() * spin));
+    }
+    for (std::size_t i = 0; i < masses.size(); ++i)
+      angular += masses[i] * (places[i] - moment / mass).cross(velocities[i]);
+    VectorXd target(6), expected(6);
+    target << 0.1, 0.2, 0.3, -0.1, -0.2, -0.3;
+    expected << linear, angular;
+    const VectorXd found = centroidal_momentum(scene_, target)(stage_at(q, v)) + target;
+    EXPECT_LT((found - expected).norm(), 1e-7 * (1 + expected.norm())) << "seed 5, draw " << k;
+  }
+}
+
+// Of fractions of limits and of torques alike; summed up it is the rate of the energy that the motors bring.
+TEST_P(Terms, PowerIsTorqueTimesVelocity) {
+  const std::vector<int> dofs = actuated_dofs(scene_);
+  Stage<double> s = stage_at(drawn(2), drawn(1));
+  s.u = VectorXd::Random(Eigen::Index(dofs.size()));
+  const VectorXd torque = joint_torque(scene_, ControlUnit::kPhysical)(s),
+                 power = joint_power(scene_, ControlUnit::kPhysical)(s);
+  EXPECT_EQ(torque, s.u);
+  for (std::size_t k = 0; k < dofs.size(); ++k)
+    EXPECT_EQ(power[Eigen::Index(k)], s.u[Eigen::Index(k)] * s.x[scene_.model.nq + dofs[k]]);
+  if (GetParam().first == "cart_pole") return;  // whose pivot has no limit
+  const VectorXd of_fractions = joint_torque(scene_, ControlUnit::kFraction)(s);
+  for (std::size_t k = 0; k < dofs.size(); ++k)
+    EXPECT_EQ(of_fractions[Eigen::Index(k)], s.u[Eigen::Index(k)] * scene_.model.joints[k].limits.effort);
+}
+
 TEST_P(Terms, SlopesAreThoseOfDifferences) {
   const Matrix3d R = drawn_rotation();
   const Vector3d target(0.3, -0.2, 0.5);
@@ -174,6 +222,7 @@ TEST_P(Terms, SlopesAreThoseOfDifferences) {
       {"pose", frame_error(scene_, {frame_, target, R})},
       {"velocity", frame_velocity(scene_, frame_, ReferenceFrame::kWorld)},
       {"looks at", frame_looks_at(scene_, frame_, {0, 0.3, 1}, {3, 1, 2})},
+      {"momentum", centroidal_momentum(scene_)},
       {"centre of mass", com_position(scene_, target)}};
   for (int k = 0; k < 5; ++k) {
     const VectorXd x = stage_at(drawn(1.5), drawn(1)).x;

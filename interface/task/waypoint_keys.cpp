@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/task/waypoint_keys.h>
+
+#include <algorithm>
+
+#include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/task/place_keys.h>
+
+namespace dyntape {
+
+using io::Section;
+
+namespace {
+
+const io::Range kOnTheWay{
+    .low = 0, .high = 1, .low_open = true, .high_open = true, .text = "above 0 and below 1"};
+
+}  // namespace
+
+std::vector<TaskWaypoint> read_waypoints(Section& file, const dynamics::Model<double>* model) {
+  if (!file.about("where the motion passes on its way").has("waypoints")) return {};
+  Section list = file.child("waypoints");
+  std::vector<TaskWaypoint> waypoints;
+  if (!list.about("one of them; its name behind the word").has("waypoint")) return {};
+  std::vector<Section> blocks = list.children("waypoint");
+  if (blocks.empty()) blocks.push_back(list.child("waypoint"));
+  for (Section& block : blocks) {
+    TaskWaypoint w;
+    w.name = block.value();
+    if (w.name.empty()) w.name = std::to_string(waypoints.size() + 1);
+    w.at = block.about("when, as a share of the duration").get<double>("at", kOnTheWay);
+    const bool has_frame = block.has("frame");
+    w.target = read_frame_target(block, model);
+    block.about("positions of the joints, in place of frame [rad or m]");
+    if (!model) {
+      block.defer("q", "numbers by joint", "");
+    } else if (!has_frame || block.has("q")) {
+      w.q = read_joint_values(block, "q", model, std::nullopt);
+      if (has_frame)
+        block.problem("q", "'" + block.path() + "' has both 'frame' and 'q', expected one of them");
+    }
+    for (const TaskWaypoint& other : waypoints) {
+      if (model && other.name == w.name)
+        block.problem("", "'" + w.name + "' names two of 'waypoints', expected one");
+    }
+    waypoints.push_back(std::move(w));
+  }
+  std::stable_sort(waypoints.begin(), waypoints.end(),
+                   [](const TaskWaypoint& a, const TaskWaypoint& b) { return a.at < b.at; });
+  return waypoints;
+}
+
+Term term_of(const TaskWaypoint& waypoint, const RobotScene& scene) {
+  const std::string name = "waypoint " + waypoint.name;
+  if (waypoint.target)
+    return at_share(waypoint.at, path_equality(name, frame_error(scene, *waypoint.target)));
+  std::vector<int> places;
+  Eigen::VectorXd wanted(waypoint.q.size());
+  for (const auto& joint : scene.model.joints) {
+    if (!dynamics::traits(joint.type).on_a_line) continue;
+    wanted[Eigen::Index(places.size())] = waypoint.q[joint.idx_v];
+    places.push_back(joint.idx_q);
+  }
+  return at_share(waypoint.at, path_equality(name, [places, wanted](const auto& s) {
+                    auto off = s.x.head(Eigen::Index(places.size())).eval();
+                    for (std::size_t k = 0; k < places.size(); ++k)
+                      off[Eigen::Index(k)] = s.x[places[k]] - wanted[Eigen::Index(k)];
+                    return off;
+                  }));
+}
+
+}  // namespace dyntape
