@@ -143,6 +143,10 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem);
 // ArgumentError, naming the part, unless all sizes fit together, bounds leave room, and values are numbers.
 void check(const Problem& problem);
 
+// ArgumentError unless a rate has one entry a state; a cost, whose name this is, one.
+void check_rate(const Problem& problem, Eigen::Index entries);
+void check_cost(const Problem& problem, const std::string& name, Eigen::Index entries);
+
 // ArgumentError, naming `what` of the problem, unless a number lies between the bounds or is one of them.
 void check_room(const Problem& problem, const std::string& what, double lower, double upper);
 

@@ -21,7 +21,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/graph/function.h>
-#include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/ocp/problem_of_steps.h>
 
 namespace dyntape {
 
@@ -41,12 +41,9 @@ RecordedStage record_stage(const Problem& problem);
 //   step  (x, u; t, h, p, p_m, p_e) -> x' (n_x) | int L dt | r      with the parameters at its beginning, middle and end
 //   end   (x; t, p) -> M, with controls of zero
 // r, where it is asked for: residuals whose squares add up to int L dt.
-//   kRungeKutta4   the classical scheme of (x, int L), fourth order
-//   kEuler         x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
-//                  the problem says are positions move by the new velocities: semi-implicit, which keeps energies
+// By the schemes of problem_of_steps.h.
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
 // a free duration; and, where r is asked for, for a running cost that is no sum of squares.
-enum class ShootingScheme { kRungeKutta4, kEuler };
 struct RecordedShooting {
   Function step, end;
 };

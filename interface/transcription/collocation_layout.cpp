@@ -80,6 +80,18 @@ std::vector<double> scaled_to(double duration, std::vector<double> nodes) {
   return nodes;
 }
 
+bool are_increasing(const std::vector<double>& times) {
+  const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
+  return times.size() >= 2 && std::adjacent_find(times.begin(), times.end(), not_later) == times.end();
+}
+
+// Of problem_; a mesh that is none is refused later.
+IntervalLength lengths_of(const Problem& problem, const MeshOptions& options) {
+  const double duration = problem.free_time ? 1 : problem.duration;
+  if (are_increasing(options.nodes)) return interval_lengths(scaled_to(duration, options.nodes));
+  return [h = duration / std::max(options.intervals, 1)](double) { return h; };
+}
+
 RecordedStage timed_recording(const Problem& problem, double& seconds) {
   const auto begin = std::chrono::steady_clock::now();
   RecordedStage stage = record_stage(problem);
@@ -94,9 +106,7 @@ std::vector<double> node_times(const Problem& problem, const MeshOptions& option
   const double end = problem.duration;
   std::vector<double> nodes = options.nodes.empty() ? even_nodes(end, options.intervals) : options.nodes;
   if (!nodes.empty() && std::abs(nodes.back() - end) <= kNodeRounding * end) nodes.back() = end;
-  const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
-  const bool increasing = std::adjacent_find(nodes.begin(), nodes.end(), not_later) == nodes.end();
-  if (nodes.size() >= 2 && increasing && nodes.front() == 0 && nodes.back() == end) return nodes;
+  if (are_increasing(nodes) && nodes.front() == 0 && nodes.back() == end) return nodes;
   throw ArgumentError(
       "problem \"" + problem.name +
       "\": a mesh needs at least one interval and increasing node times from 0 to the duration");
@@ -124,8 +134,9 @@ Collocation::Collocation(const Collocation& ready, std::vector<double> nodes)
                   &ready) {}
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready)
-    : asked_(problem),
-      problem_(scaled_time(problem)),
+    : length_(lengths_of(problem, options)),
+      asked_(problem),
+      problem_(options.scheme.taken_by(scaled_time(problem), length_)),
       stage_(ready ? ready->stage_ : timed_recording(problem_, record_seconds_)),
       scheme_(options.scheme),
       n_x_(static_cast<std::size_t>(problem_.n_x())),

@@ -13,6 +13,8 @@
 //   hermite-simpson  xm - (x0 + x1)/2 - h/8 (f0 - f1) = 0,
 //                    x1 - x0 - h/6 (f0 + 4 fm + f1) = 0                            cost h/6 (L0 + 4 Lm + L1)
 //   hermite-simpson-linear   the same, and um - (u0 + u1)/2 = 0: controls are straight lines
+//   runge-kutta-4            euler with f and L of a step with the control held, x1 - Phi(x0, u0) = 0: multiple shooting
+//   semi-implicit-euler      (problem_of_steps.h); limits and path rows hold at the nodes
 //
 // Hermite-Simpson is written in its separated form, midpoint state and control being variables: the Jacobian
 // of the program is then made of blocks h beta J_f + alpha I and the Hessian of its Lagrangian is
@@ -32,6 +34,8 @@
 //                     at every point, D x = h f with D its derivative, here times the weights of the quadrature.  "LGL(N)" of
 //                     one interval is pseudospectral-(N + 1)
 //
+//   runge-kutta-4xN   N such steps an interval, the control held over all of them
+//
 // Of the same points pseudospectral-s has one row of n_x equations more than lobatto-s: there the states' polynomial is of
 // degree s, here of s - 1, so that the f_i have to lie on a polynomial of degree s - 2.  Motions and their defects are
 // those of lobatto-s, controls are fewer: with q' = v, v' = u those of degree s - 3 through s points, which is two conditions on
@@ -44,10 +48,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <dyntape/autodiff/eigen_layout.h>
+#include <dyntape/interface/ocp/problem_of_steps.h>
 
 namespace dyntape {
 
@@ -58,6 +64,9 @@ struct Scheme {
   Eigen::VectorXd gamma;        // (points)
   int order;                    // of the error of the state at the nodes
   Eigen::MatrixXd held = {};    // (rows x points), or empty
+  // Multiple shooting: f and L are those of so many steps an interval.
+  std::optional<ShootingScheme> step = {};
+  int steps = 1;
 
   int points() const { return static_cast<int>(c.size()); }
   int rows() const { return static_cast<int>(alpha.rows()); }
@@ -66,6 +75,8 @@ struct Scheme {
   bool uses_last_point() const { return uses(points() - 1); }
   // Weights w (points) with u(c) = sum_i w_i u_i: the polynomial through the points that are used.
   Eigen::VectorXd control_weights(double fraction) const;
+  // The problem whose rate and costs the rows are of; `length` of the intervals.
+  Problem taken_by(const Problem& problem, const IntervalLength& length) const;
 
  private:
   bool uses(int point) const { return !beta.col(point).isZero(0) || gamma[point] != 0; }
@@ -78,10 +89,11 @@ Scheme euler();
 Scheme trapezoid();
 Scheme hermite_simpson();
 
-// The families.  ArgumentError for fewer points than there have to be, and for more than 128.
+// The families.  ArgumentError for fewer points, or steps, than there have to be, and for more than 128.
 Scheme lobatto(int points);
 Scheme radau(int collocated);
 Scheme pseudospectral(int points);
+Scheme runge_kutta_4(int steps);
 
 // By the name above, "lobatto-5"; ArgumentError naming the choices.
 Scheme scheme_by_name(const std::string& name);
