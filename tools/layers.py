@@ -53,7 +53,7 @@ ROOMS = {
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 29, 3500),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/scene'], 29, 3550),
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases; steps
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 29, 3900),
