@@ -53,12 +53,12 @@ ROOMS = {
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/io', 'interface/robot', 'interface/scene'], 29, 3700),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 31, 3950),
     # penalties of soft terms,
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
-    # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases
-    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 30, 4350),
-    # values that change between solves
+    # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases; steps
+    'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 31, 4500),
+    # values that change between solves; families of schemes
     'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 650),
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',
                                'interface/transcription'], 10, 1700),  # slopes of solutions, motions, roll-outs, quadratic programs

@@ -217,6 +217,18 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem) {
   return [=](double t) { return Stage<double>{t, from + (to - from) * (t / duration), a, u}; };
 }
 
+void check_rate(const Problem& problem, Eigen::Index entries) {
+  if (entries == problem.n_x()) return;
+  throw ArgumentError("problem \"" + problem.name + "\": the rate has " + std::to_string(entries) +
+                      " entries, expected one a state: " + std::to_string(problem.n_x()));
+}
+
+void check_cost(const Problem& problem, const std::string& name, Eigen::Index entries) {
+  if (entries == 1) return;
+  throw ArgumentError("problem \"" + problem.name + "\": the cost \"" + name + "\" has " +
+                      std::to_string(entries) + " entries, expected a scalar");
+}
+
 void check_room(const Problem& problem, const std::string& what, double lower, double upper) {
   if (lower <= upper && lower < HUGE_VAL && upper > -HUGE_VAL) return;
   throw ArgumentError("problem \"" + problem.name + "\": the bounds of " + what +

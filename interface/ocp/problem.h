@@ -163,6 +163,10 @@ std::vector<double> instants_of(const Problem& problem);
 bool stands_at(const Term& term, double share);
 std::string name_of_instant(double share);  // "the start", "0.5 of the duration", "the end"
 
+// ArgumentError unless a rate has one entry a state; a cost, whose name this is, one.
+void check_rate(const Problem& problem, Eigen::Index entries);
+void check_cost(const Problem& problem, const std::string& name, Eigen::Index entries);
+
 // ArgumentError, naming `what` of the problem, unless a number lies between the bounds or is one of them.
 void check_room(const Problem& problem, const std::string& what, double lower, double upper);
 

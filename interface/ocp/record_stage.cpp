@@ -5,7 +5,6 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/dynamics/simulation/steps.h>
 
 namespace dyntape {
 
@@ -70,10 +69,7 @@ class Parts {
       for (const AD& r : values) sum += r * r;
       return sum;
     }
-    if (values.size() != 1) {
-      throw ArgumentError("problem \"" + problem_.name + "\": the cost \"" + term.name + "\" has " +
-                          std::to_string(values.size()) + " entries, expected a scalar");
-    }
+    check_cost(problem_, term.name, values.size());
     return values[0];
   }
 
@@ -172,12 +168,6 @@ RecordedInstant record_instant(const Problem& problem, double share) {
   return instant;
 }
 
-void check_rate(const Problem& problem, const VectorXad& rate) {
-  if (rate.size() == problem.n_x()) return;
-  throw ArgumentError("problem \"" + problem.name + "\": the rate has " + std::to_string(rate.size()) +
-                      " entries, expected one a state: " + std::to_string(problem.n_x()));
-}
-
 }  // namespace
 
 void check_shooting(const Problem& problem) {
@@ -204,72 +194,6 @@ void check_shooting(const Problem& problem) {
   }
 }
 
-namespace {
-
-// One step on its tape: x' | int L dt | r.
-class ShootingStep {
- public:
-  ShootingStep(const Problem& problem, bool with_residuals)
-      : problem_(problem), costs_(problem), residuals_(problem), with_residuals_(with_residuals) {}
-
-  std::vector<std::string> output_names() const {
-    std::vector<std::string> names = problem_.states;
-    names.push_back("cost");
-    append_to(names, residuals_.names);
-    return names;
-  }
-
-  // p: t, h and three values of n_p parameters.
-  VectorXad run(ShootingScheme scheme, const VectorXad& z, const VectorXad& p) {
-    const Eigen::Index n_x = problem_.n_x(), n_p = (p.size() - 2) / 3;
-    const AD h = p[1];
-    const auto stage_at = [&](const AD& after, const VectorXad& x, int part) {
-      return Stage<AD>{p[0] + after, x, {}, z.tail(problem_.n_u()), p.segment(2 + part * n_p, n_p)};
-    };
-    VectorXad x(n_x + 1);
-    x << z.head(n_x), AD(0);
-    if (scheme == ShootingScheme::kEuler) {
-      x += h * rate(stage_at(AD(0), z.head(n_x), 0), 1, h);
-      const Eigen::Index n_q = problem_.positions;
-      if (n_q > 0) {  // by the new velocities
-        VectorXad moved = z.head(n_x);
-        moved.tail(n_x - n_q) = x.segment(n_q, n_x - n_q);
-        x.head(n_q) = z.head(n_q) + h * problem_.rate(stage_at(AD(0), moved, 0)).head(n_q);
-      }
-    } else {
-      // The classical scheme asks at the beginning, twice in the middle, and at the end.
-      constexpr double kShare[] = {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6};
-      int asked = 0;
-      const auto asks = [&](const AD& after, const VectorXad& y) {
-        const double share = kShare[asked++];
-        return rate(stage_at(after, y.head(n_x), asked / 2), share, h);
-      };
-      x = dynamics::runge_kutta_4(dynamics::EuclideanSpace<AD>(n_x + 1), asks, h, x);
-    }
-    VectorXad all(x.size() + Eigen::Index(residuals_.outputs.size()));
-    all << x, residuals_.result();
-    return all;
-  }
-
- private:
-  // (f, L), of which a step of length h has so large a share.
-  VectorXad rate(const Stage<AD>& stage, double share, const AD& h) {
-    const VectorXad of_state = problem_.rate(stage);
-    check_rate(problem_, of_state);
-    const AD cost = costs_.costs(is_running, stage);  // may throw, as in parameters_of()
-    if (with_residuals_) residuals_.add_residuals(is_running, stage, sqrt(share * h));
-    VectorXad all(of_state.size() + 1);
-    all << of_state, cost;
-    return all;
-  }
-
-  const Problem& problem_;
-  Parts costs_, residuals_;
-  bool with_residuals_;
-};
-
-}  // namespace
-
 RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme, bool with_residuals) {
   check(problem);
   check_shooting(problem);
@@ -293,12 +217,27 @@ RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme, 
   }
   const Parts parts(problem);
   const auto is_at_end = [](const Term& term) { return stands_at(term, 1); };
+  const Problem steps = problem_of_steps(problem, scheme, 1, [](double) { return 1.0; });
+  const Eigen::Index n_p = now.size();
+  Parts values(steps), residuals(steps);
   RecordedShooting recorded;
-  ShootingStep step(problem, with_residuals);
   recorded.step = record(
       problem.name + " step", options.variables.size(), options.parameters.size(),
-      [&](const VectorXad& z, const VectorXad& p) { return step.run(scheme, z, p); }, options, nullptr, 0);
-  recorded.step.output_names = step.output_names();
+      [&](const VectorXad& z, const VectorXad& p) {
+        const AD h = p[1];
+        Stage<AD> stage{p[0], z.head(n_x), {}, z.tail(problem.n_u()), VectorXad(1 + 3 * n_p)};
+        stage.p << p.segment(2, n_p), h, p.tail(2 * n_p);
+        const VectorXad next = stage.x + h * steps.rate(stage);
+        for (int i = 0; i < n_x; ++i) values.append(next.segment(i, 1), problem.states[std::size_t(i)]);
+        values.append(VectorXad::Constant(1, h * values.costs(is_running, stage)), "cost");
+        if (with_residuals) residuals.add_residuals(is_running, stage, sqrt(h));
+        VectorXad all(Eigen::Index(values.outputs.size() + residuals.outputs.size()));
+        all << values.result(), residuals.result();
+        return all;
+      },
+      options, nullptr, 0);
+  recorded.step.output_names = values.names;
+  append_to(recorded.step.output_names, residuals.names);
   options.variables.resize(std::size_t(n_x));
   options.variable_names = problem.states;
   const Eigen::VectorXd at_end = parameters_of(problem, problem.duration);
@@ -355,7 +294,7 @@ RecordedStage record_stage(const Problem& problem) {
   Parts node(problem);
   stage.node = record_part(problem, problem.name, middle, node, [&](Parts& p, const Stage<AD>& s) {
     const VectorXad rate = problem.rate(s);
-    check_rate(problem, rate);
+    check_rate(problem, rate.size());
     for (int i = 0; i < problem.n_x(); ++i) {
       p.append(rate.segment(i, 1), "rate of " + problem.states[static_cast<std::size_t>(i)]);
     }

@@ -22,7 +22,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/graph/function.h>
-#include <dyntape/interface/ocp/problem.h>
+#include <dyntape/interface/ocp/problem_of_steps.h>
 
 namespace dyntape {
 
@@ -50,12 +50,9 @@ RecordedStage record_stage(const Problem& problem);
 //   end   (x; t, p) -> M, with controls of zero
 // r, where it is asked for: residuals whose Jacobian gives Gauss-Newton's curvature 2 J^T J; their squares add up to int L dt
 // where every cost is one of squares.
-//   kRungeKutta4   the classical scheme of (x, int L), fourth order
-//   kEuler         x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
-//                  the problem says are positions move by the new velocities: semi-implicit, which keeps energies
+// By the schemes of problem_of_steps.h.
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
 // a free duration, terms between start and end; and, where r is asked for, for a running cost of which Gauss-Newton knows nothing.
-enum class ShootingScheme { kRungeKutta4, kEuler };
 struct RecordedShooting {
   Function step, end;
 };

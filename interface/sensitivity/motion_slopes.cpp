@@ -110,7 +110,9 @@ struct MotionSensitivity::Made {
   class HeldParameters : public Nlp {
    public:
     HeldParameters(const Problem& problem, const MeshOptions& mesh)
-        : program_(with_parameters_as_states(problem), exact(mesh)), shape_(program_.shape()) {
+        : program_(with_parameters_as_states(problem), exact(mesh)),
+          shape_(program_.shape()),
+          is_of_steps_(mesh.scheme.step) {
       const Eigen::Index free = problem.free_time ? 1 : 0, n_p = problem.parameters.size();
       places_ = {.own = problem.n_x(),
                  .n_x = problem.n_x() + free,
@@ -151,6 +153,11 @@ struct MotionSensitivity::Made {
 
    private:
     void hold(const Problem& now) {
+      const std::string varies = now.parameters.first_of_time();
+      if (is_of_steps_ && !varies.empty())
+        throw ArgumentError("problem \"" + now.name + "\": the parameter \"" + varies +
+                            "\" varies with time, on the way of a step as well, which slopes of multiple "
+                            "shooting do not know; expected constants");
       shape_.x_lower = program_.shape().x_lower, shape_.x_upper = program_.shape().x_upper;
       const std::vector<double> t = program_.times();
       for (Eigen::Index point = 0; point < places_.points; ++point) {
@@ -164,6 +171,7 @@ struct MotionSensitivity::Made {
 
     Collocation program_;
     NlpShape shape_;
+    bool is_of_steps_;
     Places places_;
   };
 

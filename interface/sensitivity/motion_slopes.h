@@ -26,7 +26,7 @@
 // Gauss-Newton, or one step of the real-time iteration, slopes are those of the problem itself, if it is a solution
 // (status).
 //
-// Errors: ArgumentError for what Collocation refuses, for a solution of another mesh; for predict() before at(), or
+// Errors: ArgumentError for what Collocation refuses, for parameters of time where the scheme is multiple shooting, for a solution of another mesh; for predict() before at(), or
 // where it is asked for values that leave open what was held.
 #pragma once
 

@@ -61,10 +61,10 @@ void Collocation::set_parameters(const Parameters& now) {
 void Collocation::set_values(const Problem& now) {
   Problem next = asked_;
   next.take_values(now);
-  Problem next_scaled = scaled_time(next);
-  for (double t : t_) next_scaled.parameters.at(t);  // throws, if it does, before anything has changed
+  Problem taken = scheme_.taken_by(scaled_time(next), length_);
+  for (double t : t_) taken.parameters.at(t);  // throws, if it does, before anything has changed
   asked_ = std::move(next);
-  problem_ = std::move(next_scaled);
+  problem_ = std::move(taken);
   place_parameters();
   set_variable_bounds();
   forget();

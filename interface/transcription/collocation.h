@@ -33,6 +33,9 @@
 //   nlp.set_values(now);
 //   NlpSolution s = solve_with_ipopt(nlp, last.x);                       // from the last solution, say
 //
+// Multiple shooting (problem_of_steps.h).  The program is that of a problem whose rate is what steps make of the state, with
+// further parameters; the forward form only.
+//
 // Free duration (problem.h).  The program is that of scaled_time(problem): one more state in z, and times of points are
 // those of the first guess until a motion says otherwise.  Motions in and out are in real time.
 //
@@ -185,7 +188,9 @@ class Collocation : public Nlp {
   }
   std::string at(std::size_t point) const;  // "point 3 (t = 0.5 s)"
 
-  Problem asked_, problem_;  // problem_: over a fixed time (scaled_time.h)
+  IntervalLength length_;  // of problem_
+  Problem asked_,
+      problem_;  // problem_: over a fixed time (scaled_time.h), its rate the scheme's (Scheme::taken_by)
   double record_seconds_ = 0;
   RecordedStage stage_;
   Scheme scheme_;

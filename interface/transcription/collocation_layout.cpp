@@ -83,6 +83,18 @@ std::vector<Function> squares_of(const std::vector<RecordedInstant>& instants) {
   return all;
 }
 
+// A mesh that is none is refused later.
+IntervalLength lengths_of(const Problem& problem, const MeshOptions& options) {
+  const double duration = problem.free_time ? 1 : problem.duration;
+  const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
+  const bool increase =
+      std::adjacent_find(options.nodes.begin(), options.nodes.end(), not_later) == options.nodes.end();
+  if (options.nodes.size() >= 2 && increase) return interval_lengths(scaled_to(duration, options.nodes));
+  if (options.nodes.empty() && options.intervals > 0 && instants_of(problem).size() > 1)
+    return interval_lengths(scaled_to(duration, node_times(problem, options)));
+  return [h = duration / std::max(options.intervals, 1)](double) { return h; };
+}
+
 RecordedStage timed_recording(const Problem& problem, double& seconds) {
   const auto begin = std::chrono::steady_clock::now();
   RecordedStage stage = record_stage(problem);
@@ -114,8 +126,9 @@ Collocation::Collocation(const Collocation& ready, std::vector<double> nodes)
                   &ready) {}
 
 Collocation::Collocation(const Problem& problem, const MeshOptions& options, const Collocation* ready)
-    : asked_(problem),
-      problem_(scaled_time(problem)),
+    : length_(lengths_of(problem, options)),
+      asked_(problem),
+      problem_(options.scheme.taken_by(scaled_time(problem), length_)),
       stage_(ready ? ready->stage_ : timed_recording(problem_, record_seconds_)),
       scheme_(options.scheme),
       n_x_(static_cast<std::size_t>(problem_.n_x())),

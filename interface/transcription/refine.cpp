@@ -46,8 +46,7 @@ std::vector<double> halved(const Trajectory& motion) {
 Trajectory resampled(const Problem& problem, const Trajectory& motion, const std::vector<double>& times) {
   const auto n = static_cast<Eigen::Index>(times.size());
   const std::vector<double> points(motion.t.begin(), motion.t.end());
-  std::vector<double> nodes;
-  for (int k = 0; k <= motion.intervals(); ++k) nodes.push_back(motion.t[motion.node(k)]);
+  const std::vector<double> nodes = motion.nodes();
   const Eigen::MatrixXd rates = rates_of(problem, motion);
   Trajectory result{Eigen::Map<const Eigen::VectorXd>(times.data(), n), Eigen::MatrixXd(motion.x.rows(), n),
                     Eigen::MatrixXd(motion.a.rows(), n), Eigen::MatrixXd(motion.u.rows(), n), motion.scheme};

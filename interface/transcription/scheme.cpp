@@ -13,9 +13,13 @@ namespace {
 
 struct Family {
   std::string prefix;
-  Scheme (*of)(int points);
+  const char* counts;
+  Scheme (*of)(int);
 };
-const Family kFamilies[] = {{"lobatto-", lobatto}, {"radau-", radau}, {"pseudospectral-", pseudospectral}};
+const Family kFamilies[] = {{"lobatto-", "<points>", lobatto},
+                            {"radau-", "<points>", radau},
+                            {"pseudospectral-", "<points>", pseudospectral},
+                            {"runge-kutta-4x", "<steps>", runge_kutta_4}};
 
 }  // namespace
 
@@ -36,18 +40,30 @@ Eigen::VectorXd Scheme::control_weights(double fraction) const {
   return weights;
 }
 
+Problem Scheme::taken_by(const Problem& problem, const IntervalLength& length) const {
+  return step ? problem_of_steps(problem, *step, steps, length) : problem;
+}
+
 const std::vector<Scheme>& schemes() {
-  static const std::vector<Scheme> all = {
-      {"euler", Eigen::VectorXd{{0, 1}}, Eigen::MatrixXd{{-1, 1}}, Eigen::MatrixXd{{-1, 0}},
-       Eigen::VectorXd{{1, 0}}, 1},
-      {"trapezoid", Eigen::VectorXd{{0, 1}}, Eigen::MatrixXd{{-1, 1}}, Eigen::MatrixXd{{-0.5, -0.5}},
-       Eigen::VectorXd{{0.5, 0.5}}, 2},
-      {"hermite-simpson", Eigen::VectorXd{{0, 0.5, 1}}, Eigen::MatrixXd{{-0.5, 1, -0.5}, {-1, 0, 1}},
-       Eigen::MatrixXd{{-0.125, 0, 0.125}, {-1. / 6, -4. / 6, -1. / 6}},
-       Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4},
-      {"hermite-simpson-linear", Eigen::VectorXd{{0, 0.5, 1}}, Eigen::MatrixXd{{-0.5, 1, -0.5}, {-1, 0, 1}},
-       Eigen::MatrixXd{{-0.125, 0, 0.125}, {-1. / 6, -4. / 6, -1. / 6}},
-       Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4, Eigen::MatrixXd{{-0.5, 1, -0.5}}}};
+  static const std::vector<Scheme> all = [] {
+    std::vector<Scheme> rows = {
+        {"euler", Eigen::VectorXd{{0, 1}}, Eigen::MatrixXd{{-1, 1}}, Eigen::MatrixXd{{-1, 0}},
+         Eigen::VectorXd{{1, 0}}, 1},
+        {"trapezoid", Eigen::VectorXd{{0, 1}}, Eigen::MatrixXd{{-1, 1}}, Eigen::MatrixXd{{-0.5, -0.5}},
+         Eigen::VectorXd{{0.5, 0.5}}, 2},
+        {"hermite-simpson", Eigen::VectorXd{{0, 0.5, 1}}, Eigen::MatrixXd{{-0.5, 1, -0.5}, {-1, 0, 1}},
+         Eigen::MatrixXd{{-0.125, 0, 0.125}, {-1. / 6, -4. / 6, -1. / 6}},
+         Eigen::VectorXd{{1. / 6, 4. / 6, 1. / 6}}, 4}};
+    const auto like = [&rows](Scheme row, const char* name, int order) {
+      row.name = name, row.order = order;
+      rows.push_back(row);
+      return &rows.back();
+    };
+    like(rows[2], "hermite-simpson-linear", 4)->held = Eigen::MatrixXd{{-0.5, 1, -0.5}};
+    like(rows[0], "runge-kutta-4", 4)->step = ShootingScheme::kRungeKutta4;
+    like(rows[0], "semi-implicit-euler", 1)->step = ShootingScheme::kEuler;
+    return rows;
+  }();
   return all;
 }
 
@@ -55,10 +71,19 @@ Scheme euler() { return scheme_by_name("euler"); }
 Scheme trapezoid() { return scheme_by_name("trapezoid"); }
 Scheme hermite_simpson() { return scheme_by_name("hermite-simpson"); }
 
+Scheme runge_kutta_4(int steps) {
+  const std::string name = "runge-kutta-4x" + std::to_string(steps);
+  if (steps < 1 || steps > 128)
+    throw ArgumentError("there is no scheme \"" + name + "\": expected 1 to 128 steps");
+  Scheme scheme = scheme_by_name("runge-kutta-4");
+  scheme.name = name, scheme.steps = steps;
+  return scheme;
+}
+
 std::vector<std::string> scheme_names() {
   std::vector<std::string> names;
   for (const Scheme& scheme : schemes()) names.push_back(scheme.name);
-  for (const Family& family : kFamilies) names.push_back(family.prefix + "<points>");
+  for (const Family& family : kFamilies) names.push_back(family.prefix + family.counts);
   return names;
 }
 
@@ -68,8 +93,8 @@ Scheme scheme_by_name(const std::string& name) {
     if (scheme.name == name) return scheme;
     likely.push_back(scheme.name);
   }
-  const std::size_t digits = std::min(name.find_first_of("0123456789"), name.size());
-  for (const auto& [prefix, of] : kFamilies) {
+  const std::size_t digits = name.find_last_not_of("0123456789") + 1;  // of the number that it ends with
+  for (const auto& [prefix, counts, of] : kFamilies) {
     int points = 0;
     const auto [end, error] = std::from_chars(name.data() + digits, name.data() + name.size(), points);
     const bool is_number = error == std::errc() && end == name.data() + name.size();
@@ -78,8 +103,9 @@ Scheme scheme_by_name(const std::string& name) {
   }
   std::string names;
   for (const std::string& known : scheme_names()) names += (names.empty() ? "" : ", ") + known;
+  const std::string near = nearest_name(name, likely);
   throw ArgumentError("there is no scheme \"" + name + "\"; the schemes are " + names +
-                      suggestion(name, likely));
+                      (near.empty() ? "" : "; did you mean '" + near + "'?"));
 }
 
 }  // namespace dyntape

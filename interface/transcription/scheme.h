@@ -13,6 +13,8 @@
 //   hermite-simpson  xm - (x0 + x1)/2 - h/8 (f0 - f1) = 0,
 //                    x1 - x0 - h/6 (f0 + 4 fm + f1) = 0                            cost h/6 (L0 + 4 Lm + L1)
 //   hermite-simpson-linear   the same, and um - (u0 + u1)/2 = 0: controls are straight lines
+//   runge-kutta-4            euler with f and L of a step with the control held, x1 - Phi(x0, u0) = 0: multiple shooting
+//   semi-implicit-euler      (problem_of_steps.h); limits and path rows hold at the nodes
 //
 // Hermite-Simpson is written in its separated form, midpoint state and control being variables: the Jacobian
 // of the program is then made of blocks h beta J_f + alpha I and the Hessian of its Lagrangian is
@@ -31,23 +33,26 @@
 //   pseudospectral-s  s >= 3 points of lobatto-s and s rows: the polynomial of degree s - 1 through the states has the rate f
 //                     at every point, D x = h f with D its derivative, here times the weights of the quadrature.  "LGL(N)" of
 //                     one interval is pseudospectral-(N + 1)
+//   runge-kutta-4xN   N such steps an interval, the control held over all of them
 //
 // Of the same points pseudospectral-s has one row of n_x equations more than lobatto-s: there the states' polynomial is of
-// degree s, here of s - 1, so that the f_i have to lie on a polynomial of degree s - 2.  Motions and their defects are
-// those of lobatto-s, controls are fewer: with q' = v, v' = u those of degree s - 3 through s points, which is two conditions on
-// the controls of each interval, and of n_u controls there have to be at least n_x / (s - 1).  Optima come from above: on one
-// interval of 16 points the swing-up of a cart-pole costs 127.1 where the best does 58.8.  It is for one long interval, or few: where
-// there are as many controls as conditions, rows depend on each other and solvers stall.
+// degree s, here of s - 1, so that the f_i have to lie on a polynomial of degree s - 2.  Its motions are motions of lobatto-s
+// with fewer controls: of q' = v, v' = u with u of degree s - 3 through s points, which is two conditions on the controls of
+// each interval; of n_u controls there have to be at least n_x / (s - 1).  Optima lie above those of lobatto-s: on one interval
+// of 16 points the swing-up of a cart-pole costs 127.1, by lobatto-16 46.0, in truth 58.8.  It is for one long interval, or few:
+// where there are as many controls as conditions, rows depend on each other and solvers stall.
 // F. Fahroo, I. M. Ross, "Costate estimation by a Legendre pseudospectral method", J. Guidance, Control, and Dynamics 24(2), 2001;
 // E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; D. Garg et al., "A unified framework for the numerical
 // solution of optimal control problems using pseudospectral methods", Automatica 46(11), 2010.
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include <dyntape/autodiff/eigen_layout.h>
+#include <dyntape/interface/ocp/problem_of_steps.h>
 
 namespace dyntape {
 
@@ -58,6 +63,9 @@ struct Scheme {
   Eigen::VectorXd gamma;        // (points)
   int order;                    // of the error of the state at the nodes
   Eigen::MatrixXd held = {};    // (rows x points), or empty
+  // Multiple shooting: f and L are those of so many steps an interval.
+  std::optional<ShootingScheme> step = {};
+  int steps = 1;
 
   int points() const { return static_cast<int>(c.size()); }
   int rows() const { return static_cast<int>(alpha.rows()); }
@@ -66,6 +74,8 @@ struct Scheme {
   bool uses_last_point() const { return uses(points() - 1); }
   // Weights w (points) with u(c) = sum_i w_i u_i: the polynomial through the points that are used.
   Eigen::VectorXd control_weights(double fraction) const;
+  // The problem whose rate and costs the rows are of; `length` of the intervals.
+  Problem taken_by(const Problem& problem, const IntervalLength& length) const;
 
  private:
   bool uses(int point) const { return !beta.col(point).isZero(0) || gamma[point] != 0; }
@@ -78,10 +88,11 @@ Scheme euler();
 Scheme trapezoid();
 Scheme hermite_simpson();
 
-// The families.  ArgumentError for fewer points than there have to be, and for more than 128.
+// The families.  ArgumentError for fewer points, or steps, than there have to be, and for more than 128.
 Scheme lobatto(int points);
 Scheme radau(int collocated);
 Scheme pseudospectral(int points);
+Scheme runge_kutta_4(int steps);
 
 // By the name above, "lobatto-5"; ArgumentError naming the choices.
 Scheme scheme_by_name(const std::string& name);

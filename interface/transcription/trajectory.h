@@ -24,6 +24,11 @@ struct Trajectory {
   int points() const { return static_cast<int>(t.size()); }
   int intervals() const { return (points() - 1) / (scheme.points() - 1); }
   int node(int interval) const { return interval * (scheme.points() - 1); }
+  std::vector<double> nodes() const {  // their times, s
+    std::vector<double> times;
+    for (int k = 0; k <= intervals(); ++k) times.push_back(t[node(k)]);
+    return times;
+  }
 
   // The control at a fraction (0..1) of an interval, as the scheme interpolates it.
   Eigen::VectorXd control(int interval, double fraction) const {

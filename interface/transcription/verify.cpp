@@ -17,7 +17,11 @@ class Audit {
  public:
   Audit(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes,
         const std::stop_token& stop)
-      : problem_(problem), motion_(motion), units_(magnitudes), stop_(stop) {}
+      : problem_(problem),
+        motion_(motion),
+        units_(magnitudes),
+        stop_(stop),
+        taken_(motion.scheme.taken_by(problem, interval_lengths(motion.nodes()))) {}
 
   Verification run() {
     check_bounds();
@@ -64,7 +68,7 @@ class Audit {
   }
 
   Stage<double> stage(int p) const {
-    return problem_.stage(motion_.t[p], motion_.x.col(p), motion_.a.col(p), motion_.u.col(p));
+    return taken_.stage(motion_.t[p], motion_.x.col(p), motion_.a.col(p), motion_.u.col(p));
   }
 
   bool used(int p) const {
@@ -104,7 +108,7 @@ class Audit {
   void check_defects() {
     Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(problem_.n_x(), motion_.points());
     for (int p = 0; p < motion_.points(); ++p) {
-      if (used(p)) rates.col(p) = problem_.rate(stage(p));
+      if (used(p)) rates.col(p) = taken_.rate(stage(p));
     }
     const Scheme& scheme = motion_.scheme;
     for (int k = 0; k < motion_.intervals(); ++k) {
@@ -157,20 +161,19 @@ class Audit {
       if (!problem_.residual.empty()) {
         for (double r : problem_.residual(s)) note_row(r, 0, 0, at("dynamics", p));
       }
-      for (const Term& term : problem_.terms) {
+      for (const Term& term : taken_.terms) {
         if (term.where == Where::kRunning) add_term(term, s, quadrature[p], at(term.name, p));
       }
     }
   }
 
   void check_instants() {
-    std::vector<double> nodes;
-    for (int k = 0; k <= motion_.intervals(); ++k) nodes.push_back(motion_.t[motion_.node(k)]);
+    const std::vector<double> nodes = motion_.nodes();
     const bool has_times = std::isfinite(nodes.back());  // a solve may leave a duration that is no number
     for (double share : instants_of(problem_)) {
       const std::size_t node = has_times ? node_at_share(problem_, share, nodes) : nodes.size() - 1;
       const Stage<double> s = stage(motion_.node(int(node)));
-      for (const Term& term : problem_.terms) {
+      for (const Term& term : taken_.terms) {
         if (stands_at(term, share)) add_term(term, s, 1, term.name + " at " + name_of_instant(share));
       }
     }
@@ -240,6 +243,7 @@ class Audit {
   const Trajectory& motion_;
   const NlpMagnitudes& units_;
   const std::stop_token& stop_;
+  const Problem taken_;  // by the scheme
   std::size_t row_ = 0;  // of the program, the next to be noted
   Verification result_;
 };

@@ -42,6 +42,34 @@ TEST_P(FullOptima, CartPoleOnFineMeshes) {
   EXPECT_TRUE(has_digits(limit[1], "57.9447803067"));
 }
 
+// One limit by every way: many points on few intervals, few on many, and held controls, whose cost comes near with the
+// square of the interval.
+TEST_P(FullOptima, CartPoleByEveryWay) {
+  const double limit = 58.8076674582;
+  for (const auto& [scheme, intervals, off] : {std::tuple(lobatto(5), 160, 1e-9),
+                                               {lobatto(9), 40, 1e-9},
+                                               {lobatto(17), 10, 1e-8},
+                                               {lobatto(101), 1, 1e-8},
+                                               {radau(3), 320, 1e-8},
+                                               {radau(5), 160, 1e-9},
+                                               {radau(100), 1, 1e-8},
+                                               {pseudospectral(101), 1, 1e-6}}) {
+    const Solved s = solve_on(swing_up(), {.scheme = scheme, .intervals = intervals}, tight(GetParam()));
+    EXPECT_TRUE(s.success()) << scheme.name << " " << to_string(s.nlp.status);
+    std::printf("%s on %d: off by %.1e, %d iterations\n", scheme.name.c_str(), intervals, s.cost() - limit,
+                s.nlp.iterations());
+    EXPECT_NEAR(s.cost(), limit, off) << scheme.name;
+  }
+  Solved held = solve_on(swing_up(), {.scheme = runge_kutta_4(1), .intervals = 160}, tight(GetParam()));
+  double before = 0;
+  for (const int n : {320, 640}) {
+    before = held.cost();
+    held =
+        solve_on(swing_up(), {.scheme = runge_kutta_4(1), .intervals = n}, tight(GetParam()), &held.motion);
+  }
+  EXPECT_NEAR((4 * held.cost() - before) / 3, limit, 1e-6);
+}
+
 // Within limits of the force, on 320 intervals: basin A by way of coarser meshes, as from the line the fine one slips into B.
 TEST_P(FullOptima, CartPoleWithinLimitsOnAFineMesh) {
   for (const auto& [limit, cost] : {std::pair(12, "59.191483"), {10, "62.260545"}}) {

@@ -38,6 +38,10 @@ TEST_P(KnownOracles, BlockMoveByItsDigits) {
     // Any distance and time: d^2 / T^3 of it.
     const Solved other = solve_on(block_move(-3, 0.5), {.intervals = n}, tight(GetParam()));
     EXPECT_NEAR(other.cost(), 12 * 9 / 0.125, 1e-10 * 864);
+    const Solved straight =
+        solve_on(block_move(), {.scheme = scheme_by_name("hermite-simpson-linear"), .intervals = n},
+                 tight(GetParam()));
+    EXPECT_NEAR(straight.cost(), 12, 1e-11);  // its controls are straight anyway
     EXPECT_NEAR(other.motion.u(0, 0), -6 * 3 / 0.25, 1e-9 * 72);
   }
 }
@@ -270,6 +274,23 @@ TEST_P(KnownPanda, OtherSchemesHaveTheirClosedForms) {
                                 {.method = GetParam(), .tolerance = 1e-10});
       EXPECT_NEAR(s.cost() / (4.39 * value), 1, 1e-11) << scheme.name << " " << n;
     }
+  }
+}
+
+// Torques that are free at every point are the block move in disguise whatever the scheme; straight ones are not.
+TEST_P(KnownPanda, FamiliesAndStraightTorques) {
+  for (const Scheme& scheme : {lobatto(5), radau(3)}) {
+    const Solved s = solve_on(problem(DynamicsForm::kForward), {.scheme = scheme, .intervals = 2},
+                              {.method = GetParam(), .tolerance = 1e-10});
+    EXPECT_NEAR(s.cost() / 52.68, 1, 1e-11) << scheme.name;
+  }
+  for (const auto& [n, off, last_digit] :
+       {std::tuple(2, 0.39, 1e-2), {5, 9.9e-2, 1e-3}, {10, 1.6e-2, 1e-3}, {20, 1.3e-3, 1e-4}}) {
+    const Solved s = solve_on(problem(DynamicsForm::kForward),
+                              {.scheme = scheme_by_name("hermite-simpson-linear"), .intervals = n},
+                              {.method = GetParam(), .tolerance = 1e-10});
+    EXPECT_TRUE(s.success()) << n;
+    EXPECT_NEAR(s.cost() / 52.68 - 1, off, 0.52 * last_digit) << n;
   }
 }
 

@@ -252,7 +252,7 @@ TEST(FreeTime, DerivativesAreThoseOfTheFunctions) {
   p.add(minimum_time(3));
   p.free_duration(0.5, 6);
   for (const Scheme& scheme : test::every_scheme()) {
-    Collocation nlp(p, on_mesh(4, scheme).mesh);
+    Collocation nlp(p, on_mesh(scheme.step ? 20 : 4, scheme).mesh);  // differences do not resolve long steps
     std::vector<double> x = nlp.start();
     for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.2 * std::sin(3.0 * double(i));
     const DerivativeCheck check = check_derivatives(nlp, x);
