@@ -53,7 +53,7 @@ ROOMS = {
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/io', 'interface/robot', 'interface/scene'], 29, 3700),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'dynamics/simulation', 'interface/io', 'interface/robot', 'interface/scene'], 29, 3750),
     # penalties of soft terms,
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases
@@ -69,7 +69,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 35, 4150),
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 35, 4200),
     # ready terms by name, waypoints, a motion to follow,  # keys, places, thrusters, bases,
     # limits, verdict, refinement, results; as a controller; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),
