@@ -221,7 +221,7 @@ TEST(Penalties, EveryKindOfHessianFindsTheSameMotion) {
 
 // Differential dynamic programming has no rows, but takes barriers: iLQR, which knows their curvature, and exact Hessians find the same.
 TEST(Penalties, DifferentialDynamicProgrammingTakesBarriers) {
-  Problem p = slow_block(RelaxedBarrier{1e-2, 1e-2}, 0.8);
+  Problem p = slow_block(RelaxedBarrier{1e-2, 1e-3});
   p.goal.setConstant(Problem::kFree);
   p.add(terminal_squares("end", [](const auto& s) { return vector(10.0 * (s.x[0] - 1.0), 10.0 * s.x[1]); }));
   std::vector<double> costs;
@@ -229,7 +229,7 @@ TEST(Penalties, DifferentialDynamicProgrammingTakesBarriers) {
     const DdpSolution s =
         solve_by_ddp(p, {.intervals = 50, .hessian = kind, .evaluation = test::kInterpreted});
     ASSERT_TRUE(s.success());
-    EXPECT_LT(s.x.row(1).maxCoeff(), 0.83);
+    EXPECT_LT(s.x.row(1).maxCoeff(), 1.2 + 1e-3);  // the limit, and delta: without it it is 1.5
     costs.push_back(s.cost);
   }
   EXPECT_NEAR(costs[0], costs[1], 1e-6 * costs[0]);
