@@ -54,7 +54,8 @@ RecordedStage record_stage(const Problem& problem);
 //   kEuler         x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
 //                  the problem says are positions move by the new velocities: semi-implicit, which keeps energies
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
-// a free duration, terms between start and end; and, where r is asked for, for a running cost of which Gauss-Newton knows nothing.
+// a free duration, terms between start and end; and, where r is asked for, for a running cost of which Gauss-Newton knows
+// nothing.
 enum class ShootingScheme { kRungeKutta4, kEuler };
 struct RecordedShooting {
   Function step, end;

@@ -37,7 +37,8 @@ StageFunction less(const StageFunction& f, const VectorXd& target) {
   };
 }
 
-// Of joints that have one velocity each: how far they are from `target`, an entry each, the shorter way of those that turn freely.
+// Of joints that have one velocity each: how far they are from `target`, an entry each, the shorter way of those that turn
+// freely.
 StageFunction joints_off(const RobotScene& scene, const VectorXd& target) {
   const std::vector<int> dofs = single_dofs(scene.model);
   VectorXd values = VectorXd::Zero(scene.model.nv);

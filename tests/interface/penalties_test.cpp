@@ -219,7 +219,8 @@ TEST(Penalties, EveryKindOfHessianFindsTheSameMotion) {
   }
 }
 
-// Differential dynamic programming has no rows, but takes barriers: iLQR, which knows their curvature, and exact Hessians find the same.
+// Differential dynamic programming has no rows, but takes barriers: iLQR, which knows their curvature, and exact Hessians find
+// the same.
 TEST(Penalties, DifferentialDynamicProgrammingTakesBarriers) {
   Problem p = slow_block(RelaxedBarrier{1e-2, 1e-3});
   p.goal.setConstant(Problem::kFree);
@@ -235,8 +236,8 @@ TEST(Penalties, DifferentialDynamicProgrammingTakesBarriers) {
   EXPECT_NEAR(costs[0], costs[1], 1e-6 * costs[0]);
 }
 
-// Model predictive control with one Gauss-Newton step a plan and a speed limit that a push breaks: the barrier lets it begin where the
-// limit is broken, and brings it back.
+// Model predictive control with one Gauss-Newton step a plan and a speed limit that a push breaks: the barrier lets it begin
+// where the limit is broken, and brings it back.
 TEST(Penalties, ABarrierHoldsInModelPredictiveControlThroughAPush) {
   Problem p("slow", {"p", "v"}, {"u"}, 0.5, [](const auto& s) { return vector(s.x[1], s.u[0]); });
   p.add(running_squares("near", [](const auto& s) {
