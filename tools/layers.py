@@ -69,7 +69,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 35, 4150),
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 35, 4200),
     # ready terms by name, waypoints, a motion to follow,  # keys, places, thrusters, bases,
     # limits, verdict, refinement, results; as a controller; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),

@@ -17,8 +17,8 @@
 //
 // The last two are one function, said by its curvature at zero or by its slope far away.  It is the smooth form of Huber's: the
 // one that is pieced together from a parabola and lines has no curvature at all on its lines, and a jump of it between, where
-// Newton's steps go back and forth.  Quadratic and Huber are written as squares of a residual that is smooth in r, at zero too, so
-// Gauss-Newton knows them.  Of an inequality the curvature jumps at a bound, the slope does not.
+// Newton's steps go back and forth.  Quadratic and Huber are written as squares of a residual that is smooth in r, at zero
+// too, so Gauss-Newton knows them.  Of an inequality the curvature jumps at a bound, the slope does not.
 //
 //   RelaxedBarrier     of the room h to each finite bound of an inequality: -mu log h where h > delta, below it the parabola with
 //                      the same value, slope and curvature: mu/2 (((h - 2 delta)/delta)^2 - 1) - mu log delta.

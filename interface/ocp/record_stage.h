@@ -52,7 +52,8 @@ RecordedStage record_stage(const Problem& problem);
 // where every cost is one of squares.
 // By the schemes of problem_of_steps.h.
 // ArgumentError, naming it, for what such methods do not know: constraints but the limits of controls, a goal, the inverse form,
-// a free duration, terms between start and end; and, where r is asked for, for a running cost of which Gauss-Newton knows nothing.
+// a free duration, terms between start and end; and, where r is asked for, for a running cost of which Gauss-Newton knows
+// nothing.
 struct RecordedShooting {
   Function step, end;
 };

@@ -168,4 +168,18 @@ StageFunction part_of(const StageFunction& values, int first, int count) {
   };
 }
 
+StageFunction entries_of(const StageFunction& values, const std::vector<int>& entries) {
+  return [values, entries](const auto& s) {
+    const auto all = values(s);
+    typename std::decay_t<decltype(s)>::Vector chosen(Eigen::Index(entries.size()));
+    for (std::size_t k = 0; k < entries.size(); ++k) {
+      if (entries[k] < 0 || entries[k] >= all.size())
+        throw ArgumentError("entry " + std::to_string(entries[k]) + " is asked for, the function has " +
+                            std::to_string(all.size()));
+      chosen[Eigen::Index(k)] = all[entries[k]];
+    }
+    return chosen;
+  };
+}
+
 }  // namespace dyntape

@@ -70,6 +70,8 @@ StageFunction centroidal_momentum(
 StageFunction weighted(const StageFunction& residuals, double weight);
 // Entries first, ..., first + count - 1: part_of(frame_velocity(...), 0, 3) is the linear one.
 StageFunction part_of(const StageFunction& values, int first, int count);
+// These entries, in this order.
+StageFunction entries_of(const StageFunction& values, const std::vector<int>& entries);
 
 // Index of a frame that a joint moves; ArgumentError otherwise.
 int moving_frame(const dynamics::Model<double>& model, const std::string& frame);

@@ -48,6 +48,14 @@ std::vector<std::string> single_joint_names(const dynamics::Model<double>& model
   return names;
 }
 
+std::vector<int> single_dofs(const dynamics::Model<double>& model) {
+  std::vector<int> dofs;
+  for (const auto& joint : model.joints) {
+    if (dynamics::is_single(joint.type)) dofs.push_back(joint.idx_v);
+  }
+  return dofs;
+}
+
 Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eigen::VectorXd& joint_values) {
   const Eigen::VectorXd neutral = dynamics::neutral(model);
   return dynamics::integrate<double>(model, neutral, joint_values);

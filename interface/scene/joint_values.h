@@ -33,5 +33,6 @@ Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eig
 // Every joint; those of one degree of freedom.
 std::vector<std::string> joint_names(const dynamics::Model<double>& model);
 std::vector<std::string> single_joint_names(const dynamics::Model<double>& model);
+std::vector<int> single_dofs(const dynamics::Model<double>& model);  // where their velocities stand in v
 
 }  // namespace dyntape

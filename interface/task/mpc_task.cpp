@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/mpc_task.h>
 
+#include <algorithm>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
+#include <dyntape/interface/task/task_costs.h>
 
 namespace dyntape {
 
@@ -14,12 +17,17 @@ constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.sv
 // Without what has to be so at the end of the horizon.
 Problem endless(const Task& task) {
   Problem problem = task.problem;
-  const auto draws = [](const Term& term) { return term.name.find("tracking") != std::string::npos; };
+  // A running cost of what the motion is, not of what it takes.
+  const auto draws = [](const Term& term) {
+    const auto is_named = [&](const TaskCost& cost) { return cost.key == term.name; };
+    return term.where == Where::kRunning && (term.role == Role::kCost || term.role == Role::kSquares) &&
+           std::none_of(task_costs().begin(), task_costs().end(), is_named);
+  };
   if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
     throw ArgumentError(
         "task \"" + task.name +
         "\": nothing draws it to its goal, which a controller does not demand; expected weights in "
-        "costs.tracking");
+        "costs.tracking or reference, or a running cost in terms");
   problem.goal.setConstant(Problem::kFree);
   std::erase_if(problem.terms, [](const Term& term) {
     return term.where == Where::kTerminal && (term.role == Role::kEquality || term.role == Role::kInequality);

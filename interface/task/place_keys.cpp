@@ -258,6 +258,10 @@ Surroundings read_surroundings(Section& file, const RobotModel* model) {
     around.bodies = reader.read();
     block.about("least distance that is kept [m]");
     const double least = block.get_or("clearance", 0.0, io::not_negative());
+    block.about("weight of a logarithm of the clearance, in place of a limit; 0: a limit");
+    around.barrier = block.get_or("barrier", around.barrier, io::not_negative());
+    block.about("with it: the clearance below which it becomes a parabola [m]");
+    if (around.barrier > 0 || !model) around.width = block.get_or("width", around.width, io::positive());
     for (const Capsule& body : around.bodies) {
       if (!model || carrier_of(*model, body.frame) < 0) continue;  // what stands still runs into nothing
       for (const Capsule& obstacle : around.obstacles) around.apart.push_back({body, obstacle, least});

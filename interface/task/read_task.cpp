@@ -9,7 +9,9 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/ocp/inverse_kinematics.h>
+#include <dyntape/interface/ocp/penalties.h>
 #include <dyntape/interface/ocp/robot_configuration.h>
+#include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/limits.h>
@@ -53,8 +55,11 @@ void add_places(Problem& problem, const Task& task, const TaskKeys& keys) {
   if (keys.target)
     problem.add(terminal_equality("goal of " + keys.target->frame, frame_error(task.scene, *keys.target)));
   for (const TaskWaypoint& waypoint : keys.waypoints) problem.add(term_of(waypoint, task.scene));
-  for (const Surroundings::Pair& pair : task.around.apart)
-    problem.add(keep_clear(task.scene, pair.a, pair.b, pair.least));
+  for (const Surroundings::Pair& pair : task.around.apart) {
+    const Term clear = keep_clear(task.scene, pair.a, pair.b, pair.least);
+    const double mu = task.around.barrier;
+    problem.add(mu > 0 ? soft(clear, RelaxedBarrier{mu, task.around.width}) : clear);
+  }
 }
 
 void add_frame_tracking(Problem& problem, const Task& task, const TaskKeys& keys) {
@@ -129,6 +134,14 @@ Eigen::VectorXd placed_for_guess(Task& task, const FrameTarget& target, const Ei
   return otherwise;
 }
 
+// The joints of one velocity each, of another configuration.
+void take_joints(const dynamics::Model<double>& model, const Eigen::VectorXd& from, Eigen::VectorXd& q) {
+  for (const auto& joint : model.joints) {
+    const int n = dynamics::nq(joint.type);
+    if (dynamics::is_single(joint.type)) q.segment(joint.idx_q, n) = from.segment(joint.idx_q, n);
+  }
+}
+
 // From the start over the waypoints to the goal.
 std::vector<GuessKnot> guess_knots(Task& task, const TaskKeys& keys) {
   const auto& model = task.scene.model;
@@ -143,10 +156,7 @@ std::vector<GuessKnot> guess_knots(Task& task, const TaskKeys& keys) {
     Eigen::VectorXd q = before;
     if (waypoint.target)
       q = placed_for_guess(task, *waypoint.target, before, there, before, "the guess stays where it was");
-    for (const auto& joint : model.joints) {
-      if (waypoint.q.size() > 0 && dynamics::traits(joint.type).on_a_line)
-        q[joint.idx_q] = waypoint.q[joint.idx_v];
-    }
+    if (waypoint.q.size() > 0) take_joints(model, configuration_of(model, waypoint.q), q);
     if (passed.empty() || waypoint.at > passed.back().share) passed.push_back({waypoint.at, q});
   }
   if (keys.target)

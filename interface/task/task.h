@@ -53,7 +53,9 @@
 //                   weights of the squared distance to a motion that is followed in time (waypoint_keys.h)
 //   obstacles       ball NAME ["ball 1"] { center "x y z", radius }, bar NAME { from, to, radius }: as many as there are
 //   bodies          the same on the robot, each with its frame, in whose axes it stands: every body keeps clear of every
-//                   obstacle (capsules.h), by clearance [0] (m); apart "hand base": so do two bodies of each other
+//                   obstacle (capsules.h), by clearance [0] (m); apart "hand base": so do two bodies of each other;
+//                   barrier [0: a limit]: weight of a logarithm that keeps them away in place of a limit, and width [0.001]
+//                   (m) below which it is a parabola
 //   guess           positions [line]: from start to goal, or to a configuration in which the goal's frame is in place
 //                   (inverse_kinematics.h); velocities [zero] slope, control [zero] gravity
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
@@ -104,6 +106,8 @@ enum class View { kXz, kXy, kYz, kOblique };
 // What keeps clear of what.
 struct Surroundings {
   std::vector<Capsule> obstacles, bodies;
+  // Where it is above 0, mu and delta (m) of what keeps them apart in place of a limit (penalties.h).
+  double barrier = 0, width = 1e-3;
   struct Pair {
     Capsule a, b;
     double least;  // clearance (m)

@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/ocp/penalties.h>
+#include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
@@ -36,18 +37,20 @@ StageFunction less(const StageFunction& f, const VectorXd& target) {
   };
 }
 
-// Entries of the state from `first` on, of the joints that have one each.
-StageFunction joint_entries(const RobotScene& scene, bool is_velocity) {
-  std::vector<int> places;
-  for (const auto& joint : scene.model.joints) {
-    if (dynamics::is_single(joint.type))
-      places.push_back(is_velocity ? scene.model.nq + joint.idx_v : joint.idx_q);
-  }
-  return [places](const auto& s) {
-    auto values = s.x.head(Eigen::Index(places.size())).eval();
-    for (std::size_t k = 0; k < places.size(); ++k) values[Eigen::Index(k)] = s.x[places[k]];
-    return values;
+// Of joints that have one velocity each: how far they are from `target`, an entry each, the shorter way of those that turn
+// freely.
+StageFunction joints_off(const RobotScene& scene, const VectorXd& target) {
+  const std::vector<int> dofs = single_dofs(scene.model);
+  VectorXd values = VectorXd::Zero(scene.model.nv);
+  for (std::size_t k = 0; k < dofs.size(); ++k) values[dofs[k]] = target[Eigen::Index(k)];
+  return entries_of(configuration_error(scene, configuration_of(scene.model, values)), dofs);
+}
+
+StageFunction joint_velocities(const RobotScene& scene) {
+  const StageFunction v = [nq = scene.model.nq, nv = scene.model.nv](const auto& s) {
+    return s.x.segment(nq, nv).eval();
   };
+  return entries_of(v, single_dofs(scene.model));
 }
 
 Names xyz(const RobotScene&) { return {"x", "y", "z"}; }
@@ -59,8 +62,8 @@ Names driven(const RobotScene& scene) { return driven_names(scene); }
 // All there are: a new one is a row here.
 struct TermKind {
   const char *name, *meaning;
-  bool has_frame, has_axes,
-      looks;  // asks for frame; for the axes of a velocity; for axis and place, and not for a target
+  // Whether it asks for a frame; for the axes of a velocity; for axis and place, and then for no target.
+  bool has_frame, has_axes, looks;
   Names (*entries)(const RobotScene& scene);
   StageFunction (*function)(const Task& task, const TermAsked& asked);
 };
@@ -93,9 +96,9 @@ constexpr TermKind kTermKinds[] = {
        return centroidal_momentum(task.scene, Eigen::Matrix<double, 6, 1>(a.target));
      }},
     {"joint_position", "of joints [rad or m]", false, false, false, joints,
-     [](const Task& task, const TermAsked& a) { return less(joint_entries(task.scene, false), a.target); }},
+     [](const Task& task, const TermAsked& a) { return joints_off(task.scene, a.target); }},
     {"joint_velocity", "of joints [rad/s or m/s]", false, false, false, joints,
-     [](const Task& task, const TermAsked& a) { return less(joint_entries(task.scene, true), a.target); }},
+     [](const Task& task, const TermAsked& a) { return less(joint_velocities(task.scene), a.target); }},
     {"torque", "of driven joints [N m or N]", false, false, false, driven,
      [](const Task& task, const TermAsked& a) {
        return less(joint_torque(task.scene, task.robot.unit), a.target);
@@ -136,8 +139,7 @@ constexpr TermKey kTermKeys[] = {
     {"weight", "a number, positive", "1", "of a cost; of the penalty barrier its mu"},
     {"penalty", "quadratic | huber | absolute | barrier", "quadratic",
      "how a cost grows with what is lacking: squares; squares, then straight on; straight on; or away from "
-     "lower and "
-     "upper before they are reached, by a logarithm"},
+     "lower and upper before they are reached, by a logarithm"},
     {"width", "a number, positive", "0.01",
      "where huber and absolute turn straight; where the barrier becomes a parabola"},
 };
@@ -194,9 +196,9 @@ class TermReader {
 
   void read_entries(const Names& names) {
     for (const std::string& entry : distinct_names(about("entries"), "entries", names))
-      entries_.push_back(std::find(names.begin(), names.end(), entry) - names.begin());
+      entries_.push_back(int(std::find(names.begin(), names.end(), entry) - names.begin()));
     if (!entries_.empty()) return;
-    for (std::size_t i = 0; i < names.size(); ++i) entries_.push_back(Eigen::Index(i));
+    for (std::size_t i = 0; i < names.size(); ++i) entries_.push_back(int(i));
   }
 
   // An inequality, where there are bounds.
@@ -215,12 +217,7 @@ class TermReader {
 
   StageFunction chosen_of(const TermAsked& asked) {
     try {
-      return [all = kind_.function(task_, asked), entries = entries_](const auto& s) {
-        const auto values = all(s);
-        auto chosen = values.head(Eigen::Index(entries.size())).eval();
-        for (std::size_t k = 0; k < entries.size(); ++k) chosen[Eigen::Index(k)] = values[entries[k]];
-        return chosen;
-      };
+      return entries_of(kind_.function(task_, asked), entries_);
     } catch (const ArgumentError& e) {
       block_.problem(kind_.has_frame ? "frame" : "what", e.what());
       return {};
@@ -262,7 +259,7 @@ class TermReader {
   Section& block_;
   const Task& task_;
   const TermKind& kind_;
-  std::vector<Eigen::Index> entries_;
+  std::vector<int> entries_;
 };
 
 // Null where the file names none that there is, which is noted.

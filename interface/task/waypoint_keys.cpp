@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/place_keys.h>
 
@@ -54,19 +55,8 @@ Term term_of(const TaskWaypoint& waypoint, const RobotScene& scene) {
   const std::string name = "waypoint " + waypoint.name;
   if (waypoint.target)
     return at_share(waypoint.at, path_equality(name, frame_error(scene, *waypoint.target)));
-  std::vector<int> places;
-  Eigen::VectorXd wanted(waypoint.q.size());
-  for (const auto& joint : scene.model.joints) {
-    if (!dynamics::traits(joint.type).on_a_line) continue;
-    wanted[Eigen::Index(places.size())] = waypoint.q[joint.idx_v];
-    places.push_back(joint.idx_q);
-  }
-  return at_share(waypoint.at, path_equality(name, [places, wanted](const auto& s) {
-                    auto off = s.x.head(Eigen::Index(places.size())).eval();
-                    for (std::size_t k = 0; k < places.size(); ++k)
-                      off[Eigen::Index(k)] = s.x[places[k]] - wanted[Eigen::Index(k)];
-                    return off;
-                  }));
+  const StageFunction off = configuration_error(scene, configuration_of(scene.model, waypoint.q));
+  return at_share(waypoint.at, path_equality(name, entries_of(off, single_dofs(scene.model))));
 }
 
 }  // namespace dyntape

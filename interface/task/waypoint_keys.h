@@ -13,9 +13,10 @@
 //   const std::vector<TaskWaypoint> waypoints = read_waypoints(file, model);
 //   for (const TaskWaypoint& w : waypoints) problem.add(term_of(w, scene));
 //
-// A reference is a table as solve and simulate write it: a column t, increasing (s), then q.<joint> and v.<joint>, others as they like.
-// Between rows it is interpolated along straight lines, before the first and behind the last it stays.  Its values are parameters of
-// time: nothing is recorded anew, and a controller follows it in the plant's time.  Of robots whose joints are on lines.
+// A reference is a table as solve and simulate write it: a column t, increasing (s), then q.<joint> and v.<joint>, others as
+// they like. Between rows it is interpolated along straight lines, before the first and behind the last it stays.  Its values
+// are parameters of time: nothing is recorded anew, and a controller follows it in the plant's time.  Of robots whose joints
+// are on lines.
 //
 // What is wrong is noted in the section (Section::finish reports it).
 #pragma once

@@ -10,6 +10,7 @@
 #include <dyntape/interface/task/mpc_task.h>
 #include <dyntape/interface/task/solve.h>
 #include <dyntape/interface/task/task_keys.h>
+#include "message_of.h"
 #include "task_text.h"
 
 namespace dyntape {
@@ -256,6 +257,45 @@ TEST_F(TermKeys, AReferenceIsFollowed) {
   }
 }
 
+// A controller follows it in the plant's time: one plan after another begins where the table has come to.
+TEST_F(TermKeys, AControllerFollowsAReference) {
+  io::CsvTable table({"t", "q.slider", "v.slider"});
+  for (int k = 0; k <= 300; ++k) table.append({0.01 * k, 0.3 * std::sin(0.02 * k), 0.6 * std::cos(0.02 * k)});
+  write_csv((folder_ / "motion.csv").string(), table);
+  load("block_move");
+  text_ = text_.substr(0, text_.find("expected"));
+  replace("control 1", "control 1e-6");
+  add("reference {\n file motion.csv\n q 100\n v 1\n}\nmpc {\n seconds 2.5\n period 0.02\n}");
+  const ControlReport report = control_task(read());
+  double worst = 0;
+  const Trajectory& m = report.loop.motion;
+  for (int p = 0; p < m.points(); ++p) {
+    if (m.t[p] > 0.5) worst = std::max(worst, std::abs(m.x(0, p) - 0.3 * std::sin(2 * m.t[p])));
+  }
+  EXPECT_LT(worst, 5e-3);
+  EXPECT_GT(m.t[m.points() - 1], 2.4);
+}
+
+TEST_F(TermKeys, AControllerRefusesWaypointsOfItsHorizonAndTakesTermsAsWhatDrawsIt) {
+  load("block_move");
+  text_ = text_.substr(0, text_.find("expected"));
+  const auto refusal = [&] {
+    const Task task = read();
+    return message_of<ArgumentError>([&] { control_task(task); });
+  };
+  EXPECT_NE(refusal().find("expected weights in costs.tracking or reference, or a running cost in terms"),
+            std::string::npos);
+  term("there", "what joint_position\ntarget 1\nweight 100");
+  add("mpc {\n seconds 2\n}");
+  const ControlReport report = control_task(read());
+  EXPECT_LT(report.off_end, 0.05);
+  add("waypoints {\n waypoint half {\n at 0.5\n q 0.5\n }\n}");
+  EXPECT_NE(refusal().find(
+                "the term \"waypoint half\" stands at 0.5 of the duration, which recedes with the horizon"),
+            std::string::npos)
+      << refusal();
+}
+
 TEST_F(TermKeys, WrongReferencesAreNamed) {
   load("block_move");
   const auto says = [&](const std::string& table, const std::string& keys, const std::string& part) {
@@ -278,6 +318,32 @@ TEST_F(TermKeys, WrongReferencesAreNamed) {
   says("t,q.slider\n0,a\n", "file motion.csv\nq 1", "motion.csv:2");
   load("block_move_free_time");
   says(good, "file motion.csv\nq 1", "leaves the duration free; expected a given one");
+}
+
+// Bodies are kept away from obstacles by a barrier, farther by a stronger one.
+TEST_F(TermKeys, BodiesMayBeKeptAwayByABarrier) {
+  load("arm_around_obstacles");
+  text_.erase(text_.find("expected {"),
+              text_.find("}", text_.find("expected {")) + 1 - text_.find("expected {"));
+  const std::string before = text_;
+  std::vector<double> least;
+  for (const char* mu : {"1", "0.1"}) {
+    text_ = before;
+    replace("bodies {", std::string("bodies {\n  barrier ") + mu);
+    const Task task = read();
+    EXPECT_EQ(named(task, "hand clear of post").role, Role::kCost);
+    const SolveReport report = solve_task(task);
+    ASSERT_TRUE(report.solution.success()) << report.verdict();
+    const Trajectory& m = report.solution.motion;
+    least.push_back(HUGE_VAL);
+    for (int p = 0; p < m.points(); ++p) {
+      for (const auto& pair : task.around.apart)
+        least.back() =
+            std::min(least.back(), clearance(task.scene.model, m.x.col(p).head(7), pair.a, pair.b));
+    }
+  }
+  EXPECT_GT(least[0], 1e-3);
+  EXPECT_LT(least[1], least[0] / 2);
 }
 
 TEST_F(TermKeys, StandInTheListOfAllKeys) {

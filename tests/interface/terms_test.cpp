@@ -164,6 +164,8 @@ TEST_P(Terms, ValuesAreThoseOfPlainEigen) {
     const VectorXd all = frame_position(scene_, frame_, target)(s);
     EXPECT_EQ(part_of(frame_position(scene_, frame_, target), 1, 2)(s), all.tail(2));
     EXPECT_THROW(part_of(frame_position(scene_, frame_, target), 1, 3)(s), ArgumentError);
+    EXPECT_EQ(entries_of(frame_position(scene_, frame_, target), {2, 0})(s), Eigen::Vector2d(all[2], all[0]));
+    EXPECT_THROW(entries_of(frame_position(scene_, frame_, target), {3})(s), ArgumentError);
   }
 }
 
