@@ -48,7 +48,7 @@ ROOMS = {
     'interface/io': (['codegen/system'], 28, 2800),  # settings, tables, pictures, lines that live on a terminal
     'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 37, 4000),  # Ipopt; our own from stage to stage: chains, barrier,
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 37, 4150),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
@@ -68,8 +68,8 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 30, 3550),  # keys, places, thrusters, bases,
-    # limits, verdict, refinement, results; as a controller; robots as one mass: keys, loop, pictures
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 30, 3700),  # keys, places, thrusters, bases,
+    # limits, verdict, refinement, results; as a controller, with feedback; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 31, 3050),  # simulate, sweep, mpc
     'tools/mpi': (['dynamics', 'codegen', 'interface', 'tools/dyntape'], 1, 250),

@@ -60,6 +60,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   ClosedLoopOptions options{.seconds = task.control.seconds,
                             .period = task.control.period,
                             .delay = task.control.delay,
+                            .feedback = task.control.feedback,
                             .stop = stop,
                             .watch = watch};
   for (const Task::Control::Push& push : task.control.pushes) {
@@ -71,18 +72,15 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
   options.mpc.iterations = task.control.iterations;
-  ControlReport report;
+  ControlReport report = report_loop(endless(task), options, [&](const Trajectory& motion, int point) {
+    return distance_to_goal(task, motion.x.col(point));
+  });
   report.task = task.name, report.off_of = "norm over the joints";
-  report.deadline = task.control.period;
-  report.loop = close_loop(endless(task), options);
-  const Trajectory& motion = report.loop.motion;
-  report.off_begin = distance_to_goal(task, motion.x.col(0));
-  report.off_end = distance_to_goal(task, motion.x.col(motion.points() - 1));
   return report;
 }
 
 std::vector<std::string> control_files() {
-  return {kLoopTable, kLoopReport, kLoopCurves, kLoopSteps, kLoopMotion, kLoopPlayer};
+  return {kLoopTable, kLoopReport, kLoopCurves, kLoopSteps, kLoopFeedback, kLoopMotion, kLoopPlayer};
 }
 
 void write_control(const Task& task, ControlReport& report, const std::string& folder,

@@ -129,6 +129,7 @@ struct Task {
   // As a controller (mpc_task.h).
   struct Control {
     double seconds = 3, period = 0.02, delay = 0;  // s
+    double feedback = 0;                           // s between corrections by the plan's gains; 0: none
     int iterations = 1;                            // of a step; 0: until it is solved
     struct Push {
       double at;          // s

@@ -318,6 +318,11 @@ Task::Control read_control(Section& file, const ReadPush& read_push) {
   if (control.delay >= control.period)
     block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
                                " s, got " + io::shortest(control.delay));
+  control.feedback = block.about("from one correction by the plan's gains to the next [s]; 0: none")
+                         .get_or("feedback", control.feedback, io::not_negative());
+  if (control.feedback >= control.period)
+    block.problem("feedback", "'mpc.feedback' must be less than the period, " + io::shortest(control.period) +
+                                  " s, got " + io::shortest(control.feedback));
   control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
                            .get_or("iterations", control.iterations, io::between(0, 1000));
   if (!block.about("something that hits the robot").has("push")) return control;

@@ -13,7 +13,8 @@ int interval_with(double t, const std::vector<double>& times) {
   return std::clamp(int(next - times.begin()) - 1, 0, int(times.size()) - 2);
 }
 
-// The cubic with these values and slopes at both ends of a length h, at a fraction of it.
+}  // namespace
+
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                       const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
                       double s) {
@@ -21,7 +22,7 @@ Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
   return r * r * (1 + 2 * s) * from + s * s * (1 + 2 * r) * to + h * s * r * (r * slope_from - s * slope_to);
 }
 
-// x' at every point.  Where a scheme leaves the last point unused its controls mean nothing, but the last interval's do.
+// Where a scheme leaves the last point unused its controls mean nothing, but the last interval's do.
 Eigen::MatrixXd rates_of(const Problem& problem, const Trajectory& motion) {
   Eigen::MatrixXd rates(motion.x.rows(), motion.points());
   const int last = motion.points() - 1;
@@ -32,8 +33,6 @@ Eigen::MatrixXd rates_of(const Problem& problem, const Trajectory& motion) {
   }
   return rates;
 }
-
-}  // namespace
 
 std::vector<double> halved(const Trajectory& motion) {
   std::vector<double> nodes;
