@@ -68,8 +68,8 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 30, 3700),  # keys, places, thrusters, bases,
-    # limits, verdict, refinement, results; as a controller, with feedback; robots as one mass: keys, loop, pictures
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 31, 4050),  # keys, places, thrusters, bases,
+    # limits, verdict, refinement, results; as a controller, with feedback; by differential dynamic programming; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 31, 3050),  # simulate, sweep, mpc
     'tools/mpi': (['dynamics', 'codegen', 'interface', 'tools/dyntape'], 1, 250),

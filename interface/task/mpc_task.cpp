@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/mpc_task.h>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 
@@ -10,22 +9,6 @@ namespace dyntape {
 namespace {
 
 constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.svg";
-
-// Without what has to be so at the end of the horizon.
-Problem endless(const Task& task) {
-  Problem problem = task.problem;
-  const auto draws = [](const Term& term) { return term.name.find("tracking") != std::string::npos; };
-  if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
-    throw ArgumentError(
-        "task \"" + task.name +
-        "\": nothing draws it to its goal, which a controller does not demand; expected weights in "
-        "costs.tracking");
-  problem.goal.setConstant(Problem::kFree);
-  std::erase_if(problem.terms, [](const Term& term) {
-    return term.where == Where::kTerminal && (term.role == Role::kEquality || term.role == Role::kInequality);
-  });
-  return problem;
-}
 
 double distance_to_goal(const Task& task, const Eigen::VectorXd& x) {
   const Eigen::VectorXd away = (x - task.problem.goal).head(task.scene.model.nv);
@@ -72,7 +55,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
   options.mpc.iterations = task.control.iterations;
-  ControlReport report = report_loop(endless(task), options, [&](const Trajectory& motion, int point) {
+  ControlReport report = report_loop(drawn_problem(task), options, [&](const Trajectory& motion, int point) {
     return distance_to_goal(task, motion.x.col(point));
   });
   report.task = task.name, report.off_of = "norm over the joints";

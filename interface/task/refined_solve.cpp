@@ -27,17 +27,6 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
-// Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
-bool is_too_coarse(const Solution& solution, const Task& task) {
-  const Verification& v = solution.verification;
-  if (!solution.success() || !(v.violation <= task.demands.violation)) return false;
-  if (!(v.worst_relative <= task.demands.true_defect)) return true;
-  if (!task.demands.limits) return false;
-  const std::vector<LimitExcess> excesses = limit_excesses(task, solution.motion);
-  const auto between = [](const LimitExcess& excess) { return excess.between_points; };
-  return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
-}
-
 // The motion on another mesh, moved to within the bounds, which it keeps at its own points only.
 std::vector<double> warm_start(const Problem& problem, const Trajectory& motion, const Collocation& program) {
   std::vector<double> x = program.variables(resampled(problem, motion, program.times()));
@@ -173,6 +162,16 @@ std::string SolveMoment::text() const {
   if (!now) return "solving" + mesh;
   return "solving" + mesh + ": iteration " + std::to_string(now->iteration) + ", cost " +
          io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility);
+}
+
+bool is_too_coarse(const Solution& solution, const Task& task) {
+  const Verification& v = solution.verification;
+  if (!solution.success() || !(v.violation <= task.demands.violation)) return false;
+  if (!(v.worst_relative <= task.demands.true_defect)) return true;
+  if (!task.demands.limits) return false;
+  const std::vector<LimitExcess> excesses = limit_excesses(task, solution.motion);
+  const auto between = [](const LimitExcess& excess) { return excess.between_points; };
+  return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
 }
 
 RefinedSolve solve_refined(const Task& task, MeshOptions mesh, const SolveWatch& watch) {

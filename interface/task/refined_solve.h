@@ -9,6 +9,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,23 @@ struct MeshRound {
   SolveStatus status = SolveStatus::kSolverError;
 };
 
+struct SolveSizes {
+  std::size_t variables = 0, constraints = 0, jacobian = 0, hessian = 0;  // of the program; non-zeros
+  std::size_t points = 0, operations = 0;                                 // operations of the stage's values
+};
+
+// What else there is to say of differential dynamic programming.
+struct DdpFacts {
+  double slope = 0;                // largest of the cost by a control that is at no limit
+  std::optional<bool> is_minimum;  // of the second order, where that is known
+  double off_goal = 0;             // distance from the goal at the end, norm over the states it gives
+};
+
 struct RefinedSolve {
-  std::unique_ptr<Collocation> program;
+  std::unique_ptr<Collocation> program;  // null by differential dynamic programming
+  SolveSizes sizes;
+  std::vector<std::string> active;  // names of variables and rows that rest on a bound
+  std::optional<DdpFacts> ddp;
   Solution solution;
   std::vector<MeshRound>
       meshes;           // coarsest first; the last may have failed, and is then not that of `solution`
@@ -34,7 +50,12 @@ struct RefinedSolve {
   BuildReport build;
 };
 
+// Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
+bool is_too_coarse(const Solution& solution, const Task& task);
+
 // Interrupted, where the watch stops it before the first iteration; else as optimise().
 RefinedSolve solve_refined(const Task& task, MeshOptions mesh, const SolveWatch& watch);
+ShootingScheme shooting_scheme(const Task& task);
+RefinedSolve solve_by_steps(const Task& task, MeshOptions mesh, const SolveWatch& watch);  // task.by_ddp
 
 }  // namespace dyntape
