@@ -2,6 +2,7 @@
 #include <dyntape/interface/mpc/receding_horizon.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -120,14 +121,14 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
 }
 
 // Solves, or goes on from the last solution, and says what came of it.
-void RecedingHorizon::plan_from(const std::vector<double>& start, double t, bool goes_on) {
-  const bool is_stepwise = goes_on && options_.iterations > 0;
+void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From from) {
+  const bool goes_on = from == From::kLastSolution, is_stepwise = goes_on && options_.iterations > 0;
   planner_ = is_stepwise ? of_model_.get() : solver_.get();
   if (is_stepwise) {
-    step_.iterations = quadratic_steps(start);
+    step_.iterations += quadratic_steps(start);
   } else {
     last_ = solver_->solve(start, options_.solver, goes_on ? &last_ : nullptr);
-    step_.iterations = last_.iterations();
+    step_.iterations += last_.iterations();
   }
   const NlpSolution own = scaled_->in_own_units(last_);
   step_.plan.begin = t;
@@ -187,8 +188,23 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
     of_model_ = std::make_unique<StageSolver>(*model_);
   }
   scaled_->take_bounds();
-  plan_from(scaled_->in_scaled_units(start), t, has_plan_);
-  if (has_plan_ && !step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, false);
+  step_.iterations = 0;
+  const std::vector<double> moved_plan = scaled_->in_scaled_units(start);
+  if (!has_plan_) {
+    plan_from(moved_plan, t, From::kPoint);
+  } else {
+    const NlpSolution before = last_;
+    std::vector<double> from_here = start;
+    std::copy(x.begin(), x.end(), from_here.begin());
+    const bool is_far = violation_of(*scaled_, scaled_->in_scaled_units(from_here)) > kFar;
+    for (const From from : is_far ? std::array{From::kPoint, From::kLastSolution}
+                                  : std::array{From::kLastSolution, From::kPoint}) {
+      last_ = before;
+      plan_from(moved_plan, t, from);
+      if (step_.usable) break;
+    }
+    if (!step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, From::kPoint);
+  }
   has_plan_ = step_.plan.motion.x.allFinite() && step_.plan.motion.u.allFinite();
   step_.plan.limits = values_.u;
   step_.plan.difference = values_.difference;

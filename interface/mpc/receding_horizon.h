@@ -16,8 +16,11 @@
 // programming at most: with one it is the real-time iteration, in which the plant moves while the solver converges.  Its status is
 // then "iteration limit"; its cost is that of the quadratic model.
 //
-// What going on from the last solution gives no usable plan for, a push say, is solved from the problem's own guess, whatever `iterations`
-// says: only then is the verdict that of the problem and not of where the search began.
+// Far from the plan, after a push say, the last solution's barrier is too low: to other limits it is a long way along the old ones.  So
+// where the moved plan violates something by more than kFar magnitudes, it is solved from with a new barrier.  What that gives no
+// usable plan for is tried the other way, and then from the problem's own guess, whatever `iterations` says: only then is the verdict
+// that of the problem and not of where the search began.  Measured on a cart-pole, a seven-joint arm and a robot as one mass: up to
+// kFar going on takes 2 to 16 iterations and a new barrier 4 to 21; beyond, where limits are reached, 21 to 61 and 17 to 33.
 //
 // What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
 // time: a reference r(t) is followed as it is.  They change in place through values().
@@ -94,6 +97,8 @@ struct MpcStep {
 
 class RecedingHorizon {
  public:
+  static constexpr double kFar = 1.5;  // above
+
   RecedingHorizon(const Problem& problem, const MpcOptions& options = {});
 
   const MpcStep& step(double t, const Eigen::VectorXd& x);
@@ -106,7 +111,9 @@ class RecedingHorizon {
  private:
   std::vector<double> moved(double by);
   int quadratic_steps(std::vector<double> x);
-  void plan_from(const std::vector<double>& start, double t, bool goes_on);
+  enum class From { kLastSolution, kPoint };
+
+  void plan_from(const std::vector<double>& start, double t, From from);
   void add_gain();
 
   MpcOptions options_;

@@ -125,6 +125,34 @@ TEST(Mpc, TheVerdictIsTheProblemsAndNotThatOfTheLastPlan) {
   }
 }
 
+// A double integrator on a rail, its force limited, far from where its plan has it: a new barrier takes the way to limits that the last
+// plan did not know in fewer iterations than that plan's own, and finds the optimum that a solve from nowhere finds.
+TEST(Mpc, FarFromItsPlanItBeginsAnew) {
+  Problem p("rail", {"p", "v"}, {"u"}, 3, [](const auto& s) { return vector(s.x[1], s.u[0]); });
+  p.add(running_squares("near", [](const auto& s) { return s.x; }));
+  p.add(running_squares("effort", [](const auto& s) { return (0.1 * s.u).eval(); }));
+  p.x.lower << -2, -3, p.x.upper << 2, 3;
+  p.u.lower << -4, p.u.upper << 4;
+  p.start << 0.1, 0;
+  for (double push : {0.5, 2.5, -2.5}) {
+    RecedingHorizon mpc(p, interpreted(30));
+    ASSERT_TRUE(mpc.step(0, p.start).usable);
+    const VectorXd x = Eigen::Vector2d(0.1, push);
+    const MpcStep& far = mpc.step(0.02, x);
+    ASSERT_EQ(far.status, SolveStatus::kSolved) << push;
+    Problem alone = p;
+    alone.start = x;
+    const Solution fresh =
+        optimise(alone, {.mesh = {.scheme = trapezoid(), .intervals = 30, .evaluation = test::kInterpreted},
+                         .solver = {.tolerance = 1e-10},
+                         .verify = false});
+    EXPECT_NEAR(far.cost, fresh.cost(), 1e-5 * (1 + fresh.cost())) << push;
+    EXPECT_LE(far.iterations, fresh.nlp.iterations() + 5) << push;
+    std::printf("push %g: %d iterations, a solve from nowhere %d\n", push, far.iterations,
+                fresh.nlp.iterations());
+  }
+}
+
 // The task that is shipped, pushed twice, acting 5 ms after it measures: it comes back to its goal.
 TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
