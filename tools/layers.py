@@ -58,7 +58,7 @@ ROOMS = {
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 28, 3600),
     # values that change between solves
-    'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 650),
+    'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 700),  # plans with gains, feedback in loops
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',
                                'interface/transcription'], 10, 1700),  # slopes of solutions, motions, roll-outs, quadratic programs
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
