@@ -48,7 +48,7 @@ ROOMS = {
     'interface/io': (['codegen/system'], 28, 2800),  # settings, tables, pictures, lines that live on a terminal
     'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 37, 4000),  # Ipopt; our own from stage to stage: chains, barrier,
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 37, 4150),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 40, 3800),  # keys, motion, energies, doubts, costs, results;
@@ -59,7 +59,7 @@ ROOMS = {
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases; steps
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 31, 4500),
     # values that change between solves; families of schemes
-    'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 650),
+    'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 700),  # plans with gains, feedback in loops
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',
                                'interface/transcription'], 10, 1700),  # slopes of solutions, motions, roll-outs, quadratic programs
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
@@ -69,9 +69,9 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 35, 4200),
-    # ready terms by name, waypoints, a motion to follow,  # keys, places, thrusters, bases,
-    # limits, verdict, refinement, results; as a controller; robots as one mass: keys, loop, pictures
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 40, 5000),  # keys, places, thrusters, bases,
+    # limits, verdict, refinement, results; ready terms by name, waypoints, a motion to follow; phases; as a controller, with feedback;
+    # by differential dynamic programming; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 31, 3050),  # simulate, sweep, mpc
     'tools/mpi': (['dynamics', 'codegen', 'interface', 'tools/dyntape'], 1, 250),

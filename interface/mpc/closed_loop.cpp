@@ -30,9 +30,16 @@ void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
     refuse("a delay of " + seconds(options.delay) + ", expected one from 0 to below the period of " +
            seconds(options.period));
   constexpr double kMostSteps = 1e7;
-  if (!(options.seconds / options.period <= kMostSteps))
-    refuse(seconds(options.seconds) + " in periods of " + seconds(options.period) + ", expected at most " +
-           io::shortest(kMostSteps) + " steps");
+  const auto check_steps = [&](const char* what, double each) {
+    if (!(options.seconds / each <= kMostSteps))
+      refuse(seconds(options.seconds) + " in " + what + " of " + seconds(each) + ", expected at most " +
+             io::shortest(kMostSteps) + " steps");
+  };
+  check_steps("periods", options.period);
+  if (!(options.feedback >= 0 && options.feedback < options.period))
+    refuse("feedback every " + seconds(options.feedback) + ", expected 0 (none) or less than the period of " +
+           seconds(options.period));
+  if (options.feedback > 0) check_steps("feedback", options.feedback);
   if (!(options.period < problem.duration))
     refuse("a period of " + seconds(options.period) + ", expected less than the horizon of " +
            seconds(problem.duration) + ", behind which no plan says what to do");
@@ -50,19 +57,44 @@ void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
 class SteeredPlant {
  public:
   VectorXd x;           // where it is
+  Plan plan;            // that it follows
   std::string trouble;  // why it cannot be simulated
 
   SteeredPlant(const Problem& problem, const ClosedLoopOptions& options)
-      : x(problem.start), problem_(problem), pushes_(options.pushes) {
+      : x(problem.start),
+        problem_(problem),
+        feedback_(options.feedback),
+        pushes_(options.pushes),
+        idle_(problem.first_guess(0).u) {
     std::sort(pushes_.begin(), pushes_.end(), [](const Push& a, const Push& b) { return a.at < b.at; });
   }
 
+  // What acts at a time, measured then.
+  VectorXd control(double t) const {
+    if (plan.motion.points() == 0) return idle_;
+    return feedback_ > 0 ? plan.control(t, x) : plan.control(t);
+  }
+
   // From one time to another; false where it cannot be simulated.
-  bool move(double from, double to, const std::function<VectorXd(double)>& control) {
+  bool move(double from, double to) {
+    double measures = from;
+    VectorXd correction;
     while (from < to) {
       push_at(from);
-      const double until = next_ < pushes_.size() ? std::min(to, pushes_[next_].at) : to;
-      const Simulation run = simulate(problem_, x, from, until, control, kPlantTolerance);
+      double until = next_ < pushes_.size() ? std::min(to, pushes_[next_].at) : to;
+      if (feedback_ > 0) {
+        if (from >= measures) {
+          correction = plan.motion.points() > 0 ? plan.correction(from, x) : VectorXd();
+          measures = from + feedback_;
+        }
+        constexpr double kRounding = 1e-9;  // no slices of time
+        if (to - measures > kRounding * feedback_) until = std::min(until, measures);
+      }
+      const auto acting = [&](double t) {
+        if (plan.motion.points() == 0) return idle_;
+        return correction.size() > 0 ? plan.limited(plan.control(t) + correction) : plan.control(t);
+      };
+      const Simulation run = simulate(problem_, x, from, until, acting, kPlantTolerance);
       if (!run.x.allFinite()) {
         trouble = run.trouble;
         return false;
@@ -72,13 +104,22 @@ class SteeredPlant {
     return true;
   }
 
+  // Where it will be later if nothing hits it; where it is, if that cannot be simulated.
+  VectorXd foreseen(double from, double to) const {
+    SteeredPlant model = *this;
+    model.pushes_.clear(), model.next_ = 0;
+    return model.move(from, to) ? model.x : x;
+  }
+
  private:
   void push_at(double t) {
     for (; next_ < pushes_.size() && pushes_[next_].at <= t; ++next_) x += pushes_[next_].change;
   }
 
   const Problem& problem_;
+  double feedback_;
   std::vector<Push> pushes_;
+  VectorXd idle_;
   std::size_t next_ = 0;
 };
 
@@ -100,37 +141,34 @@ Trajectory motion_of(const std::vector<double>& t, const std::vector<VectorXd>& 
 ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) {
   check_loop(problem, options);
   ClosedLoop loop;
-  RecedingHorizon mpc(problem, options.mpc);
+  MpcOptions planning = options.mpc;
+  planning.gains = planning.gains || options.feedback > 0;
+  RecedingHorizon mpc(problem, planning);
   loop.build = mpc.build();
   SteeredPlant plant(problem, options);
-  const VectorXd idle = problem.first_guess(0).u;
-  Plan plan;
-  const auto planned = [&](double t) { return plan.motion.points() > 0 ? plan.control(t) : idle; };
   std::vector<double> times;
   std::vector<VectorXd> states, controls;
   const auto note = [&](double t) {
-    times.push_back(t), states.push_back(plant.x), controls.push_back(planned(t));
+    times.push_back(t), states.push_back(plant.x), controls.push_back(plant.control(t));
   };
   const int periods =
       int(std::ceil(options.seconds / options.period * (1 - 1e-12)));  // the last one is whole
   for (int k = 0; k < periods && !options.stop.stop_requested(); ++k) {
     const double t = k * options.period, acts = t + options.delay, end = (k + 1) * options.period;
     if (options.watch) options.watch(t);
-    // Where the model will be when the plan begins to act.
-    VectorXd from = plant.x;
-    if (options.delay > 0) from = simulate(problem, from, t, acts, planned, kPlantTolerance).x;
-    const MpcStep& s = mpc.step(acts, from.allFinite() ? from : plant.x);
-    loop.steps.push_back({t, s.seconds, s.cost, s.violation, s.iterations, s.status, s.usable});
+    const MpcStep& s = mpc.step(acts, plant.foreseen(t, acts));
+    loop.steps.push_back(
+        {t, s.seconds, s.gain_seconds, s.cost, s.violation, s.iterations, s.status, s.usable});
     if (k == 0 && !s.usable) {
       loop.trouble = std::string("there is no first plan: ") + describe(s.status);
       note(t);
       break;
     }
-    if (options.delay == 0 && s.usable) plan = s.plan;
+    if (options.delay == 0 && s.usable) plant.plan = s.plan;
     note(t);
-    bool is_moved = options.delay == 0 || plant.move(t, acts, planned);
-    if (s.usable) plan = s.plan;
-    is_moved = is_moved && plant.move(acts, end, planned);
+    bool is_moved = options.delay == 0 || plant.move(t, acts);
+    if (s.usable) plant.plan = s.plan;
+    is_moved = is_moved && plant.move(acts, end);
     if (!is_moved) {
       loop.trouble = "the plant: " + plant.trouble;
       break;

@@ -11,6 +11,9 @@
 //
 // A plan that is not usable is not followed: the one before it goes on.
 //
+// With `feedback` the plant corrects what acts by the plan's gains every so often (receding_horizon.h), and holds the correction in
+// between: a push is answered before the next plan is there.
+//
 // Errors: those of RecedingHorizon; ArgumentError for times that are not positive, a delay of a period or more, a push
 // of another size than the state.  A first plan that is not usable, and a plant that cannot be simulated, end the loop: `trouble` says
 // why.
@@ -30,6 +33,7 @@ struct Push {
 
 struct ClosedLoopOptions {
   double seconds = 3, period = 0.02, delay = 0;  // s
+  double feedback = 0;                           // s between corrections by the plan's gains; 0: none
   MpcOptions mpc = {};
   std::vector<Push> pushes = {};
   std::stop_token stop = {};
@@ -38,7 +42,7 @@ struct ClosedLoopOptions {
 
 struct ClosedLoop {
   struct Step {
-    double t, seconds, cost, violation;
+    double t, seconds, gain_seconds, cost, violation;
     int iterations;
     SolveStatus status;
     bool usable;

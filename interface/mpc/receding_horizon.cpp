@@ -2,6 +2,7 @@
 #include <dyntape/interface/mpc/receding_horizon.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 
@@ -50,21 +51,42 @@ double violation_of(Nlp& nlp, const std::vector<double>& x) {
 
 }  // namespace
 
-Eigen::VectorXd Plan::control(double t) const {
-  const int last = motion.intervals() - 1;
-  const double now = std::clamp(t - begin, 0.0, motion.t[motion.points() - 1]);
+namespace {
+
+// The space between times that holds one: k with times(k) <= t, of `count` of them; and the fraction of it.
+template <class Times>
+std::pair<int, double> place_in(const Times& times, int count, double t) {
   int k = 0;
-  while (k < last && motion.t[motion.node(k + 1)] <= now) ++k;
-  const double from = motion.t[motion.node(k)], to = motion.t[motion.node(k + 1)];
-  return motion.control(k, (now - from) / (to - from));
+  while (k + 1 < count && times(k + 1) <= t) ++k;
+  return {k, (t - times(k)) / (times(k + 1) - times(k))};
+}
+
+}  // namespace
+
+Eigen::VectorXd Plan::control(double t) const {
+  const double now = std::clamp(t - begin, 0.0, motion.t[motion.points() - 1]);
+  const auto [k, fraction] =
+      place_in([&](int i) { return motion.t[motion.node(i)]; }, motion.intervals(), now);
+  return motion.control(k, fraction);
 }
 
 Eigen::VectorXd Plan::state(double t) const {
   const double now = std::clamp(t - begin, 0.0, motion.t[motion.points() - 1]);
-  int k = 0;
-  while (k + 2 < motion.points() && motion.t[k + 1] <= now) ++k;
-  const double share = (now - motion.t[k]) / (motion.t[k + 1] - motion.t[k]);
+  const auto [k, share] = place_in([&](int p) { return motion.t[p]; }, motion.points() - 1, now);
+  if (rates.size() > 0)
+    return cubic(motion.x.col(k), motion.x.col(k + 1), rates.col(k), rates.col(k + 1),
+                 motion.t[k + 1] - motion.t[k], share);
   return (1 - share) * motion.x.col(k) + share * motion.x.col(k + 1);
+}
+
+Eigen::VectorXd Plan::correction(double t, const Eigen::VectorXd& x) const {
+  if (gain.size() == 0) return Eigen::VectorXd::Zero(motion.u.rows());
+  const Eigen::VectorXd planned = state(t);
+  return gain * (difference ? difference(planned, x) : Eigen::VectorXd(x - planned));
+}
+
+Eigen::VectorXd Plan::control(double t, const Eigen::VectorXd& x) const {
+  return gain.size() > 0 ? limited(control(t) + correction(t, x)) : control(t);
 }
 
 RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& options)
@@ -105,13 +127,14 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
 }
 
 // Solves, or goes on from the last solution, and says what came of it.
-void RecedingHorizon::plan_from(const std::vector<double>& start, double t, bool goes_on) {
-  const bool is_stepwise = goes_on && options_.iterations > 0;
+void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From from) {
+  const bool goes_on = from == From::kLastSolution, is_stepwise = goes_on && options_.iterations > 0;
+  planner_ = is_stepwise ? of_model_.get() : solver_.get();
   if (is_stepwise) {
-    step_.iterations = quadratic_steps(start);
+    step_.iterations += quadratic_steps(start);
   } else {
     last_ = solver_->solve(start, options_.solver, goes_on ? &last_ : nullptr);
-    step_.iterations = last_.iterations();
+    step_.iterations += last_.iterations();
   }
   const NlpSolution own = scaled_->in_own_units(last_);
   step_.plan.begin = t;
@@ -121,6 +144,27 @@ void RecedingHorizon::plan_from(const std::vector<double>& start, double t, bool
   step_.violation = violation_of(*scaled_, last_.x);
   const bool is_solved = step_.status == SolveStatus::kSolved || step_.violation <= options_.violation;
   step_.usable = is_solved && step_.plan.motion.u.allFinite();
+}
+
+// How the first control changes with the first state.
+void RecedingHorizon::add_gain() {
+  Plan& plan = step_.plan;
+  plan.gain.resize(0, 0), plan.rates.resize(0, 0);
+  step_.gain_seconds = 0;
+  if (!options_.gains || !step_.usable) return;
+  const auto begin = std::chrono::steady_clock::now();
+  const Trajectory& motion = plan.motion;
+  const Eigen::Index n_x = motion.x.rows(), n_u = motion.u.rows(), first = n_x + motion.a.rows();
+  std::vector<std::size_t> held;
+  for (Eigen::Index i = 0; i < n_x; ++i) held.push_back(std::size_t(i));
+  const Eigen::MatrixXd slopes = planner_->slopes(held);
+  if (slopes.size() > 0) {
+    const Eigen::Map<const Eigen::VectorXd> units(scaled_->units().x.data(), slopes.rows());
+    plan.gain = units.segment(first, n_u).asDiagonal() * slopes.middleRows(first, n_u) *
+                units.head(n_x).cwiseInverse().asDiagonal();
+    plan.rates = rates_of(program_.problem(), motion);
+  }
+  step_.gain_seconds = seconds_since(begin);
 }
 
 const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
@@ -150,9 +194,27 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
     of_model_ = std::make_unique<StageSolver>(*model_);
   }
   scaled_->take_bounds();
-  plan_from(scaled_->in_scaled_units(start), t, has_plan_);
-  if (has_plan_ && !step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, false);
+  step_.iterations = 0;
+  const std::vector<double> moved_plan = scaled_->in_scaled_units(start);
+  if (!has_plan_) {
+    plan_from(moved_plan, t, From::kPoint);
+  } else {
+    const NlpSolution before = last_;
+    std::vector<double> from_here = start;
+    std::copy(x.begin(), x.end(), from_here.begin());
+    const bool is_far = violation_of(*scaled_, scaled_->in_scaled_units(from_here)) > kFar;
+    for (const From from : is_far ? std::array{From::kPoint, From::kLastSolution}
+                                  : std::array{From::kLastSolution, From::kPoint}) {
+      last_ = before;
+      plan_from(moved_plan, t, from);
+      if (step_.usable) break;
+    }
+    if (!step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, From::kPoint);
+  }
   has_plan_ = step_.plan.motion.x.allFinite() && step_.plan.motion.u.allFinite();
+  step_.plan.limits = values_.u;
+  step_.plan.difference = values_.difference;
+  add_gain();
   step_.seconds = seconds_since(begin);
   if (step_.usable) {
     latest_.write() = step_.plan;

@@ -135,6 +135,9 @@ struct Problem {
   // Of each state how far it typically moves, where that is known better than the first guess shows; 0: it is not.
   // Empty: of none.
   Eigen::VectorXd typical;
+  // How far a state is from another, as changes of its entries; empty: x - from.  Robots with orientations have one: a
+  // quaternion and its negative are the same.
+  std::function<Eigen::VectorXd(const Eigen::VectorXd& from, const Eigen::VectorXd& x)> difference;
   // The first guess at time t: a stage with x, a, u of the right sizes.
   std::function<Stage<double>(double t)> guess;
 

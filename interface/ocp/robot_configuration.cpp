@@ -185,6 +185,22 @@ StageFunction configuration_error(const RobotScene& scene, const Eigen::VectorXd
   };
 }
 
+Eigen::VectorXd state_difference(const Model<double>& model, const Eigen::VectorXd& from,
+                                 const Eigen::VectorXd& x) {
+  Eigen::VectorXd change = x - from;
+  const Eigen::VectorXd q = from.head(model.nq);
+  const Eigen::VectorXd turned = configuration_error<double>(
+      model, with_unit_directions(model, "the state", q, MayBeOpen::kNo), x.head(model.nq));
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(model.nv);
+  const Eigen::VectorXd by_turning =
+      configuration_rate<double>(model, q, turned) - configuration_rate<double>(model, q, none);
+  for (const auto& joint : model.joints) {
+    const DirectionEntries at = direction_entries(joint);
+    change.segment(at.first, at.count) = by_turning.segment(at.first, at.count);
+  }
+  return change;
+}
+
 void start_at(Problem& problem, const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
   check_state(problem, scene.model, "start", q, v);
   problem.start << with_unit_directions(scene.model, "the start", q, MayBeOpen::kNo), v;

@@ -61,6 +61,11 @@ dynamics::VectorX<T> configuration_error(const dynamics::Model<double>& model, c
 // The same of a stage, for terms: terminal_squares("end", weighted(configuration_error(scene, q1), 100)).
 StageFunction configuration_error(const RobotScene& scene, const Eigen::VectorXd& q_ref);
 
+// (n_x) how far a state (q, v) is from another, as changes of its entries (Problem::difference): of orientations N(q) times
+// what is left between them.
+Eigen::VectorXd state_difference(const dynamics::Model<double>& model, const Eigen::VectorXd& from,
+                                 const Eigen::VectorXd& x);
+
 // The state at an end; an entry Problem::kFree is left open, an orientation with all its entries.
 void start_at(Problem& problem, const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v);
 void end_at(Problem& problem, const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v);

@@ -307,7 +307,12 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
   problem.positions = model.nq;
   bound_forces(problem, plants->drives, options);
   add_contacts(problem, plants, options);
-  if (!is_on_lines(model)) problem.typical = typical_moves(model);
+  if (!is_on_lines(model)) {
+    problem.typical = typical_moves(model);
+    problem.difference = [plants](const Eigen::VectorXd& from, const Eigen::VectorXd& x) {
+      return state_difference(plants->scene.model, from, x);
+    };
+  }
   return problem;
 }
 

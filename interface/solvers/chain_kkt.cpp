@@ -232,11 +232,12 @@ bool ChainKkt::factor(double shift, double elastic) {
   return true;
 }
 
-void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd& lambda) {
+void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd& lambda,
+                     std::size_t stages) {
   z.resize(variables()), lambda.resize(rows());
-  for (std::size_t k = stages_.size(); k-- > 0;) {
+  for (std::size_t k = stages; k-- > 0;) {
     Factor& f = factors_[k];
-    const Factor* const next = k + 1 < stages_.size() ? &factors_[k + 1] : nullptr;
+    const Factor* const next = k + 1 < stages ? &factors_[k + 1] : nullptr;
     const Eigen::Index links = stages_[k].D.rows();
     const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
     const double* const M = f.M.data();
@@ -278,7 +279,7 @@ void ChainKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd
       for (Eigen::Index c = 0; c < links; ++c) f.y[free + c] += kSpring * f.R(r, c) * f.r0[r];
     }
   }
-  for (std::size_t k = 0; k < stages_.size(); ++k) {
+  for (std::size_t k = 0; k < stages; ++k) {
     Factor& f = factors_[k];
     const Eigen::Index links = stages_[k].D.rows();
     const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();

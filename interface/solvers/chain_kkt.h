@@ -11,6 +11,7 @@
 //   chain.stage(k).H = ...                             // and G, C, D; kept by factor()
 //   if (!chain.factor(shift)) ...                      // H + shift I is not convex on what the rows leave free
 //   chain.solve(a, b, z, lambda);                      // H z + M^T lambda = a,  M z = b, M all rows
+//   chain.solve(a, b, z, lambda, 3);                   // of the first three stages alone, a and b being zero behind them
 //
 // Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
 //
@@ -61,7 +62,13 @@ class ChainKkt {
   Eigen::Index first_row(std::size_t k) const { return first_row_[k]; }
 
   bool factor(double shift, double elastic = 0);
-  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda);
+  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z,
+             Eigen::VectorXd& lambda) {
+    solve(a, b, z, lambda, stages());
+  }
+  // The first so many stages; z and lambda of the others are not written.
+  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda,
+             std::size_t stages);
 
  private:
   struct NonZero {

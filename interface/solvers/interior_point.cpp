@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <ctime>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
@@ -59,7 +58,7 @@ class StageSolver::Method {
     least_barrier_ = std::min(options.tolerance, 1e-4) / (kKappaEpsilon + 1);
     barrier_.set_bounds(options.bound_relaxation);
     solution_ = {}, best_ = {}, solution_.x = start;
-    last_shift_ = 0, acceptable_ = 0, is_tiny_ = false;
+    last_shift_ = 0, acceptable_ = 0, is_tiny_ = false, has_matrices_ = false;
     begin_ = Clock::now();
     processor_begin_ = thread_seconds();
     if (has_crossed_bounds(nlp_.shape())) {
@@ -76,48 +75,46 @@ class StageSolver::Method {
     return std::move(solution_);
   }
 
- private:
-  // Of this thread: others may solve at the same time.
-  static double thread_seconds() {
-    timespec now{};
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-    return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+  Eigen::MatrixXd slopes(const std::vector<std::size_t>& held) {
+    if (!has_matrices_) return {};
+    prices_.curve(barrier_, now_.w, diagonal_);
+    diagonal_.shift = 0;
+    if (!kkt_.factor(diagonal_)) return {};
+    Eigen::MatrixXd slopes = kkt_.follow(held);
+    return slopes.allFinite() ? slopes : Eigen::MatrixXd();
   }
+
+ private:
   double processor_seconds() const { return thread_seconds() - processor_begin_; }
   bool is_over() const { return options_.stop.stop_requested() || is_late(); }
   bool is_late() const { return processor_seconds() > options_.max_seconds; }
 
-  bool timed(double& seconds, int& calls, const std::function<bool()>& evaluate) {
-    const auto begin = Clock::now();
-    const bool good = evaluate();
-    seconds += seconds_since(begin);
-    ++calls;
-    return good;
-  }
   bool evaluate(BarrierPoint& point) {
-    return timed(solution_.times.functions, solution_.times.function_calls,
-                 [&] { return barrier_.evaluate(point); });
+    const Stopwatch watch(solution_.times.functions, solution_.times.function_calls);
+    return barrier_.evaluate(point);
   }
   // The Hessian first: what it needs at the same point brings the others along.
   bool differentiate(bool with_hessian) {
     SolveTimes& times = solution_.times;
-    if (with_hessian && !timed(times.hessian, times.hessian_calls, [&] {
-          return nlp_.hessian(now_.w.data(), 1, lambda_.data(), hessian_.data());
-        }))
-      return false;
-    if (!timed(times.jacobian, times.jacobian_calls, [&] {
-          return nlp_.gradient(now_.w.data(), gradient_.data()) &&
-                 nlp_.jacobian(now_.w.data(), jacobian_.data());
-        }))
-      return false;
+    if (with_hessian) {
+      const Stopwatch watch(times.hessian, times.hessian_calls);
+      if (!nlp_.hessian(now_.w.data(), 1, lambda_.data(), hessian_.data())) return false;
+    }
+    {
+      const Stopwatch watch(times.jacobian, times.jacobian_calls);
+      if (!nlp_.gradient(now_.w.data(), gradient_.data()) || !nlp_.jacobian(now_.w.data(), jacobian_.data()))
+        return false;
+    }
     kkt_.set(jacobian_.data(), hessian_.data());
     return gradient_.allFinite();
   }
+  bool begin_at(const std::vector<double>& start, double push) {
+    const Stopwatch watch(solution_.times.functions, solution_.times.function_calls);
+    return barrier_.begin(start, push, now_);
+  }
 
   SolveStatus run(const std::vector<double>& start, const NlpSolution* warm) {
-    if (!timed(solution_.times.functions, solution_.times.function_calls,
-               [&] { return barrier_.begin(start, warm ? kWarmPush : kPush, now_); }) ||
-        !differentiate(false))
+    if (!begin_at(start, warm ? kWarmPush : kPush) || !differentiate(false))
       throw NumericalError("solve_by_stages: the functions of the program are not finite at its start");
     mu_ = kFirstBarrier;
     if (warm) {
@@ -131,7 +128,7 @@ class StageSolver::Method {
     filter_.begin(now_.sum);
     note(0, 0, 0, 0, 0);
     for (int iteration = 1;; ++iteration) {
-      if (const std::optional<SolveStatus> end = ended(iteration)) return *end;
+      if (const std::optional<SolveStatus> end = ended(iteration)) return has_matrices_ = true, *end;
       lower_barrier();
       if (!newton_step()) return SolveStatus::kStepFailed;
       const double size = largest(w_step_);
@@ -470,6 +467,7 @@ class StageSolver::Method {
   double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0;
   int acceptable_ = 0;
   bool is_tiny_ = false;
+  bool has_matrices_ = false;  // kkt_ has those of now_
   Filter filter_;
   KktDiagonal diagonal_;
   KktVector right_, step_, corrected_;
@@ -481,6 +479,8 @@ StageSolver::StageSolver(Nlp& nlp) : nlp_(nlp), method_(std::make_unique<Method>
     refuse_stages("a limited-memory Hessian ties all stages; expected an exact or a Gauss-Newton one");
 }
 StageSolver::~StageSolver() = default;
+
+Eigen::MatrixXd StageSolver::slopes(const std::vector<std::size_t>& held) { return method_->slopes(held); }
 
 NlpSolution StageSolver::solve(const std::vector<double>& start, const SolverOptions& options,
                                const NlpSolution* warm) {

@@ -25,6 +25,7 @@
 // large-scale nonlinear programming", Mathematical Programming 106(1), 2006: its names and constants.
 #pragma once
 
+#include <Eigen/Core>
 #include <memory>
 
 #include <dyntape/interface/solvers/solver_options.h>
@@ -44,6 +45,11 @@ class StageSolver {
 
   NlpSolution solve(const std::vector<double>& start, const SolverOptions& options,
                     const NlpSolution* warm = nullptr);
+
+  // (n x held) how the first stage's variables of the last solution change, to first order, with those of them that are held by
+  // equal bounds; zero behind.  With the program's own kind of Hessian and the barrier as it ended, so what is at a limit
+  // stays there.  Empty where the last solve ended at no minimum of its quadratic model.
+  Eigen::MatrixXd slopes(const std::vector<std::size_t>& held);
 
  private:
   class Method;

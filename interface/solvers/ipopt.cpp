@@ -31,16 +31,6 @@ using Ipopt::Number;
 constexpr double kIpoptInfinity = 1e19;              // Ipopt's threshold for "no bound"
 constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once a stop is requested
 
-class Stopwatch {
- public:
-  Stopwatch(double& seconds, int& calls) : seconds_(seconds), begin_(Clock::now()) { ++calls; }
-  ~Stopwatch() { seconds_ += seconds_since(begin_); }
-
- private:
-  double& seconds_;
-  Clock::time_point begin_;
-};
-
 // Hands an Nlp to Ipopt.  Ipopt swallows exceptions that cross it, so the first one is kept for the caller.  Ipopt may
 // run in a thread of its own, which touches nothing of the caller's once the caller has left.
 class Adapter : public Ipopt::TNLP {

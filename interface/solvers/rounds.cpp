@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/rounds.h>
 
 #include <algorithm>
@@ -75,7 +76,18 @@ NlpSolution joined(NlpSolution first, NlpSolution last) {
 
 NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                             const RoundSolver& solve) {
-  NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options, solve);
+  const auto first = [&] {
+    try {
+      NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options, solve);
+      if (solution.status == SolveStatus::kNotFinite && solution.iterations() == 0)
+        problem.check_finite(start);
+      return solution;
+    } catch (const NumericalError&) {
+      problem.check_finite(start);  // who can say where it is not finite says it
+      throw;
+    }
+  };
+  NlpSolution solution = first();
   for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
     const NlpMagnitudes found = problem.magnitudes(solution.x, solution.units);
     if (!coarse(solution.units, found)) break;

@@ -153,7 +153,7 @@ bool StageKkt::factor(const KktDiagonal& diagonal) {
   return chain_->factor(diagonal.shift, diagonal.elastic);
 }
 
-void StageKkt::condensed_solve(const KktVector& right, KktVector& step) {
+void StageKkt::condensed_solve(const KktVector& right, KktVector& step, std::size_t stages) {
   const double elastic = diagonal_.elastic;
   for (std::size_t i = 0; i < place_.size(); ++i) {
     if (!is_fixed(i)) a_[place_[i]] = right.x[Eigen::Index(i)];
@@ -167,7 +167,7 @@ void StageKkt::condensed_solve(const KktVector& right, KktVector& step) {
   for (std::size_t j = 0; j < row_place_.size(); ++j) {
     if (row_place_[j] >= 0) b_[row_place_[j]] = right.c[Eigen::Index(j)];
   }
-  chain_->solve(a_, b_, z_, prices_);
+  chain_->solve(a_, b_, z_, prices_, stages);
   for (std::size_t i = 0; i < place_.size(); ++i) step.x[Eigen::Index(i)] = is_fixed(i) ? 0 : z_[place_[i]];
   for (std::size_t j = 0; j < row_place_.size(); ++j)
     step.c[Eigen::Index(j)] = row_place_[j] >= 0 ? prices_[row_place_[j]] : 0;
@@ -248,6 +248,27 @@ void StageKkt::solve(const KktVector& right, KktVector& step) {
     condensed_solve(residual_, correction_);
     step.x += correction_.x, step.s += correction_.s, step.c += correction_.c;
   }
+}
+
+Eigen::MatrixXd StageKkt::follow(const std::vector<std::size_t>& held) {
+  KktVector &right = residual_, &step = correction_;
+  const auto n = Eigen::Index(shape_.n());
+  const Eigen::Index first = begin_.size() > 1 ? Eigen::Index(begin_[1]) : n;
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(n, Eigen::Index(held.size()));
+  z_.setZero(chain_->variables()), prices_.setZero(chain_->rows());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    auto slope = slopes.col(Eigen::Index(i));
+    slope[Eigen::Index(held[i])] = 1;
+    right.x.setZero(), right.s.setZero(), right.c.setZero();
+    step.x = slope, step.c.setZero();
+    add_both_products(step, right);
+    add_hessian(slope, right.x);
+    right.x = -right.x, right.c = -right.c;
+    // It is in the rows of the first stage and in links of the second, and so is its right side.
+    condensed_solve(right, step, std::min<std::size_t>(2, chain_->stages()));
+    slope.head(first) += step.x.head(first);
+  }
+  return slopes;
 }
 
 }  // namespace dyntape

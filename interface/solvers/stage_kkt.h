@@ -49,6 +49,8 @@ class StageKkt {
   void set(const double* jacobian, const double* hessian);
   bool factor(const KktDiagonal& diagonal);
   void solve(const KktVector& right, KktVector& step);
+  // (n x held) d x / d x[held] of the first stage's variables, by those of them that have equal bounds; zero behind.
+  Eigen::MatrixXd follow(const std::vector<std::size_t>& held);
 
   // y += J^T v, J v and W v of the matrices that were set.
   void add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
@@ -73,7 +75,10 @@ class StageKkt {
   void place_rows(const Nlp& nlp);
   void connect();
   double largest_residual(const KktVector& right, const KktVector& step);
-  void condensed_solve(const KktVector& right, KktVector& step);
+  void condensed_solve(const KktVector& right, KktVector& step) {
+    condensed_solve(right, step, chain_->stages());
+  }
+  void condensed_solve(const KktVector& right, KktVector& step, std::size_t stages);
 
   const NlpShape& shape_;
   std::vector<std::size_t> begin_, stage_of_;  // of stages; of each variable

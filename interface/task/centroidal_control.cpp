@@ -41,6 +41,7 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   ClosedLoopOptions options{.seconds = task.control.seconds,
                             .period = task.control.period,
                             .delay = task.control.delay,
+                            .feedback = task.control.feedback,
                             .stop = stop,
                             .watch = watch};
   for (const Task::Control::Push& push : task.control.pushes) {
@@ -51,19 +52,15 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   options.mpc.mesh = task.mesh;
   options.mpc.solver = task.solver;
   options.mpc.iterations = task.control.iterations;
-  ControlReport report;
+  ControlReport report = report_loop(task.problem, options, [&](const Trajectory& motion, int point) {
+    return (motion.x.col(point).head<3>() - target_of(task, motion.t[point])).norm();
+  });
   report.task = task.name, report.off_of = "of the centre of mass, m";
-  report.deadline = task.control.period;
-  report.loop = close_loop(task.problem, options);
-  const Trajectory& motion = report.loop.motion;
-  const auto off = [&](int p) { return (motion.x.col(p).head<3>() - target_of(task, motion.t[p])).norm(); };
-  report.off_begin = off(0);
-  report.off_end = off(motion.points() - 1);
   return report;
 }
 
 std::vector<std::string> centroidal_files() {
-  return {kLoopTable, kLoopReport, kMassCurves, kMassSupport, kLoopSteps, kLoopPlayer};
+  return {kLoopTable, kLoopReport, kMassCurves, kMassSupport, kLoopSteps, kLoopFeedback, kLoopPlayer};
 }
 
 void write_control(const CentroidalTask& task, ControlReport& report, const std::string& folder,

@@ -72,13 +72,15 @@ std::optional<Gait> read_gait(Section& file, const MassKeys& keys, const dynamic
   gait.duty = block.about("part of the period for which a foot stands, up to 1")
                   .get_or("duty", gait.duty, io::between(1e-3, 1));
   const auto feet = Eigen::Index(keys.contacts.size());
-  const auto numbers = [&](const char* key, const std::string& text, Eigen::Index n, const std::string& has) {
-    return numbers_in(block, key, text, n, {}, has, false);
+  const auto numbers = [&](const char* key, const std::string& text, Eigen::Index n, const std::string& has,
+                           const io::Range& range = {}) {
+    return numbers_in(block, key, text, n, range, has, false);
   };
-  block.about("of each foot of contacts.hold: parts of a period by which it steps down later");
+  block.about(
+      "of each foot of contacts.hold: parts of a period by which it steps down later, within one either way");
   if (model) {
     const VectorXd phases = numbers("phases", block.get<std::string>("phases"), feet,
-                                    "there are " + std::to_string(feet) + " feet");
+                                    "there are " + std::to_string(feet) + " feet", io::between(-1, 1));
     gait.phases.assign(phases.begin(), phases.end());
   } else {
     block.defer("phases", "a number a foot");
@@ -99,7 +101,7 @@ MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<do
   Section horizon = file.about("how far a plan looks").child("horizon");
   task.options.duration = horizon.about("of a plan [s]").get<double>("duration", io::positive());
   file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
-  task.mesh = read_mesh(file);
+  task.mesh = read_mesh(file, WithLimitedMemory::kNo);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.mesh.evaluation = evaluation.options;
   task.mesh.threads = evaluation.threads;

@@ -2,7 +2,9 @@
 #include <dyntape/interface/task/control_report.h>
 
 #include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
@@ -11,6 +13,72 @@
 #include <dyntape/interface/player/player.h>
 
 namespace dyntape {
+
+namespace {
+
+// Of a quantity at times from `after` on.
+std::pair<double, double> most_and_typical(const std::vector<double>& t, const std::vector<double>& off,
+                                           double after) {
+  double most = 0, squares = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    if (t[k] < after) continue;
+    most = std::max(most, off[k]), squares += off[k] * off[k], ++count;
+  }
+  return {most, count > 0 ? std::sqrt(squares / count) : 0};
+}
+
+std::vector<double> off_of(const Trajectory& motion, const Off& off) {
+  std::vector<double> all;
+  for (int k = 0; k < motion.points(); ++k) all.push_back(off(motion, k));
+  return all;
+}
+
+double median_gain_ms(const ClosedLoop& loop) {
+  std::vector<double> ms;
+  for (const ClosedLoop::Step& step : loop.steps) ms.push_back(1e3 * step.gain_seconds);
+  if (ms.empty()) return 0;
+  std::nth_element(ms.begin(), ms.begin() + std::ptrdiff_t(ms.size() / 2), ms.end());
+  return ms[ms.size() / 2];
+}
+
+io::Plot feedback_plot(const ControlReport& report) {
+  const ControlReport::Feedback& of = *report.feedback;
+  io::Plot plot;
+  plot.title = report.task + ": what feedback between plans is worth";
+  plot.panels = {{.title = "distance from the goal",
+                  .x_label = "time [s]",
+                  .y_label = report.off_of,
+                  .series = {{.name = "with the plan's gains", .x = of.t, .y = of.with},
+                             {.name = "without", .x = of.t, .y = of.without}}}};
+  return plot;
+}
+
+}  // namespace
+
+ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off) {
+  ControlReport report;
+  report.deadline = options.period;
+  report.loop = close_loop(problem, options);
+  const Trajectory& motion = report.loop.motion;
+  report.off_begin = off(motion, 0);
+  report.off_end = off(motion, motion.points() - 1);
+  if (!(options.feedback > 0) || options.pushes.empty()) return report;
+  ClosedLoopOptions plain = options;
+  plain.feedback = 0, plain.watch = {};
+  const ClosedLoop without = close_loop(problem, plain);
+  if (without.motion.points() != motion.points()) return report;  // one of them ended early
+  ControlReport::Feedback of;
+  of.t.assign(motion.t.begin(), motion.t.end());
+  of.with = off_of(motion, off), of.without = off_of(without.motion, off);
+  const auto first = std::min_element(options.pushes.begin(), options.pushes.end(),
+                                      [](const Push& a, const Push& b) { return a.at < b.at; });
+  of.after = first->at;
+  std::tie(of.most_with, of.typical_with) = most_and_typical(of.t, of.with, of.after);
+  std::tie(of.most_without, of.typical_without) = most_and_typical(of.t, of.without, of.after);
+  report.feedback = std::move(of);
+  return report;
+}
 
 io::Plot steps_plot(const ControlReport& report) {
   io::Series taken{.name = "a step", .mark = io::Mark::kPoints};
@@ -35,6 +103,7 @@ void write_loop(ControlReport& report, const io::CsvTable& table,
   io::ResultFolder results(folder, report.unwritten);
   results.write(kLoopTable,
                 [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
+  results.remove(kLoopFeedback);
   if (report.loop.motion.points() > 2) {
     const LoopPictures drawn = pictures();
     const auto draw = [&](const std::string& file, const io::Plot& plot) {
@@ -42,6 +111,7 @@ void write_loop(ControlReport& report, const io::CsvTable& table,
     };
     for (const auto& [file, plot] : drawn.plots) draw(file, plot);
     draw(kLoopSteps, steps_plot(report));
+    if (report.feedback) draw(kLoopFeedback, feedback_plot(report));
     results.write(kLoopPlayer, [&](const std::string& path) { write_player(drawn.player, path); });
   }
   results.write(kLoopReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
@@ -72,6 +142,18 @@ std::string ControlReport::text() const {
   table.append({"first step", loop.steps.empty() ? "" : ms(loop.steps.front().seconds) + ", solved"});
   table.append({"later steps", "median " + ms(loop.latency(0.5)) + ", 99 % " + ms(loop.latency(0.99)) +
                                    ", longest " + ms(loop.latency(1))});
+  if (feedback) {
+    const auto pair = [](double most, double typical) {
+      return io::significant(most, 3) + " at most, " + io::significant(typical, 3) + " typically";
+    };
+    table.append({"after the first push", pair(feedback->most_with, feedback->typical_with) +
+                                              " from the goal with feedback between "
+                                              "plans, " +
+                                              pair(feedback->most_without, feedback->typical_without) +
+                                              " without"});
+    table.append(
+        {"gains of a plan", "median " + io::significant(median_gain_ms(loop), 3) + " ms of the step"});
+  }
   table.append({"longer than the period", std::to_string(loop.missed(deadline))});
   std::string unusable = std::to_string(loop.unusable());
   if (const ClosedLoop::Step* step = first_unusable())
@@ -89,18 +171,24 @@ std::string ControlReport::json() const {
                      {"iterations", step.iterations},
                      {"status", to_string(step.status)},
                      {"usable", step.usable}});
-  const nlohmann::ordered_json report = {{"task", task},
-                                         {"success", success()},
-                                         {"trouble", loop.trouble},
-                                         {"seconds", loop.motion.t[loop.motion.points() - 1]},
-                                         {"from_goal", {{"begin", off_begin}, {"end", off_end}}},
-                                         {"step_ms",
-                                          {{"median", 1e3 * loop.latency(0.5)},
-                                           {"p99", 1e3 * loop.latency(0.99)},
-                                           {"longest", 1e3 * loop.latency(1)}}},
-                                         {"missed_deadlines", loop.missed(deadline)},
-                                         {"unusable_plans", loop.unusable()},
-                                         {"steps", steps}};
+  nlohmann::ordered_json report = {{"task", task},
+                                   {"success", success()},
+                                   {"trouble", loop.trouble},
+                                   {"seconds", loop.motion.t[loop.motion.points() - 1]},
+                                   {"from_goal", {{"begin", off_begin}, {"end", off_end}}},
+                                   {"step_ms",
+                                    {{"median", 1e3 * loop.latency(0.5)},
+                                     {"p99", 1e3 * loop.latency(0.99)},
+                                     {"longest", 1e3 * loop.latency(1)}}},
+                                   {"missed_deadlines", loop.missed(deadline)},
+                                   {"unusable_plans", loop.unusable()},
+                                   {"steps", steps}};
+  if (feedback)
+    report["feedback"] = {
+        {"after", feedback->after},
+        {"with", {{"most", feedback->most_with}, {"typical", feedback->typical_with}}},
+        {"without", {{"most", feedback->most_without}, {"typical", feedback->typical_without}}},
+        {"gain_ms", median_gain_ms(loop)}};
   return report.dump(2) + "\n";
 }
 

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include <dyntape/interface/io/csv.h>
@@ -19,9 +20,17 @@ namespace dyntape {
 struct ControlReport {
   std::string task;  // its name
   ClosedLoop loop;
-  double deadline = 0;                 // s, the period
-  double off_begin = 0, off_end = 0;   // distance from the goal at the beginning and the end,
-  std::string off_of = {};             // of what, and its unit
+  double deadline = 0;                // s, the period
+  double off_begin = 0, off_end = 0;  // distance from the goal at the beginning and the end,
+  std::string off_of = {};            // of what, and its unit
+  // What feedback between plans is worth: how far off the loop is over time with it, and the same loop without.
+  struct Feedback {
+    std::vector<double> t, with, without;
+    double after = 0;                              // s, the first push, from which on these are taken:
+    double most_with = 0, most_without = 0;        // largest
+    double typical_with = 0, typical_without = 0;  // root of the mean square
+  };
+  std::optional<Feedback> feedback;
   std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
 
   bool success() const { return loop.trouble.empty() && loop.unusable() == 0; }
@@ -30,11 +39,16 @@ struct ControlReport {
   std::string json() const;
 };
 
+// The report of a loop: with feedback, of a second one without as well.  off: how far the motion is off at a point.
+using Off = std::function<double(const Trajectory& motion, int point)>;
+ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off);
+
 io::Plot steps_plot(const ControlReport& report);
 
 // Files of every loop; pictures need a motion of more than two points.
 inline constexpr const char *kLoopTable = "closed_loop.csv", *kLoopReport = "report.json",
-                            *kLoopSteps = "steps.svg", *kLoopPlayer = "motion.html";
+                            *kLoopSteps = "steps.svg", *kLoopFeedback = "feedback.svg",
+                            *kLoopPlayer = "motion.html";
 struct LoopPictures {
   std::vector<std::pair<std::string, io::Plot>> plots;  // file, picture
   PlayerInput player;

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/mpc_task.h>
 
-#include <algorithm>
-
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 #include <dyntape/interface/task/task_costs.h>
@@ -13,27 +10,6 @@ namespace dyntape {
 namespace {
 
 constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.svg";
-
-// Without what has to be so at the end of the horizon.
-Problem endless(const Task& task) {
-  Problem problem = task.problem;
-  // A running cost of what the motion is, not of what it takes.
-  const auto draws = [](const Term& term) {
-    const auto is_named = [&](const TaskCost& cost) { return cost.key == term.name; };
-    return term.where == Where::kRunning && (term.role == Role::kCost || term.role == Role::kSquares) &&
-           std::none_of(task_costs().begin(), task_costs().end(), is_named);
-  };
-  if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
-    throw ArgumentError(
-        "task \"" + task.name +
-        "\": nothing draws it to its goal, which a controller does not demand; expected weights in "
-        "costs.tracking or reference, or a running cost in terms");
-  problem.goal.setConstant(Problem::kFree);
-  std::erase_if(problem.terms, [](const Term& term) {
-    return term.where == Where::kTerminal && (term.role == Role::kEquality || term.role == Role::kInequality);
-  });
-  return problem;
-}
 
 double distance_to_goal(const Task& task, const Eigen::VectorXd& x) {
   const Eigen::VectorXd away = (x - task.problem.goal).head(task.scene.model.nv);
@@ -68,6 +44,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   ClosedLoopOptions options{.seconds = task.control.seconds,
                             .period = task.control.period,
                             .delay = task.control.delay,
+                            .feedback = task.control.feedback,
                             .stop = stop,
                             .watch = watch};
   for (const Task::Control::Push& push : task.control.pushes) {
@@ -79,18 +56,15 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
   options.mpc.iterations = task.control.iterations;
-  ControlReport report;
+  ControlReport report = report_loop(drawn_problem(task), options, [&](const Trajectory& motion, int point) {
+    return distance_to_goal(task, motion.x.col(point));
+  });
   report.task = task.name, report.off_of = "norm over the joints";
-  report.deadline = task.control.period;
-  report.loop = close_loop(endless(task), options);
-  const Trajectory& motion = report.loop.motion;
-  report.off_begin = distance_to_goal(task, motion.x.col(0));
-  report.off_end = distance_to_goal(task, motion.x.col(motion.points() - 1));
   return report;
 }
 
 std::vector<std::string> control_files() {
-  return {kLoopTable, kLoopReport, kLoopCurves, kLoopSteps, kLoopMotion, kLoopPlayer};
+  return {kLoopTable, kLoopReport, kLoopCurves, kLoopSteps, kLoopFeedback, kLoopMotion, kLoopPlayer};
 }
 
 void write_control(const Task& task, ControlReport& report, const std::string& folder,

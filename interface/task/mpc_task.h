@@ -6,13 +6,15 @@
 //   const ControlReport report = control_task(task);
 //   write_control(task, report, "out");
 //
-//   mpc   seconds [3], of the loop; period [0.02], between steps; delay [0], from measuring to acting, all s; iterations [1] of a
-//         step, 0: until it is solved; push NAME { at (s), v VECTOR (rad/s or m/s) }: added to the velocities
+//   mpc   seconds [3], of the loop; period [0.02], between steps; delay [0], from measuring to acting; feedback [0], between
+//         corrections by the plan's gains (receding_horizon.h), 0: none, all s; iterations [1] of a step, 0: until it is
+//         solved; push { at (s), v VECTOR (rad/s or m/s) }: added to the velocities
 //
 // The horizon is the task's; costs of tracking draw to the goal, which is not demanded at its end.
 //
 // write_control leaves in the folder: closed_loop.csv (t, q.*, v.*, tau.*, and of each step ms, iterations, usable),
-// report.json, closed_loop.svg, steps.svg, motion.svg, motion.html.
+// report.json, closed_loop.svg, steps.svg, motion.svg, motion.html; with feedback and a push, feedback.svg: how far it is from
+// the goal with it and without, for which the loop is run twice.
 //
 // Errors: ArgumentError for a task without costs of tracking; those of close_loop.
 #pragma once

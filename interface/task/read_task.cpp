@@ -83,10 +83,16 @@ void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs,
     w_q.head<3>().setConstant(costs.tracking_base_position);
     w_q.segment<3>(3).setConstant(costs.tracking_base_orientation);
   }
-  if (w_q.isZero(0) && costs.tracking_v.isZero(0)) return;
   const Eigen::VectorXd q = goal.head(model.nq), v = goal.tail(model.nv);
-  problem.add(joint_tracking(task.scene, w_q, q.array().isNaN().select(dynamics::neutral(model), q),
-                             costs.tracking_v, v.array().isNaN().select(0, v)));
+  const auto tracking = [&](const Eigen::VectorXd& of_q, const Eigen::VectorXd& of_v) {
+    return joint_tracking(task.scene, of_q, q.array().isNaN().select(dynamics::neutral(model), q), of_v,
+                          v.array().isNaN().select(0, v));
+  };
+  if (!w_q.isZero(0) || !costs.tracking_v.isZero(0)) problem.add(tracking(w_q, costs.tracking_v));
+  if (costs.end_q.isZero(0) && costs.end_v.isZero(0)) return;
+  Term end = tracking(costs.end_q, costs.end_v);
+  end.name = "tracking at the end", end.where = Where::kTerminal;
+  problem.add(std::move(end));
 }
 
 void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limits) {
@@ -253,7 +259,34 @@ Task read_task(const std::string& path) {
   const std::vector<GuessKnot> guess = guess_knots(task, keys);
   compose_problem(task, keys, guess);
   if (!keys.phases.empty()) compose_phases(task, keys, guess.front().q, guess.back().q);
+  if (task.by_ddp) {
+    task.problem.x.lower.setConstant(-HUGE_VAL), task.problem.x.upper.setConstant(HUGE_VAL);
+    try {
+      check_shooting(drawn_problem(task));
+    } catch (const ArgumentError& e) {
+      throw FileError(path + ": 'solver.method' is ddp: " + e.what());
+    }
+  }
   return task;
+}
+
+Problem drawn_problem(const Task& task) {
+  Problem problem = task.problem;
+  // A cost of what the motion is, not of what it takes.
+  const auto draws = [](const Term& term) {
+    const auto is_named = [&](const TaskCost& cost) { return cost.key == term.name; };
+    return (term.role == Role::kCost || term.role == Role::kSquares) &&
+           std::none_of(task_costs().begin(), task_costs().end(), is_named);
+  };
+  if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
+    throw ArgumentError("task \"" + task.name +
+                        "\": nothing draws it to its goal, which is not demanded; expected weights in "
+                        "costs.tracking or reference, or a cost in terms");
+  problem.goal.setConstant(Problem::kFree);
+  std::erase_if(problem.terms, [](const Term& term) {
+    return term.where == Where::kTerminal && (term.role == Role::kEquality || term.role == Role::kInequality);
+  });
+  return problem;
 }
 
 }  // namespace dyntape

@@ -28,18 +28,6 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
-// Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
-bool is_too_coarse(const PhasedSolution& phases, const Task& task) {
-  if (!phases.success()) return false;
-  const Verification v = whole_verification(task, phases);
-  if (!(v.violation <= task.demands.violation)) return false;
-  if (!(v.worst_relative <= task.demands.true_defect)) return true;
-  if (!task.demands.limits) return false;
-  const std::vector<LimitExcess> excesses = excesses_of(task, phases);
-  const auto between = [](const LimitExcess& excess) { return excess.between_points; };
-  return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
-}
-
 // The motion on another mesh, moved to within the bounds, which it keeps at its own points only.
 std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
   std::vector<Trajectory> finer;
@@ -57,11 +45,11 @@ class Rounds {
 
   RefinedSolve run(const MeshOptions& mesh) {
     build(mesh);
-    result_.solution = optimise(*result_.program, phases_, result_.program->start(), options());
+    take(optimise(*result_.program, phases_, result_.program->start(), options()));
     if (result_.solution.nlp.log.empty()) check_not_stopped();
     note(result_.solution);
-    while (moment_.refinement < task_.demands.refinements && is_too_coarse(result_.solution, task_) &&
-           !watch_.stop.stop_requested()) {
+    while (moment_.refinement < task_.demands.refinements &&
+           is_too_coarse(result_.solution, result_.excesses, task_) && !watch_.stop.stop_requested()) {
       if (!refine()) break;
     }
     return std::move(result_);
@@ -119,17 +107,28 @@ class Rounds {
     return options;
   }
 
-  void note(const PhasedSolution& s) {
+  void take(PhasedSolution solution) {
+    found_ = std::move(solution);
+    result_.solution = whole(task_, found_);
+    result_.excesses = excesses_of(task_, found_);
+    result_.phases.clear();
+    for (std::size_t k = 0; k < task_.phases.size(); ++k) {
+      const Eigen::VectorXd& t = found_.motions[k].t;
+      result_.phases.push_back({task_.phases[k].name, found_.begin(k), t[t.size() - 1]});
+    }
+  }
+
+  void note(const Solution& s) {
     iterations_ += s.nlp.iterations();
     processor_seconds_ += s.nlp.times.processor;
     result_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
                               s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
-                              whole_verification(task_, s).worst_relative, s.nlp.status});
+                              s.verification.worst_relative, s.nlp.status});
   }
 
   // False where the finer mesh is given up, and the coarser motion stays.
   bool refine() {
-    const PhasedSolution& coarse = result_.solution;
+    const PhasedSolution& coarse = found_;
     std::vector<std::vector<double>> nodes;
     ++moment_.refinement;
     moment_.intervals = 0;
@@ -141,14 +140,14 @@ class Rounds {
     try {
       auto program = std::make_unique<PhasedCollocation>(*result_.program, phases_, nodes);
       PhasedSolution fine = optimise(*program, phases_, warm_start(coarse.motions, *program), options());
-      note(fine);
+      note(whole(task_, fine));
       if (!fine.success()) {
         result_.trouble = where + describe(fine.nlp.status);
         return false;
       }
       fine.derivatives = coarse.derivatives;
       fine.check_seconds += coarse.check_seconds;
-      result_.solution = std::move(fine);
+      take(std::move(fine));
       result_.program = std::move(program);
     } catch (const Error& e) {  // too large, or without a finite value at the start
       result_.trouble = where + e.what();
@@ -160,6 +159,7 @@ class Rounds {
   const Task& task_;
   const Phases phases_;
   const SolveWatch& watch_;
+  PhasedSolution found_;
   RefinedSolve result_;
   SolveMoment moment_{SolveStage::kRecording};
   int iterations_ = 0;
@@ -190,6 +190,15 @@ std::string SolveMoment::text() const {
   if (!now) return "solving" + mesh;
   return "solving" + mesh + ": iteration " + std::to_string(now->iteration) + ", cost " +
          io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility);
+}
+
+bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task) {
+  const Verification& v = solution.verification;
+  if (!solution.success() || !(v.violation <= task.demands.violation)) return false;
+  if (!(v.worst_relative <= task.demands.true_defect)) return true;
+  if (!task.demands.limits) return false;
+  const auto between = [](const LimitExcess& excess) { return excess.between_points; };
+  return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
 }
 
 RefinedSolve solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {

@@ -9,9 +9,11 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
 #include <dyntape/interface/task/watch.h>
 #include <dyntape/interface/transcription/optimise_phases.h>
@@ -26,16 +28,43 @@ struct MeshRound {
   SolveStatus status = SolveStatus::kSolverError;
 };
 
+struct SolveSizes {
+  std::size_t variables = 0, constraints = 0, jacobian = 0, hessian = 0;  // of the program; non-zeros
+  std::size_t points = 0, operations = 0;                                 // operations of the stage's values
+};
+
+// What else there is to say of differential dynamic programming.
+struct DdpFacts {
+  double slope = 0;                // largest of the cost by a control that is at no limit
+  std::optional<bool> is_minimum;  // of the second order, where that is known
+  double off_goal = 0;             // distance from the goal at the end, norm over the states it gives
+};
+
+struct PhaseTime {
+  std::string name;
+  double begin, duration;  // s
+};
+
 struct RefinedSolve {
-  std::unique_ptr<PhasedCollocation> program;
-  PhasedSolution solution;
+  std::unique_ptr<PhasedCollocation> program;  // null by differential dynamic programming
+  SolveSizes sizes;
+  std::vector<std::string> active;  // names of variables and rows that rest on a bound
+  std::optional<DdpFacts> ddp;
+  Solution solution;
+  std::vector<LimitExcess> excesses;
+  std::vector<PhaseTime> phases;  // of a motion that has them
   std::vector<MeshRound>
       meshes;           // coarsest first; the last may have failed, and is then not that of `solution`
   std::string trouble;  // why a finer mesh was given up: "the mesh of 200 intervals: ..."; empty: it was not
   BuildReport build;
 };
 
+// Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
+bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task);
+
 // Interrupted, where the watch stops it before the first iteration; else as optimise().
 RefinedSolve solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch);
+ShootingScheme shooting_scheme(const Task& task);
+RefinedSolve solve_by_steps(const Task& task, const MeshOptions& mesh, const SolveWatch& watch);  // task.by_ddp
 
 }  // namespace dyntape

@@ -37,6 +37,19 @@ std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptio
   return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
 }
 
+// Its sizes, and what rests on a bound.
+void look_at_program(RefinedSolve& solve) {
+  solve.sizes = sizes_of(*solve.program);
+  ScaledNlp scaled(*solve.program, solve.solution.nlp.units);
+  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(solve.solution.nlp));
+  std::set<std::string> seen;
+  for (std::size_t i : active.variables) {  // a free duration is one variable a point
+    const std::string name = solve.program->variable_name(i);
+    if (seen.insert(name).second) solve.active.push_back(name);
+  }
+  for (std::size_t j : active.rows) solve.active.push_back(solve.program->constraint_name(j));
+}
+
 // What verboseCppAd asks for.
 void say(const Task& task, const BuildReport& build) {
   std::fprintf(stderr,
@@ -44,6 +57,30 @@ void say(const Task& task, const BuildReport& build) {
                task.name.c_str(), build.compiled, build.seconds.total() - build.seconds.record,
                build.from_cache, build.interpreted);
   for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
+}
+
+std::string program_text(const Task& task) {
+  MeshOptions mesh = mesh_of(task);
+  mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
+  const PhasedCollocation nlp(phases_of(task), meshes_of(task, mesh));
+  const SolveSizes sizes = sizes_of(nlp);
+  int intervals = 0;
+  for (const Task* part : parts_of(task)) intervals += part->optimise.mesh.intervals;
+  std::string text =
+      "\nOne point with its costs and constraints: " + io::with_groups(sizes.operations) + " operations\n";
+  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(intervals) +
+          " intervals, " + io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) +
+          " variables, " + io::with_groups(sizes.constraints) + " constraints, " +
+          io::with_groups(sizes.jacobian) + " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) +
+          " of the Hessian\n";
+  return text;
+}
+
+std::string steps_text(const Task& task) {
+  const std::size_t operations =
+      total_operations(dissolved(record_shooting(drawn_problem(task), shooting_scheme(task)).step));
+  return "\nDifferential dynamic programming: " + std::to_string(task.optimise.mesh.intervals) +
+         " steps of " + io::with_groups(operations) + " operations with their costs\n";
 }
 
 }  // namespace
@@ -55,26 +92,19 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.expected = task.expected;
   report.demands = task.demands;
   report.free_time = task.problem.free_time;
-  RefinedSolve solve = solve_refined(task, mesh_of(task), watch);
+  RefinedSolve solve =
+      task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
+  if (solve.program) look_at_program(solve);
   if (task.models.verbose) say(task, solve.build);
   report.build = std::move(solve.build);
-  report.sizes = sizes_of(*solve.program);
+  report.sizes = solve.sizes;
   report.meshes = std::move(solve.meshes);
   report.refinement_trouble = std::move(solve.trouble);
-  report.solution = whole(task, solve.solution);
-  report.excesses = excesses_of(task, solve.solution);
-  for (std::size_t k = 0; k < task.phases.size(); ++k) {
-    const Eigen::VectorXd& t = solve.solution.motions[k].t;
-    report.phases.push_back({task.phases[k].name, solve.solution.begin(k), t[t.size() - 1]});
-  }
-  ScaledNlp scaled(*solve.program, report.solution.nlp.units);
-  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(report.solution.nlp));
-  std::set<std::string> seen;
-  for (std::size_t i : active.variables) {  // a free duration is one variable a point
-    const std::string name = solve.program->variable_name(i);
-    if (seen.insert(name).second) report.active.push_back(name);
-  }
-  for (std::size_t j : active.rows) report.active.push_back(solve.program->constraint_name(j));
+  report.solution = std::move(solve.solution);
+  report.excesses = std::move(solve.excesses);
+  report.phases = std::move(solve.phases);
+  report.active = std::move(solve.active);
+  report.ddp = solve.ddp;
   // A request that comes when all is done changes nothing.
   report.interrupted = watch.stop.stop_requested() && !report.success();
   return report;
@@ -98,18 +128,7 @@ std::string explain(const Task& task) {
     table.append({dynamics::effect_name(effect), "yes", io::with_groups(added)});
   });
   text += table.text();
-  MeshOptions mesh = mesh_of(task);
-  mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
-  const PhasedCollocation nlp(phases_of(task), meshes_of(task, mesh));
-  const SolveSizes sizes = sizes_of(nlp);
-  int intervals = 0;
-  for (const Task* part : parts_of(task)) intervals += part->optimise.mesh.intervals;
-  text +=
-      "\nOne point with its costs and constraints: " + io::with_groups(sizes.operations) + " operations\n";
-  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(intervals) + " intervals, " +
-          io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) + " variables, " +
-          io::with_groups(sizes.constraints) + " constraints, " + io::with_groups(sizes.jacobian) +
-          " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) + " of the Hessian\n";
+  text += task.by_ddp ? steps_text(task) : program_text(task);
   text += "\nThe task as it was understood:\n\n" + task.effective;
   return text;
 }

@@ -26,11 +26,6 @@
 
 namespace dyntape {
 
-struct SolveSizes {
-  std::size_t variables = 0, constraints = 0, jacobian = 0, hessian = 0;  // of the program; non-zeros
-  std::size_t points = 0, operations = 0;                                 // operations of the stage's values
-};
-
 struct SolveReport {
   std::string task, robot;
   Solution solution;
@@ -39,14 +34,11 @@ struct SolveReport {
   BuildReport build;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
+  std::optional<DdpFacts> ddp;        // where that was the method
   std::vector<MeshRound> meshes;      // coarsest first
   std::string refinement_trouble;     // why a finer mesh was given up, or ""
   std::vector<LimitExcess> excesses;  // of the robot's limits
-  struct Phase {
-    std::string name;
-    double begin, duration;  // s
-  };
-  std::vector<Phase>
+  std::vector<PhaseTime>
       phases;  // of a motion that has them, whose points then stand one after another in `solution`
   std::optional<Problem::Range>
       free_time;                       // of the duration, where it was to be found: motion.t ends with it

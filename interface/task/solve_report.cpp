@@ -38,9 +38,9 @@ std::string excess_text(const std::vector<LimitExcess>& excesses) {
 }
 
 // "push_off 0.3 s, flight 0.25 s"
-std::string phases_text(const std::vector<SolveReport::Phase>& phases) {
+std::string phases_text(const std::vector<PhaseTime>& phases) {
   std::string text;
-  for (const SolveReport::Phase& phase : phases)
+  for (const PhaseTime& phase : phases)
     text += (text.empty() ? "" : ", ") + phase.name + " " + io::significant(phase.duration, 5) + " s";
   return text;
 }
@@ -108,20 +108,33 @@ std::string SolveReport::text() const {
   }
   facts.append({"constraint violation, relative, plain code",
                 io::scientific(v.violation) + (v.worst_row.empty() ? "" : " (" + v.worst_row + ")")});
-  facts.append({"optimality, relative, recomputed",
-                "stationarity " + io::scientific(solution.kkt.stationarity) + ", feasibility " +
-                    io::scientific(solution.kkt.feasibility) + ", complementarity " +
-                    io::scientific(solution.kkt.complementarity)});
+  if (ddp) {
+    facts.append({"largest slope by a control", io::scientific(ddp->slope)});
+    facts.append({"a minimum of the second order", !ddp->is_minimum   ? "not known"
+                                                   : *ddp->is_minimum ? "yes"
+                                                                      : "no"});
+    facts.append({"from the goal at the end",
+                  io::significant(ddp->off_goal, 3) + " (costs draw to it, norm over the states)"});
+  } else {
+    facts.append({"optimality, relative, recomputed",
+                  "stationarity " + io::scientific(solution.kkt.stationarity) + ", feasibility " +
+                      io::scientific(solution.kkt.feasibility) + ", complementarity " +
+                      io::scientific(solution.kkt.complementarity)});
+  }
   facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
                                                  (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
   facts.append({"true defect, of the motion", defect_text(*this)});
   facts.append({"miss of the controls alone", io::scientific(v.miss)});
   facts.append({"robot's limits", excesses.empty() ? "kept" : std::to_string(excesses.size()) + " exceeded"});
   facts.append({"active bounds", std::to_string(active.size())});
-  facts.append({"program", io::with_groups(sizes.variables) + " variables, " +
-                               io::with_groups(sizes.constraints) + " constraints, " +
-                               io::with_groups(sizes.jacobian) + " + " + io::with_groups(sizes.hessian) +
-                               " non-zeros"});
+  if (ddp)
+    facts.append(
+        {"steps", io::with_groups(sizes.points - 1) + ", " + io::with_groups(sizes.variables) + " controls"});
+  else
+    facts.append({"program", io::with_groups(sizes.variables) + " variables, " +
+                                 io::with_groups(sizes.constraints) + " constraints, " +
+                                 io::with_groups(sizes.jacobian) + " + " + io::with_groups(sizes.hessian) +
+                                 " non-zeros"});
   const Timings& seconds = build.seconds;
   io::TextTable times({{"step"}, {"time", "", io::Align::kRight}, {"remark"}});
   const std::string origin = std::to_string(build.compiled) + " compiled, " +
@@ -133,14 +146,16 @@ std::string SolveReport::text() const {
   times.append({"print", io::duration(seconds.schedule + seconds.print), ""});
   times.append({"compile", io::duration(seconds.compile), origin});
   times.append({"load", io::duration(seconds.hash + seconds.load), ""});
-  times.append({"check derivatives", io::duration(solution.check_seconds),
-                "worst relative difference beyond rounding " +
-                    io::scientific(solution.derivatives.worst_first) + ", second order " +
-                    io::scientific(solution.derivatives.worst_second)});
+  if (!ddp)
+    times.append({"check derivatives", io::duration(solution.check_seconds),
+                  "worst relative difference beyond rounding " +
+                      io::scientific(solution.derivatives.worst_first) + ", second order " +
+                      io::scientific(solution.derivatives.worst_second)});
   times.append({"solve", io::duration(nlp.times.total),
-                "functions " + io::duration(nlp.times.functions) + ", Jacobian " +
-                    io::duration(nlp.times.jacobian) + ", Hessian " + io::duration(nlp.times.hessian) +
-                    ", linear solver and rest " + io::duration(nlp.times.solver())});
+                ddp ? ""
+                    : "functions " + io::duration(nlp.times.functions) + ", Jacobian " +
+                          io::duration(nlp.times.jacobian) + ", Hessian " + io::duration(nlp.times.hessian) +
+                          ", linear solver and rest " + io::duration(nlp.times.solver())});
   times.append({"verify", io::duration(solution.verify_seconds), ""});
   return task + ": " + verdict() + "\n\n" + facts.text() + excess_text(excesses) + mesh_text(meshes) + "\n" +
          times.text();
@@ -161,7 +176,7 @@ std::string SolveReport::json() const {
   j["cost"] = number(solution.cost());
   j["duration"] = number(duration());
   if (free_time) j["duration_range"] = {free_time->shortest, free_time->longest};
-  for (const Phase& phase : phases)
+  for (const PhaseTime& phase : phases)
     j["phases"].push_back({{"name", phase.name}, {"begin", phase.begin}, {"duration", phase.duration}});
   if (expected) {
     j["expected"] = {
@@ -171,6 +186,10 @@ std::string SolveReport::json() const {
   j["kkt"] = {{"stationarity", number(solution.kkt.stationarity)},
               {"feasibility", number(solution.kkt.feasibility)},
               {"complementarity", number(solution.kkt.complementarity)}};
+  if (ddp)
+    j["ddp"] = {{"slope", number(ddp->slope)},
+                {"is_minimum", ddp->is_minimum ? ordered_json(*ddp->is_minimum) : ordered_json(nullptr)},
+                {"from_goal", number(ddp->off_goal)}};
   j["true_defect"] = number(v.worst_defect);
   j["relative_defect"] = {{"value", number(v.worst_relative)},
                           {"interval", v.worst_interval},

@@ -61,8 +61,8 @@
 //   costs           control, effort, acceleration [0]: weights of |u|^2, |u/limit|^2, |q''|^2, integrated;
 //                   time [0]: weight of a duration that is to be found (s);
 //                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0]
-//                   base_position [0]  base_orientation [0] }: weights of the squared distance to the goal, the third and
-//                   fourth to that of its frame
+//                   base_position [0]  base_orientation [0]  end { q VECTOR [0]  v VECTOR [0] } }: weights of the squared
+//                   distance to the goal, the third and fourth to that of its frame, those of `end` at the end alone
 //   terms           term NAME { what, frame, in [aligned] world | local, axis ["0 0 1"], place, target [0], entries ["": all],
 //                   role [cost] equality | inequality, where [running] start | end | at, at, lower, upper, weight [1],
 //                   penalty [quadratic] huber | absolute | barrier, width [0.01] }: ready terms, as many as there are.  What:
@@ -70,7 +70,9 @@
 //                   joint_velocity, torque, power (term_keys.h)
 //   bounds          positions, velocities, efforts [robot] none | NUMBER: limits of the robot, or +-NUMBER; a velocity
 //                   or effort limit of 0 in the robot's file is none
-//   solver          method [ipopt] stages (solver_options.h), tolerance [1e-8], dual_tolerance [1],
+//   solver          method [ipopt] stages (solver_options.h) | ddp (ddp.h: costs alone draw to the goal, of limits those of
+//                   controls hold, no other is asked for unless verify.limits; steps of the classical Runge-Kutta
+//                   scheme, or scheme euler), tolerance [1e-8], dual_tolerance [1],
 //                   bound_relaxation [1e-8], max_iterations [3000], max_seconds [1e6], stop_at_acceptable [on],
 //                   print_level [0], check_derivatives [on],
 //                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
@@ -125,6 +127,7 @@ struct Task {
   Surroundings around;
   std::vector<Capsule> passed;  // places of waypoints, for pictures
   OptimiseOptions optimise;
+  bool by_ddp = false;  // solved by differential dynamic programming (ddp.h), of `optimise` what that knows
   struct Expected {
     double cost, tolerance;
   };
@@ -150,6 +153,7 @@ struct Task {
   // As a controller (mpc_task.h).
   struct Control {
     double seconds = 3, period = 0.02, delay = 0;  // s
+    double feedback = 0;                           // s between corrections by the plan's gains; 0: none
     int iterations = 1;                            // of a step; 0: until it is solved
     struct Push {
       double at;          // s
@@ -166,5 +170,9 @@ struct Task {
 };
 
 Task read_task(const std::string& path);
+
+// The problem with a goal that costs of tracking draw to, which is not demanded: for controllers, and for methods that know no demands.
+// ArgumentError where nothing draws.
+Problem drawn_problem(const Task& task);
 
 }  // namespace dyntape

@@ -69,12 +69,21 @@ std::optional<Problem::Range> read_free_time(Section& horizon, double duration) 
   return range;
 }
 
-void read_solver(Section& file, OptimiseOptions& optimise) {
+void read_solver(Section& file, Task& task) {
   Section solver = file.about("what solves the program").child_or_empty("solver");
+  OptimiseOptions& optimise = task.optimise;
   SolverOptions& options = optimise.solver;
-  options.method = solver.about("Ipopt, or dyntape's own, which goes from stage to stage")
-                       .choice_or<NlpMethod>("method", "ipopt",
-                                             {{"ipopt", NlpMethod::kIpopt}, {"stages", NlpMethod::kStages}});
+  const auto method =
+      solver
+          .about(
+              "Ipopt; dyntape's own, which goes from stage to stage; differential dynamic programming, of "
+              "costs "
+              "and limits of controls")
+          .choice_or<std::optional<NlpMethod>>(
+              "method", "ipopt",
+              {{"ipopt", NlpMethod::kIpopt}, {"stages", NlpMethod::kStages}, {"ddp", std::nullopt}});
+  task.by_ddp = !method;
+  options.method = method.value_or(NlpMethod::kStages);
   options.tolerance =
       solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
   options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
@@ -237,6 +246,7 @@ void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model
   if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
   if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
   if (keys.target && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+  if (keys.target && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
   const bool has_base = model && floats(*model) && !keys.target;
   if (!model) return;
   if (keys.costs.tracking_base_position > 0 && (!has_base || std::isnan(keys.goal[0])))
@@ -261,6 +271,9 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   c.tracking_base_position = tracking.get_or("base_position", 0.0, io::not_negative());
   tracking.about("of its orientation [1/rad^2]");
   c.tracking_base_orientation = tracking.get_or("base_orientation", 0.0, io::not_negative());
+  Section end = tracking.about("the same at the end alone, not integrated").child_or_empty("end");
+  c.end_q = read_joint_values(end.about("of positions"), "q", model, 0.0, io::not_negative());
+  c.end_v = read_joint_values(end.about("of velocities"), "v", model, 0.0, io::not_negative());
   return c;
 }
 
@@ -274,6 +287,46 @@ void check_time_costs(Section& file, const TaskKeys& keys) {
                  "' weighs the duration, which is given; expected 'shortest' and 'longest' "
                  "in 'horizon', between which it may be found");
   }
+}
+
+// What differential dynamic programming does not know of a task, said where it stands.
+void check_ddp(Section& file, const Task& task, const TaskKeys& keys) {
+  if (!task.by_ddp) return;
+  const auto refuse = [&](const char* block, const char* key, const std::string& what) {
+    file.child_or_empty(block).problem(key, "'" + std::string(block) + "." + key + "' " + what);
+  };
+  const std::string method = ", which the method ddp does not know; expected ";
+  if (keys.free_time) refuse("horizon", "shortest", "is of a duration to be found" + method + "a given one");
+  Section form = file.child_or_empty("transcription");
+  const Scheme& scheme = task.optimise.mesh.scheme;
+  if (form.has("scheme") && scheme.name != "euler" && !(scheme.step && scheme.steps == 1))
+    refuse("transcription", "scheme",
+           "is one of collocation" + method + "runge-kutta-4, which is the default, or semi-implicit-euler");
+  if (!keys.phases.empty()) file.problem("phases", "'phases' are what the method ddp does not know");
+  if (task.robot.form == DynamicsForm::kInverse)
+    refuse("transcription", "dynamics", "has accelerations and equations for them" + method + "forward");
+  if (task.optimise.mesh.hessian == HessianKind::kLimitedMemory)
+    refuse("transcription", "hessian", "is limited_memory" + method + "exact or gauss_newton");
+  if (!task.robot.contacts.empty())
+    refuse("contacts", "hold", "are constraints" + method + "a task without contacts, or the method stages");
+  if (!task.around.apart.empty()) {
+    const char* block = task.around.obstacles.empty() ? "bodies" : "obstacles";
+    file.problem(block, "'" + std::string(block) + "' are to be kept clear of" + method +
+                            "a task without them, or the method stages");
+  }
+  if (!task.optimise.solver.extra.empty())
+    refuse("solver", "ipopt", "has options of Ipopt" + method + "the method ipopt");
+  const auto check_bound = [&](const char* key, const Limit& limit) {
+    if (file.child_or_empty("bounds").has(key) && (limit.robot || std::isfinite(limit.value)))
+      refuse("bounds", key, "are limits of states" + method + "none, or the method stages");
+  };
+  check_bound("positions", keys.limits.positions), check_bound("velocities", keys.limits.velocities);
+  const TaskKeys::Costs& c = keys.costs;
+  if (keys.terms.empty() && !keys.reference && c.tracking_q.isZero(0) && c.tracking_v.isZero(0) && c.end_q.isZero(0) && c.end_v.isZero(0) &&
+      c.tracking_position + c.tracking_orientation + c.tracking_base_position + c.tracking_base_orientation ==
+          0)
+    file.problem("goal", "'goal' is to be met at the end" + method +
+                             "weights that draw to it, in costs.tracking or costs.tracking.end");
 }
 
 TaskKeys::Guess read_guess(Section& file) {
@@ -347,7 +400,7 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 
 }  // namespace
 
-MeshOptions read_mesh(Section& file) {
+MeshOptions read_mesh(Section& file, WithLimitedMemory with) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
   MeshOptions mesh;
   mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
@@ -360,11 +413,11 @@ MeshOptions read_mesh(Section& file) {
   } catch (const ArgumentError& e) {
     transcription.problem("scheme", e.what());
   }
+  std::vector<std::pair<std::string, HessianKind>> kinds = {{"exact", HessianKind::kExact},
+                                                            {"gauss_newton", HessianKind::kGaussNewton}};
+  if (with == WithLimitedMemory::kYes) kinds.emplace_back("limited_memory", HessianKind::kLimitedMemory);
   mesh.hessian = transcription.about("second derivatives that the solver gets")
-                     .choice_or<HessianKind>("hessian", "exact",
-                                             {{"exact", HessianKind::kExact},
-                                              {"gauss_newton", HessianKind::kGaussNewton},
-                                              {"limited_memory", HessianKind::kLimitedMemory}});
+                     .choice_or<HessianKind>("hessian", "exact", kinds);
   return mesh;
 }
 
@@ -379,6 +432,11 @@ Task::Control read_control(Section& file, const ReadPush& read_push) {
   if (control.delay >= control.period)
     block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
                                " s, got " + io::shortest(control.delay));
+  control.feedback = block.about("from one correction by the plan's gains to the next [s]; 0: none")
+                         .get_or("feedback", control.feedback, io::not_negative());
+  if (control.feedback >= control.period)
+    block.problem("feedback", "'mpc.feedback' must be less than the period, " + io::shortest(control.period) +
+                                  " s, got " + io::shortest(control.feedback));
   control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
                            .get_or("iterations", control.iterations, io::between(0, 1000));
   if (!block.about("something that hits the robot").has("push")) return control;
@@ -400,7 +458,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
-  read_solver(file, task.optimise);
+  read_solver(file, task);
   task.robot.thrusters = read_thrusters(file, model);
   task.robot.contacts = read_contacts(file, model);
   Section start = file.about("the state at the beginning").child("start");
@@ -429,6 +487,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
                                 "'running', 'start' or 'end'");
   }
   keys.limits = read_limits(file);
+  check_ddp(file, task, keys);
   read_output(file, task, model);
   task.models = read_model_settings(file);
   task.control = read_control(file, [model](Section& push) {

@@ -49,6 +49,7 @@ struct TaskKeys {
     Eigen::VectorXd tracking_q, tracking_v;
     double tracking_position = 0, tracking_orientation = 0;
     double tracking_base_position = 0, tracking_base_orientation = 0;
+    Eigen::VectorXd end_q, end_v;
   } costs;
   struct Guess {
     bool slope = false, holding = false;
@@ -76,7 +77,8 @@ struct TaskKeys {
 TaskKeys read_task_keys(io::Section& file, Task& task, const dynamics::Model<double>* model);
 
 // What other files that are solved or controlled have as well: horizon.intervals and the mesh, the block mpc, whose pushes differ.
-MeshOptions read_mesh(io::Section& file);
+enum class WithLimitedMemory { kNo, kYes };  // of Ipopt alone
+MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMemory::kYes);
 using ReadPush = std::function<Eigen::VectorXd(io::Section& push)>;
 Task::Control read_control(io::Section& file, const ReadPush& read_push);
 

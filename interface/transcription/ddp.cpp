@@ -119,12 +119,21 @@ class Ddp {
       now_.cost += cost;
       if (next.allFinite() && std::isfinite(cost)) continue;
       throw NumericalError("problem \"" + problem_.name + "\": the step from t = " + io::shortest(k * h_) +
-                           " s is not finite at the start");
+                           " s is not finite at the start: " + not_finite(next, cost));
     }
     now_.cost += end_.value(now_.x.col(N_), at_end_);
     if (!now_.x.allFinite() || !now_.u.allFinite() || !std::isfinite(now_.cost))
       throw NumericalError("problem \"" + problem_.name +
                            "\": the guess, or the cost of its end, is not finite");
+  }
+
+  // "it gives the state "v" as nan".
+  std::string not_finite(const VectorXd& next, double cost) const {
+    for (int i = 0; i < n_; ++i) {
+      if (!std::isfinite(next[i]))
+        return "it gives the state \"" + problem_.states[std::size_t(i)] + "\" as " + io::shortest(next[i]);
+    }
+    return "its cost is " + io::shortest(cost);
   }
 
   // A, B, c, g of all stages, and the end; the adjoint, and how far from a solution it is.
@@ -283,30 +292,36 @@ class Ddp {
 
   SolveStatus iterate(std::vector<DdpIteration>& iterations) {
     constexpr double kUnbounded = -1e50;
+    const double begin = thread_seconds();
+    const auto note = [&](const DdpIteration& at) {
+      iterations.push_back(at);
+      if (options_.watch) options_.watch(at);
+    };
     for (int i = 0;; ++i) {
       DdpIteration at = linearise();
       if (!std::isfinite(at.slope)) return SolveStatus::kNotFinite;
       if (is_solved(at)) {
-        iterations.push_back(at);
+        note(at);
         return finish();
       }
       if (at.cost < kUnbounded) return SolveStatus::kDiverging;
       const SolveStatus at_rest = is_acceptable(at) ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
       if (has_stalled(at)) return at_rest;
       if (i == options_.max_iterations) return SolveStatus::kIterationLimit;
+      if (thread_seconds() - begin > options_.max_seconds) return SolveStatus::kTimeLimit;
       for (;;) {
         if (options_.stop.stop_requested()) return SolveStatus::kStopped;
         const bool is_convex = backward();
         at.shift = shift_;
         if (is_convex && is_still(at)) {
-          iterations.push_back(at);
+          note(at);
           return SolveStatus::kSolved;
         }
         if (is_convex && (at.length = search()) > 0) break;
         if (!raise_shift()) return is_convex ? at_rest : SolveStatus::kStepFailed;
       }
       if (at.length > 0.3) shift_ = shift_ > 1e-9 ? shift_ / 10 : 0;
-      iterations.push_back(at);
+      note(at);
     }
   }
 

@@ -33,6 +33,7 @@
 // et al., A family of iterative Gauss-Newton shooting methods, IROS 2018 (gaps); Y. Tassa et al., ICRA 2014 (limits).
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <memory>
 #include <stop_token>
@@ -50,6 +51,11 @@ namespace dyntape {
 enum class DdpHessian { kExact, kGaussNewton };
 enum class DdpStart { kRollOut, kNodes };
 
+struct DdpIteration {
+  double cost, gap, slope;  // at its beginning: largest gap, largest projected slope by a control
+  double shift, length;     // that its step needed
+};
+
 struct DdpOptions {
   int intervals = 100;
   ShootingScheme scheme = ShootingScheme::kRungeKutta4;
@@ -58,13 +64,10 @@ struct DdpOptions {
   double tolerance = 1e-9;
   int max_iterations = 500;
   CodegenOptions evaluation = {.lanes = Lanes::kNative};  // stages are linearised side by side
-  bool verify = true;  // finds true_defect, which may take longer than the solve
+  bool verify = true;        // finds true_defect, which may take longer than the solve
+  double max_seconds = 1e6;  // of processor time of this thread
   std::stop_token stop = {};
-};
-
-struct DdpIteration {
-  double cost, gap, slope;  // at its beginning: largest gap, largest projected slope by a control
-  double shift, length;     // that its step needed
+  std::function<void(const DdpIteration&)> watch = {};  // told of each iteration when it is over
 };
 
 struct DdpSolution {

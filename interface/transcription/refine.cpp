@@ -13,7 +13,8 @@ int interval_with(double t, const std::vector<double>& times) {
   return std::clamp(int(next - times.begin()) - 1, 0, int(times.size()) - 2);
 }
 
-// The cubic with these values and slopes at both ends of a length h, at a fraction of it.
+}  // namespace
+
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
                       const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
                       double s) {
@@ -30,8 +31,6 @@ Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion) {
         problem.rate(problem.stage(motion.t[p], motion.x.col(p), motion.a.col(p), motion.u.col(p)));
   return rates;
 }
-
-}  // namespace
 
 std::vector<double> halved(const Trajectory& motion) {
   std::vector<double> nodes;

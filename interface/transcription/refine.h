@@ -20,4 +20,12 @@ std::vector<double> halved(const Trajectory& motion);
 // neighbouring points, accelerations and controls as the scheme interpolates them.
 Trajectory resampled(const Problem& problem, const Trajectory& motion, const std::vector<double>& times);
 
+// x' (n_x x points) at every point of a motion.
+Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion);
+
+// The cubic with these values and slopes at both ends of a length h, at a fraction of it.
+Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                      const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
+                      double fraction);
+
 }  // namespace dyntape

@@ -78,6 +78,22 @@ TEST_F(CentroidalTasks, APushTooHardIsToldWithItsTimeAndVerdict) {
   EXPECT_NE(report.json().find("locally infeasible"), std::string::npos);
 }
 
+// What stages do not know is not offered, and phases are parts of a period.
+TEST_F(CentroidalTasks, RefusesWhatItCannotPlan) {
+  load_control("solo12_trots");
+  const std::string whole = text_;
+  replace("transcription { scheme trapezoid }",
+          "transcription {\n  scheme trapezoid\n  hessian limited_memory\n}");
+  const std::string hessian = message_of<FileError>([&] { task(); });
+  EXPECT_NE(hessian.find("valid are 'exact', 'gauss_newton'"), std::string::npos) << hessian;
+  EXPECT_EQ(hessian.find("'gauss_newton', 'limited_memory'"), std::string::npos) << hessian;
+  text_ = whole;
+  const std::size_t at = text_.find("phases"), end = text_.find('\n', at);
+  text_.replace(at, end - at, "phases \"0 0.5 0.5 1e300\"");
+  const std::string phases = message_of<FileError>([&] { task(); });
+  EXPECT_NE(phases.find("'phases' must be between -1 and 1, got '1e300'"), std::string::npos) << phases;
+}
+
 TEST_F(CentroidalTasks, TheLoopLeavesItsFiles) {
   load_control("solo12_trots");
   replace("seconds    4", "seconds    1");
@@ -88,7 +104,8 @@ TEST_F(CentroidalTasks, TheLoopLeavesItsFiles) {
   const std::string out = (folder_ / "out").string();
   write_control(trot, report, out);
   for (const std::string& sentence : report.unwritten) ADD_FAILURE() << sentence;
-  for (const std::string& file : centroidal_files()) EXPECT_TRUE(fs::exists(fs::path(out) / file)) << file;
+  for (const std::string& file : centroidal_files())
+    EXPECT_EQ(fs::exists(fs::path(out) / file), file != kLoopFeedback) << file;
   // Two feet at a time, which bear the weight, since the height stays: FR and HL do not, then FL and HR.
   const Trajectory& motion = report.loop.motion;
   const Eigen::MatrixXd forces = forces_on_floor(trot, motion);

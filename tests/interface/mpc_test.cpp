@@ -125,6 +125,34 @@ TEST(Mpc, TheVerdictIsTheProblemsAndNotThatOfTheLastPlan) {
   }
 }
 
+// A double integrator on a rail, its force limited, far from where its plan has it: a new barrier takes the way to limits that the last
+// plan did not know in fewer iterations than that plan's own, and finds the optimum that a solve from nowhere finds.
+TEST(Mpc, FarFromItsPlanItBeginsAnew) {
+  Problem p("rail", {"p", "v"}, {"u"}, 3, [](const auto& s) { return vector(s.x[1], s.u[0]); });
+  p.add(running_squares("near", [](const auto& s) { return s.x; }));
+  p.add(running_squares("effort", [](const auto& s) { return (0.1 * s.u).eval(); }));
+  p.x.lower << -2, -3, p.x.upper << 2, 3;
+  p.u.lower << -4, p.u.upper << 4;
+  p.start << 0.1, 0;
+  for (double push : {0.5, 2.5, -2.5}) {
+    RecedingHorizon mpc(p, interpreted(30));
+    ASSERT_TRUE(mpc.step(0, p.start).usable);
+    const VectorXd x = Eigen::Vector2d(0.1, push);
+    const MpcStep& far = mpc.step(0.02, x);
+    ASSERT_EQ(far.status, SolveStatus::kSolved) << push;
+    Problem alone = p;
+    alone.start = x;
+    const Solution fresh =
+        optimise(alone, {.mesh = {.scheme = trapezoid(), .intervals = 30, .evaluation = test::kInterpreted},
+                         .solver = {.tolerance = 1e-10},
+                         .verify = false});
+    EXPECT_NEAR(far.cost, fresh.cost(), 1e-5 * (1 + fresh.cost())) << push;
+    EXPECT_LE(far.iterations, fresh.nlp.iterations() + 5) << push;
+    std::printf("push %g: %d iterations, a solve from nowhere %d\n", push, far.iterations,
+                fresh.nlp.iterations());
+  }
+}
+
 // The task that is shipped, pushed twice, acting 5 ms after it measures: it comes back to its goal.
 TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
@@ -133,6 +161,12 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   EXPECT_TRUE(report.success()) << report.text();
   EXPECT_GT(report.off_begin, 0.5);
   EXPECT_LT(report.off_end, 0.01);
+  // What the gains between plans are worth.
+  ASSERT_TRUE(report.feedback);
+  EXPECT_EQ(report.feedback->after, 1.2);
+  EXPECT_LT(report.feedback->typical_with, 0.8 * report.feedback->typical_without);
+  EXPECT_EQ(report.feedback->with.size(), std::size_t(report.loop.motion.points()));
+  EXPECT_NE(report.text().find("with feedback between plans"), std::string::npos) << report.text();
   // The second push, at 2 s, is in the motion, and in none before.
   const Trajectory& motion = report.loop.motion;
   const auto fastest = [&](double from, double to) {
@@ -143,7 +177,7 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
     return most;
   };
   EXPECT_LT(fastest(1.7, 2), 0.1);
-  EXPECT_GT(fastest(2, 2.2), 0.3);
+  EXPECT_GT(fastest(2, 2.2), 0.12);
 }
 
 TEST(Mpc, ATaskThatNothingDrawsIsRefused) {

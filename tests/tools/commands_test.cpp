@@ -254,6 +254,18 @@ TEST(Solve, BlockMoveToItsKnownOptimum) {
   EXPECT_NO_THROW(json::parse(run.out));
 }
 
+// A run that ends without results leaves none of an earlier one.
+TEST(Solve, WhatFailsLeavesNothingOlder) {
+  const Scratch scratch;
+  const std::string report = scratch / "out/report.json";
+  ASSERT_EQ(run_dyntape({"solve", config("tasks/block_move.info"), "--output", scratch / "out"}).status, 0);
+  ASSERT_TRUE(std::filesystem::exists(report));
+  const auto run = run_dyntape({"mpc", config("tasks/block_move.info"), "--output", scratch / "out"});
+  EXPECT_NE(run.status, 0);
+  EXPECT_NE(run.err.find("nothing draws it to its goal"), std::string::npos) << run.err;
+  EXPECT_FALSE(std::filesystem::exists(report));
+}
+
 TEST(Solve, ExplainsWhatIsRecorded) {
   const auto run = run_dyntape({"solve", config("tasks/arm_reaching.info"), "--explain"});
   ASSERT_EQ(run.status, 0) << run.err;

@@ -41,13 +41,16 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options);
 
 // Makes the folder for these files and tries what can be tried, before the work whose results they are to hold.
 void prepare_folder(const std::string& folder, const std::vector<std::string>& files);
+// The same, and removes what an earlier run has left there, but `input`: of a run that fails nothing older is to be taken for its
+// result.
+void clear_folder(const std::string& folder, const std::vector<std::string>& files, const std::string& input);
 
 // A task file, with a name that reports can carry; one of a robot as one mass.
 Task task_in(const std::string& file);
 CentroidalTask centroidal_task_in(const std::string& file);
 
-// Whether an .info file has a block of this name: what kind of file it is.  No where it cannot be read, which is for its reader
-// to complain of.
+// Whether an .info file has a block of this name: what kind of file it is.  Whatever else is wrong in it; no where it
+// cannot be read, which is for its reader to complain of.
 bool has_block(const std::string& file, const char* name);
 
 // "tau0", "tau1", ...

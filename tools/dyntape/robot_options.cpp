@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/result_folder.h>
 
 #include "commands.h"
 #include "words.h"
@@ -64,6 +65,18 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& f
   if (access(folder.c_str(), W_OK | X_OK) != 0)
     throw FileError(folder + ": cannot write in this folder: " + std::strerror(errno));
   for (const std::string& file : files) check_can_write(folder + "/" + file);
+}
+
+void clear_folder(const std::string& folder, const std::vector<std::string>& files,
+                  const std::string& input) {
+  prepare_folder(folder, files);
+  std::vector<std::string> none;
+  const io::ResultFolder results(folder, none);
+  for (const std::string& file : files) {
+    std::error_code missing;
+    if (!std::filesystem::equivalent(results.path(file.c_str()), input, missing))
+      results.remove(file.c_str());
+  }
 }
 
 std::vector<std::string> numbered(const std::string& prefix, int count) {

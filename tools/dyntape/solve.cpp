@@ -44,7 +44,7 @@ CentroidalTask centroidal_task_in(const std::string& file) {
 
 bool has_block(const std::string& file, const char* name) {
   try {
-    return io::parse_info(read_file(file), file).child(name) != nullptr;
+    return io::scan_info(read_file(file), file).root.child(name) != nullptr;
   } catch (const FileError&) {
     return false;
   }
@@ -99,7 +99,7 @@ void run(const SolveOptions& options) {
     std::cout << explain(task);
     return;
   }
-  if (!options.output.empty()) prepare_folder(options.output, result_files());
+  if (!options.output.empty()) clear_folder(options.output, result_files(), options.task);
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = watched(task, display, interruption);
