@@ -91,7 +91,8 @@ class QuadraticNlp : public Nlp {
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override {
     const auto at = vector(x);
-    value = at.dot(p_.Q * at) / 2 + p_.q.dot(at);
+    const VectorXd slope = p_.Q * at / 2 + p_.q;
+    value = at.dot(slope);
     return std::isfinite(value);
   }
   bool gradient(const double* x, double* gradient) override {

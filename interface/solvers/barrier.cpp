@@ -107,6 +107,26 @@ void Prices::begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, 
   }
 }
 
+double Prices::take_over(const Barrier& barrier, const Eigen::VectorXd& w, const NlpSolution& earlier,
+                         double least) {
+  begin(barrier, w, 1, 0);
+  double sum = 0;
+  int bounds = 0;
+  const auto take = [&](double& price, double value, double distance) {
+    price = std::max(value, least / std::max(1.0, distance));
+    sum += price * distance, ++bounds;
+  };
+  const auto n = std::size_t(barrier.n());
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    const auto at = std::size_t(i);
+    if (barrier.lower()[i] > -HUGE_VAL)
+      take(lower[i], at < n ? earlier.lower_price[at] : -earlier.lambda[at - n], w[i] - barrier.lower()[i]);
+    if (barrier.upper()[i] < HUGE_VAL)
+      take(upper[i], at < n ? earlier.upper_price[at] : earlier.lambda[at - n], barrier.upper()[i] - w[i]);
+  }
+  return bounds > 0 ? sum / bounds : 0;
+}
+
 void Prices::curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const {
   const Eigen::Index n = barrier.n();
   for (Eigen::Index i = 0; i < w.size(); ++i) {

@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include <dyntape/interface/solvers/solution.h>
 #include <dyntape/interface/solvers/stage_kkt.h>
 
 namespace dyntape {
@@ -62,6 +63,10 @@ struct Prices {
 
   // Those of the barrier, but `most` at most.
   void begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most);
+  // Those of an earlier solution, no product of price and distance below `least` but where the distance is long.  The mean of the
+  // products: the barrier that it speaks of.
+  double take_over(const Barrier& barrier, const Eigen::VectorXd& w, const NlpSolution& earlier,
+                   double least);
   // What they add to the curvature of w: price over distance.
   void curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const;
   // By a step of w.

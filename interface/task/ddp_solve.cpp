@@ -64,8 +64,8 @@ class DdpRounds {
         break;
       }
       take(std::move(solution));
-      if (moment_.refinement >= task_.demands.refinements || !is_too_coarse(result_.solution, result_.excesses, task_) ||
-          watch_.stop.stop_requested())
+      if (moment_.refinement >= task_.demands.refinements ||
+          !is_too_coarse(result_.solution, result_.excesses, task_) || watch_.stop.stop_requested())
         break;
       ++moment_.refinement, moment_.intervals *= 2;
       problem_.guess = [motion = result_.solution.motion](double t) {

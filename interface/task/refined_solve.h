@@ -65,6 +65,7 @@ bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& exc
 // Interrupted, where the watch stops it before the first iteration; else as optimise().
 RefinedSolve solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch);
 ShootingScheme shooting_scheme(const Task& task);
-RefinedSolve solve_by_steps(const Task& task, const MeshOptions& mesh, const SolveWatch& watch);  // task.by_ddp
+RefinedSolve solve_by_steps(const Task& task, const MeshOptions& mesh,
+                            const SolveWatch& watch);  // task.by_ddp
 
 }  // namespace dyntape

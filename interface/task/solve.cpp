@@ -68,11 +68,10 @@ std::string program_text(const Task& task) {
   for (const Task* part : parts_of(task)) intervals += part->optimise.mesh.intervals;
   std::string text =
       "\nOne point with its costs and constraints: " + io::with_groups(sizes.operations) + " operations\n";
-  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(intervals) +
-          " intervals, " + io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) +
-          " variables, " + io::with_groups(sizes.constraints) + " constraints, " +
-          io::with_groups(sizes.jacobian) + " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) +
-          " of the Hessian\n";
+  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(intervals) + " intervals, " +
+          io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) + " variables, " +
+          io::with_groups(sizes.constraints) + " constraints, " + io::with_groups(sizes.jacobian) +
+          " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) + " of the Hessian\n";
   return text;
 }
 

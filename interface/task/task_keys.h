@@ -82,6 +82,9 @@ MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMem
 using ReadPush = std::function<Eigen::VectorXd(io::Section& push)>;
 Task::Control read_control(io::Section& file, const ReadPush& read_push);
 
+// Notes what the method ddp does not know, where that is the task's (ddp_keys.cpp).
+void check_ddp(io::Section& file, const Task& task, const TaskKeys& keys);
+
 // Every key that a task file may have, in the order of reading.
 std::vector<io::Question> task_questions();
 

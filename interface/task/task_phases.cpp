@@ -3,8 +3,7 @@
 
 #include <algorithm>
 
-#include <dyntape/dynamics/contact/constraints.h>
-#include <dyntape/interface/ocp/of_kinematics.h>
+#include <dyntape/interface/ocp/contact_changes.h>
 #include <dyntape/interface/ocp/robot_configuration.h>
 
 namespace dyntape {
@@ -12,9 +11,6 @@ namespace dyntape {
 namespace {
 
 using Eigen::VectorXd;
-
-constexpr double kSink =
-    1e-3;  // m that a frame in the air may be below where it stood: at its ends it is there
 
 bool is_held(const std::vector<std::string>& frames, const std::string& frame) {
   return std::find(frames.begin(), frames.end(), frame) != frames.end();
@@ -30,66 +26,6 @@ std::vector<HeldContact> held_in(const TaskKeys::Phase& phase, std::vector<HeldC
   for (const HeldContact& contact : all)
     if (is_held(phase.hold, contact.frame)) held.push_back(contact);
   return held;
-}
-
-// Of a phase, after which a contact begins.
-void add_landing(Problem& problem, const RobotScene& scene, const HeldContact& contact, bool impact) {
-  const FrameTarget place{contact.frame, contact.place,
-                          contact.corners.empty() ? std::optional<Eigen::Matrix3d>() : contact.axes};
-  problem.add(terminal_equality(contact.frame + " lands", frame_error(scene, place)));
-  if (impact) return;
-  const StageFunction speed =
-      frame_velocity(scene, contact.frame, dynamics::ReferenceFrame::kLocalWorldAligned);
-  problem.add(
-      terminal_equality(contact.frame + " at rest", contact.corners.empty() ? part_of(speed, 0, 3) : speed));
-}
-
-// The height of a contact's points over where it stood.
-Term stays_above(const RobotScene& scene, const HeldContact& contact) {
-  std::vector<Eigen::Vector3d> points = contact.corners;
-  if (points.empty()) points.push_back(Eigen::Vector3d::Zero());
-  double floor = contact.place->z();
-  if (contact.axes && !contact.corners.empty()) floor += (*contact.axes * points.front()).z();
-  const auto heights = [points, floor, frame = moving_frame(scene.model, contact.frame)](
-                           const auto& model, auto& data, const auto& s) {
-    using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    const auto at = dynamics::frame_placement(model, data, frame);
-    Eigen::Matrix<T, Eigen::Dynamic, 1> z(Eigen::Index(points.size()));
-    for (std::size_t i = 0; i < points.size(); ++i)
-      z[Eigen::Index(i)] = at.p[2] + at.R.row(2).dot(points[i].template cast<T>()) - T(floor);
-    return z;
-  };
-  const auto n = Eigen::Index(points.size());
-  return path_inequality(contact.frame + " above the floor", of_kinematics(scene, heights),
-                         VectorXd::Constant(n, -kSink),
-                         VectorXd::Constant(n, std::numeric_limits<double>::infinity()));
-}
-
-// Velocities when all contacts of the phase have come to rest.
-StageFunction impact_of(const Task& phase) {
-  const RobotScene& scene = phase.scene;
-  std::vector<dynamics::Constraint<double>> held;
-  for (const HeldContact& contact : phase.robot.contacts) {
-    const int frame = moving_frame(scene.model, contact.frame);
-    held.push_back(
-        contact.corners.empty()
-            ? dynamics::point_constraint<double>(scene.model, frame, *contact.place)
-            : dynamics::frame_constraint<double>(scene.model, frame, {*contact.axes, *contact.place}));
-  }
-  return [scene, held](const auto& s) {
-    using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
-    const dynamics::Model<T> model = scene.model.template cast<T>();
-    dynamics::Data<T> data(model);
-    std::vector<dynamics::Constraint<T>> list;
-    for (const auto& constraint : held) list.push_back(constraint.template cast<T>());
-    dynamics::ConstraintData<T> constraints(model, list);
-    Vector x = s.x;
-    const Vector q = x.head(model.nq), v = x.segment(model.nq, model.nv);
-    x.segment(model.nq, model.nv) = dynamics::impulse_dynamics<T>(model, data, constraints, q, v, T(0),
-                                                                  scene.effects.template cast<T>().acting());
-    return x;
-  };
 }
 
 // Terms of the whole motion: along it, at its start, at its end.
@@ -148,7 +84,9 @@ void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& from, cons
       if (!is_held(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));
       const bool lands =
           k > 0 && is_held(phase.hold, contact.frame) && !is_held(keys.phases[k - 1].hold, contact.frame);
-      if (lands) add_landing(task.phases.back().problem, task.scene, contact, phase.impact);
+      if (!lands) continue;
+      for (Term& term : landing(task.scene, contact, phase.impact ? Landing::kImpact : Landing::kAtRest))
+        task.phases.back().problem.add(std::move(term));
     }
     task.phases.push_back(std::move(part));
   }
@@ -165,7 +103,8 @@ Phases phases_of(const Task& task) {
   Phases phases(task.name);
   if (task.phases.empty()) phases.add(task.name, task.problem);
   for (const Task& phase : task.phases)
-    phases.add(phase.name, phase.problem, phase.impact ? impact_of(phase) : StageFunction());
+    phases.add(phase.name, phase.problem,
+               phase.impact ? impact(phase.scene, phase.robot.contacts) : StageFunction());
   return phases;
 }
 

@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/ocp/contact_changes.h>
 #include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/ocp/robot_problem.h>
 #include <dyntape/interface/ocp/robot_terms.h>
@@ -16,7 +17,6 @@ using namespace dyntape;
 using Eigen::VectorXd;
 constexpr double kTorque = 2.5;                   // N m
 constexpr double kOnGround = 0.3, kInAir = 0.25;  // s
-constexpr auto kWorld = dynamics::ReferenceFrame::kLocalWorldAligned;
 constexpr const char* kRobot = "config/robots/solo12.urdf";
 
 // A phase that begins and ends anywhere; its guess stands still.
@@ -52,9 +52,8 @@ int main(int argc, char** argv) try {
           landing = phase(scene, q, kOnGround, feet);
   start_at(push_off, scene, q, VectorXd::Zero(nv));
   for (const HeldContact& foot : feet) {
-    flight.add(terminal_equality(foot.frame + " lands", frame_position(scene, foot.frame, *foot.place)));
-    const StageFunction speed = part_of(frame_velocity(scene, foot.frame, kWorld), 0, 3);
-    flight.add(terminal_equality(foot.frame + " at rest", speed));
+    for (const Term& term : landing(scene, foot, Landing::kAtRest)) flight.add(term);
+    flight.add(stays_above(scene, foot));
   }
   landing.goal.head(6) = q.head(6);       // of the base: where it was, level,
   landing.goal.segment(nq, 6).setZero();  // at rest; the feet hold the joints
