@@ -49,17 +49,17 @@ int main(int argc, char** argv) try {
   }
 
   Problem push_off = phase(scene, q, kOnGround, feet), flight = phase(scene, q, kInAir, {}),
-          landing = phase(scene, q, kOnGround, feet);
+          settling = phase(scene, q, kOnGround, feet);
   start_at(push_off, scene, q, VectorXd::Zero(nv));
   for (const HeldContact& foot : feet) {
     for (const Term& term : landing(scene, foot, Landing::kAtRest)) flight.add(term);
     flight.add(stays_above(scene, foot));
   }
-  landing.goal.head(6) = q.head(6);       // of the base: where it was, level,
-  landing.goal.segment(nq, 6).setZero();  // at rest; the feet hold the joints
+  settling.goal.head(6) = q.head(6);       // of the base: where it was, level,
+  settling.goal.segment(nq, 6).setZero();  // at rest; the feet hold the joints
 
   Phases jump("jump");
-  jump.add("push-off", push_off), jump.add("flight", flight), jump.add("landing", landing);
+  jump.add("push-off", push_off), jump.add("flight", flight), jump.add("landing", settling);
   const SolverOptions solver{.method = NlpMethod::kStages};
   const PhasedSolution s = optimise(jump, {.meshes = {{.intervals = 10}}, .solver = solver});
   const auto [t, states] = s.states();

@@ -78,7 +78,7 @@ effects {
       frames      "FL_FOOT FR_FOOT HL_FOOT HR_FOOT"
       stiffness   3e4
       dissipation 1
-      friction    0.6
+      friction    0.8
     }
   }
 }
@@ -119,7 +119,8 @@ evaluation { route interpreter }
   EXPECT_GT(highest, 0.24 + 0.8 * (most - 0.24));
   EXPECT_GT(air, 0.15);
   EXPECT_LT((end.head<3>() - Vector3d(0, 0, 0.24)).norm(), 0.04);
-  EXPECT_LT(2 * end.segment<3>(3).norm(), 0.15);
+  EXPECT_LT(2 * end.segment<2>(3).norm(), 0.05);  // upright; it may have turned about the vertical
+  EXPECT_LT(2 * std::abs(end[5]), 0.4);
   EXPECT_LT(simulated.v.rightCols(1).norm(), 0.1);
 }
 
@@ -127,7 +128,8 @@ evaluation { route interpreter }
 TEST_F(PhasesTask, AnImpactTakesTheSpeedOfWhatLands) {
   load("quadruped_jump");
   replace("phase landing {", "phase landing {\n    impact on");
-  const Task task = read();
+  Task task = read();
+  task.demands.refinements = 0, task.demands.true_defect = 1e3;  // of joints that hardly move here
   const SolveReport report = solved(task);
   const Trajectory& motion = report.solution.motion;
   int after = 1;
@@ -149,8 +151,9 @@ TEST_F(PhasesTask, AnImpactTakesTheSpeedOfWhatLands) {
   dynamics::constraint_kinematics<double>(model, data, held, q, before);
   std::printf("feet hit the floor with %.3f m/s\n", held.velocity.norm());
   EXPECT_GT(held.velocity.norm(), 0.05);
-  EXPECT_LT(dynamics::kinetic_energy<double>(model, data, q, v),
-            dynamics::kinetic_energy<double>(model, data, q, before));
+  const double behind = dynamics::kinetic_energy<double>(model, data, q, v),
+               ahead = dynamics::kinetic_energy<double>(model, data, q, before);
+  EXPECT_LT(behind, 0.99 * ahead);
 }
 
 // Feet land beside where they stood, and the trunk goes along.
@@ -217,7 +220,8 @@ TEST_F(PhasesTask, ASquatHoldsOnAFloorThatGivesWay) {
     most = std::max(most, up), least = std::min(least, up);
   }
   EXPECT_LT(lowest, 0.73);
-  EXPECT_GT(most, 90.27 * 9.81), EXPECT_LT(least, 90.27 * 9.81);
+  EXPECT_GT(most, 90.27 * 9.81);
+  EXPECT_LT(least, 90.27 * 9.81);
 
   write_results(task, report, folder_.string());
   std::string text = text_.substr(0, text_.find("contacts {")) + R"(
@@ -234,8 +238,8 @@ effects {
 }
 commands {
   file      trajectory.csv
-  stiffness 4000
-  damping   100
+  stiffness 3000
+  damping   20
 }
 start {
   q "0 0 -0.4 0.8 -0.4 0  0 0 -0.4 0.8 -0.4 0  0"
@@ -250,7 +254,7 @@ evaluation { route interpreter }
 )";
   text.replace(text.find("FLOOR"), 5, std::to_string(start.p.z()));
   Scene scene = read_scene_text(text, (folder_ / "scene.info").string());
-  auto& contacts = *scene.robot.effects.contacts;
+  auto& contacts = scene.robot.effects.contacts;
   const auto soles = contacts;
   contacts.clear();
   for (const auto& at : soles) {
