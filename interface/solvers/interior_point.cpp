@@ -26,7 +26,7 @@ constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
 constexpr int kMostCorrections = 4;
 constexpr double kFirstShift = 1e-4, kLeastShift = 1e-20, kMostShift = 1e20;
 constexpr double kFirstBarrier = 0.1, kMostBarrier = 10, kBlocked = 0.1;
-constexpr int kBlockedSteps = 2;
+constexpr int kBlockedSteps = 3;
 constexpr double kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
 constexpr double kAcceptable = 1e-6;
 constexpr int kAcceptableIterations = 15;

@@ -203,7 +203,7 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, bool is_last, const
   Section lands = phase.about("by how much a contact lands beside where it stood before, by its name [m]")
                       .child_or_empty("lands");
   for (const std::string& name : p.hold)
-    if (lands.has(name)) p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
+    if (model && lands.has(name)) p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
   if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!phase.has("goal")) return p;
   if (is_last && model) {

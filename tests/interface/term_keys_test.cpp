@@ -283,7 +283,7 @@ TEST_F(TermKeys, AControllerRefusesWaypointsOfItsHorizonAndTakesTermsAsWhatDraws
     const Task task = read();
     return message_of<ArgumentError>([&] { control_task(task); });
   };
-  EXPECT_NE(refusal().find("expected weights in costs.tracking or reference, or a running cost in terms"),
+  EXPECT_NE(refusal().find("expected weights in costs.tracking or reference, or a cost in terms"),
             std::string::npos);
   term("there", "what joint_position\ntarget 1\nweight 100");
   add("mpc {\n seconds 2\n}");
