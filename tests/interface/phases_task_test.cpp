@@ -129,6 +129,7 @@ TEST_F(PhasesTask, AnImpactTakesTheSpeedOfWhatLands) {
   load("quadruped_jump");
   replace("phase landing {", "phase landing {\n    impact on");
   Task task = read();
+  task.expected.reset();
   task.demands.refinements = 0, task.demands.true_defect = 1e3;  // of joints that hardly move here
   const SolveReport report = solved(task);
   const Trajectory& motion = report.solution.motion;
@@ -165,7 +166,8 @@ TEST_F(PhasesTask, FeetLandBesideWhereTheyStood) {
   replace("goal {\n  q    0", "goal {\n  q    0\n");
   const std::size_t at = text_.rfind("position \"0 0 0.24\"");
   text_.replace(at, 19, "position \"0.1 0 0.24\"");
-  const Task task = read();
+  Task task = read();
+  task.expected.reset();
   const SolveReport report = solved(task);
   const Trajectory& motion = report.solution.motion;
   for (const char* foot : kFeet) {
