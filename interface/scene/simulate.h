@@ -12,7 +12,8 @@
 // Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
 //   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
 // The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4; of contacts, which begin
-// within a step, less, and of commands of a table, which are held at their middle over a step, to h^2.  What effects with
+// within a step, less, and of commands of a table, which are held at their middle over a step, to h^2, and where motors
+// follow a motion, to h.  What effects with
 // a potential store is known besides.  With rigid contacts or hard limits they are taken between events (rigid_account.h);
 // power is then of the other flows alone.
 //

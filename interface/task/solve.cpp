@@ -90,7 +90,7 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;
-  report.free_time = task.problem.free_time;
+  if (task.phases.empty()) report.free_time = task.problem.free_time;
   RefinedSolve solve =
       task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
   if (solve.program) look_at_program(solve);

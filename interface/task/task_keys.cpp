@@ -181,7 +181,8 @@ void read_goal(Section& of, Keys& keys, const RobotModel* model) {
 }
 
 // What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
-TaskKeys::Phase read_phase(Section& phase, const Task& task, bool is_last, const RobotModel* model) {
+TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional<Problem::Range>& of_horizon,
+                           bool is_last, const RobotModel* model) {
   TaskKeys::Phase p;
   p.name = phase.value();
   if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
@@ -189,7 +190,9 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, bool is_last, const
                    .get_or("duration", task.robot.duration, io::positive());
   p.intervals =
       phase.about("absent: the horizon's").get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
+  const bool is_of_horizon = !phase.has("duration") && !phase.has("shortest") && !phase.has("longest");
   p.free_time = read_free_time(phase, p.duration);
+  if (is_of_horizon) p.free_time = of_horizon;
   std::vector<std::string> contacts;
   for (const HeldContact& contact : task.robot.contacts) contacts.push_back(contact.frame);
   phase.about("those of 'contacts' that are held during it; absent: all");
@@ -202,8 +205,9 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, bool is_last, const
           .get_or("impact", false);
   Section lands = phase.about("by how much a contact lands beside where it stood before, by its name [m]")
                       .child_or_empty("lands");
-  for (const std::string& name : p.hold)
-    if (model && lands.has(name)) p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
+  for (const std::string& name : contacts)
+    if (model && !name.empty() && lands.has(name))
+      p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
   if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!phase.has("goal")) return p;
   if (is_last && model) {
@@ -222,16 +226,27 @@ void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotMod
   std::vector<Section> phases = block.about("its name behind the word").children("phase");
   if (phases.empty()) phases.push_back(block.child("phase"));
   for (std::size_t k = 0; k < phases.size(); ++k) {
-    keys.phases.push_back(read_phase(phases[k], task, k + 1 == phases.size(), model));
+    keys.phases.push_back(read_phase(phases[k], task, keys.free_time, k + 1 == phases.size(), model));
     const auto is_same = [&](const TaskKeys::Phase& other) { return other.name == keys.phases.back().name; };
     if (std::count_if(keys.phases.begin(), keys.phases.end(), is_same) > 1)
       phases[k].problem("", "two phases are called '" + keys.phases.back().name + "'");
-    for (const auto& [name, by] : keys.phases.back().moved) {
-      const std::vector<std::string>& before = k > 0 ? keys.phases[k - 1].hold : keys.phases[k].hold;
-      if (std::find(before.begin(), before.end(), name) != before.end())
-        phases[k].problem("lands", "'" + name + "' does not land at the beginning of phase '" +
-                                       keys.phases.back().name + "': it is held before, or from the start");
+    const TaskKeys::Phase& phase = keys.phases.back();
+    const auto lands = [&](const std::string& name) {
+      const auto holds = [&](const std::vector<std::string>& frames) {
+        return std::find(frames.begin(), frames.end(), name) != frames.end();
+      };
+      return k > 0 && holds(phase.hold) && !holds(keys.phases[k - 1].hold);
+    };
+    for (const auto& [name, by] : phase.moved) {
+      if (!lands(name))
+        phases[k].problem("lands", "'" + name + "' does not land at the beginning of phase '" + phase.name +
+                                       "': it is not held in it, held before, or from the start");
     }
+    if (model && phase.impact && std::none_of(phase.hold.begin(), phase.hold.end(), lands))
+      phases[k].problem("impact", "nothing lands at the beginning of phase '" + phase.name +
+                                      "'; expected a contact that the phase before does not hold");
+    if (model && task.robot.contacts.empty() && phases[k].has("hold") && !phase.hold.empty())
+      phases[k].problem("hold", "the file has no 'contacts' that could be held; expected them, or no 'hold'");
   }
 }
 
@@ -281,7 +296,9 @@ TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
 void check_time_costs(Section& file, const TaskKeys& keys) {
   for (std::size_t k = 0; k < task_costs().size(); ++k) {
     const std::string key = task_costs()[k].key;
-    if (key != kTimeCost || keys.free_time || keys.costs.weights[k] == 0) continue;
+    const auto is_free = [](const TaskKeys::Phase& phase) { return phase.free_time.has_value(); };
+    const bool some_phase = std::any_of(keys.phases.begin(), keys.phases.end(), is_free);
+    if (key != kTimeCost || keys.free_time || some_phase || keys.costs.weights[k] == 0) continue;
     file.child("costs").problem(
         key, "'costs." + key +
                  "' weighs the duration, which is given; expected 'shortest' and 'longest' "

@@ -193,6 +193,27 @@ TEST_F(PhasesTask, WhatIsWrongIsSaid) {
   expect(message_with("phase push_off {", "phase push_off {\n    lands { FL_FOOT \"0.1 0 0\" }"),
          "'FL_FOOT' does not land at the beginning of phase 'push_off'");
   expect(message_with("phase landing {", "phase landing {\n    duration -1"), "positive");
+  expect(message_with("phase push_off {", "phase push_off {\n    impact on"),
+         "nothing lands at the beginning");
+  expect(message_with("hold     \"\"", "hold \"\"\n    impact on"), "nothing lands at the beginning");
+  load("block_move");
+  replace("\ncosts", "\nphases {\n  phase all {\n    hold \"block\"\n  }\n}\ncosts");
+  expect(message(), "the file has no 'contacts'");
+}
+
+// What the horizon says holds for each phase that says nothing of its own.
+TEST_F(PhasesTask, DurationsAreThoseOfTheHorizonOrOfThePhase) {
+  load("block_move_free_time");
+  replace("\ncosts", "\nphases {\n  phase all {\n  }\n}\ncosts");
+  const Task of_horizon = read();
+  ASSERT_TRUE(of_horizon.phases[0].problem.free_time.has_value());
+  load("block_move_free_time");
+  const SolveReport plain = solve_task(read());
+  const SolveReport phased = solve_task(of_horizon);
+  EXPECT_NEAR(phased.solution.cost(), plain.solution.cost(), 1e-8);
+  EXPECT_NEAR(phased.duration(), plain.duration(), 1e-6);
+  EXPECT_FALSE(phased.free_time.has_value());
+  ASSERT_EQ(phased.phases.size(), 1u);
 }
 
 // Soles stay flat, forces at their corners carry the robot, and it stands when its motors follow the plan on a floor that gives way
