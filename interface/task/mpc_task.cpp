@@ -3,7 +3,6 @@
 
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
-#include <dyntape/interface/task/task_costs.h>
 
 namespace dyntape {
 

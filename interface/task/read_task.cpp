@@ -62,6 +62,12 @@ void add_places(Problem& problem, const Task& task, const TaskKeys& keys) {
   }
 }
 
+void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs) {
+  for (std::size_t k = 0; k < costs.weights.size(); ++k) {
+    if (costs.weights[k] > 0) problem.add(task_costs()[k].term(problem, task, costs.weights[k]));
+  }
+}
+
 void add_frame_tracking(Problem& problem, const Task& task, const TaskKeys& keys) {
   const auto add = [&](const char* name, double weight, const FrameTarget& target) {
     if (weight > 0) problem.add(running_squares(name, weighted(frame_error(task.scene, target), weight)));
@@ -72,27 +78,14 @@ void add_frame_tracking(Problem& problem, const Task& task, const TaskKeys& keys
   add("orientation tracking", keys.costs.tracking_orientation, {target.frame, {}, target.orientation});
 }
 
-void add_costs(Problem& problem, const Task& task, const TaskKeys::Costs& costs,
-               const Eigen::VectorXd& goal) {
-  for (std::size_t k = 0; k < costs.weights.size(); ++k) {
-    if (costs.weights[k] > 0) problem.add(task_costs()[k].term(problem, task, costs.weights[k]));
+// Weights of joints (nv): none where the goal (nq) is open.
+Eigen::VectorXd where_known(const dynamics::Model<double>& model, const Eigen::VectorXd& goal,
+                            Eigen::VectorXd w_q) {
+  for (const auto& joint : model.joints) {
+    const int n = dynamics::nv(joint.type);
+    if (n > 0 && std::isnan(goal[joint.idx_q])) w_q.segment(joint.idx_v, n).setZero();
   }
-  const auto& model = task.scene.model;
-  Eigen::VectorXd w_q = costs.tracking_q;
-  if (floats(model)) {
-    w_q.head<3>().setConstant(costs.tracking_base_position);
-    w_q.segment<3>(3).setConstant(costs.tracking_base_orientation);
-  }
-  const Eigen::VectorXd q = goal.head(model.nq), v = goal.tail(model.nv);
-  const auto tracking = [&](const Eigen::VectorXd& of_q, const Eigen::VectorXd& of_v) {
-    return joint_tracking(task.scene, of_q, q.array().isNaN().select(dynamics::neutral(model), q), of_v,
-                          v.array().isNaN().select(0, v));
-  };
-  if (!w_q.isZero(0) || !costs.tracking_v.isZero(0)) problem.add(tracking(w_q, costs.tracking_v));
-  if (costs.end_q.isZero(0) && costs.end_v.isZero(0)) return;
-  Term end = tracking(costs.end_q, costs.end_v);
-  end.name = "tracking at the end", end.where = Where::kTerminal;
-  problem.add(std::move(end));
+  return w_q;
 }
 
 void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limits) {
@@ -216,13 +209,36 @@ void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKn
   if (!begins_anywhere) start_at(task.problem, task.scene, keys.start.head(nq), keys.start.tail(nv));
   end_at(task.problem, task.scene, keys.goal.head(nq), keys.goal.tail(nv));
   add_places(task.problem, task, keys);
-  add_costs(task.problem, task, keys.costs, keys.goal);
-  add_frame_tracking(task.problem, task, keys);
+  add_costs(task.problem, task, keys.costs);
   if (keys.reference) follow(task.problem, *keys.reference);
   for (const Term& term : keys.terms) task.problem.add(term);
   add_limits(task.problem, task, keys.limits);
   add_guess(task.problem, task, guess, keys.guess);
   check_ends(task, keys.limits.of_robot());
+}
+
+void draw_to_goal(Task& task, const TaskKeys& keys, bool ends) {
+  add_frame_tracking(task.problem, task, keys);
+  const auto& model = task.scene.model;
+  const TaskKeys::Costs& costs = keys.costs;
+  const Eigen::VectorXd q = keys.goal.head(model.nq), v = keys.goal.tail(model.nv);
+  const auto tracking = [&](const Eigen::VectorXd& w_q, const Eigen::VectorXd& weights_v, Where where,
+                            const char* name) {
+    const Eigen::VectorXd w_v = v.array().isNaN().select(0, weights_v);
+    if (w_q.isZero(0) && w_v.isZero(0)) return;
+    Term term = joint_tracking(task.scene, w_q, q.array().isNaN().select(dynamics::neutral(model), q), w_v,
+                               v.array().isNaN().select(0, v));
+    term.name = name, term.where = where;
+    task.problem.add(std::move(term));
+  };
+  Eigen::VectorXd w_q = where_known(model, q, costs.tracking_q);
+  if (floats(model)) {  // whose goals are checked when the file is read
+    w_q.head<3>().setConstant(costs.tracking_base_position);
+    w_q.segment<3>(3).setConstant(costs.tracking_base_orientation);
+  }
+  tracking(w_q, costs.tracking_v, Where::kRunning, "tracking");
+  if (ends)
+    tracking(where_known(model, q, costs.end_q), costs.end_v, Where::kTerminal, "tracking at the end");
 }
 
 bool read_task_scene(Section& file, Task& task) {
@@ -258,6 +274,7 @@ Task read_task(const std::string& path) {
   place_contacts(task, keys.start.head(task.scene.model.nq));
   const std::vector<GuessKnot> guess = guess_knots(task, keys);
   compose_problem(task, keys, guess);
+  draw_to_goal(task, keys, true);
   if (!keys.phases.empty()) compose_phases(task, keys, guess.front().q, guess.back().q);
   if (task.by_ddp) {
     task.problem.x.lower.setConstant(-HUGE_VAL), task.problem.x.upper.setConstant(HUGE_VAL);

@@ -62,7 +62,8 @@
 //                   time [0]: weight of a duration that is to be found (s);
 //                   tracking { q VECTOR [0]  v VECTOR [0]  position [0]  orientation [0]
 //                   base_position [0]  base_orientation [0]  end { q VECTOR [0]  v VECTOR [0] } }: weights of the squared
-//                   distance to the goal, the third and fourth to that of its frame, those of `end` at the end alone
+//                   distance to the goal, the third and fourth to that of its frame, those of `end` at the end alone; what
+//                   the goal leaves open weighs nothing; in every phase the goal is that of the whole motion
 //   terms           term NAME { what, frame, in [aligned] world | local, axis ["0 0 1"], place, target [0], entries ["": all],
 //                   role [cost] equality | inequality, where [running] start | end | at, at, lower, upper, weight [1],
 //                   penalty [quadratic] huber | absolute | barrier, width [0.01] }: ready terms, as many as there are.  What:

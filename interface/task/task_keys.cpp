@@ -272,7 +272,8 @@ void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model
 
 TaskKeys::Costs read_costs(Section& file, const RobotModel* model) {
   Section costs = file.about("weights of what is integrated over the motion").child("costs");
-  Section tracking = costs.about("weights of the squared distance to the goal").child_or_empty("tracking");
+  Section tracking = costs.about("weights of the squared distance to the motion's goal, where it is known")
+                         .child_or_empty("tracking");
   TaskKeys::Costs c;
   for (const TaskCost& cost : task_costs())
     c.weights.push_back(costs.about(cost.meaning).get_or(cost.key, 0.0, io::not_negative()));

@@ -79,6 +79,7 @@ void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& from, cons
     if (!is_last) own.goal = phase.goal, own.target = phase.target;
     std::erase_if(own.terms, [&](const Term& term) { return !is_of_phase(term, k == 0, is_last); });
     compose_problem(part, own, {{0, q[k]}, {1, q[k + 1]}});
+    draw_to_goal(part, keys, is_last);
     for (const HeldContact& contact : contacts) {
       if (!contact.place) continue;
       if (!is_held(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));

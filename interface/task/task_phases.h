@@ -17,8 +17,11 @@ struct GuessKnot {
   Eigen::VectorXd q;
 };
 
-// The problem of a task or of one of its phases.
+// The problem of a task or of one of its phases, but for what draws to the goal.
 void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKnot>& guess);
+// The costs of tracking: in every phase they draw to the goal of the whole motion, which `ends` with the last.  What the goal leaves
+// open draws nowhere.
+void draw_to_goal(Task& task, const TaskKeys& keys, bool ends);
 
 // The guess of the whole motion goes from one configuration to another, over the goals of phases.
 void compose_phases(Task& task, const TaskKeys& keys, const Eigen::VectorXd& from, const Eigen::VectorXd& to);

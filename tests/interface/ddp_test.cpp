@@ -17,6 +17,8 @@
 namespace dyntape {
 namespace {
 
+using test::soft_swing_up;
+
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using test::cart_pole_rate;
@@ -33,26 +35,6 @@ DdpSolution solved(const Problem& problem, DdpOptions options) {
   }
   EXPECT_EQ(s.status, SolveStatus::kSolved) << problem.name << ": " << to_string(s.status) << last.str();
   return s;
-}
-
-// A swing-up whose goal is a cost at the end.
-Problem soft_swing_up(double force_limit = HUGE_VAL) {
-  Problem p("cart-pole, softly", {"p", "th", "pd", "thd"}, {"u"}, 2.0, cart_pole_rate());
-  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
-  p.add(terminal_squares("upright", [](const auto& s) {
-    const double goal[] = {1, std::numbers::pi, 0, 0};
-    auto off = s.x;
-    for (int i = 0; i < 4; ++i) off[i] = 30. * (s.x[i] - goal[i]);
-    return off;
-  }));
-  p.start.setZero();
-  p.goal.setConstant(Problem::kFree);
-  p.u.lower[0] = -force_limit, p.u.upper[0] = force_limit;
-  p.guess = [](double t) {
-    return Stage<double>{
-        t, Eigen::Vector4d(t / 2, std::numbers::pi * t / 2, 0, 0), {}, VectorXd::Constant(1, 0.1)};
-  };
-  return p;
 }
 
 // The cost of controls, by steps written out once more.

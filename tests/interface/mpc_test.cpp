@@ -21,21 +21,7 @@ namespace dyntape {
 namespace {
 
 using Eigen::VectorXd;
-
-// A mass on a line that follows a reference of time, its force limited.
-Problem follower(double horizon) {
-  Problem p("follower", {"p", "v"}, {"u"}, horizon, [](const auto& s) { return vector(s.x[1], s.u[0]); });
-  const Parameter reference =
-      p.parameters.add("reference", [](double t) { return VectorXd::Constant(1, std::sin(t)); });
-  p.add(running_squares("near", [reference](const auto& s) {
-    using T = std::decay_t<decltype(s.t)>;
-    return vector(T(10.0 * (s.x[0] - reference(s)[0])));
-  }));
-  p.add(running_squares("effort", [](const auto& s) { return (0.01 * s.u).eval(); }));
-  p.start << 0, 0;
-  p.u.lower[0] = -5, p.u.upper[0] = 5;
-  return p;
-}
+using test::follower;
 
 MpcOptions interpreted(int intervals, int iterations = 0) {
   MpcOptions options;

@@ -38,24 +38,11 @@ Problem in_the_wind(bool of_squares, double force_limit) {
     const auto at = target(s);
     return vector(T(s.x[0] - at[0]), T(0.3 * (s.x[1] - at[1]) * s.t));
   };
-  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
   if (of_squares)
     p.add(running_squares("near", near));
   else
     p.add(running_cost("near", [near](const auto& s) { return near(s).squaredNorm(); }));
-  p.add(terminal_squares("upright", [](const auto& s) {
-    const double goal[] = {1, std::numbers::pi, 0, 0};
-    auto off = s.x;
-    for (int i = 0; i < 4; ++i) off[i] = 10. * (s.x[i] - goal[i]);
-    return off;
-  }));
-  p.start.setZero();
-  p.goal.setConstant(Problem::kFree);
-  p.u.lower[0] = -force_limit, p.u.upper[0] = force_limit;
-  p.guess = [](double t) {
-    return Stage<double>{
-        t, Eigen::Vector4d(t / 2, std::numbers::pi * t / 2, 0, 0), {}, VectorXd::Constant(1, 0.1)};
-  };
+  test::swing_up_softly(p, 10, force_limit);
   return p;
 }
 
@@ -184,16 +171,7 @@ TEST(MultipleShooting, ADurationIsFound) {
 
 // A plan follows a reference of time whose later values a step asks for on the way.
 TEST(MultipleShooting, PlansFollowAReference) {
-  Problem p("follower", {"p", "v"}, {"u"}, 1.5, [](const auto& s) { return vector(s.x[1], s.u[0]); });
-  const Parameter reference =
-      p.parameters.add("reference", [](double t) { return VectorXd::Constant(1, std::sin(t)); });
-  p.add(running_squares("near", [reference](const auto& s) {
-    using T = std::decay_t<decltype(s.t)>;
-    return vector(T(10.0 * (s.x[0] - reference(s)[0])));
-  }));
-  p.add(running_squares("effort", [](const auto& s) { return (0.01 * s.u).eval(); }));
-  p.start << 0, 0;
-  p.u.lower[0] = -5, p.u.upper[0] = 5;
+  const Problem p = test::follower(1.5);
   MpcOptions options;
   options.mesh = {.scheme = runge_kutta_4(1), .intervals = 30, .hessian = HessianKind::kGaussNewton};
   options.mesh.evaluation = test::kInterpreted;

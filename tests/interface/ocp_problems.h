@@ -67,4 +67,43 @@ inline Problem swing_up(double weight = 0, double force_limit = 20) {
   return p;
 }
 
+// A goal upright at 1 m that costs at the end instead of being demanded; states p, th, pd, thd from rest hanging at 0.
+inline void swing_up_softly(Problem& p, double weight, double force_limit) {
+  p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+  p.add(terminal_squares("upright", [weight](const auto& s) {
+    const double goal[] = {1, std::numbers::pi, 0, 0};
+    auto off = s.x;
+    for (int i = 0; i < 4; ++i) off[i] = weight * (s.x[i] - goal[i]);
+    return off;
+  }));
+  p.start.setZero();
+  p.goal.setConstant(Problem::kFree);
+  p.u.lower[0] = -force_limit, p.u.upper[0] = force_limit;
+  p.guess = [](double t) {
+    return Stage<double>{
+        t, Eigen::Vector4d(t / 2, std::numbers::pi * t / 2, 0, 0), {}, Eigen::VectorXd::Constant(1, 0.1)};
+  };
+}
+
+inline Problem soft_swing_up(double force_limit = HUGE_VAL) {
+  Problem p("cart-pole, softly", {"p", "th", "pd", "thd"}, {"u"}, 2.0, cart_pole_rate());
+  swing_up_softly(p, 30, force_limit);
+  return p;
+}
+
+// A mass on a line that follows a reference of time, its force limited.
+inline Problem follower(double horizon) {
+  Problem p("follower", {"p", "v"}, {"u"}, horizon, [](const auto& s) { return vector(s.x[1], s.u[0]); });
+  const Parameter reference =
+      p.parameters.add("reference", [](double t) { return Eigen::VectorXd::Constant(1, std::sin(t)); });
+  p.add(running_squares("near", [reference](const auto& s) {
+    using T = std::decay_t<decltype(s.t)>;
+    return vector(T(10.0 * (s.x[0] - reference(s)[0])));
+  }));
+  p.add(running_squares("effort", [](const auto& s) { return (0.01 * s.u).eval(); }));
+  p.start << 0, 0;
+  p.u.lower[0] = -5, p.u.upper[0] = 5;
+  return p;
+}
+
 }  // namespace dyntape::test

@@ -216,6 +216,54 @@ TEST_F(PhasesTask, DurationsAreThoseOfTheHorizonOrOfThePhase) {
   ASSERT_EQ(phased.phases.size(), 1u);
 }
 
+// What draws to the goal draws to that of the whole motion, in every phase, and what draws at its end does so only there.
+TEST_F(PhasesTask, EveryPhaseIsDrawnToTheGoalOfTheMotion) {
+  const auto cost = [&](const std::string& phases) {
+    load("block_move");
+    replace("\ncosts\n{", phases + R"(
+costs
+{
+  tracking {
+    q 30
+    v 2
+    end {
+      q 5
+      v 1
+    }
+  })");
+    Task task = read();
+    task.expected.reset();
+    return solved(task).solution.cost();
+  };
+  const double whole = cost(""), in_two = cost(R"(
+phases {
+  phase one {
+    duration  0.4
+    intervals 4
+  }
+  phase two {
+    duration  0.6
+    intervals 6
+  }
+})");
+  EXPECT_GT(whole, 15);  // 12 of the force alone
+  EXPECT_NEAR(in_two, whole, 1e-4 * whole);
+}
+
+// Nothing draws to the neutral configuration where the goal says nothing.
+TEST_F(PhasesTask, WhatTheGoalLeavesOpenDrawsNowhere) {
+  const auto drawing = [&](const char* weights) {
+    load("cart_pole_swing_up");
+    replace("goal\n{", "goal\n{\n  free slider");
+    replace("costs\n{", std::string("costs\n{\n  tracking {\n    q {\n") + weights + "\n}\n}");
+    const Problem problem = read().problem;
+    return std::count_if(problem.terms.begin(), problem.terms.end(),
+                         [](const Term& term) { return term.name == "tracking"; });
+  };
+  EXPECT_EQ(drawing("slider 7\npivot 0"), 0);
+  EXPECT_EQ(drawing("slider 0\npivot 7"), 1);
+}
+
 // Soles stay flat, forces at their corners carry the robot, and it stands when its motors follow the plan on a floor that gives way
 // at these corners only.
 TEST_F(PhasesTask, ASquatHoldsOnAFloorThatGivesWay) {
