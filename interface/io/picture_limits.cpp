@@ -6,6 +6,8 @@
 
 namespace dyntape::io {
 
+double drawn_y(const Panel& panel, double y) { return y == 0 && std::isfinite(panel.zero) ? panel.zero : y; }
+
 bool drawable(const Panel& panel, double x, double y) {
   return std::isfinite(x) && std::isfinite(y) && (!panel.log_x || x > 0) && (!panel.log_y || y > 0);
 }
@@ -23,9 +25,10 @@ struct Extent {
 void data_extent(const Panel& panel, Extent& x, Extent& y) {
   for (const Series& s : panel.series) {
     for (size_t i = 0; i < s.x.size(); ++i) {
-      if (!drawable(panel, s.x[i], s.y[i])) continue;
+      const double at = drawn_y(panel, s.y[i]);
+      if (!drawable(panel, s.x[i], at)) continue;
       x.add(s.x[i]);
-      y.add(s.y[i]);
+      y.add(at);
     }
   }
 }
