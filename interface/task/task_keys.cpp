@@ -12,6 +12,7 @@
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/solvers/ipopt_options.h>
+#include <dyntape/interface/task/closed_motion.h>
 #include <dyntape/interface/task/place_keys.h>
 #include <dyntape/interface/task/task_costs.h>
 #include <dyntape/interface/task/term_keys.h>
@@ -260,8 +261,9 @@ void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model
   const bool places = keys.target && keys.target->position, turns = keys.target && keys.target->orientation;
   if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
   if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
-  if (keys.target && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
-  if (keys.target && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
+  const bool has_positions = !keys.target && !keys.closed;
+  if (!has_positions && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+  if (!has_positions && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
   const bool has_base = model && floats(*model) && !keys.target;
   if (!model) return;
   if (keys.costs.tracking_base_position > 0 && (!has_base || std::isnan(keys.goal[0])))
@@ -440,8 +442,12 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.robot.contacts = read_contacts(file, model);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
-  read_goal(file, keys, model);
+  keys.closed = read_closed(file, task, model);
+  if (!keys.closed || (!model && file.has("goal")))
+    read_goal(file, keys, model);  // in the list of keys both stand
+  if (keys.closed && model) keys.goal = Eigen::VectorXd::Constant(keys.start.size(), Problem::kFree);
   read_phases(file, task, keys, model);
+  if (keys.closed && model) check_closed(file, task, keys, *model);
   keys.waypoints = read_waypoints(file, model);
   keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
   if (model && !keys.phases.empty()) {  // in the list of keys both stand

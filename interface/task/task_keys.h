@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <dyntape/interface/io/section.h>
+#include <dyntape/interface/ocp/next_step.h>
 #include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
@@ -70,6 +71,12 @@ struct TaskKeys {
     std::optional<FrameTarget> target;
   };
   std::vector<Phase> phases;  // empty: the motion has none
+  struct Closed {
+    NextStep step;
+    std::vector<std::pair<std::string, std::string>> contacts;  // that are swapped
+    bool impact = false;
+  };
+  std::optional<Closed> closed;  // the motion goes on for ever; start and goal are open then
 };
 
 // The other keys; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not
