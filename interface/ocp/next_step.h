@@ -12,8 +12,8 @@
 // the left leg is called the right one; positions go back by what the step advances.  A floating base keeps its orientation and
 // its velocities: it is not mirrored.
 //
-// Errors: ArgumentError for a joint that is unknown or swapped twice or with itself, for joints of different types, for an advance of another
-// size, or of joints that have no position on a line.
+// Errors: ArgumentError for a joint that is unknown or swapped twice or with itself, for joints of different types, for an advance
+// of another size, or of joints that have no position on a line.
 #pragma once
 
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/task/closed_motion.h>
-
+//
+// Motions of task files that go on for ever: the block `closed`, and what it makes of the task (next_step.h).
 #include <algorithm>
 #include <cmath>
 
@@ -9,6 +9,7 @@
 #include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
+#include <dyntape/interface/task/task_phases.h>
 
 namespace dyntape {
 
@@ -115,7 +116,7 @@ std::optional<TaskKeys::Closed> read_closed(Section& file, const Task& task, con
   if (model)
     closed.step.advance = read_advance(block, *model);
   else
-    block.child_or_empty("advance");
+    block.defer("advance", "a number a joint that advances, by name", "0");
   block.about(
       "whether what lands at the end hits the floor, and its velocity ends there; off: it is at rest");
   closed.impact = block.get_or("impact", false);
@@ -128,7 +129,8 @@ std::optional<TaskKeys::Closed> read_closed(Section& file, const Task& task, con
   return closed;
 }
 
-void check_closed(Section& file, const Task& task, const TaskKeys& keys, const RobotModel& model) {
+void settle_closed(Section& file, const Task& task, const RobotModel& model, TaskKeys& keys) {
+  keys.goal = VectorXd::Constant(keys.start.size(), Problem::kFree);
   const TaskKeys::Closed& closed = *keys.closed;
   Section block = file.child("closed");
   if (file.has("goal"))

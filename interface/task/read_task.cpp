@@ -14,7 +14,6 @@
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
-#include <dyntape/interface/task/closed_motion.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task_costs.h>
 #include <dyntape/interface/task/task_keys.h>

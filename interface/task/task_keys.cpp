@@ -12,7 +12,6 @@
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/solvers/ipopt_options.h>
-#include <dyntape/interface/task/closed_motion.h>
 #include <dyntape/interface/task/place_keys.h>
 #include <dyntape/interface/task/task_costs.h>
 #include <dyntape/interface/task/term_keys.h>
@@ -261,9 +260,8 @@ void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model
   const bool places = keys.target && keys.target->position, turns = keys.target && keys.target->orientation;
   if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
   if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
-  const bool has_positions = !keys.target && !keys.closed;
-  if (!has_positions && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
-  if (!has_positions && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
+  if ((keys.target || keys.closed) && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+  if ((keys.target || keys.closed) && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
   const bool has_base = model && floats(*model) && !keys.target;
   if (!model) return;
   if (keys.costs.tracking_base_position > 0 && (!has_base || std::isnan(keys.goal[0])))
@@ -445,9 +443,8 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.closed = read_closed(file, task, model);
   if (!keys.closed || (!model && file.has("goal")))
     read_goal(file, keys, model);  // in the list of keys both stand
-  if (keys.closed && model) keys.goal = Eigen::VectorXd::Constant(keys.start.size(), Problem::kFree);
   read_phases(file, task, keys, model);
-  if (keys.closed && model) check_closed(file, task, keys, *model);
+  if (keys.closed && model) settle_closed(file, task, *model, keys);
   keys.waypoints = read_waypoints(file, model);
   keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
   if (model && !keys.phases.empty()) {  // in the list of keys both stand

@@ -89,6 +89,11 @@ MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMem
 using ReadPush = std::function<Eigen::VectorXd(io::Section& push)>;
 Task::Control read_control(io::Section& file, const ReadPush& read_push);
 
+// The block `closed`; when phases are known, notes what does not fit them and opens the goal (closed_motion.cpp).
+std::optional<TaskKeys::Closed> read_closed(io::Section& file, const Task& task,
+                                            const dynamics::Model<double>* model);
+void settle_closed(io::Section& file, const Task& task, const dynamics::Model<double>& model, TaskKeys& keys);
+
 // Notes what the method ddp does not know, where that is the task's (ddp_keys.cpp).
 void check_ddp(io::Section& file, const Task& task, const TaskKeys& keys);
 

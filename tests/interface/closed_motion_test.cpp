@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Motions of task files that go on for ever.  The walker is written out once more here, in plain Eigen: its masses by the Jacobians of
-// centres of mass, its heel strike by momentum.
+// Motions of task files that go on for ever.  The walker is written out once more here, in plain Eigen: its masses by the
+// Jacobians of centres of mass, its heel strike by momentum.
 #include <gtest/gtest.h>
 
 #include <cmath>
