@@ -74,7 +74,7 @@ void read_swap(Section& block, const Task& task, const RobotModel* model, TaskKe
   Names valid = joints;
   valid.insert(valid.end(), contacts.begin(), contacts.end());
   block.about("pairs of joints, and of contacts, that change places from step to step: left and right");
-  const Names names = distinct_names(block, "swap", valid);
+  const Names names = distinct_names(block, "swap", model ? valid : Names{});
   if (!model) return;
   if (names.size() % 2 != 0)
     block.problem("swap", "'closed.swap' has " + std::to_string(names.size()) + " names, expected pairs");
@@ -104,8 +104,9 @@ VectorXd read_advance(Section& block, const RobotModel& model) {
 }  // namespace
 
 std::optional<TaskKeys::Closed> read_closed(Section& file, const Task& task, const RobotModel* model) {
-  if (!file.about(
-               "the motion goes on for ever: it ends as it began, but for what changes places and advances")
+  if (!file.about("the motion goes on for ever, in place of a goal: it ends as it began, but for what "
+                  "changes places and "
+                  "advances")
            .has("closed"))
     return {};
   Section block = file.child("closed");

@@ -441,8 +441,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
-  if (!keys.closed || (!model && file.has("goal")))
-    read_goal(file, keys, model);  // in the list of keys both stand
+  if (!keys.closed || (!model && file.has("goal"))) read_goal(file, keys, model);
   read_phases(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);
   keys.waypoints = read_waypoints(file, model);

@@ -171,6 +171,24 @@ TEST_F(ClosedMotion, MeshesConvergeAndMethodsAgree) {
   EXPECT_NEAR(by_ipopt.solution.cost(), costs[0], 1e-8 * costs[0]);
 }
 
+// The foot is set down; that takes four times the effort.
+TEST_F(ClosedMotion, WithoutAnImpactTheFootLandsAtRest) {
+  load("five_link_walking");
+  replace("  impact on\n", "");
+  Task task = read();
+  task.demands.limits =
+      false;  // parabolas of torques go 0.3 % beyond between points, where these rest on the limit
+  const SolveReport report = solved(task, 40, NlpMethod::kStages);
+  const Trajectory& motion = report.solution.motion;
+  const VectorXd first = motion.x.col(0), last = motion.x.rightCols(1), still = VectorXd::Zero(7);
+  const Walker begin(first.head(7), first.tail(7), still), end(last.head(7), last.tail(7), still);
+  EXPECT_LT((end.foot[1].J * last.tail(7)).norm(), 1e-8);
+  EXPECT_NEAR(end.foot[1].p.x() - begin.foot[0].p.x(), 0.5, 1e-8);
+  EXPECT_NEAR(end.foot[1].p.y(), begin.foot[0].p.y(), 1e-8);
+  EXPECT_LT((other_leg(last.tail(7)) - first.tail(7)).norm(), 1e-8);
+  EXPECT_GT(report.solution.cost(), 4 * 390.8);
+}
+
 // From other poses, to the same walk.
 TEST_F(ClosedMotion, TheStartOnlySaysWhereTheGuessBegins) {
   std::mt19937_64 random(7);
@@ -250,6 +268,9 @@ TEST_F(ClosedMotion, WhatIsWrongIsSaid) {
   expect(message_with("\"left_hip right_hip  left_knee right_knee  left_foot right_foot\"",
                       "\"left_foot left_hip\""),
          "pairs 'left_foot' with 'left_hip', expected two joints or two contacts");
+  load("five_link_walking");
+  replace("five_link_walker.urdf", "nobody.urdf");
+  EXPECT_EQ(message().find("swap"), std::string::npos) << message();
   expect(message_with("base_x 0.5", "base_y 0.5"), "unknown key 'base_y' in 'closed.advance'");
   expect(message_with("phase step { hold left_foot }", "phase step {\n  }"),
          "nothing lands at the end of the motion");
