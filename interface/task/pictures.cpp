@@ -8,6 +8,7 @@
 #include <set>
 
 #include <dyntape/interface/ocp/robot_configuration.h>
+#include <dyntape/interface/player/shapes.h>
 
 namespace dyntape {
 
@@ -179,7 +180,7 @@ void add_capsule(const Capsule& capsule, std::vector<dynamics::Visual>& shapes) 
 }
 
 bool slides_on_world(const dynamics::Model<double>& model, int joint) {
-  return model.parent[std::size_t(joint)] < 0 &&
+  return model.parent[std::size_t(joint)] < 0 && !only_places(model, joint) &&
          model.joints[std::size_t(joint)].type == dynamics::JointType::kPrismatic;
 }
 
@@ -193,6 +194,7 @@ std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& 
   for (int i = 0; i < model.njoints(); ++i) {
     if (slides_on_world(model, i)) continue;  // what lies between is its rail
     const int parent = model.parent[std::size_t(i)];
+    if (only_places(model, i) || (parent >= 0 && only_places(model, parent))) continue;
     const Eigen::Vector3d origin = data.X_WB[std::size_t(i)].p;
     add(parent < 0 ? Eigen::Vector3d::Zero() : data.X_WB[std::size_t(parent)].p, origin);
   }

@@ -260,8 +260,8 @@ void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model
   const bool places = keys.target && keys.target->position, turns = keys.target && keys.target->orientation;
   if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
   if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
-  if (keys.target && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
-  if (keys.target && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
+  if ((keys.target || keys.closed) && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+  if ((keys.target || keys.closed) && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
   const bool has_base = model && floats(*model) && !keys.target;
   if (!model) return;
   if (keys.costs.tracking_base_position > 0 && (!has_base || std::isnan(keys.goal[0])))
@@ -441,8 +441,10 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.robot.contacts = read_contacts(file, model);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
-  read_goal(file, keys, model);
+  keys.closed = read_closed(file, task, model);
+  if (!keys.closed || (!model && file.has("goal"))) read_goal(file, keys, model);
   read_phases(file, task, keys, model);
+  if (keys.closed && model) settle_closed(file, task, *model, keys);
   keys.waypoints = read_waypoints(file, model);
   keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
   if (model && !keys.phases.empty()) {  // in the list of keys both stand
