@@ -194,6 +194,22 @@ TEST_F(Verdicts, PseudospectralMotionsAreNotRefined) {
   EXPECT_NE(report.verdict().find("\"pseudospectral-16\" is of one interval, got 2"), std::string::npos);
 }
 
+// Nothing moves: pictures have axes all the same, in which a still block is a block.
+TEST_F(Verdicts, AMotionAtRestIsDrawn) {
+  for (const std::string at : {"0", "0.5"}) {
+    Task task = slider("100", "100", "", at);
+    task.problem.start = task.problem.goal;
+    SolveReport report = solve_task(task);
+    ASSERT_TRUE(report.success()) << report.verdict();
+    const std::string out = (folder_ / "still").string();
+    write_results(task, report, out);
+    EXPECT_TRUE(report.unwritten.empty()) << report.unwritten[0];
+    for (const char* file : {"/motion.svg", "/trajectory.svg", "/motion.html"})
+      EXPECT_TRUE(fs::exists(out + file));
+    EXPECT_EQ(read_file(out + "/motion.svg").find("×10"), std::string::npos);  // of axes that show rounding
+  }
+}
+
 TEST_F(Verdicts, DefectsOfTheMotionHaveNoUnit) {
   SolveReport report = solve_task(cart_pole(20));
   const Trajectory& motion = report.solution.motion;
