@@ -51,7 +51,7 @@ ROOMS = {
     'interface/solvers': (['autodiff/graph', 'interface/io'], 37, 4150),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 40, 3850),  # keys, motion, energies, doubts, costs, results;
+                         'interface/simulation', 'interface/player'], 40, 3900),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 33, 4100),
     # penalties of soft terms,
@@ -69,7 +69,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 41, 5100),  # keys, places, thrusters, bases,
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 41, 5150),  # keys, places, thrusters, bases,
     # limits, verdict, refinement, results; ready terms by name, waypoints, a motion to follow; phases; as a controller, with feedback;
     # by differential dynamic programming; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),

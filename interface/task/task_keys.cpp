@@ -28,14 +28,13 @@ RobotProblemOptions read_form(Section& file) {
   Section transcription =
       file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
   RobotProblemOptions options;
-  options.duration = horizon.about("from start to goal [s]").get<double>("duration", io::positive());
-  options.form = transcription
-                     .about(
-                         "dynamics as a constraint: accelerations from torques, or "
-                         "torques from accelerations")
-                     .choice_or<DynamicsForm>(
-                         "dynamics", "forward",
-                         {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
+  options.duration = horizon.about("from start to goal [s]").get<double>("duration", seconds());
+  options.form =
+      transcription
+          .about("dynamics as a constraint: accelerations from torques, or torques from accelerations")
+          .choice_or<DynamicsForm>(
+              "dynamics", "forward",
+              {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
   options.unit = transcription.about("unit of the controls: N m, or the fraction of the effort limit")
                      .choice_or<ControlUnit>(
                          "controls", "physical",
@@ -43,17 +42,13 @@ RobotProblemOptions read_form(Section& file) {
   return options;
 }
 
-// A duration that is to be found lies between two numbers, its first guess as
-// well.
+// A duration that is to be found lies between two numbers, its first guess as well.
 std::optional<Problem::Range> read_free_time(Section& horizon, double duration) {
   Problem::Range range{};
-  range.shortest = horizon
-                       .about(
-                           "where the duration is to be found, the shortest "
-                           "it may be [s]; 0: it is given")
-                       .get_or("shortest", 0.0, io::not_negative());
-  range.longest =
-      horizon.about("and the longest [s]; 0: it is given").get_or("longest", 0.0, io::not_negative());
+  range.shortest =
+      horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
+          .get_or("shortest", 0.0, some_seconds());
+  range.longest = horizon.about("and the longest [s]; 0: it is given").get_or("longest", 0.0, some_seconds());
   if (range.shortest == 0 && range.longest == 0) return {};
   if (range.shortest == 0 || range.longest == 0) {
     const char *key = range.shortest > 0 ? "shortest" : "longest",
@@ -80,8 +75,7 @@ void read_solver(Section& file, Task& task) {
   const auto method =
       solver
           .about(
-              "Ipopt; dyntape's own, which goes from stage to stage; "
-              "differential dynamic programming, of "
+              "Ipopt; dyntape's own, which goes from stage to stage; differential dynamic programming, of "
               "costs "
               "and limits of controls")
           .choice_or<std::optional<NlpMethod>>(
@@ -105,11 +99,9 @@ void read_solver(Section& file, Task& task) {
       solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
   optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")
                                    .get_or("check_derivatives", true);
-  Section extra = solver
-                      .about(
-                          "options of Ipopt by their own names, but those "
-                          "that name files, print or warm-start")
-                      .child_or_empty("ipopt");
+  Section extra =
+      solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
+          .child_or_empty("ipopt");
   for (Section& option : extra.all_children()) {
     try {
       check_ipopt_option(option.name(), option.value());
@@ -128,8 +120,7 @@ void leave_open(const dynamics::Joint<double>& joint, const RobotModel& model, E
 
 enum class End { kStart, kGoal };
 
-// The base of a robot that floats, to the beginning of q and v.  A goal says
-// which parts of it are left open.
+// The base of a robot that floats, to the beginning of q and v.  A goal says which parts of it are left open.
 void read_base_at(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
   if (model && !floats(*model)) {
     if (end.has("base"))
@@ -157,8 +148,8 @@ void read_base_at(Section& end, End which, const RobotModel* model, Eigen::Vecto
   }
 }
 
-// State at one end, at rest unless it says otherwise; joints named in `free`
-// are left open, as all positions are where a frame says where to.
+// State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
+// a frame says where to.
 Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotModel* model) {
   end.about("positions [rad or m]");
   const std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
@@ -188,15 +179,14 @@ void read_goal(Section& of, Keys& keys, const RobotModel* model) {
   keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
 }
 
-// What does not hold over the whole motion; the phase's own goal is that of the
-// task in the last one.
+// What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
 TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional<Problem::Range>& of_horizon,
                            bool is_last, const RobotModel* model) {
   TaskKeys::Phase p;
   p.name = phase.value();
   if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
   p.duration = phase.about("of the phase [s]; absent: the horizon's")
-                   .get_or("duration", task.robot.duration, io::positive());
+                   .get_or("duration", task.robot.duration, seconds());
   p.intervals =
       phase.about("absent: the horizon's").get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
   if (const std::string fault = task.optimise.mesh.scheme.fault_on(p.intervals); !fault.empty())
@@ -209,19 +199,16 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional
   phase.about("those of 'contacts' that are held during it; absent: all");
   p.hold = phase.has("hold") && model ? distinct_names(phase, "hold", contacts) : contacts;
   if (!model) phase.get_or("hold", "");
-  p.impact = phase
-                 .about(
-                     "whether what lands hits the floor, and its velocity "
-                     "ends there; off: it comes to rest before")
-                 .get_or("impact", false);
-  Section lands = phase
-                      .about(
-                          "by how much a contact lands beside where it "
-                          "stood before, by its name [m]")
+  p.impact =
+      phase
+          .about(
+              "whether what lands hits the floor, and its velocity ends there; off: it comes to rest before")
+          .get_or("impact", false);
+  Section lands = phase.about("by how much a contact lands beside where it stood before, by its name [m]")
                       .child_or_empty("lands");
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
-      p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
+      p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
   if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!phase.has("goal")) return p;
   if (is_last && model) {
@@ -233,8 +220,7 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional
 }
 
 void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotModel* model) {
-  if (!file.about("the motion in phases, one after another, each with contacts "
-                  "and a duration of its own")
+  if (!file.about("the motion in phases, one after another, each with contacts and a duration of its own")
            .has("phases"))
     return;
   Section block = file.child("phases");
@@ -261,9 +247,7 @@ void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotMod
       phases[k].problem("impact", "nothing lands at the beginning of phase '" + phase.name +
                                       "'; expected a contact that the phase before does not hold");
     if (model && task.robot.contacts.empty() && phases[k].has("hold") && !phase.hold.empty())
-      phases[k].problem("hold",
-                        "the file has no 'contacts' that could be "
-                        "held; expected them, or no 'hold'");
+      phases[k].problem("hold", "the file has no 'contacts' that could be held; expected them, or no 'hold'");
   }
 }
 
@@ -316,10 +300,10 @@ void check_time_costs(Section& file, const TaskKeys& keys) {
     const auto is_free = [](const TaskKeys::Phase& phase) { return phase.free_time.has_value(); };
     const bool some_phase = std::any_of(keys.phases.begin(), keys.phases.end(), is_free);
     if (key != kTimeCost || keys.free_time || some_phase || keys.costs.weights[k] == 0) continue;
-    file.child("costs").problem(key, "'costs." + key +
-                                         "' weighs the duration, which is given; expected 'shortest' "
-                                         "and 'longest' "
-                                         "in 'horizon', between which it may be found");
+    file.child("costs").problem(
+        key, "'costs." + key +
+                 "' weighs the duration, which is given; expected 'shortest' and 'longest' "
+                 "in 'horizon', between which it may be found");
   }
 }
 
@@ -356,8 +340,7 @@ Task::ModelSettings read_model_settings(Section& file) {
   Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
   Task::ModelSettings settings;
   block.about(
-      "compile the dynamics again even if the cache has them (another "
-      "name of recompileLibrariesCppAd)");
+      "compile the dynamics again even if the cache has them (another name of recompileLibrariesCppAd)");
   if (block.has("recompileLibraries")) settings.recompile_libraries = block.get<bool>("recompileLibraries");
   settings.recompile_libraries = block.about("compile the dynamics again even if the cache has them")
                                      .get_or("recompileLibrariesCppAd", settings.recompile_libraries);
@@ -369,19 +352,13 @@ Task::ModelSettings read_model_settings(Section& file) {
 
 void read_demands(Section& file, Task::Demands& demands) {
   Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
-  verify.about(
-      "most that it breaks a constraint by, computed anew, relative "
-      "to the program's magnitudes");
+  verify.about("most that it breaks a constraint by, computed anew, relative to the program's magnitudes");
   demands.violation = verify.get_or("violation", demands.violation, io::positive());
-  verify.about(
-      "most that an interval differs from its re-simulation, relative "
-      "to the motion's magnitudes");
+  verify.about("most that an interval differs from its re-simulation, relative to the motion's magnitudes");
   demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
   verify.about("how often the mesh is refined until it does not");
   demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
-  verify.about(
-      "whether it has to keep within the robot's limits, bounded or "
-      "not, and clear between points");
+  verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
   demands.limits = verify.get_or("limits", demands.limits);
 }
 
@@ -433,18 +410,12 @@ Task::Control read_control(Section& file, const ReadPush& read_push) {
   if (control.delay >= control.period)
     block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
                                " s, got " + io::shortest(control.delay));
-  control.feedback = block
-                         .about(
-                             "from one correction by the plan's gains to the next [s]; 0: "
-                             "none")
+  control.feedback = block.about("from one correction by the plan's gains to the next [s]; 0: none")
                          .get_or("feedback", control.feedback, io::not_negative());
   if (control.feedback >= control.period)
     block.problem("feedback", "'mpc.feedback' must be less than the period, " + io::shortest(control.period) +
                                   " s, got " + io::shortest(control.feedback));
-  control.iterations = block
-                           .about(
-                               "steps of sequential quadratic programming a plan; 0: until "
-                               "it is solved")
+  control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
                            .get_or("iterations", control.iterations, io::between(0, 1000));
   if (!block.about("something that hits the robot").has("push")) return control;
   std::vector<Section> pushes = block.children("push");
@@ -476,9 +447,9 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
   if (model && !keys.phases.empty()) {  // in the list of keys both stand
     if (!keys.waypoints.empty())
-      file.problem("waypoints",
-                   "'waypoints' are of motions without phases; expected a "
-                   "'goal' of the phase that ends there");
+      file.problem(
+          "waypoints",
+          "'waypoints' are of motions without phases; expected a 'goal' of the phase that ends there");
     if (keys.reference) file.problem("reference", "'reference' is of motions without phases");
   }
   task.around = read_surroundings(file, model);

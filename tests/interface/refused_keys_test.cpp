@@ -33,6 +33,24 @@ class RefusedKeys : public test::TaskText {
   }
 };
 
+TEST_F(RefusedKeys, SizesThatNothingHas) {
+  load("quadruped_jump");
+  change("friction 0.6", "friction 1e300", "1e300",
+         "'contacts.friction' must be positive and at most 1000, got '1e300'");
+  change("duration  0.3", "duration  1e300", "1e300",
+         "'horizon.duration' must be positive and at most 1e+07, got '1e300'");
+  change("duration  0.3", "duration  0.3\n  shortest 1\n longest 1e300", "1e300",
+         "'horizon.longest' must be between 0 and 1e+07, got '1e300'");
+  change("duration 0.25", "duration 1e300", "1e300",
+         "duration' must be positive and at most 1e+07, got '1e300'");
+  change("phase landing {", "phase landing {\n lands { FL_FOOT \"1e300 0 0\" }", "1e300",
+         "'FL_FOOT' must be between -1e+06 and 1e+06, got '1e300'");
+  load("humanoid_squat");
+  std::smatch corner;
+  ASSERT_TRUE(std::regex_search(text_, corner, std::regex("from +\"[^\"]*\"")));
+  change(corner.str(), "from \"1e300 0 0\"", "1e300", "'from' must be between -1e+06 and 1e+06, got '1e300'");
+}
+
 // What is large and yet may be is read.
 TEST_F(RefusedKeys, SizesThatMayBe) {
   load("quadruped_jump");
