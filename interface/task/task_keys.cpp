@@ -165,7 +165,8 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
   if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
   end.about("joints whose position and velocity are left open");
   for (const std::string& name : distinct_names(end, "free", names))
-    if (model) leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
+    if (model && std::find(names.begin(), names.end(), name) != names.end())  // else it is noted already
+      leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
   return x;
 }
 
