@@ -61,7 +61,7 @@ ROOMS = {
     # values that change between solves; families of schemes
     'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 700),  # plans with gains, feedback in loops
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',
-                               'interface/transcription'], 10, 1700),  # slopes of solutions, motions, roll-outs, quadratic programs
+                               'interface/transcription'], 10, 1900),  # slopes of solutions, motions, roll-outs, quadratic programs
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',

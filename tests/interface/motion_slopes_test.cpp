@@ -320,6 +320,41 @@ TEST(MotionSlopes, KnowAFreeDuration) {
   EXPECT_EQ(slopes.start.names, p.states);
 }
 
+// The duration, a variable of every point, rests on its bound: as slopes of the motion of that duration, and of the bound.  With
+// w its weight and T its bound J = 12 d^2 / T^3 + w T.
+TEST(MotionSlopes, KnowADurationAtItsBound) {
+  for (const char* scheme : {"trapezoid", "hermite-simpson", "lobatto-5", "radau-3"}) {
+    Problem p = test::block_move(0.8, 1);
+    const Parameter w = p.parameters.add("w", 3.0);
+    p.free_duration(0.2, 1);
+    p.add(running_cost("time", [w](const auto& s) { return w(s)[0]; }));
+    const MeshOptions mesh = mesh_of(scheme, 10);
+    Collocation nlp(p, mesh);
+    const NlpSolution s = solved(nlp);
+    MotionSensitivity sensitivity(p, mesh);
+    const MotionSlopes slopes = sensitivity.at(p, s);
+    ASSERT_TRUE(slopes.good()) << scheme << ": " << slopes.why;
+    EXPECT_NEAR(slopes.parameters.x(2, 0), 0, 1e-12) << scheme;
+    EXPECT_NEAR(slopes.parameters.cost[0], 1, 1e-7) << scheme;
+    EXPECT_GT(slopes.parameters.to[0], 1) << scheme;
+    Problem given = test::block_move(0.8, 1);
+    Collocation same(given, mesh);
+    const MotionSlopes of_given = MotionSensitivity(given, mesh).at(given, solved(same));
+    ASSERT_TRUE(of_given.good());
+    EXPECT_LT((slopes.gain - of_given.gain).norm(), 1e-6) << scheme;
+    for (const double bound : {1.001, 0.999}) {
+      Problem moved = p;
+      moved.duration = bound, moved.free_time->longest = bound;
+      const NlpSolution near = sensitivity.predict(moved);
+      EXPECT_NEAR(near.x[2], bound, 1e-9) << scheme;
+      EXPECT_NEAR(near.x[near.x.size() - 2], bound, 1e-9) << scheme;
+      nlp.set_values(moved);
+      EXPECT_NEAR(near.objective, solved(nlp).objective, 1e-4) << scheme;
+      EXPECT_GT(std::abs(near.objective - s.objective), 1e-2) << scheme;
+    }
+  }
+}
+
 // At a solution by Gauss-Newton the slopes are those of the problem, not of the approximation.
 TEST(MotionSlopes, AreExactWhateverFoundTheSolution) {
   const Problem p = told(false, 8);
