@@ -91,8 +91,7 @@ std::string SolveReport::verdict() const {
   }
   if (!optimal()) {
     return "The solver reports success, but the motion is not shown to be an optimum: stationarity, computed "
-           "anew, "
-           "is " +
+           "anew, is " +
            io::scientific(solution.kkt.stationarity) + ", where " + io::scientific(demands.stationarity) +
            " is allowed; constraints that nearly depend on each other can look like this.";
   }
