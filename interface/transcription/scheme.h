@@ -44,7 +44,7 @@
 // It is for one interval, and more are refused.  D is singular: in one combination of an interval's rows all states cancel, and
 // what is left of them are rates, times h.  So on short intervals rows all but depend on each other: the least singular value of
 // the swing-up's Jacobian is 8e-5 of the largest on one interval of 16 points, 3e-7 on four, 1e-9 on sixteen (of lobatto-16 1e-3
-// on each), multipliers are lost although costs are right, and with few points there are more rows than variables.
+// on each), and with few points there are more rows than variables.
 // F. Fahroo, I. M. Ross, "Costate estimation by a Legendre pseudospectral method", J. Guidance, Control, and Dynamics 24(2), 2001;
 // E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; D. Garg et al., "A unified framework for the numerical
 // solution of optimal control problems using pseudospectral methods", Automatica 46(11), 2010.

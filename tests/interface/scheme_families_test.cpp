@@ -89,7 +89,7 @@ TEST(SchemeFamilies, NamesAreRead) {
     EXPECT_NE(said(wrong), "nothing thrown") << wrong;
 }
 
-// Rows of several intervals all but depend on each other, and the solution's multipliers are lost: refused, also of a finer mesh.
+// Rows of several intervals all but depend on each other: refused, also of a finer mesh.
 TEST(SchemeFamilies, PseudospectralIsOfOneInterval) {
   const Problem p = test::block_move();
   const auto said = [&](int intervals, std::vector<double> nodes = {}) {
