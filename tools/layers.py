@@ -51,7 +51,7 @@ ROOMS = {
     'interface/solvers': (['autodiff/graph', 'interface/io'], 39, 4250),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion; closed motions, whose ends are tied
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 40, 3850),  # keys, motion, energies, doubts, costs, results;
+                         'interface/simulation', 'interface/player'], 40, 3900),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 35, 4300),
     # penalties of soft terms,
@@ -62,7 +62,7 @@ ROOMS = {
     # values that change between solves; families of schemes
     'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 700),  # plans with gains, feedback in loops
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',
-                               'interface/transcription'], 10, 1700),  # slopes of solutions, motions, roll-outs, quadratic programs
+                               'interface/transcription'], 10, 1900),  # slopes of solutions, motions, roll-outs, quadratic programs
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',
@@ -70,7 +70,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 42, 5350),  # keys, places, thrusters, bases,
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 42, 5500),  # keys, places, thrusters, bases,
     # limits, verdict, refinement, results; ready terms by name, waypoints, a motion to follow; phases; closed motions; as a controller, with feedback;
     # by differential dynamic programming; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),

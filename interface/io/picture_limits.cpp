@@ -14,6 +14,8 @@ bool drawable(const Panel& panel, double x, double y) {
 
 namespace {
 
+constexpr double kFlat = 1e-9;  // of their size: axes give what differs by less one number
+
 struct Extent {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double value) {
@@ -41,9 +43,12 @@ void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_
     if (std::isfinite(given)) y.add(given);
   }
   const double width = frame.right - frame.left, height = frame.bottom - frame.top;
-  const double span = std::max({x.high - x.low, y.high - y.low, 1e-9});
+  const double span = std::max(x.high - x.low, y.high - y.low);
+  const double size = std::max({std::abs(x.low), std::abs(x.high), std::abs(y.low), std::abs(y.high)});
   const double metre_per_pixel =
-      1.1 * std::max({(x.high - x.low) / width, (y.high - y.low) / height, 1e-3 * span / width});
+      span <= kFlat * size || span == 0
+          ? 1 / width  // one point: a metre around it
+          : 1.1 * std::max({(x.high - x.low) / width, (y.high - y.low) / height, 1e-3 * span / width});
   const auto centred = [&](const Extent& e, double pixels) {
     const double middle = 0.5 * (e.low + e.high), half = 0.5 * pixels * metre_per_pixel;
     return Limits{middle - half, middle + half};
@@ -59,7 +64,7 @@ Limits widened(const Extent& data, const std::vector<ReferenceLine>& lines, bool
     if (!log || line.value > 0) all.add(line.value);
   }
   const double size = std::max(std::abs(all.low), std::abs(all.high));
-  if (all.high - all.low <= 1e-12 * size) {
+  if (all.high - all.low <= kFlat * size) {
     const double half = size > 0 ? 0.1 * size : 1;
     return log ? Limits{all.low / 3, all.high * 3} : Limits{all.low - half, all.high + half};
   }

@@ -143,6 +143,10 @@ struct Task {
   // divides the defect by 8, of Hermite-Simpson by 32: what four do not cure is no matter of the mesh.
   struct Demands {
     double violation = 1e-6;
+    // Of the gradient of the Lagrangian, computed anew, relative to the program's magnitudes (kkt.h); or ten times the
+    // solver's tolerance, which that weighs by large multipliers, where it is more.  Optima of the shipped tasks stay below
+    // 1e-6; multipliers that are lost leave it near one.
+    double stationarity = 1e-4;
     double true_defect = 1e-3;
     int refinements = 4;
     bool limits = true;
