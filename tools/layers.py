@@ -70,7 +70,7 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 42, 5500),  # keys, places, thrusters, bases,
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 43, 5500),  # keys, places, thrusters, bases,
     # limits, verdict, refinement, results; ready terms by name, waypoints, a motion to follow; phases; closed motions; as a controller, with feedback;
     # by differential dynamic programming; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),

@@ -94,6 +94,9 @@ std::optional<TaskKeys::Closed> read_closed(io::Section& file, const Task& task,
                                             const dynamics::Model<double>* model);
 void settle_closed(io::Section& file, const Task& task, const dynamics::Model<double>& model, TaskKeys& keys);
 
+// The block `costs` (cost_keys.cpp), when goal and phases are known.
+void read_costs(io::Section& file, TaskKeys& keys, const dynamics::Model<double>* model);
+
 // Notes what the method ddp does not know, where that is the task's (ddp_keys.cpp).
 void check_ddp(io::Section& file, const Task& task, const TaskKeys& keys);
 

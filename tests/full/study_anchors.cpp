@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Studies reproduce figures that are known, in their quick form; and what a study is made into.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "chains.h"
+#include "report.h"
+
+namespace dyntape::tools {
+namespace {
+
+StudyOptions quick() {
+  StudyOptions options{.quick = true, .config = DYNTAPE_SOURCE_DIR "/config"};
+  options.watch = [](const std::string&) {};
+  return options;
+}
+
+// Order of convergence along a curve of errors.
+double order(const Study& study, const std::string& subject, const std::string& method) {
+  std::vector<double> steps, errors;
+  for (const StudyRow& row : curve(study, "error", subject, method)) {
+    if (!(row.value > 1e-10)) continue;  // there it is rounding
+    steps.push_back(row.parameter), errors.push_back(row.value);
+  }
+  return fitted_slope(steps, errors, 0);
+}
+
+TEST(StudyAnchors, Integrators) {
+  const Study study = study_integrators(quick());
+  const std::string flight = "quadruped in flight";
+  EXPECT_NEAR(order(study, flight, "semi-implicit-euler"), 1, 0.15);
+  EXPECT_NEAR(order(study, flight, "implicit-midpoint"), 2, 0.1);
+  EXPECT_NEAR(order(study, flight, "runge-kutta-4"), 4, 0.2);
+  // Figures of an independent implementation, in units of g.
+  EXPECT_NEAR(point(study, "drift", "pendulum", "semi-implicit-euler").value, 1.854e-2, 2e-5);
+  EXPECT_NEAR(point(study, "drift", "pendulum", "implicit-midpoint").value, 8.197e-5, 1e-7);
+  EXPECT_NEAR(point(study, "drift", "pendulum", "runge-kutta-4").value, 9.76e-7, 2e-9);
+  EXPECT_GT(point(study, "drift", "free body that tumbles", "semi-implicit-euler").value, 0.1);
+  EXPECT_LT(point(study, "drift", "free body that tumbles", "implicit-midpoint").value, 1e-11);
+  // x0 / sqrt(1 - (h omega / 2)^2) at h = 6e-5 s; 2 and 2 sqrt(2) are where schemes end to be stable.
+  const std::string spring = "spring, 1 g on 1e6 N/m";
+  EXPECT_NEAR(point(study, "stiff", spring, "semi-implicit-euler", 1.8973665961).value, 3.162, 0.01);
+  EXPECT_NE(point(study, "stiff", spring, "semi-implicit-euler", 2.02).trouble, "");
+  EXPECT_EQ(point(study, "stiff", spring, "runge-kutta-4", 2.8).trouble, "");
+  EXPECT_NE(point(study, "stiff", spring, "runge-kutta-4", 2.9).trouble, "");
+  EXPECT_LE(point(study, "stiff", spring, "implicit-midpoint", 316.2278).value, 1 + 1e-9);
+}
+
+TEST(StudyReport, FailuresAndZerosAreShown) {
+  Study study{.name = "s", .title = "Springs", .question = "Which?"};
+  study.parts = {{.name = "error",
+                  .title = "Error",
+                  .x_label = "time [s]",
+                  .y_label = "error [m]",
+                  .findings = {"So it is."}}};
+  study.rows = {
+      {.part = "error", .subject = "a, b", .method = "one", .parameter = 1, .seconds = 1, .value = 1e-3},
+      {.part = "error", .subject = "a, b", .method = "one", .parameter = 2, .seconds = 2, .value = 0},
+      {.part = "error", .subject = "a, b", .method = "two", .parameter = 1, .trouble = "grows"}};
+  const std::string csv = study_csv(study, {}), page = study_page(study, {});
+  EXPECT_NE(csv.find("error,\"a, b\",two,1,,,grows,"), std::string::npos) << csv;
+  EXPECT_NE(page.find("| error | a, b | two | 1 | grows |"), std::string::npos) << page;
+  EXPECT_NE(page.find("- So it is."), std::string::npos) << page;
+  const io::Plot plot = study_picture(study, study.parts[0]);
+  ASSERT_EQ(plot.panels.size(), 1u);
+  ASSERT_EQ(plot.panels[0].series.size(), 1u);  // nothing to draw of what failed
+  EXPECT_EQ(plot.panels[0].zero, 1e-4);
+  const std::string script = io::gnuplot_script(plot, "svg", "s.svg");
+  EXPECT_NE(script.find("set ytics add ('0' 0.0001)"), std::string::npos) << script;
+  EXPECT_NE(script.find("2 0.0001"), std::string::npos) << script;
+  EXPECT_EQ(point(study, "error", "a, b", "one", 2).value, 0);
+  EXPECT_THROW(point(study, "error", "a, b", "three"), std::exception);
+}
+
+}  // namespace
+}  // namespace dyntape::tools
