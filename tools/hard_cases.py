@@ -36,8 +36,7 @@ def tests_of(folder):
     names = set()
     for path in (TESTS / folder).glob('*.cpp'):
         names.update('.'.join(match) for match in MACRO.findall(path.read_text()))
-    lists = TESTS / folder / 'CMakeLists.txt'
-    if lists.exists():
+    for lists in (TESTS / folder).rglob('CMakeLists.txt'):
         names.update(re.findall(r'add_test\(NAME (\w+)', lists.read_text()))
     return names
 
@@ -69,6 +68,12 @@ class Case:
             fail(f'{where}: expected "{ids} | naive: ... | holds: ... | routes: ...", got "{text}"')
         self.naive, self.holds, self.routes = match.groups()
 
+    def take_routes(self, before):
+        """"the same" is that of the case before it."""
+        if self.routes == 'the same':
+            self.routes = before.routes
+        return self
+
 
 def cases_above(path):
     """(cases, tests without one) of a file: comments right above its tests."""
@@ -84,7 +89,8 @@ def cases_above(path):
             found = [text for text in texts if re.match(rf'(?:{IDS}) \| ', text)]
             for text in found:
                 ids, _, rest = text.partition(' | ')
-                cases.append(Case(ids, rest.strip(), [name], f'{path.name}, {name}'))
+                case = Case(ids, rest.strip(), [name], f'{path.name}, {name}')
+                cases.append(case.take_routes(cases[-1]) if cases else case)
             if not found:
                 bare.append(name)
         comment = []
