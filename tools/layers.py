@@ -48,20 +48,21 @@ ROOMS = {
     'interface/io': (['codegen/system'], 28, 2800),  # settings, tables, pictures, lines that live on a terminal
     'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 37, 4150),  # Ipopt; our own from stage to stage: chains, barrier,
-    # restoration; Riccati's recursion
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 39, 4250),  # Ipopt; our own from stage to stage: chains, barrier,
+    # restoration; Riccati's recursion; closed motions, whose ends are tied
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 40, 3850),  # keys, motion, energies, doubts, costs, results;
+                         'interface/simulation', 'interface/player'], 40, 3900),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts
-    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 33, 4100),
+    'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 35, 4300),
     # penalties of soft terms,
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a
     # state; configurations with orientations; what drives a robot: joints, thrusters, contacts; a robot as one mass on its feet; phases; steps
+    # of a gait
     'interface/transcription': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers'], 31, 4500),
     # values that change between solves; families of schemes
     'interface/mpc': (['codegen', 'interface/io', 'interface/ocp', 'interface/solvers', 'interface/transcription'], 6, 700),  # plans with gains, feedback in loops
     'interface/sensitivity': ([*AUTODIFF, 'codegen', *ASKED, 'interface/io', 'interface/ocp', 'interface/solvers',
-                               'interface/transcription'], 10, 1700),  # slopes of solutions, motions, roll-outs, quadratic programs
+                               'interface/transcription'], 10, 1900),  # slopes of solutions, motions, roll-outs, quadratic programs
     'interface/simulation': ([*AUTODIFF, 'dynamics/algebra', 'dynamics/model', 'dynamics/simulation', 'codegen',
                               'codegen/options', 'interface/io'], 23, 2600),  # systems, schemes on the tape, Newton, Jacobians, CVODES, events
     'interface/sweep': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', 'codegen/system', 'interface/io',
@@ -69,8 +70,8 @@ ROOMS = {
     'interface/identification': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/solvers'], 16, 1250),
     'interface/player': ([*DYNAMICS, 'dynamics/urdf', 'interface/io'], 10, 800),
     'interface/task': (['dynamics/model', 'dynamics/urdf', 'interface/io', 'interface/scene', 'interface/ocp', 'interface/player',
-                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 41, 5100),  # keys, places, thrusters, bases,
-    # limits, verdict, refinement, results; ready terms by name, waypoints, a motion to follow; phases; as a controller, with feedback;
+                        'interface/solvers', 'interface/transcription', 'interface/mpc'], 42, 5500),  # keys, places, thrusters, bases,
+    # limits, verdict, refinement, results; ready terms by name, waypoints, a motion to follow; phases; closed motions; as a controller, with feedback;
     # by differential dynamic programming; robots as one mass: keys, loop, pictures
     'interface': ([], 2, 50),
     'tools/dyntape': (['autodiff', 'dynamics', 'codegen', 'interface'], 31, 3050),  # simulate, sweep, mpc

@@ -91,7 +91,7 @@ class CsvReader {
                     [](const std::string& n) { return parse_double(n).has_value(); })) {
       fail(1, "the first line must name the columns, but it holds numbers");
     }
-    table_ = CsvTable(std::move(names));
+    table_ = CsvTable(std::move(names), file_);
   }
 
   std::string unquoted(const Entry& entry) const {
@@ -147,7 +147,8 @@ std::string quoted_name(const std::string& name) {
 
 }  // namespace
 
-CsvTable::CsvTable(std::vector<std::string> names) : names_(std::move(names)) {
+CsvTable::CsvTable(std::vector<std::string> names, std::string file)
+    : file_(std::move(file)), names_(std::move(names)) {
   for (const std::string& name : names_) {
     const bool bad = name.empty() || name.find_first_of("\r\n") != std::string::npos;
     if (bad) throw ArgumentError("CsvTable: a column name must be one line of text, got '" + name + "'");
@@ -159,7 +160,9 @@ CsvTable::CsvTable(std::vector<std::string> names) : names_(std::move(names)) {
 int CsvTable::index(const std::string& name) const {
   const auto found = places_.find(name);
   if (found != places_.end()) return found->second;
-  throw ArgumentError("CsvTable: there is no column '" + name + "'" + suggestion(name, names_));
+  const std::string what = "there is no column '" + name + "'" + suggestion(name, names_);
+  if (!file_.empty()) throw FileError(file_ + ":1: " + what);
+  throw ArgumentError("CsvTable: " + what);
 }
 
 std::vector<double> CsvTable::column(const std::string& name) const {

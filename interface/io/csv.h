@@ -16,8 +16,8 @@
 // columns.
 //
 // Errors.  FileError `file:line:column: ...` for the first problem of: no header, an empty or repeated name,
-// too few or many entries, an entry that is no finite number.
-// ArgumentError for a row of the wrong size and for a column that does not exist.
+// too few or many entries, an entry that is no finite number; a column that is asked for and that a table which was read does
+// not have, with the nearest that there is.  ArgumentError for a row of the wrong size, and for such a column of other tables.
 #pragma once
 
 #include <initializer_list>
@@ -34,7 +34,8 @@ enum class NonFinite { kRefuse, kAllow };
 class CsvTable {
  public:
   CsvTable() = default;
-  explicit CsvTable(std::vector<std::string> names);
+  explicit CsvTable(std::vector<std::string> names,
+                    std::string file = "");  // `file`: where they stand, for messages
 
   int rows() const { return names_.empty() ? 0 : static_cast<int>(values_.size() / names_.size()); }
   int cols() const { return static_cast<int>(names_.size()); }
@@ -53,6 +54,7 @@ class CsvTable {
  private:
   size_t offset(int row) const { return static_cast<size_t>(row) * names_.size(); }
 
+  std::string file_;
   std::vector<std::string> names_;
   std::unordered_map<std::string, int> places_;  // of the names
   std::vector<double> values_;

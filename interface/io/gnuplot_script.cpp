@@ -32,10 +32,11 @@ std::vector<Style> styles_of(const Panel& panel) {
   int next = 0;
   for (const Series& series : panel.series) {
     const bool own = !series.color.empty();
-    const int round = own ? 0 : next / kColors, index = own ? 0 : next % kColors;
+    const int number = series.style >= 0 ? series.style : next;
+    const int round = own ? 0 : number / kColors, index = own ? 0 : number % kColors;
     const int dash = series.dashed ? 2 : kDashes[round % 4];
     styles.push_back({own ? series.color : kPalette[index], dash, kPointTypes[index]});
-    if (!own) ++next;
+    if (!own && series.style < 0) ++next;
   }
   return styles;
 }
@@ -50,7 +51,7 @@ void check(const Plot& plot) {
         throw ArgumentError("draw: the series '" + s.name + "' has " + std::to_string(s.x.size()) +
                             " x and " + std::to_string(s.y.size()) + " y");
       }
-      for (size_t i = 0; i < s.x.size(); ++i) any |= drawable(panel, s.x[i], s.y[i]);
+      for (size_t i = 0; i < s.x.size(); ++i) any |= drawable(panel, s.x[i], drawn_y(panel, s.y[i]));
     }
     if (!any) throw ArgumentError("draw: the panel '" + panel.title + "' has no point that can be drawn");
   }
@@ -72,8 +73,9 @@ class Script {
       const Series& s = panel.series[k];
       add("$d" + std::to_string(k) + " << EOD");
       for (size_t i = 0; i < s.x.size(); ++i) {
-        const bool shown = drawable(panel, s.x[i], s.y[i]);
-        add(shown ? gnuplot_number(s.x[i]) + ' ' + gnuplot_number(s.y[i]) : std::string("NaN NaN"));
+        const double y = drawn_y(panel, s.y[i]);
+        const bool shown = drawable(panel, s.x[i], y);
+        add(shown ? gnuplot_number(s.x[i]) + ' ' + gnuplot_number(y) : std::string("NaN NaN"));
       }
       add("EOD");
     }
@@ -88,6 +90,7 @@ class Script {
     choose_limits(panel, frame, x, y);
     axis("x", panel.log_x, x);
     axis("y", panel.log_y, y);
+    if (std::isfinite(panel.zero)) add("set ytics add ('0' " + gnuplot_number(panel.zero) + ")");
     const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
     label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
     label(panel.y_label, canvas_.at(frame.left - 60, middle_y), kTextSize,
@@ -109,6 +112,10 @@ class Script {
 
   void references(const Panel& panel) {
     const std::string look = " nohead back lc rgb '#8a8a8a' lw 1.2 dt 2";
+    if (std::isfinite(panel.zero)) {
+      const std::string v = gnuplot_number(panel.zero);
+      add("set arrow from graph 0, first " + v + " to graph 1, first " + v + look);
+    }
     for (const ReferenceLine& line : panel.horizontal) {
       if (panel.log_y && line.value <= 0) continue;
       const std::string v = gnuplot_number(line.value);

@@ -15,7 +15,7 @@
 // Panels stand in a grid, `columns` wide; one that is `wide` takes a row of its own.  Legends stand above the
 // data, never on it.  Colours are those of Okabe and Ito, which people with any colour vision tell apart;
 // series beyond the seventh differ in dashes as well.  A value that is not finite, or not positive on a
-// logarithmic axis, leaves a gap.  The same plot gives the same bytes (of SVG), whenever and wherever it is
+// logarithmic axis without a place for zeros, leaves a gap.  The same plot gives the same bytes (of SVG), whenever and wherever it is
 // drawn by one version of gnuplot.
 //
 // Errors.  ArgumentError: x and y of different length, nothing to draw, an extension other than .svg and
@@ -37,6 +37,7 @@ struct Series {
   std::vector<double> x = {}, y = {};
   Mark mark = Mark::kLine;
   std::string color = {};  // "#0072b2"; "" takes the next of the palette
+  int style = -1;          // colour, point and dashes by number, so that panels agree; -1: the next
   double width = 2;        // of the line [px]
   bool dashed = false;
   double point = 1;  // size of points, relative
@@ -60,6 +61,8 @@ struct Panel {
   std::vector<ReferenceLine> horizontal = {};
   bool log_x = false, log_y = false;
   Limits y_limits = {};
+  // On a logarithmic axis: where exact zeros are drawn, on a line of their own that says 0.  NaN: nowhere.
+  double zero = std::numeric_limits<double>::quiet_NaN();
   bool equal_axes = false;  // a metre is as long in x as in y; the limits are then widened to fit
   bool wide = false;
   int height = 230;  // of the frame [px]

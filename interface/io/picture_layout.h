@@ -25,6 +25,9 @@ struct Place {
 // Fills `places`, row by row of the grid; returns the height of the picture.
 double arrange(const Plot& plot, std::vector<Place>& places);
 
+// Zeros are drawn where the panel wants them.
+double drawn_y(const Panel& panel, double y);
+
 // Whether the axes of the panel can show the point.
 bool drawable(const Panel& panel, double x, double y);
 

@@ -6,11 +6,15 @@
 
 namespace dyntape::io {
 
+double drawn_y(const Panel& panel, double y) { return y == 0 && std::isfinite(panel.zero) ? panel.zero : y; }
+
 bool drawable(const Panel& panel, double x, double y) {
   return std::isfinite(x) && std::isfinite(y) && (!panel.log_x || x > 0) && (!panel.log_y || y > 0);
 }
 
 namespace {
+
+constexpr double kFlat = 1e-9;  // of their size: axes give what differs by less one number
 
 struct Extent {
   double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -23,9 +27,10 @@ struct Extent {
 void data_extent(const Panel& panel, Extent& x, Extent& y) {
   for (const Series& s : panel.series) {
     for (size_t i = 0; i < s.x.size(); ++i) {
-      if (!drawable(panel, s.x[i], s.y[i])) continue;
+      const double at = drawn_y(panel, s.y[i]);
+      if (!drawable(panel, s.x[i], at)) continue;
       x.add(s.x[i]);
-      y.add(s.y[i]);
+      y.add(at);
     }
   }
 }
@@ -38,9 +43,12 @@ void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_
     if (std::isfinite(given)) y.add(given);
   }
   const double width = frame.right - frame.left, height = frame.bottom - frame.top;
-  const double span = std::max({x.high - x.low, y.high - y.low, 1e-9});
+  const double span = std::max(x.high - x.low, y.high - y.low);
+  const double size = std::max({std::abs(x.low), std::abs(x.high), std::abs(y.low), std::abs(y.high)});
   const double metre_per_pixel =
-      1.1 * std::max({(x.high - x.low) / width, (y.high - y.low) / height, 1e-3 * span / width});
+      span <= kFlat * size || span == 0
+          ? 1 / width  // one point: a metre around it
+          : 1.1 * std::max({(x.high - x.low) / width, (y.high - y.low) / height, 1e-3 * span / width});
   const auto centred = [&](const Extent& e, double pixels) {
     const double middle = 0.5 * (e.low + e.high), half = 0.5 * pixels * metre_per_pixel;
     return Limits{middle - half, middle + half};
@@ -56,7 +64,7 @@ Limits widened(const Extent& data, const std::vector<ReferenceLine>& lines, bool
     if (!log || line.value > 0) all.add(line.value);
   }
   const double size = std::max(std::abs(all.low), std::abs(all.high));
-  if (all.high - all.low <= 1e-12 * size) {
+  if (all.high - all.low <= kFlat * size) {
     const double half = size > 0 ? 0.1 * size : 1;
     return log ? Limits{all.low / 3, all.high * 3} : Limits{all.low - half, all.high + half};
   }

@@ -29,12 +29,13 @@ std::vector<Term> landing(const RobotScene& scene, const HeldContact& contact, L
   check_place(contact);
   FrameTarget place{contact.frame, contact.place, {}};
   if (is_foot(contact)) place.orientation = contact.axes;
-  std::vector<Term> terms = {terminal_equality(contact.frame + " lands", frame_error(scene, place))};
+  const std::vector<int> axes = held_axes(scene.model, contact);
+  std::vector<Term> terms = {
+      terminal_equality(contact.frame + " lands", entries_of(frame_error(scene, place), axes))};
   if (how == Landing::kImpact) return terms;
   const StageFunction speed =
       frame_velocity(scene, contact.frame, dynamics::ReferenceFrame::kLocalWorldAligned);
-  terms.push_back(
-      terminal_equality(contact.frame + " at rest", is_foot(contact) ? speed : part_of(speed, 0, 3)));
+  terms.push_back(terminal_equality(contact.frame + " at rest", entries_of(speed, axes)));
   return terms;
 }
 

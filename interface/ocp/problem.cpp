@@ -194,6 +194,13 @@ void Problem::take_values(const Problem& now) {
                         std::to_string(now.terms.size()) + " terms, expected the " +
                         std::to_string(terms.size()) + " that were recorded");
   }
+  for (std::size_t k = 0; k < terms.size(); ++k) {
+    const Term &known = terms[k], &next = now.terms[k];
+    if (known.name != next.name || known.lower != next.lower || known.upper != next.upper)
+      throw ArgumentError("problem \"" + name + "\": the new values come with other bounds of the term \"" +
+                          next.name + "\", or another term, than were recorded (\"" + known.name +
+                          "\"); expected the same, or another recording");
+  }
   parameters = now.parameters;
   start = now.start;
   goal = now.goal;

@@ -12,7 +12,7 @@ namespace dyntape {
 namespace {
 
 template <class T>
-using Vector = typename Stage<T>::Vector;
+using StageVector = typename Stage<T>::Vector;
 
 // The steps of an interval, in any scalar.
 class Steps {
@@ -32,50 +32,51 @@ class Steps {
 
   // (x' - x) / h; every stage at which running costs count is looked at on the way.
   template <class T>
-  Vector<T> operator()(const Stage<T>& s, const Look<T>& look = {}) const {
+  StageVector<T> operator()(const Stage<T>& s, const Look<T>& look = {}) const {
     const T h = s.p[n_p_] / T(steps_);
-    Vector<T> x = s.x, sum = Vector<T>::Constant(n_x_, T(0));
+    StageVector<T> x = s.x, sum = StageVector<T>::Constant(n_x_, T(0));
     for (int k = 0; k < steps_; ++k) {
-      const Vector<T> slope = scheme_ == ShootingScheme::kEuler ? of_euler<T>(s, k, h, x, look)
-                                                                : of_runge_kutta<T>(s, k, h, x, look);
+      const StageVector<T> slope = scheme_ == ShootingScheme::kEuler ? of_euler<T>(s, k, h, x, look)
+                                                                     : of_runge_kutta<T>(s, k, h, x, look);
       sum += slope;
       if (k + 1 < steps_) x += h * slope;
     }
-    return steps_ == 1 ? sum : Vector<T>(sum / T(steps_));
+    return steps_ == 1 ? sum : StageVector<T>(sum / T(steps_));
   }
 
  private:
   template <class T>
-  Stage<T> stage(const Stage<T>& s, int halves, const T& h, const Vector<T>& x) const {
+  Stage<T> stage(const Stage<T>& s, int halves, const T& h, const StageVector<T>& x) const {
     const Eigen::Index first = halves == 0 ? 0 : n_p_ + 1 + (halves - 1) * n_p_;
     return {s.t + T(0.5 * halves) * h, x, {}, s.u, s.p.segment(first, n_p_)};
   }
 
   template <class T>
-  Vector<T> rate(const Stage<T>& stage, double share, const Look<T>& look) const {
-    Vector<T> rate = problem_->rate(stage);
+  StageVector<T> rate(const Stage<T>& stage, double share, const Look<T>& look) const {
+    StageVector<T> rate = problem_->rate(stage);
     check_rate(*problem_, rate.size());
     if (look) look(stage, share / steps_);
     return rate;
   }
 
   template <class T>
-  Vector<T> of_runge_kutta(const Stage<T>& s, int k, const T& h, const Vector<T>& x,
-                           const Look<T>& look) const {
+  StageVector<T> of_runge_kutta(const Stage<T>& s, int k, const T& h, const StageVector<T>& x,
+                                const Look<T>& look) const {
     const T half = T(0.5) * h;
-    const Vector<T> k1 = rate<T>(stage<T>(s, 2 * k, h, x), 1. / 6, look);
-    const Vector<T> k2 = rate<T>(stage<T>(s, 2 * k + 1, h, x + half * k1), 1. / 3, look);
-    const Vector<T> k3 = rate<T>(stage<T>(s, 2 * k + 1, h, x + half * k2), 1. / 3, look);
-    const Vector<T> k4 = rate<T>(stage<T>(s, 2 * k + 2, h, x + h * k3), 1. / 6, look);
+    const StageVector<T> k1 = rate<T>(stage<T>(s, 2 * k, h, x), 1. / 6, look);
+    const StageVector<T> k2 = rate<T>(stage<T>(s, 2 * k + 1, h, x + half * k1), 1. / 3, look);
+    const StageVector<T> k3 = rate<T>(stage<T>(s, 2 * k + 1, h, x + half * k2), 1. / 3, look);
+    const StageVector<T> k4 = rate<T>(stage<T>(s, 2 * k + 2, h, x + h * k3), 1. / 6, look);
     return (k1 + T(2) * (k2 + k3) + k4) / T(6);
   }
 
   template <class T>
-  Vector<T> of_euler(const Stage<T>& s, int k, const T& h, const Vector<T>& x, const Look<T>& look) const {
-    Vector<T> slope = rate<T>(stage<T>(s, 2 * k, h, x), 1, look);
+  StageVector<T> of_euler(const Stage<T>& s, int k, const T& h, const StageVector<T>& x,
+                          const Look<T>& look) const {
+    StageVector<T> slope = rate<T>(stage<T>(s, 2 * k, h, x), 1, look);
     const Eigen::Index n_q = problem_->positions;
     if (n_q == 0) return slope;
-    Vector<T> moved = x;  // positions move by the new velocities
+    StageVector<T> moved = x;  // positions move by the new velocities
     moved.tail(n_x_ - n_q) += h * slope.tail(n_x_ - n_q);
     slope.head(n_q) = rate<T>(stage<T>(s, 2 * k, h, moved), 0, {}).head(n_q);
     return slope;
@@ -91,9 +92,9 @@ class Steps {
 StageFunction residuals_of(const Steps& steps, const StageFunction& of) {
   return [steps, of](const auto& s) {
     using T = std::decay_t<decltype(s.t)>;
-    Vector<T> all;
+    StageVector<T> all;
     steps(s, Steps::Look<T>([&](const Stage<T>& at, double share) {
-            const Vector<T> r = of(at);
+            const StageVector<T> r = of(at);
             all.conservativeResize(all.size() + r.size());
             all.tail(r.size()) = T(std::sqrt(share)) * r;
           }));
@@ -107,7 +108,7 @@ Term cost_of(const Steps& steps, const Term& cost) {
     using T = std::decay_t<decltype(s.t)>;
     T sum(0);
     steps(s, Steps::Look<T>([&](const Stage<T>& at, double share) {
-            const Vector<T> value = cost.function(at);
+            const StageVector<T> value = cost.function(at);
             check_cost(steps.problem(), cost.name, value.size());
             sum += T(share) * value[0];
           }));

@@ -207,13 +207,23 @@ Eigen::VectorXd typical_moves(const Model<double>& model) {
   return typical;
 }
 
-void bound_forces(Problem& problem, const Drives& drives, const RobotProblemOptions& options) {
+void bound_forces(Problem& problem, const Model<double>& model, const Drives& drives,
+                  const RobotProblemOptions& options) {
   Eigen::Index k = drives.gain.size();
   for (const Thruster& thruster : options.thrusters) {
     problem.u.lower[k] = thruster.lower;
     problem.u.upper[k++] = thruster.upper;
   }
-  for (std::size_t c = 0; c < drives.contacts.size(); ++c, k += 3) problem.u.lower[k + 2] = 0;
+  for (const HeldContact& contact : options.contacts) {
+    const std::vector<int> axes = held_axes(model, contact);
+    for (std::size_t point = 0; point < force_points(contact).size(); ++point, k += 3) {
+      for (int i = 0; i < 3; ++i) {
+        const bool acts = std::find(axes.begin(), axes.end(), i) != axes.end();
+        if (!acts) problem.u.lower[k + i] = problem.u.upper[k + i] = 0;
+      }
+      problem.u.lower[k + 2] = 0;
+    }
+  }
 }
 
 // What a contact's force is compared with (N).
@@ -251,7 +261,8 @@ void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
   const double weight = weight_of(plants->scene.model);
   Eigen::Index k = problem.n_u() - 3 * Eigen::Index(plants->drives.contacts.size());
   for (const HeldContact& contact : options.contacts) {
-    problem.add(path_equality(contact.frame + " holds", holds(plants, contact)));
+    const std::vector<int> axes = held_axes(plants->scene.model, contact);
+    problem.add(path_equality(contact.frame + " holds", entries_of(holds(plants, contact), axes)));
     for (const std::string& point : force_points(contact)) {
       problem.add(friction_cone(plants->scene.model.name, {point, contact.friction}, k, weight));
       k += 3;
@@ -267,6 +278,12 @@ std::vector<std::string> force_points(const HeldContact& contact) {
   for (std::size_t i = 0; i < contact.corners.size(); ++i)
     names.push_back(contact.frame + "." + std::to_string(i));
   return names;
+}
+
+std::vector<int> held_axes(const Model<double>& model, const HeldContact& contact) {
+  std::vector<int> axes = moved_axes(model, contact.frame);
+  if (contact.corners.empty()) std::erase_if(axes, [](int axis) { return axis >= 3; });
+  return axes;
 }
 
 Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::Index first, double weight) {
@@ -305,7 +322,7 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
     problem.use_accelerations(entry_names_of(model, "a.", false), scaled_residual(plants, scale), ode);
   }
   problem.positions = model.nq;
-  bound_forces(problem, plants->drives, options);
+  bound_forces(problem, model, plants->drives, options);
   add_contacts(problem, plants, options);
   if (!is_on_lines(model)) {
     problem.typical = typical_moves(model);

@@ -24,6 +24,7 @@
 //                   Accelerations and not velocities, because these tell the forces: demanded of velocities, collocation
 //                   knows forces only by what they do to neighbouring points.  Errors decay as (1 + 10 t) exp(-10 t) (J.
 //                   Baumgarte, 1972, as in dynamics/contact/constraints.h), so that none add up.
+// Of a robot that moves in a plane, rows along axes that no joint moves the frame along are left out, and such forces are zero.
 // With `corners` the frame is a foot that also does not turn: `holds` has three more rows, of its angular acceleration, in
 // the same way, and the force acts at the corners, f.<frame>.<corner>.x|y|z, each within its cone.  For a flat foot that is
 // the cone of all wrenches that the floor can give it (S. Caron, Q. Pham and Y. Nakamura, ICRA 2015); with four corners
@@ -77,6 +78,8 @@ struct HeldContact {
       {};  // m, in the frame's axes, of a foot that does not turn either; empty: a point
   std::optional<Eigen::Matrix3d> axes = {};  // of a foot: from its axes to the world's at the start
 };
+// Of moved_axes() (robot_terms.h) those that it holds: a point does not hold turns.
+std::vector<int> held_axes(const dynamics::Model<double>& model, const HeldContact& contact);
 // "FL_FOOT", or of a foot "sole.0", "sole.1", ...: where its forces act.
 std::vector<std::string> force_points(const HeldContact& contact);
 

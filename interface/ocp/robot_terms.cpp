@@ -2,10 +2,12 @@
 #include <dyntape/interface/ocp/robot_terms.h>
 
 #include <cmath>
+#include <random>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/lie.h>
 #include <dyntape/dynamics/algorithms/centroidal.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/ocp/of_kinematics.h>
 
 namespace dyntape {
@@ -180,6 +182,29 @@ StageFunction entries_of(const StageFunction& values, const std::vector<int>& en
     }
     return chosen;
   };
+}
+
+// Looked at in configurations that are like no others.
+std::vector<int> moved_axes(const dynamics::Model<double>& model, const std::string& frame) {
+  constexpr int kLooks = 3;
+  constexpr double kRounding = 1e-10;
+  const int index = moving_frame(model, frame);
+  dynamics::Data<double> data(model);
+  std::mt19937_64 random(1);
+  Eigen::Matrix<double, 6, 1> most = Eigen::Matrix<double, 6, 1>::Zero();
+  for (int look = 0; look < kLooks; ++look) {
+    const Eigen::VectorXd q = dynamics::random_configuration(model, random);
+    for (int dof = 0; dof < model.nv; ++dof) {
+      dynamics::forward_kinematics<double>(model, data, q, Eigen::VectorXd::Unit(model.nv, dof));
+      const Eigen::Matrix<double, 6, 1> speed =
+          dynamics::frame_velocity(model, data, index, dynamics::ReferenceFrame::kLocalWorldAligned).vector();
+      most = most.cwiseMax(speed.cwiseAbs());
+    }
+  }
+  std::vector<int> axes;
+  for (int i = 0; i < 6; ++i)
+    if (most[i] > kRounding * most.segment<3>(i / 3 * 3).maxCoeff()) axes.push_back(i);
+  return axes;
 }
 
 }  // namespace dyntape

@@ -21,6 +21,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/interface/ocp/problem.h>
@@ -75,5 +76,9 @@ StageFunction entries_of(const StageFunction& values, const std::vector<int>& en
 
 // Index of a frame that a joint moves; ArgumentError otherwise.
 int moving_frame(const dynamics::Model<double>& model, const std::string& frame);
+
+// World axes along which (0, 1, 2) and about which (3, 4, 5) the robot can move a frame: 0, 2 and 4 of a robot in the plane of x
+// and z.  Rows of the others say nothing, and forces along them do nothing.
+std::vector<int> moved_axes(const dynamics::Model<double>& model, const std::string& frame);
 
 }  // namespace dyntape

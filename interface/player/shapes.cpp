@@ -49,6 +49,8 @@ OfBodies<bool> needs_sticks(const Model<double>& model, const UrdfVisuals& visua
   for (const Visual& shape : visuals.shapes) needs[std::size_t(shape.body + 1)] = false;
   for (const std::string& link : visuals.incomplete)
     needs[std::size_t(model.frames[std::size_t(model.frame_index(link))].body + 1)] = true;
+  for (int i = 0; i < model.njoints(); ++i)
+    if (only_places(model, i)) needs[std::size_t(i + 1)] = false;
   return needs;
 }
 
@@ -107,6 +109,11 @@ void add_sticks(int body, const std::vector<Vector3d>& ends, double radius, std:
 }
 
 }  // namespace
+
+bool only_places(const Model<double>& model, int body) {
+  return model.joints[std::size_t(body)].type == dynamics::JointType::kPrismatic &&
+         model.inertias[std::size_t(body)].mass == 0;
+}
 
 std::vector<Visual> player_shapes(const Model<double>& model, const UrdfVisuals& visuals,
                                   const Placements& X_WB) {

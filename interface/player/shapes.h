@@ -20,6 +20,10 @@ using Placements = std::vector<dynamics::Placement<double>>;  // of bodies in th
 std::vector<dynamics::Visual> player_shapes(const dynamics::Model<double>& model,
                                             const dynamics::UrdfVisuals& visuals, const Placements& X_WB);
 
+// A body without mass that slides: it is there to place what hangs on it, as those of a base that floats in a plane, and is not
+// drawn.
+bool only_places(const dynamics::Model<double>& model, int body);
+
 // The box of a shape along its own axes, before its scale.
 Eigen::AlignedBox3d own_box(const dynamics::Visual& shape);
 

@@ -11,6 +11,23 @@ namespace dyntape {
 
 using io::Section;
 
+namespace {
+
+constexpr double kMostSeconds = 1e7, kMostMetres = 1e6, kMostFriction = 1e3, kMostNumber = 1e12;
+
+io::Range above_zero(double most) {
+  return {.low = 0, .high = most, .low_open = true, .text = "positive and at most " + io::shortest(most)};
+}
+
+}  // namespace
+
+io::Range seconds() { return above_zero(kMostSeconds); }
+io::Range some_seconds() { return io::between(0, kMostSeconds); }
+io::Range metres() { return io::between(-kMostMetres, kMostMetres); }
+io::Range some_metres() { return io::between(0, kMostMetres); }
+io::Range coefficients() { return above_zero(kMostFriction); }
+io::Range plain_numbers() { return io::between(-kMostNumber, kMostNumber); }
+
 Eigen::VectorXd numbers_in(Section& section, const std::string& key, const std::string& text, Eigen::Index n,
                            const io::Range& range, const std::string& has, bool spreads) {
   Eigen::VectorXd values = Eigen::VectorXd::Zero(n);

@@ -4,12 +4,15 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
 
 namespace {
 
 using Eigen::VectorXd;
+
+constexpr double kOfLimit = 1e-7;  // of a value beside a limit that holds it
 
 // f of the stage whose last states are its parameters.
 StageFunction of_states(const StageFunction& f, Eigen::Index n_x) {
@@ -276,19 +279,35 @@ NlpSolution MotionSensitivity::predict(const Problem& next) {
   const NlpShape& shape = made.program.shape();
   const auto n = Eigen::Index(shape.n()), m = Eigen::Index(shape.m());
   VectorXd d = VectorXd::Zero(n);
+  const auto refuse = [&](std::size_t i, const std::string& what) {
+    throw ArgumentError("problem \"" + made.problem.name + "\": \"" + made.program.variable_name(i) + "\" " +
+                        what + ", which no prediction knows");
+  };
   for (std::size_t i = 0; i < shape.n(); ++i) {
-    if (made.lower[i] == made.upper[i]) d[Eigen::Index(i)] = shape.x_lower[i] - made.lower[i];
+    const bool was_given = made.lower[i] == made.upper[i], is_given = shape.x_lower[i] == shape.x_upper[i];
+    if (was_given && !is_given) refuse(i, "is open where it was held");
+    if (!was_given && is_given) refuse(i, "is given where it was open");
+    if (was_given) d[Eigen::Index(i)] = shape.x_lower[i] - made.lower[i];
   }
   for (std::size_t i : made.slopes->held_variables()) {
     const bool at_lower = made.solution.lower_price[i] > made.solution.upper_price[i];
     d[Eigen::Index(i)] = at_lower ? shape.x_lower[i] - made.lower[i] : shape.x_upper[i] - made.upper[i];
   }
   for (std::size_t i = 0; i < shape.n(); ++i) {
-    if (!std::isfinite(d[Eigen::Index(i)]))
-      throw ArgumentError("problem \"" + made.problem.name + "\": \"" + made.program.variable_name(i) +
-                          "\" is open where it was held, which no prediction knows");
+    if (!std::isfinite(d[Eigen::Index(i)])) refuse(i, "is open where it was held");
   }
   const SolutionStep s = made.slopes->along(d, VectorXd::Zero(m)), &c = made.slopes->correction();
+  for (std::size_t i = 0; i < shape.n(); ++i) {
+    const double value = made.solution.x[i] + c.x[Eigen::Index(i)] + s.x[Eigen::Index(i)];
+    const double room = kOfLimit * (1 + std::abs(value));
+    const auto check_limit = [&](double before, double now, double beyond) {
+      if (now != before && beyond > room)
+        refuse(i, "would be " + io::with_digits(value, 6) + ", beyond its new limit of " +
+                      io::with_digits(now, 6) + " that did not hold it before");
+    };
+    check_limit(made.lower[i], shape.x_lower[i], shape.x_lower[i] - value);
+    check_limit(made.upper[i], shape.x_upper[i], value - shape.x_upper[i]);
+  }
   NlpSolution result;
   result.status = made.solution.status;
   result.units = made.units;

@@ -27,7 +27,8 @@
 // (status).
 //
 // Errors: ArgumentError for what Collocation refuses, for parameters of time where the scheme is multiple shooting, for a solution of another mesh; for predict() before at(), or
-// where it is asked for values that leave open what was held.
+// where it is asked for values that leave open what was held, hold what was open (a goal that is new, say), or move a limit
+// that did not hold to where the prediction would be beyond it: which of the limits hold is what it takes from the solution.
 #pragma once
 
 #include <optional>

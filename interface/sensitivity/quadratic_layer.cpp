@@ -2,6 +2,7 @@
 #include <dyntape/interface/sensitivity/quadratic_layer.h>
 
 #include <Eigen/Cholesky>
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
@@ -162,6 +163,47 @@ MatrixXd or_zero(const char* name, const MatrixXd& change, const MatrixXd& like)
   return change;
 }
 
+// Orthonormal columns, whose span is what M maps to zero.
+MatrixXd kernel_of(const MatrixXd& M) {
+  Eigen::ColPivHouseholderQR<MatrixXd> qr(M.transpose());
+  qr.setThreshold(kRounding);
+  const MatrixXd all = qr.householderQ();
+  return all.rightCols(all.cols() - qr.rank());
+}
+
+// Of the cone C w <= 0 the point w = -c - C^T u that is nearest to -c, zero where c draws nothing along it: u >= 0 makes it least,
+// which rows of C count being found one after another.
+// C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, 1974, chapter 23.
+VectorXd nearest_in_cone(const VectorXd& c, const MatrixXd& C) {
+  std::vector<Eigen::Index> rows;
+  VectorXd u = VectorXd::Zero(C.rows()), w = -c;
+  for (Eigen::Index step = 0; step < 10 * C.rows(); ++step) {
+    VectorXd beyond = C * w;
+    for (Eigen::Index j : rows) beyond[j] = 0;
+    Eigen::Index most = 0;
+    if (!(beyond.maxCoeff(&most) > 1e-13 * c.norm())) break;
+    rows.push_back(most);
+    while (!rows.empty()) {
+      const VectorXd next = C(rows, Eigen::all).transpose().colPivHouseholderQr().solve(-c);
+      double share = 1;  // of the way there that all stay above zero
+      for (std::size_t k = 0; k < rows.size(); ++k) {
+        if (next[Eigen::Index(k)] <= 0)
+          share = std::min(share, u[rows[k]] / (u[rows[k]] - next[Eigen::Index(k)]));
+      }
+      for (std::size_t k = 0; k < rows.size(); ++k)
+        u[rows[k]] += share * (next[Eigen::Index(k)] - u[rows[k]]);
+      if (next.minCoeff() > 0) break;
+      std::erase_if(rows, [&](Eigen::Index j) {
+        const bool leaves = u[j] <= 1e-14 * u.maxCoeff();
+        if (leaves) u[j] = 0;
+        return leaves;
+      });
+    }
+    w = -c - C.transpose() * u;
+  }
+  return w;
+}
+
 }  // namespace
 
 QuadraticLayer::QuadraticLayer(const QuadraticProgram& program, double tolerance)
@@ -175,10 +217,59 @@ QuadraticLayer::QuadraticLayer(const QuadraticProgram& program, double tolerance
     return VectorXd::Map(v.data(), Eigen::Index(v.size()));
   };
   solution_ = split({.x = vector(s.x), .lambda = vector(s.lambda), .price = {}});
+  if (solve_status_ != SolveStatus::kSolved && status() > SlopeStatus::kDependentRows) certify();
   if (status() > SlopeStatus::kDependentRows) return;
   const SolutionStep& c = slopes_->correction();
   solution_ = split({.x = vector(s.x) + c.x, .lambda = vector(s.lambda) + c.lambda, .price = {}});
   solution_.lambda = solution_.lambda.cwiseMax(0);
+}
+
+// In variables in which Q has a diagonal of ones, of rows of length one, without those that any x fulfils.
+void QuadraticLayer::certify() {
+  constexpr double kMargin = 1e-6, kMostOff = 1e-8;  // of the length of what proves
+  const QuadraticProgram& p = program_;
+  const VectorXd inverse = roots_of(p.Q).cwiseInverse();
+  const Eigen::Index of_A = p.b.size(), m = of_A + p.h.size();
+  MatrixXd rows(m, p.q.size());
+  VectorXd sides(m), lengths(m);
+  rows << p.A * inverse.asDiagonal(), p.G * inverse.asDiagonal();
+  sides << p.b, p.h;
+  for (Eigen::Index j = 0; j < m; ++j) {
+    if (sides[j] == HUGE_VAL) rows.row(j).setZero(), sides[j] = 0;
+    const double length = rows.row(j).norm();
+    lengths[j] = length > 0 ? length : 1;
+    rows.row(j) /= lengths[j], sides[j] /= lengths[j];
+  }
+  outcome_ = QuadraticOutcome::kUnknown;
+  const auto most = [](const VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; };
+
+  const MatrixXd balanced = kernel_of(rows.transpose());
+  if (balanced.cols() > 0 && most(sides) > 0) {
+    const VectorXd scaled = sides / most(sides);
+    VectorXd y = balanced * nearest_in_cone(balanced.transpose() * scaled, -balanced.bottomRows(m - of_A));
+    y.tail(m - of_A) = y.tail(m - of_A).cwiseMax(0);
+    if (scaled.dot(y) < -kMargin * y.norm() && (rows.transpose() * y).norm() <= kMostOff * y.norm()) {
+      const VectorXd prices = (y / -sides.dot(y)).cwiseQuotient(lengths);
+      certificate_.nu = prices.head(of_A), certificate_.lambda = prices.tail(m - of_A);
+      outcome_ = QuadraticOutcome::kInfeasible;
+      why_ = "no x fulfils the constraints: weighed with certificate() they add up to 0 <= -1";
+      return;
+    }
+  }
+
+  MatrixXd flat(p.q.size() + of_A, p.q.size());
+  flat << inverse.asDiagonal() * p.Q * inverse.asDiagonal(), rows.topRows(of_A);
+  const MatrixXd directions = kernel_of(flat);
+  VectorXd slope = inverse.cwiseProduct(p.q);
+  if (directions.cols() == 0 || slope.isZero(0)) return;
+  slope /= most(slope);
+  const MatrixXd G = rows.bottomRows(m - of_A);
+  const VectorXd d = directions * nearest_in_cone(directions.transpose() * slope, G * directions);
+  if (!(slope.dot(d) < -kMargin * d.norm()) || (G * d).cwiseMax(0).norm() > kMostOff * d.norm()) return;
+  certificate_.x = inverse.cwiseProduct(d);
+  certificate_.x /= -p.q.dot(certificate_.x);
+  outcome_ = QuadraticOutcome::kUnbounded;
+  why_ = "the cost falls without end along certificate().x";
 }
 
 QuadraticSolution QuadraticLayer::split(const SolutionStep& step) const {

@@ -19,8 +19,14 @@
 // symmetric matrix.
 //
 // status() says where these are not slopes: a constraint that rests with no price (either side has slopes of its own, and
-// these lie between), constraints that depend on each other, x not unique, no solution (infeasible or unbounded: how
-// its solve ended, which need not tell the two apart, is solve_status()); of the latter two all slopes are NaN.
+// these lie between), constraints that depend on each other, x not unique, no solution; of the latter two all slopes are NaN.
+//
+// Where the solve found no solution, outcome() says why, and certificate() proves it:
+//   kInfeasible  prices nu, lambda >= 0 with A^T nu + G^T lambda = 0 and b.nu + h.lambda = -1: so weighed, the constraints add
+//                up to 0 <= -1 (Farkas' lemma)
+//   kUnbounded   a direction x with Q x = 0, A x = 0, G x <= 0 and q.x = -1: along it the cost falls without end
+//   kUnknown     neither was found to rounding: nearly one of them, or nearly neither
+// Each is the projection of a vector on a cone, which is found to rounding.
 //
 // Meant for 1 to some 100 variables; Q may be singular where the constraints make up for it.  An entry of h may be
 // infinite.
@@ -28,7 +34,7 @@
 // Errors: ArgumentError for sizes that do not fit, numbers that are none, Q that is not symmetric or not positive
 // semidefinite.
 //
-// Source: B. Amos, J. Z. Kolter, OptNet: Differentiable optimization as a layer in neural networks, ICML 2017.
+// Sources: S. Boyd, L. Vandenberghe, Convex Optimization, 5.8 (alternatives); B. Amos, J. Z. Kolter, OptNet: Differentiable optimization as a layer in neural networks, ICML 2017.
 #pragma once
 
 #include <optional>
@@ -53,6 +59,8 @@ struct QuadraticSolution {
   double from = 0, to = 0;
 };
 
+enum class QuadraticOutcome { kSolved, kInfeasible, kUnbounded, kUnknown };
+
 class QuadraticLayer {
  public:
   explicit QuadraticLayer(const QuadraticProgram& program, double tolerance = 1e-10);
@@ -61,7 +69,11 @@ class QuadraticLayer {
   SolveStatus solve_status() const { return solve_status_; }
   SlopeStatus status() const { return slopes_->status(); }
   bool good() const { return slopes_->good(); }
-  const std::string& why() const { return slopes_->why(); }
+  const std::string& why() const { return why_.empty() ? slopes_->why() : why_; }
+  QuadraticOutcome outcome() const { return outcome_; }
+  const QuadraticSolution& certificate() const {
+    return certificate_;
+  }                                       // its parts that are not of the proof are empty
   std::vector<std::size_t> weak() const;  // inequalities that rest with no price
 
   QuadraticSolution forward(const QuadraticProgram& change);
@@ -69,9 +81,12 @@ class QuadraticLayer {
 
  private:
   QuadraticSolution split(const SolutionStep& step) const;
+  void certify();
 
   QuadraticProgram program_;
-  QuadraticSolution solution_;
+  QuadraticSolution solution_, certificate_;
+  QuadraticOutcome outcome_ = QuadraticOutcome::kSolved;
+  std::string why_;
   SolveStatus solve_status_;
   std::optional<SolutionSlopes> slopes_;
 };

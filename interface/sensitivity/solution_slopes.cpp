@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
+#include <set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
@@ -104,6 +106,7 @@ class SolutionSlopes::Held {
       shape.x_lower = bounds_.x_lower, shape.x_upper = bounds_.x_upper;
       shape.g_lower = bounds_.g_lower, shape.g_upper = bounds_.g_upper;
       correction_ = zero_;
+      held_variables_ = resting_;
       set_barrier();
       factor(VectorXd::Map(at_.lambda.data(), m_));
     }
@@ -170,6 +173,7 @@ class SolutionSlopes::Held {
     add_jacobian(s.x, change);
     for (const Limit& limit : limits_) {
       const Eigen::Index i = limit.place;
+      if (limit.is_implied) continue;
       if (limit.of_row)
         limit.is_held ? reach(limit.price, limit.side * s.lambda[i])
                       : reach(limit.distance, -limit.side * change[i]);
@@ -221,6 +225,7 @@ class SolutionSlopes::Held {
     double price, distance;              // at the solution that is approached
     double given_price, given_distance;  // at the one that was given
     bool is_held;
+    bool is_implied = false;  // by the rows, of another that is held
   };
 
   void fail(SlopeStatus status, std::string why) {
@@ -280,6 +285,52 @@ class SolutionSlopes::Held {
     for (std::size_t j = 0; j < shape.m(); ++j)
       look(Eigen::Index(j), true, g_[Eigen::Index(j)], shape.g_lower[j], shape.g_upper[j],
            std::max(0.0, -at_.lambda[j]), std::max(0.0, at_.lambda[j]));
+    release_implied();
+  }
+
+  // An equality all of whose variables are held cannot move one of them and leave the others: as the rows that tie a free
+  // duration, a variable of every point, where it rests on a bound.  What it follows from the others is left to the row,
+  // which takes its price over.  Of a row that says nothing new no variable is left: it depends on the others.
+  void release_implied() {
+    NlpShape& shape = program_.shape();
+    resting_ = held_variables_;
+    const std::set<std::size_t> resting(resting_.begin(), resting_.end());
+    const auto is_held = [&](std::size_t i) { return shape.x_lower[i] == shape.x_upper[i]; };
+    std::map<std::size_t, std::map<std::size_t, double>> rows, implied;  // coefficients by variable
+    std::set<std::size_t> open;                                          // rows with a variable that is free
+    for (std::size_t e = 0; e < bounds_.jacobian.nnz(); ++e) {
+      const std::size_t j = bounds_.jacobian.row[e], i = bounds_.jacobian.col[e];
+      if (J_[Eigen::Index(e)] == 0) continue;
+      if (!is_held(i) || shape.g_lower[j] != shape.g_upper[j])
+        open.insert(j);
+      else if (resting.count(i))
+        rows[j][i] += J_[Eigen::Index(e)];
+    }
+    for (const auto& [j, row] : rows) {
+      if (open.count(j)) continue;
+      std::map<std::size_t, double> left;  // without what rows before imply
+      const auto add = [&](const auto& self, std::size_t i, double weight) -> void {
+        const auto known = implied.find(i);
+        if (known == implied.end())
+          left[i] += weight;
+        else
+          for (const auto& [k, part] : known->second) self(self, k, weight * part);
+      };
+      for (const auto& [i, slope] : row) add(add, i, slope);
+      double most = 0;
+      for (const auto& [i, slope] : left) most = std::max(most, std::abs(slope));
+      const auto last = std::find_if(left.rbegin(), left.rend(),
+                                     [most](const auto& at) { return std::abs(at.second) >= 0.1 * most; });
+      if (!(most > kNothing)) continue;
+      std::map<std::size_t, double>& by = implied[last->first];
+      for (const auto& [k, slope] : left) {
+        if (k != last->first && std::abs(slope) > kNothing * most) by[k] = -slope / last->second;
+      }
+    }
+    for (const auto& [i, by] : implied) shape.x_lower[i] = -HUGE_VAL, shape.x_upper[i] = HUGE_VAL;
+    std::erase_if(held_variables_, [&](std::size_t i) { return implied.count(i) > 0; });
+    for (Limit& limit : limits_)
+      limit.is_implied = !limit.of_row && implied.count(std::size_t(limit.place)) > 0;
   }
 
   VectorXd without_inactive_prices() const {
@@ -356,6 +407,7 @@ class SolutionSlopes::Held {
     add_jacobian(correction_.x, change);
     for (Limit& limit : limits_) {
       const Eigen::Index i = limit.place;
+      if (limit.is_implied) continue;
       double& left = limit.is_held ? limit.price : limit.distance;
       const double before = left;
       if (limit.is_held)
@@ -402,7 +454,8 @@ class SolutionSlopes::Held {
   std::vector<Limit> limits_;
   VectorXd g_, gradient_, J_, slope_, lambda_;  // rows, slopes of the cost, of the rows; grad L; multipliers
   KktDiagonal diagonal_;
-  bool is_smooth_ = false;  // bounds by their barrier
+  bool is_smooth_ = false;            // bounds by their barrier
+  std::vector<std::size_t> resting_;  // variables on a bound, those that rows imply among them
 };
 
 SolutionSlopes::SolutionSlopes(Nlp& nlp, const NlpSolution& solution)

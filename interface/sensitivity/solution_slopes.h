@@ -22,6 +22,9 @@
 // `from`, `to`: how many of such steps leave what is held held and what is free free, to first order; zero where that
 // is not known.
 //
+// A variable that rests on a bound together with all others of an equality is left to that equality: a free duration is a
+// variable of every point, of which one is held where it rests on its bound.
+//
 // What is held is judged by price and distance, in the units of the solve (solution.units), whichever is greater; and
 // held against a Newton step with the bounds so.  Where slopes are not what they seem, status() says so:
 //   kWeaklyActive    a bound with neither a price nor a distance: that step takes more than half of what there was; or

@@ -19,7 +19,8 @@
 // max_seconds is processor time of the thread that solves, not of those that evaluate for it.
 //
 // Errors.  ArgumentError: a start of the wrong size, options of Ipopt's own, a program without second derivatives
-// (HessianKind::kLimitedMemory), or one whose rows tie more than neighbours.  NumericalError: the functions are not finite at
+// (HessianKind::kLimitedMemory), or one whose rows tie more than neighbours (of
+// StageSolver; solve_by_stages knows those of carried_nlp.h).  NumericalError: the functions are not finite at
 // the start.  What the problem's functions throw comes through.
 //
 // Source: A. Waechter and L. T. Biegler, "On the implementation of an interior-point filter line-search algorithm for

@@ -39,8 +39,9 @@ struct NlpShape {
   Pattern jacobian;                      // (m x n)
   Pattern hessian;                       // (n x n), lower triangle
   HessianKind hessian_kind = HessianKind::kExact;
-  // Where the stages of a chain begin among the variables; empty: there is one.  Rows tie neighbours at most, inequalities
-  // and entries of the Hessian one stage.
+  // Where the stages of a chain begin among the variables; empty: there is one.  Rows tie neighbours, inequalities and entries
+  // of the Hessian one stage.  An equality may tie stages farther apart if it is linear in all but its last one, with slopes
+  // that never change (carried_nlp.h).
   std::vector<std::size_t> stages = {};
 
   std::size_t n() const { return x_lower.size(); }

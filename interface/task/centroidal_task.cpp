@@ -99,7 +99,7 @@ MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<do
   read_demands_of_mass(file, task.options);
   task.gait = read_gait(file, keys, model);
   Section horizon = file.about("how far a plan looks").child("horizon");
-  task.options.duration = horizon.about("of a plan [s]").get<double>("duration", io::positive());
+  task.options.duration = horizon.about("of a plan [s]").get<double>("duration", seconds());
   file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
   task.mesh = read_mesh(file, WithLimitedMemory::kNo);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);

@@ -22,6 +22,7 @@ void check_ddp(Section& file, const Task& task, const TaskKeys& keys) {
   if (form.has("scheme") && scheme.name != "euler" && !(scheme.step && scheme.steps == 1))
     refuse("transcription", "scheme",
            "is one of collocation" + method + "runge-kutta-4, which is the default, or semi-implicit-euler");
+  if (keys.closed) file.problem("closed", "'closed' is what the method ddp does not know");
   if (!keys.phases.empty()) file.problem("phases", "'phases' are what the method ddp does not know");
   if (task.robot.form == DynamicsForm::kInverse)
     refuse("transcription", "dynamics", "has accelerations and equations for them" + method + "forward");

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/task/mpc_task.h>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/pictures.h>
 
@@ -40,6 +41,9 @@ io::CsvTable loop_table(const Task& task, const ClosedLoop& loop) {
 
 ControlReport control_task(const Task& task, const std::stop_token& stop,
                            const std::function<void(double t)>& watch) {
+  if (!task.closing.empty())
+    throw ArgumentError("task \"" + task.name +
+                        "\": a motion that goes on for ever ('closed') is not known to a controller");
   ClosedLoopOptions options{.seconds = task.control.seconds,
                             .period = task.control.period,
                             .delay = task.control.delay,

@@ -8,6 +8,7 @@
 #include <set>
 
 #include <dyntape/interface/ocp/robot_configuration.h>
+#include <dyntape/interface/player/shapes.h>
 
 namespace dyntape {
 
@@ -179,20 +180,23 @@ void add_capsule(const Capsule& capsule, std::vector<dynamics::Visual>& shapes) 
 }
 
 bool slides_on_world(const dynamics::Model<double>& model, int joint) {
-  return model.parent[std::size_t(joint)] < 0 &&
+  return model.parent[std::size_t(joint)] < 0 && !only_places(model, joint) &&
          model.joints[std::size_t(joint)].type == dynamics::JointType::kPrismatic;
 }
 
-// Bones of the robot: from each body's origin to the joints and frames that it carries.
+constexpr double kShortBone = 1e-6;  // m
+
+// Bones of the robot: from each body's origin to the joints and frames that it carries; of a robot that has none its bodies.
 std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& data) {
   const auto& model = task.scene.model;
   std::vector<io::Polyline> parts;
   const auto add = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    if ((to - from).norm() > 1e-6) parts.push_back({project(task.view, from), project(task.view, to)});
+    if ((to - from).norm() > kShortBone) parts.push_back({project(task.view, from), project(task.view, to)});
   };
   for (int i = 0; i < model.njoints(); ++i) {
     if (slides_on_world(model, i)) continue;  // what lies between is its rail
     const int parent = model.parent[std::size_t(i)];
+    if (only_places(model, i) || (parent >= 0 && only_places(model, parent))) continue;
     const Eigen::Vector3d origin = data.X_WB[std::size_t(i)].p;
     add(parent < 0 ? Eigen::Vector3d::Zero() : data.X_WB[std::size_t(parent)].p, origin);
   }
@@ -200,6 +204,11 @@ std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& 
     const int body = model.frames[f].body;
     if (body < 0) continue;
     add(data.X_WB[std::size_t(body)].p, frame_placement(model, data, int(f)).p);
+  }
+  if (!parts.empty()) return parts;
+  for (int i = 0; i < model.njoints(); ++i) {
+    const auto at = project(task.view, data.X_WB[std::size_t(i)].p);
+    if (!slides_on_world(model, i)) parts.push_back({at, at});
   }
   return parts;
 }
@@ -223,8 +232,9 @@ double extent(const io::Motion& picture, const std::vector<Path>& sliders) {
 }
 
 void add_sliders(io::Motion& picture, const std::vector<Path>& sliders) {
-  const double size = extent(picture, sliders);
-  if (size == 0) return;
+  if (sliders.empty()) return;
+  double size = extent(picture, sliders);
+  if (size < kShortBone) size = 1;  // it stands still: boxes as of a motion of a metre
   const double a = 0.05 * size, b = 0.03 * size;
   for (const Path& path : sliders) {
     for (std::size_t k = 0; k < path.size(); ++k) {

@@ -48,15 +48,15 @@ class CapsuleReader {
     for (Section& block :
          items_of(list_, "ball", "all points within a radius of one; its name behind the word")) {
       Capsule capsule = begin(block, "ball");
-      capsule.from = read_vector3(block.about("its centre [m]"), "center", std::nullopt);
+      capsule.from = read_vector3(block.about("its centre [m]"), "center", std::nullopt, metres());
       capsule.to = capsule.from;
       end(block, capsule);
     }
     for (Section& block :
          items_of(list_, "bar", "all points within a radius of a line; its name behind the word")) {
       Capsule capsule = begin(block, "bar");
-      capsule.from = read_vector3(block.about("one end of the line [m]"), "from", std::nullopt);
-      capsule.to = read_vector3(block.about("the other end [m]"), "to", std::nullopt);
+      capsule.from = read_vector3(block.about("one end of the line [m]"), "from", std::nullopt, metres());
+      capsule.to = read_vector3(block.about("the other end [m]"), "to", std::nullopt, metres());
       end(block, capsule);
     }
     return std::move(capsules_);
@@ -186,9 +186,9 @@ std::vector<Thruster> read_thrusters(Section& file, const RobotModel* model) {
 // Corners of the rectangle across the z axis that lies between two opposite ones.
 std::vector<Eigen::Vector3d> read_corners(Section& foot) {
   foot.about("a corner, in the frame's axes [m]");
-  const Eigen::Vector3d from = read_vector3(foot, "from", std::nullopt);
+  const Eigen::Vector3d from = read_vector3(foot, "from", std::nullopt, metres());
   foot.about("the opposite one, at the same z [m]");
-  const Eigen::Vector3d to = read_vector3(foot, "to", std::nullopt);
+  const Eigen::Vector3d to = read_vector3(foot, "to", std::nullopt, metres());
   if (foot.sound() && (from.z() != to.z() || from.x() == to.x() || from.y() == to.y()))
     foot.problem("to", "'" + foot.path() + "': 'from' and 'to' are to differ in x and y and agree in z");
   return {from, {to.x(), from.y(), from.z()}, to, {from.x(), to.y(), from.z()}};
@@ -219,7 +219,7 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
     contacts.push_back(std::move(contact));
   }
   const double friction =
-      block.about("coefficient").get_or("friction", HeldContact().friction, io::positive());
+      block.about("coefficient").get_or("friction", HeldContact().friction, coefficients());
   for (HeldContact& contact : contacts) contact.friction = friction;
   return contacts;
 }
@@ -234,7 +234,7 @@ std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* mod
     block.problem("", "'" + block.path() + "' needs the name of a link behind the word");
   if (model && !target.frame.empty()) target.frame = known_frame(block, "", target.frame, *model);
   if (block.about("of its origin, in the world [m]").has("position"))
-    target.position = read_vector3(block, "position", std::nullopt);
+    target.position = read_vector3(block, "position", std::nullopt, metres());
   if (block.about("of its axes: roll, pitch and yaw, as URDF files have them [rad]").has("orientation")) {
     const Eigen::Vector3d angles = read_vector3(block, "orientation", std::nullopt);
     target.orientation = rotation_of(angles[0], angles[1], angles[2]);
@@ -257,7 +257,7 @@ Surroundings read_surroundings(Section& file, const RobotModel* model) {
     CapsuleReader reader(block, true, model);
     around.bodies = reader.read();
     block.about("least distance that is kept [m]");
-    const double least = block.get_or("clearance", 0.0, io::not_negative());
+    const double least = block.get_or("clearance", 0.0, some_metres());
     block.about("weight of a logarithm of the clearance, in place of a limit; 0: a limit");
     around.barrier = block.get_or("barrier", around.barrier, io::not_negative());
     block.about("with it: the clearance below which it becomes a parabola [m]");

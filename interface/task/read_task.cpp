@@ -161,6 +161,7 @@ std::vector<GuessKnot> guess_knots(Task& task, const TaskKeys& keys) {
   if (keys.target)
     to = placed_for_guess(task, *keys.target, passed.empty() ? start : passed.back().q, "at its goal", to,
                           "the guess stays at the start");
+  if (keys.closed) to = end_of_step(model, keys.closed->step, from);
   fill_free(model, from, to);
   passed.insert(passed.begin(), {0, from});
   passed.push_back({1, to});
@@ -263,7 +264,7 @@ Task read_task(const std::string& path) {
   task.file = path;
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());
   const bool known = read_task_scene(file, task);
-  const TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
+  TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
   file.finish();
   task.effective = file.effective_values();
   for (const TaskWaypoint& w : keys.waypoints) {
@@ -272,10 +273,13 @@ Task read_task(const std::string& path) {
   }
 
   place_contacts(task, keys.start.head(task.scene.model.nq));
+  if (keys.closed) place_last_step(task, keys);
   const std::vector<GuessKnot> guess = guess_knots(task, keys);
+  if (keys.closed) keys.start.setConstant(Problem::kFree);
   compose_problem(task, keys, guess);
   draw_to_goal(task, keys, true);
   if (!keys.phases.empty()) compose_phases(task, keys, guess.front().q, guess.back().q);
+  if (keys.closed) close_motion(task, keys);
   if (task.by_ddp) {
     task.problem.x.lower.setConstant(-HUGE_VAL), task.problem.x.upper.setConstant(HUGE_VAL);
     try {

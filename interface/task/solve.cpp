@@ -90,6 +90,7 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;
+  report.demands.stationarity = std::max(task.demands.stationarity, 10 * task.optimise.solver.tolerance);
   if (task.phases.empty()) report.free_time = task.problem.free_time;
   RefinedSolve solve =
       task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);

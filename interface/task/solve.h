@@ -47,9 +47,10 @@ struct SolveReport {
 
   Task::Demands demands;
 
-  // A motion that breaks a constraint, is not what its controls do, or is beyond the robot, is no success, whatever the
-  // solver says.
+  // A motion that breaks a constraint, has multipliers that do not show it to be an optimum, is not what its controls do,
+  // or is beyond the robot, is no success, whatever the solver says.
   bool feasible() const { return solution.verification.violation <= demands.violation; }
+  bool optimal() const;  // by differential dynamic programming the solver's own word
   bool true_enough() const;
   bool within_limits() const { return excesses.empty() || !demands.limits; }
   bool cost_matches() const;  // the known optimum, where the task states one

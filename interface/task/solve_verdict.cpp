@@ -62,13 +62,15 @@ bool SolveReport::cost_matches() const {
   return !expected || std::abs(solution.cost() - expected->cost) <= expected->tolerance;
 }
 
+bool SolveReport::optimal() const { return solution.kkt.stationarity <= demands.stationarity; }  // NaN is not
+
 bool SolveReport::true_enough() const {
   return solution.verification.worst_relative <= demands.true_defect &&  // NaN is not
          solution.verification.trouble.empty();
 }
 
 bool SolveReport::success() const {
-  return solution.success() && feasible() && true_enough() && within_limits() && cost_matches();
+  return solution.success() && feasible() && optimal() && true_enough() && within_limits() && cost_matches();
 }
 
 int SolveReport::iterations() const {
@@ -86,6 +88,12 @@ std::string SolveReport::verdict() const {
   if (!feasible()) {
     return "The solver reports success, but the motion violates " + v.worst_row + " by " +
            io::scientific(v.violation) + " of its magnitude.";
+  }
+  if (!optimal()) {
+    return "The solver reports success, but the motion is not shown to be an optimum: stationarity, computed "
+           "anew, is " +
+           io::scientific(solution.kkt.stationarity) + ", where " + io::scientific(demands.stationarity) +
+           " is allowed; constraints that nearly depend on each other can look like this.";
   }
   if (!v.trouble.empty())
     return "The solver reports success, but the motion cannot be re-simulated: " + v.trouble + ".";

@@ -43,6 +43,11 @@
 //                   (phases.h): what a phase holds and the one before does not is where it last stood, or so much beside
 //                   it, and at rest when the phase begins, or with an impact is brought to rest by that; what is not held
 //                   stays above where it stood.  Two rows of trajectory.csv have the time at which phases meet
+//   closed          swap ["": "left_hip right_hip"], advance { JOINT (m, rad) or base "dx dy dz" (m) }, impact [off]: the
+//                   motion goes on for ever (next_step.h): the state at its end is that at its start, joints and contacts of each
+//                   pair of `swap` having changed places, and positions having gained what they advance.  Contacts of the first
+//                   phase stand as `start` has them; else that only says where the guess begins, and there is no goal.  What
+//                   stands at the start and not at the end, under the other name, lands there at rest, or with an impact
 //   start, goal     q, v [0]; free ["" : joints whose q and v are left open]; of a floating base also
 //                   base { position, roll_pitch_yaw, velocity, angular_velocity: as in scenes [0] }, and of the goal's
 //                   free ["" : those of the four that are left open]
@@ -138,6 +143,10 @@ struct Task {
   // divides the defect by 8, of Hermite-Simpson by 32: what four do not cure is no matter of the mesh.
   struct Demands {
     double violation = 1e-6;
+    // Of the gradient of the Lagrangian, computed anew, relative to the program's magnitudes (kkt.h); or ten times the
+    // solver's tolerance, which that weighs by large multipliers, where it is more.  Optima of the shipped tasks stay below
+    // 1e-6; multipliers that are lost leave it near one.
+    double stationarity = 1e-4;
     double true_defect = 1e-3;
     int refinements = 4;
     bool limits = true;
@@ -166,7 +175,9 @@ struct Task {
   // The motion in phases, each a task of its own; empty: it has none.  The problem is then that of all contacts at once, and
   // only says what the controls are.
   std::vector<Task> phases;
-  bool impact = false;    // of a phase: what lands at its beginning hits the floor
+  bool impact = false;  // of a phase: what lands at its beginning hits the floor
+  StageFunction
+      closing;  // the first state from the last one, where the motion goes on for ever (next_step.h); else empty
   std::string effective;  // the file as it was understood, defaults included
 };
 

@@ -28,7 +28,7 @@ RobotProblemOptions read_form(Section& file) {
   Section transcription =
       file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
   RobotProblemOptions options;
-  options.duration = horizon.about("from start to goal [s]").get<double>("duration", io::positive());
+  options.duration = horizon.about("from start to goal [s]").get<double>("duration", seconds());
   options.form =
       transcription
           .about("dynamics as a constraint: accelerations from torques, or torques from accelerations")
@@ -47,9 +47,8 @@ std::optional<Problem::Range> read_free_time(Section& horizon, double duration) 
   Problem::Range range{};
   range.shortest =
       horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
-          .get_or("shortest", 0.0, io::not_negative());
-  range.longest =
-      horizon.about("and the longest [s]; 0: it is given").get_or("longest", 0.0, io::not_negative());
+          .get_or("shortest", 0.0, some_seconds());
+  range.longest = horizon.about("and the longest [s]; 0: it is given").get_or("longest", 0.0, some_seconds());
   if (range.shortest == 0 && range.longest == 0) return {};
   if (range.shortest == 0 || range.longest == 0) {
     const char *key = range.shortest > 0 ? "shortest" : "longest",
@@ -166,7 +165,8 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
   if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
   end.about("joints whose position and velocity are left open");
   for (const std::string& name : distinct_names(end, "free", names))
-    if (model) leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
+    if (model && std::find(names.begin(), names.end(), name) != names.end())  // else it is noted already
+      leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
   return x;
 }
 
@@ -187,9 +187,11 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional
   p.name = phase.value();
   if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
   p.duration = phase.about("of the phase [s]; absent: the horizon's")
-                   .get_or("duration", task.robot.duration, io::positive());
+                   .get_or("duration", task.robot.duration, seconds());
   p.intervals =
       phase.about("absent: the horizon's").get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
+  if (const std::string fault = task.optimise.mesh.scheme.fault_on(p.intervals); !fault.empty())
+    phase.problem("intervals", fault);
   const bool is_of_horizon = !phase.has("duration") && !phase.has("shortest") && !phase.has("longest");
   p.free_time = read_free_time(phase, p.duration);
   if (is_of_horizon) p.free_time = of_horizon;
@@ -207,7 +209,7 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional
                       .child_or_empty("lands");
   for (const std::string& name : contacts)
     if (model && !name.empty() && lands.has(name))
-      p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt));
+      p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
   if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!phase.has("goal")) return p;
   if (is_last && model) {
@@ -260,8 +262,8 @@ void check_tracking(Section& file, const TaskKeys& keys, const RobotModel* model
   const bool places = keys.target && keys.target->position, turns = keys.target && keys.target->orientation;
   if (keys.costs.tracking_position > 0 && !places) refuse("position", "goal.frame.position");
   if (keys.costs.tracking_orientation > 0 && !turns) refuse("orientation", "goal.frame.orientation");
-  if (keys.target && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
-  if (keys.target && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
+  if ((keys.target || keys.closed) && !keys.costs.tracking_q.isZero(0)) refuse("q", "goal.q");
+  if ((keys.target || keys.closed) && !keys.costs.end_q.isZero(0)) refuse("end.q", "goal.q");
   const bool has_base = model && floats(*model) && !keys.target;
   if (!model) return;
   if (keys.costs.tracking_base_position > 0 && (!has_base || std::isnan(keys.goal[0])))
@@ -382,12 +384,12 @@ MeshOptions read_mesh(Section& file, WithLimitedMemory with) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
   MeshOptions mesh;
   mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
-  std::string names;
-  for (const std::string& name : scheme_names()) names += (names.empty() ? "" : ", ") + name;
-  transcription.about("what connects neighbouring points: " + names);
+  transcription.about("what connects neighbouring points: " + listed_schemes());
   const std::string scheme = transcription.get_or("scheme", "hermite-simpson");
   try {
     mesh.scheme = scheme_by_name(scheme);
+    const std::string fault = mesh.scheme.fault_on(mesh.intervals);
+    if (!fault.empty()) throw ArgumentError(fault);
   } catch (const ArgumentError& e) {
     transcription.problem("scheme", e.what());
   }
@@ -441,8 +443,10 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.robot.contacts = read_contacts(file, model);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
-  read_goal(file, keys, model);
+  keys.closed = read_closed(file, task, model);
+  if (!keys.closed || (!model && file.has("goal"))) read_goal(file, keys, model);
   read_phases(file, task, keys, model);
+  if (keys.closed && model) settle_closed(file, task, *model, keys);
   keys.waypoints = read_waypoints(file, model);
   keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
   if (model && !keys.phases.empty()) {  // in the list of keys both stand

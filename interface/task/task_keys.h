@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <dyntape/interface/io/section.h>
+#include <dyntape/interface/ocp/next_step.h>
 #include <dyntape/interface/ocp/robot_terms.h>
 #include <dyntape/interface/task/limits.h>
 #include <dyntape/interface/task/task.h>
@@ -70,6 +71,12 @@ struct TaskKeys {
     std::optional<FrameTarget> target;
   };
   std::vector<Phase> phases;  // empty: the motion has none
+  struct Closed {
+    NextStep step;
+    std::vector<std::pair<std::string, std::string>> contacts;  // that are swapped
+    bool impact = false;
+  };
+  std::optional<Closed> closed;  // the motion goes on for ever; start and goal are open then
 };
 
 // The other keys; what belongs to the task itself goes there.  Without a model, keys over its joints are known but not
@@ -81,6 +88,11 @@ enum class WithLimitedMemory { kNo, kYes };  // of Ipopt alone
 MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMemory::kYes);
 using ReadPush = std::function<Eigen::VectorXd(io::Section& push)>;
 Task::Control read_control(io::Section& file, const ReadPush& read_push);
+
+// The block `closed`; when phases are known, notes what does not fit them and opens the goal (closed_motion.cpp).
+std::optional<TaskKeys::Closed> read_closed(io::Section& file, const Task& task,
+                                            const dynamics::Model<double>* model);
+void settle_closed(io::Section& file, const Task& task, const dynamics::Model<double>& model, TaskKeys& keys);
 
 // Notes what the method ddp does not know, where that is the task's (ddp_keys.cpp).
 void check_ddp(io::Section& file, const Task& task, const TaskKeys& keys);

@@ -106,6 +106,7 @@ Phases phases_of(const Task& task) {
   for (const Task& phase : task.phases)
     phases.add(phase.name, phase.problem,
                phase.impact ? impact(phase.scene, phase.robot.contacts) : StageFunction());
+  if (!task.closing.empty()) phases.close(task.closing);
   return phases;
 }
 

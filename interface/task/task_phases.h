@@ -26,6 +26,12 @@ void draw_to_goal(Task& task, const TaskKeys& keys, bool ends);
 // The guess of the whole motion goes from one configuration to another, over the goals of phases.
 void compose_phases(Task& task, const TaskKeys& keys, const Eigen::VectorXd& from, const Eigen::VectorXd& to);
 
+// A motion that goes on for ever (keys.closed).  When contacts have places: one that does not stand at the start stood a step behind
+// the one whose part it plays.  When the problem is composed: what has landed as the motion begins stands at its place, and
+// the end becomes the start, task.closing.
+void place_last_step(Task& task, const TaskKeys& keys);
+void close_motion(Task& task, const TaskKeys& keys);
+
 // Linked by what their states become: the same, or with an impact the velocities after it, by which all that is held comes to
 // rest at once (constraints.h).  A task without phases is one.
 Phases phases_of(const Task& task);

@@ -2,7 +2,9 @@
 #include <dyntape/interface/task/waypoint_keys.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/task/place_keys.h>
@@ -15,6 +17,15 @@ namespace {
 
 const io::Range kOnTheWay{
     .low = 0, .high = 1, .low_open = true, .high_open = true, .text = "above 0 and below 1"};
+
+// Of one instant: two configurations, a configuration and a place, or two places of one frame.
+bool say_the_same(const TaskWaypoint& a, const TaskWaypoint& b) {
+  if (std::abs(a.at - b.at) > 1e-9) return false;
+  if (!a.target || !b.target) return true;
+  const bool both =
+      (a.target->position && b.target->position) || (a.target->orientation && b.target->orientation);
+  return a.target->frame == b.target->frame && both;
+}
 
 }  // namespace
 
@@ -43,6 +54,10 @@ std::vector<TaskWaypoint> read_waypoints(Section& file, const dynamics::Model<do
     for (const TaskWaypoint& other : waypoints) {
       if (model && other.name == w.name)
         block.problem("", "'" + w.name + "' names two of 'waypoints', expected one");
+      if (model && say_the_same(w, other))
+        block.problem("at", "'" + w.name + "' says where the motion passes at " + io::shortest(w.at) +
+                                ", as '" + other.name +
+                                "' does at that instant; expected one of them, or another 'at'");
     }
     waypoints.push_back(std::move(w));
   }

@@ -138,6 +138,8 @@ Collocation::Collocation(const Problem& problem, const MeshOptions& options, con
       evaluation_(options.evaluation),
       threads_(options.threads) {
   intervals_ = intervals_of(options);
+  if (const std::string fault = scheme_.fault_on(static_cast<int>(intervals_)); !fault.empty())
+    throw ArgumentError("problem \"" + problem_.name + "\": " + fault);
   points_ = intervals_ * stride_ + 1;
   first_used_ = scheme_.uses_first_point() ? 0 : 1;
   used_ = points_ - first_used_ - (scheme_.uses_last_point() ? 0 : 1);

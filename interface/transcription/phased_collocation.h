@@ -8,7 +8,8 @@
 //
 // Variables: those of phase 0, 1, ... (collocation.h).  Constraints: those of phase 0, the link from it, those of phase 1, ...;
 // of a link one row a state, x(0) of the phase behind less what the link makes of x(T) of the phase before.  Links tie
-// neighbours, so the program stays a chain of stages; a closing link ties its ends, which Ipopt alone can do.
+// neighbours, so the program stays a chain of stages; a closing link ties its ends, by rows that are linear in x(0): stage by
+// stage it is solved with copies of that (carried_nlp.h).
 //
 // With Gauss-Newton's Hessian the curvature of links is left out, as is that of all constraints.
 //

@@ -44,6 +44,15 @@ Problem Scheme::taken_by(const Problem& problem, const IntervalLength& length) c
   return step ? problem_of_steps(problem, *step, steps, length) : problem;
 }
 
+std::string Scheme::fault_on(int intervals) const {
+  if (!spans_all || intervals <= 1) return "";
+  const std::string most = std::to_string(points());
+  return "the scheme \"" + name + "\" is of one interval, got " + std::to_string(intervals) +
+         ", on which its rows all but depend on each other; expected 1 interval and more points, or "
+         "lobatto-" +
+         most;
+}
+
 const std::vector<Scheme>& schemes() {
   static const std::vector<Scheme> all = [] {
     std::vector<Scheme> rows = {
@@ -87,6 +96,12 @@ std::vector<std::string> scheme_names() {
   return names;
 }
 
+std::string listed_schemes() {
+  std::string all;
+  for (const std::string& name : scheme_names()) all += (all.empty() ? "" : ", ") + name;
+  return all;
+}
+
 Scheme scheme_by_name(const std::string& name) {
   std::vector<std::string> likely;
   for (const Scheme& scheme : schemes()) {
@@ -101,10 +116,8 @@ Scheme scheme_by_name(const std::string& name) {
     if (is_number && name.compare(0, digits, prefix) == 0) return of(points);
     likely.push_back(prefix + (is_number ? name.substr(digits) : "5"));
   }
-  std::string names;
-  for (const std::string& known : scheme_names()) names += (names.empty() ? "" : ", ") + known;
   const std::string near = nearest_name(name, likely);
-  throw ArgumentError("there is no scheme \"" + name + "\"; the schemes are " + names +
+  throw ArgumentError("there is no scheme \"" + name + "\"; the schemes are " + listed_schemes() +
                       (near.empty() ? "" : "; did you mean '" + near + "'?"));
 }
 

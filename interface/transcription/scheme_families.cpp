@@ -149,12 +149,14 @@ Scheme radau(int collocated) {
 Scheme pseudospectral(int points) {
   const std::string name = checked_name("pseudospectral", points, 3);
   const Quadrature q = lobatto_quadrature(points);
-  return {name,
-          q.points,
-          q.weights.asDiagonal() * lobatto_slopes(q.points),
-          -Eigen::MatrixXd(q.weights.asDiagonal()),
-          q.weights,
-          2 * points - 2};
+  Scheme scheme{name,
+                q.points,
+                q.weights.asDiagonal() * lobatto_slopes(q.points),
+                -Eigen::MatrixXd(q.weights.asDiagonal()),
+                q.weights,
+                2 * points - 2};
+  scheme.spans_all = true;
+  return scheme;
 }
 
 }  // namespace dyntape

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/transcription/collocation.h>
@@ -11,7 +12,11 @@ namespace dyntape {
 
 namespace {
 
-constexpr double kStill = 0.01;  // of its magnitude: what moves less stands still
+constexpr double kStill = 0.01;   // of its magnitude: what moves less stands still
+constexpr double kOfKind = 1e-4;  // of the largest of its kind, likewise
+
+// "q." of "q.elbow"; of a name without a dot all of it.
+std::string kind_of_state(const std::string& state) { return state.substr(0, state.find('.')); }
 
 class Audit {
  public:
@@ -192,7 +197,15 @@ class Audit {
   // Of each state: how far the motion moves it (verify.h).
   Eigen::VectorXd extents() const {
     Eigen::VectorXd extents = motion_.x.rowwise().maxCoeff() - motion_.x.rowwise().minCoeff();
-    for (Eigen::Index i = 0; i < extents.size(); ++i) extents[i] = std::max(extents[i], kStill * unit(0, i));
+    std::map<std::string, double> largest;  // of a kind
+    for (Eigen::Index i = 0; i < extents.size(); ++i) {
+      double& most = largest[kind_of_state(problem_.states[std::size_t(i)])];
+      most = std::max(most, extents[i]);
+    }
+    for (Eigen::Index i = 0; i < extents.size(); ++i) {
+      const double of_kind = largest[kind_of_state(problem_.states[std::size_t(i)])];
+      extents[i] = std::max({extents[i], kStill * unit(0, i), kOfKind * of_kind});
+    }
     return extents;
   }
 

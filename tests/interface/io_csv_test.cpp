@@ -175,5 +175,21 @@ TEST_F(CsvFiles, missing_folders_are_made) {
   EXPECT_EQ(read_file(folder_ / "a/b/c.csv"), "t\n");
 }
 
+// Of a table that was read a column is missing in a file, which is named with the nearest column that it has.
+TEST(Csv, a_missing_column_is_told_with_its_file) {
+  const auto said = [](const CsvTable& table) {
+    try {
+      table.column("t");
+    } catch (const Error& e) {
+      return std::string(e.what());
+    }
+    return std::string("nothing thrown");
+  };
+  EXPECT_EQ(said(parse_csv("tt,q\n1,2\n", "measured.csv")),
+            "measured.csv:1: there is no column 't'; did you mean 'tt'?");
+  EXPECT_EQ(said(CsvTable({"tt", "q"})), "CsvTable: there is no column 't'; did you mean 'tt'?");
+  EXPECT_THROW(parse_csv("a\n1\n", "measured.csv").column("t"), FileError);
+}
+
 }  // namespace
 }  // namespace dyntape::io

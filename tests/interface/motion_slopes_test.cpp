@@ -320,6 +320,80 @@ TEST(MotionSlopes, KnowAFreeDuration) {
   EXPECT_EQ(slopes.start.names, p.states);
 }
 
+// The duration, a variable of every point, rests on its bound: as slopes of the motion of that duration, and of the bound.  With
+// w its weight and T its bound J = 12 d^2 / T^3 + w T.
+TEST(MotionSlopes, KnowADurationAtItsBound) {
+  for (const char* scheme : {"trapezoid", "hermite-simpson", "lobatto-5", "radau-3"}) {
+    Problem p = test::block_move(0.8, 1);
+    const Parameter w = p.parameters.add("w", 3.0);
+    p.free_duration(0.2, 1);
+    p.add(running_cost("time", [w](const auto& s) { return w(s)[0]; }));
+    const MeshOptions mesh = mesh_of(scheme, 10);
+    Collocation nlp(p, mesh);
+    const NlpSolution s = solved(nlp);
+    MotionSensitivity sensitivity(p, mesh);
+    const MotionSlopes slopes = sensitivity.at(p, s);
+    ASSERT_TRUE(slopes.good()) << scheme << ": " << slopes.why;
+    EXPECT_NEAR(slopes.parameters.x(2, 0), 0, 1e-12) << scheme;
+    EXPECT_NEAR(slopes.parameters.cost[0], 1, 1e-7) << scheme;
+    EXPECT_GT(slopes.parameters.to[0], 1) << scheme;
+    Problem given = test::block_move(0.8, 1);
+    Collocation same(given, mesh);
+    const MotionSlopes of_given = MotionSensitivity(given, mesh).at(given, solved(same));
+    ASSERT_TRUE(of_given.good());
+    EXPECT_LT((slopes.gain - of_given.gain).norm(), 1e-6) << scheme;
+    for (const double bound : {1.001, 0.999}) {
+      Problem moved = p;
+      moved.duration = bound, moved.free_time->longest = bound;
+      const NlpSolution near = sensitivity.predict(moved);
+      EXPECT_NEAR(near.x[2], bound, 1e-9) << scheme;
+      EXPECT_NEAR(near.x[near.x.size() - 2], bound, 1e-9) << scheme;
+      nlp.set_values(moved);
+      EXPECT_NEAR(near.objective, solved(nlp).objective, 1e-4) << scheme;
+      EXPECT_GT(std::abs(near.objective - s.objective), 1e-2) << scheme;
+    }
+  }
+}
+
+// Which limits hold, and what is given, a prediction takes from the solution: values with others are refused, none is ignored.
+TEST(MotionSlopes, PredictionsRefuseWhatTheyDoNotKnow) {
+  Problem p = test::block_move();
+  p.goal[1] = Problem::kFree;
+  p.u.upper[0] = 20, p.x.upper[1] = 5;
+  p.add(path_inequality(
+      "pace", [](const auto& s) { return vector(s.x[1]); }, VectorXd::Constant(1, -9.),
+      VectorXd::Constant(1, 9.)));
+  const MeshOptions mesh = mesh_of("trapezoid", 8);
+  Collocation nlp(p, mesh);
+  const NlpSolution s = solved(nlp);
+  MotionSensitivity sensitivity(p, mesh);
+  ASSERT_TRUE(sensitivity.at(p, s).good());
+  const auto said = [&](const auto& change) {
+    Problem next = p;
+    change(next);
+    return message_of<ArgumentError>([&] { sensitivity.predict(next); });
+  };
+  // A limit that stays out of reach, and one that does not: u begins at 3.
+  EXPECT_EQ(said([](Problem& q) { q.u.upper[0] = 10; }), "nothing thrown");
+  const std::string beyond = said([](Problem& q) { q.u.upper[0] = 1; });
+  EXPECT_NE(beyond.find("\"u at point 0 (t = 0 s)\" would be "), std::string::npos) << beyond;
+  EXPECT_NE(beyond.find("beyond its new limit of 1 that did not hold it before"), std::string::npos)
+      << beyond;
+  EXPECT_NE(said([](Problem& q) { q.x.upper[1] = 1; }).find("beyond its new limit of 1"), std::string::npos);
+  EXPECT_EQ(said([](Problem& q) { q.goal[0] = 1.1; }), "nothing thrown");
+  EXPECT_NE(
+      said([](Problem& q) { q.goal[1] = 0; }).find("\"v at point 8 (t = 1 s)\" is given where it was open"),
+      std::string::npos);
+  EXPECT_NE(said([](Problem& q) { q.goal[0] = Problem::kFree; }).find("is open where it was held"),
+            std::string::npos);
+  EXPECT_NE(said([](Problem& q) {
+              q.goal[0] = Problem::kFree, q.x.lower[0] = -1, q.x.upper[0] = 2;
+            }).find("\"p at point 8 (t = 1 s)\" is open where it was held"),
+            std::string::npos);
+  EXPECT_NE(said([](Problem& q) { q.terms.back().upper[0] = 2; }).find("other bounds of the term \"pace\""),
+            std::string::npos);
+}
+
 // At a solution by Gauss-Newton the slopes are those of the problem, not of the approximation.
 TEST(MotionSlopes, AreExactWhateverFoundTheSolution) {
   const Problem p = told(false, 8);

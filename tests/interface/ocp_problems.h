@@ -13,7 +13,7 @@ namespace dyntape::test {
 // Nothing is compiled, nothing is left in the user's cache.
 inline const CodegenOptions kInterpreted{.route = Route::kInterpreter};
 
-// Those of the table and some of each family; pseudospectral ones, which are for few intervals, are tested apart.
+// Those of the table and some of each family; pseudospectral ones, which are for one interval, are tested apart.
 inline std::vector<Scheme> every_scheme() {
   std::vector<Scheme> all = schemes();
   for (const Scheme& scheme : {lobatto(2), lobatto(5), radau(1), radau(3)}) all.push_back(scheme);

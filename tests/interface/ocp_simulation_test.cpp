@@ -179,5 +179,40 @@ TEST(Verification, SaysWhichIntervalCannotBeSimulated) {
   EXPECT_NE(v.trouble.find("interval 1: "), std::string::npos) << v.trouble;
 }
 
+// What an error is a part of: of a joint that stands still beside others of its kind, of what those move; a joint of no kind, or
+// an error that is more than a ten-millionth of their movement, has no such excuse.
+TEST(RelativeDefects, AreMeasuredByTheKind) {
+  const auto relative = [](std::vector<std::string> states, double off, double unit) {
+    const double T = 2;
+    Problem p("two blocks", std::move(states), {"u", "w"}, T,
+              [](const auto& s) { return vector(s.x[2], s.x[3], s.u[0], s.u[1]); });
+    p.start.setZero(), p.goal << 1, 0, 0, 0;
+    const Scheme scheme = hermite_simpson();
+    const int intervals = 8, points = 2 * intervals + 1;
+    Trajectory motion{VectorXd::LinSpaced(points, 0, T), Eigen::MatrixXd::Zero(4, points),
+                      Eigen::MatrixXd::Zero(0, points), Eigen::MatrixXd::Zero(2, points), scheme};
+    for (int k = 0; k < points; ++k) {  // a cubic from rest to rest, the other one still
+      const double s = motion.t[k] / T;
+      motion.x(0, k) = s * s * (3 - 2 * s), motion.x(2, k) = 6 * s * (1 - s) / T,
+                  motion.u(0, k) = (6 - 12 * s) / T / T;
+    }
+    motion.x(1, motion.node(4)) += off;
+    const auto n = std::size_t(points * 6), m = std::size_t(intervals * 2 * 4);
+    NlpMagnitudes units{1, std::vector<double>(n, 1.), std::vector<double>(m, 1.)};
+    for (std::size_t k = 0; k < n; k += 6) units.x[k + 1] = unit;
+    const Verification v = verify(p, motion, units);
+    EXPECT_NEAR(v.worst_defect, off, 1e-11);
+    EXPECT_TRUE(off == 0 || v.worst_state == p.states[1]) << v.worst_state;
+    return v.worst_relative;
+  };
+  const std::vector<std::string> joints{"q.a", "q.b", "v.a", "v.b"}, plain{"a", "b", "da", "db"};
+  EXPECT_NEAR(relative(joints, 5e-8, 1e-9), 5e-4, 1e-6);
+  EXPECT_NEAR(relative(joints, 5e-7, 1e-9), 5e-3, 1e-5);
+  EXPECT_NEAR(relative(plain, 5e-8, 1e-9), 1, 1e-3);     // of what it moves
+  EXPECT_NEAR(relative(plain, 5e-8, 1e-2), 5e-4, 1e-6);  // of a hundredth of its unit
+  EXPECT_NEAR(relative(joints, 1e-3, 1e-9), 1, 1e-6);    // a movement of its own
+  EXPECT_LT(relative(joints, 0, 1e-9), 1e-9);
+}
+
 }  // namespace
 }  // namespace dyntape

@@ -163,6 +163,53 @@ TEST_F(Verdicts, TheMeshIsRefinedUntilTheMotionIsTrue) {
   EXPECT_NE(fine.text().find("defect of the motion"), std::string::npos);
 }
 
+// Whatever the solver says: multipliers that were lost, or are no numbers, show no optimum.
+TEST_F(Verdicts, AnOptimumIsOneByItsMultipliers) {
+  SolveReport report = solve_task(slider("100", "100", ""));
+  ASSERT_TRUE(report.success()) << report.verdict();
+  EXPECT_EQ(report.demands.stationarity, 1e-4);
+  for (const double lost : {0.9, 2e-4, std::nan("")}) {
+    report.solution.kkt.stationarity = lost;
+    EXPECT_FALSE(report.success()) << lost;
+    EXPECT_EQ(report.verdict().find("verified"), std::string::npos) << report.verdict();
+    EXPECT_NE(report.verdict().find("not shown to be an optimum: stationarity"), std::string::npos);
+  }
+  EXPECT_EQ(nlohmann::json::parse(report.json())["success"], false);
+  report.solution.kkt.stationarity = 0.9e-4;
+  EXPECT_TRUE(report.success());
+  // A tolerance that is asked for is allowed.
+  EXPECT_EQ(solve_task(slider("100", "100", "solver\n{\n tolerance 0.01\n}\n")).demands.stationarity, 0.1);
+}
+
+// Of one interval: why there is no finer mesh is said.
+TEST_F(Verdicts, PseudospectralMotionsAreNotRefined) {
+  Task task = cart_pole(1);
+  task.optimise.mesh.scheme = pseudospectral(16);
+  const SolveReport report = solve_task(task);
+  EXPECT_TRUE(report.solution.success());
+  EXPECT_FALSE(report.success());
+  EXPECT_EQ(report.meshes.size(), 1u);
+  EXPECT_NE(report.verdict().find("a finer mesh was given up, the mesh of 2 intervals: "), std::string::npos)
+      << report.verdict();
+  EXPECT_NE(report.verdict().find("\"pseudospectral-16\" is of one interval, got 2"), std::string::npos);
+}
+
+// Nothing moves: pictures have axes all the same, in which a still block is a block.
+TEST_F(Verdicts, AMotionAtRestIsDrawn) {
+  for (const std::string at : {"0", "0.5"}) {
+    Task task = slider("100", "100", "", at);
+    task.problem.start = task.problem.goal;
+    SolveReport report = solve_task(task);
+    ASSERT_TRUE(report.success()) << report.verdict();
+    const std::string out = (folder_ / "still").string();
+    write_results(task, report, out);
+    EXPECT_TRUE(report.unwritten.empty()) << report.unwritten[0];
+    for (const char* file : {"/motion.svg", "/trajectory.svg", "/motion.html"})
+      EXPECT_TRUE(fs::exists(out + file));
+    EXPECT_EQ(read_file(out + "/motion.svg").find("×10"), std::string::npos);  // of axes that show rounding
+  }
+}
+
 TEST_F(Verdicts, DefectsOfTheMotionHaveNoUnit) {
   SolveReport report = solve_task(cart_pole(20));
   const Trajectory& motion = report.solution.motion;

@@ -217,6 +217,64 @@ TEST(QuadraticLayer, FlagsWhatHasNoSlopes) {
   EXPECT_FALSE(unbounded.good());
 }
 
+// Infeasible and unbounded programs are told apart, each with a proof that is looked at here; of feasible ones there is none.
+TEST(QuadraticLayer, ProvesThatThereIsNoSolution) {
+  int solved = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    Draw draw(seed);
+    const Eigen::Index n = 2 + draw.below(20), of_A = draw.below(int(n) / 2 + 1),
+                       of_G = 1 + draw.below(2 * int(n));
+    QuadraticProgram p = random_program(draw, n, of_A, of_G);
+    const int kind = int(seed % 3);
+    if (kind == 1) {  // sum of some constraints, the other way round and out of reach
+      VectorXd lambda = draw.vector(of_G).cwiseAbs(), nu = draw.vector(of_A);
+      p.G.conservativeResize(of_G + 1, Eigen::NoChange), p.h.conservativeResize(of_G + 1);
+      p.G.row(of_G) = -(p.G.topRows(of_G).transpose() * lambda + p.A.transpose() * nu).transpose();
+      p.h[of_G] = -(p.h.head(of_G).dot(lambda) + p.b.dot(nu)) - 0.1 - std::abs(draw.vector(1)[0]);
+    }
+    if (kind == 2) {  // flat along d, which no constraint ends
+      VectorXd d = draw.vector(n).normalized();
+      const MatrixXd across = MatrixXd::Identity(n, n) - d * d.transpose();
+      const VectorXd x0 = draw.vector(n);
+      p.Q = across * p.Q * across, p.A = p.A * across, p.b = p.A * x0;
+      for (Eigen::Index j = 0; j < of_G; ++j)
+        if (p.G.row(j).dot(d) > 0) p.G.row(j) *= -1;
+      p.h = p.G * x0 + VectorXd::Constant(of_G, 0.1);
+      if (p.q.dot(d) > 0) p.q *= -1;
+      p.q -= 0.1 * d;
+    }
+    // Other units of rows and variables.
+    const double size = std::pow(10., draw.below(7) - 3);
+    p.G.row(0) *= size, p.h[0] *= size;
+    QuadraticLayer layer(p);
+    const QuadraticSolution& proof = layer.certificate();
+    if (kind == 0) {
+      EXPECT_EQ(layer.outcome(), QuadraticOutcome::kSolved) << seed;
+      EXPECT_TRUE(layer.good()) << seed;
+      solved += layer.good();
+    } else if (kind == 1) {
+      ASSERT_EQ(layer.outcome(), QuadraticOutcome::kInfeasible)
+          << seed << " " << to_string(layer.solve_status());
+      EXPECT_GE(proof.lambda.minCoeff(), 0) << seed;
+      const double length =
+          std::max(proof.nu.norm(), (p.G.rowwise().norm().asDiagonal() * proof.lambda).norm());
+      EXPECT_LT((p.A.transpose() * proof.nu + p.G.transpose() * proof.lambda).norm(), 1e-7 * length) << seed;
+      EXPECT_NEAR(p.b.dot(proof.nu) + p.h.dot(proof.lambda), -1, 1e-9) << seed;
+      EXPECT_EQ(proof.x.size(), 0);
+      EXPECT_NE(layer.why().find("no x fulfils the constraints"), std::string::npos);
+    } else {
+      ASSERT_EQ(layer.outcome(), QuadraticOutcome::kUnbounded)
+          << seed << " " << to_string(layer.solve_status());
+      EXPECT_LT((p.Q * proof.x).norm(), 1e-7 * proof.x.norm()) << seed;
+      EXPECT_LT((p.A * proof.x).norm(), 1e-7 * proof.x.norm()) << seed;
+      EXPECT_LT((p.G * proof.x).maxCoeff(), 1e-7 * p.G.norm() * proof.x.norm()) << seed;
+      EXPECT_NEAR(p.q.dot(proof.x), -1, 1e-9) << seed;
+      EXPECT_EQ(proof.lambda.size(), 0);
+    }
+  }
+  EXPECT_EQ(solved, 66);
+}
+
 // A linear program's corner has slopes, although Q is zero.
 TEST(QuadraticLayer, KnowsCornersWithoutCurvature) {
   QuadraticLayer layer({.Q = MatrixXd::Zero(2, 2),

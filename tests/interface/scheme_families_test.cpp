@@ -89,6 +89,32 @@ TEST(SchemeFamilies, NamesAreRead) {
     EXPECT_NE(said(wrong), "nothing thrown") << wrong;
 }
 
+// Rows of several intervals all but depend on each other: refused, also of a finer mesh.
+TEST(SchemeFamilies, PseudospectralIsOfOneInterval) {
+  const Problem p = test::block_move();
+  const auto said = [&](int intervals, std::vector<double> nodes = {}) {
+    return message_of<ArgumentError>([&] {
+      Collocation(p, {.scheme = pseudospectral(16),
+                      .intervals = intervals,
+                      .nodes = nodes,
+                      .evaluation = test::kInterpreted});
+    });
+  };
+  EXPECT_EQ(
+      said(2),
+      "problem \"block move\": the scheme \"pseudospectral-16\" is of one interval, got 2, on which its "
+      "rows all but depend on each other; expected 1 interval and more points, or lobatto-16");
+  EXPECT_NE(said(1, {0, 0.5, 1}).find("got 2"), std::string::npos);
+  EXPECT_EQ(said(1), "nothing thrown");
+  EXPECT_NE(said(0).find("at least one interval"), std::string::npos);
+  const Collocation one(p, {.scheme = pseudospectral(8), .intervals = 1, .evaluation = test::kInterpreted});
+  EXPECT_NE(message_of<ArgumentError>([&] {
+              Collocation(one, {0, 0.5, 1});
+            }).find("is of one interval"),
+            std::string::npos);
+  for (const Scheme& scheme : test::every_scheme()) EXPECT_EQ(scheme.fault_on(100), "") << scheme.name;
+}
+
 // A pendulum that nobody drives: the state at the end, beside that of an integrator of order 8.
 TEST(SchemeFamilies, HaveTheirOrders) {
   Problem p("pendulum", {"th", "w"}, {"u"}, 2.0, [](const auto& s) {

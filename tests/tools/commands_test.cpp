@@ -325,25 +325,24 @@ TEST(Doctor, WorksWithoutItsTemporaryFolder) {
   EXPECT_NE(run.err.find("TMPDIR is not used, /tmp is: /nowhere"), std::string::npos) << run.err;
 }
 
-TEST(Study, RoutesToCsvAndPicture) {
+// A table, a picture of each part and a page that shows them.
+TEST(Study, EachIsATableWithPicturesAndAPage) {
   const Scratch scratch;
-  const auto run = run_dyntape({"study", "routes", "--states", "3", "--output", scratch / "study"});
-  ASSERT_EQ(run.status, 0) << run.err;
-  const std::string csv = slurp(scratch / "study/routes.csv");
-  for (const char* route : {"fd-forward", "fd-central", "tape", "analytic", "generated"}) {
-    EXPECT_NE(csv.find(route), std::string::npos) << route;
+  for (const char* name : {"routes", "slopes"}) {
+    const auto run = run_dyntape({"study", name, "--quick", "--output", scratch / "study"});
+    ASSERT_EQ(run.status, 0) << run.err;
   }
-  EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes.svg"));
-}
-
-TEST(Study, SlopesToCsvAndPicture) {
-  const Scratch scratch;
-  const auto run =
-      run_dyntape({"study", "slopes", "--bodies", "128", "--repeats", "1", "--output", scratch / "study"});
-  ASSERT_EQ(run.status, 0) << run.err;
-  const auto table = slurp(scratch / "study/slopes.csv");
-  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 1 + 2 * 6 * 5);  // shapes, functions, sizes
-  EXPECT_TRUE(std::filesystem::exists(scratch / "study/slopes.svg"));
+  const std::string routes = slurp(scratch / "study/routes.csv"), page = slurp(scratch / "study/routes.md");
+  for (const char* route : {"fd-forward", "fd-central", "tape", "analytic", "generated"}) {
+    EXPECT_NE(routes.find(route), std::string::npos) << route;
+    EXPECT_NE(page.find(route), std::string::npos) << route;
+  }
+  EXPECT_NE(page.find("](routes_time.svg)"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes_time.svg"));
+  EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes_step.svg"));
+  const std::string slopes = slurp(scratch / "study/slopes.csv");
+  EXPECT_EQ(std::count(slopes.begin(), slopes.end(), '\n'), 1 + 2 * 6 * 5);  // shapes, functions, sizes
+  EXPECT_TRUE(std::filesystem::exists(scratch / "study/slopes_time.svg"));
 }
 
 }  // namespace

@@ -301,4 +301,29 @@ TEST(Oddities, LongNamesAndTrigraphsAreGenerated) {
   }
 }
 
+// A folder that a failing run made, and left nothing in, goes with it; one that was there, or holds something, stays.
+TEST(Refusals, NoEmptyFolderIsLeft) {
+  const Scratch scratch;
+  std::string text = slurp(config("tasks/block_move.info"));
+  const auto replace = [&](const std::string& old, const std::string& with) {
+    ASSERT_NE(text.find(old), std::string::npos) << old;
+    text.replace(text.find(old), old.size(), with);
+  };
+  replace("../robots", config("robots"));
+  const std::size_t intervals = text.find("intervals");
+  ASSERT_NE(intervals, std::string::npos);
+  text.replace(intervals, text.find('\n', intervals) - intervals, "intervals 2000000000");
+  std::ofstream(scratch / "large.info") << text;
+  const auto solve = [&](const std::string& folder) {
+    expect_sentence(run_dyntape({"solve", scratch / "large.info", "--output", scratch / folder}),
+                    "GB of memory");
+  };
+  solve("one"), solve("one/two/three/");
+  EXPECT_FALSE(fs::exists(scratch / "one"));
+  fs::create_directory(scratch / "mine");
+  solve("mine"), solve("mine/inner");
+  EXPECT_TRUE(fs::exists(scratch / "mine"));
+  EXPECT_TRUE(fs::is_empty(scratch / "mine"));
+}
+
 }  // namespace

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -42,8 +43,17 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options);
 // Makes the folder for these files and tries what can be tried, before the work whose results they are to hold.
 void prepare_folder(const std::string& folder, const std::vector<std::string>& files);
 // The same, and removes what an earlier run has left there, but `input`: of a run that fails nothing older is to be taken for its
-// result.
-void clear_folder(const std::string& folder, const std::vector<std::string>& files, const std::string& input);
+// result.  Folders that it made and that are still empty in the end are removed again.  Without a name there is nothing to do.
+class ClearedFolder {
+ public:
+  ClearedFolder(const std::string& folder, const std::vector<std::string>& files, const std::string& input);
+  ~ClearedFolder();
+  ClearedFolder(const ClearedFolder&) = delete;
+  ClearedFolder& operator=(const ClearedFolder&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> made_;
+};
 
 // A task file, with a name that reports can carry; one of a robot as one mass.
 Task task_in(const std::string& file);

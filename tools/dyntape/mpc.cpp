@@ -24,7 +24,7 @@ struct ControlOptions {
 // Of a robot's joints, or of a robot as one mass.
 template <class AnyTask>
 void run_control(const ControlOptions& options, const AnyTask& task, const std::vector<std::string>& files) {
-  if (!options.output.empty()) clear_folder(options.output, files, options.task);
+  const ClearedFolder folder(options.output, files, options.task);
   io::LiveLine line;
   line.show("recording and compiling");
   bool has_begun = false;

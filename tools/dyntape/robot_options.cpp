@@ -67,16 +67,28 @@ void prepare_folder(const std::string& folder, const std::vector<std::string>& f
   for (const std::string& file : files) check_can_write(folder + "/" + file);
 }
 
-void clear_folder(const std::string& folder, const std::vector<std::string>& files,
-                  const std::string& input) {
+ClearedFolder::ClearedFolder(const std::string& folder, const std::vector<std::string>& files,
+                             const std::string& input) {
+  if (folder.empty()) return;
+  std::error_code error;
+  std::vector<std::filesystem::path> missing;  // innermost first
+  for (std::filesystem::path at = folder; !at.empty() && !std::filesystem::exists(at, error);
+       at = at.parent_path())
+    missing.push_back(at);
   prepare_folder(folder, files);
+  made_ = std::move(missing);
   std::vector<std::string> none;
   const io::ResultFolder results(folder, none);
   for (const std::string& file : files) {
-    std::error_code missing;
-    if (!std::filesystem::equivalent(results.path(file.c_str()), input, missing))
+    std::error_code none_there;
+    if (!std::filesystem::equivalent(results.path(file.c_str()), input, none_there))
       results.remove(file.c_str());
   }
+}
+
+ClearedFolder::~ClearedFolder() {
+  for (const std::filesystem::path& at : made_)
+    rmdir(at.c_str());  // of one that holds something it does nothing
 }
 
 std::vector<std::string> numbered(const std::string& prefix, int count) {

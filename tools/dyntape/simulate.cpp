@@ -155,7 +155,7 @@ void run(const SimulateOptions& options) {
     std::cout << explain(scene);
     return;
   }
-  if (!options.output.empty()) clear_folder(options.output, simulation_files(), options.file);
+  const ClearedFolder folder(options.output, simulation_files(), options.file);
   io::LiveLine line;
   SimulationReport report{scene, watched(scene, line, interruption)};
   line.erase();

@@ -99,7 +99,7 @@ void run(const SolveOptions& options) {
     std::cout << explain(task);
     return;
   }
-  if (!options.output.empty()) clear_folder(options.output, result_files(), options.task);
+  const ClearedFolder folder(options.output, result_files(), options.task);
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = watched(task, display, interruption);

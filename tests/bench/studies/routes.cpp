@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What accuracy costs in time, for every route to the derivatives of forward dynamics.
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
+#include <dyntape/interface/robot/robot_rows.h>
+
+#include "measure.h"
+#include "study.h"
+
+namespace dyntape::tools {
+namespace {
+
+struct Subject {
+  std::string label;
+  dynamics::Model<double> model;
+};
+
+const RobotFunction kFunction = RobotFunction::kFdDerivatives;
+
+std::vector<Subject> subjects(const std::string& folder) {
+  using dynamics::load_urdf;
+  const std::string robots = folder + "/robots/";
+  return {{"pendulum", load_urdf(robots + "pendulum.urdf")},
+          {"arm (7 joints)",
+           load_urdf(robots + "panda.urdf", {.lock = {"panda_finger_joint1", "panda_finger_joint2"}})},
+          {"quadruped (18 degrees of freedom)",
+           load_urdf(robots + "solo12.urdf", {.base = dynamics::Base::kFloating})}};
+}
+
+// Routes to the derivatives of one robot at random states.
+class Routes {
+ public:
+  Routes(const Subject& subject, const StudyOptions& options)
+      : robot_(subject),
+        states_(random_states(subject.model, kFunction, options.quick ? 3 : 20, options.seed)),
+        repeats_(options.quick ? 3 : 15) {
+    for (const auto& state : states_) expected_.push_back(reference(robot_.model, kFunction, state));
+  }
+
+  // Median over the states of the error; time of one evaluation.
+  template <class Evaluate>
+  void add(Study& study, const std::string& route, double step, Evaluate&& evaluate) const {
+    std::vector<double> errors, result(expected_[0].size());
+    for (std::size_t i = 0; i < states_.size(); ++i) {
+      evaluate(states_[i], result.data());
+      errors.push_back(relative_error(expected_[i], result.data(), outputs(robot_.model, kFunction)));
+    }
+    StudyRow row{"time", robot_.label, route, step};
+    row.value = median(errors);
+    row.seconds = median_seconds([&](std::size_t i) { evaluate(states_[i % states_.size()], result.data()); },
+                                 repeats_);
+    study.rows.push_back(row);
+    row.part = "step";
+    if (!std::isnan(step)) study.rows.push_back(row);
+  }
+
+  void add_route(Study& study, RobotRoute route, double step) const {
+    RobotEvaluatorOptions evaluator;
+    if (!std::isnan(step)) evaluator.step = step;
+    RobotEvaluator evaluate(robot_.model, kFunction, route, evaluator);
+    add(study, to_string(route), step,
+        [&](const Eigen::VectorXd& state, double* result) { evaluate.evaluate(state.data(), result); });
+  }
+
+  // The analytic code in single precision.
+  void add_float(Study& study) const {
+    const dynamics::Model<float> narrow = robot_.model.cast<float>();
+    detail::RobotWorkspace<float> work(narrow, kFunction);
+    Eigen::VectorXf x;
+    std::vector<float> y(expected_[0].size());
+    add(study, "analytic, float", kNone, [&](const Eigen::VectorXd& state, double* result) {
+      x = state.cast<float>();
+      work.evaluate(x.data(), y.data());
+      std::copy(y.begin(), y.end(), result);
+    });
+  }
+
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // no step
+
+ private:
+  const Subject& robot_;
+  std::vector<Eigen::VectorXd> states_;
+  std::vector<std::vector<double>> expected_;
+  int repeats_;
+};
+
+// The most accurate point of a route.
+StudyRow best(const Study& study, const std::string& subject, const std::string& route) {
+  const std::vector<StudyRow> rows = curve(study, "time", subject, route);
+  return *std::min_element(rows.begin(), rows.end(),
+                           [](const StudyRow& a, const StudyRow& b) { return a.value < b.value; });
+}
+
+}  // namespace
+
+Study study_routes(const StudyOptions& options) {
+  Study study{.name = "routes",
+              .title = "Routes to derivatives: error against time",
+              .question = "What do more digits of the derivatives of forward dynamics cost?"};
+  study.parts = {{.name = "step",
+                  .title = "Differences: no step is good enough",
+                  .x = StudyPart::kParameter,
+                  .x_label = "step [rad, m]",
+                  .y_label = "relative error [1]"},
+                 {.name = "time",
+                  .title = "Derivatives of forward dynamics: error against 113 bits",
+                  .x_label = "time of one evaluation [us]",
+                  .y_label = "relative error [1]",
+                  .x_scale = 1e6,
+                  .mark = io::Mark::kPoints}};
+  const std::vector<Subject> robots = subjects(options.config);
+  for (const Subject& subject : robots) {
+    const Routes routes(subject, options);
+    for (RobotRoute route : {RobotRoute::kFdForward, RobotRoute::kFdCentral}) {
+      options.watch(subject.label + ", " + to_string(route));
+      for (int k = -24; k <= -2; k += options.quick ? 3 : 1)
+        routes.add_route(study, route, std::pow(10.0, 0.5 * k));
+    }
+    for (RobotRoute route : {RobotRoute::kAnalytic, RobotRoute::kTape, RobotRoute::kGenerated}) {
+      options.watch(subject.label + ", " + to_string(route));
+      routes.add_route(study, route, Routes::kNone);
+    }
+    routes.add_float(study);
+  }
+  for (const Subject& subject : robots) {
+    const auto told = [&](const std::string& route) {
+      const StudyRow row = best(study, subject.label, route);
+      return route + " " + io::scientific(row.value) + " in " + io::duration(row.seconds);
+    };
+    study.parts[1].findings.push_back(subject.label + ": " + told("fd-forward") + ", " + told("fd-central") +
+                                      ", " + told("analytic, float") + ", " + told("analytic") + ", " +
+                                      told("tape") + ", " + told("generated") + ".");
+    study.parts[0].findings.push_back(subject.label + ": the best step is " +
+                                      io::scientific(best(study, subject.label, "fd-forward").parameter) +
+                                      " forward and " +
+                                      io::scientific(best(study, subject.label, "fd-central").parameter) +
+                                      " central, and nobody knows it beforehand.");
+  }
+  study.methods = {
+      "Errors are relative to the largest entry of a block, medians over random states, against the analytic "
+      "code in 113 "
+      "bits; times are of one state, repeated.",
+      "Differences move configurations along their tangents, so that quaternions stay of unit length."};
+  return study;
+}
+
+}  // namespace dyntape::tools
