@@ -4,91 +4,23 @@
 // derivatives of first and second order.  The same cases in plain double are in tests/dynamics.
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <numbers>
 
-#include <dyntape/autodiff/evaluate/interpret.h>
-#include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/compiled_function.h>
-#include <dyntape/dynamics/algebra/float128.h>
 #include <dyntape/dynamics/algebra/lie.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_functions.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
+#include "every_route.h"
+
 namespace dyntape {
 namespace {
 
 using dynamics::Model;
-using Values = std::vector<double>;
-
-::testing::AssertionResult same_bits(const Values& a, const Values& b) {
-  if (a.size() != b.size()) return ::testing::AssertionFailure() << a.size() << " values and " << b.size();
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const bool both_nan = std::isnan(a[i]) && std::isnan(b[i]);
-    if (!both_nan && std::bit_cast<std::uint64_t>(a[i]) != std::bit_cast<std::uint64_t>(b[i])) {
-      return ::testing::AssertionFailure()
-             << std::hexfloat << a[i] << " and " << b[i] << " at " << i << " of " << a.size();
-    }
-  }
-  return ::testing::AssertionSuccess();
-}
-
-// A function by every route: interpreter, C at -O0, C at -O3.
-class EveryRoute {
- public:
-  EveryRoute(const Function& function, Order order, const std::vector<std::string>& levels = {"-O0", "-O3"})
-      : order_(order), weights_(order == Order::kSecond ? function.n_y() : 0, 1.0) {
-    CodegenOptions options;
-    options.order = order;
-    options.use_cache = false;
-    options.route = Route::kInterpreter;
-    routes_.push_back(CompiledFunction::make(function, options));
-    options.route = Route::kCompiled;
-    for (const std::string& level : levels) {
-      options.flags = {level};
-      routes_.push_back(CompiledFunction::make(function, options));
-    }
-  }
-
-  // Values, Jacobian and Hessian non-zeros one after the other; the routes must agree bit for bit.
-  Values operator()(const Values& x) const {
-    Values expected;
-    for (std::size_t i = 0; i < routes_.size(); ++i) {
-      const auto r = routes_[i].evaluate(order_, x, {}, weights_);
-      Values all = r.y;
-      all.insert(all.end(), r.jacobian.begin(), r.jacobian.end());
-      all.insert(all.end(), r.hessian.begin(), r.hessian.end());
-      if (i == 0) expected = all;
-      EXPECT_TRUE(same_bits(all, expected)) << "route " << i << " of " << routes_[i].name();
-    }
-    return expected;
-  }
-
- private:
-  Order order_;
-  Values weights_;
-  std::vector<CompiledFunction> routes_;
-};
-
-TEST(HardRotations, ThereAndBackAtEveryAngle) {
-  // log(exp(w)) = w: value w, Jacobian the identity, Hessian zero, from no rotation to nearly half a turn.
-  const Function f = record("there_and_back", 3, [](const VectorXad& w) -> VectorXad {
-    return dynamics::log(dynamics::exp<AD>(w));
-  });
-  const EveryRoute routes(f, Order::kSecond);
-  const Eigen::Vector3d axis = Eigen::Vector3d(1, -2, 0.5).normalized();
-  for (double angle : {0.0, 1e-200, 1e-12, 1e-8, 1e-4, 1e-3, 0.1, 1.0, 2.0, 3.0, std::numbers::pi - 1e-3}) {
-    const Eigen::Vector3d w = angle * axis;
-    const Values r = routes({w[0], w[1], w[2]});
-    const double sharp = angle > 3 ? 1e-9 : 1e-13;  // the derivatives' condition grows towards half a turn
-    for (int i = 0; i < 3; ++i) EXPECT_NEAR(r[i], w[i], 4e-15 * std::max(1.0, angle)) << angle;
-    ASSERT_EQ(r.size(), 3 + 9 + 6u);
-    for (int k = 0; k < 9; ++k) EXPECT_NEAR(r[3 + k], k % 4 == 0 ? 1 : 0, sharp) << angle << ", entry " << k;
-    for (int k = 0; k < 6; ++k) EXPECT_NEAR(r[12 + k], 0, 1e3 * sharp) << angle << ", entry " << k;
-  }
-}
+using testing::EveryRoute;
+using testing::same_bits;
+using testing::Values;
 
 Model<double> quadruped() {
   return dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/solo12.urdf",
@@ -103,10 +35,12 @@ Values standing(const Model<double>& model, const RobotFunction& function) {
 
 class HardBase : public ::testing::TestWithParam<RobotFunction> {};
 
+// H30, H07 | naive: recursions in world axes lose all digits at 1e8 m; a tape knows one sheet of quaternions | holds:
+// bit-equal at 1e8 m and for q and -q, for torques, accelerations, inertias and their derivatives | routes: all
 TEST_P(HardBase, FarAwayAndOnBothSheetsTheBitsAreTheSame) {
   const Model<double> model = quadruped();
   const Function f = record_robot_function(model, GetParam());
-  const EveryRoute routes(f, Order::kValue);
+  const EveryRoute routes(f, Order::kValue, {.near = 1e-10});
   Values state = standing(model, GetParam());
   const Values here = routes(state);
   for (double distance : {1e2, 1e4, 1e8}) {
@@ -157,21 +91,13 @@ double error_against_quad(const Model<double>& model, const RobotFunction& funct
   return error / scale;
 }
 
-TEST(HardMasses, RatiosOfABillion) {
-  for (const Values& masses : {Values{1, 1, 1, 1e9}, Values{1, 1, 1, 1e-9}, Values{1e6, 1, 1e6, 1}}) {
-    const Model<double> model = chain(masses);
-    const Values state = standing(model, RobotFunction::kAba);
-    for (const RobotFunction& function : {RobotFunction::kAba, RobotFunction::kFdDerivatives}) {
-      const EveryRoute routes(record_robot_function(model, function), Order::kValue);
-      EXPECT_LE(error_against_quad(model, function, state, routes(state)), 1e-12) << to_string(function);
-    }
-  }
-}
-
+// H35 | naive: text of a chain grows with the square of its length, or its compiler gives up | holds: accelerations
+// of three hundred joints to 1e-12 of 113 bits | routes: all
 TEST(HardChains, ThreeHundredJoints) {
   const Model<double> model = chain(Values(300, 1.0));
   const Values state = standing(model, RobotFunction::kAba);
-  const EveryRoute routes(record_robot_function(model, RobotFunction::kAba), Order::kValue);
+  const EveryRoute routes(record_robot_function(model, RobotFunction::kAba), Order::kValue,
+                          {.lanes = false, .near = 1e-9});
   EXPECT_LE(error_against_quad(model, RobotFunction::kAba, state, routes(state)), 1e-12);
 }
 

@@ -279,6 +279,7 @@ std::vector<EdgeCase> edge_cases() {
        {add_exponentials, add_roots, add_steps, add_powers, add_angles, add_zeros, add_selections}) {
     add(cases);
   }
+  for (const EdgeCase& extreme : extreme_cases()) cases.push_back(extreme);
   return cases;
 }
 

@@ -30,6 +30,7 @@ struct EdgeCase {
 };
 
 std::vector<EdgeCase> edge_cases();
+std::vector<EdgeCase> extreme_cases();  // those of them at extremes: large, small, at the ends of ranges
 
 // Equal to 1e-14 relative, or to 1e-15 of a scale; zeros of either sign, infinities and NaN as such.
 bool agrees(double got, double expected, double scale = 0);

@@ -50,6 +50,8 @@ bool same_bits(double a, double b) {
 
 class GeneratedEdges : public ::testing::TestWithParam<const char*> {};
 
+// 5, 47, 57, 106, 109, H19 | naive: a compiler is free with NaN, infinities and branches | holds: all edges with
+// their slopes and curvatures have the bits of the interpreter | routes: C at -O0 and at -O3
 TEST_P(GeneratedEdges, HaveTheInterpretersBits) {
   const AllCases all;
   const std::vector<double> weights(all.cases.size(), 1.0);
@@ -78,6 +80,35 @@ TEST_P(GeneratedEdges, HaveTheInterpretersBits) {
     const double e = expected[d.n_y + d.jacobian.nnz() + k];
     EXPECT_TRUE(same_bits(got.hessian[k], e))
         << all.name_of_variable(d.hessian.row[k]) << ", curvature: " << got.hessian[k] << " and " << e;
+  }
+}
+
+// 59, 118 | naive: a NaN in one lane, or a branch, decides for its neighbours | holds: hard and harmless points side
+// by side have the bits of the interpreter | routes: lanes of C
+TEST(EdgesInLanes, HaveTheInterpretersBits) {
+  const AllCases all;
+  constexpr std::size_t kPoints = 11;
+  const std::size_t n = all.x.size(), m = all.cases.size();
+  const Derivatives d = derive(all.function, Order::kFirst);
+  CodegenOptions options{
+      .order = Order::kFirst, .route = Route::kCompiled, .lanes = Lanes::kNative, .use_cache = false};
+  options.flags = {"-O3"};
+  const CompiledFunction f = CompiledFunction::make(all.function, options);
+  std::vector<double> x, y(kPoints * m), J(kPoints * d.jacobian.nnz());
+  for (std::size_t k = 0; k < kPoints; ++k) {
+    for (std::size_t i = 0; i < n; ++i) x.push_back(k % 3 == 1 ? 0.5 + 0.001 * double(i) : all.x[i]);
+  }
+  CompiledFunction::Workspace workspace(f);
+  ASSERT_FALSE(f.run(Order::kFirst, {.count = kPoints, .x = x.data(), .y = y.data(), .jacobian = J.data()},
+                     workspace));
+  for (std::size_t k = 0; k < kPoints; ++k) {
+    const std::vector<double> expected =
+        evaluate(d.function, {x.begin() + long(k * n), x.begin() + long((k + 1) * n)});
+    for (std::size_t i = 0; i < m; ++i)
+      EXPECT_TRUE(same_bits(y[k * m + i], expected[i])) << all.cases[i].name << ", point " << k;
+    for (std::size_t i = 0; i < d.jacobian.nnz(); ++i)
+      EXPECT_TRUE(same_bits(J[k * d.jacobian.nnz() + i], expected[m + i]))
+          << all.cases[d.jacobian.row[i]].name << ", slope, point " << k;
   }
 }
 

@@ -46,12 +46,16 @@ Problem from_start_b(double force_limit = 20) {
   return p;
 }
 
+// H77 | naive: the optimum of one start is called the optimum | holds: both basins of the cart-pole at their
+// published costs, each from its start | routes: Ipopt, own solver
 TEST_P(ByMethod, CartPoleHasTwoBasins) {
   EXPECT_NEAR(swing(test::swing_up()).cost(), 58.8075758975, 1e-7);
   EXPECT_NEAR(swing(from_start_b()).cost(), 57.9450220610, 1e-7);
   EXPECT_NEAR(swing(from_start_b(), 320).cost(), 57.9447803563, 1e-7);
 }
 
+// H72, H73 | naive: bounds are relaxed, or a feasible motion is not found | holds: published optima within 12, 10 and
+// 8 N | routes: Ipopt, own solver
 TEST_P(ByMethod, CartPoleWithBoundedForce) {
   EXPECT_NEAR(swing(test::swing_up(0, 12)).cost(), 59.198680, 1e-5);
   EXPECT_NEAR(swing(test::swing_up(0, 10)).cost(), 62.264592, 1e-5);
@@ -60,6 +64,8 @@ TEST_P(ByMethod, CartPoleWithBoundedForce) {
   EXPECT_NEAR(swing(from_start_b(8)).cost(), 63.791263, 1e-5);
 }
 
+// H72 | naive: a failed solve looks like another | holds: the word "locally", and a violation that says so | routes:
+// Ipopt, own solver
 TEST_P(ByMethod, TooLittleForceIsLocallyInfeasible) {
   const Solution s = swing(test::swing_up(0, 6));
   EXPECT_FALSE(s.success());
@@ -68,6 +74,8 @@ TEST_P(ByMethod, TooLittleForceIsLocallyInfeasible) {
   EXPECT_GT(s.kkt.feasibility, 1e-3);
 }
 
+// H72 | naive: a problem that has no motion runs to the limit of iterations | holds: told apart from one that is only
+// bounded | routes: Ipopt, own solver
 TEST_P(ByMethod, ProvablyInfeasibleAndBoundedForce) {
   Problem p = test::block_move();
   p.u.lower[0] = -3;
@@ -81,6 +89,7 @@ TEST_P(ByMethod, ProvablyInfeasibleAndBoundedForce) {
 }
 
 // One interval of the trapezoid rule cannot move and stop: 2 free controls, 4 equalities.
+// H76 | naive: fewer controls than conditions of the end are "solved" | holds: no success | routes: Ipopt, own solver
 TEST_P(ByMethod, OneIntervalIsTooFewForTheTrapezoid) {
   for (const Scheme& scheme : {trapezoid(), euler()}) {
     const Solution s = optimise(test::block_move(),
@@ -90,8 +99,10 @@ TEST_P(ByMethod, OneIntervalIsTooFewForTheTrapezoid) {
   }
 }
 
-// Published for Ipopt 3.14: 12 iterations exact, 38 by L-BFGS, 242 by Gauss-Newton, which ignores the
-// curvature of the dynamics and at weight 0 sees nothing but u^2.
+// Published for Ipopt 3.14: 12 iterations exact, 38 by L-BFGS, 242 by Gauss-Newton, which ignores the curvature of
+// the dynamics and at weight 0 sees nothing but u^2.
+// X14 | naive: Gauss-Newton at a weight of zero is thought to be Newton | holds: iterations of the exact, the
+// limited-memory and the Gauss-Newton Hessian as published | routes: Ipopt
 TEST(CartPoleHard, WhatTheHessianIsWorth) {
   const Solution exact = swing(test::swing_up());
   const Solution memory = swing(test::swing_up(), 40, HessianKind::kLimitedMemory);
@@ -105,6 +116,8 @@ TEST(CartPoleHard, WhatTheHessianIsWorth) {
               memory.nlp.iterations(), newton.nlp.iterations(), to_string(newton.nlp.status));
 }
 
+// H77 | naive: tracking makes another problem of it, with other basins | holds: published optima | routes: Ipopt, own
+// solver
 TEST_P(ByMethod, TrackingCosts) {
   const std::pair<double, double> known[] = {{1, 96.327367}, {10, 407.539048}};
   for (const auto& [weight, cost] : known) {
@@ -115,6 +128,8 @@ TEST_P(ByMethod, TrackingCosts) {
 }
 
 // A function without a value at the start: who, where, which operation, before the solver sees anything.
+// H68 | naive: "invalid number" and no hint where | holds: problem, function, point, operation and value are named |
+// routes: Ipopt
 TEST(NotFinite, AtTheStartIsNamed) {
   Problem p = test::block_move();
   p.add(running_cost("barrier", [](const auto& s) {
@@ -132,6 +147,8 @@ TEST(NotFinite, AtTheStartIsNamed) {
   }
 }
 
+// H68, H14 | naive: a slope that is infinite at the start stops the solver | holds: named with function, variable,
+// point and value | routes: Ipopt
 TEST(NotFinite, DerivativeAtTheStartIsNamed) {
   Problem p = test::block_move();
   p.add(running_cost("root", [](const auto& s) {
@@ -150,8 +167,10 @@ TEST(NotFinite, DerivativeAtTheStartIsNamed) {
   }
 }
 
-// Functions that lose their value on the way shorten the step: x - log x from 50, whose full Newton step
-// leaves the domain.
+// Functions that lose their value on the way shorten the step: x - log x from 50, whose full Newton step leaves the
+// domain.
+// H69 | naive: NaN in a line search ends the solve | holds: the step is cut, the optimum found | routes: Ipopt, own
+// solver
 TEST_P(ByMethod, LostValuesShortenTheStep) {
   Problem p("barrier", {"x"}, {"u"}, 1.0, [](const auto& s) { return s.u; });
   p.add(running_squares("rest", [](const auto& s) { return s.u; }));
@@ -169,6 +188,8 @@ TEST_P(ByMethod, LostValuesShortenTheStep) {
   EXPECT_NEAR(s.cost(), 1, 1e-9);
 }
 
+// X15 | naive: an option with a number that is none is taken as far as it can be read | holds: one sentence with the
+// value and what was expected | routes: Ipopt
 TEST(Options, OfIpoptPassAndAreChecked) {
   const auto message = [](const SolverOptions& options) {
     Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
@@ -212,6 +233,7 @@ TEST(Options, OfIpoptPassAndAreChecked) {
 }
 
 // Nothing that a task file asks of the solver touches files, prints, or starts from multipliers that are not there.
+// X15 | naive: a task file makes the solver overwrite a file | holds: such options are refused | routes: Ipopt
 TEST(Options, OfIpoptThatNameFilesPrintOrWarmStartAreRefused) {
   Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
   for (const auto& [name, value] : {std::pair{"output_file", "/tmp/dyntape-no-such-file"},
@@ -236,6 +258,8 @@ TEST(Options, OfIpoptThatNameFilesPrintOrWarmStartAreRefused) {
 }
 
 // The linear solver of Ipopt is not thread-safe: solves take turns.
+// H80 | naive: Ipopt's linear solver is entered by two threads | holds: solves take turns, with equal bits | routes:
+// Ipopt
 TEST(Threads, SolvesTakeTurns) {
   const auto solve = [](double* cost) {
     Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
@@ -250,6 +274,7 @@ TEST(Threads, SolvesTakeTurns) {
 }
 
 // Ours keeps no state: solves run side by side, and within each other.
+// H80 | naive: solvers keep state | holds: solves side by side give equal bits | routes: own solver
 TEST(Threads, SolvesByStagesRunAtOnce) {
   const auto solve = [](double* cost) {
     Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
@@ -274,6 +299,8 @@ class Recursive : public Collocation {
   }
 };
 
+// H80 | naive: a solve within a solve dead-locks or crashes | holds: refused, and the next solve works | routes:
+// Ipopt
 TEST(Threads, ASolveWithinASolveIsRefused) {
   Recursive outer;
   try {
