@@ -325,6 +325,22 @@ TEST(Doctor, WorksWithoutItsTemporaryFolder) {
   EXPECT_NE(run.err.find("TMPDIR is not used, /tmp is: /nowhere"), std::string::npos) << run.err;
 }
 
+TEST(Verify, ARobotPassesAndOneThatMovesNothingFails) {
+  const Scratch scratch;
+  const std::string robot = std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/panda.urdf";
+  const auto good = run_dyntape({"verify", robot, "--states", "5"});
+  EXPECT_EQ(good.status, 0) << good.out << good.err;
+  EXPECT_NE(good.out.find("All routes agree"), std::string::npos) << good.out;
+  EXPECT_NE(good.out.find("mimics"), std::string::npos) << good.out;
+  std::string light = slurp(robot);
+  for (std::size_t at = 0; (at = light.find("<inertial>")) != std::string::npos;)
+    light.erase(at, light.find("</inertial>") + 11 - at);
+  std::ofstream(scratch / "light.urdf") << light;
+  const auto bad = run_dyntape({"verify", scratch / "light.urdf", "--states", "5"});
+  EXPECT_EQ(bad.status, 1) << bad.out << bad.err;
+  EXPECT_NE((bad.out + bad.err).find("inertia"), std::string::npos) << bad.out << bad.err;
+}
+
 // A table, a picture of each part and a page that shows them.
 TEST(Study, EachIsATableWithPicturesAndAPage) {
   const Scratch scratch;

@@ -14,9 +14,10 @@
 namespace dyntape::tools {
 namespace {
 
-constexpr std::array<std::pair<const char*, const char*>, 2> kCommands = {
+constexpr std::array<std::pair<const char*, const char*>, 3> kCommands = {
     {{"bench", "measure a function of a robot on every route, beside peers"},
-     {"study", "what accuracy costs: errors and times as CSV and pictures"}}};
+     {"study", "what accuracy costs: errors and times as CSV and pictures"},
+     {"verify", "the numerical passport of a robot: routes, identities, inertia, limits"}}};
 
 }  // namespace
 

@@ -9,5 +9,6 @@ namespace dyntape::tools {
 
 void add_bench(CLI::App& app);
 void add_study(CLI::App& app);
+void add_verify(CLI::App& app);
 
 }  // namespace dyntape::tools

@@ -9,5 +9,6 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "dyntape-bench " DYNTAPE_VERSION);
   add_bench(app);
   add_study(app);
+  add_verify(app);
   return run(app, argc, argv);
 }
