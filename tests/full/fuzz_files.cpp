@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Shipped robots, scenes and tables with random changes, read again: each is read, or refused with an Error that has a sentence.
+//
+//   fuzz_files CONFIG_FOLDER --files 1000000 --first-seed 1
+//
+// Anything else, a crash above all, is a defect; its seed makes the same file again.  Under the address sanitizer where the build
+// has it.  Exit status 1 where an exception is none of ours.
+#include <CLI/CLI.hpp>
+
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <random>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/io/csv.h>
+#include <dyntape/interface/io/live_line.h>
+#include <dyntape/interface/scene/scene.h>
+#include <dyntape/interface/task/task.h>
+
+namespace dyntape {
+namespace {
+
+struct Source {
+  std::string path, text;
+};
+
+// Bytes, numbers and lines that are changed, doubled, moved or gone.
+std::string changed(std::string text, const std::vector<Source>& all, std::mt19937_64& random) {
+  static const char* const numbers[] = {
+      "nan", "inf", "-1", "0", "1e308", "-1e-320", "1e", "999999999999999999999", "0x10", "\"\""};
+  const auto below = [&](std::size_t n) { return std::size_t(random() % std::max<std::size_t>(n, 1)); };
+  for (std::size_t k = 1 + below(4); k > 0 && !text.empty(); --k) {
+    const std::size_t at = below(text.size()), size = std::min(below(40), text.size() - at);
+    switch (below(7)) {
+      case 0:
+        text[at] = char(below(256));
+        break;
+      case 1:
+        text.erase(at, size);
+        break;
+      case 2:
+        text.insert(at, text.substr(at, size));
+        break;
+      case 3:
+        text.insert(at, std::string(1 + below(3), "{}<>/\"\\;#,= \n\t\r"[below(16)]));
+        break;
+      case 4:
+        text.resize(at);
+        break;
+      case 5: {  // a number
+        const std::size_t digit = text.find_first_of("0123456789", at);
+        if (digit != std::string::npos)
+          text.replace(digit, text.find_first_not_of("0123456789.e+-", digit) - digit,
+                       numbers[below(std::size(numbers))]);
+        break;
+      }
+      default: {  // a piece of another file
+        const std::string& other = all[below(all.size())].text;
+        text.insert(at, other.substr(below(other.size()), below(200)));
+      }
+    }
+  }
+  return text;
+}
+
+void read(const Source& source, const std::string& text, const std::filesystem::path& place) {
+  const std::string extension = std::filesystem::path(source.path).extension();
+  if (extension == ".urdf") return void(dynamics::read_urdf_text(text, source.path, {}));
+  if (extension == ".csv") return void(io::parse_csv(text, source.path));
+  if (source.path.find("/scenes/") != std::string::npos) return void(read_scene_text(text, source.path));
+  std::ofstream(place) << text;  // tasks are read from files, in whose folder their robots are
+  read_task(place);
+}
+
+int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
+  std::vector<Source> all;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(config)) {
+    const std::string extension = entry.path().extension();
+    const bool known = extension == ".urdf" || extension == ".csv" ||
+                       (extension == ".info" && entry.path().parent_path().filename() != "sweeps" &&
+                        entry.path().parent_path().filename() != "control");
+    if (known && entry.is_regular_file()) all.push_back({entry.path(), read_file(entry.path())});
+  }
+  all.push_back({config + "/table.csv", "t,q.a,q.b\n0,1,2\n0.1,-1e-3,2.5\n0.2,3,4\n"});
+  const std::filesystem::path folder =
+      std::filesystem::temp_directory_path() / ("dyntape-fuzz-" + std::to_string(first));
+  std::filesystem::remove_all(folder);  // of a run that was killed
+  std::filesystem::create_directories(folder / "tasks");
+  std::filesystem::create_directory_symlink(std::filesystem::absolute(config) / "robots", folder / "robots");
+  std::uint64_t was_read = 0, refused = 0, bad = 0;
+  io::LiveLine line;
+  for (std::uint64_t seed = first; seed < first + files; ++seed) {
+    std::mt19937_64 random(seed);
+    const Source& source = all[random() % all.size()];
+    const std::string text = changed(source.text, all, random);
+    if (seed % 100 == 0) line.show("file " + std::to_string(seed - first) + " of " + std::to_string(files));
+    std::string fault;
+    try {
+      read(source, text, folder / "tasks" / "task.info");
+      ++was_read;
+    } catch (const Error& e) {
+      ++refused;
+      if (std::string(e.what()).size() < 10) fault = std::string("says only '") + e.what() + "'";
+    } catch (const std::exception& e) {
+      fault = std::string("throws '") + e.what() + "'";
+    }
+    if (fault.empty()) continue;
+    ++bad;
+    std::cerr << "seed " << seed << ", " << source.path << ": " << fault << "\n";
+  }
+  std::filesystem::remove_all(folder);
+  std::cout << files << " files: " << was_read << " read, " << refused << " refused, " << bad
+            << " neither; seeds from " << first << "\n";
+  return bad == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace dyntape
+
+int main(int argc, char** argv) {
+  std::string config;
+  std::uint64_t files = 20000, first = 1;
+  CLI::App app("Shipped files with random changes: each is read or refused with a sentence.");
+  app.add_option("config", config, "the folder with robots, scenes and tasks")->required();
+  app.add_option("--files", files, "how many")->capture_default_str();
+  app.add_option("--first-seed", first, "each file has the next one")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  return dyntape::fuzz(config, files, first);
+}
