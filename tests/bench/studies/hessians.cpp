@@ -73,7 +73,7 @@ class Measured {
       row.value = outcome.iterations;
       if (outcome.status != SolveStatus::kSolved)
         row.trouble =
-            std::string(describe(outcome.status)) + "; its cost is " + io::with_digits(outcome.cost, 9);
+            std::string(to_string(outcome.status)) + ", its cost is " + io::with_digits(outcome.cost, 9);
       cost_[subject + method] = outcome.cost;
       std::mt19937_64 random(options_.seed);
       for (int k = 0; k < starts() && from_random; ++k)
@@ -121,11 +121,12 @@ class Measured {
   double cost(const std::string& subject, const std::string& method) const {
     return cost_.at(subject + method);
   }
-  // The share that ends at any optimum.
-  double found(const std::string& subject, const std::string& method) const {
-    const std::vector<Outcome>& all = from_random_.at(subject).at(method);
-    return double(std::count_if(all.begin(), all.end(), [](const Outcome& o) { return o.found(); })) /
-           double(all.size());
+  // Of those that end at some optimum: their costs.
+  std::vector<double> found(const std::string& subject, const std::string& method) const {
+    std::vector<double> costs;
+    for (const Outcome& o : from_random_.at(subject).at(method))
+      if (o.found()) costs.push_back(o.cost);
+    return costs;
   }
 
  private:
@@ -201,45 +202,58 @@ void measure_ddp(Measured& measured, const Problem& problem, int intervals) {
     DdpSolver solver(
         problem, {.intervals = intervals, .hessian = hessian, .start = DdpStart::kNodes, .verify = false});
     const bool exact = hessian == DdpHessian::kExact;
-    measured.add(kDrawn, std::nan(""), exact ? "ddp, exact" : "ddp, Gauss-Newton", problem,
-                 [&](const Guess& guess) {
-                   Problem now = solver.problem();
-                   now.guess = guess;
-                   solver.set_values(now);
-                   const DdpSolution s = solver.solve();
-                   return Outcome{s.cost, double(s.iterations.size()), s.seconds, s.status};
-                 });
+    measured.add(
+        kDrawn, std::nan(""), exact ? "ddp, exact" : "ddp, Gauss-Newton", problem,
+        [&](const Guess& guess) {
+          Problem now = solver.problem();
+          now.guess = guess;
+          solver.set_values(now);
+          const DdpSolution s = solver.solve();
+          return Outcome{s.cost, double(s.iterations.size()), s.seconds, s.status};
+        },
+        true);
   }
-}
-
-std::string iterations_of(const Study& study, const std::string& subject, const std::string& method) {
-  const StudyRow& row = point(study, "iterations", subject, method);
-  if (std::isnan(row.value)) return "none";
-  return io::shortest(row.value) + (row.trouble.empty() ? "" : " (not to the tolerance)");
 }
 
 std::string percent(double share) { return io::with_digits(100 * share, 3) + " %"; }
 
+// "stages, exact: 14 in 2.2 ms"
+std::string one_solve(const Measured& measured, const StudyRow& row, double usual_cost) {
+  const double cost = measured.cost(row.subject, row.method);
+  std::string text = row.method + ": " + io::shortest(row.value) + " in " + io::duration(row.seconds);
+  if (!row.trouble.empty()) text += ", short of the tolerance";
+  if (std::abs(cost - usual_cost) > kNear * std::abs(usual_cost))
+    text += ", cost " + io::with_digits(cost, 7);
+  return text;
+}
+
+// "stages, exact: 44 %, the median ends at 58.8076, 0.5 % at no optimum"
+std::string one_share(const Measured& measured, const StudyRow& row) {
+  const std::vector<double> costs = measured.found(row.subject, row.method);
+  std::string text = row.method + ": " + percent(row.value);
+  if (!costs.empty()) text += ", the median ends at " + io::with_digits(median(costs), 6);
+  const double lost = 1 - double(costs.size()) / measured.starts();
+  return text + (lost > 0 ? ", " + percent(lost) + " at no optimum" : "");
+}
+
+void append(std::string& list, const std::string& text) { list += (list.empty() ? "" : "; ") + text; }
+
 void add_findings(Study& study, const Measured& measured) {
   const auto subject_findings = [&](const std::string& subject, const std::vector<std::string>& methods) {
-    std::string iterations, shares, times;
+    const double cost = measured.cost(subject, methods.front());
+    std::string solves, shares;
     for (const std::string& method : methods) {
       const StudyRow& row = point(study, "iterations", subject, method);
       if (std::isnan(row.value)) continue;
-      const char* comma = iterations.empty() ? "" : ", ";
-      iterations += comma + method + " " + iterations_of(study, subject, method);
-      times += comma + method + " " + io::duration(row.seconds);
-      if (curve(study, "starts", subject, method).empty()) continue;
-      shares += (shares.empty() ? "" : ", ") + method + " " +
-                percent(point(study, "starts", subject, method).value) + " (" +
-                percent(measured.found(subject, method)) + " end at some optimum)";
+      append(solves, one_solve(measured, row, cost));
+      for (const StudyRow& share : curve(study, "starts", subject, method))
+        append(shares, one_share(measured, share));
     }
-    study.parts[0].findings.push_back(subject + ", cost " +
-                                      io::with_digits(measured.cost(subject, methods.front()), 9) +
-                                      ": iterations " + iterations + "; time " + times + ".");
+    study.parts[0].findings.push_back(subject + ", cost " + io::with_digits(cost, 9) +
+                                      ", iterations: " + solves + ".");
     study.parts[1].findings.push_back(
-        subject + ": of " + std::to_string(measured.starts()) + " random starts the best optimum, " +
-        io::with_digits(measured.best(subject), 9) + ", is found by " + shares + ".");
+        subject + ": from " + std::to_string(measured.starts()) + " random starts the best optimum, " +
+        io::with_digits(measured.best(subject), 9) + ", is reached by " + shares + ".");
   };
   std::vector<std::string> methods;
   for (const Solver& solver : kSolvers)

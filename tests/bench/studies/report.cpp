@@ -29,9 +29,11 @@ Strings subjects_of(const Study& study, const std::string& part) {
   return subjects;
 }
 
+// Those with a point to draw, each of which takes a colour.
 Strings methods_of(const Study& study) {
   Strings methods;
-  for (const StudyRow& row : study.rows) add_once(methods, row.method);
+  for (const StudyRow& row : study.rows)
+    if (!std::isnan(row.value)) add_once(methods, row.method);
   return methods;
 }
 
