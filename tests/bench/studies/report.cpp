@@ -29,9 +29,11 @@ Strings subjects_of(const Study& study, const std::string& part) {
   return subjects;
 }
 
+// Those with a point to draw, each of which takes a colour.
 Strings methods_of(const Study& study) {
   Strings methods;
-  for (const StudyRow& row : study.rows) add_once(methods, row.method);
+  for (const StudyRow& row : study.rows)
+    if (!std::isnan(row.value)) add_once(methods, row.method);
   return methods;
 }
 
@@ -121,19 +123,21 @@ io::Plot study_picture(const Study& study, const StudyPart& part) {
   for (const std::string& subject : subjects) {
     io::Panel panel{.title = subject, .x_label = part.x_label, .log_x = true, .log_y = true, .height = 300};
     if (plot.panels.size() % std::size_t(plot.columns) == 0) panel.y_label = part.y_label;
-    panel.zero = place_of_zeros(study, part);
+    bool has_zeros = false;
     for (std::size_t k = 0; k < methods.size(); ++k) {
       io::Series series{.mark = part.mark, .style = int(k)};
       for (const StudyRow& row : curve(study, part.name, subject, methods[k])) {
         const double x = part.x == StudyPart::kSeconds ? row.seconds : row.parameter;
         if (std::isnan(x) || std::isnan(row.value)) continue;
         series.x.push_back(x * part.x_scale), series.y.push_back(row.value);
+        has_zeros |= row.value == 0;
       }
       if (series.x.empty()) continue;
       if (std::find(named.begin(), named.end(), methods[k]) == named.end()) series.name = methods[k];
       add_once(named, methods[k]);
       panel.series.push_back(std::move(series));
     }
+    if (has_zeros) panel.zero = place_of_zeros(study, part);
     if (!panel.series.empty()) plot.panels.push_back(std::move(panel));
   }
   return plot;

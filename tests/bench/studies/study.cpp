@@ -56,6 +56,9 @@ const std::vector<StudyEntry>& studies() {
       {"slopes", "how the cost of the dynamics grows with the number of bodies", study_slopes},
       {"compile", "how time and memory from model to library grow with the number of operations",
        study_compile},
+      {"schemes", "transcription schemes by mesh: error of the cost, true defect, miss, against time",
+       study_schemes},
+      {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", study_hessians},
   };
   return all;
 }

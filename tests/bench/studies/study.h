@@ -76,6 +76,8 @@ Study study_routes(const StudyOptions& options);
 Study study_integrators(const StudyOptions& options);
 Study study_slopes(const StudyOptions& options);
 Study study_compile(const StudyOptions& options);
+Study study_schemes(const StudyOptions& options);
+Study study_hessians(const StudyOptions& options);
 
 struct StudyEntry {
   const char *name, *what;
