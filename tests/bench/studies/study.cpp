@@ -56,6 +56,15 @@ const std::vector<StudyEntry>& studies() {
       {"slopes", "how the cost of the dynamics grows with the number of bodies", study_slopes},
       {"compile", "how time and memory from model to library grow with the number of operations",
        study_compile},
+      {"arithmetic",
+       "float to 113 bits, packs, strict and fast code: digits against time, along chains and by mass ratios",
+       study_arithmetic},
+      {"contacts",
+       "a block that drops, creeps and slides, a quadruped that stands: compliant and rigid contact, error "
+       "against time",
+       study_contacts},
+      {"effects", "what each effect of a scene adds to a step and to its Jacobians, and what is off",
+       study_effects},
   };
   return all;
 }

@@ -76,6 +76,9 @@ Study study_routes(const StudyOptions& options);
 Study study_integrators(const StudyOptions& options);
 Study study_slopes(const StudyOptions& options);
 Study study_compile(const StudyOptions& options);
+Study study_arithmetic(const StudyOptions& options);
+Study study_contacts(const StudyOptions& options);
+Study study_effects(const StudyOptions& options);
 
 struct StudyEntry {
   const char *name, *what;
