@@ -95,17 +95,18 @@ void measure_generated(Study& study, const Case& of, const States& states,
       f.value(states[i].data(), nullptr, y.data(), workspace);
       errors.push_back(relative_error(expected[i], y.data(), blocks));
     }
-    StudyRow row{"time", of.label, how.name, double(f.operations(Order::kValue)), 0, median(errors)};
+    StudyRow row{"generated", of.label, how.name, double(f.operations(Order::kValue)), 0, median(errors)};
     row.seconds = median_seconds(
         [&](std::size_t i) { f.value(states[i % states.size()].data(), nullptr, y.data(), workspace); },
         repeats);
     study.rows.push_back(row);
+    if (how.profile == Profile::kStrict) row.part = "time", study.rows.push_back(row);
   }
   for (Profile profile : {Profile::kStrict, Profile::kFast}) {
     for (const LaneRow& lane : measure_lanes(of.model, of.function(), profile, states, expected)) {
       if (lane.name == "the same, kept in lanes") continue;
-      study.rows.push_back({"time", of.label, lane.name + ", " + to_string(profile), double(lane.operations),
-                            lane.seconds, lane.error});
+      study.rows.push_back({"generated", of.label, lane.name + ", " + to_string(profile),
+                            double(lane.operations), lane.seconds, lane.error});
     }
   }
 }
@@ -201,10 +202,12 @@ std::string times_told(const Study& study, const std::string& label) {
 }
 
 std::string generated_told(const Study& study, const std::string& label) {
-  const auto at = [&](const char* name) { return told(point(study, "time", label, name)); };
-  return label + ", generated: strict " + at("generated, strict") + ", fast " + at("generated, fast") +
-         ", fast without fused multiply-add " + at("generated, fast, no fma") + "; packs of 8 " +
-         at("packs of 8") + " a state.";
+  std::string text = label + ": ";
+  for (const StudyRow& row : study.rows) {
+    if (row.part != "generated" || row.subject != label) continue;
+    text += (text.back() == ' ' ? "" : "; ") + row.method.substr(row.method.find(' ') + 1) + " " + told(row);
+  }
+  return text + " a state; packs of 8 " + told(point(study, "time", label, "packs of 8")) + ".";
 }
 
 std::string sweep_told(const Study& study, const std::string& part, const std::string& subject,
@@ -234,6 +237,12 @@ Study study_arithmetic(const StudyOptions& options) {
               .question = "In which numbers should dynamics be computed?"};
   study.parts = {{.name = "time",
                   .title = "Forward dynamics and its derivatives in every arithmetic",
+                  .x_label = "time of one state [us]",
+                  .y_label = "relative error [1]",
+                  .x_scale = 1e6,
+                  .mark = io::Mark::kPoints},
+                 {.name = "generated",
+                  .title = "Generated code: strict and fast, one state and lanes",
                   .x_label = "time of one state [us]",
                   .y_label = "relative error [1]",
                   .x_scale = 1e6,
@@ -268,13 +277,13 @@ Study study_arithmetic(const StudyOptions& options) {
 
   for (const Case& of : cases) {
     study.parts[0].findings.push_back(times_told(study, of.label));
-    study.parts[0].findings.push_back(generated_told(study, of.label));
+    study.parts[1].findings.push_back(generated_told(study, of.label));
   }
   for (const char* subject : {"accelerations", "their derivatives"})
-    study.parts[1].findings.push_back(sweep_told(study, "chain", subject, "bodies"));
+    study.parts[2].findings.push_back(sweep_told(study, "chain", subject, "bodies"));
   for (const char* subject :
        {"heavy last body", "heavy last body, derivatives", "light last body", "light last body, derivatives"})
-    study.parts[2].findings.push_back(sweep_told(study, "ratio", subject, "times the mass"));
+    study.parts[3].findings.push_back(sweep_told(study, "ratio", subject, "times the mass"));
   study.methods = {
       "Float, double, 64 bits (x87) and 113 bits (software): the same templates, compiled with dyntape, "
       "against "

@@ -2,9 +2,9 @@
 //
 // What each effect of a scene costs: a step with it beside the same step without.
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/model/configuration.h>
@@ -117,33 +117,41 @@ const std::map<std::string, Add>& ways_to_add() {
   return all;
 }
 
-struct StepCost {
-  double operations = 0, jacobian_operations = 0;
-  double seconds = 0, jacobian_seconds = 0;
+struct Count {
+  double step = 0, jacobians = 0;
+  bool operator==(const Count&) const = default;
 };
 
-// At one state: code has no branches on it.
-StepCost cost_of(const System& system, bool is_timed, int repeats) {
-  CodegenOptions options;
-  if (!is_timed) options.route = Route::kInterpreter;
-  Stepper stepper(system, Integrator::kSemiImplicitEuler, options, true);
-  StepCost cost{double(stepper.report().step_operations), double(stepper.report().jacobian_operations)};
-  if (!is_timed) return cost;
-  VectorXd x = VectorXd::Zero(stepper.nx()), next(stepper.nx()), u = VectorXd::Constant(stepper.n_u(), 0.3);
-  x.head(system.model.nq) = dynamics::neutral(system.model);
-  x.tail(system.model.nv).setConstant(0.3);
-  Eigen::MatrixXd A, B, P;
-  const auto step = [&](std::size_t) { stepper.step(0, 1e-3, x.data(), u.data(), nullptr, next.data()); };
-  const auto slopes = [&](std::size_t) {
-    stepper.jacobians(0, 1e-3, x.data(), u.data(), nullptr, next.data(), A, B, P);
-  };
-  cost.seconds = cost.jacobian_seconds = HUGE_VAL;  // what else goes on only ever adds
-  for (int k = 0; k < repeats; ++k) {
-    cost.seconds = std::min(cost.seconds, median_seconds(step, 5));
-    cost.jacobian_seconds = std::min(cost.jacobian_seconds, median_seconds(slopes, 5));
+// A step of a scene, and how often it is wanted.
+class Step {
+ public:
+  Step(const System& system, Route route)
+      : stepper_(system, Integrator::kSemiImplicitEuler, {.route = route}, true),
+        x_(VectorXd::Constant(stepper_.nx(), 0.3)),
+        next_(stepper_.nx()),
+        u_(VectorXd::Constant(stepper_.n_u(), 0.3)) {
+    x_.head(system.model.nq) = dynamics::neutral(system.model);
   }
-  return cost;
-}
+
+  Count count() const {
+    return {double(stepper_.report().step_operations), double(stepper_.report().jacobian_operations)};
+  }
+  void step(int calls) {
+    for (int i = 0; i < calls; ++i) stepper_.step(0, 1e-3, x_.data(), u_.data(), nullptr, next_.data());
+  }
+  void jacobians(int calls) {
+    for (int i = 0; i < calls; ++i)
+      stepper_.jacobians(0, 1e-3, x_.data(), u_.data(), nullptr, next_.data(), A_, B_, P_);
+  }
+
+ private:
+  Stepper stepper_;
+  VectorXd x_, next_, u_;
+  Eigen::MatrixXd A_, B_, P_;
+};
+
+// Of the functions as they are recorded: compilers of long ones cut them into pieces, which costs a few more.
+Count count_of(const System& system) { return Step(system, Route::kInterpreter).count(); }
 
 // The robot's step by articulated inertias alone, written down without effects.
 System bare_system(const Body& body, const RobotScene& scene) {
@@ -159,97 +167,132 @@ System bare_system(const Body& body, const RobotScene& scene) {
   return bare;
 }
 
-struct Ratio {
+struct Price {
   std::string name;
-  double value = 0;
-  StepCost with, without;
+  double operations = 0, ratio = 0;  // that are added; with over without
 };
 
-std::string costs_told(const Body& body, std::vector<Ratio> ratios, bool of_jacobian, bool is_timed) {
-  std::sort(ratios.begin(), ratios.end(), [&](const Ratio& a, const Ratio& b) { return a.value > b.value; });
+std::string costs_told(const Body& body, std::vector<Price> prices, bool is_timed) {
+  std::sort(prices.begin(), prices.end(), [](const Price& a, const Price& b) { return a.ratio > b.ratio; });
   std::string text = body.label + (is_timed ? ", time" : ", operations, not timed,") +
-                     " with over without (operations added): ";
-  for (const Ratio& r : ratios) {
-    const double added = of_jacobian ? r.with.jacobian_operations - r.without.jacobian_operations
-                                     : r.with.operations - r.without.operations;
-    text += (&r == &ratios.front() ? "" : ", ") + r.name + " " + io::significant(r.value, 3) + " (" +
-            (added < 0 ? "" : "+") + io::with_groups((long long)(added)) + ")";
+                     " with over without (operations added):";
+  for (const Price& price : prices) {
+    text += (&price == &prices.front() ? " " : ", ") + price.name + " " + io::significant(price.ratio, 3) +
+            " (" + io::with_groups((long long)(price.operations)) + ")";
   }
   return text + ".";
 }
 
+// Which panel: of a robot with so many effects.
+template <class Effect>
+std::string kind_of(const Effect& effect) {
+  using E = dynamics::effect_type<Effect>;
+  (void)effect;
+  if constexpr (requires(E e, dynamics::Acting<double> acting) { e.enter(acting); })
+    return "inertia, gravity";
+  if constexpr (requires(E e) { E::kItem; } && !std::is_same_v<E, dynamics::Tendons<double>>)
+    return "forces on bodies";
+  return "at joints";
+}
+
+class Prices {
+ public:
+  Prices(Study& study, const Body& body, bool is_timed, int batches)
+      : study_(study), body_(body), is_timed_(is_timed), batches_(batches), plain_{body.model} {
+    count_ = count_of(system_of(plain_));
+    if (is_timed) step_.emplace(system_of(plain_), Route::kCompiled);
+  }
+
+  // Of a scene beside the plain one: `less` where it has an effect less than that.
+  void add(const std::string& name, const std::string& kind, const RobotScene& other, bool less) {
+    const System system = system_of(other);
+    const Count count = count_of(system), &with = less ? count_ : count, &without = less ? count : count_;
+    double seconds[2] = {kNone, kNone},
+           ratios[2] = {with.step / without.step, with.jacobians / without.jacobians};
+    if (is_timed_) {
+      Step its(system, Route::kCompiled);
+      Step &dear = less ? *step_ : its, &cheap = less ? its : *step_;
+      const auto costs = alternate(
+          {[&](int, int calls) { dear.step(calls); }, [&](int, int calls) { cheap.step(calls); },
+           [&](int, int calls) { dear.jacobians(calls); }, [&](int, int calls) { cheap.jacobians(calls); }},
+          batches_);
+      for (int k = 0; k < 2; ++k)
+        seconds[k] = costs[std::size_t(2 * k)].best,
+        ratios[k] = seconds[k] / costs[std::size_t(2 * k + 1)].best;
+    }
+    const double added[2] = {with.step - without.step, with.jacobians - without.jacobians};
+    for (int k = 0; k < 2; ++k) {
+      prices[k].push_back({name, added[k], ratios[k]});
+      study_.rows.push_back(
+          {k == 0 ? "step" : "jacobian", body_.label + ": " + kind, name, added[k], seconds[k], ratios[k]});
+    }
+  }
+
+  const RobotScene& plain() const { return plain_; }
+  const Count& count() const { return count_; }
+
+  std::vector<Price> prices[2];  // of the step, of its Jacobians
+
+ private:
+  static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  Study& study_;
+  const Body& body_;
+  bool is_timed_;
+  int batches_;
+  RobotScene plain_;
+  Count count_;
+  std::optional<Step> step_;
+};
+
+// Of each effect alone; then what is left of those that are chosen and taken away again.
 void measure(Study& study, const Body& body, const StudyOptions& options, bool is_timed) {
-  const int repeats = options.quick ? 1 : 5;
-  const RobotScene plain{body.model};
   options.watch(body.label);
-  const StepCost without = cost_of(system_of(plain), is_timed, repeats);
-  const StepCost bare = cost_of(bare_system(body, plain), false, 0);
-  std::vector<Ratio> steps, jacobians;
-  const auto add = [&](const std::string& name, const StepCost& with, const StepCost& less) {
-    const double of_step = is_timed ? with.seconds / less.seconds : with.operations / less.operations;
-    const double of_jacobian = is_timed ? with.jacobian_seconds / less.jacobian_seconds
-                                        : with.jacobian_operations / less.jacobian_operations;
-    const auto seconds = [&](double s) { return is_timed ? s : std::numeric_limits<double>::quiet_NaN(); };
-    steps.push_back({name, of_step, with, less}), jacobians.push_back({name, of_jacobian, with, less});
-    study.rows.push_back({"step", body.label, name, with.operations, seconds(with.seconds), of_step});
-    study.rows.push_back({"jacobian", body.label, name, with.jacobian_operations,
-                          seconds(with.jacobian_seconds), of_jacobian});
-  };
-  std::vector<std::string> changed;  // effects that leave something behind
+  Prices prices(study, body, is_timed, options.quick ? 20 : 200);
+  const RobotScene& plain = prices.plain();
   RobotScene all = plain;
+  std::string changed;  // by effects that leave something behind
   dynamics::for_each_effect(plain.effects, [&](const auto& effect) {
-    const std::string key = dynamics::effect_key(effect);
+    const std::string key = dynamics::effect_key(effect), name = dynamics::effect_name(effect);
     const auto way = ways_to_add().find(key);
     if (way == ways_to_add().end()) {
-      study.rows.push_back({"step", body.label, key});
+      study.rows.push_back({"step", body.label + ": " + kind_of(effect), name});
       study.rows.back().trouble = "the study does not know how to add it";
       return;
     }
-    options.watch(body.label + ", " + key);
-    const bool is_there = bool(effect);  // gravity and velocity products are, unless they are taken away
-    RobotScene other = plain;
-    if (is_there) {
-      dynamics::for_each_effect(other.effects, [&](auto& its) {
+    options.watch(body.label + ", " + name);
+    const auto take_away = [&](RobotScene& scene) {
+      dynamics::for_each_effect(scene.effects, [&](auto& its) {
         if (dynamics::effect_key(its) == key) its.reset();
       });
-      add(dynamics::effect_name(effect), without, cost_of(system_of(other), is_timed, repeats));
-    } else {
+    };
+    const bool is_there = bool(effect);  // gravity and velocity products, unless they are taken away
+    RobotScene other = plain;
+    if (is_there)
+      take_away(other);
+    else
+      way->second(body, other.effects), way->second(body, all.effects);
+    prices.add(name, kind_of(effect), other, is_there);
+    if (is_there)
       way->second(body, other.effects);
-      way->second(body, all.effects);
-      add(dynamics::effect_name(effect), cost_of(system_of(other), is_timed, repeats), without);
-    }
-    // There and away again.
-    RobotScene again = other;
-    dynamics::for_each_effect(again.effects, [&](auto& its) {
-      if (dynamics::effect_key(its) != key) return;
-      if (is_there)
-        way->second(body, again.effects);
-      else
-        its.reset();
-    });
-    const StepCost back = cost_of(system_of(again), false, 0);
-    if (back.operations != without.operations || back.jacobian_operations != without.jacobian_operations)
-      changed.push_back(key);
+    else
+      take_away(other);
+    if (count_of(system_of(other)) != prices.count()) changed += " " + key;
   });
-  add("all of them", cost_of(system_of(all), is_timed, repeats), without);
+  prices.add("all of them", "forces on bodies", all, false);
 
-  study.parts[0].findings.push_back(costs_told(body, steps, false, is_timed));
-  study.parts[1].findings.push_back(costs_told(body, jacobians, true, is_timed));
-  const auto counted = [](double n) { return io::with_groups((long long)(n)); };
-  const bool equal =
-      bare.operations == without.operations && bare.jacobian_operations == without.jacobian_operations;
-  std::string absent = body.label + ": a step with no effect chosen has " + counted(without.operations) +
-                       " operations and its Jacobians " + counted(without.jacobian_operations) +
-                       "; written down from articulated inertias without a word of effects " +
-                       counted(bare.operations) + " and " + counted(bare.jacobian_operations) +
-                       (equal ? ": equal" : ": NOT EQUAL") + ". ";
-  if (changed.empty()) {
-    absent += "Each effect, chosen and taken away again, leaves these numbers as they are.";
-  } else {
-    absent += "Something is left behind by:";
-    for (const std::string& key : changed) absent += " " + key;
-  }
-  study.parts[0].findings.push_back(absent);
+  for (std::size_t k = 0; k < 2; ++k)
+    study.parts[k].findings.push_back(costs_told(body, prices.prices[k], is_timed));
+  const Count bare = count_of(bare_system(body, plain));
+  const auto told = [](const Count& count) {
+    return io::with_groups((long long)(count.step)) + " operations, its Jacobians " +
+           io::with_groups((long long)(count.jacobians));
+  };
+  study.parts[0].findings.push_back(
+      body.label + ": a step with no effect chosen has " + told(prices.count()) +
+      "; written down from articulated inertias without a word of effects, " + told(bare) +
+      (bare == prices.count() ? ": equal. " : ": NOT EQUAL. ") +
+      (changed.empty() ? "Each effect, chosen and taken away again, leaves these numbers as they are."
+                       : "Something is left behind by" + changed + "."));
 }
 
 }  // namespace
@@ -261,13 +304,13 @@ Study study_effects(const StudyOptions& options) {
   study.parts = {{.name = "step",
                   .title = "A step: time with the effect over time without",
                   .x = StudyPart::kParameter,
-                  .x_label = "operations of the step with it",
+                  .x_label = "operations that it adds",
                   .y_label = "time with / without [1]",
                   .mark = io::Mark::kPoints},
                  {.name = "jacobian",
                   .title = "A step's Jacobians: time with the effect over time without",
                   .x = StudyPart::kParameter,
-                  .x_label = "operations of the Jacobians with it",
+                  .x_label = "operations that it adds",
                   .y_label = "time with / without [1]",
                   .mark = io::Mark::kPoints}};
   const std::string robots = options.config + "/robots/";
@@ -290,6 +333,8 @@ Study study_effects(const StudyOptions& options) {
       "velocity products are there unless taken away: their ratio is of the scene with them to the scene "
       "without; all "
       "other ratios are of the plain scene with the effect to the plain scene.",
+      "Operations are those of the functions as they are recorded; the parameter in the table is how many "
+      "are added.",
       "Forces on bodies act at the hand of the arm and at each foot of the quadruped; joint effects at all "
       "joints but "
       "the free base; the tendon over three joints; friction with Stribeck's excess, smooth saturation."};

@@ -49,12 +49,12 @@ std::string quoted(const std::string& text) {
 
 std::string number_or_none(double value) { return std::isnan(value) ? "" : io::shortest(value); }
 
-// Two decades below all else, where some point is an exact zero.
-double place_of_zeros(const Study& study, const StudyPart& part) {
+// Two decades below all else of a panel, where some point is an exact zero.
+double place_of_zeros(const Study& study, const StudyPart& part, const std::string& subject) {
   double least = HUGE_VAL;
   bool any = false;
   for (const StudyRow& row : study.rows) {
-    if (row.part != part.name || std::isnan(row.value)) continue;
+    if (row.part != part.name || row.subject != subject || std::isnan(row.value)) continue;
     if (row.value > 0) least = std::min(least, row.value);
     any |= row.value == 0;
   }
@@ -121,7 +121,7 @@ io::Plot study_picture(const Study& study, const StudyPart& part) {
   for (const std::string& subject : subjects) {
     io::Panel panel{.title = subject, .x_label = part.x_label, .log_x = true, .log_y = true, .height = 300};
     if (plot.panels.size() % std::size_t(plot.columns) == 0) panel.y_label = part.y_label;
-    panel.zero = place_of_zeros(study, part);
+    panel.zero = place_of_zeros(study, part, subject);
     for (std::size_t k = 0; k < methods.size(); ++k) {
       io::Series series{.mark = part.mark, .style = int(k)};
       for (const StudyRow& row : curve(study, part.name, subject, methods[k])) {
