@@ -306,12 +306,14 @@ Study study_effects(const StudyOptions& options) {
                   .x = StudyPart::kParameter,
                   .x_label = "operations that it adds",
                   .y_label = "time with / without [1]",
+                  .log_y = false,
                   .mark = io::Mark::kPoints},
                  {.name = "jacobian",
                   .title = "A step's Jacobians: time with the effect over time without",
                   .x = StudyPart::kParameter,
                   .x_label = "operations that it adds",
                   .y_label = "time with / without [1]",
+                  .log_y = false,
                   .mark = io::Mark::kPoints}};
   const std::string robots = options.config + "/robots/";
   const Body arm{

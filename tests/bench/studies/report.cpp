@@ -119,9 +119,10 @@ io::Plot study_picture(const Study& study, const StudyPart& part) {
   plot.width = plot.columns == 1 ? 860 : plot.columns == 2 ? 1060 : 1280;
   Strings named;  // in a legend above
   for (const std::string& subject : subjects) {
-    io::Panel panel{.title = subject, .x_label = part.x_label, .log_x = true, .log_y = true, .height = 300};
+    io::Panel panel{
+        .title = subject, .x_label = part.x_label, .log_x = true, .log_y = part.log_y, .height = 300};
     if (plot.panels.size() % std::size_t(plot.columns) == 0) panel.y_label = part.y_label;
-    panel.zero = place_of_zeros(study, part, subject);
+    if (part.log_y) panel.zero = place_of_zeros(study, part, subject);
     for (std::size_t k = 0; k < methods.size(); ++k) {
       io::Series series{.mark = part.mark, .style = int(k)};
       for (const StudyRow& row : curve(study, part.name, subject, methods[k])) {
