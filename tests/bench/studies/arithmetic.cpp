@@ -291,7 +291,8 @@ Study study_arithmetic(const StudyOptions& options) {
       "113 "
       "bits rounded to double, so that they show at least half a unit of double.",
       "Errors are the largest difference over the largest entry, of derivatives for generated code and packs "
-      "block by block; medians over 8 random states, in the sweeps over 3.",
+      "block by block; medians over 8 random states, the worst of them where functions are portable or in "
+      "lanes, in the sweeps over 3.",
       "Packs and lanes evaluate 8 states in a call; their time is that of one of them. The parameter of "
       "generated code in the table is its number of operations."};
   study.left_out = {

@@ -14,13 +14,13 @@ InScalar<T>::InScalar(const dynamics::Model<double>& model, Wanted wanted)
 
 template <class T>
 void InScalar<T>::run(const Eigen::VectorXd& state) {
-  const dynamics::VectorX<T> x = state.cast<T>();
-  const dynamics::VectorX<T> q = x.head(model_.nq), v = x.segment(model_.nq, model_.nv),
-                             tau = x.tail(model_.nv);
+  q_ = state.head(model_.nq).template cast<T>();
+  v_ = state.segment(model_.nq, model_.nv).template cast<T>();
+  tau_ = state.tail(model_.nv).template cast<T>();
   if (wanted_ == Wanted::kDerivatives)
-    dynamics::fd_derivatives<T>(model_, data_, q, v, tau);
+    dynamics::fd_derivatives<T>(model_, data_, q_, v_, tau_);
   else
-    dynamics::aba<T>(model_, data_, q, v, tau);
+    dynamics::aba<T>(model_, data_, q_, v_, tau_);
 }
 
 template <class T>

@@ -37,6 +37,7 @@ class InScalar {
   Wanted wanted_;
   dynamics::Model<T> model_;
   dynamics::Data<T> data_;
+  dynamics::VectorX<T> q_, v_, tau_;
 };
 
 extern template class InScalar<float>;
