@@ -212,6 +212,7 @@ std::string gnuplot_script(const Plot& plot, const std::string& format, const st
     }
     script.curves(panel, styles);
     script.add("unset label; unset arrow; unset logscale; set autoscale");
+    if (std::isfinite(panel.zero)) script.add("set ytics autofreq");  // the next panel has no zero there
   }
   script.add("unset multiplot; unset output");
   return script.text();

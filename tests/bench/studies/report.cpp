@@ -51,12 +51,12 @@ std::string quoted(const std::string& text) {
 
 std::string number_or_none(double value) { return std::isnan(value) ? "" : io::shortest(value); }
 
-// Two decades below all else, where some point is an exact zero.
-double place_of_zeros(const Study& study, const StudyPart& part) {
+// Two decades below all else of a panel, where some point is an exact zero.
+double place_of_zeros(const Study& study, const StudyPart& part, const std::string& subject) {
   double least = HUGE_VAL;
   bool any = false;
   for (const StudyRow& row : study.rows) {
-    if (row.part != part.name || std::isnan(row.value)) continue;
+    if (row.part != part.name || row.subject != subject || std::isnan(row.value)) continue;
     if (row.value > 0) least = std::min(least, row.value);
     any |= row.value == 0;
   }
@@ -121,23 +121,22 @@ io::Plot study_picture(const Study& study, const StudyPart& part) {
   plot.width = plot.columns == 1 ? 860 : plot.columns == 2 ? 1060 : 1280;
   Strings named;  // in a legend above
   for (const std::string& subject : subjects) {
-    io::Panel panel{.title = subject, .x_label = part.x_label, .log_x = true, .log_y = true, .height = 300};
+    io::Panel panel{
+        .title = subject, .x_label = part.x_label, .log_x = true, .log_y = part.log_y, .height = 300};
     if (plot.panels.size() % std::size_t(plot.columns) == 0) panel.y_label = part.y_label;
-    bool has_zeros = false;
+    if (part.log_y) panel.zero = place_of_zeros(study, part, subject);
     for (std::size_t k = 0; k < methods.size(); ++k) {
       io::Series series{.mark = part.mark, .style = int(k)};
       for (const StudyRow& row : curve(study, part.name, subject, methods[k])) {
         const double x = part.x == StudyPart::kSeconds ? row.seconds : row.parameter;
         if (std::isnan(x) || std::isnan(row.value)) continue;
         series.x.push_back(x * part.x_scale), series.y.push_back(row.value);
-        has_zeros |= row.value == 0;
       }
       if (series.x.empty()) continue;
       if (std::find(named.begin(), named.end(), methods[k]) == named.end()) series.name = methods[k];
       add_once(named, methods[k]);
       panel.series.push_back(std::move(series));
     }
-    if (has_zeros) panel.zero = place_of_zeros(study, part);
     if (!panel.series.empty()) plot.panels.push_back(std::move(panel));
   }
   return plot;

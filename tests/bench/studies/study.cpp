@@ -59,6 +59,15 @@ const std::vector<StudyEntry>& studies() {
       {"schemes", "transcription schemes by mesh: error of the cost, true defect, miss, against time",
        study_schemes},
       {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", study_hessians},
+      {"arithmetic",
+       "float to 113 bits, packs, strict and fast code: digits against time, along chains and by mass ratios",
+       study_arithmetic},
+      {"contacts",
+       "a block that drops, creeps and slides, a quadruped that stands: compliant and rigid contact, error "
+       "against time",
+       study_contacts},
+      {"effects", "what each effect of a scene adds to a step and to its Jacobians, and what is off",
+       study_effects},
   };
   return all;
 }

@@ -45,6 +45,7 @@ struct StudyPart {
   X x = kSeconds;
   std::string x_label, y_label;  // with units
   double x_scale = 1;            // of what is drawn: 1e6 for microseconds
+  bool log_y = true;
   io::Mark mark = io::Mark::kBoth;
   std::vector<std::string> findings = {};  // sentences to take away, with figures of this run
 };
@@ -78,6 +79,9 @@ Study study_slopes(const StudyOptions& options);
 Study study_compile(const StudyOptions& options);
 Study study_schemes(const StudyOptions& options);
 Study study_hessians(const StudyOptions& options);
+Study study_arithmetic(const StudyOptions& options);
+Study study_contacts(const StudyOptions& options);
+Study study_effects(const StudyOptions& options);
 
 struct StudyEntry {
   const char *name, *what;
