@@ -48,6 +48,61 @@ TEST(StudyAnchors, Integrators) {
   EXPECT_LE(point(study, "stiff", spring, "implicit-midpoint", 316.2278).value, 1 + 1e-9);
 }
 
+// Errors against the limit of finer meshes by shooting, and misses of the control simulated again: of an independent implementation.
+TEST(StudyAnchors, Schemes) {
+  const Study study = study_schemes(quick());
+  const auto value = [&](const char* part, const char* scheme, double intervals) {
+    return point(study, part, "cart-pole swing-up", scheme, intervals).value;
+  };
+  EXPECT_NEAR(value("cost", "hermite-simpson", 20), 1.05e-1, 1e-3);
+  EXPECT_NEAR(value("cost", "hermite-simpson", 40), 9.16e-5, 1e-7);
+  EXPECT_NEAR(value("cost", "hermite-simpson", 80), 3.42e-6, 1e-8);
+  EXPECT_NEAR(value("miss", "hermite-simpson", 20), 0.710, 1e-3);
+  EXPECT_NEAR(value("miss", "hermite-simpson", 40), 1.36e-2, 1e-4);
+  EXPECT_NEAR(value("miss", "hermite-simpson", 80), 8.39e-4, 1e-6);
+  EXPECT_NEAR(value("cost", "trapezoid", 20), 60.682465 - 58.8076675, 1e-4);
+  EXPECT_NEAR(value("cost", "trapezoid", 80), 58.945299 - 58.8076675, 1e-4);
+  EXPECT_NEAR(value("cost", "euler", 20), 58.8076675 - 13.639622, 1e-3);
+}
+
+// Iterations of Ipopt: at most 16, 30 to 50, more than 150.
+TEST(StudyAnchors, Hessians) {
+  const Study study = study_hessians(quick());
+  for (const char* weight : {"0", "1", "10"}) {
+    const auto iterations = [&](const char* method) {
+      return point(study, "iterations", std::string("goal demanded, w = ") + weight, method).value;
+    };
+    EXPECT_LE(iterations("Ipopt, exact"), 16);
+    EXPECT_LE(iterations("stages, exact"), 16);
+    EXPECT_GE(iterations("Ipopt, limited memory"), 30);
+    EXPECT_LE(iterations("Ipopt, limited memory"), 50);
+    EXPECT_GT(iterations("Ipopt, Gauss-Newton"), 150);
+  }
+}
+
+// The rebound of a compliant contact in closed form, and the creep of smooth friction.
+TEST(StudyAnchors, Contacts) {
+  const Study study = study_contacts(quick());
+  const std::string drops = "block that drops: rebound", creeps = "block on 20 degrees: creeps";
+  EXPECT_LT(point(study, "error", drops, "compliant, runge-kutta-4", 5e-4).value, 1e-3);
+  EXPECT_LT(point(study, "error", creeps, "compliant, runge-kutta-4", 1e-3).value, 1e-9);
+  EXPECT_NE(point(study, "error", creeps, "compliant, semi-implicit-euler", 0.01).trouble, "");
+}
+
+// Double keeps twelve digits along chains and up to ratios of 1e9; float does not.
+TEST(StudyAnchors, Arithmetic) {
+  const Study study = study_arithmetic(quick());
+  const auto worst = [&](const char* method) {
+    double worst = 0;
+    for (const StudyRow& row : curve(study, "chain", "accelerations", method))
+      worst = std::max(worst, row.value);
+    return worst;
+  };
+  EXPECT_LT(worst("double, 53 bits"), 1e-12);
+  EXPECT_LT(worst("113 bits"), 1e-30);
+  EXPECT_GT(worst("float, 24 bits"), 1e-7);
+}
+
 TEST(StudyReport, FailuresAndZerosAreShown) {
   Study study{.name = "s", .title = "Springs", .question = "Which?"};
   study.parts = {{.name = "error",

@@ -125,6 +125,7 @@ io::Plot study_picture(const Study& study, const StudyPart& part) {
         .title = subject, .x_label = part.x_label, .log_x = true, .log_y = part.log_y, .height = 300};
     if (plot.panels.size() % std::size_t(plot.columns) == 0) panel.y_label = part.y_label;
     if (part.log_y) panel.zero = place_of_zeros(study, part, subject);
+    if (std::isfinite(panel.zero)) panel.y_limits.low = panel.zero / 4;  // not on the axis
     for (std::size_t k = 0; k < methods.size(); ++k) {
       io::Series series{.mark = part.mark, .style = int(k)};
       for (const StudyRow& row : curve(study, part.name, subject, methods[k])) {
