@@ -44,6 +44,10 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   if (!task.closing.empty())
     throw ArgumentError("task \"" + task.name +
                         "\": a motion that goes on for ever ('closed') is not known to a controller");
+  if (!task.phases.empty())
+    throw ArgumentError("task \"" + task.name +
+                        "\" has phases, which no controller knows; expected a task without, or a file with a "
+                        "block 'centroidal'");
   ClosedLoopOptions options{.seconds = task.control.seconds,
                             .period = task.control.period,
                             .delay = task.control.delay,

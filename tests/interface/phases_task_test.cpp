@@ -12,6 +12,7 @@
 #include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/task/mpc_task.h>
 #include <dyntape/interface/task/solve.h>
 #include <dyntape/interface/task/task_phases.h>
 #include "task_text.h"
@@ -196,6 +197,14 @@ TEST_F(PhasesTask, WhatIsWrongIsSaid) {
   expect(message_with("phase push_off {", "phase push_off {\n    impact on"),
          "nothing lands at the beginning");
   expect(message_with("hold     \"\"", "hold \"\"\n    impact on"), "nothing lands at the beginning");
+  load("quadruped_jump");
+  const Task jump = read();
+  try {
+    control_task(jump);
+    FAIL() << "a controller takes phases";
+  } catch (const ArgumentError& e) {
+    expect(e.what(), "has phases");
+  }
   load("block_move");
   replace("\ncosts", "\nphases {\n  phase all {\n    hold \"block\"\n  }\n}\ncosts");
   expect(message(), "the file has no 'contacts'");
