@@ -2,6 +2,7 @@
 //
 // What accuracy costs in time, for every route to the derivatives of forward dynamics.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 
 #include <dyntape/dynamics/urdf/urdf.h>
@@ -9,6 +10,7 @@
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
+#include "bench_lanes.h"
 #include "measure.h"
 #include "study.h"
 
@@ -80,6 +82,34 @@ class Routes {
     });
   }
 
+  // Generated kernels of several states at once, a state's share.
+  void add_lanes(Study& study) const {
+    for (const LaneRow& lanes :
+         measure_lanes(robot_.model, kFunction, Profile::kStrict, states_, expected_)) {
+      const bool kept = lanes.name.find("kept") != std::string::npos;
+      if (!kept && lanes.name.find("lanes") == std::string::npos) continue;  // one after the other
+      study.rows.push_back({"time", robot_.label,
+                            kept ? "generated, states kept in lanes" : "generated, lanes", kNone,
+                            lanes.seconds, lanes.error});
+    }
+  }
+
+  // Calls after which making a library has paid, over the analytic code and over the tape.
+  std::string break_even(const Study& study) const {
+    RobotEvaluatorOptions cold;
+    cold.codegen.use_cache = false;
+    const auto start = std::chrono::steady_clock::now();
+    const RobotEvaluator made(robot_.model, kFunction, RobotRoute::kGenerated, cold);
+    const double making = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    const auto seconds = [&](const char* route) { return point(study, "time", robot_.label, route).seconds; };
+    const auto calls = [&](const char* route) {
+      const double gain = seconds(route) - seconds("generated");
+      return gain > 0 ? io::with_groups((long long)(std::ceil(making / gain))) : "never";
+    };
+    return robot_.label + ": a library is made in " + io::duration(making) + " and has paid after " +
+           calls("analytic") + " evaluations over the analytic code, " + calls("tape") + " over the tape.";
+  }
+
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();  // no step
 
  private:
@@ -114,6 +144,7 @@ Study study_routes(const StudyOptions& options) {
                   .x_scale = 1e6,
                   .mark = io::Mark::kPoints}};
   const std::vector<Subject> robots = subjects(options.config);
+  std::vector<std::string> paid;
   for (const Subject& subject : robots) {
     const Routes routes(subject, options);
     for (RobotRoute route : {RobotRoute::kFdForward, RobotRoute::kFdCentral}) {
@@ -126,6 +157,8 @@ Study study_routes(const StudyOptions& options) {
       routes.add_route(study, route, Routes::kNone);
     }
     routes.add_float(study);
+    routes.add_lanes(study);
+    paid.push_back(routes.break_even(study));
   }
   for (const Subject& subject : robots) {
     const auto told = [&](const std::string& route) {
@@ -141,6 +174,10 @@ Study study_routes(const StudyOptions& options) {
                                       io::scientific(best(study, subject.label, "fd-central").parameter) +
                                       " central, and nobody knows it beforehand.");
   }
+  study.parts[1].findings.insert(study.parts[1].findings.end(), paid.begin(), paid.end());
+  study.left_out = {
+      "Differences of fourth order, the complex step and jets: they are tested (docs/capabilities.md, S01 to "
+      "S05), and slower than what is here."};
   study.methods = {
       "Errors are relative to the largest entry of a block, medians over random states, against the analytic "
       "code in 113 "
