@@ -341,6 +341,38 @@ TEST(Verify, ARobotPassesAndOneThatMovesNothingFails) {
   EXPECT_NE((bad.out + bad.err).find("inertia"), std::string::npos) << bad.out << bad.err;
 }
 
+// A wheel, whose velocity acts by nothing but rounding, is a sound robot; joints without room or without limits are told.
+TEST(Verify, AWheelPassesAndLimitsThatAreNoneAreTold) {
+  const Scratch scratch;
+  const auto link = [](const char* name, const char* centre) {
+    return std::string("<link name=\"") + name + "\"><inertial><origin xyz=\"" + centre +
+           "\"/><mass value=\"1\"/><inertia ixx=\"0.1\" iyy=\"0.1\" izz=\"0.1\" ixy=\"0\" ixz=\"0\" "
+           "iyz=\"0\"/></inertial></link>";
+  };
+  const auto joint = [](const char* name, const char* type, const char* parent, const char* child,
+                        const char* limit) {
+    return std::string("<joint name=\"") + name + "\" type=\"" + type + "\"><parent link=\"" + parent +
+           "\"/><child link=\"" + child + "\"/><origin xyz=\"0 0 0.3\"/><axis xyz=\"0 1 0\"/>" + limit +
+           "</joint>";
+  };
+  for (const char* centre : {"0 0 0", "0 0 1e-7"}) {
+    std::ofstream(scratch / "wheel.urdf")
+        << "<robot name=\"wheel\"><link name=\"world\"/>" << link("fork", "0 0 0.1") << link("rim", centre)
+        << joint("hinge", "revolute", "world", "fork",
+                 "<limit lower=\"1\" upper=\"1\" effort=\"10\" velocity=\"5\"/>")
+        << joint("axle", "continuous", "fork", "rim", "<limit effort=\"10\" velocity=\"5\"/>") << "</robot>";
+    const auto run = run_dyntape({"verify", scratch / "wheel.urdf", "--states", "5"});
+    EXPECT_EQ(run.status, 0) << run.out << run.err;
+    EXPECT_NE(run.out.find("hinge: no room between"), std::string::npos) << run.out;
+  }
+  std::ofstream(scratch / "sled.urdf")
+      << "<robot name=\"sled\"><link name=\"world\"/>" << link("body", "0 0 0")
+      << joint("glide", "planar", "world", "body", "") << "</robot>";
+  const auto run = run_dyntape({"verify", scratch / "sled.urdf", "--states", "5"});
+  EXPECT_EQ(run.status, 0) << run.out << run.err;
+  EXPECT_NE(run.out.find("glide: planar"), std::string::npos) << run.out;
+}
+
 // A table, a picture of each part and a page that shows them.
 TEST(Study, EachIsATableWithPicturesAndAPage) {
   const Scratch scratch;
