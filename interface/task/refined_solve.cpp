@@ -28,17 +28,6 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
-// The motion on another mesh, moved to within the bounds, which it keeps at its own points only.
-std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
-  std::vector<Trajectory> finer;
-  for (std::size_t k = 0; k < motions.size(); ++k)
-    finer.push_back(resampled(program.phase(k).problem(), motions[k], program.phase(k).times()));
-  std::vector<double> x = program.variables(finer);
-  const NlpShape& shape = program.shape();
-  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
-  return x;
-}
-
 class Rounds {
  public:
   Rounds(const Task& task, const SolveWatch& watch) : task_(task), phases_(phases_of(task)), watch_(watch) {}
@@ -171,6 +160,16 @@ std::string share(std::size_t done, std::size_t of) {
 }
 
 }  // namespace
+
+std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
+  std::vector<Trajectory> finer;
+  for (std::size_t k = 0; k < motions.size(); ++k)
+    finer.push_back(resampled(program.phase(k).problem(), motions[k], program.phase(k).times()));
+  std::vector<double> x = program.variables(finer);
+  const NlpShape& shape = program.shape();
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
+  return x;
+}
 
 std::string SolveMoment::text() const {
   const std::string mesh = " on " + std::to_string(intervals) + " intervals" +

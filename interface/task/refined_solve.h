@@ -59,6 +59,10 @@ struct RefinedSolve {
   BuildReport build;
 };
 
+// Variables of a program on another mesh for motions of all its phases, moved to within the bounds, which they keep at their
+// own points only.
+std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program);
+
 // Whether another mesh could make the motion true.  One that violates its constraints is wrong on its own.
 bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task);
 

@@ -3,8 +3,15 @@
 // Studies reproduce figures that are known, in their quick form; and what a study is made into.
 #include <gtest/gtest.h>
 
+#include <boost/property_tree/info_parser.hpp>
 #include <cmath>
+#include <cstdio>
+#include <sstream>
 
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/task/solve.h>
+
+#include "advice.h"
 #include "chains.h"
 #include "report.h"
 
@@ -145,6 +152,57 @@ TEST(StudyReport, FailuresAndZerosAreShown) {
   EXPECT_NE(script.find("2 0.0001"), std::string::npos) << script;
   EXPECT_EQ(point(study, "error", "a, b", "one", 2).value, 0);
   EXPECT_THROW(point(study, "error", "a, b", "three"), std::exception);
+}
+
+// Of the swing-up the optimum is known by shooting; each choice keeps what was asked for, and is no slower than what it was taken from.
+TEST(Advice, KeepsTheDigitsAndItsKeysAreRead) {
+  const std::string config = DYNTAPE_SOURCE_DIR "/config/tasks/";
+  const Advice advice = advise(read_task(config + "cart_pole_swing_up.info"), {.digits = 5, .solves = 1e6});
+  EXPECT_NEAR(advice.reference, 58.8076674582, 58.8 * (3 * advice.known_to + 1e-9));
+  EXPECT_LT(advice.known_to, 1e-7);
+  ASSERT_TRUE(advice.reached);
+  ASSERT_EQ(advice.choices.size(), 5u);
+  EXPECT_EQ(advice.choices[0].what, "as it is");
+  EXPECT_GT(advice.choices[0].error, 1e-5);
+  for (std::size_t k = 1; k < advice.choices.size(); ++k) {
+    EXPECT_LE(advice.choices[k].error, 1e-5) << advice.choices[k].what;
+    EXPECT_GT(advice.choices[k].seconds, 0) << advice.choices[k].what;
+  }
+  EXPECT_LT(advice.choices[1].seconds, advice.choices[0].seconds);
+  for (const char* refused : {"stages, gauss_newton", "stages, limited_memory"})
+    EXPECT_NE(point(advice.study, "solvers", "cart_pole_swing_up", refused).trouble, "") << refused;
+
+  // The file with these keys is solved to what was promised.
+  boost::property_tree::ptree file, keys;
+  read_info(config + "cart_pole_swing_up.info", file);
+  std::istringstream text(advice.keys);
+  read_info(text, keys);
+  for (const auto& [section, block] : keys)
+    for (const auto& [key, value] : block) file.put(section + "." + key, value.data());
+  file.put("robot.urdf", DYNTAPE_SOURCE_DIR "/config/robots/cart_pole.urdf");
+  file.erase("expected");
+  const std::string path = testing::TempDir() + "advised.info";
+  write_info(path, file);
+  Task advised = read_task(path);
+  std::remove(path.c_str());
+  EXPECT_EQ(advised.demands.refinements, 4);
+  advised.demands.refinements = 0;
+  const SolveReport report = solve_task(advised);
+  EXPECT_TRUE(report.success()) << report.verdict();
+  EXPECT_NEAR(report.solution.cost(), 58.8076674582, 58.8 * 1e-5);
+  EXPECT_LE(report.solution.verification.worst_relative, 1e-5);
+}
+
+TEST(Advice, TellsWhereThereIsNothingToChoose) {
+  Task task = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/cart_pole_ddp.info");
+  EXPECT_THROW(advise(task), ArgumentError);
+  // Thrusters are no motors of a scene.
+  const Task flight = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/quadrotor_flight.info");
+  const Advice advice = advise(flight, {.digits = 2, .seconds = 20});
+  EXPECT_EQ(advice.choices.back().chosen, "nothing to choose");
+  ASSERT_EQ(advice.choices.back().measured.size(), 1u);
+  // Another optimum is near, at 13.608: the one that is meant is the file's own.
+  EXPECT_NEAR(advice.reference, 13.7251814, 1e-3);
 }
 
 }  // namespace

@@ -341,6 +341,21 @@ TEST(Verify, ARobotPassesAndOneThatMovesNothingFails) {
   EXPECT_NE((bad.out + bad.err).find("inertia"), std::string::npos) << bad.out << bad.err;
 }
 
+TEST(Advise, MeasuresATaskAndRefusesWhatIsNone) {
+  const std::string tasks = std::string(DYNTAPE_SOURCE_DIR) + "/config/tasks/";
+  const auto advised = run_dyntape({"advise", tasks + "block_move.info", "--digits", "4"});
+  EXPECT_EQ(advised.status, 0) << advised.out << advised.err;
+  EXPECT_NE(advised.out.find("The optimum is 12.0000"), std::string::npos) << advised.out;
+  EXPECT_NE(advised.out.find("method           stages"), std::string::npos) << advised.out;
+  const auto ddp = run_dyntape({"advise", tasks + "cart_pole_ddp.info"});
+  EXPECT_EQ(ddp.status, 1);
+  EXPECT_NE(ddp.err.find("expected method ipopt or stages"), std::string::npos) << ddp.err;
+  EXPECT_EQ(run_dyntape({"advise", tasks + "block_move.info", "--digits", "0"}).status, 2);
+  const auto hasty = run_dyntape({"advise", tasks + "block_move.info", "--seconds", "1e-6"});
+  EXPECT_EQ(hasty.status, 1);
+  EXPECT_NE(hasty.err.find("s that were given"), std::string::npos) << hasty.err;
+}
+
 // A wheel, whose velocity acts by nothing but rounding, is a sound robot; joints without room or without limits are told.
 TEST(Verify, AWheelPassesAndLimitsThatAreNoneAreTold) {
   const Scratch scratch;

@@ -14,8 +14,9 @@
 namespace dyntape::tools {
 namespace {
 
-constexpr std::array<std::pair<const char*, const char*>, 3> kCommands = {
-    {{"bench", "measure a function of a robot on every route, beside peers"},
+constexpr std::array<std::pair<const char*, const char*>, 4> kCommands = {
+    {{"advise", "how a task is best solved on this machine, to so many digits"},
+     {"bench", "measure a function of a robot on every route, beside peers"},
      {"study", "what accuracy costs: errors and times as CSV and pictures"},
      {"verify", "the numerical passport of a robot: routes, identities, inertia, limits"}}};
 

@@ -7,6 +7,7 @@
 
 namespace dyntape::tools {
 
+void add_advise(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_study(CLI::App& app);
 void add_verify(CLI::App& app);

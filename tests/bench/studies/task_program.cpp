@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "task_program.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/interface/task/task_phases.h>
+
+namespace dyntape::tools {
+
+const char* name_of(HessianKind kind) {
+  return kind == HessianKind::kExact         ? "exact"
+         : kind == HessianKind::kGaussNewton ? "gauss_newton"
+                                             : "limited_memory";
+}
+const char* name_of(NlpMethod method) { return method == NlpMethod::kIpopt ? "ipopt" : "stages"; }
+
+TaskProgram::TaskProgram(const Task& task, const TaskWay& way)
+    : task_(task), phases_(phases_of(task)), way_(way) {
+  first_ = std::make_unique<PhasedCollocation>(phases_, meshes(way.fineness));
+}
+
+int TaskProgram::intervals(double fineness) const {
+  int all = 0;
+  for (const MeshOptions& mesh : meshes(fineness)) all += mesh.intervals;
+  return all;
+}
+
+std::unique_ptr<PhasedCollocation> TaskProgram::on(double fineness) const {
+  std::vector<std::vector<double>> nodes;
+  const std::vector<MeshOptions> own = meshes(fineness);
+  for (std::size_t k = 0; k < own.size(); ++k)
+    nodes.push_back(node_times(first_->phase(k).problem(), own[k]));
+  return std::make_unique<PhasedCollocation>(*first_, phases_, nodes);
+}
+
+std::vector<MeshOptions> TaskProgram::meshes(double fineness) const {
+  MeshOptions mesh = task_.optimise.mesh;
+  mesh.scheme = way_.scheme, mesh.hessian = way_.hessian, mesh.evaluation = way_.evaluation;
+  std::vector<MeshOptions> all = meshes_of(task_, mesh);
+  for (MeshOptions& one : all) one.intervals = std::max(1, int(std::lround(fineness * one.intervals)));
+  return all;
+}
+
+}  // namespace dyntape::tools

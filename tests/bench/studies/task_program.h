@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A task to be solved in many ways: its functions are recorded and compiled once for each, its meshes follow from that.
+//
+//   const TaskProgram program(task, {.scheme = lobatto(4), .evaluation = {.route = Route::kInterpreter}});
+//   auto nlp = program.on(1.5);                                  // 1.5 times as many intervals as the task has
+//   const PhasedSolution s = optimise(*nlp, program.phases(), nlp->start(), {});
+//
+// Errors: those of PhasedCollocation.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/transcription/optimise_phases.h>
+
+namespace dyntape::tools {
+
+// One way to solve the task.
+struct TaskWay {
+  Scheme scheme;
+  double fineness = 1;
+  HessianKind hessian = HessianKind::kExact;
+  NlpMethod method = NlpMethod::kStages;
+  CodegenOptions evaluation = {};
+};
+
+// As task files spell them.
+const char* name_of(HessianKind kind);
+const char* name_of(NlpMethod method);
+
+class TaskProgram {
+ public:
+  TaskProgram(const Task& task, const TaskWay& way);
+
+  const Phases& phases() const { return phases_; }
+  BuildReport build() const { return first_->build(); }
+  int intervals(double fineness) const;  // of all phases
+  std::unique_ptr<PhasedCollocation> on(double fineness) const;
+
+ private:
+  std::vector<MeshOptions> meshes(double fineness) const;
+
+  const Task& task_;
+  Phases phases_;
+  TaskWay way_;
+  std::unique_ptr<PhasedCollocation> first_;
+};
+
+}  // namespace dyntape::tools
