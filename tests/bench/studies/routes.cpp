@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 
+#include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
@@ -12,6 +13,7 @@
 
 #include "bench_lanes.h"
 #include "measure.h"
+#include "other_routes.h"
 #include "study.h"
 
 namespace dyntape::tools {
@@ -82,6 +84,26 @@ class Routes {
       work.evaluate(x.data(), y.data());
       std::copy(y.begin(), y.end(), result);
     });
+  }
+
+  void add_others(Study& study, bool quick) const {
+    for (int k = -10; k <= -2; k += quick ? 4 : 1) {
+      const double step = std::pow(10.0, 0.5 * k);
+      ByFourthOrder fourth(robot_.model, step);
+      add(study, "fd-fourth-order", step,
+          [&](const Eigen::VectorXd& state, double* result) { fourth.evaluate(state, result); });
+    }
+    ByJets jets(robot_.model);
+    add(study, "jets", kNone,
+        [&](const Eigen::VectorXd& state, double* result) { jets.evaluate(state, result); });
+    try {
+      ByComplexStep complex(robot_.model);
+      add(study, "complex step", kNone,
+          [&](const Eigen::VectorXd& state, double* result) { complex.evaluate(state, result); });
+    } catch (const ArgumentError& refused) {
+      study.rows.push_back(
+          {.part = "time", .subject = robot_.label, .method = "complex step", .trouble = refused.what()});
+    }
   }
 
   // Generated kernels of several states at once, a state's share.
@@ -160,6 +182,8 @@ Study study_routes(const StudyOptions& options) {
       routes.add_route(study, route, Routes::kNone);
     }
     routes.add_float(study);
+    options.watch(subject.label + ", jets, complex step, fourth order");
+    routes.add_others(study, options.quick);
     routes.add_lanes(study);
     paid.push_back(routes.break_even(study));
   }
@@ -169,21 +193,23 @@ Study study_routes(const StudyOptions& options) {
       return route + " " + io::scientific(row.value) + " in " + io::duration(row.seconds);
     };
     study.parts[1].findings.push_back(subject.label + ": " + told("fd-forward") + ", " + told("fd-central") +
-                                      ", " + told("analytic, float") + ", " + told("analytic") + ", " +
+                                      ", " + told("fd-fourth-order") + ", " + told("jets") + ", " +
+                                      told("analytic, float") + ", " + told("analytic") + ", " +
                                       told("tape") + ", " + told("generated") + ".");
     const auto floor = [&](const std::string& route) {
       const StudyRow row = best(study, subject.label, route, "step");
       return io::scientific(row.value) + " with a step of " + io::scientific(row.parameter);
     };
     study.parts[0].findings.push_back(subject.label + ": d FD/dq is never nearer than " +
-                                      floor("fd-forward") + " by forward differences, and " +
-                                      floor("fd-central") +
-                                      " by central ones; nobody knows that step beforehand.");
+                                      floor("fd-forward") + " by forward differences, " +
+                                      floor("fd-central") + " by central ones, " + floor("fd-fourth-order") +
+                                      " by those of fourth order; nobody knows that step beforehand.");
   }
   study.parts[1].findings.insert(study.parts[1].findings.end(), paid.begin(), paid.end());
   study.left_out = {
-      "Differences of fourth order, the complex step and jets: they are tested (docs/capabilities.md, S01 to "
-      "S05), and slower than what is here."};
+      "The sparse and the reverse sweep of the tape: both blocks by q and v of a robot are nearly full, and "
+      "there are "
+      "fewer results than variables by three only."};
   study.methods = {
       "Errors are relative to the largest entry of a block, medians over random states, against the analytic "
       "code in 113 "
