@@ -17,10 +17,33 @@
 
 #include <array>
 #include <concepts>
+#include <type_traits>
 
 #include <dyntape/autodiff/graph/op.h>
 
 namespace dyntape {
+
+namespace ops {
+
+// slope() of a row and an argument that are known when the program is compiled: nothing is left of the switch, which a tangent
+// would go through otherwise.
+template <Op op, int argument>
+struct Passage;
+#define DYNTAPE_JET_PASSAGE(name, argument, cell)                             \
+  template <>                                                                 \
+  struct Passage<Op::name, argument> {                                        \
+    template <class T>                                                        \
+    static T of(const T& x, const T& y, const T& z, const T& r, const T& v) { \
+      (void)x, (void)y, (void)z, (void)r, (void)v;                            \
+      return as_slope<T>(cell);                                               \
+    }                                                                         \
+  };
+#define OP(name, fn, n, value, dx, dy, dz, ...) \
+  DYNTAPE_JET_PASSAGE(name, 0, dx) DYNTAPE_JET_PASSAGE(name, 1, dy) DYNTAPE_JET_PASSAGE(name, 2, dz)
+#include <dyntape/autodiff/graph/ops.def>
+#undef DYNTAPE_JET_PASSAGE
+
+}  // namespace ops
 
 template <class T, int N>
 class Jet {
@@ -79,16 +102,19 @@ class Jet {
     const Jet* a[3] = {&arguments...};
     const T zero(0);
     const T &x = a[0]->value_, &y = a[1] ? a[1]->value_ : zero, &z = a[2] ? a[2]->value_ : zero;
-    Jet r(evaluate(op, x, y, z));
-    for (int k = 0; k < N; ++k) {
-      bool first = true;
-      for (int argument = 0; argument < info(op).arity; ++argument) {
-        if (!has_slope(op, argument)) continue;
-        const T through = slope(op, argument, x, y, z, r.value_, a[argument]->tangents_[k]);
-        r.tangents_[k] = first ? through : r.tangents_[k] + through;
+    Jet r(evaluate<op>(x, y, z));
+    bool first = true;
+    const auto add = [&]<int argument>(std::integral_constant<int, argument>) {
+      if constexpr (argument < int(sizeof...(Arguments)) && has_slope(op, argument)) {
+        for (int k = 0; k < N; ++k) {
+          const T through = ops::Passage<op, argument>::of(x, y, z, r.value_, a[argument]->tangents_[k]);
+          r.tangents_[k] = first ? through : r.tangents_[k] + through;
+        }
         first = false;
       }
-    }
+    };
+    add(std::integral_constant<int, 0>()), add(std::integral_constant<int, 1>()),
+        add(std::integral_constant<int, 2>());
     return r;
   }
 
