@@ -9,23 +9,21 @@
 #include <CLI/CLI.hpp>
 
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <random>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/live_line.h>
-#include <dyntape/interface/scene/scene.h>
-#include <dyntape/interface/task/task.h>
+
+#include "file_reading.h"
 
 namespace dyntape {
 namespace {
 
 struct Source {
   std::string path, text;
+  FileKind kind;
 };
 
 // Bytes, numbers and lines that are changed, doubled, moved or gone.
@@ -67,30 +65,45 @@ std::string changed(std::string text, const std::vector<Source>& all, std::mt199
   return text;
 }
 
-void read(const Source& source, const std::string& text, const std::filesystem::path& place) {
-  const std::string extension = std::filesystem::path(source.path).extension();
-  if (extension == ".urdf") return void(dynamics::read_urdf_text(text, source.path, {}));
-  if (extension == ".csv") return void(io::parse_csv(text, source.path));
-  if (source.path.find("/scenes/") != std::string::npos) return void(read_scene_text(text, source.path));
-  std::ofstream(place) << text;  // tasks are read from files, in whose folder their robots are
-  read_task(place);
+struct Outcome {
+  bool was_read = false;
+  std::string fault = {};  // where it is neither read nor refused
+};
+
+Outcome read(const ReadingPlace& place, FileKind kind, const std::string& text) {
+  try {
+    place.read(kind, text);
+    return {true};
+  } catch (const Error& e) {
+    if (std::string(e.what()).size() < 10) return {false, std::string("says only '") + e.what() + "'"};
+    return {false};
+  } catch (const std::exception& e) {
+    return {false, std::string("throws '") + e.what() + "'"};
+  }
+}
+
+// Without the lines that the fault does not need.
+std::string shrunk(const ReadingPlace& place, FileKind kind, std::string text, const std::string& fault) {
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size() - 1) + 1;
+    std::string without = text;
+    without.erase(at, end - at);
+    if (read(place, kind, without).fault == fault)
+      text = without;
+    else
+      at = end;
+  }
+  return text;
 }
 
 int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
   std::vector<Source> all;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(config)) {
-    const std::string extension = entry.path().extension();
-    const bool known = extension == ".urdf" || extension == ".csv" ||
-                       (extension == ".info" && entry.path().parent_path().filename() != "sweeps" &&
-                        entry.path().parent_path().filename() != "control");
-    if (known && entry.is_regular_file()) all.push_back({entry.path(), read_file(entry.path())});
+    const std::optional<FileKind> kind = kind_of(entry.path());
+    if (kind && entry.is_regular_file()) all.push_back({entry.path(), read_file(entry.path()), *kind});
   }
-  all.push_back({config + "/table.csv", "t,q.a,q.b\n0,1,2\n0.1,-1e-3,2.5\n0.2,3,4\n"});
-  const std::filesystem::path folder =
-      std::filesystem::temp_directory_path() / ("dyntape-fuzz-" + std::to_string(first));
-  std::filesystem::remove_all(folder);  // of a run that was killed
-  std::filesystem::create_directories(folder / "tasks");
-  std::filesystem::create_directory_symlink(std::filesystem::absolute(config) / "robots", folder / "robots");
+  all.push_back({config + "/table.csv", "t,q.a,q.b\n0,1,2\n0.1,-1e-3,2.5\n0.2,3,4\n", FileKind::kTable});
+  const ReadingPlace place(config);
   std::uint64_t was_read = 0, refused = 0, bad = 0;
   io::LiveLine line;
   for (std::uint64_t seed = first; seed < first + files; ++seed) {
@@ -98,21 +111,15 @@ int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
     const Source& source = all[random() % all.size()];
     const std::string text = changed(source.text, all, random);
     if (seed % 100 == 0) line.show("file " + std::to_string(seed - first) + " of " + std::to_string(files));
-    std::string fault;
-    try {
-      read(source, text, folder / "tasks" / "task.info");
-      ++was_read;
-    } catch (const Error& e) {
-      ++refused;
-      if (std::string(e.what()).size() < 10) fault = std::string("says only '") + e.what() + "'";
-    } catch (const std::exception& e) {
-      fault = std::string("throws '") + e.what() + "'";
+    const Outcome outcome = read(place, source.kind, text);
+    if (outcome.fault.empty()) {
+      ++(outcome.was_read ? was_read : refused);
+      continue;
     }
-    if (fault.empty()) continue;
     ++bad;
-    std::cerr << "seed " << seed << ", " << source.path << ": " << fault << "\n";
+    std::cerr << "seed " << seed << ", " << source.path << ": " << outcome.fault << "\n"
+              << shrunk(place, source.kind, text, outcome.fault) << "\n";
   }
-  std::filesystem::remove_all(folder);
   std::cout << files << " files: " << was_read << " read, " << refused << " refused, " << bad
             << " neither; seeds from " << first << "\n";
   return bad == 0 ? 0 : 1;

@@ -35,10 +35,8 @@ double error_of(const std::vector<double>& expected, const Eigen::VectorXd& got,
   return of_all <= 0x1p-48 ? 0 : tools::relative_error(expected, got.data(), blocks);
 }
 
-}  // namespace
-
-std::string robot_failure(std::uint64_t seed) {
-  const dynamics::Model<double> model = robot_of(seed, 12);
+std::string failure_of(std::uint64_t seed, int most_joints) {
+  const dynamics::Model<double> model = robot_of(seed, most_joints);
   const double condition = dynamics::worst_inertia_condition(model);
   for (const std::string name : kFunctions) {
     const RobotFunction function(name);
@@ -57,6 +55,19 @@ std::string robot_failure(std::uint64_t seed) {
     }
   }
   return "";
+}
+
+}  // namespace
+
+std::string robot_failure(std::uint64_t seed) {
+  constexpr int kMostJoints = 12;
+  const std::string failure = failure_of(seed, kMostJoints);
+  if (failure.empty()) return "";
+  for (int joints = 1; joints < kMostJoints; ++joints) {  // a smaller one that fails says more
+    const std::string still = failure_of(seed, joints);
+    if (!still.empty()) return still + " (of at most " + std::to_string(joints) + ")";
+  }
+  return failure;
 }
 
 std::string compiled_robot_failure(std::uint64_t seed) {
