@@ -49,6 +49,10 @@ Scene scene_of(std::uint64_t seed, const Choice& choice) {
   for (auto& foot : effects.contacts) foot.stiffness *= decades(random, 1);
   effects.contacts.ground.kind =
       dynamics::GroundKind::kPlane;  // on waves the balance has a limit of its own (docs/scenes.md)
+  // The length of a tendon over a joint without limits jumps where that has turned by pi (tendons.h).
+  for (const auto& joint : model.joints)
+    if (joint.type == dynamics::JointType::kContinuous)
+      for (auto& tendon : effects.tendons) tendon.arms[joint.idx_v] = 0;
   int row = 0;
   dynamics::for_each_effect(effects, [&](auto& effect) {
     if (!(choice.effects >> row++ & 1u)) effect.reset();
