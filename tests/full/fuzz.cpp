@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Random programs through every route, random graphs through the compiler, and random robots through both, as many as asked for.
+// Random programs through every route, random graphs through the compiler, and random robots through both,
+// random scenes against their balance of energy, as many as asked for.
 //
 //   fuzz --programs 100000 --first-seed 1
 //
@@ -19,12 +20,14 @@
 #include "../autodiff/routes.h"
 #include "../codegen/random_function.h"
 #include "fuzz_robots.h"
+#include "fuzz_scenes.h"
 
 namespace dyntape::testing {
 namespace {
 
 struct Options {
-  std::uint64_t programs = 5000, first_seed = 1, batches = 12, robots = 300, compiled_robots = 4;
+  std::uint64_t programs = 5000, first_seed = 1, batches = 12, robots = 300, compiled_robots = 4,
+                scenes = 200;
 };
 
 // Tries `count` seeds on all threads; returns the number of those that fail and prints what `failure` says.
@@ -112,6 +115,7 @@ int fuzz(const Options& options) {
   const std::uint64_t bad_robots = failures("robots", options.robots, options.first_seed, robot_failure);
   const std::uint64_t bad_compiled =
       failures("compiled robots", options.compiled_robots, options.first_seed, compiled_robot_failure);
+  const std::uint64_t bad_scenes = failures("scenes", options.scenes, options.first_seed, scene_failure);
   std::cout << options.programs << " programs through every route: " << bad_programs << " disagree\n"
             << 100 * options.batches
             << " graphs with derivatives, compiled, single and in lanes: " << bad_batches << " of "
@@ -120,8 +124,10 @@ int fuzz(const Options& options) {
             << " disagree with 113 bits\n"
             << options.compiled_robots << " robots compiled: " << bad_compiled
             << " differ from the interpreter\n"
+            << options.scenes << " scenes against the balance of energy: " << bad_scenes << " disagree, "
+            << refused_scenes() << " were refused\n"
             << "seeds from " << options.first_seed << "\n";
-  return bad_programs + bad_batches + bad_robots + bad_compiled == 0 ? 0 : 1;
+  return bad_programs + bad_batches + bad_robots + bad_compiled + bad_scenes == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -138,6 +144,8 @@ int main(int argc, char** argv) {
   app.add_option("--robots", options.robots, "random robots of 1 to 12 joints, interpreted")
       ->capture_default_str();
   app.add_option("--compiled-robots", options.compiled_robots, "random robots of 1 to 8 joints, compiled")
+      ->capture_default_str();
+  app.add_option("--scenes", options.scenes, "random robots of 1 to 6 joints under random effects, simulated")
       ->capture_default_str();
   app.add_option("--first-seed", options.first_seed, "each program has the next one")->capture_default_str();
   CLI11_PARSE(app, argc, argv);

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fuzz_scenes.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/scene/simulate.h>
+
+#include "../dynamics/all_effects.h"
+
+namespace dyntape::testing {
+namespace {
+
+using Eigen::VectorXd;
+
+// A robot of fewer joints is the beginning of the one of more, and each effect has random numbers of its own, so that
+// what is left of a scene stays what it was.
+struct Recipe {
+  std::uint64_t seed;
+  int joints;
+  std::vector<bool> has;  // the effects in their order, then commands that change, then motors with a lag
+};
+
+constexpr double kSteps = 64;  // the fewest of a motion
+
+dynamics::Random numbers(const Recipe& recipe, unsigned long use) {
+  return dynamics::Random(recipe.seed * 64 + use);
+}
+
+// Of each effect, from weak to strong beside bodies of a kilogram and 0.3 m.
+dynamics::Effects<double> effects_of(const Recipe& recipe, dynamics::Model<double>& model) {
+  dynamics::Random limits = numbers(recipe, 1), values = numbers(recipe, 2), scales = numbers(recipe, 3);
+  dynamics::limit_joints(model, limits);
+  dynamics::Effects<double> effects;
+  dynamics::add_joint_effects(model, values, effects);
+  dynamics::add_body_effects(model, values, effects);
+  const auto scale = [&](double decades = 2) { return std::pow(10, scales.uniform(-decades, decades)); };
+  effects.armature->inertia *= scale();
+  effects.damping->coefficient *= scale();
+  effects.friction->smoothing *= scale(1);
+  if (scales.below(2) == 0) effects.friction->breakaway.reset(), effects.friction->stribeck_speed.reset();
+  effects.springs->stiffness *= scale(3);
+  effects.limits->stiffness *= scale(), effects.limits->damping *= scale();
+  if (scales.below(3) == 0) effects.saturation->kind = dynamics::SaturationKind::kHard;
+  effects.back_emf->torque_constant *= scale();
+  for (auto& tendon : effects.tendons) tendon.stiffness *= scale(), tendon.damping *= scale();
+  for (auto& wrench : effects.wrenches) wrench.value = wrench.value * scale(1);
+  for (auto& sail : effects.drag) sail.area *= scale(), sail.linear *= scale();
+  for (auto& buoy : effects.buoyancy) buoy.volume *= scale(1);
+  for (auto& foot : effects.contacts) foot.stiffness *= scale(), foot.dissipation *= scale(1);
+  effects.contacts.slip *= scale(1);
+  effects.contacts.ground.kind =
+      dynamics::GroundKind::kPlane;  // on waves the balance is not exact (docs/scenes.md)
+  std::size_t i = 0;
+  dynamics::for_each_effect(effects, [&](auto& effect) {
+    if (!recipe.has[i++]) effect.reset();
+  });
+  return effects;
+}
+
+// 1/s: modes at the start and at its turn, how fast bodies turn, how fast joints pass what smooths their friction.
+double fastest(const Scene& scene) {
+  const RobotScene& robot = scene.robot;
+  const int nv = robot.model.nv;
+  dynamics::Data<double> data(robot.model);
+  dynamics::EffectTorques<double> torques(robot.model);
+  const VectorXd tau = torques_at(actuated_dofs(robot), VectorXd(scene.commands.u.col(0)), nv);
+  double rate = 1 + scene.v.cwiseAbs().maxCoeff();
+  for (const double moving : {1.0, 0.0}) {
+    dynamics::forward_dynamics_derivatives<double>(robot.model, data, torques, robot.effects, scene.q,
+                                                   moving * scene.v, tau);
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * nv, 2 * nv);
+    A.topRightCorner(nv, nv).setIdentity();
+    A.bottomRows(nv) << data.ddq_dq, data.ddq_dv;
+    rate = std::max(rate, A.eigenvalues().cwiseAbs().maxCoeff());
+    const double most = data.ddq.cwiseAbs().maxCoeff();
+    rate = std::max(rate, std::sqrt(most));
+    if (robot.effects.friction) rate = std::max(rate, most / robot.effects.friction->smoothing);
+  }
+  return rate;
+}
+
+Scene scene_of(const Recipe& recipe) {
+  dynamics::Random tree = numbers(recipe, 0), rest = numbers(recipe, 4);
+  Scene scene;
+  scene.name = "random";
+  scene.robot.model = dynamics::random_tree(
+      tree, {.joints = recipe.joints,
+             .base = recipe.seed % 2 ? dynamics::Base::kFloating : dynamics::Base::kFixed,
+             .chain = recipe.seed % 5 == 0});
+  scene.robot.effects = effects_of(recipe, scene.robot.model);
+  constexpr Integrator kSchemes[] = {Integrator::kRungeKutta4,       Integrator::kRungeKutta4,
+                                     Integrator::kRungeKutta4,       Integrator::kImplicitMidpoint,
+                                     Integrator::kSemiImplicitEuler, Integrator::kImplicitVelocity,
+                                     Integrator::kVariational};
+  scene.integrator = kSchemes[rest.below(7)];
+  scene.evaluation.route = Route::kInterpreter;
+  scene.q = dynamics::random_configuration(scene.robot.model, rest.engine);
+  scene.v = rest.vector(scene.robot.model.nv, std::pow(10, rest.uniform(-1, 0.5)));
+  const long n = long(actuated_dofs(scene.robot).size());
+  scene.commands.t = {0, 1};
+  scene.commands.u = rest.vector(n, 3).replicate(1, 2);
+  // Fourteen of the shortest times in 64 steps would be 0.2 of each a step; a power of two is exact.
+  scene.step = std::exp2(std::floor(std::log2(0.05 / fastest(scene))));
+  scene.duration = scene.sample = kSteps * scene.step;
+  scene.sample /= 16;
+  scene.commands.t.back() = 2 * scene.duration;
+  const std::size_t effects = recipe.has.size() - 2;
+  if (recipe.has[effects]) scene.commands.u.col(1) += rest.vector(n, 3);
+  if (recipe.has[effects + 1]) scene.robot.lag = rest.vector(n, 2).cwiseAbs() * scene.duration;
+  return scene;
+}
+
+int order_of(Integrator scheme) {
+  if (scheme == Integrator::kRungeKutta4) return 4;
+  return scheme == Integrator::kImplicitMidpoint || scheme == Integrator::kVariational ? 2 : 1;
+}
+
+// By how much what is off must fall where the step is a sixteenth: h^p less half an order, for what is not yet small of
+// higher order; with forces that begin within a step, less a whole one, as their errors depend on where in it.
+double fall(const Scene& scene, const Recipe& recipe) {
+  const dynamics::Effects<double>& effects = scene.robot.effects;
+  const bool begins =
+      effects.contacts || (effects.saturation && effects.saturation->kind == dynamics::SaturationKind::kHard);
+  double order = order_of(scene.integrator) - 0.5;
+  if (recipe.has[recipe.has.size() - 2]) order = std::min(order, 1.5);  // commands are held over a step
+  if (begins) order = std::min(order, 1.0);
+  return std::pow(16, -order);
+}
+
+struct Balance {
+  double off = 0, rounding = 0;  // of what moved
+  bool refused = false;
+};
+
+Balance balance_of(Scene scene, double finer) {
+  scene.step /= finer;
+  const SimulatedMotion motion = simulate(scene);
+  const bool of_energy = motion.doubt.starts_with("the balance of energy");
+  if (!motion.trouble.empty() || (!motion.doubt.empty() && !of_energy)) return {.refused = true};
+  const double scale = motion.energy_scale();
+  double stored = 0;  // differences of it are compared
+  for (const double energy : motion.stored) stored = std::max(stored, std::abs(energy));
+  // 2000 and more sums, each rounded, of forces that lose some digits themselves.
+  return {motion.energy_error() / scale, 1e-11 * (1 + stored / scale)};
+}
+
+std::atomic<std::uint64_t> refused = 0;
+
+// "" where nothing is wrong; up to "[" the kind of what is.
+std::string wrong(const Recipe& recipe) {
+  const Scene scene = scene_of(recipe);
+  const double least = fall(scene, recipe);
+  std::vector<double> off;
+  std::string seen;
+  // Where 1024 steps are too few for what comes up on the way, as contacts, more are.
+  for (double finer = 1; finer <= 256; finer *= 4) {
+    Balance now;
+    try {
+      now = balance_of(scene, finer);
+    } catch (const ArgumentError&) {
+      now.refused = true;
+    }
+    if (now.refused) {
+      if (finer < 16) continue;
+      ++refused;
+      return "";
+    }
+    if (!std::isfinite(now.off))
+      return std::string(to_string(scene.integrator)) + ": the balance is not finite";
+    off.push_back(now.off);
+    seen += (seen.empty() ? "" : ", ") + io::scientific(now.off);
+    if (now.off <= now.rounding) return "";
+    const std::size_t n = off.size();
+    if (n >= 3 && off[n - 1] <= least * std::max(off[n - 3], now.rounding)) return "";
+  }
+  return std::string(to_string(scene.integrator)) + ": the balance of energy does not fall with the step [" +
+         seen + " of what moved by steps from " + io::shortest(scene.step) + " s, each a quarter]";
+}
+
+std::string remains(const Recipe& recipe) {
+  std::string text = std::to_string(recipe.joints) + " joints";
+  std::size_t i = 0;
+  dynamics::Effects<double> effects;
+  dynamics::for_each_effect(effects, [&](const auto& effect) {
+    if (recipe.has[i++]) text += std::string(", ") + dynamics::effect_name(effect);
+  });
+  if (recipe.has[i++]) text += ", commands that change";
+  if (recipe.has[i]) text += ", motors with a lag";
+  return text;
+}
+
+Recipe shrunk(Recipe recipe, const std::string& found) {
+  const auto kind = [](const std::string& words) { return words.substr(0, words.find('[')); };
+  const auto remains_wrong = [&](const Recipe& smaller) { return kind(wrong(smaller)) == kind(found); };
+  for (std::size_t i = 0; i < recipe.has.size(); ++i) {
+    Recipe smaller = recipe;
+    smaller.has[i] = false;
+    if (recipe.has[i] && remains_wrong(smaller)) recipe = smaller;
+  }
+  for (Recipe smaller = recipe; --smaller.joints > 0 && remains_wrong(smaller);) recipe = smaller;
+  return recipe;
+}
+
+}  // namespace
+
+std::uint64_t refused_scenes() { return refused; }
+
+std::string scene_failure(std::uint64_t seed) {
+  Recipe recipe{seed, 1, {}};
+  dynamics::Random random = numbers(recipe, 5);
+  recipe.joints += random.below(6);
+  dynamics::Effects<double> effects;
+  dynamics::for_each_effect(effects, [&](const auto&) { recipe.has.push_back(random.below(3) == 0); });
+  recipe.has[0] = random.below(4) != 0, recipe.has[1] = random.below(8) != 0;  // gravity, velocity products
+  for (int i = 0; i < 2; ++i) recipe.has.push_back(random.below(4) == 0);
+  try {
+    const std::string found = wrong(recipe);
+    if (found.empty()) return "";
+    const Recipe small = shrunk(recipe, found);
+    return wrong(small) + "; with " + remains(small);
+  } catch (const std::exception& error) {
+    return std::string("throws: ") + error.what() + "; with " + remains(recipe);
+  }
+}
+
+}  // namespace dyntape::testing
