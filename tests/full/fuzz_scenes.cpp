@@ -49,6 +49,11 @@ dynamics::Effects<double> effects_of(const Recipe& recipe, dynamics::Model<doubl
   if (scales.below(3) == 0) effects.saturation->kind = dynamics::SaturationKind::kHard;
   effects.back_emf->torque_constant *= scale();
   for (auto& tendon : effects.tendons) tendon.stiffness *= scale(), tendon.damping *= scale();
+  for (const dynamics::Joint<double>& joint :
+       model.joints) {  // the angle of a wheel jumps by a turn, and its tendon with it
+    if (joint.type != dynamics::JointType::kContinuous) continue;
+    for (auto& tendon : effects.tendons) tendon.arms[joint.idx_v] = 0;
+  }
   for (auto& wrench : effects.wrenches) wrench.value = wrench.value * scale(1);
   for (auto& sail : effects.drag) sail.area *= scale(), sail.linear *= scale();
   for (auto& buoy : effects.buoyancy) buoy.volume *= scale(1);
@@ -99,13 +104,16 @@ Scene scene_of(const Recipe& recipe) {
                                      Integrator::kSemiImplicitEuler, Integrator::kImplicitVelocity,
                                      Integrator::kVariational};
   scene.integrator = kSchemes[rest.below(7)];
+  // The Lagrangian has velocity products, whether the scene has them or not.
+  if (scene.integrator == Integrator::kVariational && !scene.robot.effects.coriolis)
+    scene.integrator = Integrator::kImplicitMidpoint;
   scene.evaluation.route = Route::kInterpreter;
   scene.q = dynamics::random_configuration(scene.robot.model, rest.engine);
   scene.v = rest.vector(scene.robot.model.nv, std::pow(10, rest.uniform(-1, 0.5)));
   const long n = long(actuated_dofs(scene.robot).size());
   scene.commands.t = {0, 1};
   scene.commands.u = rest.vector(n, 3).replicate(1, 2);
-  // Fourteen of the shortest times in 64 steps would be 0.2 of each a step; a power of two is exact.
+  // At most a twentieth of the shortest time; a power of two is exact.
   scene.step = std::exp2(std::floor(std::log2(0.05 / fastest(scene))));
   scene.duration = scene.sample = kSteps * scene.step;
   scene.sample /= 16;
@@ -130,6 +138,10 @@ double fall(const Scene& scene, const Recipe& recipe) {
   double order = order_of(scene.integrator) - 0.5;
   if (recipe.has[recipe.has.size() - 2]) order = std::min(order, 1.5);  // commands are held over a step
   if (begins) order = std::min(order, 1.0);
+  // A spring of a wheel turns over where the wheel is opposite to its rest.
+  for (const dynamics::Joint<double>& joint : scene.robot.model.joints) {
+    if (effects.springs && joint.type == dynamics::JointType::kContinuous) order = std::min(order, 0.5);
+  }
   return std::pow(16, -order);
 }
 
