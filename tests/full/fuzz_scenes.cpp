@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fuzz_scenes.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <atomic>
 #include <cmath>
-#include <vector>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/simulate.h>
 
@@ -13,140 +16,229 @@
 namespace dyntape::testing {
 namespace {
 
-constexpr double kDuration = 0.04, kLongest = 2e-3;  // s
-constexpr int kHalvings = 9;                         // of the longest step, until a motion is resolved
-constexpr int kRefinements = 5;                      // of that one, to see how its error falls
-constexpr double kResolved = 1e-5;                   // of the energy that moves
-constexpr double kRounding = 1e-12;                  // likewise: thousands of steps' worth
+using Eigen::VectorXd;
 
-struct Choice {
+// A robot of fewer joints is the beginning of the one of more, and each effect has random numbers of its own, so that
+// what is left of a scene stays what it was.
+struct Recipe {
+  std::uint64_t seed;
   int joints;
-  unsigned effects;  // a bit each, in the order of effects.def
+  std::vector<bool> has;  // the effects in their order, then commands that change, then motors with a lag
 };
 
-double decades(dynamics::Random& random, double most) { return std::pow(10, random.uniform(-most, most)); }
+constexpr double kSteps = 64;  // the fewest of a motion
 
-// What sets in at some place or velocity has kinks in higher derivatives there, which cost order.
-bool has_kinks(const dynamics::Effects<double>& e) {
-  return e.limits || e.contacts || e.tendons || e.saturation;
+dynamics::Random numbers(const Recipe& recipe, unsigned long use) {
+  return dynamics::Random(recipe.seed * 64 + use);
 }
 
-Scene scene_of(std::uint64_t seed, const Choice& choice) {
-  dynamics::Random random(seed);
-  const dynamics::Base base = random.below(2) ? dynamics::Base::kFloating : dynamics::Base::kFixed;
-  const bool chain = random.below(3) == 0;
-  Scene scene;
-  scene.name = "scene";
-  scene.robot.model = dynamics::random_tree(random, {.joints = choice.joints, .base = base, .chain = chain});
-  dynamics::Model<double>& model = scene.robot.model;
-  dynamics::Effects<double>& effects = scene.robot.effects;
-  effects = dynamics::all_effects(model, random);
-  effects.damping->coefficient *= decades(random, 2);
-  effects.friction->torque *= decades(random, 1);
-  effects.springs->stiffness *= decades(random, 2);
-  effects.limits->stiffness *= decades(random, 1);
-  effects.drag.density *= decades(random, 2);
-  for (auto& foot : effects.contacts) foot.stiffness *= decades(random, 1);
+// Of each effect, from weak to strong beside bodies of a kilogram and 0.3 m.
+dynamics::Effects<double> effects_of(const Recipe& recipe, dynamics::Model<double>& model) {
+  dynamics::Random limits = numbers(recipe, 1), values = numbers(recipe, 2), scales = numbers(recipe, 3);
+  dynamics::limit_joints(model, limits);
+  dynamics::Effects<double> effects;
+  dynamics::add_joint_effects(model, values, effects);
+  dynamics::add_body_effects(model, values, effects);
+  const auto scale = [&](double decades = 2) { return std::pow(10, scales.uniform(-decades, decades)); };
+  effects.armature->inertia *= scale();
+  effects.damping->coefficient *= scale();
+  effects.friction->smoothing *= scale(1);
+  if (scales.below(2) == 0) effects.friction->breakaway.reset(), effects.friction->stribeck_speed.reset();
+  effects.springs->stiffness *= scale(3);
+  effects.limits->stiffness *= scale(), effects.limits->damping *= scale();
+  if (scales.below(3) == 0) effects.saturation->kind = dynamics::SaturationKind::kHard;
+  effects.back_emf->torque_constant *= scale();
+  for (auto& tendon : effects.tendons) tendon.stiffness *= scale(), tendon.damping *= scale();
+  for (const dynamics::Joint<double>& joint :
+       model.joints) {  // the angle of a wheel jumps by a turn, and its tendon with it
+    if (joint.type != dynamics::JointType::kContinuous) continue;
+    for (auto& tendon : effects.tendons) tendon.arms[joint.idx_v] = 0;
+  }
+  for (auto& wrench : effects.wrenches) wrench.value = wrench.value * scale(1);
+  for (auto& sail : effects.drag) sail.area *= scale(), sail.linear *= scale();
+  for (auto& buoy : effects.buoyancy) buoy.volume *= scale(1);
+  for (auto& foot : effects.contacts) foot.stiffness *= scale(), foot.dissipation *= scale(1);
+  effects.contacts.slip *= scale(1);
   effects.contacts.ground.kind =
-      dynamics::GroundKind::kPlane;  // on waves the balance has a limit of its own (docs/scenes.md)
-  // The length of a tendon over a joint without limits jumps where that has turned by pi (tendons.h).
-  for (const auto& joint : model.joints)
-    if (joint.type == dynamics::JointType::kContinuous)
-      for (auto& tendon : effects.tendons) tendon.arms[joint.idx_v] = 0;
-  int row = 0;
+      dynamics::GroundKind::kPlane;  // on waves the balance is not exact (docs/scenes.md)
+  std::size_t i = 0;
   dynamics::for_each_effect(effects, [&](auto& effect) {
-    if (!(choice.effects >> row++ & 1u)) effect.reset();
+    if (!recipe.has[i++]) effect.reset();
   });
-  const dynamics::State state = dynamics::random_state(model, random);
-  scene.q = state.q, scene.v = 0.5 * state.v;
-  const int driven = int(actuated_dofs(scene.robot).size());
-  scene.commands.t = {0};
-  scene.commands.u = random.vector(driven);
-  scene.duration = kDuration, scene.sample = kDuration;
-  scene.integrator = Integrator::kRungeKutta4;
+  return effects;
+}
+
+// 1/s: modes at the start and at its turn, how fast bodies turn, how fast joints pass what smooths their friction.
+double fastest(const Scene& scene) {
+  const RobotScene& robot = scene.robot;
+  const int nv = robot.model.nv;
+  dynamics::Data<double> data(robot.model);
+  dynamics::EffectTorques<double> torques(robot.model);
+  const VectorXd tau = torques_at(actuated_dofs(robot), VectorXd(scene.commands.u.col(0)), nv);
+  double rate = 1 + scene.v.cwiseAbs().maxCoeff();
+  for (const double moving : {1.0, 0.0}) {
+    dynamics::forward_dynamics_derivatives<double>(robot.model, data, torques, robot.effects, scene.q,
+                                                   moving * scene.v, tau);
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(2 * nv, 2 * nv);
+    A.topRightCorner(nv, nv).setIdentity();
+    A.bottomRows(nv) << data.ddq_dq, data.ddq_dv;
+    rate = std::max(rate, A.eigenvalues().cwiseAbs().maxCoeff());
+    const double most = data.ddq.cwiseAbs().maxCoeff();
+    rate = std::max(rate, std::sqrt(most));
+    if (robot.effects.friction) rate = std::max(rate, most / robot.effects.friction->smoothing);
+  }
+  return rate;
+}
+
+Scene scene_of(const Recipe& recipe) {
+  dynamics::Random tree = numbers(recipe, 0), rest = numbers(recipe, 4);
+  Scene scene;
+  scene.name = "random";
+  scene.robot.model = dynamics::random_tree(
+      tree, {.joints = recipe.joints,
+             .base = recipe.seed % 2 ? dynamics::Base::kFloating : dynamics::Base::kFixed,
+             .chain = recipe.seed % 5 == 0});
+  scene.robot.effects = effects_of(recipe, scene.robot.model);
+  constexpr Integrator kSchemes[] = {Integrator::kRungeKutta4,       Integrator::kRungeKutta4,
+                                     Integrator::kRungeKutta4,       Integrator::kImplicitMidpoint,
+                                     Integrator::kSemiImplicitEuler, Integrator::kImplicitVelocity,
+                                     Integrator::kVariational};
+  scene.integrator = kSchemes[rest.below(7)];
+  // The Lagrangian has velocity products, whether the scene has them or not.
+  if (scene.integrator == Integrator::kVariational && !scene.robot.effects.coriolis)
+    scene.integrator = Integrator::kImplicitMidpoint;
   scene.evaluation.route = Route::kInterpreter;
+  scene.q = dynamics::random_configuration(scene.robot.model, rest.engine);
+  scene.v = rest.vector(scene.robot.model.nv, std::pow(10, rest.uniform(-1, 0.5)));
+  const long n = long(actuated_dofs(scene.robot).size());
+  scene.commands.t = {0, 1};
+  scene.commands.u = rest.vector(n, 3).replicate(1, 2);
+  // At most a twentieth of the shortest time; a power of two is exact.
+  scene.step = std::exp2(std::floor(std::log2(0.05 / fastest(scene))));
+  scene.duration = scene.sample = kSteps * scene.step;
+  scene.sample /= 16;
+  scene.commands.t.back() = 2 * scene.duration;
+  const std::size_t effects = recipe.has.size() - 2;
+  if (recipe.has[effects]) scene.commands.u.col(1) += rest.vector(n, 3);
+  if (recipe.has[effects + 1]) scene.robot.lag = rest.vector(n, 2).cwiseAbs() * scene.duration;
   return scene;
 }
 
+int order_of(Integrator scheme) {
+  if (scheme == Integrator::kRungeKutta4) return 4;
+  return scheme == Integrator::kImplicitMidpoint || scheme == Integrator::kVariational ? 2 : 1;
+}
+
+// By how much what is off must fall where the step is a sixteenth: h^p less half an order, for what is not yet small of
+// higher order; with forces that begin within a step, less a whole one, as their errors depend on where in it.
+double fall(const Scene& scene, const Recipe& recipe) {
+  const dynamics::Effects<double>& effects = scene.robot.effects;
+  const bool begins =
+      effects.contacts || (effects.saturation && effects.saturation->kind == dynamics::SaturationKind::kHard);
+  double order = order_of(scene.integrator) - 0.5;
+  if (recipe.has[recipe.has.size() - 2]) order = std::min(order, 1.5);  // commands are held over a step
+  if (begins) order = std::min(order, 1.0);
+  // A spring of a wheel turns over where the wheel is opposite to its rest.
+  for (const dynamics::Joint<double>& joint : scene.robot.model.joints) {
+    if (effects.springs && joint.type == dynamics::JointType::kContinuous) order = std::min(order, 0.5);
+  }
+  return std::pow(16, -order);
+}
+
 struct Balance {
-  double error = 0;             // of the energy that moves
-  double rounding = kRounding;  // likewise; more where little moves beside what is stored
-  std::string refused = {};
+  double off = 0, rounding = 0;  // of what moved
+  bool refused = false;
 };
 
-Balance balance(Scene scene, double step) {
-  scene.step = step;
-  try {
-    const SimulatedMotion motion = simulate(scene);
-    if (!motion.trouble.empty()) return {0, 0, motion.trouble};
-    if (!motion.doubt.empty()) return {0, 0, motion.doubt};
-    if (!motion.q.allFinite() || !motion.v.allFinite()) return {NAN};
-    double stored = 0;
-    for (const double energy : motion.stored) stored = std::max(stored, std::abs(energy));
-    const double scale = motion.energy_scale();
-    return {motion.energy_error() / scale, kRounding * (1 + stored / scale)};
-  } catch (const ArgumentError& refused) {  // steps that are too long at the start
-    return {0, 0, refused.what()};
-  }
+Balance balance_of(Scene scene, double finer) {
+  scene.step /= finer;
+  const SimulatedMotion motion = simulate(scene);
+  const bool of_energy = motion.doubt.starts_with("the balance of energy");
+  if (!motion.trouble.empty() || (!motion.doubt.empty() && !of_energy)) return {.refused = true};
+  const double scale = motion.energy_scale();
+  double stored = 0;  // differences of it are compared
+  for (const double energy : motion.stored) stored = std::max(stored, std::abs(energy));
+  // 2000 and more sums, each rounded, of forces that lose some digits themselves.
+  return {motion.energy_error() / scale, 1e-11 * (1 + stored / scale)};
 }
 
-std::string failure_of(std::uint64_t seed, const Choice& choice) {
-  const Scene scene = scene_of(seed, choice);
-  double h = kLongest;
-  Balance coarse = balance(scene, h);
-  for (int k = 0; k < kHalvings && (!coarse.refused.empty() || coarse.error > kResolved); ++k) {
-    h /= 2;
-    coarse = balance(scene, h);
+std::atomic<std::uint64_t> refused = 0;
+
+// "" where nothing is wrong; up to "[" the kind of what is.
+std::string wrong(const Recipe& recipe) {
+  const Scene scene = scene_of(recipe);
+  const double least = fall(scene, recipe);
+  std::vector<double> off;
+  std::string seen;
+  // Where 1024 steps are too few for what comes up on the way, as contacts, more are.
+  for (double finer = 1; finer <= 256; finer *= 4) {
+    Balance now;
+    try {
+      now = balance_of(scene, finer);
+    } catch (const ArgumentError&) {
+      now.refused = true;
+    }
+    if (now.refused) {
+      if (finer < 16) continue;
+      ++refused;
+      return "";
+    }
+    if (!std::isfinite(now.off))
+      return std::string(to_string(scene.integrator)) + ": the balance is not finite";
+    off.push_back(now.off);
+    seen += (seen.empty() ? "" : ", ") + io::scientific(now.off);
+    if (now.off <= now.rounding) return "";
+    const std::size_t n = off.size();
+    if (n >= 3 && off[n - 1] <= least * std::max(off[n - 3], now.rounding)) return "";
   }
-  if (!coarse.refused.empty()) return "refused at a step of " + io::scientific(h) + " s: " + coarse.refused;
-  if (!(coarse.error <= kResolved))
-    return "the balance is off by " + io::scientific(coarse.error) + " at a step of " + io::scientific(h) +
-           " s";
-  // Order 4 would leave a part of 256, order 1 of 4; near rounding, and by kinks, it is more.  Where errors of two kinds are
-  // just about to cancel a coarse mesh says little: the next ones do.
-  const double part = has_kinks(scene.robot.effects) ? 0.5 : 1.0 / 64;
-  std::vector<double> errors = {coarse.error};
-  std::string seen = io::scientific(coarse.error);
-  for (int k = 1; k <= kRefinements; ++k) {
-    const Balance fine = balance(scene, h / std::exp2(k));
-    if (!fine.refused.empty())
-      return "refused at a smaller step than " + io::scientific(h) + " s: " + fine.refused;
-    errors.push_back(fine.error);
-    seen += ", " + io::scientific(fine.error);
-    if (k >= 2 && fine.error <= std::max(part * errors[std::size_t(k) - 2], fine.rounding)) return "";
-  }
-  return "the balance does not vanish with the step, halved from " + io::scientific(h) + " s: " + seen;
+  return std::string(to_string(scene.integrator)) + ": the balance of energy does not fall with the step [" +
+         seen + " of what moved by steps from " + io::shortest(scene.step) + " s, each a quarter]";
 }
 
-std::string names_of(std::uint64_t seed, const Choice& choice) {
-  std::string names;
-  const Scene scene = scene_of(seed, choice);
-  dynamics::for_each_effect(scene.robot.effects, [&](const auto& effect) {
-    if (effect) names += std::string(names.empty() ? "" : ", ") + dynamics::effect_name(effect);
+std::string remains(const Recipe& recipe) {
+  std::string text = std::to_string(recipe.joints) + " joints";
+  std::size_t i = 0;
+  dynamics::Effects<double> effects;
+  dynamics::for_each_effect(effects, [&](const auto& effect) {
+    if (recipe.has[i++]) text += std::string(", ") + dynamics::effect_name(effect);
   });
-  return names;
+  if (recipe.has[i++]) text += ", commands that change";
+  if (recipe.has[i]) text += ", motors with a lag";
+  return text;
+}
+
+Recipe shrunk(Recipe recipe, const std::string& found) {
+  const auto kind = [](const std::string& words) { return words.substr(0, words.find('[')); };
+  const auto remains_wrong = [&](const Recipe& smaller) { return kind(wrong(smaller)) == kind(found); };
+  for (std::size_t i = 0; i < recipe.has.size(); ++i) {
+    Recipe smaller = recipe;
+    smaller.has[i] = false;
+    if (recipe.has[i] && remains_wrong(smaller)) recipe = smaller;
+  }
+  for (Recipe smaller = recipe; --smaller.joints > 0 && remains_wrong(smaller);) recipe = smaller;
+  return recipe;
 }
 
 }  // namespace
 
+std::uint64_t refused_scenes() { return refused; }
+
 std::string scene_failure(std::uint64_t seed) {
-  dynamics::Random random(seed ^ 0x9e3779b97f4a7c15u);
-  Choice choice{1 + random.below(5), unsigned(random.engine() & random.engine())};
-  std::string failure = failure_of(seed, choice);
-  if (failure.empty()) return "";
-  for (unsigned row = 0; row < 32; ++row) {
-    const Choice smaller{choice.joints, choice.effects & ~(1u << row)};
-    if (smaller.effects == choice.effects) continue;
-    const std::string still = failure_of(seed, smaller);
-    if (!still.empty()) choice = smaller, failure = still;
+  Recipe recipe{seed, 1, {}};
+  dynamics::Random random = numbers(recipe, 5);
+  recipe.joints += random.below(6);
+  dynamics::Effects<double> effects;
+  dynamics::for_each_effect(effects, [&](const auto&) { recipe.has.push_back(random.below(3) == 0); });
+  recipe.has[0] = random.below(4) != 0, recipe.has[1] = random.below(8) != 0;  // gravity, velocity products
+  for (int i = 0; i < 2; ++i) recipe.has.push_back(random.below(4) == 0);
+  try {
+    const std::string found = wrong(recipe);
+    if (found.empty()) return "";
+    const Recipe small = shrunk(recipe, found);
+    return wrong(small) + "; with " + remains(small);
+  } catch (const std::exception& error) {
+    return std::string("throws: ") + error.what() + "; with " + remains(recipe);
   }
-  for (int joints = 1; joints < choice.joints; ++joints) {
-    const std::string still = failure_of(seed, {joints, choice.effects});
-    if (still.empty()) continue;
-    choice.joints = joints, failure = still;
-    break;
-  }
-  return failure + ", with " + std::to_string(choice.joints) + " joints and " + names_of(seed, choice);
 }
 
 }  // namespace dyntape::testing

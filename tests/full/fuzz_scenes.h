@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Random scenes: what is wrong with the one of a seed, in a sentence; "" if nothing is.
-//
-// A random robot with a random choice of effects, whose numbers are spread over decades, moves for a moment.  What its energy
-// balance (simulate.h) is off by has to vanish with the step, by the order of what acts, or be rounding.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +8,10 @@
 
 namespace dyntape::testing {
 
-// A scene that fails is shrunk first: fewer effects, then fewer joints, as long as it fails.
+// Random robots under random effects, by every scheme of fixed steps.  What the balance of energy is off by must fall with
+// the step as simulate.h says, or be rounding.  A scene that fails is shrunk: its effects are dropped, then its joints.
 std::string scene_failure(std::uint64_t seed);
+// How many of those that were tried were refused with a sentence, and so show nothing.
+std::uint64_t refused_scenes();
 
 }  // namespace dyntape::testing
