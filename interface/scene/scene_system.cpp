@@ -68,7 +68,8 @@ System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit) {
     const VectorXad tau = torques_at(dofs, s.drive, model.nv);
     return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
   };
-  if (!scene.constraints.loops.empty()) return system;  // no Lagrangian: loops are equations of accelerations
+  // No Lagrangian: loops are equations of accelerations, and without velocity products forces are no derivatives of energies.
+  if (!scene.constraints.loops.empty() || !scene.effects.acting().coriolis) return system;
   system.lagrangian = [with](const VectorXad& q, const VectorXad& v, const VectorXad& p) -> AD {
     const auto [robot, effects] = with(p);
     const dynamics::Model<AD> model = dynamics::acting_model<AD>(robot, effects);

@@ -16,7 +16,7 @@ namespace dyntape {
 
 // Commands are the torques of driven joints, in the order of actuated_dofs.  The last parameters are the forces of the rows of rigid
 // contacts and stops (scene_constraints.h), held over a step: none without these.  Loops are part of the accelerations, and
-// a scene with loops has no Lagrangian.
+// a scene with loops, or without velocity products, has no Lagrangian.
 System system_of(const RobotScene& scene);
 
 // The robot and what acts on it, on the tape.

@@ -104,7 +104,7 @@ Scene scene_of(const Recipe& recipe) {
                                      Integrator::kSemiImplicitEuler, Integrator::kImplicitVelocity,
                                      Integrator::kVariational};
   scene.integrator = kSchemes[rest.below(7)];
-  // The Lagrangian has velocity products, whether the scene has them or not.
+  // Without velocity products there is no Lagrangian, which is refused.
   if (scene.integrator == Integrator::kVariational && !scene.robot.effects.coriolis)
     scene.integrator = Integrator::kImplicitMidpoint;
   scene.evaluation.route = Route::kInterpreter;
