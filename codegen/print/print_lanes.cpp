@@ -54,9 +54,16 @@ DT_INLINE real dt_zero(void) {
 #define DT_ALL(constant) ((constant) - dt_zero())
 )";
 
+// Of a constant zero and b gcc makes b ^ (mask & b), and with AVX-512 may compute b twice for that, the operands of a
+// product in another order: of two NaN another one comes out each time, and a small number of both.
 constexpr char kLaneSelect[] =
-    R"(#define dt_select(condition, a, b) dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b))
-DT_INLINE real dt_blend(dt_words mask, real a, real b) {
+    R"(#define dt_select(condition, a, b) \
+  dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b), sizeof(a) < sizeof(b))
+DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
+#if defined(__AVX512F__)
+  if (a_is_constant) __asm__("" : "+v"(b)); /* computed once */
+#endif
+  (void)a_is_constant;
   return (real)((mask & (dt_words)a) | (~mask & (dt_words)b));
 }
 )";

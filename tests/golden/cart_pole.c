@@ -145,8 +145,13 @@ DT_INLINE real dt_zero(void) {
   return zero;
 }
 #define DT_ALL(constant) ((constant) - dt_zero())
-#define dt_select(condition, a, b) dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b))
-DT_INLINE real dt_blend(dt_words mask, real a, real b) {
+#define dt_select(condition, a, b) \
+  dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b), sizeof(a) < sizeof(b))
+DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
+#if defined(__AVX512F__)
+  if (a_is_constant) __asm__("" : "+v"(b)); /* computed once */
+#endif
+  (void)a_is_constant;
   return (real)((mask & (dt_words)a) | (~mask & (dt_words)b));
 }
 #endif
