@@ -101,6 +101,12 @@ void add_steps(Cases& c) {
   c.push_back({"ceil", [](const V& x) { return ceil(x[0]); }, {-1.5}, -1, {0}, {0}});
   c.push_back({"round half away from zero", [](const V& x) { return round(x[0]); }, {-2.5}, -3, {0}, {0}});
   c.push_back({"fmod", [](const V& x) { return fmod(x[0], x[1]); }, {-7.5, 2}, -1.5, {1, 3}, {0, 0, 0, 0}});
+  c.push_back({"fmod where the quotient rounds to a whole number",
+               [](const V& x) { return fmod(x[0], x[1]); },
+               {3.9, 1.3},
+               std::fmod(3.9, 1.3),  // 1.2999999999999998
+               {1, -2},
+               {0, 0, 0, 0}});
   c.push_back({"min at a tie: the first",
                [](const V& x) { return min(x[0], x[1]); },
                {2, 2},
