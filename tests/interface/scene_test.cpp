@@ -9,7 +9,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/scene/quadrature.h>
+#include <dyntape/interface/scene/scene_system.h>
 #include <dyntape/interface/scene/stability.h>
 #include <dyntape/interface/task/task.h>
 
@@ -372,6 +374,15 @@ TEST(Quadrature, IsThatOfTheCubic) {
     for (int k = 0; k < n; ++k)
       EXPECT_NEAR(found[std::size_t(k)], std::pow(k * h, degree + 1) / (degree + 1), 1e-15);
   }
+}
+
+// Where velocity products are off, accelerations are no longer those of a Lagrangian.
+TEST(Scene, HasALagrangianOnlyWithVelocityProducts) {
+  RobotScene scene{dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/cart_pole.urdf")};
+  EXPECT_TRUE(bool(system_of(scene).lagrangian));
+  scene.effects.coriolis.reset();
+  EXPECT_FALSE(bool(system_of(scene).lagrangian));
+  EXPECT_TRUE(bool(system_of(scene).acceleration));
 }
 
 }  // namespace
