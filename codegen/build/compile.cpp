@@ -85,6 +85,8 @@ std::string reason_of(const Outcome& outcome, const CodegenOptions& options) {
   if (is_disk_full(outcome))
     throw FileError(source.substr(0, source.rfind('/')) + ": the disk is full: " + what);
   if (outcome.status == Outcome::kStopped) throw ToolError(what);  // and nothing is kept
+  if (access(source.c_str(), F_OK) != 0)
+    throw FileError(source.substr(0, source.rfind('/')) + ": removed while a compiler was at work in it");
   const std::string message = what + "; the source is kept in " + source + "\n  " + how;
   if (is_no_fault_of_the_text(outcome)) throw Unavailable(message);
   throw ToolError(message);

@@ -6,7 +6,7 @@
 //   compile(*cc, source, options, "folder");                        folder/source.c -> folder/library.so
 //
 // Throws ToolError with the command, its exit status, everything it said, and where the source is kept; FileError if the
-// disk is full, Unavailable if memory is short.
+// disk is full or the folder is removed, Unavailable if memory is short.
 #pragma once
 
 #include <optional>

@@ -254,6 +254,14 @@ TEST_F(Accidents, AFullDisk) {
   }
 }
 
+// Somebody clears the cache by hand while a compiler works in it: another folder will do.
+TEST_F(Accidents, AFolderThatIsRemovedWhileACompilerIsAtWork) {
+  CodegenOptions o = options();
+  o.route = Route::kCompiled;
+  o.compiler = fake_compiler(scratch_, "rm -rf " + (scratch_ / "cache") + "\nexec cc \"$@\"");
+  EXPECT_EQ(check(scaled(1), o, Route::kCompiled), 0);
+}
+
 TEST_F(Accidents, EveryDiskFull) {
   const int status = on_a_disk("size=72k", 0, [&](const std::string& disk) {
     fs::create_directory(disk + "/tmp");
