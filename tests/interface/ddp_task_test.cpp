@@ -104,7 +104,8 @@ TEST_F(DdpTasks, WhatTheMethodDoesNotKnowIsRefusedWhereItStands) {
   expect(refusal("duration  2", "duration 2\n shortest 1\n longest 3"),
          "'horizon.shortest' is of a duration to be found, which the method ddp does not know; expected a "
          "given one");
-  expect(refusal("solver {", "transcription {\n scheme trapezoid\n}\nsolver {"), "expected runge-kutta-4, which is the default, or semi-implicit-euler");
+  expect(refusal("solver {", "transcription {\n scheme trapezoid\n}\nsolver {"),
+         "expected runge-kutta-4, which is the default, or semi-implicit-euler");
   expect(refusal("solver {", "transcription {\n dynamics inverse\n}\nsolver {"), "expected forward");
   expect(refusal("solver {", "transcription {\n hessian limited_memory\n}\nsolver {"),
          "expected exact or gauss_newton");
