@@ -39,6 +39,7 @@ class Semidefinite {
         D_inverse_(VectorX<T>::Zero(size)),
         dependent_(VectorX<T>::Zero(size)),
         C_inverse_(VectorX<T>::Zero(size)),
+        rounding_(VectorX<T>::Zero(size)),
         y_(VectorX<T>::Zero(size)),
         z_(VectorX<T>::Zero(size)) {}
 
@@ -56,21 +57,27 @@ class Semidefinite {
 
   MatrixX<T> L_inverse_;  // unit lower triangle
   MatrixX<T> C_;          // N^T N, factored in place
-  VectorX<T> D_inverse_, dependent_, C_inverse_, y_, z_;
+  VectorX<T> D_inverse_, dependent_, C_inverse_, rounding_, y_, z_;
   bool projects_ = false;  // some row may be dependent
 };
 
-// What is left of a row is compared with the row itself and with all rows: rows that are zero but for rounding
-// depend on anything.
+// What is left of a row is compared with the row itself, with all rows (rows that are zero but for rounding
+// depend on anything), and with what rounding may have made of it: a row that is taken from another l times
+// brings l^2 times the rounding of its own pivot along, which after small pivots is much.
 template <class T>
 void Semidefinite<T>::factor(MatrixX<T>& G, bool regular) {
   const long m = G.rows();
   const T own(std::ldexp(1.0, -kDigits<T> * 3 / 4)), all(std::ldexp(1.0, -kDigits<T>));
+  constexpr double kShare = 0x1p-10;  // of the other rows in the rounding of one
+  constexpr double kMargin = 16;      // rounding errors add up
   T mean(0);
   for (long j = 0; j < m; ++j) mean += G(j, j);
   mean *= T(1.0 / static_cast<double>(m > 0 ? m : 1));
   projects_ = false;
-  for (long j = 0; j < m; ++j) y_[j] = G(j, j);
+  for (long j = 0; j < m; ++j) {
+    y_[j] = G(j, j);
+    if (!regular) rounding_[j] = all * (y_[j] + mean * T(kShare));
+  }
   for (long j = 0; j < m; ++j) {
     T* column = G.data() + j * m;
     const T d = column[j];
@@ -78,13 +85,14 @@ void Semidefinite<T>::factor(MatrixX<T>& G, bool regular) {
       D_inverse_[j] = T(1) / d;
       dependent_[j] = T(0);
     } else {
-      const auto lost = d <= own * y_[j] + all * mean;
+      const auto lost = d <= own * y_[j] + all * mean + T(kMargin) * rounding_[j];
       D_inverse_[j] = select(lost, T(0), T(T(1) / select(lost, T(1), d)));
       dependent_[j] = select(lost, T(1), T(0));
       projects_ = projects_ || may_hold(lost);
     }
     for (long i = j + 1; i < m; ++i) {
       const T l = column[i] * D_inverse_[j];
+      if (!regular) rounding_[i] += l * l * rounding_[j];
       T* rest = G.data() + i * m;
       for (long r = i; r < m; ++r) rest[r] -= column[r] * l;
       column[i] = l;

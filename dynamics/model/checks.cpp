@@ -5,9 +5,10 @@
 
 namespace dyntape::dynamics::detail {
 
-void throw_size(const char* function, const char* what, long got, long expected, const std::string& model) {
-  throw ArgumentError(std::string(function) + ": " + what + " has " + std::to_string(got) +
-                      " entries, expected " + std::to_string(expected) + " for model \"" + model + "\"");
+void throw_size(const char* function, const char* what, long got, long expected, const std::string& model,
+                const char* counted) {
+  throw ArgumentError(std::string(function) + ": " + what + " has " + std::to_string(got) + " " + counted +
+                      ", expected " + std::to_string(expected) + " for model \"" + model + "\"");
 }
 
 }  // namespace dyntape::dynamics::detail

@@ -19,6 +19,7 @@ namespace {
 constexpr const char* kPalette[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                     "#e69f00", "#56b4e9", "#444444"};
 constexpr int kColors = 7;
+// Filled; one less is the same shape hollow (and 2 a cross beside the star of 3).
 constexpr int kPointTypes[] = {7, 5, 9, 13, 11, 15, 3};
 constexpr int kDashes[] = {1, 2, 4, 5};
 
@@ -26,6 +27,9 @@ struct Style {
   std::string color;
   int dash, point;
 };
+
+// Where colours come round again, points are hollow, then of another shape.
+int point_type(int round, int index) { return kPointTypes[(index + round / 2) % kColors] - round % 2; }
 
 std::vector<Style> styles_of(const Panel& panel) {
   std::vector<Style> styles;
@@ -35,7 +39,7 @@ std::vector<Style> styles_of(const Panel& panel) {
     const int number = series.style >= 0 ? series.style : next;
     const int round = own ? 0 : number / kColors, index = own ? 0 : number % kColors;
     const int dash = series.dashed ? 2 : kDashes[round % 4];
-    styles.push_back({own ? series.color : kPalette[index], dash, kPointTypes[index]});
+    styles.push_back({own ? series.color : kPalette[index], dash, point_type(round, index)});
     if (!own && series.style < 0) ++next;
   }
   return styles;

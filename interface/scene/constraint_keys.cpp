@@ -61,10 +61,15 @@ void read_loop(Section& block, const RobotModel* model, SceneConstraints& constr
     return block.problem("frames", "'" + a.name + "' and '" + b.name +
                                        "' are fixed to the same body; a loop needs joints between them");
   }
+  const std::string name = a.name + " to " + b.name, reversed = b.name + " to " + a.name;
+  for (const std::string& other : constraints.loop_names) {
+    if (other == name || other == reversed)
+      return block.problem("frames", "the links '" + a.name + "' and '" + b.name + "' have a loop already");
+  }
   constraints.loops.push_back(dynamics::loop_constraint(*model, frames[0], frames[1], rows));
   constraints.loops.back().kp = kp;
   constraints.loops.back().kd = kd;
-  constraints.loop_names.push_back(a.name + " to " + b.name);
+  constraints.loop_names.push_back(name);
 }
 
 void read_contact(Section& block, const RobotModel* model, dynamics::UnilateralConstraints& rigid) {

@@ -33,6 +33,8 @@
 // F. Potra, Nonlinear Dynamics 14, 1997 (time stepping); V. Acary, B. Brogliato, 2008, chapters 8 and 10.
 #pragma once
 
+#include <cmath>
+
 #include <dyntape/dynamics/contact/impact.h>
 #include <dyntape/interface/scene/rigid_functions.h>
 #include <dyntape/interface/simulation/stepper.h>
@@ -111,6 +113,12 @@ class RigidStepper {
   double whole_step_ = 0;
   int hit_ = -1;  // the contact or stop whose gap ends the piece, -1: none
   Eigen::VectorXd forces_;
+  // Of the forces looked at for a piece: how far off they are, by the numbers that they answer to.
+  struct Forces {
+    double off = HUGE_VAL;
+    Eigen::VectorXd forces;
+  };
+  Forces closest_;
   Eigen::MatrixXd slopes_;  // dv'/dlambda of the piece that is taken; empty: not known yet
   std::vector<RigidPiece> pieces_;
   std::vector<RigidImpact> impacts_;

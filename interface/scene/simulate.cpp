@@ -7,6 +7,7 @@
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
@@ -104,10 +105,11 @@ class SceneRun {
     std::string why;
     const bool done = advance(t, u, &why);
     motion_.effort += stepper_.effort();
-    if (done) {
+    if (done && next_.squaredNorm() < kBeyond) {
       x_.swap(next_);
       return true;
     }
+    if (done) why = "the motion grows without bound; take shorter steps";
     motion_.was_stopped = watch_.stop.stop_requested();
     if (motion_.was_stopped) return false;
     const int nq = scene_.robot.model.nq;
@@ -181,6 +183,8 @@ class SceneRun {
 
   // Where a motion is looked at for steps that are too long, evenly in time, whatever is sampled.
   static constexpr long kLooks = 64;
+  // Squared: m, rad, m/s, rad/s of a state that nothing real is in, and whose energy is still a number.
+  static constexpr double kBeyond = 1e100;
 
   const Scene& scene_;
   const SimulationWatch& watch_;
@@ -220,11 +224,22 @@ std::string doubt_of_energy(const Scene& scene, const SimulatedMotion& motion) {
          " J that moved; take shorter steps";
 }
 
+// Where loops come open by more than a hundredth of the robot's length.
+std::string doubt_of_loops(const Scene& scene, const SimulatedMotion& motion) {
+  constexpr double kMost = 0.01;
+  double length = 0;
+  for (const auto& placement : scene.robot.model.X_PJ) length += placement.p.norm();
+  if (length == 0 || !(motion.loop_error > kMost * length)) return "";
+  return "the loops came open by " + io::significant(motion.loop_error, 2) +
+         " m or rad; take shorter steps, or greater stiffness and damping of the loops";
+}
+
 }  // namespace
 
 void check_start(const Scene& scene) {
   if (!scene.q.allFinite() || !scene.v.allFinite())
     throw ArgumentError("scene \"" + scene.name + "\": the state at the start is not finite");
+  dynamics::check_forward_dynamics(scene.robot.model, scene.robot.effects.acting());
   const std::string trouble = stability_trouble(scene, scene.q, scene.v);
   if (!trouble.empty()) throw ArgumentError("scene \"" + scene.name + "\", at the start: " + trouble);
 }
@@ -236,6 +251,7 @@ SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   const double build = seconds_since(begin);
   SimulatedMotion motion = run.result();
   motion.build_seconds = build;
+  if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_loops(scene, motion);
   if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_energy(scene, motion);
   return motion;
 }

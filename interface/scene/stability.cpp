@@ -31,10 +31,18 @@ Eigen::MatrixXd linearised(const RobotScene& scene, const Eigen::VectorXd& q, co
   dynamics::Data<double> data(scene.model);
   dynamics::EffectTorques<double> torques(scene.model);
   const Eigen::Index n = scene.model.nv;
-  dynamics::forward_dynamics_derivatives<double>(scene.model, data, torques, scene.effects, q, v,
-                                                 Eigen::VectorXd::Zero(n));
+  const Eigen::VectorXd tau = Eigen::VectorXd::Zero(n);
   Eigen::MatrixXd A(2 * n, 2 * n);
-  A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), data.ddq_dq, data.ddq_dv;
+  if (scene.constraints.loops.empty()) {
+    dynamics::forward_dynamics_derivatives<double>(scene.model, data, torques, scene.effects, q, v, tau);
+    A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), data.ddq_dq, data.ddq_dv;
+  } else {
+    // Of what loops hold no stiffness is felt; that of the loops themselves is.
+    dynamics::ConstraintData<double> loops(scene.model, scene.constraints.loops);
+    dynamics::constrained_dynamics_derivatives<double>(scene.model, data, loops, torques, scene.effects, q, v,
+                                                       tau);
+    A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), loops.ddq_dq, loops.ddq_dv;
+  }
   return A;
 }
 

@@ -4,6 +4,15 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/centroidal.h>
+#include <dyntape/dynamics/algorithms/energy.h>
+#include <dyntape/dynamics/algorithms/hessian.h>
+#include <dyntape/dynamics/algorithms/regressor.h>
+#include <dyntape/dynamics/algorithms/second_order.h>
+#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/dynamics/effects/effects.h>
+
+#include <functional>
 #include <memory>
 
 #include "random_robots.h"
@@ -215,6 +224,83 @@ TEST(Arguments, WrongSizesAreNamed) {
     FAIL() << "no error";
   } catch (const ArgumentError& e) {
     EXPECT_NE(std::string(e.what()).find("crba: q has"), std::string::npos) << e.what();
+  }
+}
+
+// Six dofs each: a free body, arms of six joints in a row, in two branches, about other axes, and of another order.
+std::vector<Model<double>> robots_of_six_dofs() {
+  const Inertia<double> body{1.5, {0.1, 0.02, -0.05}, Eigen::Vector3d(0.03, 0.05, 0.07).asDiagonal()};
+  std::vector<Model<double>> robots(5);
+  for (int r = 0; r < 4; ++r) {
+    robots[r].name = "robot " + std::to_string(r);
+    for (int i = 0; i < 6; ++i) {
+      Joint<double> joint;
+      joint.name = "joint " + std::to_string(i);
+      if (r == 3 && i == 4) joint.type = JointType::kPrismatic;
+      joint.axis = Eigen::Vector3d::Unit((i + (r == 2 && i > 3)) % 3);
+      robots[r].add_joint(r == 1 && i == 3 ? 0 : i - 1, joint, {Matrix3<double>::Identity(), {0.1, 0, 0.3}},
+                          body);
+    }
+  }
+  Joint<double> root;
+  root.name = "root";
+  root.type = JointType::kFreeFlyer;
+  robots[4].name = "body";
+  robots[4].add_joint(-1, root, {}, body);
+  return robots;
+}
+
+// Each would otherwise run over the end of arrays, or take the other's columns.
+TEST(Arguments, WorkspacesOfAnotherRobotAreRefused) {
+  const std::vector<Model<double>> robots = robots_of_six_dofs();
+  for (std::size_t i = 0; i < robots.size(); ++i) {
+    const Model<double>& model = robots[i];
+    const VectorXd q = neutral(model), v = VectorXd::Constant(6, 0.3);
+    for (std::size_t k = 0; k < robots.size(); ++k) {
+      const Model<double>& other = robots[k];
+      Data<double> data(model), others(other);
+      Centroidal<double> center(other);
+      EnergyGradients<double> gradients(other);
+      Hessian<double> hessian(other);
+      SecondOrder<double> second(other);
+      KinematicDerivatives<double> kinematics(other);
+      EffectTorques<double> torques(other);
+      RegressorData<double> regressor(other);
+      ConstraintData<double> constraints(other, {{3, 0, {}, -1, {}}});
+      const auto refused = [&](const char* what, bool expected, const std::function<void()>& call) {
+        SCOPED_TRACE(std::string(what) + ", " + model.name + " and " + other.name);
+        try {
+          call();
+          EXPECT_FALSE(expected) << "no error";
+        } catch (const ArgumentError& e) {
+          EXPECT_TRUE(expected) << e.what();
+          EXPECT_EQ(std::string(e.what()).find('\n'), std::string::npos);
+        }
+      };
+      const bool other_shape = i != k, other_count = model.njoints() != other.njoints();
+      refused("rnea", other_shape, [&] { rnea(model, others, q, v, v); });
+      refused("aba", other_shape, [&] { aba(model, others, q, v, v); });
+      refused("crba", other_shape, [&] { crba(model, others, q); });
+      refused("forward_kinematics", other_shape, [&] { forward_kinematics(model, others, q); });
+      refused("fd_derivatives", other_shape, [&] { fd_derivatives(model, others, q, v, v); });
+      refused("id_hessian", other_shape, [&] { id_hessian(model, data, hessian, q, v, v, v); });
+      refused("fd_hessian", other_shape, [&] { fd_hessian(model, data, hessian, q, v, v, v); });
+      refused("id_second_order", other_shape, [&] { id_second_order(model, data, second, q, v, v); });
+      refused("constrained_dynamics", other_shape,
+              [&] { constrained_dynamics(model, data, constraints, q, v, v); });
+      refused("centroidal_momentum", other_count, [&] { centroidal_momentum(model, data, center, q, v); });
+      refused("centroidal_matrix", other_count, [&] { centroidal_matrix(model, data, center, q); });
+      refused("kinetic_energy_gradients", other_count,
+              [&] { kinetic_energy_gradients(model, data, gradients, q, v); });
+      refused("gravity_derivatives", other_count, [&] { gravity_derivatives(model, data, gradients, q); });
+      refused("torque_regressor", other_count, [&] { torque_regressor(model, data, regressor, q, v, v); });
+      refused("frame_velocity_derivatives", other_count, [&] {
+        forward_kinematics(model, data, q, v);
+        frame_velocity_derivatives(model, data, kinematics, on_body(0), ReferenceFrame::kWorld);
+      });
+      refused("forward_dynamics", other_count,
+              [&] { forward_dynamics(model, data, torques, Effects<double>(), q, v, v); });
+    }
   }
 }
 

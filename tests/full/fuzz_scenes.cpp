@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/scene/rigid_account.h>
 #include <dyntape/interface/scene/simulate.h>
 
 #include "../dynamics/all_effects.h"
@@ -23,8 +24,13 @@ using Eigen::VectorXd;
 struct Recipe {
   std::uint64_t seed;
   int joints;
-  std::vector<bool> has;  // the effects in their order, then commands that change, then motors with a lag
+  std::vector<bool> has;  // the effects in their order, then the others
+
+  enum Other { kCommands, kLag, kContacts, kStops, kLoop, kAdaptive, kOthers };
+  bool has_other(Other other) const { return has[has.size() - kOthers + other]; }
 };
+constexpr const char* kOtherNames[] = {
+    "commands that change", "motors with a lag", "rigid contacts", "hard limits", "a loop", "adaptive steps"};
 
 constexpr double kSteps = 64;  // the fewest of a motion
 
@@ -90,6 +96,60 @@ double fastest(const Scene& scene) {
   return rate;
 }
 
+// Two bodies, or one and the world, meet at a point where they do so already; of rows that are too many, some hang together.
+void add_loop(const Recipe& recipe, Scene& scene) {
+  dynamics::Random random = numbers(recipe, 6);
+  const dynamics::Model<double>& model = scene.robot.model;
+  dynamics::Data<double> data(model);
+  dynamics::forward_kinematics<double>(model, data, scene.q);
+  dynamics::Constraint<double> loop;
+  loop.body_1 = model.njoints() - 1, loop.body_2 = random.below(model.njoints()) - 1;
+  if (loop.body_2 == loop.body_1 - 1) loop.body_2 = -1;
+  loop.rows = random.below(4) == 0 ? 6 : 3;
+  loop.X_1 = dynamics::random_placement(random, 0.3);
+  const dynamics::Placement<double> X_W1 = data.X_WB[std::size_t(loop.body_1)] * loop.X_1;
+  loop.X_2 = X_W1;
+  if (loop.body_2 >= 0) {
+    const dynamics::Placement<double>& X_W2 = data.X_WB[std::size_t(loop.body_2)];
+    loop.X_2 = {X_W2.R.transpose() * X_W1.R, X_W2.R.transpose() * (X_W1.p - X_W2.p)};
+  }
+  scene.robot.constraints.loops = {loop};
+  scene.robot.constraints.loop_names = {"loop"};
+}
+
+// Planes and stops that are open at the start, some by nothing, most so near that the motion reaches them.
+void add_rigid(const Recipe& recipe, Scene& scene) {
+  dynamics::Random random = numbers(recipe, 7);
+  const double near = scene.v.cwiseAbs().maxCoeff() * scene.duration;
+  const auto room = [&] { return random.below(4) == 0 ? 0 : random.uniform(0, near); };
+  const auto restitution = [&] { return random.below(2) == 0 ? 0 : random.uniform(0, 1); };
+  dynamics::UnilateralConstraints& rigid = scene.robot.constraints.rigid;
+  dynamics::Model<double>& model = scene.robot.model;
+  for (dynamics::Joint<double>& joint : model.joints) {
+    const bool on_a_line = dynamics::traits(joint.type).on_a_line;
+    const double q = on_a_line ? scene.q[joint.idx_q] : 0, below = room(), above = room(), e = restitution();
+    if (!recipe.has_other(Recipe::kStops) || !on_a_line) continue;
+    rigid.stops.push_back({joint.name, joint.idx_q, joint.idx_v, 1, q - below, e});
+    rigid.stops.push_back({joint.name, joint.idx_q, joint.idx_v, -1, q + above, e});
+  }
+  if (!recipe.has_other(Recipe::kContacts)) return;
+  dynamics::Data<double> data(model);
+  for (int i = 0, n = 1 + random.below(3); i < n; ++i) {
+    dynamics::RigidContact contact;
+    contact.name = "contact " + std::to_string(i);
+    contact.body = model.njoints() - 1 - random.below(std::min(2, model.njoints()));
+    contact.X_BF = dynamics::random_placement(random, 0.3);
+    contact.radius = random.below(2) == 0 ? 0 : random.uniform(0, 0.2);
+    contact.normal = random.vector3();
+    contact.friction = random.below(3) == 0 ? 0 : random.uniform(0, 1.5);
+    contact.restitution = restitution();
+    dynamics::UnilateralConstraints alone;
+    alone.contacts = {contact};
+    contact.offset = dynamics::unilateral_rows<double>(model, data, alone, scene.q).gap[0] - room();
+    rigid.contacts.push_back(contact);
+  }
+}
+
 Scene scene_of(const Recipe& recipe) {
   dynamics::Random tree = numbers(recipe, 0), rest = numbers(recipe, 4);
   Scene scene;
@@ -104,8 +164,11 @@ Scene scene_of(const Recipe& recipe) {
                                      Integrator::kSemiImplicitEuler, Integrator::kImplicitVelocity,
                                      Integrator::kVariational};
   scene.integrator = kSchemes[rest.below(7)];
-  // Without velocity products there is no Lagrangian, which is refused.
-  if (scene.integrator == Integrator::kVariational && !scene.robot.effects.coriolis)
+  if (recipe.has_other(Recipe::kAdaptive))
+    scene.integrator = rest.below(2) == 0 ? Integrator::kAdaptive : Integrator::kAdaptiveStiff;
+  // Without velocity products, or with loops, there is no Lagrangian, which is refused.
+  if (scene.integrator == Integrator::kVariational &&
+      (!scene.robot.effects.coriolis || recipe.has_other(Recipe::kLoop)))
     scene.integrator = Integrator::kImplicitMidpoint;
   scene.evaluation.route = Route::kInterpreter;
   scene.q = dynamics::random_configuration(scene.robot.model, rest.engine);
@@ -113,19 +176,22 @@ Scene scene_of(const Recipe& recipe) {
   const long n = long(actuated_dofs(scene.robot).size());
   scene.commands.t = {0, 1};
   scene.commands.u = rest.vector(n, 3).replicate(1, 2);
-  // At most a twentieth of the shortest time; a power of two is exact.
-  scene.step = std::exp2(std::floor(std::log2(0.05 / fastest(scene))));
+  if (recipe.has_other(Recipe::kLoop)) add_loop(recipe, scene);
+  // At most a twentieth of the shortest time, of which an open loop has one as well; a power of two is exact.
+  const double rate = std::max(fastest(scene), recipe.has_other(Recipe::kLoop) ? 20.0 : 0.0);
+  scene.step = std::exp2(std::floor(std::log2(0.05 / rate)));
   scene.duration = scene.sample = kSteps * scene.step;
   scene.sample /= 16;
   scene.commands.t.back() = 2 * scene.duration;
-  const std::size_t effects = recipe.has.size() - 2;
-  if (recipe.has[effects]) scene.commands.u.col(1) += rest.vector(n, 3);
-  if (recipe.has[effects + 1]) scene.robot.lag = rest.vector(n, 2).cwiseAbs() * scene.duration;
+  if (recipe.has_other(Recipe::kCommands)) scene.commands.u.col(1) += rest.vector(n, 3);
+  if (recipe.has_other(Recipe::kLag)) scene.robot.lag = rest.vector(n, 2).cwiseAbs() * scene.duration;
+  add_rigid(recipe, scene);
   return scene;
 }
 
 int order_of(Integrator scheme) {
-  if (scheme == Integrator::kRungeKutta4) return 4;
+  if (scheme == Integrator::kRungeKutta4 || is_adaptive(scheme))
+    return 4;  // of these, the integral of powers
   return scheme == Integrator::kImplicitMidpoint || scheme == Integrator::kVariational ? 2 : 1;
 }
 
@@ -136,12 +202,14 @@ double fall(const Scene& scene, const Recipe& recipe) {
   const bool begins =
       effects.contacts || (effects.saturation && effects.saturation->kind == dynamics::SaturationKind::kHard);
   double order = order_of(scene.integrator) - 0.5;
-  if (recipe.has[recipe.has.size() - 2]) order = std::min(order, 1.5);  // commands are held over a step
+  if (recipe.has_other(Recipe::kCommands)) order = std::min(order, 1.5);  // commands are held over a step
   if (begins) order = std::min(order, 1.0);
   // A spring of a wheel turns over where the wheel is opposite to its rest.
   for (const dynamics::Joint<double>& joint : scene.robot.model.joints) {
     if (effects.springs && joint.type == dynamics::JointType::kContinuous) order = std::min(order, 0.5);
   }
+  // Rigid contacts: order 1 while closed, and they close and open within steps.
+  if (!scene.robot.constraints.rigid.empty()) order = std::min(order, 0.5);
   return std::pow(16, -order);
 }
 
@@ -155,11 +223,25 @@ Balance balance_of(Scene scene, double finer) {
   const SimulatedMotion motion = simulate(scene);
   const bool of_energy = motion.doubt.starts_with("the balance of energy");
   if (!motion.trouble.empty() || (!motion.doubt.empty() && !of_energy)) return {.refused = true};
-  const double scale = motion.energy_scale();
+  constexpr double kNothing = 1e-12;  // J: a robot that is held
+  const double scale = motion.energy_scale() + kNothing;
   double stored = 0;  // differences of it are compared
   for (const double energy : motion.stored) stored = std::max(stored, std::abs(energy));
-  // 2000 and more sums, each rounded, of forces that lose some digits themselves.
-  return {motion.energy_error() / scale, 1e-11 * (1 + stored / scale)};
+  // What does not give way takes energy or leaves it, all of it together.
+  const std::vector<std::string> rigid = RigidAccount::names(scene.robot.constraints);
+  double given = 0;
+  for (std::size_t k = 0; k < motion.t.size(); ++k) {
+    double work = 0;
+    for (const EnergyFlow& flow : motion.flows) {
+      if (std::find(rigid.begin(), rigid.end(), flow.name) != rigid.end()) work += flow.work[k];
+    }
+    given = std::max(given, work);
+  }
+  // 2000 and more sums, each rounded, of forces that lose some digits themselves.  Adaptive steps begin anew each time, which
+  // takes up to the tolerance of 1e-10 each time.
+  const double digits = is_adaptive(scene.integrator) ? 1e-9 * kSteps * finer : 1e-11;
+  return {(motion.energy_error() + given) / scale + std::max(motion.deepest, motion.loop_error),
+          digits * (1 + stored / scale)};
 }
 
 std::atomic<std::uint64_t> refused = 0;
@@ -202,8 +284,9 @@ std::string remains(const Recipe& recipe) {
   dynamics::for_each_effect(effects, [&](const auto& effect) {
     if (recipe.has[i++]) text += std::string(", ") + dynamics::effect_name(effect);
   });
-  if (recipe.has[i++]) text += ", commands that change";
-  if (recipe.has[i]) text += ", motors with a lag";
+  for (const char* name : kOtherNames) {
+    if (recipe.has[i++]) text += std::string(", ") + name;
+  }
   return text;
 }
 
@@ -230,7 +313,7 @@ std::string scene_failure(std::uint64_t seed) {
   dynamics::Effects<double> effects;
   dynamics::for_each_effect(effects, [&](const auto&) { recipe.has.push_back(random.below(3) == 0); });
   recipe.has[0] = random.below(4) != 0, recipe.has[1] = random.below(8) != 0;  // gravity, velocity products
-  for (int i = 0; i < 2; ++i) recipe.has.push_back(random.below(4) == 0);
+  for (int i = 0; i < Recipe::kOthers; ++i) recipe.has.push_back(random.below(4) == 0);
   try {
     const std::string found = wrong(recipe);
     if (found.empty()) return "";

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <limits>
 #include <regex>
+#include <set>
+#include <sstream>
 
 namespace dyntape::io {
 namespace {
@@ -69,6 +71,23 @@ TEST_F(Picture, colours_follow_the_palette) {
   for (const char* rgb : {"0, 114, 178", "213,  94,   0", "0, 158, 115", "204, 121, 167", "230, 159,   0"}) {
     EXPECT_NE(svg.find(rgb), std::string::npos) << rgb;
   }
+}
+
+// The studies of derivatives have a dozen methods in a panel.
+TEST_F(Picture, no_two_series_of_a_panel_look_alike) {
+  Plot plot;
+  plot.panels.resize(1);
+  constexpr int kSeries = 28;
+  for (int k = 0; k < kSeries; ++k)
+    plot.panels[0].series.push_back(
+        {.name = std::to_string(k), .x = {0, 1}, .y = {0.0, k + 1.0}, .mark = Mark::kPoints});
+  std::istringstream script(gnuplot_script(plot, "svg", "x.svg"));
+  std::set<std::string> looks;
+  for (std::string line; std::getline(script, line);) {
+    const std::size_t look = line.find(" with points ");
+    if (look != std::string::npos) looks.insert(line.substr(look, line.find_last_not_of(", \\") + 1 - look));
+  }
+  EXPECT_EQ(looks.size(), kSeries);
 }
 
 TEST_F(Picture, texts_cannot_break_out) {

@@ -163,6 +163,7 @@ void place_center(const char* function, const Model<T>& model, Data<T>& data, Ce
                   const VectorRef<T>& q, const VectorRef<T>* v = nullptr, const VectorRef<T>* a = nullptr) {
   check_arguments(function, model, data, q, v, a);
   check(function, "centroidal", model, c.A.cols(), model.nv);
+  check_count(function, "centroidal", model, std::ssize(c.composites));
   place_about_root(model, data, c, q);
   gather_moments(model, data, c.composites);
   center(model, data, c);
@@ -252,6 +253,7 @@ const Matrix6X<T>& centroidal_matrix(const Model<T>& model, Data<T>& data, Centr
                                      const VectorRef<T>& q) {
   detail::check_arguments("centroidal_matrix", model, data, q);
   detail::check("centroidal_matrix", "centroidal", model, c.A.cols(), model.nv);
+  detail::check_count("centroidal_matrix", "centroidal", model, std::ssize(c.composites));
   detail::place_about_root(model, data, c, q);
   detail::gather_composites(model, data, c.composites);
   detail::fill_matrix(model, data, c);

@@ -15,7 +15,7 @@ void check_arguments(const char* function, const Model<T>& model, const Data<T>&
   check(function, "q", model, q.size(), model.nq);
   if (v) check(function, "v", model, v->size(), model.nv);
   if (a) check(function, last, model, a->size(), model.nv);
-  check(function, "data", model, static_cast<long>(data.tree.dofs.size()), model.nv);
+  check_shape(function, "data", model, data.shape);
 }
 
 template <class T>

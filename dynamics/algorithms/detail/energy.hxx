@@ -34,7 +34,8 @@ template <class T>
 void kinetic_energy_gradients(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                               const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting) {
   detail::check_arguments("kinetic_energy_gradients", model, data, q, &v);
-  detail::check("kinetic_energy_gradients", "gradients", model, e.dT_dq.size(), model.nv);
+  detail::check("kinetic_energy_gradients", "gradients", model, e.zero.size(), model.nv);
+  detail::check_count("kinetic_energy_gradients", "gradients", model, std::ssize(e.momentum));
   detail::check_acting("kinetic_energy_gradients", model, acting);
   detail::place_joints(model, data, q);
   const Tree& tree = data.tree;
@@ -66,7 +67,8 @@ template <class T>
 const MatrixX<T>& gravity_derivatives(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                                       const VectorRef<T>& q) {
   detail::check_arguments("gravity_derivatives", model, data, q);
-  detail::check("gravity_derivatives", "gradients", model, e.dT_dq.size(), model.nv);
+  detail::check("gravity_derivatives", "gradients", model, e.zero.size(), model.nv);
+  detail::check_count("gravity_derivatives", "gradients", model, std::ssize(e.momentum));
   detail::place_joints(model, data, q);
   detail::gather_moments(model, data, e.moments);
   const Tree& tree = data.tree;
@@ -87,6 +89,7 @@ template <class T>
 void nonlinear_effects_derivatives(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                                    const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting) {
   detail::check("nonlinear_effects_derivatives", "gradients", model, e.zero.size(), model.nv);
+  detail::check_count("nonlinear_effects_derivatives", "gradients", model, std::ssize(e.momentum));
   id_derivatives<T>(model, data, q, v, e.zero, acting);
   data.nle = data.tau;
 }

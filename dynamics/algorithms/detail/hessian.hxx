@@ -173,7 +173,7 @@ const MatrixX<T>& id_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& h
                              const Acting<T>& acting) {
   detail::check_arguments("id_hessian", model, data, q, &v, &a);
   detail::check("id_hessian", "mu", model, mu.size(), model.nv);
-  detail::check("id_hessian", "workspace", model, hessian.mu.size(), model.nv);
+  detail::check_shape("id_hessian", "workspace", model, hessian.bodies.shape);
   detail::check_acting("id_hessian", model, acting);
   detail::move_and_gather(model, data, hessian.bodies, q, v, a, acting);
   detail::move_along_mu(model, data, hessian, mu);
@@ -188,7 +188,7 @@ const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& h
                              const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& lambda,
                              const Acting<T>& acting) {
   detail::check("fd_hessian", "lambda", model, lambda.size(), model.nv);
-  detail::check("fd_hessian", "workspace", model, hessian.mu.size(), model.nv);
+  detail::check_shape("fd_hessian", "workspace", model, hessian.bodies.shape);
   fd_derivatives<T>(model, data, q, v, tau, acting);
   hessian.mu.setZero();
   detail::add_product(data.Minv.data(), lambda.data(), model.nv, 1, hessian.mu.data());

@@ -53,9 +53,11 @@ void put_column(Matrix6X<T>& columns, int k, const Motion<T>& m) {
 
 // The place, once data and a workspace for `nv` dofs fit the model.
 template <class T>
-Site<T> checked_site(const char* function, const Model<T>& model, const Data<T>& data, Place place, long nv) {
-  check(function, "data", model, static_cast<long>(data.tree.dofs.size()), model.nv);
+Site<T> checked_site(const char* function, const Model<T>& model, const Data<T>& data, Place place, long nv,
+                     long njoints) {
+  check_shape(function, "data", model, data.shape);
   check(function, "workspace", model, nv, model.nv);
+  check_count(function, "workspace", model, njoints);
   return site_of(function, model, place);
 }
 
@@ -169,7 +171,8 @@ KinematicHessian<T>::KinematicHessian(const Model<T>& model) : nv(model.nv), S(m
 template <class T>
 const Matrix6X<T>& frame_jacobian_rate(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
                                        Place frame, ReferenceFrame in) {
-  const auto site = detail::checked_site("frame_jacobian_rate", model, data, frame, K.J.cols());
+  const auto site =
+      detail::checked_site("frame_jacobian_rate", model, data, frame, K.J.cols(), std::ssize(K.v));
   detail::gather_motions(model, data, K, site, in, detail::Order::kVelocity);
   K.J_dot.setZero();
   for (int k : K.support)
@@ -180,7 +183,8 @@ const Matrix6X<T>& frame_jacobian_rate(const Model<T>& model, const Data<T>& dat
 template <class T>
 void frame_velocity_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
                                 Place frame, ReferenceFrame in) {
-  const auto site = detail::checked_site("frame_velocity_derivatives", model, data, frame, K.J.cols());
+  const auto site =
+      detail::checked_site("frame_velocity_derivatives", model, data, frame, K.J.cols(), std::ssize(K.v));
   detail::gather_motions(model, data, K, site, in, detail::Order::kVelocity);
   K.dV_dq.setZero();
   for (int k : K.support) {
@@ -193,7 +197,8 @@ void frame_velocity_derivatives(const Model<T>& model, const Data<T>& data, Kine
 template <class T>
 void frame_acceleration_derivatives(const Model<T>& model, const Data<T>& data, KinematicDerivatives<T>& K,
                                     Place frame, ReferenceFrame in) {
-  const auto site = detail::checked_site("frame_acceleration_derivatives", model, data, frame, K.J.cols());
+  const auto site =
+      detail::checked_site("frame_acceleration_derivatives", model, data, frame, K.J.cols(), std::ssize(K.v));
   detail::gather_motions(model, data, K, site, in, detail::Order::kAcceleration);
   for (auto* x : {&K.J_dot, &K.dV_dq, &K.dA_dq, &K.dA_dv, &K.dC_dq, &K.dC_dv}) x->setZero();
   for (int k : K.support) {
@@ -216,7 +221,7 @@ void frame_acceleration_derivatives(const Model<T>& model, const Data<T>& data, 
 template <class T>
 const Matrix6X<T>& frame_hessian(const Model<T>& model, const Data<T>& data, KinematicHessian<T>& K,
                                  Place frame, ReferenceFrame in) {
-  const auto site = detail::checked_site("frame_hessian", model, data, frame, K.nv);
+  const auto site = detail::checked_site("frame_hessian", model, data, frame, K.nv, model.njoints());
   for (int j : K.support) {
     for (int k : K.support) K.H.col(K.nv * j + k).setZero();
   }
@@ -238,7 +243,8 @@ template <class T>
 const MatrixX<T>& frame_weighted_hessian(const Model<T>& model, const Data<T>& data,
                                          KinematicDerivatives<T>& K, Place frame, ReferenceFrame in,
                                          const Force<T>& f) {
-  const auto site = detail::checked_site("frame_weighted_hessian", model, data, frame, K.J.cols());
+  const auto site =
+      detail::checked_site("frame_weighted_hessian", model, data, frame, K.J.cols(), std::ssize(K.v));
   for (int j : K.fH_support) {
     for (int k : K.fH_support) K.fH(k, j) = T(0);
   }

@@ -35,6 +35,7 @@ BodyRegressor<T> body_regressor(const Motion<T>& v, const Motion<T>& a, const Ve
 
 template <class T>
 void check_regressor(const char* function, const Model<T>& model, const RegressorData<T>& regressor) {
+  check(function, "regressor", model, regressor.Y.rows(), model.nv);
   check(function, "regressor", model, regressor.kinetic.size(), 10L * model.njoints());
 }
 

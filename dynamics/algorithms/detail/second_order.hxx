@@ -328,7 +328,7 @@ template <class T>
 void id_second_order(const Model<T>& model, Data<T>& data, SecondOrder<T>& second, const VectorRef<T>& q,
                      const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting) {
   detail::check_arguments("id_second_order", model, data, acting, q, &v, &a);
-  detail::check("id_second_order", "workspace", model, second.d2tau_dqdq.size(), model.nv);
+  detail::check_shape("id_second_order", "workspace", model, second.bodies.shape);
   MovingBodies<T>& b = second.bodies;
   detail::move_and_gather(model, data, b, q, v, a, acting);
   const Tree& tree = data.tree;
@@ -377,7 +377,7 @@ template <class T>
 void fd_second_order(const Model<T>& model, Data<T>& data, ForwardSecondOrder<T>& second,
                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
                      const Acting<T>& acting) {
-  detail::check("fd_second_order", "workspace", model, second.id.d2tau_dqdq.size(), model.nv);
+  detail::check_shape("fd_second_order", "workspace", model, second.id.bodies.shape);
   fd_derivatives<T>(model, data, q, v, tau, acting);
   id_second_order<T>(model, data, second.id, q, v, data.ddq, acting);
   const int n = model.nv;

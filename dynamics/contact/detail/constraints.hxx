@@ -155,7 +155,7 @@ int count_rows(const std::vector<Constraint<T>>& list) {
 
 template <class T>
 ConstraintData<T>::ConstraintData(const Model<T>& model, std::vector<Constraint<T>> list)
-    : constraints(std::move(list)), delassus(detail::count_rows(constraints)) {
+    : shape(shape_of(model)), constraints(std::move(list)), delassus(detail::count_rows(constraints)) {
   const Tree tree = tree_of(model);
   int m = 0;
   for (const Constraint<T>& constraint : constraints) {
@@ -178,7 +178,7 @@ namespace detail {
 
 template <class T>
 void check_constraints(const char* function, const Model<T>& model, const ConstraintData<T>& c) {
-  check(function, "constraint data", model, c.ddq.size(), model.nv);
+  check_shape(function, "constraint data", model, c.shape);
   check(function, "constraints", model, static_cast<long>(c.constraints.size()),
         static_cast<long>(c.chains.size()));
 }

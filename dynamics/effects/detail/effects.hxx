@@ -43,6 +43,7 @@ void check_effects(const char* function, const Model<T>& model, const Effects<T>
                    const EffectTorques<T>& torques) {
   for_each_chosen_effect(effects, [&](const auto& effect) { check_sizes(model, effect); });
   check(function, "torques", model, torques.tau.size(), model.nv);
+  check_count(function, "torques", model, std::ssize(torques.of_wrenches.sums));
 }
 
 template <class E>

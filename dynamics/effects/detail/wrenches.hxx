@@ -89,6 +89,7 @@ void start_wrenches(const char* function, const Model<T>& model, Data<T>& data, 
                     const std::vector<Wrench<T>>& wrenches, const VectorRef<T>& q) {
   check_arguments(function, model, data, q);
   check(function, "torques", model, w.tau.size(), model.nv);
+  check_count(function, "torques", model, std::ssize(w.sums));
   check_wrenches(function, model, wrenches);
   forward_kinematics(model, data, q);
   clear_wrenches(w);

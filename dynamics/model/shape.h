@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The joints that a workspace was made for.
+//
+//   Shape shape = shape_of(model);
+//   detail::check_shape("rnea", "data", model, shape);   // ArgumentError where the model has other joints
+//
+// Sizes do not tell robots apart: a free-flyer has as many dofs as an arm of six joints.  What a workspace
+// keeps of the tree, and its columns S, would be wrong for the other, and its arrays too short.
+#pragma once
+
+#include <dyntape/dynamics/model/checks.h>
+#include <dyntape/dynamics/model/model.h>
+
+#include <string>
+#include <vector>
+
+namespace dyntape::dynamics {
+
+struct JointShape {
+  int parent = -1, idx_v = 0;
+  JointType type = JointType::kRevolute;
+  double pitch = 0;
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
+};
+
+using Shape = std::vector<JointShape>;  // (njoints)
+
+template <class T>
+Shape shape_of(const Model<T>& model) {
+  Shape shape;
+  for (int i = 0; i < model.njoints(); ++i) {
+    const Joint<T>& joint = model.joints[i];
+    shape.push_back({model.parent[i], joint.idx_v, joint.type, joint.pitch, joint.axis});
+  }
+  return shape;
+}
+
+namespace detail {
+
+// `rnea: data was made for other joints than those of model "arm": joint 2 "wrist" differs`
+void throw_shape(const char* function, const char* what, const std::string& model, int index,
+                 const std::string& joint);
+
+template <class T>
+void check_shape(const char* function, const char* what, const Model<T>& model, const Shape& shape) {
+  check_count(function, what, model, std::ssize(shape));
+  for (int i = 0; i < model.njoints(); ++i) {
+    const JointShape& made_for = shape[i];
+    const Joint<T>& joint = model.joints[i];
+    const bool same = made_for.parent == model.parent[i] && made_for.idx_v == joint.idx_v &&
+                      made_for.type == joint.type && made_for.pitch == joint.pitch &&
+                      made_for.axis == joint.axis;
+    if (!same) throw_shape(function, what, model.name, i, joint.name);
+  }
+}
+
+}  // namespace detail
+
+}  // namespace dyntape::dynamics
