@@ -13,7 +13,7 @@
 #include <dyntape/dynamics/algebra/ldlt.h>
 #include <dyntape/dynamics/model/following.h>
 #include <dyntape/dynamics/model/joints.h>
-#include <dyntape/dynamics/model/shape.h>
+#include <dyntape/dynamics/model/tree_shape.h>
 #include <dyntape/dynamics/algorithms/detail/lanes.hxx>
 
 #include <algorithm>
@@ -101,7 +101,7 @@ Tree tree_of(const Model<T>& model) {
 
 template <class T>
 struct Data {
-  explicit Data(const Model<T>& model) : tree(tree_of(model)), shape(shape_of(model)) {
+  explicit Data(const Model<T>& model) : tree(tree_of(model)), shape(tree_shape_of(model)) {
     const int n = model.njoints(), nv = model.nv;
     for (auto* x : {&X_PB, &X_WB}) x->resize(n);
     for (auto* x : {&v, &a, &a_gf}) x->resize(n);
@@ -126,7 +126,7 @@ struct Data {
   }
 
   Tree tree;
-  Shape shape;  // of the model this was made for
+  TreeShape shape;  // of the model this was made for
   // Joints that follow others, for forward dynamics (following.h); none unless set.
   std::optional<Following<T>> following;
 

@@ -14,7 +14,7 @@ template <class T>
 struct MovingBodies {
   explicit MovingBodies(const Model<T>& model);
 
-  Shape shape;
+  TreeShape shape;
   std::vector<Motion<T>> v_p, v, a;              // (njoints) of the parent seen from the body; of the body
   std::vector<Motion<T>> S, S_dot, S_ddot, S_v;  // (nv) see algorithms.h
   std::vector<Composite<T>> composites;          // (njoints)

@@ -93,7 +93,7 @@ template <class T>
 struct ConstraintData {
   ConstraintData(const Model<T>& model, std::vector<Constraint<T>> list);
 
-  Shape shape;
+  TreeShape shape;
   std::vector<Constraint<T>> constraints;
   // The caller's word that J has full row rank: no search for dependent rows, which shortens recordings.
   bool independent = false;

@@ -147,7 +147,7 @@ void add_product(const MA& A, const MB& B, MatrixX<T>& C) {
 }  // namespace detail
 
 template <class T>
-MovingBodies<T>::MovingBodies(const Model<T>& model) : shape(shape_of(model)) {
+MovingBodies<T>::MovingBodies(const Model<T>& model) : shape(tree_shape_of(model)) {
   const int n = model.njoints(), nv = model.nv;
   for (auto* x : {&v_p, &this->v, &a}) x->resize(n);
   for (auto* x : {&S, &S_dot, &S_ddot, &S_v}) x->resize(nv);

@@ -155,7 +155,7 @@ int count_rows(const std::vector<Constraint<T>>& list) {
 
 template <class T>
 ConstraintData<T>::ConstraintData(const Model<T>& model, std::vector<Constraint<T>> list)
-    : shape(shape_of(model)), constraints(std::move(list)), delassus(detail::count_rows(constraints)) {
+    : shape(tree_shape_of(model)), constraints(std::move(list)), delassus(detail::count_rows(constraints)) {
   const Tree tree = tree_of(model);
   int m = 0;
   for (const Constraint<T>& constraint : constraints) {

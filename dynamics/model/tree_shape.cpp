@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/dynamics/model/shape.h>
+#include <dyntape/dynamics/model/tree_shape.h>
 
 #include <dyntape/autodiff/error.h>
 

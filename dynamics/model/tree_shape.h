@@ -2,7 +2,7 @@
 //
 // The joints that a workspace was made for.
 //
-//   Shape shape = shape_of(model);
+//   TreeShape shape = tree_shape_of(model);
 //   detail::check_shape("rnea", "data", model, shape);   // ArgumentError where the model has other joints
 //
 // Sizes do not tell robots apart: a free-flyer has as many dofs as an arm of six joints.  What a workspace
@@ -24,11 +24,11 @@ struct JointShape {
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();
 };
 
-using Shape = std::vector<JointShape>;  // (njoints)
+using TreeShape = std::vector<JointShape>;  // (njoints)
 
 template <class T>
-Shape shape_of(const Model<T>& model) {
-  Shape shape;
+TreeShape tree_shape_of(const Model<T>& model) {
+  TreeShape shape;
   for (int i = 0; i < model.njoints(); ++i) {
     const Joint<T>& joint = model.joints[i];
     shape.push_back({model.parent[i], joint.idx_v, joint.type, joint.pitch, joint.axis});
@@ -43,7 +43,7 @@ void throw_shape(const char* function, const char* what, const std::string& mode
                  const std::string& joint);
 
 template <class T>
-void check_shape(const char* function, const char* what, const Model<T>& model, const Shape& shape) {
+void check_shape(const char* function, const char* what, const Model<T>& model, const TreeShape& shape) {
   check_count(function, what, model, std::ssize(shape));
   for (int i = 0; i < model.njoints(); ++i) {
     const JointShape& made_for = shape[i];
