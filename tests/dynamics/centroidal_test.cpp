@@ -33,8 +33,8 @@ VectorXq stacked(const Force<Float128>& f) { return f.vector(); }
 class CentroidalOf : public testing::TestWithParam<unsigned long> {
  protected:
   CentroidalOf() : random(GetParam()) {
-    const TreeShape shape{1 + random.below(7), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 7 == 0};
+    const RandomTreeShape shape{1 + random.below(7), GetParam() % 2 ? Base::kFloating : Base::kFixed,
+                                GetParam() % 5 == 0, GetParam() % 7 == 0};
     model = random_tree(random, shape);
     if (GetParam() % 6 == 0) {  // a second tree on the world
       model.add_joint(-1, random_joint(random, "other root", JointType::kFreeFlyer), random_placement(random),

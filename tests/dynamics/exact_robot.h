@@ -51,8 +51,9 @@ class ExactRobot : public testing::TestWithParam<unsigned long> {
  protected:
   // Up to so many joints; every `inner`-th seed may hang free-flyers on bodies.
   explicit ExactRobot(int most_joints, unsigned long inner) : random(GetParam()) {
-    const TreeShape shape{1 + random.below(most_joints), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % inner == 0};
+    const RandomTreeShape shape{1 + random.below(most_joints),
+                                GetParam() % 2 ? Base::kFloating : Base::kFixed, GetParam() % 5 == 0,
+                                GetParam() % inner == 0};
     model = random_tree(random, shape);
     exact = model.cast<Float128>();
     s = random_state(model, random);

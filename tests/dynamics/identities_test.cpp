@@ -29,8 +29,8 @@ constexpr unsigned long kSeeds = 40;
 class Identities : public testing::TestWithParam<unsigned long> {
  protected:
   Identities() : random(GetParam()) {
-    const TreeShape shape{1 + random.below(12), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 7 == 0};
+    const RandomTreeShape shape{1 + random.below(12), GetParam() % 2 ? Base::kFloating : Base::kFixed,
+                                GetParam() % 5 == 0, GetParam() % 7 == 0};
     model = random_tree(random, shape);
     s = random_state(model, random);
     data = std::make_unique<Data<double>>(model);

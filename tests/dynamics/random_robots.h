@@ -35,7 +35,7 @@ struct Random {
   std::mt19937_64 engine;
 };
 
-struct TreeShape {
+struct RandomTreeShape {
   int joints = 10;
   Base base = Base::kFixed;
   bool chain = false;              // each joint on the one before
@@ -69,7 +69,7 @@ inline Joint<double> random_joint(Random& random, const std::string& name, Joint
   return joint;
 }
 
-inline Model<double> random_tree(Random& random, const TreeShape& shape = {}) {
+inline Model<double> random_tree(Random& random, const RandomTreeShape& shape = {}) {
   Model<double> model;
   model.name = "random tree";
   model.gravity = random.vector3(10);

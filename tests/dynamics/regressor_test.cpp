@@ -39,7 +39,7 @@ Model<Float128> with_true_rotations(Model<double> model) {
 class RegressorOf : public testing::TestWithParam<unsigned long> {
  protected:
   RegressorOf() : random(GetParam()) {
-    TreeShape shape{1 + random.below(9), GetParam() % 2 ? Base::kFloating : Base::kFixed};
+    RandomTreeShape shape{1 + random.below(9), GetParam() % 2 ? Base::kFloating : Base::kFixed};
     shape.inner_free_flyers = GetParam() % 3 == 0;
     model = random_tree(random, shape);
     s = random_state(model, random);

@@ -24,8 +24,8 @@ using VectorXq = VectorX<Float128>;
 class WrenchesOn : public testing::TestWithParam<unsigned long> {
  protected:
   WrenchesOn() : random(GetParam()) {
-    const TreeShape shape{2 + random.below(6), GetParam() % 2 ? Base::kFloating : Base::kFixed,
-                          GetParam() % 5 == 0, GetParam() % 7 == 0};
+    const RandomTreeShape shape{2 + random.below(6), GetParam() % 2 ? Base::kFloating : Base::kFixed,
+                                GetParam() % 5 == 0, GetParam() % 7 == 0};
     model = random_tree(random, shape);
     s = random_state(model, random);
     for (int k = 0; k < 4; ++k) {
