@@ -27,6 +27,7 @@ class CarriedNlp : public Nlp {
 
   std::vector<double> start(const std::vector<double>& own) const;
   NlpSolution in_own_variables(NlpSolution solution) const;
+  std::size_t place_of(std::size_t own) const { return at_[own]; }  // of a variable of the program
 
   const NlpShape& shape() const override { return shape_; }
   bool objective(const double* x, double& value) override;

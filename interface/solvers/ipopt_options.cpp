@@ -128,7 +128,10 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
                         "print_level of SolverOptions)");
   }
   if (option.Type() == Ipopt::OT_Number) {
-    set(application, name, parsed<double>(name, value, "a number"));
+    const double number = parsed<double>(name, value, "a number");
+    // Ipopt maximises where it is negative.
+    if (option.Name() == "obj_scaling_factor" && !(number > 0)) refuse(name, value, "a number above 0");
+    set(application, name, number);
   } else if (option.Type() == Ipopt::OT_Integer) {
     set(application, name, parsed<int>(name, value, "a whole number"));
   } else {

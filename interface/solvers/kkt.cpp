@@ -14,10 +14,11 @@ double violation(double value, double lower, double upper) {
   return worst(std::max(0.0, lower - value), value - upper);
 }
 
-// price * distance; of a bound that is not there, or that would rather be passed, the price itself.
-double product(double price, double distance) {
-  if (std::isinf(distance)) return std::abs(price);
-  return worst(std::abs(price * distance), -price);
+// price * distance to the bound from inside it; of a bound that is not there, or that would rather be passed, the
+// price itself.  What lies beyond the bound, as where a solver widens it, is a violation and no complementarity.
+double product(double price, double inside) {
+  if (std::isinf(inside)) return std::abs(price);
+  return worst(std::abs(price * std::max(inside, 0.0)), -price);
 }
 
 bool rests(double value, double lower, double upper, double tolerance) {
@@ -50,14 +51,13 @@ KktResiduals kkt_residuals(Nlp& problem, const NlpSolution& solution) {
     residual[i] += solution.upper_price[i] - solution.lower_price[i];
     r.stationarity = worst(r.stationarity, std::abs(residual[i]));
     r.complementarity = worst(r.complementarity, product(solution.lower_price[i], x[i] - shape.x_lower[i]));
-    r.complementarity = worst(r.complementarity, product(solution.upper_price[i], x[i] - shape.x_upper[i]));
+    r.complementarity = worst(r.complementarity, product(solution.upper_price[i], shape.x_upper[i] - x[i]));
   }
   for (std::size_t j = 0; j < m; ++j) {
     r.feasibility = worst(r.feasibility, violation(g[j], shape.g_lower[j], shape.g_upper[j]));
-    const double bound = solution.lambda[j] > 0 ? shape.g_upper[j] : shape.g_lower[j];
-    if (shape.g_lower[j] != shape.g_upper[j]) {
-      r.complementarity = worst(r.complementarity, product(std::abs(solution.lambda[j]), g[j] - bound));
-    }
+    const double inside = solution.lambda[j] > 0 ? shape.g_upper[j] - g[j] : g[j] - shape.g_lower[j];
+    if (shape.g_lower[j] != shape.g_upper[j])
+      r.complementarity = worst(r.complementarity, product(std::abs(solution.lambda[j]), inside));
   }
   return r;
 }

@@ -6,8 +6,8 @@
 //
 //   stationarity     max |grad f + J^T lambda - lower_price + upper_price|, over variables that are not fixed
 //   feasibility      max violation of the bounds of g and x
-//   complementarity  max |price * distance to its bound|, of variables and of constraint rows; a price below zero, or of a
-//                    bound that is not there, counts as it is
+//   complementarity  max |price * distance to its bound|, of variables and of constraint rows within their bounds; a price
+//                    below zero, or of a bound that is not there, counts as it is
 //
 // In the units of the program: of a scaled one (scaled_nlp.h), relative to its magnitudes.  NaN where a multiplier or
 // a derivative is.

@@ -52,6 +52,7 @@ class Riccati {
   const Eigen::MatrixXd& P() const { return P_; }
   const Eigen::VectorXd& p() const { return p_; }
   const LqPolicy& policy() const { return policy_; }
+  const Eigen::MatrixXd& input_curvature() const { return Q_uu_; }  // Q_uu + shift I of the stage that failed
 
  private:
   void add_cost_to_go(const LqStage& stage);

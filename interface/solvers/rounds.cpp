@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/solvers/second_order.h>
 
 namespace dyntape {
 
@@ -72,13 +73,12 @@ NlpSolution joined(NlpSolution first, NlpSolution last) {
   return last;
 }
 
-}  // namespace
-
-NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
-                            const RoundSolver& solve) {
+// Rounds from one start.
+NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+                       const RoundSolver& solve, int before = 0) {
   const auto first = [&] {
     try {
-      NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options, solve);
+      NlpSolution solution = solve_in(problem.magnitudes(start), problem, start, options, solve, before);
       if (solution.status == SolveStatus::kNotFinite && solution.iterations() == 0)
         problem.check_finite(start);
       return solution;
@@ -92,8 +92,71 @@ NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, cons
     const NlpMagnitudes found = problem.magnitudes(solution.x, solution.units);
     if (!coarse(solution.units, found)) break;
     const std::vector<double> again = solution.x;
-    NlpSolution next = solve_in(found, problem, again, less(options, solution), solve, solution.iterations());
+    NlpSolution next =
+        solve_in(found, problem, again, less(options, solution), solve, before + solution.iterations());
     solution = joined(std::move(solution), std::move(next));
+  }
+  return solution;
+}
+
+// Lengths along a direction of negative curvature whose largest entry is one nominal value: near the point the nearest
+// optimum is found, farther away perhaps a better one.
+constexpr double kLengths[] = {0.05, 0.5};
+constexpr int kMostSaddles = 5;
+constexpr double kLower = 1e-9;  // of the objective: lower beyond rounding
+
+bool is_lower(const NlpSolution& next, const NlpSolution& before) {
+  const double size = std::max(std::abs(before.objective), before.units.objective);
+  return optimal(next) && next.objective < before.objective - kLower * size;
+}
+
+// Away from a stationary point that is no minimum, along a direction of negative curvature and, where nothing better is
+// there, against it: the best that is found, or `saddle` itself, with the iterations and times of all.
+NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<double>& direction,
+                  const SolverOptions& options, const RoundSolver& solve) {
+  const NlpShape& shape = problem.shape();
+  NlpSolution best = saddle, spent = saddle;
+  for (const double sign : {1, -1}) {
+    for (const double length : kLengths) {
+      const SolverOptions left = less(options, spent);
+      if (left.max_iterations == 0 || options.stop.stop_requested()) break;
+      std::vector<double> start = saddle.x;
+      for (std::size_t i = 0; i < start.size(); ++i) {
+        start[i] = std::clamp(start[i] + sign * length * direction[i] * saddle.units.x[i], shape.x_lower[i],
+                              shape.x_upper[i]);
+      }
+      try {
+        NlpSolution next = solve_from(problem, start, left, solve, spent.iterations());
+        if (optimal(best) ? is_lower(next, best) : optimal(next)) best = next;
+        spent = joined(std::move(spent), std::move(next));
+      } catch (const NumericalError&) {  // no finite value there
+      }
+    }
+    if (optimal(best) && (!optimal(saddle) || best.objective < saddle.objective)) break;
+  }
+  best.log = std::move(spent.log), best.times = spent.times;
+  return best;
+}
+
+}  // namespace
+
+NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+                            const RoundSolver& solve) {
+  NlpSolution solution = solve_from(problem, start, options, solve);
+  if (solution.status == SolveStatus::kLocallyInfeasible) {
+    ScaledNlp scaled(problem, solution.units);
+    const CurvatureCheck check = check_violation(scaled, scaled.in_scaled_units(solution.x));
+    if (check.order == StationaryPoint::kNotMinimum)
+      solution = leave(problem, solution, check.direction, options, solve);
+  }
+  for (int saddle = 0; optimal(solution); ++saddle) {
+    ScaledNlp scaled(problem, solution.units);
+    const CurvatureCheck check = check_second_order(scaled, scaled.in_scaled_units(solution));
+    solution.stationary_point = check.order;
+    if (check.order != StationaryPoint::kNotMinimum || saddle == kMostSaddles) break;
+    const double before = solution.objective;
+    solution = leave(problem, solution, check.direction, options, solve);
+    if (!(solution.objective < before)) break;
   }
   return solution;
 }

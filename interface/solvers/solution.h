@@ -28,6 +28,9 @@ struct SolveTimes {
   double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and the rest
 };
 
+// Whether a stationary point is a minimum (second_order.h).
+enum class StationaryPoint { kUnknown, kMinimum, kNotMinimum };
+
 struct NlpSolution {
   SolveStatus status = SolveStatus::kSolverError;
   double objective = 0;
@@ -37,6 +40,7 @@ struct NlpSolution {
   std::vector<IterationRecord> log;              // iteration 0 is the start
   NlpMagnitudes units;                           // what was divided by in the last round
   SolveTimes times;
+  StationaryPoint stationary_point = StationaryPoint::kUnknown;  // of what is solved or acceptable
 
   int iterations() const { return log.empty() ? 0 : log.back().iteration; }
 };

@@ -40,9 +40,29 @@ std::vector<std::string> controls_at_limits(const Problem& problem, const Trajec
   return names;
 }
 
-double off_goal(const Task& task, const Trajectory& motion) {
-  const Eigen::VectorXd away = motion.x.rightCols(1) - task.problem.goal;
-  return away.array().isNaN().select(0, away).norm();
+// How far the motion ends from the goal: the states that it gives, and its frame.
+void look_at_goal(const Task& task, const Trajectory& motion, DdpFacts& facts) {
+  double squares = 0;
+  const auto note = [&](double away, double moved, const std::string& what) {
+    squares += away * away;
+    const double share = away == 0 ? 0 : away / moved;
+    if (!(share <= facts.goal_miss)) facts.goal_miss = share, facts.missed = what;
+  };
+  const Problem& problem = task.problem;
+  const int last = motion.points() - 1;
+  const Eigen::VectorXd extents = extents_of(problem, motion);
+  for (Eigen::Index i = 0; i < problem.goal.size(); ++i) {
+    if (std::isnan(problem.goal[i])) continue;
+    note(std::abs(motion.x(i, last) - problem.goal[i]), extents[i], problem.states[std::size_t(i)]);
+  }
+  const auto at = [&](int p) {
+    return problem.stage(motion.t[p], motion.x.col(p), motion.a.col(p), motion.u.col(p));
+  };
+  for (const Term& term : problem.terms) {
+    if (term.where != Where::kTerminal || term.role != Role::kEquality) continue;
+    note(term.function(at(last)).norm(), term.function(at(0)).norm(), term.name);
+  }
+  facts.off_goal = std::sqrt(squares);
 }
 
 class DdpRounds {
@@ -58,7 +78,7 @@ class DdpRounds {
                                 solution.nlp.times.total + solution.verify_seconds, solution.cost(),
                                 solution.verification.worst_relative, solution.nlp.status});
       const bool is_first = moment_.refinement == 0;
-      if (!is_first && !solution.success()) {
+      if (!is_first && !solution.converged()) {
         result_.trouble = "the mesh of " + std::to_string(moment_.intervals) +
                           " intervals: " + describe(solution.nlp.status);
         break;
@@ -131,6 +151,7 @@ class DdpRounds {
     if (found.iterations.empty() && watch_.stop.stop_requested())
       throw Interrupted("interrupted before the first iteration: there is no motion yet");
     Solution solution;
+    solution.demands = task_.demands;
     solution.nlp.status = found.status;
     solution.nlp.objective = found.cost;
     solution.nlp.log = now_;
@@ -141,11 +162,14 @@ class DdpRounds {
     const auto begin = std::chrono::steady_clock::now();
     solution.verification = verify(problem_, solution.motion, {}, watch_.stop);
     solution.verify_seconds = seconds_since(begin);
-    facts_ = {found.iterations.empty() ? std::nan("") : found.iterations.back().slope,
-              {},
-              off_goal(task_, solution.motion)};
-    if (task_.optimise.mesh.hessian == HessianKind::kExact && found.success())
+    facts_ = {};
+    facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
+    look_at_goal(task_, solution.motion, facts_);
+    if (task_.optimise.mesh.hessian == HessianKind::kExact && found.success()) {
       facts_.is_minimum = found.is_minimum;
+      solution.nlp.stationary_point =
+          found.is_minimum ? StationaryPoint::kMinimum : StationaryPoint::kNotMinimum;
+    }
     return solution;
   }
 

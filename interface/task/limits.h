@@ -16,12 +16,14 @@
 
 namespace dyntape {
 
+enum class LimitOf { kRobot, kClearance, kTask };
+
 struct LimitExcess {
   std::string quantity, joint,
       unit;                     // "velocity", "panda_joint1", "rad/s"; "clearance", "hand from post", "m"
   double value, limit, time;    // where it is exceeded most (s)
   bool between_points = false;  // at the points of the mesh it is kept: a finer one may keep it
-  bool of_robot = true;         // else of the task
+  LimitOf of = LimitOf::kRobot;
   std::string text() const;
 };
 
@@ -30,7 +32,10 @@ struct LimitExcess {
 // demands.true_defect of the range on (of the limit, where it is one-sided).  Clearances are looked at so often that what
 // two bodies move from one look to the next is at most a sixteenth of how far their centres have to be apart (but no more
 // than 4096 times an interval); between points of the mesh they are too small from true_defect of that distance on, but
-// never from more than a thousandth, at the points from a micrometre and a millionth of it on.  Limits are those of the robot, whatever the task bounds; last come the clearances that the task asks for.
+// never from more than a thousandth, at the points from a micrometre and a millionth of it on.
+// Limits are those of the robot, whatever the task bounds; then come, between points, the bounds of states and controls and
+// the inequalities along the path that the task states (what they lack at points is a violation, verify.h), last the
+// clearances.
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
 
 // The robot's limits as bounds of the problem: positions, velocities, efforts.

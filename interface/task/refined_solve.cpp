@@ -92,6 +92,7 @@ class Rounds {
     options.enter = [this](OptimiseStep step) { tell(stage_of(step)); };
     options.solver.max_iterations = std::max(options.solver.max_iterations - iterations_, 0);
     options.solver.max_seconds = std::max(options.solver.max_seconds - processor_seconds_, kLeastSecondsLeft);
+    options.demands = task_.demands;
     options.check_derivatives = options.check_derivatives && moment_.refinement == 0;
     return options;
   }
@@ -130,7 +131,7 @@ class Rounds {
       auto program = std::make_unique<PhasedCollocation>(*result_.program, phases_, nodes);
       PhasedSolution fine = optimise(*program, phases_, warm_start(coarse.motions, *program), options());
       note(whole(task_, fine));
-      if (!fine.success()) {
+      if (!fine.converged()) {
         result_.trouble = where + describe(fine.nlp.status);
         return false;
       }
@@ -193,7 +194,7 @@ std::string SolveMoment::text() const {
 
 bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task) {
   const Verification& v = solution.verification;
-  if (!solution.success() || !(v.violation <= task.demands.violation)) return false;
+  if (!solution.converged() || !(v.violation <= task.demands.violation)) return false;
   if (!(v.worst_relative <= task.demands.true_defect)) return true;
   if (!task.demands.limits) return false;
   const auto between = [](const LimitExcess& excess) { return excess.between_points; };

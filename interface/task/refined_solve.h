@@ -37,7 +37,11 @@ struct SolveSizes {
 struct DdpFacts {
   double slope = 0;                // largest of the cost by a control that is at no limit
   std::optional<bool> is_minimum;  // of the second order, where that is known
-  double off_goal = 0;             // distance from the goal at the end, norm over the states it gives
+  double off_goal = 0;             // distance from the goal at the end, norm over what it gives
+  // What the goal gives that is missed most, as a part of how far the motion moves it, or of how far a frame begins from
+  // its goal.
+  double goal_miss = 0;
+  std::string missed = {};
 };
 
 struct PhaseTime {

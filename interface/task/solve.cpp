@@ -90,7 +90,6 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;
-  report.demands.stationarity = std::max(task.demands.stationarity, 10 * task.optimise.solver.tolerance);
   if (task.phases.empty()) report.free_time = task.problem.free_time;
   RefinedSolve solve =
       task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
@@ -101,6 +100,7 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   report.meshes = std::move(solve.meshes);
   report.refinement_trouble = std::move(solve.trouble);
   report.solution = std::move(solve.solution);
+  report.has_soft_goal = task.has_soft_goal;
   report.excesses = std::move(solve.excesses);
   report.phases = std::move(solve.phases);
   report.active = std::move(solve.active);

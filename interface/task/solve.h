@@ -46,12 +46,14 @@ struct SolveReport {
   std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
 
   Task::Demands demands;
+  bool has_soft_goal = false;
 
   // A motion that breaks a constraint, has multipliers that do not show it to be an optimum, is not what its controls do,
   // or is beyond the robot, is no success, whatever the solver says.
-  bool feasible() const { return solution.verification.violation <= demands.violation; }
-  bool optimal() const;  // by differential dynamic programming the solver's own word
-  bool true_enough() const;
+  bool feasible() const { return is_feasible(solution.verification, solution.demands); }
+  bool optimal() const;  // by differential dynamic programming the first order is the solver's own word
+  bool true_enough() const { return is_accurate(solution.verification, solution.demands); }
+  bool reaches_goal() const;  // by differential dynamic programming, which does not demand it
   bool within_limits() const { return excesses.empty() || !demands.limits; }
   bool cost_matches() const;  // the known optimum, where the task states one
   bool success() const;

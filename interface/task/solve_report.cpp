@@ -31,6 +31,18 @@ std::string defect_text(const SolveReport& report) {
          io::scientific(report.demands.true_defect) + ")";
 }
 
+std::string order_text(StationaryPoint order) {
+  switch (order) {
+    case StationaryPoint::kMinimum:
+      return "yes";
+    case StationaryPoint::kNotMinimum:
+      return "no";
+    case StationaryPoint::kUnknown:
+      break;
+  }
+  return "not known";
+}
+
 std::string excess_text(const std::vector<LimitExcess>& excesses) {
   std::string text;
   for (const LimitExcess& excess : excesses) text += "  " + excess.text() + "\n";
@@ -110,17 +122,15 @@ std::string SolveReport::text() const {
                 io::scientific(v.violation) + (v.worst_row.empty() ? "" : " (" + v.worst_row + ")")});
   if (ddp) {
     facts.append({"largest slope by a control", io::scientific(ddp->slope)});
-    facts.append({"a minimum of the second order", !ddp->is_minimum   ? "not known"
-                                                   : *ddp->is_minimum ? "yes"
-                                                                      : "no"});
     facts.append({"from the goal at the end",
-                  io::significant(ddp->off_goal, 3) + " (costs draw to it, norm over the states)"});
+                  io::significant(ddp->off_goal, 3) + " (costs draw to it; norm over what it gives)"});
   } else {
     facts.append({"optimality, relative, recomputed",
                   "stationarity " + io::scientific(solution.kkt.stationarity) + ", feasibility " +
                       io::scientific(solution.kkt.feasibility) + ", complementarity " +
                       io::scientific(solution.kkt.complementarity)});
   }
+  facts.append({"a minimum, to the second order", order_text(nlp.stationary_point)});
   facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
                                                  (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
   facts.append({"true defect, of the motion", defect_text(*this)});
@@ -186,10 +196,17 @@ std::string SolveReport::json() const {
   j["kkt"] = {{"stationarity", number(solution.kkt.stationarity)},
               {"feasibility", number(solution.kkt.feasibility)},
               {"complementarity", number(solution.kkt.complementarity)}};
+  const StationaryPoint order = nlp.stationary_point;
+  j["is_minimum"] = order == StationaryPoint::kUnknown ? ordered_json(nullptr)
+                                                       : ordered_json(order == StationaryPoint::kMinimum);
   if (ddp)
-    j["ddp"] = {{"slope", number(ddp->slope)},
-                {"is_minimum", ddp->is_minimum ? ordered_json(*ddp->is_minimum) : ordered_json(nullptr)},
-                {"from_goal", number(ddp->off_goal)}};
+    j["ddp"] = {
+        {"slope", number(ddp->slope)},
+        {"is_minimum", ddp->is_minimum ? ordered_json(*ddp->is_minimum) : ordered_json(nullptr)},
+        {"from_goal", number(ddp->off_goal)},
+        {"goal_miss",
+         {{"what", ddp->missed}, {"share", number(ddp->goal_miss)}, {"allowed", number(demands.goal)}}},
+        {"soft_goal", has_soft_goal}};
   j["true_defect"] = number(v.worst_defect);
   j["relative_defect"] = {{"value", number(v.worst_relative)},
                           {"interval", v.worst_interval},

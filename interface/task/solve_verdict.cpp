@@ -40,7 +40,7 @@ std::string of_coarse(const SolveReport& report) {
 std::string of_interrupted(const SolveReport& report) {
   const std::string after = "Interrupted after " + std::to_string(report.iterations()) + " iterations: ";
   const Verification& v = report.solution.verification;
-  if (report.solution.success()) {
+  if (report.solution.converged()) {
     return after + "the motion is an optimum of " + std::to_string(v.relative_defect.size()) +
            " intervals, and not verified to be what its controls do.";
   }
@@ -56,21 +56,51 @@ std::string of_violated(const SolveReport& report) {
          " of its magnitude.";
 }
 
+// Of what the solver calls solved: which of the conditions of an optimum does not hold.
+std::string of_not_optimal(const Solution& solution) {
+  const KktResiduals& kkt = solution.kkt;
+  const Demands& demands = solution.demands;
+  if (kkt.stationarity <= demands.stationarity && kkt.complementarity <= demands.complementarity)
+    return "The motion is stationary, but it is not a minimum: the cost falls along a direction of negative "
+           "curvature, and no better optimum was found along it; expected another guess, or a start beside "
+           "the "
+           "symmetric one.";
+  const bool is_stationary = kkt.stationarity <= demands.stationarity;
+  return std::string("The solver reports success, but the motion is not shown to be an optimum: ") +
+         (is_stationary ? "complementarity" : "stationarity") + ", computed anew, is " +
+         io::scientific(is_stationary ? kkt.complementarity : kkt.stationarity) + ", where " +
+         io::scientific(is_stationary ? demands.complementarity : demands.stationarity) + " is allowed; " +
+         (is_stationary ? "limits are kept at a distance, as by a barrier that is left."
+                        : "constraints that nearly depend on each other can look like this.");
+}
+
+// "asks for more than the robot can do: "
+std::string beyond(LimitOf of) {
+  switch (of) {
+    case LimitOf::kRobot:
+      return "asks for more than the robot can do: ";
+    case LimitOf::kClearance:
+      return "comes nearer to what is around than the task allows: ";
+    case LimitOf::kTask:
+      break;
+  }
+  return "exceeds a bound of the task: ";
+}
+
 }  // namespace
 
 bool SolveReport::cost_matches() const {
   return !expected || std::abs(solution.cost() - expected->cost) <= expected->tolerance;
 }
 
-bool SolveReport::optimal() const { return solution.kkt.stationarity <= demands.stationarity; }  // NaN is not
-
-bool SolveReport::true_enough() const {
-  return solution.verification.worst_relative <= demands.true_defect &&  // NaN is not
-         solution.verification.trouble.empty();
+bool SolveReport::optimal() const {
+  return is_optimal(solution.kkt, solution.nlp.stationary_point, solution.demands);
 }
 
+bool SolveReport::reaches_goal() const { return !ddp || has_soft_goal || ddp->goal_miss <= demands.goal; }
+
 bool SolveReport::success() const {
-  return solution.success() && feasible() && optimal() && true_enough() && within_limits() && cost_matches();
+  return solution.success() && reaches_goal() && within_limits() && cost_matches();
 }
 
 int SolveReport::iterations() const {
@@ -84,25 +114,25 @@ std::string SolveReport::verdict() const {
   if (interrupted) return of_interrupted(*this);
   if (solution.nlp.status == SolveStatus::kLocallyInfeasible)
     return describe(solution.nlp.status) + of_violated(*this) + kLimitsHold;
-  if (!solution.success()) return describe(solution.nlp.status) + of_violated(*this);
+  if (!solution.converged()) return describe(solution.nlp.status) + of_violated(*this);
   if (!feasible()) {
     return "The solver reports success, but the motion violates " + v.worst_row + " by " +
            io::scientific(v.violation) + " of its magnitude.";
   }
-  if (!optimal()) {
-    return "The solver reports success, but the motion is not shown to be an optimum: stationarity, computed "
-           "anew, is " +
-           io::scientific(solution.kkt.stationarity) + ", where " + io::scientific(demands.stationarity) +
-           " is allowed; constraints that nearly depend on each other can look like this.";
-  }
+  if (!optimal()) return of_not_optimal(solution);
   if (!v.trouble.empty())
     return "The solver reports success, but the motion cannot be re-simulated: " + v.trouble + ".";
   if (!true_enough()) return of_coarse(*this);
+  if (!reaches_goal()) {
+    return "A local optimum was found, but it misses the goal: " + ddp->missed + " ends off by " +
+           io::significant(100 * ddp->goal_miss, 3) + " % of how far it moves, where verify.goal allows " +
+           io::significant(100 * demands.goal, 3) +
+           " %; expected greater weights in costs.tracking.end, or 'goal { soft on }' where the goal need "
+           "not be "
+           "met.";
+  }
   if (!within_limits())
-    return std::string("A local optimum was found, but it ") +
-           (excesses.front().of_robot ? "asks for more than the robot can do: "
-                                      : "comes nearer to what is around than the task allows: ") +
-           first_of(excesses) + ".";
+    return "A local optimum was found, but it " + beyond(excesses.front().of) + first_of(excesses) + ".";
   if (!cost_matches()) {
     return "A local optimum was found, but not the known one: the cost differs by " +
            io::scientific(solution.cost() - expected->cost) + ".";

@@ -52,6 +52,7 @@
 //                   base { position, roll_pitch_yaw, velocity, angular_velocity: as in scenes [0] }, and of the goal's
 //                   free ["" : those of the four that are left open]
 //   goal            in place of q: frame LINK { position "x y z" (m), orientation "roll pitch yaw" (rad) }, one or both
+//   goal            soft [off]: of method ddp, whose costs draw to the goal: it need not be met (verify.goal)
 //   waypoints       waypoint NAME { at (share of the duration), and frame LINK { ... } as of the goal, or q VECTOR }: where the
 //                   motion passes, as many as there are; the guess passes there too (waypoint_keys.h)
 //   reference       file (a table with columns t, q.<joint>, v.<joint>, as solve writes it), q VECTOR [0], v VECTOR [0]:
@@ -87,6 +88,8 @@
 //                   true_defect [1e-3]: most that an interval may differ from its re-simulation, as a part of how far
 //                   the motion moves each state (verify.h); the simulation has to come to an end whatever is demanded;
 //                   refinements [4]: times that the mesh is refined and the task solved again where it is more;
+//                   goal [1e-2]: most that a motion by method ddp may end from a goal that is not soft, as a part of how far
+//                   the motion moves it;
 //                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
 //                   impose, or nearer to an obstacle between points of the mesh, is no success; off: it is reported only
 //   expected        cost, tolerance: a known optimum to compare with
@@ -138,20 +141,18 @@ struct Task {
     double cost, tolerance;
   };
   std::optional<Expected> expected;
-  // A thousandth of the motion is what a controller corrects without being seen to, and less than a robot's masses are
-  // known to; a mesh that is fine enough for its motion stays below it by orders.  Each refinement of a trapezoid
-  // divides the defect by 8, of Hermite-Simpson by 32: what four do not cure is no matter of the mesh.
-  struct Demands {
-    double violation = 1e-6;
-    // Of the gradient of the Lagrangian, computed anew, relative to the program's magnitudes (kkt.h); or ten times the
-    // solver's tolerance, which that weighs by large multipliers, where it is more.  Optima of the shipped tasks stay below
-    // 1e-6; multipliers that are lost leave it near one.
-    double stationarity = 1e-4;
-    double true_defect = 1e-3;
+  // Those of any solution (optimise.h), and what a task asks for besides.
+  struct Demands : dyntape::Demands {
+    // Each refinement of a trapezoid divides the defect by 8, of Hermite-Simpson by 32: what four do not cure is no
+    // matter of the mesh.
     int refinements = 4;
     bool limits = true;
+    // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
+    // gives; unless the goal is soft.
+    double goal = 1e-2;
   };
   Demands demands;
+  bool has_soft_goal = false;  // costs draw to it, and it need not be met
   std::vector<std::string> traces;
   View view = View::kXz;
   struct ModelSettings {

@@ -179,6 +179,18 @@ void read_goal(Section& of, Keys& keys, const RobotModel* model) {
   keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
 }
 
+// Of method ddp, whose costs draw to the goal.
+void read_soft_goal(Section& file, Task& task) {
+  if (!file.has("goal")) return;
+  Section goal = file.child("goal");
+  task.has_soft_goal =
+      goal.about("of method ddp: costs draw to it, and it need not be met").get_or("soft", false);
+  if (task.has_soft_goal && !task.by_ddp)
+    goal.problem("soft",
+                 "'goal.soft' is of the method ddp; with other methods a goal is met, or left open by "
+                 "'free' and drawn to by costs.tracking");
+}
+
 // What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
 TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional<Problem::Range>& of_horizon,
                            bool is_last, const RobotModel* model) {
@@ -302,6 +314,8 @@ void read_demands(Section& file, Task::Demands& demands) {
   demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
   verify.about("how often the mesh is refined until it does not");
   demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
+  verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
+  demands.goal = verify.get_or("goal", demands.goal, io::or_infinite(io::positive()));
   verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
   demands.limits = verify.get_or("limits", demands.limits);
 }
@@ -387,6 +401,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
   if (!keys.closed || (!model && file.has("goal"))) read_goal(file, keys, model);
+  read_soft_goal(file, task);
   read_phases(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);
   keys.waypoints = read_waypoints(file, model);

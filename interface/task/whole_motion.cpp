@@ -80,6 +80,7 @@ Verification whole_verification(const Task& task, const PhasedSolution& phases) 
 Solution whole(const Task& task, const PhasedSolution& phases) {
   Solution s;
   s.nlp = phases.nlp;
+  s.demands = phases.demands;
   s.motion = task.phases.empty() ? phases.motions.front() : joined(task, phases);
   s.derivatives = phases.derivatives;
   s.kkt = phases.kkt;

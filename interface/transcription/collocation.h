@@ -176,6 +176,9 @@ class Collocation : public Nlp {
   Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
                                    const Eigen::MatrixXd& end_slopes, const Eigen::VectorXd& path,
                                    const Eigen::VectorXd& end);
+  Eigen::MatrixXd node_slopes() const;
+  Eigen::VectorXd look_around(const std::vector<double>& start, Eigen::VectorXd z, Eigen::MatrixXd& slopes,
+                              Eigen::MatrixXd& end_slopes);
   void propagate(Eigen::VectorXd& z, const std::vector<double>& start, const Eigen::MatrixXd& slopes) const;
   void replace_rounding(Eigen::VectorXd& z, const Eigen::MatrixXd& slopes) const;
   Eigen::VectorXd missing_of_path() const;

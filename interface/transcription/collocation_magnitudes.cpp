@@ -19,7 +19,8 @@ constexpr double kRounding = 1e-13;     // what is smaller, relative to its like
 constexpr double kNegligible = 1e-12;   // a state that its rate outgrows by more moves by rounding alone
 constexpr double kPace = 4;             // a motion speeds up and slows down again: it changes in T / kPace
 constexpr double kDisplacement = 1e-3;  // at which curvature of the cost is looked for
-constexpr double kUnresolved = 1e-7;    // what a solve leaves of its unit need not be more than its tolerance
+constexpr double kGolden = 0.61803398874989485;  // its multiples, less whole numbers, lie evenly
+constexpr double kUnresolved = 1e-7;  // what a solve leaves of its unit need not be more than its tolerance
 // What the cost amounts to once it is divided: its optimum is then found to 1e-10 with a tolerance of 1e-8, and
 // barrier terms, which start at 0.1, do not outweigh it.
 constexpr double kCostResolution = 100;
@@ -303,11 +304,42 @@ double Collocation::cost_magnitude(const std::vector<double>& start, const Vecto
   return cost > 0 && std::isfinite(cost) ? cost / kCostResolution : 1;
 }
 
+// The largest slopes there are over the points of a guess, of the node's rows and of those of instants.
+MatrixXd Collocation::node_slopes() const {
+  return largest_slopes(functions_->node().jacobian_pattern(), first_j_, 0, used_);
+}
+
+// A slope at the start may be rounding, or hold nearby alone, as that of a cosine next to its top, and what it gives
+// reaches farther than it holds.  The slopes around the start, as far away as what they give, tell: the longest reach that
+// they agree with is taken, and slopes that are no less than these.
+VectorXd Collocation::look_around(const std::vector<double>& start, VectorXd z, MatrixXd& slopes,
+                                  MatrixXd& end_slopes) {
+  constexpr double kAgrees = 0.25, kShorter = 0.25, kShortest = 1e-18;
+  for (double share = 1; share > kShortest; share *= kShorter) {
+    std::vector<double> moved = start;
+    for (std::size_t i = 0; i < moved.size(); ++i) {
+      const double part = 2 * std::fmod(kGolden * double(i + 1), 1) - 1;  // evenly over -1 .. 1
+      const double reach = z[Index(i % n_z_)];
+      if (std::isfinite(reach)) moved[i] += share * part * reach;
+    }
+    if (!evaluate_first(moved.data())) continue;
+    MatrixXd there = slopes.cwiseMax(node_slopes()), end_there = end_slopes.cwiseMax(instant_slopes());
+    evaluate_first(start.data());
+    const VectorXd found = stage_magnitudes(start, there, end_there);
+    if (!(found.array() >= kAgrees * share * z.array()).all()) continue;
+    if (share == 1) return z;
+    slopes = std::move(there), end_slopes = std::move(end_there);
+    return found;
+  }
+  evaluate_first(start.data());
+  return z;
+}
+
 NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMagnitudes& before) {
   if (!evaluate_first(at.data())) return before;
-  const MatrixXd slopes = largest_slopes(functions_->node().jacobian_pattern(), first_j_, 0, used_);
-  const MatrixXd end_slopes = instant_slopes();
-  VectorXd z = stage_magnitudes(at, slopes, end_slopes), lower(z.size()), upper(z.size());
+  MatrixXd slopes = node_slopes(), end_slopes = instant_slopes();
+  VectorXd z = look_around(at, stage_magnitudes(at, slopes, end_slopes), slopes, end_slopes);
+  VectorXd lower(z.size()), upper(z.size());
   lower << problem_.x.lower, problem_.a.lower, problem_.u.lower;
   upper << problem_.x.upper, problem_.a.upper, problem_.u.upper;
   keep_within(z, upper - lower);

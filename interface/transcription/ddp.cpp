@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/transcription/ddp.h>
 
+#include <Eigen/Eigenvalues>
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
@@ -217,7 +219,11 @@ class Ddp {
         weights_ << riccati.p() + riccati.P() * s.c, 1;
         steps_.curve(k, weights_);
       }
-      if (!riccati.push(s, shift_)) return false;
+      if (!riccati.push(s, shift_)) {
+        failed_stage_ = k;
+        failed_ = riccati.input_curvature();
+        return false;
+      }
       policy_[std::size_t(k)] = riccati.policy();
       slope_.col(k) = riccati.p();
     }
@@ -281,6 +287,37 @@ class Ddp {
     return shift_ <= kMost;
   }
 
+  // From a stationary point that is no minimum: the controls of the last stage that has none are moved along its most
+  // negative curvature, and what is behind follows the policies that are best there, so that the cost falls by the square
+  // of the length.  False where no length lowers it.
+  bool leave_saddle() {
+    constexpr int kMost = 5, kLongest = 20, kShortest = -40;  // powers of two
+    constexpr double kEnough = 0.1;
+    if (options_.hessian != DdpHessian::kExact || ++saddles_ > kMost) return false;
+    const double kept = std::exchange(shift_, 0);
+    const bool is_minimum = backward();
+    shift_ = kept;
+    if (is_minimum) return false;
+    const int k = failed_stage_;
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> own(failed_);
+    const double curvature = own.eigenvalues()[0];
+    if (!(curvature < 0)) return false;
+    const VectorXd along = own.eigenvectors().col(0);
+    for (LqPolicy& policy : policy_) policy.k.setZero();
+    for (int before = 0; before <= k; ++before) policy_[std::size_t(before)].K.setZero();
+    gap_.setZero();
+    const double cost = now_.cost;
+    for (int power = kLongest; power >= kShortest; --power) {
+      const double length = std::ldexp(1.0, power);
+      policy_[std::size_t(k)].k = length * along;
+      std::optional<Motion> next = roll_out(1);
+      if (!next || !(next->cost - cost <= kEnough * length * length * curvature / 2)) continue;
+      now_ = std::move(*next);
+      return true;
+    }
+    return false;
+  }
+
   // The policy of a solution; a shift that is left says that it is no minimum.
   SolveStatus finish() {
     shift_ = 0;
@@ -302,7 +339,11 @@ class Ddp {
       if (!std::isfinite(at.slope)) return SolveStatus::kNotFinite;
       if (is_solved(at)) {
         note(at);
-        return finish();
+        const SolveStatus status = finish();
+        if (status != SolveStatus::kSolved || shift_ == 0) return status;
+        if (!leave_saddle()) return finish();
+        least_slope_ = HUGE_VAL, stalled_ = 0, shift_ = 0;
+        continue;
       }
       if (at.cost < kUnbounded) return SolveStatus::kDiverging;
       const SolveStatus at_rest = is_acceptable(at) ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
@@ -340,7 +381,10 @@ class Ddp {
   Motion now_;
   double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL;
   bool is_near_rounding_ = false;
-  int stalled_ = 0;
+  int stalled_ = 0, saddles_ = 0;
+  int failed_stage_ =
+      -1;            // of the last backward pass that failed: its stage, and the curvature by its controls
+  MatrixXd failed_;  // (n_u x n_u)
 };
 
 double worst_defect(const Problem& problem, const DdpSolution& solution, const std::stop_token& stop) {

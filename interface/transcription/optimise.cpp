@@ -29,6 +29,22 @@ namespace {
 
 }  // namespace
 
+bool is_optimal(const KktResiduals& kkt, StationaryPoint order, const Demands& demands) {
+  return kkt.stationarity <= demands.stationarity && kkt.complementarity <= demands.complementarity &&
+         order != StationaryPoint::kNotMinimum;
+}
+bool is_feasible(const Verification& verification, const Demands& demands) {
+  return verification.violation <= demands.violation;
+}
+bool is_accurate(const Verification& verification, const Demands& demands) {
+  return verification.worst_relative <= demands.true_defect && verification.trouble.empty();
+}
+
+Demands allowing(Demands demands, const SolverOptions& solver) {
+  demands.stationarity = std::max(demands.stationarity, 10 * solver.tolerance);
+  return demands;
+}
+
 DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::vector<double>& start,
                               bool with_derivatives) {
   if (start.size() != nlp.shape().n()) {
@@ -49,6 +65,7 @@ DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::v
 
 Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
   Solution solution;
+  solution.demands = allowing(options.demands, options.solver);
   const auto enter = [&](OptimiseStep step) {
     if (options.enter) options.enter(step);
   };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/transcription/optimise_phases.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include <dyntape/autodiff/error.h>
@@ -32,6 +33,15 @@ double link_violation(const Phases& phases, const std::vector<Trajectory>& motio
 
 }  // namespace
 
+bool PhasedSolution::success() const {
+  if (!converged() || !is_optimal(kkt, nlp.stationary_point, demands)) return false;
+  const auto is_good = [&](const Verification& v) {
+    return is_feasible(v, demands) && is_accurate(v, demands);
+  };
+  return link_violation <= demands.violation &&
+         std::all_of(verifications.begin(), verifications.end(), is_good);
+}
+
 double PhasedSolution::begin(std::size_t phase) const {
   if (phase >= motions.size())
     throw ArgumentError("there is no phase " + std::to_string(phase) + ", expected a number below " +
@@ -59,6 +69,7 @@ PhasedSolution::States PhasedSolution::states() const {
 PhasedSolution optimise(PhasedCollocation& nlp, const Phases& phases, const std::vector<double>& start,
                         const OptimiseOptions& options) {
   PhasedSolution solution;
+  solution.demands = allowing(options.demands, options.solver);
   const auto enter = [&](OptimiseStep step) {
     if (options.enter) options.enter(step);
   };
@@ -89,9 +100,11 @@ PhasedSolution optimise(const Phases& phases, const PhasedOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   PhasedCollocation nlp(phases, options.meshes);
   const double build_seconds = seconds_since(begin);
-  PhasedSolution solution = optimise(
-      nlp, phases, nlp.start(),
-      {.solver = options.solver, .check_derivatives = options.check_derivatives, .verify = options.verify});
+  PhasedSolution solution = optimise(nlp, phases, nlp.start(),
+                                     {.solver = options.solver,
+                                      .check_derivatives = options.check_derivatives,
+                                      .verify = options.verify,
+                                      .demands = options.demands});
   solution.build_seconds = build_seconds;
   return solution;
 }

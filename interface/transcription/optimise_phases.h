@@ -22,6 +22,7 @@ struct PhasedOptions {
   SolverOptions solver = {};
   bool check_derivatives = true;
   bool verify = true;
+  Demands demands = {};
 };
 
 struct PhasedSolution {
@@ -33,7 +34,10 @@ struct PhasedSolution {
   double link_violation = 0;
   double build_seconds = 0, check_seconds = 0, verify_seconds = 0;
 
-  bool success() const { return nlp.status == SolveStatus::kSolved; }
+  Demands demands = {};  // that success() asks for
+
+  bool converged() const { return nlp.status == SolveStatus::kSolved; }
+  bool success() const;  // as of a Solution, of every phase, and links within demands.violation
   double cost() const { return nlp.objective; }
   double begin(std::size_t phase) const;  // s; ArgumentError where there is no such phase
   // All points of phases with as many states, one after another in time; where two phases meet there are two.

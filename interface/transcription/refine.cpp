@@ -47,8 +47,13 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
   const std::vector<double> points(motion.t.begin(), motion.t.end());
   const std::vector<double> nodes = motion.nodes();
   const Eigen::MatrixXd rates = rates_of(problem, motion);
-  Trajectory result{Eigen::Map<const Eigen::VectorXd>(times.data(), n), Eigen::MatrixXd(motion.x.rows(), n),
-                    Eigen::MatrixXd(motion.a.rows(), n), Eigen::MatrixXd(motion.u.rows(), n), motion.scheme};
+  Trajectory result{Eigen::Map<const Eigen::VectorXd>(times.data(), n),
+                    Eigen::MatrixXd(motion.x.rows(), n),
+                    Eigen::MatrixXd(motion.a.rows(), n),
+                    Eigen::MatrixXd(motion.u.rows(), n),
+                    motion.scheme,
+                    motion.u_lower,
+                    motion.u_upper};
   for (Eigen::Index i = 0; i < n; ++i) {
     const double t = result.t[i];
     const int p = interval_with(t, points), k = interval_with(t, nodes);

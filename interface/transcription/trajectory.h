@@ -20,6 +20,9 @@ struct Trajectory {
   Eigen::MatrixXd a;  // (n_a x points)
   Eigen::MatrixXd u;  // (n_u x points)
   Scheme scheme;
+  // Limits of the controls, (n_u) or empty.  They hold by construction: a polynomial through points at a limit would pass
+  // it between them, as at each switch of a control that goes from one limit to the other.
+  Eigen::VectorXd u_lower = {}, u_upper = {};
 
   int points() const { return static_cast<int>(t.size()); }
   int intervals() const { return (points() - 1) / (scheme.points() - 1); }
@@ -30,9 +33,11 @@ struct Trajectory {
     return times;
   }
 
-  // The control at a fraction (0..1) of an interval, as the scheme interpolates it.
+  // The control at a fraction (0..1) of an interval, as the scheme interpolates it, within its limits.
   Eigen::VectorXd control(int interval, double fraction) const {
-    return u.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
+    Eigen::VectorXd value = u.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);
+    if (u_lower.size() > 0) value = value.cwiseMax(u_lower).cwiseMin(u_upper);
+    return value;
   }
   Eigen::VectorXd acceleration(int interval, double fraction) const {
     return a.middleCols(node(interval), scheme.points()) * scheme.control_weights(fraction);

@@ -194,21 +194,6 @@ class Audit {
     });
   }
 
-  // Of each state: how far the motion moves it (verify.h).
-  Eigen::VectorXd extents() const {
-    Eigen::VectorXd extents = motion_.x.rowwise().maxCoeff() - motion_.x.rowwise().minCoeff();
-    std::map<std::string, double> largest;  // of a kind
-    for (Eigen::Index i = 0; i < extents.size(); ++i) {
-      double& most = largest[kind_of_state(problem_.states[std::size_t(i)])];
-      most = std::max(most, extents[i]);
-    }
-    for (Eigen::Index i = 0; i < extents.size(); ++i) {
-      const double of_kind = largest[kind_of_state(problem_.states[std::size_t(i)])];
-      extents[i] = std::max({extents[i], kStill * unit(0, i), kOfKind * of_kind});
-    }
-    return extents;
-  }
-
   Simulation until_stopped(int k, const Eigen::VectorXd& from) const {
     Simulation end = stop_.stop_requested() ? Simulation{} : simulate_interval(k, from);
     if (!stop_.stop_requested()) return end;
@@ -230,7 +215,7 @@ class Audit {
   void simulate_intervals() {
     result_.true_defect.resize(motion_.intervals());
     result_.relative_defect.resize(motion_.intervals());
-    const Eigen::VectorXd extents = this->extents();
+    const Eigen::VectorXd extents = extents_of(problem_, motion_, units_);
     for (int k = 0; k < motion_.intervals(); ++k) {
       const Simulation end = until_stopped(k, motion_.x.col(motion_.node(k)));
       result_.true_defect[k] = distance(end.x, motion_.node(k + 1));
@@ -262,6 +247,22 @@ class Audit {
 };
 
 }  // namespace
+
+Eigen::VectorXd extents_of(const Problem& problem, const Trajectory& motion,
+                           const NlpMagnitudes& magnitudes) {
+  Eigen::VectorXd extents = motion.x.rowwise().maxCoeff() - motion.x.rowwise().minCoeff();
+  std::map<std::string, double> largest;  // of a kind
+  for (Eigen::Index i = 0; i < extents.size(); ++i) {
+    double& most = largest[kind_of_state(problem.states[std::size_t(i)])];
+    most = std::max(most, extents[i]);
+  }
+  for (Eigen::Index i = 0; i < extents.size(); ++i) {
+    const double of_kind = largest[kind_of_state(problem.states[std::size_t(i)])];
+    const double unit = std::size_t(i) < magnitudes.x.size() ? magnitudes.x[std::size_t(i)] : 1;
+    extents[i] = std::max({extents[i], kStill * unit, kOfKind * of_kind});
+  }
+  return extents;
+}
 
 Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes,
                     const std::stop_token& stop) {

@@ -58,6 +58,11 @@ struct Verification {
 Verification verify(const Problem& problem, const Trajectory& motion, const NlpMagnitudes& magnitudes = {},
                     const std::stop_token& stop = {});
 
+// (n_x) How far the motion moves each state, or what it is measured by where it moves little (above).  Without nominal
+// values they count as ones.
+Eigen::VectorXd extents_of(const Problem& problem, const Trajectory& motion,
+                           const NlpMagnitudes& magnitudes = {});
+
 // The state at the end of x' = ode(t, x, u(t)) from x at time `from`, to <= from being no time at all.
 struct Simulation {
   Eigen::VectorXd x;    // NaN, all of it, where the simulation breaks down
