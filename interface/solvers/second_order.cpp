@@ -16,7 +16,7 @@ namespace {
 using Eigen::VectorXd;
 
 constexpr std::size_t kMostOfStage = 500;  // variables: factors are dense
-constexpr double kFlat = 1e-8;             // of the largest entry of W: curvature that says nothing
+constexpr double kFlat = 1e-7;             // of the largest entry of W: curvature that says nothing
 constexpr double kCurved = 1e-6;           // of what d . W d is summed up from: negative beyond rounding
 constexpr double kLeastDistance = 1e-12;   // from a bound, of max(1, |bound|)
 constexpr double kMostShift = 1e12;
@@ -37,6 +37,73 @@ double barrier_curvature(double multiplier, double value, double bound) {
   return std::max(multiplier, 0.0) /
          std::max(std::abs(value - bound), kLeastDistance * std::max(1.0, std::abs(bound)));
 }
+
+// A program with the Hessian of its Lagrangian by central differences of first derivatives, for programs whose own is an
+// approximation.  Stages share no entry of it, so a variable of each is moved at once.
+class DifferencedHessian : public Nlp {
+ public:
+  explicit DifferencedHessian(Nlp& nlp) : nlp_(nlp), shape_(nlp.shape()) {
+    shape_.hessian_kind = HessianKind::kExact;
+    begins_ = shape_.stages.empty() ? std::vector<std::size_t>{0} : shape_.stages;
+    begins_.push_back(shape_.n());
+    std::vector<std::vector<std::uint32_t>> rows(shape_.n());
+    for (std::size_t k = 0; k + 1 < begins_.size(); ++k) {
+      for (std::size_t row = begins_[k]; row < begins_[k + 1]; ++row)
+        for (std::size_t col = begins_[k]; col <= row; ++col) rows[row].push_back(std::uint32_t(col));
+    }
+    shape_.hessian = pattern_from_rows(rows, shape_.n());
+  }
+
+  const NlpShape& shape() const override { return shape_; }
+  bool objective(const double* x, double& value) override { return nlp_.objective(x, value); }
+  bool gradient(const double* x, double* gradient) override { return nlp_.gradient(x, gradient); }
+  bool constraints(const double* x, double* g) override { return nlp_.constraints(x, g); }
+  bool jacobian(const double* x, double* nonzeros) override { return nlp_.jacobian(x, nonzeros); }
+
+  bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override {
+    constexpr double kStep = 1e-5;
+    const std::size_t n = shape_.n(), most = largest_stage(shape_);
+    std::vector<double> moved(n), above, below;
+    std::fill_n(nonzeros, shape_.hessian.nnz(), 0.0);
+    const auto step = [&](std::size_t i) { return kStep * std::max(1.0, std::abs(x[i])); };
+    for (std::size_t local = 0; local < most; ++local) {
+      const auto lagrangian = [&](double sign, std::vector<double>& slope) {
+        std::copy(x, x + n, moved.begin());
+        for (std::size_t k = 0; k + 1 < begins_.size(); ++k) {
+          const std::size_t i = begins_[k] + local;
+          if (i < begins_[k + 1]) moved[i] += sign * step(i);
+        }
+        return lagrangian_slope(moved, sigma, lambda, slope);
+      };
+      if (!lagrangian(1, above) || !lagrangian(-1, below)) return false;
+      for (std::size_t e = 0; e < shape_.hessian.nnz(); ++e) {
+        const std::size_t row = shape_.hessian.row[e], col = shape_.hessian.col[e];
+        const auto is_moved = [&](std::size_t i) {
+          return i - *std::prev(std::upper_bound(begins_.begin(), begins_.end(), i)) == local;
+        };
+        if (is_moved(col)) nonzeros[e] += (above[row] - below[row]) / (4 * step(col));
+        if (is_moved(row)) nonzeros[e] += (above[col] - below[col]) / (4 * step(row));
+      }
+    }
+    return true;
+  }
+
+ private:
+  bool lagrangian_slope(const std::vector<double>& x, double sigma, const double* lambda,
+                        std::vector<double>& slope) {
+    slope.resize(shape_.n()), jacobian_.resize(shape_.jacobian.nnz());
+    if (!nlp_.gradient(x.data(), slope.data()) || !nlp_.jacobian(x.data(), jacobian_.data())) return false;
+    for (double& entry : slope) entry *= sigma;
+    for (std::size_t e = 0; e < jacobian_.size(); ++e)
+      slope[shape_.jacobian.col[e]] += lambda[shape_.jacobian.row[e]] * jacobian_[e];
+    return true;
+  }
+
+  Nlp& nlp_;
+  NlpShape shape_;
+  std::vector<std::size_t> begins_;  // of stages, and the end
+  std::vector<double> jacobian_;
+};
 
 // What is judged: the Hessian W of sigma f + lambda . g, on rows that hold, or with elastic rows, which add J^T J.
 struct Curved {
@@ -153,7 +220,11 @@ KktDiagonal diagonal_of(const NlpShape& shape) {
 // Judged on a program whose rows tie neighbours alone (carried_nlp.h); `curved` is of the program itself.
 CurvatureCheck judge(Nlp& problem, const std::vector<double>& x, Curved curved) {
   const NlpShape& shape = problem.shape();
-  if (shape.hessian_kind != HessianKind::kExact || largest_stage(shape) > kMostOfStage) return {};
+  if (largest_stage(shape) > kMostOfStage) return {};
+  if (shape.hessian_kind != HessianKind::kExact) {
+    DifferencedHessian differenced(problem);
+    return judge(differenced, x, std::move(curved));
+  }
   try {
     if (!CarriedNlp::is_needed(shape)) return ReducedHessian(problem, x, std::move(curved)).judge();
     CarriedNlp carried(problem, x);

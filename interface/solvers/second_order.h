@@ -12,8 +12,8 @@
 // most negative curvature, and the point is called no minimum only if the curvature along it, computed from W and J
 // themselves, is negative beyond rounding.
 //
-// A program whose Hessian is no exact one, or whose stages are too large for dense factors, is not judged: kUnknown.
-// Take a scaled program (scaled_nlp.h), so that directions are relative to nominal values.
+// Where the program's Hessian is an approximation, that of differences of first derivatives is judged.  A program whose
+// stages are too large for dense factors is not: kUnknown.  Take a scaled program (scaled_nlp.h), so that directions are relative to nominal values.
 //
 // J. Nocedal and S. J. Wright, "Numerical Optimization", 2nd edition, theorem 12.5 and section 16.2 (inertia).
 #pragma once

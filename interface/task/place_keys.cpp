@@ -224,6 +224,13 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
   return contacts;
 }
 
+std::optional<double> read_floor(Section& file) {
+  Section block = file.child_or_empty("contacts");
+  block.about("height of the floor that contacts stand on [m]; absent: 0, and contacts elsewhere are noted");
+  if (!block.has("floor")) return std::nullopt;
+  return block.get<double>("floor", metres());
+}
+
 std::optional<FrameTarget> read_frame_target(Section& end, const RobotModel* model) {
   if (!end.about("where a link of the robot shall be, in place of q; its name behind the word").has("frame"))
     return std::nullopt;

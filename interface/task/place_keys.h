@@ -28,6 +28,9 @@ std::vector<Thruster> read_thrusters(io::Section& file, const dynamics::Model<do
 // The block `contacts`; their places are for the start to tell.
 std::vector<HeldContact> read_contacts(io::Section& file, const dynamics::Model<double>* model);
 
+// The floor's height (m), contacts.floor; none: the file does not say.
+std::optional<double> read_floor(io::Section& file);
+
 // The block `frame` of a goal, if there is one.
 std::optional<FrameTarget> read_frame_target(io::Section& end, const dynamics::Model<double>* model);
 

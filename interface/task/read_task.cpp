@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <set>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/ocp/inverse_kinematics.h>
 #include <dyntape/interface/ocp/penalties.h>
 #include <dyntape/interface/ocp/robot_configuration.h>
@@ -199,6 +201,42 @@ void place_contacts(Task& task, const Eigen::VectorXd& q) {
   }
 }
 
+// The height of a contact's point that is farthest from the floor (m), relative to it.
+double above_floor(const HeldContact& contact, double floor) {
+  double farthest = contact.corners.empty() ? contact.place->z() - floor : 0;
+  for (const Eigen::Vector3d& corner : contact.corners) {
+    const double height = (*contact.place + *contact.axes * corner).z() - floor;
+    if (std::abs(height) > std::abs(farthest)) farthest = height;
+  }
+  return farthest;
+}
+
+// Contacts that are held in mid-air or below the floor; where a phase lands one higher or lower, it says so.
+void check_floor(Task& task, const TaskKeys& keys) {
+  constexpr double kStands = 1e-3;  // m
+  const double floor = task.floor.value_or(0);
+  std::set<std::string> held, moved;
+  for (const TaskKeys::Phase& phase : keys.phases) {
+    held.insert(phase.hold.begin(), phase.hold.end());
+    for (const auto& [name, by] : phase.moved)
+      if (by.z() != 0) moved.insert(name);
+  }
+  std::vector<std::string> faults;
+  for (const HeldContact& contact : task.robot.contacts) {
+    if (!contact.place || moved.count(contact.frame)) continue;
+    if (!keys.phases.empty() && !held.count(contact.frame)) continue;
+    const double height = above_floor(contact, floor);
+    if (!(std::abs(height) > kStands)) continue;
+    faults.push_back(task.file + ": the contact \"" + contact.frame + "\" is held " +
+                     io::significant(std::abs(height), 3) + " m " + (height > 0 ? "above" : "below") +
+                     " the floor, which is at z = " + io::significant(floor, 3) +
+                     " m; expected a start that stands on it, or its height in 'contacts.floor'");
+  }
+  if (faults.empty()) return;
+  if (task.floor) throw FileError(faults);
+  task.notes.insert(task.notes.end(), faults.begin(), faults.end());
+}
+
 }  // namespace
 
 void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKnot>& guess) {
@@ -274,6 +312,7 @@ Task read_task(const std::string& path) {
 
   place_contacts(task, keys.start.head(task.scene.model.nq));
   if (keys.closed) place_last_step(task, keys);
+  check_floor(task, keys);
   const std::vector<GuessKnot> guess = guess_knots(task, keys);
   if (keys.closed) keys.start.setConstant(Problem::kFree);
   compose_problem(task, keys, guess);

@@ -134,7 +134,8 @@ std::string SolveReport::text() const {
   facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
                                                  (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
   facts.append({"true defect, of the motion", defect_text(*this)});
-  facts.append({"miss of the controls alone", io::scientific(v.miss)});
+  facts.append({"open-loop error at the end", io::scientific(v.miss) + open_loop_unit +
+                                                  (v.miss_state.empty() ? "" : " (" + v.miss_state + ")")});
   facts.append({"robot's limits", excesses.empty() ? "kept" : std::to_string(excesses.size()) + " exceeded"});
   facts.append({"active bounds", std::to_string(active.size())});
   if (ddp)
@@ -217,7 +218,9 @@ std::string SolveReport::json() const {
   if (!unwritten.empty()) j["unwritten"] = unwritten;
   if (!refinement_trouble.empty()) j["refinement_trouble"] = refinement_trouble;
   if (!v.trouble.empty()) j["simulation_trouble"] = v.trouble;
-  j["open_loop_miss"] = number(v.miss);
+  j["open_loop_error"] = {{"value", number(v.miss)},
+                          {"state", v.miss_state},
+                          {"unit", open_loop_unit.empty() ? "" : open_loop_unit.substr(1)}};
   j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},
                            {"second", number(solution.derivatives.worst_second)}};
   j["active_bounds"] = active;

@@ -34,7 +34,9 @@
 //                   route [automatic] interpreter; threads [1], 0: all, that share the points
 //   thrusters       thruster NAME { frame, axis ["0 0 1"], lower [0], upper [inf] (N), moment [0] (m) }: forces along axes
 //                   of frames, as many as there are (robot_problem.h)
-//   contacts        hold ["" : frames whose origins stay where they are at the start], friction [0.7]: each is held by a
+//   contacts        floor [0]: height of the floor (m); a contact that is held elsewhere is an error where the file says
+//                   floor, a note otherwise;
+//                   hold ["" : frames whose origins stay where they are at the start], friction [0.7]: each is held by a
 //                   force within the friction cone of a floor with z upwards; the goal is to leave the joints free then;
 //                   foot LINK { from, to: opposite corners of a rectangle in the link's axes (m) }: as many as there are,
 //                   each a foot that does not turn either (robot_problem.h)
@@ -135,6 +137,7 @@ struct Task {
   Problem problem;
   Surroundings around;
   std::vector<Capsule> passed;  // places of waypoints, for pictures
+  std::optional<double> floor;  // m, height of what contacts stand on; none: the file does not say
   OptimiseOptions optimise;
   bool by_ddp = false;  // solved by differential dynamic programming (ddp.h), of `optimise` what that knows
   struct Expected {

@@ -397,6 +397,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   read_solver(file, task);
   task.robot.thrusters = read_thrusters(file, model);
   task.robot.contacts = read_contacts(file, model);
+  task.floor = read_floor(file);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);

@@ -68,7 +68,11 @@ Verification whole_verification(const Task& task, const PhasedSolution& phases) 
       all.worst_state = v.worst_state.empty() ? "" : in + v.worst_state;
       all.worst_state_defect = v.worst_state_defect;
     }
-    if (k == 0 || is_worse(v.miss, all.miss)) all.miss = v.miss;
+    if (k == 0 || is_worse(v.miss, all.miss)) {
+      all.miss = v.miss;
+      all.miss_state = v.miss_state.empty() ? "" : in + v.miss_state;
+      all.miss_index = v.miss_index;
+    }
     if (all.trouble.empty() && !v.trouble.empty()) all.trouble = in + v.trouble;
     append(all.true_defect, v.true_defect);
     append(all.relative_defect, v.relative_defect);

@@ -230,7 +230,10 @@ class Audit {
   void simulate_whole() {
     Eigen::VectorXd x = motion_.x.col(0);
     for (int k = 0; k < motion_.intervals() && !x.hasNaN(); ++k) x = until_stopped(k, x).x;
-    result_.miss = distance(x, motion_.points() - 1);
+    Eigen::Index state = 0;
+    result_.miss = (x - motion_.x.rightCols(1)).cwiseAbs().maxCoeff<Eigen::PropagateNaN>(&state);
+    if (x.size() > 0)
+      result_.miss_state = problem_.states[std::size_t(state)], result_.miss_index = int(state);
   }
 
   double distance(const Eigen::VectorXd& x, int p) const {

@@ -8,7 +8,7 @@
 //                          relative to the program's magnitudes (nlp.h), so that units do not change what is small
 //   v.worst_defect         true defect: what the scheme cannot know about itself
 //   v.worst_relative       the same, measured by how far the motion moves each state, and worst_interval, worst_state
-//   v.miss                 where the controls alone lead
+//   v.miss                 open-loop error: how far the controls alone lead from the motion's last state
 //
 // True defect of an interval: x' = ode(t, x, u(t)) is integrated from the motion's state at its first node by
 // a method of order 8 (dormand_prince.h; tolerance 1e-12), the control interpolated as the scheme says, and
@@ -50,8 +50,10 @@ struct Verification {
   int worst_interval = 0;         // which is off by most, relatively
   std::string worst_state = {};   // and the state that is; empty: none
   double worst_state_defect = 0;  // by how much, in its own unit
-  double miss = 0;
-  std::string trouble = {};  // "interval 3: the rate of "v" is nan at t = 0.75 s"; empty: none
+  double miss = 0;                // open-loop error: where the controls alone lead, from the start
+  std::string miss_state = {};    // the state that it is of, in whose unit it is
+  int miss_index = -1;            // and its place
+  std::string trouble = {};       // "interval 3: the rate of "v" is nan at t = 0.75 s"; empty: none
 };
 
 // Empty magnitudes are ones.  ArgumentError where they are of another program.
