@@ -90,6 +90,9 @@
 //                   true_defect [1e-3]: most that an interval may differ from its re-simulation, as a part of how far
 //                   the motion moves each state (verify.h); the simulation has to come to an end whatever is demanded;
 //                   refinements [4]: times that the mesh is refined and the task solved again where it is more;
+//                   between [5e-3]: most that an inequality of the task, as a friction cone, may be exceeded by between
+//                   points of the mesh, as a part of how far its value moves; bounds of states and controls are exceeded from
+//                   true_defect of their range on;
 //                   goal [1e-2]: most that a motion by method ddp may end from a goal that is not soft, as a part of how far
 //                   the motion moves it;
 //                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
@@ -152,6 +155,9 @@ struct Task {
     // matter of the mesh.
     int refinements = 4;
     bool limits = true;
+    // Most that an inequality along the path may be exceeded by between points of the mesh, as a part of how far its value
+    // moves: forces that jump overshoot there by a part that no mesh takes away, for a time that every mesh shortens.
+    double between = 5e-3;
     // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
     // gives; unless the goal is soft.
     double goal = 1e-2;

@@ -315,6 +315,8 @@ void read_demands(Section& file, Task::Demands& demands) {
   demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
   verify.about("how often the mesh is refined until it does not");
   demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
+  verify.about("most that an inequality is exceeded by between points, relative to how far its value moves");
+  demands.between = verify.get_or("between", demands.between, io::or_infinite(io::positive()));
   verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
   demands.goal = verify.get_or("goal", demands.goal, io::or_infinite(io::positive()));
   verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");

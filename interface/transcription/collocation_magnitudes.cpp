@@ -265,7 +265,15 @@ VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const M
   for (Index c = 0; c < problem_.typical.size(); ++c) {
     if (problem_.typical[c] > 0) z[c] = problem_.typical[c];
   }
+  const VectorXd known = z.head(n_x);
+  const auto limit = [&] {
+    for (Index c = 0; c < problem_.most_typical.size(); ++c) {
+      const double most = problem_.most_typical[c];
+      if (most > 0 && known[c] == 0) z[c] = std::min(z[c], most);
+    }
+  };
   balance(z, 0, n_x, end_slopes, end);
+  limit();
   propagate(z, start, slopes);
   replace_rounding(z, slopes);
 
@@ -276,12 +284,14 @@ VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const M
     if (!relations.row(i).tail(n_z - n_x).isZero(0)) of_states[i] = 0;
   }
   balance(z, 0, n_x, relations, of_states);
+  limit();
   balance(z, n_x, n_z, relations, path);
   propagate(z, start, slopes);
 
   for (Index c = 0; c < n_x; ++c) {
     if (z[c] == 0) z[c] = newton_step(start, std::size_t(c));
   }
+  limit();
   propagate(z, start, slopes);
   z.head(n_x) = (z.head(n_x).array() == 0).select(one_sided_room(start), z.head(n_x));
   propagate(z, start, slopes);
@@ -314,7 +324,7 @@ MatrixXd Collocation::node_slopes() const {
 // they agree with is taken, and slopes that are no less than these.
 VectorXd Collocation::look_around(const std::vector<double>& start, VectorXd z, MatrixXd& slopes,
                                   MatrixXd& end_slopes) {
-  constexpr double kAgrees = 0.25, kShorter = 0.25, kShortest = 1e-18;
+  constexpr double kAgrees = 0.125, kShorter = 0.25, kShortest = 1e-18;
   for (double share = 1; share > kShortest; share *= kShorter) {
     std::vector<double> moved = start;
     for (std::size_t i = 0; i < moved.size(); ++i) {
