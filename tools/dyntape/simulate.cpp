@@ -32,7 +32,7 @@ struct SimulateOptions {
   std::vector<double> q0, v0;
   std::vector<std::string> effects, lock;
   double duration = 1, step = 1e-3;
-  bool explain = false, json = false;
+  bool explain = false, json = false, accuracy = false;
 };
 
 // By its name; what comes by a pipe has none, and says by its first character that it is XML.
@@ -161,12 +161,17 @@ void run(const SimulateOptions& options) {
     throw FileError(options.file + ": the scene has a name that " + fault);
   const Interruption interruption([&] { return options.explain; });
   if (options.explain) {
-    std::cout << explain(scene);
+    std::cout << explain(scene, interruption.token());
+    if (interruption.status()) throw Failure{interruption.status()};
     return;
   }
   const OutputFolder folder(options.output, simulation_files(), scene.inputs);
   io::LiveLine line;
   SimulationReport report{scene, folder.hold([&] { return watched(scene, line, interruption); })};
+  if (options.accuracy && report.success()) {
+    line.show("how accurate it is");
+    report.accuracy = accuracy_of(scene, interruption.token());
+  }
   line.erase();
   if (!options.output.empty()) write_results(report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
@@ -196,7 +201,12 @@ void add_simulate(CLI::App& app) {
       ->check(not_empty())
       ->type_name("DIR");
   command->add_flag("--explain", options->explain,
-                    "print the resolved scene, which effects act and what each costs; simulate nothing");
+                    "print the resolved scene, which effects act and what each costs, and how accurate the "
+                    "motion would be");
+  command->add_flag(
+      "--accuracy", options->accuracy,
+      "also estimate how far the end is off, and whether nearby motions part: runs the motion three "
+      "times more");
   command->add_flag("--json", options->json, "the report for programs");
   const std::string group = "Of a robot without a scene file";
   command->add_option("--base", options->base, "fixed: the root link is the world; floating: it moves freely")
