@@ -52,8 +52,8 @@ ROOMS = {
     'interface/solvers': (['autodiff/graph', 'interface/io'], 42, 4700),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion; closed motions, whose ends are tied
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 46, 4700),  # keys, motion, energies, doubts, costs, results;
-    # loops, and steps with rigid contacts
+                         'interface/simulation', 'interface/player'], 56, 5400),  # keys, motion, energies, doubts, costs, results;
+    # loops, and steps with rigid contacts; balances of each mechanism, servos, how accurate a motion is
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 38, 4700),
     # penalties of soft terms,
     # ready terms: places of frames, bodies that keep clear; inverse kinematics for guesses; parameters; the duration as a

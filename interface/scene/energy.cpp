@@ -3,12 +3,15 @@
 
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/model/configuration.h>
 
 namespace dyntape {
 
 struct RecordedEnergy {
-  Function function;               // (q, v, drive) -> kinetic, stored, released, powers
+  // (q, v, drive) -> kinetic, stored; both of each mechanism; powers and what is released of each.
+  Function function;
   std::vector<std::string> flows;  // what the powers are of
+  std::vector<Mechanism> mechanisms;
 };
 
 namespace {
@@ -25,37 +28,108 @@ AD released_power(const dynamics::Model<AD>& model, dynamics::Data<AD>& data,
   return v.dot(dynamics::effect_torques<AD>(model, data, torques, alone, q, at_rest));
 }
 
+// The state and what drives it with all else than a mechanism at rest, where its joints are neutral.
+struct AloneState {
+  VectorXad q, v, tau;
+};
+AloneState alone_in(const RobotScene& scene, const std::vector<int>& joints, const VectorXad& q,
+                    const VectorXad& v, const VectorXad& tau) {
+  const auto& model = scene.model;
+  if (int(joints.size()) == model.njoints()) return {q, v, tau};
+  AloneState alone{dynamics::neutral<double>(model).cast<AD>(), VectorXad::Zero(model.nv),
+                   VectorXad::Zero(model.nv)};
+  for (const int i : joints) {
+    const auto& joint = model.joints[std::size_t(i)];
+    const int n_q = dynamics::nq(joint.type), n_v = dynamics::nv(joint.type);
+    alone.q.segment(joint.idx_q, n_q) = q.segment(joint.idx_q, n_q);
+    alone.v.segment(joint.idx_v, n_v) = v.segment(joint.idx_v, n_v);
+    alone.tau.segment(joint.idx_v, n_v) = tau.segment(joint.idx_v, n_v);
+  }
+  return alone;
+}
+
+// Powers of motors and effects, their names with the first of them, and last what is released.
+class PowerRecorder {
+ public:
+  PowerRecorder(const dynamics::Model<AD>& model, const Effects<AD>& all)
+      : model_(model), all_(all), data_(model), torques_(model) {}
+
+  std::vector<std::string> names() const {
+    std::vector<std::string> names = {"motors"};
+    for (const auto& [name, is_there] : suppliers_) {
+      if (is_there) names.push_back(name);
+    }
+    return names;
+  }
+
+  // Of every effect, those that supply nothing too.
+  std::vector<AD> operator()(const AloneState& s) {
+    std::vector<AD> powers = {s.v.dot(s.tau)};
+    AD released = 0;
+    std::size_t k = 0;
+    const auto note = [&](const char* name, const AD& power) {
+      if (k == suppliers_.size()) suppliers_.emplace_back(name, false);
+      suppliers_[k++].second |= power.is_recorded();  // what only changes the inertia supplies nothing
+      powers.push_back(power);
+    };
+    dynamics::for_each_effect_alone(all_, [&](const char* name, const Effects<AD>& alone) {
+      const AD power = dynamics::effect_power<AD>(model_, data_, torques_, alone, s.q, s.v, s.tau);
+      note(name, power);
+      if (power.is_recorded()) released += released_power(model_, data_, torques_, alone, power, s.q, s.v);
+    });
+    // d/dt T = v . tau holds with them: M' = C + C^T.
+    if (dynamics::Acting<AD> products = all_.acting(); !products.coriolis) {
+      products.coriolis = true, products.gravity = false;
+      note("velocity products, which are off",
+           s.v.dot(dynamics::nonlinear_effects<AD>(model_, data_, s.q, s.v, products)));
+    }
+    powers.push_back(released);
+    return powers;
+  }
+
+  // Without those that supply nothing.
+  void append(const std::vector<AD>& powers, std::vector<AD>& y) const {
+    y.push_back(powers.front());
+    for (std::size_t k = 0; k < suppliers_.size(); ++k) {
+      if (suppliers_[k].second) y.push_back(powers[k + 1]);
+    }
+    y.push_back(powers.back());
+  }
+
+ private:
+  const dynamics::Model<AD>& model_;
+  const Effects<AD>& all_;
+  dynamics::Data<AD> data_;
+  dynamics::EffectTorques<AD> torques_;
+  std::vector<std::pair<const char*, bool>> suppliers_;
+};
+
 RecordedEnergy record_energy(const RobotScene& scene) {
   const std::vector<int> dofs = actuated_dofs(scene);
   const int nq = scene.model.nq, nv = scene.model.nv;
-  std::vector<std::string> flows;
-  Function function =
+  RecordedEnergy recorded{{}, {}, mechanisms_of(scene)};
+  recorded.function =
       record(scene.model.name + "_energy", std::size_t(nq + nv) + dofs.size(), [&](const VectorXad& x) {
         const dynamics::Model<AD> model = scene.model.cast<AD>();
         const Effects<AD> all = scene.effects.cast<AD>();
         dynamics::Data<AD> data(model);
-        dynamics::EffectTorques<AD> torques(model);
+        PowerRecorder powers_of(model, all);
         const VectorXad q = x.head(nq), v = x.segment(nq, nv);
         const VectorXad tau = torques_at(dofs, x.tail(Eigen::Index(dofs.size())), nv);
         std::vector<AD> y = {dynamics::kinetic_energy<AD>(model, data, q, v, all.acting()),
-                             dynamics::stored_energy<AD>(model, data, all, q), 0, v.dot(tau)};
-        flows = {"motors"};
-        dynamics::for_each_effect_alone(all, [&](const char* name, const Effects<AD>& alone) {
-          const AD power = dynamics::effect_power<AD>(model, data, torques, alone, q, v, tau);
-          if (!power.is_recorded()) return;  // what only changes the inertia supplies nothing
-          flows.push_back(name);
-          y.push_back(power);
-          y[2] += released_power(model, data, torques, alone, power, q, v);
-        });
-        // d/dt T = v . tau holds with them: M' = C + C^T.
-        if (dynamics::Acting<AD> products = all.acting(); !products.coriolis) {
-          products.coriolis = true, products.gravity = false;
-          flows.emplace_back("velocity products, which are off");
-          y.push_back(v.dot(dynamics::nonlinear_effects<AD>(model, data, q, v, products)));
+                             dynamics::stored_energy<AD>(model, data, all, q)};
+        std::vector<std::vector<AD>> powers;
+        for (const Mechanism& mechanism : recorded.mechanisms) {
+          const AloneState alone = alone_in(scene, mechanism.joints, q, v, tau);
+          y.push_back(dynamics::kinetic_energy<AD>(model, data, alone.q, alone.v, all.acting()));
+          y.push_back(dynamics::stored_energy<AD>(model, data, all, alone.q));
+          powers.push_back(powers_of(alone));
         }
+        for (const std::vector<AD>& each : powers) powers_of.append(each, y);
+        recorded.flows = powers_of.names();
         return VectorXad(Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size())));
       });
-  return {std::move(function), std::move(flows)};
+  return recorded;
 }
 
 CodegenOptions without_derivatives(CodegenOptions options) {
@@ -71,21 +145,25 @@ EnergyMeter::EnergyMeter(const RobotScene& scene, const CodegenOptions& options)
 EnergyMeter::EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene,
                          const CodegenOptions& options)
     : names_(recorded.flows),
+      mechanisms_(recorded.mechanisms),
       n_state_(scene.model.nq + scene.model.nv),
       function_(CompiledFunction::make(recorded.function, without_derivatives(options))),
       workspace_(function_),
       input_(Eigen::Index(function_.n_x())),
       output_(Eigen::Index(function_.n_y())) {
-  energy_.power.resize(flows());
+  energy_.power.resize(flows() + 1, Eigen::Index(mechanisms_.size()));
 }
 
 const Energy& EnergyMeter::at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive) {
   input_ << x.head(n_state_), drive;
   function_.value(input_.data(), nullptr, output_.data(), workspace_);
+  const auto n = Eigen::Index(mechanisms_.size());
+  const Eigen::Map<const Eigen::Matrix2Xd> energies(output_.data() + 2, 2, n);
   energy_.kinetic = output_[0];
   energy_.stored = output_[1];
-  energy_.released = output_[2];
-  energy_.power = output_.tail(flows());
+  energy_.kinetic_of = energies.row(0);
+  energy_.stored_of = energies.row(1);
+  energy_.power = Eigen::Map<const Eigen::MatrixXd>(output_.data() + 2 + 2 * n, flows() + 1, n);
   return energy_;
 }
 

@@ -5,6 +5,7 @@
 //   EnergyMeter meter(scene, {});
 //   const Energy& e = meter.at(x, drive);        // x = (q, v, ...); e.kinetic, e.stored (J), e.power (W)
 //   meter.names()                                // of e.power: "motors", then the effects that supply or take energy
+//   meter.mechanisms()                           // what energies and powers are also known of one by one (mechanisms.h)
 //
 // What moves must obey two balances: T changes by the work of all powers, and what is stored by that of the forces that store
 // it.  A scheme whose velocities are not those of its positions breaks the second.
@@ -14,15 +15,16 @@
 #include <vector>
 
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/scene/robot_scene.h>
+#include <dyntape/interface/scene/mechanisms.h>
 
 namespace dyntape {
 
 struct Energy {
   double kinetic = 0;
-  double stored = 0;  // in gravity, springs and whatever has a potential
-  Eigen::VectorXd power;
-  double released = 0;  // of what is stored (W): - d/dt stored, from the forces
+  double stored = 0;                      // in gravity, springs and whatever has a potential
+  Eigen::VectorXd kinetic_of, stored_of;  // (mechanisms); what is stored, but for a constant
+  // (flows + 1, mechanisms) W; last what is released of what is stored: - d/dt stored, from the forces.
+  Eigen::MatrixXd power;
 };
 
 struct RecordedEnergy;
@@ -33,6 +35,7 @@ class EnergyMeter {
 
   const std::vector<std::string>& names() const { return names_; }
   Eigen::Index flows() const { return Eigen::Index(names_.size()); }
+  const std::vector<Mechanism>& mechanisms() const { return mechanisms_; }
   // x begins with q and v; drive: what the motors give.  Valid until the next call.
   const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive);
 
@@ -40,6 +43,7 @@ class EnergyMeter {
   EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene, const CodegenOptions& options);
 
   std::vector<std::string> names_;
+  std::vector<Mechanism> mechanisms_;
   int n_state_;
   CompiledFunction function_;
   CompiledFunction::Workspace workspace_;

@@ -1,22 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/scene/rigid_account.h>
 
-#include <dyntape/interface/scene/step_doubts.h>
-
 namespace dyntape {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-RigidAccount::RigidAccount(const Scene& scene, EnergyMeter& meter) : scene_(scene), meter_(meter) {
+namespace {
+
+int joint_with_dof(const dynamics::Model<double>& model, int dof) {
+  int joint = 0;
+  while (joint + 1 < model.njoints() && model.joints[std::size_t(joint + 1)].idx_v <= dof) ++joint;
+  return joint;
+}
+
+}  // namespace
+
+RigidAccount::RigidAccount(const Scene& scene, EnergyMeter& meter)
+    : of_steps_(scene, meter), flows_(meter.flows()) {
   const SceneConstraints& constraints = scene.robot.constraints;
+  const auto& [contacts, stops] = constraints.rigid;
   const std::vector<dynamics::ContactBlock> blocks = dynamics::blocks_of(constraints.rigid);
-  Eigen::Index rows = 0;
+  const std::vector<int> place = mechanism_of_joints(meter.mechanisms(), scene.robot.model.njoints());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
-    rows += blocks[i].rows;
-    if (i < constraints.rigid.contacts.size()) contact_rows_ = rows;
+    const bool is_contact = i < contacts.size();
+    const int joint =
+        is_contact ? contacts[i].body : joint_with_dof(scene.robot.model, stops[i - contacts.size()].idx_v);
+    const Eigen::Index flow = flows_ + (is_contact || contacts.empty() ? 0 : 1);
+    for (int k = 0; k < blocks[i].rows; ++k) {
+      row_flow_.push_back(flow);
+      row_mechanism_.push_back(joint < 0 ? 0 : place[std::size_t(joint)]);
+    }
   }
-  work_ = VectorXd::Zero(meter.flows() + Eigen::Index(names(constraints).size()));
-  reactions_ = VectorXd::Zero(rows);
+  const auto n = Eigen::Index(meter.mechanisms().size());
+  work_ = MatrixXd::Zero(flows_ + Eigen::Index(names(constraints).size()) + 1, n);
+  reactions_ = VectorXd::Zero(Eigen::Index(row_flow_.size()));
 }
 
 std::vector<std::string> RigidAccount::names(const SceneConstraints& constraints) {
@@ -27,32 +45,24 @@ std::vector<std::string> RigidAccount::names(const SceneConstraints& constraints
 }
 
 // Of contacts, and of stops, to where their flows are.
-void RigidAccount::add_rows(const VectorXd& products, Eigen::Ref<VectorXd> sums) const {
-  Eigen::Index flow = meter_.flows();
-  const Eigen::Index stops = products.size() - contact_rows_;
-  if (contact_rows_ > 0) sums[flow++] += products.head(contact_rows_).sum();
-  if (stops > 0) sums[flow] += products.tail(stops).sum();
-}
-
-void RigidAccount::add_powers(RigidStepper& rigid, const VectorXd& x, const VectorXd& u,
-                              const VectorXd& forces, double weight) {
-  const Energy& energy = meter_.at(x, drive_in(scene_, x, u));
-  work_.head(meter_.flows()) += weight * energy.power;
-  released_ += weight * energy.released;
-  add_rows(weight * forces.cwiseProduct(rigid.functions().near(x).u), work_);
+void RigidAccount::add_rows(const VectorXd& products) {
+  for (std::size_t i = 0; i < row_flow_.size(); ++i)
+    work_(row_flow_[i], row_mechanism_[i]) += products[Eigen::Index(i)];
 }
 
 void RigidAccount::add(RigidStepper& rigid, const VectorXd& u, double h) {
   reactions_.setZero();
   for (const RigidPiece& piece : rigid.pieces()) {
-    const double sixth = piece.h / 6;
-    add_powers(rigid, piece.begin, u, piece.forces, sixth);
-    add_powers(rigid, piece.middle, u, piece.forces, 4 * sixth);
-    add_powers(rigid, piece.end, u, piece.forces, sixth);
+    const MatrixXd work = of_steps_.between({piece.begin, piece.middle, piece.end}, u, piece.h);
+    work_.topRows(flows_) += work.topRows(flows_);
+    work_.bottomRows<1>() += work.bottomRows<1>();
+    for (const auto& [x, weight] :
+         {std::pair(&piece.begin, 1 / 6.), {&piece.middle, 4 / 6.}, {&piece.end, 1 / 6.}})
+      add_rows(weight * piece.h * piece.forces.cwiseProduct(rigid.functions().near(*x).u));
     reactions_ += piece.h / h * piece.forces;
   }
   for (const RigidImpact& impact : rigid.impacts()) {
-    add_rows(impact.p.cwiseProduct(impact.u_sum) / 2, work_);
+    add_rows(impact.p.cwiseProduct(impact.u_sum) / 2);
     reactions_ += impact.p / h;
     impacts_ += long(impact.hit.size());
   }

@@ -4,17 +4,16 @@
 //
 //   RigidAccount account(scene, energy_meter);
 //   account.add(rigid, u, h);                        // after each step of a RigidStepper
-//   account.work()                                   // (J) since the start: the meter's flows, rigid contacts, hard limits
-//   account.released()                               // (J) of what is stored
+//   account.work()                                   // (J) since the start: the meter's flows, rigid contacts, hard limits,
+//                                                    //   what was released; of each mechanism
 //   account.reactions()                              // (m) mean forces of the rows over the last step (N, N m)
 //
-// Powers are integrated piece by piece, between events, by Simpson's rule.  Impulses: p . (u- + u+) / 2, which is the
+// Powers are integrated piece by piece, between events (step_work.h).  Impulses: p . (u- + u+) / 2, which is the
 // change of the kinetic energy exactly.
 #pragma once
 
-#include <dyntape/interface/scene/energy.h>
 #include <dyntape/interface/scene/rigid_step.h>
-#include <dyntape/interface/scene/scene.h>
+#include <dyntape/interface/scene/step_work.h>
 
 namespace dyntape {
 
@@ -27,22 +26,19 @@ class RigidAccount {
 
   void add(RigidStepper& rigid, const Eigen::VectorXd& u, double h);
 
-  const Eigen::VectorXd& work() const { return work_; }
-  double released() const { return released_; }
+  const Eigen::MatrixXd& work() const { return work_; }
   const Eigen::VectorXd& reactions() const { return reactions_; }
   long impacts() const { return impacts_; }  // contacts and stops that hit
 
  private:
-  // Of each flow, by how much of the piece it counts.
-  void add_powers(RigidStepper& rigid, const Eigen::VectorXd& x, const Eigen::VectorXd& u,
-                  const Eigen::VectorXd& forces, double weight);
-  void add_rows(const Eigen::VectorXd& products, Eigen::Ref<Eigen::VectorXd> sums) const;
+  void add_rows(const Eigen::VectorXd& products);
 
-  const Scene& scene_;
-  EnergyMeter& meter_;
-  Eigen::Index contact_rows_ = 0;
-  Eigen::VectorXd work_, reactions_;
-  double released_ = 0;
+  StepWork of_steps_;
+  Eigen::Index flows_;                  // of the meter
+  std::vector<Eigen::Index> row_flow_;  // of each row of contacts and stops: its flow, and its mechanism
+  std::vector<int> row_mechanism_;
+  Eigen::MatrixXd work_;
+  Eigen::VectorXd reactions_;
   long impacts_ = 0;
 };
 

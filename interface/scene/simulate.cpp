@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <deque>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
@@ -13,7 +14,7 @@
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/scene/assembly.h>
 #include <dyntape/interface/scene/energy.h>
-#include <dyntape/interface/scene/quadrature.h>
+#include <dyntape/interface/scene/motion_work.h>
 #include <dyntape/interface/scene/rigid_account.h>
 #include <dyntape/interface/scene/scene_system.h>
 #include <dyntape/interface/scene/stability.h>
@@ -24,6 +25,7 @@ namespace dyntape {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 // How functions are made, seen and stopped from outside.
@@ -36,6 +38,12 @@ CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
   return options;
 }
 
+std::vector<std::string> names_of(const std::vector<Mechanism>& mechanisms) {
+  std::vector<std::string> names;
+  for (const Mechanism& mechanism : mechanisms) names.push_back(mechanism.name);
+  return names;
+}
+
 // One run of a scene: the state that moves, and what is noted of it.
 class SceneRun {
  public:
@@ -46,7 +54,7 @@ class SceneRun {
                  !scene.robot.constraints.rigid.empty() && RigidStepper::needs_jacobians(scene.integrator), 1,
                  scene.tolerances),
         energy_(scene.robot, watched(scene, watch)),
-        work_(scene.step, energy_.flows() + 1),
+        balances_(names_of(energy_.mechanisms())),
         x_(stepper_.nx()),
         next_(stepper_.nx()) {
     const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
@@ -60,7 +68,10 @@ class SceneRun {
       if (scene.robot.lag[k] > 0) x_[m++] = u[k];  // motors start where they are told to be
     }
     for (const std::string& name : energy_.names()) motion_.flows.push_back({name, {}, {}});
-    if (scene.robot.constraints.rigid.empty()) return;
+    if (scene.robot.constraints.rigid.empty()) {
+      work_.emplace(scene, energy_, stepper_, [this](const MatrixXd& work) { note_work(work); });
+      return;
+    }
     rigid_.emplace(scene.robot, stepper_, scene.integrator, watched(scene, watch));
     rigid_->start(x_);
     account_.emplace(scene, energy_);
@@ -72,13 +83,18 @@ class SceneRun {
     const auto begin = Clock::now();
     const long steps = scene_.steps();
     note(0);
+    if (work_) work_->start(x_);
+    if (account_) note_work(account_->work());
     for (long k = 0; k < steps && goes_on(k, steps); ++k) {
       if (!step(k)) break;
       ++motion_.steps;
       note(k + 1);
+      if (work_) work_->after_step(double(k) * scene_.step, next_, x_);  // x_ and next_ have changed places
+      if (account_) note_work(account_->work());
     }
-    if (!account_) work_.finish(noting());
+    if (work_) work_->finish();
     if (account_) motion_.impacts = account_->impacts();
+    motion_.balances = balances_.all();
     motion_.step_seconds = seconds_since(begin);
     motion_.doubt = doubt_of_steps(scene_, stepper_, looks_);
     motion_.operations = stepper_.report().step_operations;
@@ -119,7 +135,10 @@ class SceneRun {
   }
 
   bool advance(double t, const VectorXd& u, std::string* why) {
-    if (!rigid_) return stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), why);
+    if (!rigid_) {
+      work_->before_step(u);
+      return stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), why);
+    }
     if (!rigid_->step(t, scene_.step, x_, u, next_, why)) return false;
     account_->add(*rigid_, u, scene_.step);
     return true;
@@ -129,13 +148,7 @@ class SceneRun {
     const double t = double(k) * scene_.step;
     const VectorXd now = drive_in(scene_, x_, scene_.commands.at(t, x_));
     const Energy& energy = energy_.at(x_, now);
-    if (account_) {
-      note_work(account_->work(), account_->released());
-    } else {
-      VectorXd powers(energy_.flows() + 1);
-      powers << energy.power, energy.released;
-      work_.append(powers, noting());
-    }
+    waiting_.push_back(energy);
     if (k % (1 + scene_.steps() / kLooks) == 0)
       looks_.push_back({k, x_, rigid_ ? rigid_->forces() : VectorXd()});
     if (!is_sample(k)) return;
@@ -146,23 +159,23 @@ class SceneRun {
         std::max(motion_.loop_error, loop_error(scene_.robot, x_.head(scene_.robot.model.nq)));
     states_.push_back(x_);
     drives_.push_back(now);
+    const VectorXd powers = energy.power.rowwise().sum();
     for (Eigen::Index i = 0; i < energy_.flows(); ++i)
-      motion_.flows[std::size_t(i)].power.push_back(energy.power[i]);
+      motion_.flows[std::size_t(i)].power.push_back(powers[i]);
     if (!account_) return;
     reactions_.push_back(account_->reactions());
     motion_.deepest = std::max(motion_.deepest, -rigid_->functions().near(x_).gap.minCoeff());
   }
 
-  // Of the powers of all flows and of what is released.
-  std::function<void(const VectorXd&)> noting() {
-    return [this](const VectorXd& work) { note_work(work.head(energy_.flows()), work[energy_.flows()]); };
-  }
-
-  void note_work(const VectorXd& work, double released) {
+  // Of the first step whose energy waits for its work.
+  void note_work(const MatrixXd& work) {
+    balances_.add(waiting_.front(), work);
+    waiting_.pop_front();
     if (!is_sample(worked_++)) return;
+    const VectorXd all = work.rowwise().sum();
     for (std::size_t i = 0; i < motion_.flows.size(); ++i)
-      motion_.flows[i].work.push_back(work[Eigen::Index(i)]);
-    motion_.released.push_back(released);
+      motion_.flows[i].work.push_back(all[Eigen::Index(i)]);
+    motion_.released.push_back(all[all.size() - 1]);
   }
 
   bool is_sample(long k) const { return k % scene_.stride() == 0 || k == scene_.steps(); }
@@ -190,39 +203,17 @@ class SceneRun {
   const SimulationWatch& watch_;
   Stepper stepper_;
   EnergyMeter energy_;
-  Quadrature work_;
-  std::optional<RigidStepper> rigid_;  // where there are rigid contacts or stops
+  EnergyBalances balances_;
+  std::optional<MotionWork> work_;     // without,
+  std::optional<RigidStepper> rigid_;  // and with rigid contacts or stops
   std::optional<RigidAccount> account_;
   VectorXd x_, next_;
-  long worked_ = 0;
+  std::deque<Energy> waiting_;  // for the work until then
+  long worked_ = 0;             // steps whose work is known
   std::vector<VectorXd> states_, drives_, reactions_;
   std::vector<Look> looks_;
   SimulatedMotion motion_;
 };
-
-// T - T0 - work, and what is stored less what was not released, at a sample.
-std::pair<double, double> balances(const SimulatedMotion& motion, std::size_t k) {
-  double work = 0;
-  for (const EnergyFlow& flow : motion.flows) {
-    if (k < flow.work.size()) work += flow.work[k];
-  }
-  const double released =
-      k < motion.released.size() ? motion.released[k] : motion.stored[0] - motion.stored[k];
-  return {motion.kinetic[k] - motion.kinetic[0] - work, motion.stored[k] - motion.stored[0] + released};
-}
-
-// Where more than a quarter of the energy that moved is unaccounted for.  Implicit-velocity steps take energy
-// themselves, and may not give any; of adaptive ones it is the balance that is coarse, whose powers are looked at from
-// step to step.
-std::string doubt_of_energy(const Scene& scene, const SimulatedMotion& motion) {
-  constexpr double kMost = 0.25, kNothing = 1e-12;
-  const bool takes_energy = scene.integrator == Integrator::kImplicitVelocity;
-  const double error = takes_energy ? motion.energy_gain() : motion.energy_error();
-  const double scale = motion.energy_scale();
-  if (is_adaptive(scene.integrator) || error <= kMost * scale + kNothing) return "";
-  return "the balance of energy is off by " + io::scientific(error) + " J of " + io::significant(scale, 3) +
-         " J that moved; take shorter steps";
-}
 
 // Where loops come open by more than a hundredth of the robot's length.
 std::string doubt_of_loops(const Scene& scene, const SimulatedMotion& motion) {
@@ -252,38 +243,8 @@ SimulatedMotion simulate(const Scene& scene, const SimulationWatch& watch) {
   SimulatedMotion motion = run.result();
   motion.build_seconds = build;
   if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_loops(scene, motion);
-  if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_energy(scene, motion);
+  if (motion.doubt.empty() && motion.trouble.empty()) motion.doubt = doubt_of_energy(motion.balances);
   return motion;
-}
-
-double SimulatedMotion::energy_error() const {
-  double most = 0;
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    const auto [of_motion, of_stored] = balances(*this, k);
-    const double error = std::abs(of_motion) + std::abs(of_stored);
-    if (!(error <= most)) most = error;  // NaN as well
-  }
-  return most;
-}
-
-double SimulatedMotion::energy_gain() const {
-  double most = 0;
-  for (std::size_t k = 0; k < t.size(); ++k) {
-    const auto [of_motion, of_stored] = balances(*this, k);
-    if (const double gain = of_motion + of_stored; !(gain <= most)) most = gain;
-  }
-  return most;
-}
-
-double SimulatedMotion::energy_scale() const {
-  double most = 0;
-  for (int k = 0; k < samples(); ++k) {
-    most = std::max(most, kinetic[std::size_t(k)]);
-    for (const EnergyFlow& flow : flows) {
-      if (std::size_t(k) < flow.work.size()) most = std::max(most, std::abs(flow.work[std::size_t(k)]));
-    }
-  }
-  return most;
 }
 
 }  // namespace dyntape

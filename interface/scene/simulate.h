@@ -11,11 +11,10 @@
 //
 // Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
 //   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
-// The integrals are those of a cubic through the powers at four neighbouring steps, exact to h^4; of contacts, which begin
-// within a step, less, and of commands of a table, which are held at their middle over a step, to h^2, and where motors
-// follow a motion, to h.  What effects with
-// a potential store is known besides.  With rigid contacts or hard limits they are taken between events (rigid_account.h);
-// power is then of the other flows alone.
+// The integrals are those along the steps (motion_work.h): exact to h^4, of contacts, which begin within a step, less.  What
+// effects with a potential store is known besides.  With rigid contacts or hard limits they are taken between events
+// (rigid_account.h); power is then of the other flows alone.  What does not add up is what the steps took or gave, and
+// more than a tenth of what moved, in any mechanism by itself, is a doubt (energy_balance.h).
 //
 // A motion that leaves the finite numbers, or a step whose equations have no solution, ends the simulation there:
 // `trouble` says when and why.  One whose steps are too long to be trusted has a `doubt` (stability.h).
@@ -27,6 +26,7 @@
 #include <vector>
 
 #include <dyntape/codegen/timings.h>
+#include <dyntape/interface/scene/energy_balance.h>
 #include <dyntape/interface/scene/scene.h>
 
 namespace dyntape {
@@ -48,28 +48,28 @@ struct SimulatedMotion {
   Eigen::MatrixXd reactions;
   std::vector<EnergyFlow> flows;
 
-  long impacts = 0;            // of rigid contacts and stops
-  double assembled_by = 0;     // how far a joint was moved to close the loops at the start
-  double slowed_by = 0;        // how much its velocity was changed for that, largest entry
-  double loop_error = 0;       // the farthest that loops were open at samples (m, rad)
-  double deepest = 0;          // likewise, the farthest that rigid contacts and stops were passed
-  long steps = 0;              // that were made
-  StepEffort effort = {};      // of adaptive ones
-  std::string trouble;         // why it ended ahead of its time, or ""
-  std::string doubt;           // where its steps are too long to be trusted, or ""
-  bool was_stopped = false;    // from outside
-  std::size_t operations = 0;  // of one step
+  long impacts = 0;                        // of rigid contacts and stops
+  double assembled_by = 0;                 // how far a joint was moved to close the loops at the start
+  double slowed_by = 0;                    // how much its velocity was changed for that, largest entry
+  double loop_error = 0;                   // the farthest that loops were open at samples (m, rad)
+  double deepest = 0;                      // likewise, the farthest that rigid contacts and stops were passed
+  long steps = 0;                          // that were made
+  StepEffort effort = {};                  // of adaptive ones
+  std::string trouble;                     // why it ended ahead of its time, or ""
+  std::string doubt;                       // where its steps are too long to be trusted, or ""
+  std::vector<MechanismBalance> balances;  // of energy, at every step
+  bool was_stopped = false;                // from outside
+  std::size_t operations = 0;              // of one step
   double step_seconds = 0, build_seconds = 0;  // of all steps; of recording, compiling and loading
   std::vector<std::string> sources = {};       // C files, where there are any
 
   int samples() const { return static_cast<int>(t.size()); }
   bool is_whole() const { return trouble.empty() && doubt.empty() && !was_stopped; }
   double energy(int sample) const { return kinetic[std::size_t(sample)] + stored[std::size_t(sample)]; }
-  // Largest difference of T from what the work of all flows makes of it, added to that of what is stored from what was
-  // released (J), and the largest energy that moved: what it is to be compared with.
-  double energy_error() const;
-  double energy_gain() const;  // likewise, of what came from nowhere alone (J)
-  double energy_scale() const;
+  // Of the mechanism whose balance is the worst: what is missing (J), and the largest energy that moved, which it is to be
+  // compared with.
+  double energy_error() const { return worst_of(balances).error; }
+  double energy_scale() const { return worst_of(balances).moved; }
 };
 
 struct SimulationWatch {

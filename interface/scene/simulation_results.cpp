@@ -81,6 +81,38 @@ std::string SimulationReport::verdict() const {
   return "simulated " + reached + " s" + (motion.doubt.empty() ? "" : ", not to be trusted: " + motion.doubt);
 }
 
+namespace {
+
+// Of the whole, or of each mechanism.
+void append_balances(io::TextTable& facts, const std::vector<MechanismBalance>& balances) {
+  for (const MechanismBalance& balance : balances) {
+    const std::string whose = balances.size() > 1 ? ", " + balance.name : "";
+    facts.append(
+        {"energy balance" + whose + " off by",
+         io::scientific(balance.error) + " J of " + io::significant(balance.moved, 3) + " J that moved"});
+    constexpr double kWorthAWord = 1e-3;
+    if (balance.part() < kWorthAWord) continue;
+    facts.append({balance.taken > 0 ? "lost by the steps" : "gained by the steps",
+                  io::scientific(std::abs(balance.taken)) + " J by the end; " +
+                      io::significant(100 * balance.part(), 2) + " % of what moved were missing at most"});
+  }
+}
+
+ordered_json json_of(const MechanismBalance& balance) {
+  return {{"error", balance.error}, {"moved", balance.moved}, {"taken_by_steps", balance.taken}};
+}
+
+ordered_json json_of(const Accuracy& accuracy) {
+  ordered_json j = {{"sentence", accuracy.sentence()}};
+  if (!accuracy.trouble.empty()) return j;
+  for (const auto& [name, error] : {std::pair("position", &accuracy.q), {"velocity", &accuracy.v}})
+    j[name] = {{"error", error->value}, {"unit", error->unit}, {"joint", error->joint}};
+  j["nearby_motions"] = {{"apart", accuracy.apart}, {"part", accuracy.parts}};
+  return j;
+}
+
+}  // namespace
+
 std::string SimulationReport::text() const {
   io::TextTable facts({{"quantity"}, {"value"}});
   const double simulated = double(motion.steps) * scene.step;
@@ -105,8 +137,7 @@ std::string SimulationReport::text() const {
     facts.append({"impacts", io::with_groups(motion.impacts)});
     facts.append({"passed its ground by", io::scientific(motion.deepest) + " m or rad"});
   }
-  facts.append({"energy balance off by", io::scientific(motion.energy_error()) + " J of " +
-                                             io::significant(motion.energy_scale(), 3) + " J that moved"});
+  append_balances(facts, motion.balances);
   std::string text = scene.name + ": " + verdict() + "\n\n" + facts.text();
   io::TextTable flows(
       {{"energy"}, {"at the start", "J", io::Align::kRight}, {"at the end", "J", io::Align::kRight}});
@@ -117,6 +148,7 @@ std::string SimulationReport::text() const {
   for (const EnergyFlow& flow : motion.flows)
     flows.append({"work of " + flow.name, "0", io::with_digits(flow.work.back(), 5)});
   text += "\n" + flows.text();
+  if (accuracy) text += "accuracy: " + accuracy->sentence() + "\n";
   for (const std::string& note : scene.notes) text += "note: " + note + "\n";
   return text;
 }
@@ -144,8 +176,13 @@ std::string SimulationReport::json() const {
                   {"open_by", motion.loop_error}};
   if (!scene.robot.constraints.rigid.empty())
     j["rigid"] = {{"impacts", motion.impacts}, {"deepest", motion.deepest}};
-  j["energy"] = {{"error", motion.energy_error()}, {"moved", motion.energy_scale()}};
+  j["energy"] = json_of(worst_of(motion.balances));
+  if (motion.balances.size() > 1) {
+    for (const MechanismBalance& balance : motion.balances)
+      j["energy"]["mechanisms"][balance.name] = json_of(balance);
+  }
   for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
+  if (accuracy) j["accuracy"] = json_of(*accuracy);
   j["notes"] = scene.notes;
   j["sources"] = motion.sources;
   j["unwritten"] = unwritten;
@@ -171,15 +208,18 @@ void write_results(SimulationReport& report, const std::string& folder, const st
     }
     results.write(file, [&](const std::string& path) { io::draw(picture, path, "gnuplot", stop); });
   }
-  results.remove(kPlayer);
+  results.remove(kPlayer);  // of an earlier motion
   if (!motion.was_stopped) {
-    results.write(kPlayer,
-                  [&](const std::string& path) { write_player(scene_player(report.scene, motion), path); });
+    results.write(kPlayer, [&](const std::string& path) {
+      const PlayerInput player = scene_player(report.scene, motion, stop);
+      if (stop.stop_requested()) throw FileError(path + ": not drawn, interrupted");
+      write_player(player, path);
+    });
   }
   results.write(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
 }
 
-std::string explain(const Scene& scene) {
+std::string explain(const Scene& scene, const std::stop_token& stop) {
   std::string text = "Scene \"" + scene.name + "\" (" + scene.file + ")\n" +
                      robot_text(scene.robot, scene.urdf, scene.notes);
   const FunctionCost all = scene_cost(scene.robot, scene.evaluation, true);
@@ -187,6 +227,7 @@ std::string explain(const Scene& scene) {
           io::duration(all.value.seconds) + "; with their Jacobian " +
           io::with_groups(all.jacobian.operations) + ", " + io::duration(all.jacobian.seconds) + "\n\n";
   text += effects_text(effect_costs(scene.robot, scene.evaluation, true)) + constraints_text(scene.robot);
+  text += "\nAccuracy: " + accuracy_of(scene, stop).sentence() + "\n";
   return text + "\nThe scene as it was understood:\n\n" + scene.effective;
 }
 

@@ -16,6 +16,7 @@
 //   motion.html     plays the motion in 3D (interface/player)
 #pragma once
 
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/player/player_input.h>
+#include <dyntape/interface/scene/accuracy.h>
 #include <dyntape/interface/scene/simulate.h>
 
 namespace dyntape {
@@ -31,6 +33,7 @@ struct SimulationReport {
   const Scene& scene;
   SimulatedMotion motion;
   std::vector<std::string> unwritten = {};  // why results are not where they belong, a sentence each
+  std::optional<Accuracy> accuracy = {};    // where it was asked for
 
   bool success() const { return motion.is_whole(); }
   std::string verdict() const;  // one sentence
@@ -54,12 +57,12 @@ std::vector<std::string> entry_names(const dynamics::Model<double>& model, const
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion);
-PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion);
+PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion, const std::stop_token& stop = {});
 
 // What acts at points of the robot, a list a sample, in the order of the effects.
 std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const SimulatedMotion& motion);
 
-// What is recorded and what is not: the resolved scene, each effect with what it costs.  Simulates nothing.
-std::string explain(const Scene& scene);
+// What is recorded and what is not: the resolved scene, each effect with what it costs; and how accurate its motion is.
+std::string explain(const Scene& scene, const std::stop_token& stop = {});
 
 }  // namespace dyntape

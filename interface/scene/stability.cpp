@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/servo_trouble.h>
 
 namespace dyntape {
 
@@ -26,27 +27,34 @@ double runge_kutta_4_reach(const Complex& direction) {
   return inside;
 }
 
-// Of x' = (v, a) by increments of q and v, about a state.
-Eigen::MatrixXd linearised(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
+}  // namespace
+
+LinearMotion linear_motion(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
   dynamics::Data<double> data(scene.model);
   dynamics::EffectTorques<double> torques(scene.model);
   const Eigen::Index n = scene.model.nv;
   const Eigen::VectorXd tau = Eigen::VectorXd::Zero(n);
-  Eigen::MatrixXd A(2 * n, 2 * n);
+  const std::vector<int> dofs = actuated_dofs(scene);
+  LinearMotion motion{Eigen::MatrixXd(2 * n, 2 * n), Eigen::MatrixXd::Zero(2 * n, Eigen::Index(dofs.size()))};
+  const auto set = [&](const auto& by_q, const auto& by_v, const auto& by_tau) {
+    motion.A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), by_q, by_v;
+    const Eigen::VectorXd arrives = torques.driven_slope;
+    for (std::size_t k = 0; k < dofs.size(); ++k)
+      motion.B.col(Eigen::Index(k)).tail(n) = by_tau.col(dofs[k]) * arrives[dofs[k]];
+  };
+  dynamics::driving_torques<double>(scene.model, torques, scene.effects, tau);
   if (scene.constraints.loops.empty()) {
     dynamics::forward_dynamics_derivatives<double>(scene.model, data, torques, scene.effects, q, v, tau);
-    A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), data.ddq_dq, data.ddq_dv;
+    set(data.ddq_dq, data.ddq_dv, data.Minv);
   } else {
     // Of what loops hold no stiffness is felt; that of the loops themselves is.
     dynamics::ConstraintData<double> loops(scene.model, scene.constraints.loops);
     dynamics::constrained_dynamics_derivatives<double>(scene.model, data, loops, torques, scene.effects, q, v,
                                                        tau);
-    A << Eigen::MatrixXd::Zero(n, n), Eigen::MatrixXd::Identity(n, n), loops.ddq_dq, loops.ddq_dv;
+    set(loops.ddq_dq, loops.ddq_dv, loops.ddq_dtau);
   }
-  return A;
+  return motion;
 }
-
-}  // namespace
 
 double longest_step(Integrator integrator, Complex mode) {
   const double speed = std::abs(mode);
@@ -70,9 +78,15 @@ double longest_step(Integrator integrator, Complex mode) {
 }
 
 std::string stability_trouble(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
-  if (longest_step(scene.integrator, {-1, 0}) == HUGE_VAL) return "";
-  const Eigen::MatrixXd A = linearised(scene.robot, q, v);
-  if (!A.allFinite()) return "the accelerations there, or their slopes, are not finite";
+  const bool follows_all = longest_step(scene.integrator, {-1, 0}) == HUGE_VAL;
+  if (follows_all && !scene.commands.followed) return "";
+  const LinearMotion motion = linear_motion(scene.robot, q, v);
+  const Eigen::MatrixXd& A = motion.A;
+  if (!A.allFinite()) return follows_all ? "" : "the accelerations there, or their slopes, are not finite";
+  if (scene.commands.followed) {
+    if (std::string trouble = servo_trouble(scene, A, motion.B); !trouble.empty()) return trouble;
+  }
+  if (follows_all) return "";
   double longest = HUGE_VAL;
   Complex fastest = 0;
   for (const Complex& mode : A.eigenvalues()) {

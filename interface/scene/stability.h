@@ -8,6 +8,8 @@
 // and any other scheme here follows all.  An oscillator of stiffness k and mass m: h <= 2 / sqrt(k/m); a damper d: 2 m / d.
 //
 //   stability_trouble(scene, q, v)      // "": steps of scene.step are short enough there
+//
+// Motors that follow a table are told once a step, whatever the scheme, and late by up to a step (servo_trouble.h).
 #pragma once
 
 #include <complex>
@@ -16,6 +18,12 @@
 #include <dyntape/interface/scene/scene.h>
 
 namespace dyntape {
+
+// x' = A x + B u by increments of q and v about a state, and of what the motors are told about nothing.
+struct LinearMotion {
+  Eigen::MatrixXd A, B;  // (2 nv x 2 nv), (2 nv x driven joints)
+};
+LinearMotion linear_motion(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v);
 
 // Infinite where there is no limit, as of modes that grow by themselves.
 double longest_step(Integrator integrator, std::complex<double> mode);

@@ -2,6 +2,8 @@
 #include <dyntape/interface/simulation/adaptive_steps.h>
 
 #include <algorithm>
+#include <array>
+#include <boost/math/quadrature/gauss.hpp>
 #include <cmath>
 #include <limits>
 
@@ -93,6 +95,7 @@ bool AdaptiveSteps::follow(Cvodes& solver, double length, bool to_events) {
     if (outcome != Cvodes::Outcome::kAdvanced) return fails(outcome, solver.s());
     ++problem_.effort.internal_steps;
     if (to_events && !find_event(solver, before)) return false;
+    if (at_node_ && &solver == &solver_ && !tell_nodes(solver, before)) return false;
     if (to_events && event_) return true;
     y_ = Eigen::Map<const VectorXd>(solver.y(), problem_.n_y());
     if (solver.s() != length && problem_.longest_turn(y_.data()) > kLongTurn && !move_centre(solver, length))
@@ -131,6 +134,27 @@ bool AdaptiveSteps::move_centre(Cvodes& solver, double end) {
   y_.head(y_.size() / 2).setZero();
   solver.begin(s, y_.data());
   return start(solver, end);
+}
+
+// In the last internal step, up to an event; false where there is no state.
+bool AdaptiveSteps::tell_nodes(Cvodes& solver, double from) {
+  const double length = (event_ ? length_ : solver.s()) - from;
+  const auto tell = [&](const auto& points, const auto& weights) {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      for (const double side : {-1.0, 1.0}) {
+        if (points[i] == 0 && side > 0) continue;
+        const double s = from + length * (1 + side * points[i]) / 2;
+        solver.at(s, errors_.data());
+        if (!problem_.state(s, errors_.data(), x_.data())) return has_no_value("the state", s);
+        at_node_(x_.data(), weights[i] * length / 2);
+      }
+    }
+    return true;
+  };
+  using Three = std::array<double, 2>;
+  using Seven = boost::math::quadrature::gauss<double, 7>;
+  if (solver.order() <= 3) return tell(Three{0, 0.77459666924148338}, Three{8. / 9, 5. / 9});
+  return tell(Seven::abscissa(), Seven::weights());
 }
 
 // In the last internal step; false where the events have no value.

@@ -19,6 +19,7 @@
 // control as well; dq' = J(d) S_d in the moving frame at the end.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <stop_token>
 
@@ -43,6 +44,10 @@ class AdaptiveSteps {
   // Of the step before (nt x (nt + n_u + n_p)); likewise.
   bool jacobians(const double* arguments, Eigen::MatrixXd& matrix);
 
+  // Of step(): Gauss' points of each internal step, three up to order 3 and seven beyond, at states of its interpolant.
+  using AtNode = std::function<void(const double* x, double weight)>;
+  void watch(AtNode at) { at_node_ = std::move(at); }
+
   const std::optional<StepEvent>& event() const { return event_; }
   const StepEffort& effort() const { return problem_.effort; }
   const std::string& trouble() const { return trouble_; }
@@ -52,6 +57,7 @@ class AdaptiveSteps {
   bool follow(Cvodes& solver, double length, bool to_events);
   bool start(Cvodes& solver, double end);
   bool move_centre(Cvodes& solver, double end);
+  bool tell_nodes(Cvodes& solver, double from);
   bool find_event(Cvodes& solver, double from);
   bool narrow(Cvodes& solver, double before, double after);
   bool look_at_events(Cvodes& solver, double s);
@@ -71,6 +77,7 @@ class AdaptiveSteps {
   std::vector<char> was_above_;  // entries of g, at the last look
   double t_ = 0, length_ = 0;    // of the last step: where it began, how far it went
   std::optional<StepEvent> event_;
+  AtNode at_node_;
   std::string trouble_;
 };
 

@@ -191,6 +191,12 @@ void Cvodes::read_sensitivities() {
   require(CVodeGetSens(solver_->memory.get(), &s, solver_->column_handles.data()) == CV_SUCCESS);
 }
 
+int Cvodes::order() const {
+  int order = 0;
+  require(CVodeGetLastOrder(solver_->memory.get(), &order) == CV_SUCCESS);
+  return order;
+}
+
 void Cvodes::at(double s, double* y) {
   require(CVodeGetDky(solver_->memory.get(), s, 0, solver_->at.get()) == CV_SUCCESS);
   std::copy_n(at_.data(), at_.size(), y);

@@ -57,6 +57,7 @@ class Cvodes {
   // An internal step: s() and y() are where it leads, and sensitivities() once they are read.
   Outcome advance();
   void read_sensitivities();
+  int order() const;  // of the last internal step
   // y at s within the last internal step, to its order.
   void at(double s, double* y);
 

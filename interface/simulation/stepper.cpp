@@ -325,6 +325,9 @@ const std::optional<StepEvent>& Stepper::event() const {
   static const std::optional<StepEvent> none;
   return made_->adaptive ? made_->adaptive->event() : none;
 }
+void Stepper::watch(const std::function<void(const double* x, double weight)>& at) {
+  if (made_->adaptive) made_->adaptive->watch(at);
+}
 StepEffort Stepper::effort() const { return made_->adaptive ? made_->adaptive->effort() : StepEffort(); }
 std::size_t Stepper::lane_width() const { return made_->fixed ? made_->fixed->end.lane_width() : 1; }
 const StepperReport& Stepper::report() const { return made_->report; }

@@ -36,6 +36,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -112,6 +113,10 @@ class Stepper {
   int residuals() const;
   const std::optional<StepEvent>& event() const;
   StepEffort effort() const;
+
+  // Adaptive steps tell `at` of Gauss' points within their internal steps: sum weight f(x) is int f dt over a step, as
+  // exactly as the step itself.  Other steps tell nothing.
+  void watch(const std::function<void(const double* x, double weight)>& at);
 
   const StepperReport& report() const;
 

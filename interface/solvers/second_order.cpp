@@ -19,7 +19,7 @@ constexpr std::size_t kMostOfStage = 500;  // variables: factors are dense
 constexpr double kFlat = 1e-7;             // of the largest entry of W: curvature that says nothing
 constexpr double kCurved = 1e-6;           // of what d . W d is summed up from: negative beyond rounding
 constexpr double kLeastDistance = 1e-12;   // from a bound, of max(1, |bound|)
-constexpr double kMostShift = 1e12;
+constexpr double kMostRaised = 1e12;
 constexpr int kBisections = 8, kInverseIterations = 12;
 
 std::size_t largest_stage(const NlpShape& shape) {
@@ -148,7 +148,7 @@ class ReducedHessian {
     double below = flat(), above = below;
     do {
       below = above, above *= 10;
-      if (above > kMostShift * std::max(largest_, 1.0)) return {};
+      if (above > kMostRaised * std::max(largest_, 1.0)) return {};
     } while (!is_positive(above));
     for (int i = 0; i < kBisections; ++i) {
       const double middle = std::sqrt(below * above);

@@ -107,6 +107,7 @@
 // Errors: FileError listing every problem of the file with its place; those of reading the robot.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -134,7 +135,8 @@ struct Surroundings {
 
 struct Task {
   std::string name, file, urdf;
-  std::vector<std::string> notes;  // what was odd in the robot's file, or with the guess
+  std::vector<std::string> inputs;  // paths of all files that it was read from
+  std::vector<std::string> notes;   // what was odd in the robot's file, or with the guess
   RobotScene scene;
   RobotProblemOptions robot;
   Problem problem;
@@ -182,6 +184,13 @@ struct Task {
     std::vector<Push> pushes;
   };
   Control control;
+  // How far a state is from what a controller draws it to, for its report: the motion that is followed, the place of a frame, or the
+  // goal, whichever the task has first.  Empty where it has none.
+  struct Aim {
+    std::string what, unit;  // "the goal of hand"; "m"
+    std::function<double(double t, const Eigen::VectorXd& x)> off;
+  };
+  Aim aim;
   // The motion in phases, each a task of its own; empty: it has none.  The problem is then that of all contacts at once, and
   // only says what the controls are.
   std::vector<Task> phases;
@@ -192,6 +201,9 @@ struct Task {
 };
 
 Task read_task(const std::string& path);
+// The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
+// for.
+Task read_task_text(const std::string& text, const std::string& path);
 
 // The problem with a goal that costs of tracking draw to, which is not demanded: for controllers, and for methods that know no demands.
 // ArgumentError where nothing draws.
