@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <charconv>
+#include <cstdint>
 #include <cstring>
 #include <filesystem>
 #include <random>
@@ -151,6 +152,23 @@ bool is_utf8(std::string_view text) {
   return true;
 }
 
+std::string temporary_stem(const fs::path& target) {
+  return "." + target.stem().string().substr(0, 100) + ".";  // of the 255 bytes that a name may have
+}
+
+// 64 bits by Fowler, Noll and Vo.
+std::string digest(std::string_view text) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return std::to_string(hash);
+}
+
+// .STEM.MARK-DIGEST.tmp.EXTENSION
+std::string temporary_name(const fs::path& target, const std::string& mark) {
+  const std::string stem = temporary_stem(target), extension = target.extension().string().substr(0, 32);
+  return stem + mark + "-" + digest(stem + mark + extension) + ".tmp" + extension;
+}
+
 void make_folder_of(const fs::path& target, const std::string& path) {
   std::error_code error;
   if (target.has_parent_path()) fs::create_directories(target.parent_path(), error);
@@ -175,13 +193,15 @@ std::string read_file(const std::string& path) {
 
 std::string temporary_name_beside(const std::string& path) {
   static std::atomic<unsigned> count{0};
-  const fs::path target(path);
   const std::string mark = std::to_string(::getpid()) + "-" + std::to_string(count++) + "-" +
                            std::to_string(std::random_device()());  // containers use numbers again
-  const std::string stem = target.stem().string().substr(0, 100);   // of the 255 bytes that a name may have
-  return (target.parent_path() /
-          ("." + stem + "." + mark + ".tmp" + target.extension().string().substr(0, 32)))
-      .string();
+  return (fs::path(path).parent_path() / temporary_name(path, mark)).string();
+}
+
+bool is_temporary_name_beside(const std::string& path, const std::string& name) {
+  const std::size_t begin = temporary_stem(path).size(), end = name.find_last_of('-');
+  if (end == name.npos || end < begin) return false;
+  return name == temporary_name(path, name.substr(begin, end - begin));
 }
 
 void check_can_write(const std::string& path) {

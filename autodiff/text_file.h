@@ -30,6 +30,9 @@ void check_can_write(const std::string& path);
 
 // A name beside `path`, with the same extension, that no other process or thread uses.
 std::string temporary_name_beside(const std::string& path);
+// Whether a file of this name is one that a process which was killed was about to put in the place of `path`: names carry
+// their own checksum, which tells them from those of users.
+bool is_temporary_name_beside(const std::string& path, const std::string& name);
 
 // Why a text cannot be a name in a file or in a message: "is not UTF-8 ..." or "holds a line break ..."; "" if it can.
 std::string fault_of_name(std::string_view name);

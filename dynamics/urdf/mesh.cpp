@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <assimp/Importer.hpp>
+#include <assimp/ProgressHandler.hpp>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -15,6 +16,7 @@
 #include <string_view>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/urdf/mesh_access.h>
 
 namespace dyntape::dynamics {
 
@@ -86,6 +88,64 @@ std::optional<Eigen::Vector4d> color_of(const aiMaterial& material) {
   return Eigen::Vector4d(part(c.r), part(c.g), part(c.b), 1);  // exporters disagree on what opacity is
 }
 
+// In which files are that a mesh may name.
+std::vector<fs::path> folders_of(const std::string& mesh, const std::string& urdf) {
+  std::vector<fs::path> folders = {fs::absolute(mesh).parent_path()};
+  if (!urdf.empty()) folders.push_back(fs::absolute(urdf).lexically_normal().parent_path());
+  for (fs::path at = folders.front(); at != at.root_path(); at = at.parent_path()) {
+    if (!is_file(at / "package.xml")) continue;
+    folders.push_back(at);
+    break;
+  }
+  return folders;
+}
+
+class Stopper : public Assimp::ProgressHandler {
+ public:
+  explicit Stopper(std::stop_token stop) : stop_(std::move(stop)) {}
+  bool Update(float) override { return !stop_.stop_requested(); }
+
+ private:
+  std::stop_token stop_;
+};
+
+// Of all copies that the nodes of a scene place.
+MeshSize placed_size(const aiScene& scene) {
+  std::vector<MeshSize> sizes(scene.mNumMeshes);
+  for (unsigned i = 0; i < scene.mNumMeshes; ++i) {
+    for (unsigned k = 0; k < scene.mMeshes[i]->mNumFaces; ++k) {
+      const unsigned corners = scene.mMeshes[i]->mFaces[k].mNumIndices;
+      sizes[i].triangles += corners > 2 ? corners - 2 : 0;
+      sizes[i].effort += double(corners) * corners;
+    }
+  }
+  MeshSize all;
+  std::vector<const aiNode*> open = {scene.mRootNode};
+  while (!open.empty()) {
+    const aiNode* node = open.back();
+    open.pop_back();
+    if (!node) continue;
+    open.insert(open.end(), node->mChildren, node->mChildren + node->mNumChildren);
+    for (unsigned i = 0; i < node->mNumMeshes; ++i) {
+      all.triangles += sizes[node->mMeshes[i]].triangles;
+      all.effort += sizes[node->mMeshes[i]].effort;
+    }
+  }
+  return all;
+}
+
+void check_size(const std::string& path, const MeshSize& size, std::size_t most_triangles) {
+  constexpr double kMostEffort = 1e7;  // about a second
+  if (size.triangles > most_triangles)
+    throw FileError(path + ": this mesh of " + std::to_string(size.triangles) +
+                    " triangles is left out; expected at most " + std::to_string(most_triangles));
+  if (size.effort > kMostEffort)
+    throw FileError(
+        path +
+        ": this mesh is left out: its faces have so many corners that cutting them into triangles "
+        "takes too long; expected triangles");
+}
+
 }  // namespace
 
 std::string find_mesh(const std::string& name, const std::string& urdf) {
@@ -100,30 +160,39 @@ std::string find_mesh(const std::string& name, const std::string& urdf) {
   return is_file(path) ? path.lexically_normal().string() : "";
 }
 
-std::vector<MeshPart> read_mesh(const std::string& path) {
+MeshFile read_mesh(const std::string& path, const MeshQuestion& question) {
   const std::string extension = lower_extension(path);
   if (extension != ".stl" && extension != ".obj" && extension != ".dae")
     throw FileError(path + ": meshes of this kind are not read; expected .stl, .obj or .dae");
+  const std::string bytes = mesh_bytes(path);
+  check_size(path, size_of_mesh(bytes, extension), question.most_triangles);
+  MeshFile file;
   Assimp::Importer importer;
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   importer.SetPropertyInteger(AI_CONFIG_PP_RVC_FLAGS, aiComponent_NORMALS | aiComponent_TEXCOORDS |
                                                           aiComponent_COLORS |
                                                           aiComponent_TANGENTS_AND_BITANGENTS);
-  const aiScene* scene =
-      importer.ReadFile(path, aiProcess_RemoveComponent | aiProcess_Triangulate | aiProcess_SortByPType |
-                                  aiProcess_PreTransformVertices | aiProcess_JoinIdenticalVertices);
+  importer.SetIOHandler(new MeshAccess(path, bytes, folders_of(path, question.urdf), file.notes));
+  importer.SetProgressHandler(new Stopper(question.stop));
+  const aiScene* scene = importer.ReadFile(path, 0);
+  if (scene) check_size(path, placed_size(*scene), question.most_triangles);
+  for (const aiPostProcessSteps step :
+       {aiProcess_RemoveComponent, aiProcess_PreTransformVertices, aiProcess_Triangulate,
+        aiProcess_SortByPType, aiProcess_JoinIdenticalVertices}) {
+    if (question.stop.stop_requested()) throw FileError(path + ": this mesh is left out: interrupted");
+    if (scene) scene = importer.ApplyPostProcessing(step);
+  }
   if (!scene) throw FileError(path + ": this mesh cannot be read: " + importer.GetErrorString());
-  std::vector<MeshPart> parts;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i) {
     const aiMesh& source = *scene->mMeshes[i];
     auto mesh = std::make_shared<const Mesh>(triangles_of(source));
     if (!is_finite(*mesh)) throw FileError(path + ": this mesh has a vertex that is not a finite number");
     if (!mesh->triangles.empty())
-      parts.push_back({mesh, color_of(*scene->mMaterials[source.mMaterialIndex])});
+      file.parts.push_back({mesh, color_of(*scene->mMaterials[source.mMaterialIndex])});
   }
-  if (parts.empty()) throw FileError(path + ": this mesh has no triangles");
-  return parts;
+  if (file.parts.empty()) throw FileError(path + ": this mesh has no triangles");
+  return file;
 }
 
 }  // namespace dyntape::dynamics

@@ -21,7 +21,11 @@ class VisualReader {
  public:
   VisualReader(const UrdfText& text, const std::string& file, const Model<double>& model,
                const VisualOptions& options)
-      : text_(text), file_(file), model_(model), most_triangles_(options.most_triangles) {}
+      : text_(text),
+        file_(file),
+        model_(model),
+        most_triangles_(options.most_triangles),
+        stop_(options.stop) {}
 
   UrdfVisuals read() {
     for (const XMLElement* material : text_.children("material")) learn(*material);
@@ -127,7 +131,7 @@ class VisualReader {
     if (const auto scale = text_.numbers(kind, "scale", 3)) shape.scale = Eigen::Vector3d::Map(scale->data());
     if ((shape.scale.array() == 0).any()) text_.fail(kind, "<mesh> has a scale of zero");
     try {
-      const std::vector<MeshPart>& parts = parts_of(name);
+      const std::vector<MeshPart>& parts = parts_of(name, text_.where(kind) + describe(link));
       std::size_t triangles = 0;
       for (const MeshPart& part : parts) triangles += part.mesh->triangles.size();
       if (triangles > most_triangles_ - triangles_)
@@ -148,11 +152,21 @@ class VisualReader {
   }
 
   // Each file is read once; what is wrong with it is said of each link.
-  const std::vector<MeshPart>& parts_of(const std::string& name) {
+  const std::vector<MeshPart>& parts_of(const std::string& name, const std::string& where) {
     const std::string path = find_mesh(name, file_);
     if (path.empty()) throw FileError("there is no mesh " + name);
+    const auto fault = faults_.find(path);
+    if (fault != faults_.end()) throw FileError(fault->second);
     const auto known = meshes_.find(path);
-    return known != meshes_.end() ? known->second : meshes_.emplace(path, read_mesh(path)).first->second;
+    if (known != meshes_.end()) return known->second;
+    try {
+      MeshFile file = read_mesh(path, {file_, most_triangles_, stop_});
+      for (const std::string& note : file.notes) result_.notes.push_back(where + ": " + note);
+      return meshes_.emplace(path, std::move(file.parts)).first->second;
+    } catch (const FileError& e) {
+      faults_[path] = e.what();
+      throw;
+    }
   }
 
   static constexpr const char* kKinds = "expected <box>, <cylinder>, <sphere> or <mesh>";
@@ -160,9 +174,11 @@ class VisualReader {
   const std::string& file_;
   const Model<double>& model_;
   const std::size_t most_triangles_;
+  const std::stop_token stop_;
   std::size_t triangles_ = 0;
   std::map<std::string, Eigen::Vector4d> colors_;
   std::map<std::string, std::vector<MeshPart>> meshes_;
+  std::map<std::string, std::string> faults_;
   UrdfVisuals result_;
 };
 

@@ -55,7 +55,8 @@ struct UrdfVisuals {
 
 struct VisualOptions {
   std::size_t most_triangles =
-      300'000;  // of all meshes together, each shape counted; a mesh beyond is left out
+      kMostTriangles;         // of all meshes together, each shape counted; a mesh beyond is left out
+  std::stop_token stop = {};  // meshes that are not read by then are left out
 };
 
 UrdfVisuals read_visuals(const std::string& path, const Model<double>& model,

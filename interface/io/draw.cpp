@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Runs gnuplot on a script, without a shell.
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -40,6 +41,27 @@ bool is_whole(const std::string& picture, const std::string& extension) {
   return last != std::string::npos && std::string_view(picture).substr(0, last + 1).ends_with("</svg>");
 }
 
+// gnuplot leaves > as it is in texts, where XML does not allow it behind ]].
+std::string well_formed(const std::string& svg) {
+  constexpr std::string_view kBegin = "<![CDATA[", kEnd = "]]>";
+  std::string text;
+  for (std::size_t at = 0; at < svg.size();) {
+    const std::size_t data = std::min(svg.find(kBegin, at), svg.size()),
+                      end = std::min(svg.find(kEnd, at), svg.size());
+    const std::size_t next = std::min(data, end);
+    text.append(svg, at, next - at);
+    at = next;
+    if (data < end) {
+      at = std::min(svg.find(kEnd, data), svg.size() - kEnd.size()) + kEnd.size();
+      text.append(svg, data, at - data);
+    } else if (end < svg.size()) {
+      text += "]]&gt;";
+      at = end + kEnd.size();
+    }
+  }
+  return text;
+}
+
 }  // namespace
 
 void draw(const Plot& plot, const std::string& path, const std::string& gnuplot,
@@ -63,7 +85,7 @@ void draw(const Plot& plot, const std::string& path, const std::string& gnuplot,
     throw FileError(path + ": '" + gnuplot + "' left a picture of " + std::to_string(text.size()) +
                     " bytes that is cut off; expected room for all of it on the disk");
   }
-  write_file_atomically(path, text);
+  write_file_atomically(path, extension == ".svg" ? well_formed(text) : text);
 }
 
 }  // namespace dyntape::io

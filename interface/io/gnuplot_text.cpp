@@ -13,8 +13,11 @@ std::string gnuplot_quoted(const std::string& text) {
   std::string quoted = "'";
   for (const char c : text) {
     const bool control = static_cast<unsigned char>(c) < ' ' || c == 0x7f;
-    if (c == '\'') quoted += '\'';
-    quoted += control ? ' ' : c;
+    // A doubled quote would do but at the beginning, where gnuplot 5 takes it for an empty text.
+    if (c == '\'')
+      quoted += "'.\"'\".'";
+    else
+      quoted += control ? ' ' : c;
   }
   return quoted + "'";
 }

@@ -7,7 +7,8 @@
 
 namespace dyntape::io {
 
-// In single quotes, where gnuplot substitutes nothing; control characters become blanks.
+// An expression for gnuplot: in single quotes, where it substitutes nothing, and quotes of the text itself in double ones;
+// control characters become blanks.
 std::string gnuplot_quoted(const std::string& text);
 
 // A number with ten digits, NaN if it is not finite.

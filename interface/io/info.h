@@ -85,6 +85,7 @@ InfoNode parse_info(std::string_view text, const std::string& file_name);
 struct InfoScan {
   InfoNode root;
   std::vector<Problem> problems;
+  std::vector<std::string> included;  // paths of files that #include lines have brought in
 };
 InfoScan scan_info(std::string_view text, const std::string& file_name);
 

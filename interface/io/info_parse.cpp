@@ -24,6 +24,7 @@ struct Scan {
   bool stopped = false;         // nothing sensible can follow
   std::size_t includes = 0;     // lines so far
   std::size_t included = 0;     // bytes that they brought in
+  std::vector<std::string> files;
 };
 
 struct OpenBlock {
@@ -222,6 +223,7 @@ class TreeBuilder {
     const std::optional<std::string> found = locate(path);
     if (!found) return problem(offset, "cannot open the included file '" + path + "'");
     const std::string text = read_file(*found);
+    scan_.files.push_back(*found);
     scan_.included += text.size();
     if (++scan_.includes > kMaxIncludes || scan_.included > kMaxIncluded) {
       problem(offset, "#include lines bring in more than " + std::to_string(kMaxIncludes) + " files or " +
@@ -268,6 +270,7 @@ InfoScan scan_info(std::string_view text, const std::string& file_name) {
   if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
   TreeBuilder(scan, result.root, file_name, 0, 0).read(text);
   result.problems = std::move(scan.problems);
+  result.included = std::move(scan.files);
   return result;
 }
 

@@ -36,7 +36,10 @@ InfoNode detail::answer_node(const std::string& key, std::string value, const In
 
 Section Section::parse(std::string_view text, const std::string& file_name) {
   InfoScan scan = scan_info(text, file_name);
-  auto reading = std::make_shared<Reading>(Reading{std::move(scan.root), std::move(scan.problems), {}, {}});
+  std::vector<std::string> files = {file_name};
+  files.insert(files.end(), scan.included.begin(), scan.included.end());
+  auto reading = std::make_shared<Reading>(
+      Reading{std::move(scan.root), std::move(scan.problems), std::move(files), {}, {}});
   reading->top.push_back({&reading->root, "", reading->root.where});
   State* top = &reading->top.front();
   return Section(std::move(reading), top);
@@ -202,6 +205,10 @@ std::string Section::hint(const std::string& key) const {
   }
   return suggestion(key, state_->asked);
 }
+
+void Section::note_file(const std::string& path) { reading_->files.push_back(path); }
+
+const std::vector<std::string>& Section::files() const { return reading_->files; }
 
 void Section::understood_as(const std::string& key, const std::string& value) {
   const auto place = state_->places.find(key);

@@ -96,6 +96,10 @@ class Section {
   // The answer to `key`, as effective_values writes it: of a path, what it means elsewhere as well.
   void understood_as(const std::string& key, const std::string& value);
 
+  // The paths of this file, of those that it includes and of those that its readers note, as the robot's.
+  void note_file(const std::string& path);
+  const std::vector<std::string>& files() const;
+
   // Reports everything noted in the file so far, and in this block and those below it every key that was not
   // asked for, is given twice, or has a value or block that nothing reads.  Throws FileError or
   // returns.

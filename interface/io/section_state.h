@@ -65,6 +65,7 @@ struct SectionState {
 struct SectionReading {
   InfoNode root;
   std::vector<Problem> problems;
+  std::vector<std::string> files;
   std::set<std::string> noted;                                 // by sections
   std::list<SectionState> top;                                 // one element
   std::unordered_map<std::string, std::string> asked_in = {};  // paths of blocks, by keys that were asked for

@@ -259,6 +259,8 @@ void check(const Problem& problem) {
   check_bounds(problem, problem.u, problem.controls, "controls");
   if (problem.typical.size() > 0)
     check_size(problem, "what states typically move", problem.typical.size(), problem.n_x());
+  if (problem.most_typical.size() > 0)
+    check_size(problem, "the most that states typically move", problem.most_typical.size(), problem.n_x());
   check_boundary(problem, problem.start, "the start");
   check_boundary(problem, problem.goal, "the goal");
   if (!problem.guess) return;

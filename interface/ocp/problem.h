@@ -135,6 +135,9 @@ struct Problem {
   // Of each state how far it typically moves, where that is known better than the first guess shows; 0: it is not.
   // Empty: of none.
   Eigen::VectorXd typical;
+  // Of each state the most that an estimate of how far it moves may be, as half a turn of an angle; 0: any.  What the first
+  // guess moves it by, and `typical`, count whatever they are.  Empty: of none.
+  Eigen::VectorXd most_typical;
   // How far a state is from another, as changes of its entries; empty: x - from.  Robots with orientations have one: a
   // quaternion and its negative are the same.
   std::function<Eigen::VectorXd(const Eigen::VectorXd& from, const Eigen::VectorXd& x)> difference;

@@ -4,6 +4,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
@@ -207,6 +208,14 @@ Eigen::VectorXd typical_moves(const Model<double>& model) {
   return typical;
 }
 
+// Angles say the same after a turn, so none is estimated to move by more than half of one.
+Eigen::VectorXd half_turns(const Model<double>& model) {
+  Eigen::VectorXd most = Eigen::VectorXd::Zero(model.nq + model.nv);
+  for (const auto& joint : model.joints)
+    if (dynamics::traits(joint.type).has_angle) most[joint.idx_q] = std::numbers::pi;
+  return most;
+}
+
 void bound_forces(Problem& problem, const Model<double>& model, const Drives& drives,
                   const RobotProblemOptions& options) {
   Eigen::Index k = drives.gain.size();
@@ -324,6 +333,7 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
   problem.positions = model.nq;
   bound_forces(problem, model, plants->drives, options);
   add_contacts(problem, plants, options);
+  problem.most_typical = half_turns(model);
   if (!is_on_lines(model)) {
     problem.typical = typical_moves(model);
     problem.difference = [plants](const Eigen::VectorXd& from, const Eigen::VectorXd& x) {

@@ -76,6 +76,8 @@ Problem scaled_time(const Problem& problem) {
   result.goal = with(problem.goal, Problem::kFree);
   result.typical =
       with(problem.typical.size() ? problem.typical : Eigen::VectorXd::Zero(problem.n_x()), first);
+  result.most_typical =
+      with(problem.most_typical.size() ? problem.most_typical : Eigen::VectorXd::Zero(problem.n_x()), 0);
   const auto guess = problem.guess ? problem.guess : straight_line(problem);
   result.guess = [guess, first](double tau) {
     Stage<double> stage = guess(first * tau);

@@ -289,6 +289,7 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
     throw FileError(path + ": " + e.what());
   }
   scene.effective = file.effective_values();
+  scene.inputs = file.files();
   return scene;
 }
 

@@ -177,7 +177,7 @@ bool RigidStepper::balance(const Piece& piece, double h, const VectorXd& end, do
   VectorXd forces = forces_(piece.rows);
   problem.size = (J.cwiseAbs() * v.cwiseAbs()).maxCoeff();
   const double scale = problem.size + (D.cwiseAbs() * forces.cwiseAbs()).maxCoeff();
-  const VectorXd u = J * (v + J_inverse * demanded_by_gaps(piece));
+  const VectorXd kept = v + J_inverse * demanded_by_gaps(piece), u = J * kept;
   const double off = contact_residual(problem, u, forces);
   // m/s, 3e-8 m in a year: what loops hold is at rest but for rounding, which nothing here is relative to.
   constexpr double kStill = 1e-15;

@@ -58,7 +58,8 @@ struct BaseStart {
 
 struct Scene {
   std::string name, file, urdf;
-  std::vector<std::string> notes;  // what was odd in the robot's file; which sample of a sweep it is
+  std::vector<std::string> inputs;  // paths of all files that it was read from
+  std::vector<std::string> notes;   // what was odd in the robot's file; which sample of a sweep it is
   RobotScene robot;
   Eigen::VectorXd q, v;  // at the start
   BaseStart base;        // what stands in q and v of it, where there is one

@@ -47,6 +47,14 @@ RobotKeys read_robot_keys(Section& file, Floating floating) {
   return keys;
 }
 
+// Of a file that comes by a pipe or the standard input, which stand in no folder of anybody's, the working one.
+std::filesystem::path folder_of(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  for (const char* of_streams : {"/dev", "/dev/fd", "/proc/self/fd"})
+    if (folder == of_streams) return {};
+  return folder;
+}
+
 }  // namespace
 
 SceneRobot read_scene_robot(Section& file, const std::string& path, Floating floating) {
@@ -82,7 +90,8 @@ void read_scene_keys(Section& file, RobotScene& scene, const dynamics::Model<dou
 
 std::string path_beside(const std::string& file, Section& block, const std::string& key,
                         const std::string& name) {
-  const std::filesystem::path path = (std::filesystem::path(file).parent_path() / name).lexically_normal();
+  const std::filesystem::path path = (folder_of(file) / name).lexically_normal();
+  block.note_file(path.string());
   block.understood_as(key, std::filesystem::absolute(path).lexically_normal().string());
   return path.string();
 }

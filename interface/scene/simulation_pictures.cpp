@@ -161,9 +161,9 @@ void add_ground(const dynamics::Effects<double>& effects, const Eigen::Vector2d&
   });
 }
 
-dynamics::UrdfVisuals visuals_of(const Scene& scene) {
+dynamics::UrdfVisuals visuals_of(const Scene& scene, const std::stop_token& stop) {
   try {
-    return dynamics::read_visuals(scene.urdf, scene.robot.model);
+    return dynamics::read_visuals(scene.urdf, scene.robot.model, {.stop = stop});
   } catch (const Error& e) {
     dynamics::UrdfVisuals none;
     none.notes.push_back(e.what());
@@ -212,8 +212,8 @@ io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion) {
   return plot;
 }
 
-PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion) {
-  PlayerInput player{.title = scene.name, .model = scene.robot.model, .visuals = visuals_of(scene)};
+PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion, const std::stop_token& stop) {
+  PlayerInput player{.title = scene.name, .model = scene.robot.model, .visuals = visuals_of(scene, stop)};
   player.t = Eigen::Map<const Eigen::VectorXd>(motion.t.data(), motion.samples());
   player.q = motion.q;
   player.contacts = point_forces(scene, motion);

@@ -208,10 +208,13 @@ void write_results(SimulationReport& report, const std::string& folder, const st
     }
     results.write(file, [&](const std::string& path) { io::draw(picture, path, "gnuplot", stop); });
   }
-  results.remove(kPlayer);
+  results.remove(kPlayer);  // of an earlier motion
   if (!motion.was_stopped) {
-    results.write(kPlayer,
-                  [&](const std::string& path) { write_player(scene_player(report.scene, motion), path); });
+    results.write(kPlayer, [&](const std::string& path) {
+      const PlayerInput player = scene_player(report.scene, motion, stop);
+      if (stop.stop_requested()) throw FileError(path + ": not drawn, interrupted");
+      write_player(player, path);
+    });
   }
   results.write(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
 }

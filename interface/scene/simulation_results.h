@@ -57,7 +57,7 @@ std::vector<std::string> entry_names(const dynamics::Model<double>& model, const
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion);
 io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion);
-PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion);
+PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion, const std::stop_token& stop = {});
 
 // What acts at points of the robot, a list a sample, in the order of the effects.
 std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const SimulatedMotion& motion);

@@ -61,6 +61,8 @@ Problem with_parameters_as_states(const Problem& problem) {
   result.start = one_after_other(problem.start, now);
   result.goal = one_after_other(problem.goal, VectorXd::Constant(n_p, Problem::kFree));
   if (problem.typical.size() > 0) result.typical = one_after_other(problem.typical, VectorXd::Zero(n_p));
+  if (problem.most_typical.size() > 0)
+    result.most_typical = one_after_other(problem.most_typical, VectorXd::Zero(n_p));
   result.guess = [problem](double t) {
     Stage<double> stage = problem.first_guess(t);
     stage.x = one_after_other(stage.x, problem.parameters.at(t));

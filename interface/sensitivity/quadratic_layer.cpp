@@ -265,7 +265,11 @@ void QuadraticLayer::certify() {
   slope /= most(slope);
   const MatrixXd G = rows.bottomRows(m - of_A);
   const VectorXd d = directions * nearest_in_cone(directions.transpose() * slope, G * directions);
+<<<<<<< HEAD
+  const VectorXd beyond = (G * d).eval().cwiseMax(0);
+=======
   const VectorXd beyond = VectorXd(G * d).cwiseMax(0);
+>>>>>>> d59a11b
   if (!(slope.dot(d) < -kMargin * d.norm()) || beyond.norm() > kMostOff * d.norm()) return;
   certificate_.x = inverse.cwiseProduct(d);
   certificate_.x /= -p.q.dot(certificate_.x);

@@ -117,6 +117,8 @@ SceneSweep read_sweep_text(const std::string& text, const std::string& path) {
   read_sweep_keys(file, sweep, known);
   file.finish();
   sweep.effective = file.effective_values();
+  sweep.inputs = file.files();
+  sweep.inputs.insert(sweep.inputs.end(), sweep.scene.inputs.begin(), sweep.scene.inputs.end());
   return sweep;
 }
 

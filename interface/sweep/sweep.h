@@ -69,6 +69,7 @@ struct SweptValue {
 
 struct SceneSweep {
   std::string name, file;
+  std::vector<std::string> inputs;  // paths of all files that it was read from
   Scene scene;
   std::vector<SweptValue> values;
   std::vector<std::string> shown;  // columns of the results that are drawn

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -15,6 +16,7 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/result_folder.h>
 
 namespace dyntape {
 
@@ -23,7 +25,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kChunkFormat = 1;
-constexpr const char *kChunks = "chunks", *kEnd = "end ", *kFailure = "! ";
+constexpr const char *kChunks = "chunks", *kRows = ".rows", *kLock = ".lock", *kChunkHead = "dyntape-sweep ",
+                     *kEnd = "end ", *kFailure = "! ";
 
 std::string written(const ValuePlace& at) {
   std::string text = std::to_string(at.index());
@@ -68,8 +71,8 @@ std::string without_paths(const std::string& effective) {
 
 std::string header_of(const SceneSweep& sweep, const std::string& identity, long chunk) {
   const ChunkRange range = range_of(sweep, chunk);
-  return "dyntape-sweep " + identity + " chunk " + std::to_string(chunk) + " rows " +
-         std::to_string(range.first) + " to " + std::to_string(range.first + range.count - 1) + "\n";
+  return kChunkHead + identity + " chunk " + std::to_string(chunk) + " rows " + std::to_string(range.first) +
+         " to " + std::to_string(range.first + range.count - 1) + "\n";
 }
 
 // Whether it is a whole chunk, of whatever sweep.
@@ -81,10 +84,9 @@ bool is_whole(const std::string& text) {
 }
 
 std::string identity_in(const std::string& header) {
-  std::istringstream words(header);
-  std::string first, identity;
-  words >> first >> identity;
-  return first == "dyntape-sweep" ? identity : "";
+  if (!header.starts_with(kChunkHead)) return "";
+  const std::string rest = header.substr(std::strlen(kChunkHead));
+  return rest.substr(0, rest.find_first_of(" \n"));
 }
 
 // "" where there is none, or none that a sweep has written.
@@ -97,25 +99,54 @@ std::string identity_of_results(const std::string& report) {
              : "";
 }
 
-// Files that someone killed was about to put in place (temporary_name_beside of text_file.h): .NAME.1-2-3.tmp.EXTENSION.
+// Whether the results in a folder are there to the last byte: the table, the report, and what it says of samples that failed.
+bool are_whole(const io::ResultMarks& marks, const std::string& folder) {
+  if (!marks.is_as_written(kSweepTable) || !marks.is_as_written(kSweepReport)) return false;
+  const auto json = nlohmann::json::parse(read_file(folder + "/" + kSweepReport), nullptr, false);
+  const bool has_failures = !json.is_object() || json.value("failed", 0L) > 0;
+  return !has_failures || marks.is_as_written(kSweepFailures);
+}
+
+bool begins_with(const std::string& path, const std::string& head) {
+  std::string begin(head.size(), '\0');
+  std::ifstream(path, std::ios::binary).read(begin.data(), std::streamsize(begin.size()));
+  return begin == head;
+}
+
+std::string name_of_chunk(long chunk) {
+  std::string number = std::to_string(chunk);
+  number.insert(0, number.size() < 6 ? 6 - number.size() : 0, '0');
+  return number + kRows;
+}
+
+// Of any sweep.
+bool is_chunk(const std::string& path) {
+  const std::string name = fs::path(path).filename().string();
+  std::error_code none;
+  return name.size() > std::strlen(kRows) && name.ends_with(kRows) &&
+         name.find_first_not_of("0123456789") == name.size() - std::strlen(kRows) &&
+         fs::symlink_status(path, none).type() == fs::file_type::regular && begins_with(path, kChunkHead);
+}
+
 // Who holds the lock is alone.
-void remove_abandoned(const std::string& folder) {
-  for (const std::string& name : codegen::names_in(folder)) {
-    const std::size_t end = name.rfind(".tmp"), begin = end == 0 ? end : name.rfind('.', end - 1);
-    if (!name.starts_with(".") || end == std::string::npos || begin == 0 || begin == std::string::npos)
-      continue;
-    const std::string mark = name.substr(begin + 1, end - begin - 1);
-    const bool is_mark = mark.find_first_not_of("0123456789-") == std::string::npos &&
-                         std::count(mark.begin(), mark.end(), '-') == 2;
+void remove_unfinished(const std::string& chunks) {
+  for (const std::string& name : codegen::names_in(chunks)) {
+    const std::size_t end = name.find('.', 1);
     std::error_code none;
-    if (is_mark) fs::remove(folder + "/" + name, none);
+    if (name.starts_with(".") && end != name.npos &&
+        is_temporary_name_beside(name.substr(1, end - 1) + kRows, name))
+      fs::remove(chunks + "/" + name, none);
   }
 }
 
 codegen::Descriptor locked(const std::string& folder) {
-  const std::string path = folder + "/.lock";
+  const std::string path = folder + "/" + kLock;
+  std::error_code none;
+  if (fs::exists(path, none) && fs::file_size(path, none) > 0 && !begins_with(path, kChunkHead))
+    throw FileError(path + ": this is not the lock of a sweep; expected it elsewhere, or another folder");
   codegen::Descriptor lock(open(path.c_str(), O_CREAT | O_RDWR | O_CLOEXEC, 0644));
   if (lock.number() < 0) throw FileError(path + ": cannot make this file: " + std::strerror(errno));
+  codegen::write_all(lock.number(), path, kChunkHead);
   if (flock(lock.number(), LOCK_EX | LOCK_NB) == 0) return lock;
   if (errno != EWOULDBLOCK) return lock;  // a file system without locks
   throw FileError(folder + ": another sweep is running in this folder; expected one at a time");
@@ -123,8 +154,12 @@ codegen::Descriptor locked(const std::string& folder) {
 
 }  // namespace
 
-std::string identity_of(const SceneSweep& sweep) {
-  std::string text = "format " + std::to_string(kChunkFormat) + "\n";
+std::vector<std::string> sweep_files() {
+  return {kSweepTable, kSweepFailures, kSweepUnderstood, kSweepPicture, kSweepReport};
+}
+
+std::string identity_of(const SceneSweep& sweep, const std::string& program) {
+  std::string text = "format " + std::to_string(kChunkFormat) + " of " + program + "\n";
   text += "samples " + std::to_string(sweep.samples) + " seed " + std::to_string(sweep.seed) + " at a time " +
           std::to_string(rows_at_a_time(sweep)) + " " + to_string(sweep.evaluation.profile) + "\n";
   for (const SweptValue& value : sweep.values) text += written(value);
@@ -161,34 +196,68 @@ SweepFolder::SweepFolder(const std::string& folder, const SceneSweep& sweep, Res
   fs::create_directories(chunks, error);
   if (error) throw FileError(chunks + ": cannot make this folder: " + error.message());
   lock_ = locked(chunks);
-  remove_abandoned(chunks);
-  remove_abandoned(folder);
+  try {
+    lock_of_results_ = io::lock_results(folder);
+  } catch (const FileError&) {
+    remove_empty_chunks();
+    throw;
+  }
+  refuse_others_chunks();
+  remove_unfinished(chunks);
+  io::remove_abandoned(folder, sweep_files());
   if (restart == Restart::kYes) {
-    for (const std::string& name : codegen::names_in(chunks)) {
-      if (name.ends_with(".rows")) fs::remove(chunks + "/" + name, error);
-    }
-    fs::remove(folder + "/report.json", error);
+    begin_anew();
     return;
   }
-  const std::string results = identity_of_results(folder + "/report.json");
+  const io::ResultMarks marks(folder);
+  const std::string results =
+      marks.knows(kSweepReport) ? identity_of_results(folder + "/" + kSweepReport) : "";
   if (!results.empty()) refuse_other(results);
-  is_finished_ = results == identity_ && fs::is_regular_file(folder + "/sweep.csv", error);
+  is_finished_ = results == identity_ && are_whole(marks, folder);
   if (!is_finished_) look();
+}
+
+void SweepFolder::refuse_others_chunks() const {
+  for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk) {
+    std::error_code none;
+    const std::string path = path_of(long(chunk));
+    if (fs::exists(fs::symlink_status(path, none)) && !is_chunk(path))
+      throw FileError(
+          path +
+          ": this is no chunk of a sweep, and would be replaced by one; expected it elsewhere, or "
+          "another folder");
+  }
+}
+
+void SweepFolder::begin_anew() {
+  const std::string chunks = folder_ + "/" + kChunks;
+  std::error_code none;
+  for (const std::string& name : codegen::names_in(chunks)) {
+    if (is_chunk(chunks + "/" + name)) fs::remove(chunks + "/" + name, none);
+  }
+  io::ResultMarks marks(folder_);
+  for (const std::string& file : sweep_files()) {
+    const std::string path = folder_ + "/" + file;
+    if (!marks.knows(file) || fs::symlink_status(path, none).type() != fs::file_type::regular) continue;
+    fs::remove(path, none);
+    marks.end(file);
+  }
 }
 
 void SweepFolder::refuse_other(const std::string& other) const {
   if (other == identity_) return;
   throw FileError(
       folder_ +
-      " holds another sweep: this one, its scene or its robot has changed since; expected an empty "
-      "folder, or --restart, which removes what is there");
+      " holds another sweep: this one, its scene, its robot or dyntape itself has changed since; expected an "
+      "empty folder, or --restart, which removes what is there");
 }
 
 void SweepFolder::look() {
   for (std::size_t chunk = 0; chunk < chunks_.size(); ++chunk) {
     std::error_code none;
-    if (!fs::is_regular_file(path_of(long(chunk)), none)) continue;
-    const std::string text = read_file(path_of(long(chunk)));
+    const std::string path = path_of(long(chunk));
+    if (!fs::exists(path, none)) continue;
+    const std::string text = read_file(path);
     if (!is_whole(text)) continue;  // damaged since: computed anew
     refuse_other(identity_in(text));
     chunks_[chunk] = text.starts_with(header_of(sweep_, identity_, long(chunk)));
@@ -196,9 +265,7 @@ void SweepFolder::look() {
 }
 
 std::string SweepFolder::path_of(long chunk) const {
-  std::string number = std::to_string(chunk);
-  number.insert(0, number.size() < 6 ? 6 - number.size() : 0, '0');
-  return folder_ + "/" + kChunks + "/" + number + ".rows";
+  return folder_ + "/" + kChunks + "/" + name_of_chunk(chunk);
 }
 
 long SweepFolder::kept() const { return std::count(chunks_.begin(), chunks_.end(), 1); }
@@ -233,7 +300,12 @@ ComputedRows SweepFolder::all() const {
 void SweepFolder::clear() {
   std::error_code none;
   for (long chunk = 0; chunk < long(chunks_.size()); ++chunk) fs::remove(path_of(chunk), none);
-  fs::remove(folder_ + "/" + kChunks + "/.lock", none);
+  remove_empty_chunks();
+}
+
+void SweepFolder::remove_empty_chunks() const {
+  std::error_code none;
+  fs::remove(folder_ + "/" + kChunks + "/" + kLock, none);
   fs::remove(folder_ + "/" + kChunks, none);
 }
 

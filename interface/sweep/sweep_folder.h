@@ -21,8 +21,17 @@
 
 namespace dyntape {
 
-// Of the values, the scene, the text of its robot, the seed; not of lanes, threads and places in the file system.
-std::string identity_of(const SceneSweep& sweep);
+// The results that a sweep leaves when it is finished.
+inline constexpr const char *kSweepTable = "sweep.csv", *kSweepFailures = "failures.txt",
+                            *kSweepUnderstood = "effective.info", *kSweepPicture = "sweep.svg",
+                            *kSweepReport = "report.json";
+std::vector<std::string> sweep_files();
+
+// Of the sources that decide what rows are.
+const char* program_fingerprint();
+
+// Of the program, the values, the scene, the text of its robot, the seed; not of lanes, threads and places in the file system.
+std::string identity_of(const SceneSweep& sweep, const std::string& program = program_fingerprint());
 
 struct ChunkRange {
   long first = 0, count = 0;  // rows
@@ -34,14 +43,17 @@ ChunkRange range_of(const SceneSweep& sweep, long chunk);
 std::string chunk_text(const SceneSweep& sweep, const std::string& identity, long chunk,
                        const ComputedRows& rows);
 
-enum class Restart { kNo, kYes };  // yes: what is there of any sweep is removed
+// Yes: what any sweep has left there is removed.  Nothing else ever is: chunks say what they are, results stand in a list
+// (io/result_folder.h).
+enum class Restart { kNo, kYes };
 
 class SweepFolder {
  public:
   SweepFolder(const std::string& folder, const SceneSweep& sweep, Restart restart);
 
   const std::string& identity() const { return identity_; }
-  bool is_finished() const { return is_finished_; }  // its results are written, by an earlier run
+  // Its results are written, by an earlier run, and nobody has changed them since.
+  bool is_finished() const { return is_finished_; }
   bool has(long chunk) const { return chunks_[std::size_t(chunk)] != 0; }
   long kept() const;  // chunks
 
@@ -54,6 +66,9 @@ class SweepFolder {
 
  private:
   std::string path_of(long chunk) const;
+  void refuse_others_chunks() const;
+  void begin_anew();
+  void remove_empty_chunks() const;
   void look();
   void refuse_other(const std::string& other) const;
 
@@ -61,7 +76,7 @@ class SweepFolder {
   std::string folder_, identity_;
   std::vector<char> chunks_;
   bool is_finished_ = false;
-  codegen::Descriptor lock_;
+  codegen::Descriptor lock_, lock_of_results_;
 };
 
 }  // namespace dyntape

@@ -16,8 +16,6 @@ namespace dyntape {
 
 namespace {
 
-constexpr const char *kTable = "sweep.csv", *kFailures = "failures.txt", *kUnderstood = "effective.info",
-                     *kPicture = "sweep.svg", *kSweepReport = "report.json";
 constexpr std::size_t kShownFailures = 5;
 
 // Entries of a column where the row is ok.
@@ -112,8 +110,6 @@ io::Plot sweep_plot(const SceneSweep& sweep, const io::CsvTable& table) {
   return plot;
 }
 
-std::vector<std::string> sweep_files() { return {kTable, kFailures, kUnderstood, kPicture, kSweepReport}; }
-
 bool SweepReport::success() const {
   return !outcome.was_stopped && long(outcome.failures.size()) < outcome.rows;
 }
@@ -200,16 +196,16 @@ void write_sweep_results(SweepReport& report, const std::string& folder, const s
   const auto put = [&](const char* file, const std::string& text) {
     results.write(file, [&](const std::string& path) { write_file_atomically(path, text); });
   };
-  put(kTable, outcome.csv);
+  put(kSweepTable, outcome.csv);
   std::string failures;
   for (const std::string& failure : outcome.failures) failures += failure + "\n";
-  results.remove(kFailures);
-  if (!failures.empty()) put(kFailures, failures);
-  put(kUnderstood, report.sweep.effective);
-  results.remove(kPicture);
+  results.remove(kSweepFailures);
+  if (!failures.empty()) put(kSweepFailures, failures);
+  put(kSweepUnderstood, report.sweep.effective);
+  results.remove(kSweepPicture);
   const io::Plot plot = sweep_plot(report.sweep, outcome.table);
   if (!plot.panels.empty())
-    results.write(kPicture, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
+    results.write(kSweepPicture, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
   put(kSweepReport, report.json());
 }
 
@@ -217,11 +213,11 @@ SweepOutcome finished_outcome(const SceneSweep& sweep, const std::string& folder
   SweepOutcome outcome;
   outcome.was_finished = true;
   outcome.identity = identity_of(sweep);
-  outcome.table = io::read_csv(folder + "/" + kTable);
+  outcome.table = io::read_csv(folder + "/" + kSweepTable);
   outcome.rows = outcome.table.rows();
   std::error_code none;
-  if (!std::filesystem::is_regular_file(folder + "/" + kFailures, none)) return outcome;
-  std::istringstream lines(read_file(folder + "/" + kFailures));
+  if (!std::filesystem::is_regular_file(folder + "/" + kSweepFailures, none)) return outcome;
+  std::istringstream lines(read_file(folder + "/" + kSweepFailures));
   for (std::string line; std::getline(lines, line);) outcome.failures.push_back(line);
   return outcome;
 }

@@ -32,8 +32,6 @@ struct SweepReport {
   std::string json() const;     // for programs
 };
 
-std::vector<std::string> sweep_files();
-
 // What cannot be written stands in report.unwritten.
 void write_sweep_results(SweepReport& report, const std::string& folder, const std::stop_token& stop = {});
 

@@ -146,6 +146,7 @@ Scene scene_of(const SceneSweep& sweep, long row) {
   StartNumbers start = start_numbers(sweep, values);
   Scene scene = sweep.scene;
   scene.name += " " + std::to_string(row);
+  scene.inputs = sweep.inputs;
   scene.base = start.base;
   scene.q = std::move(start.q), scene.v = std::move(start.v), scene.commands.u = std::move(start.u);
   scene.evaluation = of_single_samples(sweep.evaluation);

@@ -52,10 +52,11 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   options.mpc.mesh = task.mesh;
   options.mpc.solver = task.solver;
   options.mpc.iterations = task.control.iterations;
-  ControlReport report = report_loop(task.problem, options, [&](const Trajectory& motion, int point) {
+  const auto off = [&](const Trajectory& motion, int point) {
     return (motion.x.col(point).head<3>() - target_of(task, motion.t[point])).norm();
-  });
-  report.task = task.name, report.off_of = "of the centre of mass, m";
+  };
+  ControlReport report = report_loop(task.problem, options, {"the goal of the centre of mass", "m", off});
+  report.task = task.name;
   return report;
 }
 
@@ -68,7 +69,7 @@ void write_control(const CentroidalTask& task, ControlReport& report, const std:
   const Trajectory& motion = report.loop.motion;
   const auto pictures = [&] {
     return LoopPictures{{{kMassCurves, mass_plot(task, motion)}, {kMassSupport, support_plot(task, motion)}},
-                        mass_player(task, motion)};
+                        mass_player(task, motion, stop)};
   };
   write_loop(report, mass_table(task, report.loop), pictures, folder, stop);
 }

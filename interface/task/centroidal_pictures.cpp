@@ -216,11 +216,11 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
   return plot;
 }
 
-PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion) {
+PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion, const std::stop_token& stop) {
   const std::vector<int> frames = frames_of(motion);
   const auto n = Eigen::Index(frames.size());
   PlayerInput player{.title = task.name, .model = task.scene.model};
-  player.visuals = dynamics::read_visuals(task.urdf, task.scene.model);
+  player.visuals = dynamics::read_visuals(task.urdf, task.scene.model, {.stop = stop});
   player.t = motion.t(frames);
   player.q.resize(task.scene.model.nq, n);
   const MatrixXd forces = forces_on_floor(task, motion);

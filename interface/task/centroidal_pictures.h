@@ -31,6 +31,7 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion);
 
 // The robot with its trunk as at the start and its legs where they have to be for that.  Where they cannot be, the page says
 // by how much.
-PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion);
+PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion,
+                        const std::stop_token& stop = {});
 
 }  // namespace dyntape

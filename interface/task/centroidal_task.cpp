@@ -120,7 +120,10 @@ MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<do
 }  // namespace
 
 CentroidalTask read_centroidal_task(const std::string& path) {
-  const std::string text = read_file(path);
+  return read_centroidal_task_text(read_file(path), path);
+}
+
+CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path, "an .info file that names its robot, as those in config/control do");
   Section file = Section::parse(text, path);
   CentroidalTask task;
@@ -135,6 +138,7 @@ CentroidalTask read_centroidal_task(const std::string& path) {
   const MassKeys keys = read_keys(file, task, found.robot ? &task.scene.model : nullptr);
   file.finish();
   task.effective = file.effective_values();
+  task.inputs = file.files();
 
   task.body = centroidal_body(task.scene, task.q, keys.contacts);
   task.problem = centroidal_problem(task.body, task.options);

@@ -36,7 +36,8 @@ namespace dyntape {
 
 struct CentroidalTask {
   std::string name, file, urdf;
-  std::vector<std::string> notes;  // what was odd in the robot's file
+  std::vector<std::string> inputs;  // paths of all files that it was read from
+  std::vector<std::string> notes;   // what was odd in the robot's file
   RobotScene scene;
   Eigen::VectorXd q;  // at the start
   CentroidalBody body;
@@ -50,6 +51,7 @@ struct CentroidalTask {
 };
 
 CentroidalTask read_centroidal_task(const std::string& path);
+CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path);
 
 // Every key that such a file may have, in the order of reading.
 std::vector<io::Question> centroidal_questions();

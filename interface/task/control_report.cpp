@@ -30,7 +30,7 @@ std::pair<double, double> most_and_typical(const std::vector<double>& t, const s
 
 std::vector<double> off_of(const Trajectory& motion, const Off& off) {
   std::vector<double> all;
-  for (int k = 0; k < motion.points(); ++k) all.push_back(off(motion, k));
+  for (int k = 0; k < motion.points(); ++k) all.push_back(off.at(motion, k));
   return all;
 }
 
@@ -46,9 +46,9 @@ io::Plot feedback_plot(const ControlReport& report) {
   const ControlReport::Feedback& of = *report.feedback;
   io::Plot plot;
   plot.title = report.task + ": what feedback between plans is worth";
-  plot.panels = {{.title = "distance from the goal",
+  plot.panels = {{.title = "distance from " + report.off_of,
                   .x_label = "time [s]",
-                  .y_label = report.off_of,
+                  .y_label = "[" + report.unit + "]",
                   .series = {{.name = "with the plan's gains", .x = of.t, .y = of.with},
                              {.name = "without", .x = of.t, .y = of.without}}}};
   return plot;
@@ -61,8 +61,10 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   report.deadline = options.period;
   report.loop = close_loop(problem, options);
   const Trajectory& motion = report.loop.motion;
-  report.off_begin = off(motion, 0);
-  report.off_end = off(motion, motion.points() - 1);
+  if (!off.at) return report;
+  report.off_of = off.what, report.unit = off.unit;
+  report.off_begin = off.at(motion, 0);
+  report.off_end = off.at(motion, motion.points() - 1);
   if (!(options.feedback > 0) || options.pushes.empty()) return report;
   ClosedLoopOptions plain = options;
   plain.feedback = 0, plain.watch = {};
@@ -137,20 +139,23 @@ std::string ControlReport::text() const {
   table.append({"task", task});
   table.append({"simulated", io::significant(loop.motion.t[loop.motion.points() - 1], 4) + " s, " +
                                  std::to_string(loop.steps.size()) + " steps"});
-  table.append({"from the goal", io::significant(off_begin, 3) + " at the beginning, " +
-                                     io::significant(off_end, 3) + " at the end (" + off_of + ")"});
-  table.append({"first step", loop.steps.empty() ? "" : ms(loop.steps.front().seconds) + ", solved"});
+  if (!off_of.empty())
+    table.append({"from " + off_of, io::significant(off_begin, 3) + " at the beginning, " +
+                                        io::significant(off_end, 3) + " at the end (" + unit + ")"});
+  if (!loop.steps.empty())
+    table.append(
+        {"first step", ms(loop.steps.front().seconds) + ", " + to_string(loop.steps.front().status)});
   table.append({"later steps", "median " + ms(loop.latency(0.5)) + ", 99 % " + ms(loop.latency(0.99)) +
                                    ", longest " + ms(loop.latency(1))});
   if (feedback) {
     const auto pair = [](double most, double typical) {
       return io::significant(most, 3) + " at most, " + io::significant(typical, 3) + " typically";
     };
-    table.append({"after the first push", pair(feedback->most_with, feedback->typical_with) +
-                                              " from the goal with feedback between "
-                                              "plans, " +
-                                              pair(feedback->most_without, feedback->typical_without) +
-                                              " without"});
+    table.append(
+        {"after the first push", pair(feedback->most_with, feedback->typical_with) + " from " + off_of +
+                                     " with feedback between "
+                                     "plans, " +
+                                     pair(feedback->most_without, feedback->typical_without) + " without"});
     table.append(
         {"gains of a plan", "median " + io::significant(median_gain_ms(loop), 3) + " ms of the step"});
   }
@@ -175,7 +180,7 @@ std::string ControlReport::json() const {
                                    {"success", success()},
                                    {"trouble", loop.trouble},
                                    {"seconds", loop.motion.t[loop.motion.points() - 1]},
-                                   {"from_goal", {{"begin", off_begin}, {"end", off_end}}},
+                                   {"from_goal", nullptr},
                                    {"step_ms",
                                     {{"median", 1e3 * loop.latency(0.5)},
                                      {"p99", 1e3 * loop.latency(0.99)},
@@ -183,6 +188,8 @@ std::string ControlReport::json() const {
                                    {"missed_deadlines", loop.missed(deadline)},
                                    {"unusable_plans", loop.unusable()},
                                    {"steps", steps}};
+  if (!off_of.empty())
+    report["from_goal"] = {{"of", off_of}, {"unit", unit}, {"begin", off_begin}, {"end", off_end}};
   if (feedback)
     report["feedback"] = {
         {"after", feedback->after},

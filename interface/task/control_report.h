@@ -20,9 +20,9 @@ namespace dyntape {
 struct ControlReport {
   std::string task;  // its name
   ClosedLoop loop;
-  double deadline = 0;                // s, the period
-  double off_begin = 0, off_end = 0;  // distance from the goal at the beginning and the end,
-  std::string off_of = {};            // of what, and its unit
+  double deadline = 0;                 // s, the period
+  std::string off_of = {}, unit = {};  // "the goal of hand", "m"; empty where a task has no goal:
+  double off_begin = 0, off_end = 0;   // the distance from it at the beginning and the end
   // What feedback between plans is worth: how far off the loop is over time with it, and the same loop without.
   struct Feedback {
     std::vector<double> t, with, without;
@@ -39,8 +39,12 @@ struct ControlReport {
   std::string json() const;
 };
 
-// The report of a loop: with feedback, of a second one without as well.  off: how far the motion is off at a point.
-using Off = std::function<double(const Trajectory& motion, int point)>;
+// How far a motion is off what it is to do, at a point.
+struct Off {
+  std::string what, unit;
+  std::function<double(const Trajectory& motion, int point)> at;  // empty: there is nothing to be off
+};
+// The report of a loop: with feedback, of a second one without as well.
 ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off);
 
 io::Plot steps_plot(const ControlReport& report);

@@ -189,7 +189,7 @@ class BoundsBetween {
 
   void find_in(const std::vector<std::string>& names, const MatrixXd& values, const Bounds& bounds) {
     for (Eigen::Index i = 0; i < values.rows(); ++i)
-      note(names[std::size_t(i)], values.row(i), bounds.lower[i], bounds.upper[i]);
+      note(names[std::size_t(i)], values.row(i), bounds.lower[i], bounds.upper[i], task_.demands.true_defect);
   }
 
   void find_in(const Term& term) {
@@ -199,14 +199,14 @@ class BoundsBetween {
           term.function(problem_.stage(fine_.t[p], fine_.x.col(p), fine_.a.col(p), fine_.u.col(p)));
     for (Eigen::Index i = 0; i < values.rows(); ++i) {
       const std::string index = values.rows() > 1 ? "[" + std::to_string(i) + "]" : "";
-      note(term.name + index, values.row(i), term.lower[i], term.upper[i]);
+      note(term.name + index, values.row(i), term.lower[i], term.upper[i], task_.demands.between);
     }
   }
 
   // An excess counts from a part of the range on: of the bounds, or of how far the values move, where that is more.
-  void note(const std::string& name, const VectorXd& values, double lower, double upper) {
+  void note(const std::string& name, const VectorXd& values, double lower, double upper, double part) {
     if (is_told_already(name)) return;
-    const double part = task_.demands.true_defect, moved = values.maxCoeff() - values.minCoeff();
+    const double moved = values.maxCoeff() - values.minCoeff();
     LimitExcess excess{"", name, "", 0, 0, 0};
     excess.between_points = true, excess.of = LimitOf::kTask;
     const Curves none;

@@ -11,11 +11,6 @@ namespace {
 
 constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.svg";
 
-double distance_to_goal(const Task& task, const Eigen::VectorXd& x) {
-  const Eigen::VectorXd away = (x - task.problem.goal).head(task.scene.model.nv);
-  return away.array().isNaN().select(0, away).norm();
-}
-
 io::CsvTable loop_table(const Task& task, const ClosedLoop& loop) {
   const Curves c = curves_of(task, loop.motion);
   std::vector<std::string> header = {"t"};
@@ -63,10 +58,13 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
   options.mpc.iterations = task.control.iterations;
-  ControlReport report = report_loop(drawn_problem(task), options, [&](const Trajectory& motion, int point) {
-    return distance_to_goal(task, motion.x.col(point));
-  });
-  report.task = task.name, report.off_of = "norm over the joints";
+  Off off = {task.aim.what, task.aim.unit, {}};
+  if (task.aim.off)
+    off.at = [&](const Trajectory& motion, int point) {
+      return task.aim.off(motion.t[point], motion.x.col(point));
+    };
+  ControlReport report = report_loop(drawn_problem(task), options, off);
+  report.task = task.name;
   return report;
 }
 
@@ -80,7 +78,7 @@ void write_control(const Task& task, ControlReport& report, const std::string& f
   const auto pictures = [&] {
     return LoopPictures{
         {{kLoopCurves, trajectory_plot(task, motion)}, {kLoopMotion, motion_plot(task, motion)}},
-        motion_player(task, motion)};
+        motion_player(task, motion, stop)};
   };
   write_loop(report, loop_table(task, report.loop), pictures, folder, stop);
 }

@@ -286,12 +286,12 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   return plot;
 }
 
-PlayerInput motion_player(const Task& task, const Trajectory& motion) {
+PlayerInput motion_player(const Task& task, const Trajectory& motion, const std::stop_token& stop) {
   const auto& model = task.scene.model;
   const Curves c = curves_of(task, motion);
   const std::vector<int> driven = actuated_dofs(task.scene);
   PlayerInput player{.title = task.name, .model = model, .t = motion.t, .q = c.q, .traces = task.traces};
-  player.visuals = dynamics::read_visuals(task.urdf, model);
+  player.visuals = dynamics::read_visuals(task.urdf, model, {.stop = stop});
   for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
     for (const Capsule& thing : *things) add_capsule(thing, player.surroundings);
   }

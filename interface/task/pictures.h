@@ -27,6 +27,6 @@ io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
 io::Plot motion_plot(const Task& task, const Trajectory& motion);
 
 // The same motion for a page that plays it, in the shapes of the robot's file.
-PlayerInput motion_player(const Task& task, const Trajectory& motion);
+PlayerInput motion_player(const Task& task, const Trajectory& motion, const std::stop_token& stop = {});
 
 }  // namespace dyntape

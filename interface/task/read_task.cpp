@@ -39,6 +39,7 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
   try {
     Scene scene = read_scene(path_beside(task.file, file, "scene", name));
     task.urdf = std::move(scene.urdf);
+    task.inputs = std::move(scene.inputs);
     task.notes = std::move(scene.notes);
     task.scene = std::move(scene.robot);
     if (task.scene.lag.size() > 0)
@@ -88,6 +89,42 @@ Eigen::VectorXd where_known(const dynamics::Model<double>& model, const Eigen::V
     if (n > 0 && std::isnan(goal[joint.idx_q])) w_q.segment(joint.idx_v, n).setZero();
   }
   return w_q;
+}
+
+// Positions where they are weighed, else velocities.
+Task::Aim aim_of(const ReferenceMotion& reference, Eigen::Index nq) {
+  Eigen::VectorXd weight = reference.weight;
+  const bool has_positions = !weight.head(nq).isZero(0);
+  (has_positions ? weight.tail(weight.size() - nq) : weight.head(nq)).setZero();
+  const Eigen::ArrayXd counts = (weight.array() > 0).cast<double>();
+  return {"the reference",
+          has_positions ? "norm over the joints, rad or m" : "norm over the joints, rad/s or m/s",
+          [reference, counts](double t, const Eigen::VectorXd& x) {
+            return ((x.head(counts.size()) - reference.at(t)).array() * counts).matrix().norm();
+          }};
+}
+
+Task::Aim aim_of(const RobotScene& scene, const FrameTarget& target) {
+  const bool has_position = target.position.has_value();
+  const StageFunction away = has_position ? frame_position(scene, target.frame, *target.position)
+                                          : frame_orientation(scene, target.frame, *target.orientation);
+  return {"the goal of " + target.frame, has_position ? "m" : "rad",
+          [away](double t, const Eigen::VectorXd& x) {
+            return away(Stage<double>{t, x, {}, {}}).norm();
+          }};
+}
+
+Task::Aim aim_of(const Task& task, const TaskKeys& keys) {
+  const auto& model = task.scene.model;
+  if (keys.reference) return aim_of(*keys.reference, model.nq);
+  if (keys.target) return aim_of(task.scene, *keys.target);
+  const Eigen::VectorXd goal = keys.goal.head(model.nq);
+  if (goal.array().isNaN().all()) return {};
+  return {"the goal", "norm over the joints, rad or m", [model, goal](double, const Eigen::VectorXd& x) {
+            Eigen::VectorXd q = x.head(model.nq), known = goal;
+            fill_free(model, q, known);
+            return dynamics::difference<double>(model, known, q).norm();
+          }};
 }
 
 void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limits) {
@@ -293,8 +330,9 @@ bool read_task_scene(Section& file, Task& task) {
   return found.robot.has_value();
 }
 
-Task read_task(const std::string& path) {
-  const std::string text = read_file(path);
+Task read_task(const std::string& path) { return read_task_text(read_file(path), path); }
+
+Task read_task_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path,
                     "a task file; expected an .info file that names its robot, as those in config/tasks do");
   Section file = Section::parse(text, path);
@@ -305,6 +343,7 @@ Task read_task(const std::string& path) {
   TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
   file.finish();
   task.effective = file.effective_values();
+  task.inputs.insert(task.inputs.end(), file.files().begin(), file.files().end());
   for (const TaskWaypoint& w : keys.waypoints) {
     if (w.target && w.target->position)
       task.passed.push_back(ball(w.name, kWorld, *w.target->position, kMark));
@@ -317,6 +356,7 @@ Task read_task(const std::string& path) {
   if (keys.closed) keys.start.setConstant(Problem::kFree);
   compose_problem(task, keys, guess);
   draw_to_goal(task, keys, true);
+  task.aim = aim_of(task, keys);
   if (!keys.phases.empty()) compose_phases(task, keys, guess.front().q, guess.back().q);
   if (keys.closed) close_motion(task, keys);
   if (task.by_ddp) {

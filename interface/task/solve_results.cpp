@@ -83,7 +83,7 @@ void write_results(const Task& task, SolveReport& report, const std::string& fol
       io::draw(plot(task, motion), path, "gnuplot", stop);
     });
   }
-  picture(kPlayer, [&](const std::string& path) { write_player(motion_player(task, motion), path); });
+  picture(kPlayer, [&](const std::string& path) { write_player(motion_player(task, motion, stop), path); });
   text(kReport, report.json());
 }
 

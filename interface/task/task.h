@@ -90,6 +90,9 @@
 //                   true_defect [1e-3]: most that an interval may differ from its re-simulation, as a part of how far
 //                   the motion moves each state (verify.h); the simulation has to come to an end whatever is demanded;
 //                   refinements [4]: times that the mesh is refined and the task solved again where it is more;
+//                   between [5e-3]: most that an inequality of the task, as a friction cone, may be exceeded by between
+//                   points of the mesh, as a part of how far its value moves; bounds of states and controls are exceeded from
+//                   true_defect of their range on;
 //                   goal [1e-2]: most that a motion by method ddp may end from a goal that is not soft, as a part of how far
 //                   the motion moves it;
 //                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
@@ -104,6 +107,7 @@
 // Errors: FileError listing every problem of the file with its place; those of reading the robot.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -131,7 +135,8 @@ struct Surroundings {
 
 struct Task {
   std::string name, file, urdf;
-  std::vector<std::string> notes;  // what was odd in the robot's file, or with the guess
+  std::vector<std::string> inputs;  // paths of all files that it was read from
+  std::vector<std::string> notes;   // what was odd in the robot's file, or with the guess
   RobotScene scene;
   RobotProblemOptions robot;
   Problem problem;
@@ -150,6 +155,9 @@ struct Task {
     // matter of the mesh.
     int refinements = 4;
     bool limits = true;
+    // Most that an inequality along the path may be exceeded by between points of the mesh, as a part of how far its value
+    // moves: forces that jump overshoot there by a part that no mesh takes away, for a time that every mesh shortens.
+    double between = 5e-3;
     // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
     // gives; unless the goal is soft.
     double goal = 1e-2;
@@ -176,6 +184,13 @@ struct Task {
     std::vector<Push> pushes;
   };
   Control control;
+  // How far a state is from what a controller draws it to, for its report: the motion that is followed, the place of a frame, or the
+  // goal, whichever the task has first.  Empty where it has none.
+  struct Aim {
+    std::string what, unit;  // "the goal of hand"; "m"
+    std::function<double(double t, const Eigen::VectorXd& x)> off;
+  };
+  Aim aim;
   // The motion in phases, each a task of its own; empty: it has none.  The problem is then that of all contacts at once, and
   // only says what the controls are.
   std::vector<Task> phases;
@@ -186,6 +201,9 @@ struct Task {
 };
 
 Task read_task(const std::string& path);
+// The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
+// for.
+Task read_task_text(const std::string& text, const std::string& path);
 
 // The problem with a goal that costs of tracking draw to, which is not demanded: for controllers, and for methods that know no demands.
 // ArgumentError where nothing draws.

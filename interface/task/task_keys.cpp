@@ -171,8 +171,9 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
 
 // The state at the end of a motion or a phase, or a frame's place in it.
 template <class Keys>
-void read_goal(Section& of, Keys& keys, const RobotModel* model) {
-  Section goal = of.about("the state at the end").child("goal");
+void read_goal(Section& of, Keys& keys, const RobotModel* model,
+               const char* meaning = "the state at the end") {
+  Section goal = of.about(meaning).child("goal");
   keys.target = read_frame_target(goal, model);
   if (keys.target && goal.has("q") && model)
     goal.problem("q", "'goal' has both 'frame' and 'q', expected one of them");
@@ -314,6 +315,8 @@ void read_demands(Section& file, Task::Demands& demands) {
   demands.true_defect = verify.get_or("true_defect", demands.true_defect, io::or_infinite(io::positive()));
   verify.about("how often the mesh is refined until it does not");
   demands.refinements = verify.get_or("refinements", demands.refinements, io::between(0, 10));
+  verify.about("most that an inequality is exceeded by between points, relative to how far its value moves");
+  demands.between = verify.get_or("between", demands.between, io::or_infinite(io::positive()));
   verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
   demands.goal = verify.get_or("goal", demands.goal, io::or_infinite(io::positive()));
   verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
@@ -401,7 +404,10 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
-  if (!keys.closed || (!model && file.has("goal"))) read_goal(file, keys, model);
+  const bool only_follows = model && !file.has("goal") && file.has("reference");
+  if (only_follows) keys.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
+  if (!only_follows && (!keys.closed || (!model && file.has("goal"))))
+    read_goal(file, keys, model, "the state at the end; may be absent where there is a reference to follow");
   read_soft_goal(file, task);
   read_phases(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);

@@ -224,13 +224,9 @@ Trajectory Collocation::trajectory(const std::vector<double>& x) const {
   const auto points = static_cast<Eigen::Index>(points_), n_z = static_cast<Eigen::Index>(n_z_);
   const Eigen::Map<const Eigen::MatrixXd> z(x.data(), n_z, points);
   const double duration = asked_.free_time ? z(asked_.n_x(), 0) : 1;
-  Trajectory motion{duration * Eigen::Map<const Eigen::VectorXd>(t_.data(), points),
-                    z.topRows(asked_.n_x()),
-                    z.middleRows(problem_.n_x(), problem_.n_a()),
-                    z.bottomRows(problem_.n_u()),
-                    scheme_,
-                    problem_.u.lower,
-                    problem_.u.upper};
+  Trajectory motion{duration * Eigen::Map<const Eigen::VectorXd>(t_.data(), points), z.topRows(asked_.n_x()),
+                    z.middleRows(problem_.n_x(), problem_.n_a()), z.bottomRows(problem_.n_u()), scheme_};
+  motion.limit_controls(problem_.u.lower, problem_.u.upper);
   motion.extend_to_unused();
   return motion;
 }

@@ -176,6 +176,8 @@ class Collocation : public Nlp {
   Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
                                    const Eigen::MatrixXd& end_slopes, const Eigen::VectorXd& path,
                                    const Eigen::VectorXd& end);
+  Eigen::VectorXi
+      lacked_;  // (n_z) of the magnitudes taken last: 1 where what a row lacks, or a cost, gave them
   Eigen::MatrixXd node_slopes() const;
   Eigen::VectorXd look_around(const std::vector<double>& start, Eigen::VectorXd z, Eigen::MatrixXd& slopes,
                               Eigen::MatrixXd& end_slopes);

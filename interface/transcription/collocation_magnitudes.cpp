@@ -59,6 +59,15 @@ void balance(VectorXd& z, Index first, Index last, const MatrixXd& slopes, const
   }
 }
 
+// Whether the terms of some row are much larger by other slopes.
+bool have_grown(const MatrixXd& slopes, const MatrixXd& there, const VectorXd& z) {
+  constexpr double kMuch = 4;
+  for (Index i = 0; i < slopes.rows(); ++i) {
+    if (term(there, i, z) > kMuch * term(slopes, i, z)) return true;
+  }
+  return false;
+}
+
 // By how much each row lies outside its bounds.
 VectorXd missing(const std::vector<ConstraintRow>& rows, const double* values) {
   VectorXd result(Index(rows.size()));
@@ -265,7 +274,19 @@ VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const M
   for (Index c = 0; c < problem_.typical.size(); ++c) {
     if (problem_.typical[c] > 0) z[c] = problem_.typical[c];
   }
+  lacked_.setZero(n_z);
+  // Of states that were zero before: by what a row lacks, or by the cost.  An angle moves by half a turn at most.
+  const auto note_new = [&](const VectorXd& before) {
+    for (Index c = 0; c < n_x; ++c) {
+      if (before[c] > 0 || z[c] == 0) continue;
+      lacked_[c] = 1;
+      if (c < problem_.most_typical.size() && problem_.most_typical[c] > 0)
+        z[c] = std::min(z[c], problem_.most_typical[c]);
+    }
+  };
+  VectorXd before = z;
   balance(z, 0, n_x, end_slopes, end);
+  note_new(before);
   propagate(z, start, slopes);
   replace_rounding(z, slopes);
 
@@ -275,13 +296,17 @@ VectorXd Collocation::stage_magnitudes(const std::vector<double>& start, const M
   for (Index i = 0; i < n_c; ++i) {
     if (!relations.row(i).tail(n_z - n_x).isZero(0)) of_states[i] = 0;
   }
+  before = z;
   balance(z, 0, n_x, relations, of_states);
+  note_new(before);
   balance(z, n_x, n_z, relations, path);
   propagate(z, start, slopes);
 
+  before = z;
   for (Index c = 0; c < n_x; ++c) {
     if (z[c] == 0) z[c] = newton_step(start, std::size_t(c));
   }
+  note_new(before);
   propagate(z, start, slopes);
   z.head(n_x) = (z.head(n_x).array() == 0).select(one_sided_room(start), z.head(n_x));
   propagate(z, start, slopes);
@@ -314,7 +339,9 @@ MatrixXd Collocation::node_slopes() const {
 // they agree with is taken, and slopes that are no less than these.
 VectorXd Collocation::look_around(const std::vector<double>& start, VectorXd z, MatrixXd& slopes,
                                   MatrixXd& end_slopes) {
-  constexpr double kAgrees = 0.25, kShorter = 0.25, kShortest = 1e-18;
+  // What a row lacks is far away, so slopes on the way there are to agree more closely than those of rates nearby.
+  constexpr double kAgrees = 0.125, kAgreesFar = 0.25, kShorter = 0.25, kShortest = 1e-18;
+  const Eigen::VectorXi far = lacked_;
   for (double share = 1; share > kShortest; share *= kShorter) {
     std::vector<double> moved = start;
     for (std::size_t i = 0; i < moved.size(); ++i) {
@@ -326,8 +353,14 @@ VectorXd Collocation::look_around(const std::vector<double>& start, VectorXd z, 
     MatrixXd there = slopes.cwiseMax(node_slopes()), end_there = end_slopes.cwiseMax(instant_slopes());
     evaluate_first(start.data());
     const VectorXd found = stage_magnitudes(start, there, end_there);
-    if (!(found.array() >= kAgrees * share * z.array()).all()) continue;
-    if (share == 1) return z;
+    const VectorXd agrees = (far.array() > 0).select(VectorXd::Constant(z.size(), kAgreesFar), kAgrees);
+    if (!(found.array() >= share * agrees.array() * z.array()).all()) continue;
+    // Rows are as large as the slopes on the way make them, where what they lack gave a state its reach.
+    const VectorXd reach = (far.array() > 0).select(z, 0);
+    const Index path = slopes.rows() - Index(n_x_);
+    const bool is_same = !have_grown(end_slopes, end_there, reach) &&
+                         !have_grown(slopes.bottomRows(path), there.bottomRows(path), reach);
+    if (share == 1 && is_same) return z;
     slopes = std::move(there), end_slopes = std::move(end_there);
     return found;
   }

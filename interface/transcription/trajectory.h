@@ -8,6 +8,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <dyntape/interface/transcription/scheme.h>
@@ -20,9 +22,22 @@ struct Trajectory {
   Eigen::MatrixXd a;  // (n_a x points)
   Eigen::MatrixXd u;  // (n_u x points)
   Scheme scheme;
-  // Limits of the controls, (n_u) or empty.  They hold by construction: a polynomial through points at a limit would pass
-  // it between them, as at each switch of a control that goes from one limit to the other.
+  // Limits of the controls between points, (n_u) or empty.  They hold by construction: a polynomial through points at a
+  // limit would pass it between them, as at each switch of a control that goes from one limit to the other.
   Eigen::VectorXd u_lower = {}, u_upper = {};
+
+  // Sets them to these bounds.  A part kSlack of a control's range, or of how far it moves, is left to the polynomials: a control
+  // that comes to a limit smoothly passes it by less, and cutting that off costs more of what the scheme knows of the motion
+  // than it gains.
+  void limit_controls(const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
+    constexpr double kSlack = 9e-4;
+    u_lower = lower, u_upper = upper;
+    for (Eigen::Index i = 0; i < u.rows(); ++i) {
+      const double range = upper[i] - lower[i], moved = u.row(i).maxCoeff() - u.row(i).minCoeff();
+      const double slack = kSlack * (std::isfinite(range) ? std::max(range, moved) : moved);
+      if (std::isfinite(slack)) u_lower[i] -= slack, u_upper[i] += slack;
+    }
+  }
 
   int points() const { return static_cast<int>(t.size()); }
   int intervals() const { return (points() - 1) / (scheme.points() - 1); }

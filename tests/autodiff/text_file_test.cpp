@@ -135,6 +135,24 @@ TEST_F(TextFile, ProcessesOfTheSameNumberUseDifferentNames) {
   EXPECT_EQ(names.size(), 3u);
 }
 
+// A user's name may have all that ours have, but the checksum.
+TEST_F(TextFile, TemporaryNamesAreTold) {
+  for (const char* path : {"out/sweep.csv", "000001.rows", "no_extension", ".hidden", "a.b.c", "x-1-2.csv"}) {
+    const std::string name = fs::path(temporary_name_beside(path)).filename().string();
+    EXPECT_TRUE(is_temporary_name_beside(path, name)) << name;
+    EXPECT_FALSE(is_temporary_name_beside("other.csv", name)) << name;
+    for (std::size_t k = 0; k < name.size(); ++k) {
+      std::string changed = name;
+      changed[k] = changed[k] == '7' ? '8' : '7';
+      if (changed == name) continue;
+      EXPECT_FALSE(is_temporary_name_beside(path, changed)) << changed;
+    }
+  }
+  for (const char* name : {".sweep.2026-11-25.tmp.csv", ".sweep.1-2-3.tmp.csv", ".sweep.1-2-3-4.tmp.csv",
+                           ".sweep.-.tmp.csv", "sweep.csv", "", ".", "-", ".sweep."})
+    EXPECT_FALSE(is_temporary_name_beside("sweep.csv", name)) << name;
+}
+
 TEST_F(TextFile, FoldersAreRefused) {
   EXPECT_TRUE(has(sentence([&] { read_file(folder_.string()); }), "it is a folder; expected a file"));
   EXPECT_TRUE(

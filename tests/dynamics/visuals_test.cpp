@@ -9,10 +9,15 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/dynamics/urdf/visuals.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
+#include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <random>
 
 namespace dyntape::dynamics {
@@ -260,6 +265,116 @@ TEST_F(Meshes, KeepALimitOnTriangles) {
   EXPECT_EQ(some.shapes.size(), 1u);
   ASSERT_EQ(some.notes.size(), 1u);
   EXPECT_TRUE(contains(some.notes[0], "of 2 triangles is left out; expected at most 3")) << some.notes[0];
+}
+
+// What a mesh names is read where it is a regular file of its own surroundings; nothing is waited for.
+TEST_F(Meshes, NameFilesOfTheirOwnSurroundings) {
+  const std::string square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nusemtl red\nf 1 2 3 4\n";
+  const std::string red = "newmtl red\nKd 1 0 0\n";
+  fs::create_directories(folder_ / "my_robot/urdf");
+  file("my_robot/meshes/beside.mtl", red);
+  file("my_robot/urdf/robots.mtl", red);
+  file("my_robot/materials/packages.mtl", red);
+  file("secret/else.mtl", red);
+  fs::create_directory_symlink(folder_ / "secret", folder_ / "my_robot/meshes/link");
+  ASSERT_EQ(mkfifo((folder_ / "my_robot/meshes/pipe.mtl").c_str(), 0600), 0);
+  const auto coloured = [&](const std::string& material) {
+    file("my_robot/meshes/a.obj", "mtllib " + material + "\n" + square);
+    const UrdfVisuals v = with_mesh("../meshes/a.obj");
+    EXPECT_EQ(v.shapes.size(), 1u) << material;
+    const bool has_colour =
+        v.shapes.size() == 1 && v.shapes[0].color && v.shapes[0].color->isApprox(Eigen::Vector4d(1, 0, 0, 1));
+    if (!has_colour && material != "none.mtl" && material[0] != '/') {  // none of these is looked for
+      EXPECT_EQ(v.notes.size(), 1u) << material;
+      if (!v.notes.empty()) {
+        EXPECT_TRUE(contains(v.notes[0], "is left out: it is no regular file below")) << v.notes[0];
+      }
+    }
+    return has_colour;
+  };
+  EXPECT_TRUE(coloured("beside.mtl"));
+  EXPECT_TRUE(coloured("../urdf/robots.mtl"));
+  EXPECT_FALSE(coloured("../materials/packages.mtl"));
+  file("my_robot/package.xml", "<package/>");
+  EXPECT_TRUE(coloured("../materials/packages.mtl"));
+  const auto begin = std::chrono::steady_clock::now();
+  EXPECT_FALSE(coloured("pipe.mtl"));
+  EXPECT_FALSE(coloured("../../secret/else.mtl"));
+  EXPECT_FALSE(coloured("link/else.mtl"));
+  EXPECT_FALSE(coloured((folder_ / "secret/else.mtl").string()));
+  EXPECT_FALSE(coloured("/dev/zero"));
+  EXPECT_FALSE(coloured("none.mtl"));
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(2));
+}
+
+std::string polygon_of(int corners) {
+  std::string text;
+  for (int k = 0; k < corners; ++k) {
+    const double r = k % 2 ? 1 : 2, angle = 2 * M_PI * k / corners;  // a star: no fan cuts it
+    text += "v " + std::to_string(r * std::cos(angle)) + " " + std::to_string(r * std::sin(angle)) + " 0\n";
+  }
+  text += "f";
+  for (int k = 1; k <= corners; ++k) text += (k % 100 == 0 ? " \\\n " : " ") + std::to_string(k);
+  return text + "\n";
+}
+
+std::string large_binary_stl(std::uint32_t triangles) {
+  std::string text(84 + std::size_t(triangles) * 50, '\0');
+  std::memcpy(text.data() + 80, &triangles, sizeof triangles);
+  return text;
+}
+
+std::string large_ascii_stl(int triangles) {
+  std::string text = "solid s\n";
+  for (int k = 0; k < triangles; ++k)
+    text += "facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 1 1 0\nendloop\nendfacet\n";
+  return text + "endsolid s\n";
+}
+
+// 2000 copies of a square of a thousand: 2 million triangles of a small file.
+std::string many_copies() {
+  std::string text = collada(), p;
+  for (int k = 0; k < 500; ++k) p += "0 1 2 0 2 3 ";
+  text.replace(text.find("<p>0 1 2 0 2 3"), 14, "<p>" + p);
+  text.replace(text.find("<triangles count=\"2\""), 20, "<triangles count=\"1000\"");
+  const std::size_t begin = text.find("<node>"), end = text.find("</node>") + 7;
+  const std::string node = text.substr(begin, end - begin);
+  std::string nodes;
+  for (int k = 0; k < 2000; ++k) nodes += node;
+  return text.replace(begin, end - begin, nodes);
+}
+
+TEST_F(Meshes, AreCountedBeforeTheyCost) {
+  fs::create_directories(folder_ / "my_robot/urdf");
+  std::string faces = "v 0 0 0\nv 1 0 0\nv 1 1 0\n";
+  for (int k = 0; k < 400000; ++k) faces += "f 1 2 3\n";
+  const std::pair<std::string, std::string> cases[] = {{"star.obj", polygon_of(20000)},
+                                                       {"large.stl", large_binary_stl(2'000'000)},
+                                                       {"ascii.stl", large_ascii_stl(400'000)},
+                                                       {"faces.obj", faces},
+                                                       {"copies.dae", many_copies()}};
+  for (const auto& [name, text] : cases) {
+    std::ofstream(folder_ / "my_robot/urdf" / name, std::ios::binary) << text;
+    const auto begin = std::chrono::steady_clock::now();
+    const UrdfVisuals v = with_mesh(name);
+    EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3)) << name;
+    EXPECT_EQ(v.shapes.size(), 0u) << name;
+    ASSERT_EQ(v.notes.size(), 1u) << name;
+    EXPECT_TRUE(contains(v.notes[0], "is left out")) << v.notes[0];
+  }
+  // What has some more corners is still cut.
+  std::ofstream(folder_ / "my_robot/urdf/small.obj") << polygon_of(60);
+  const UrdfVisuals small = with_mesh("small.obj");
+  ASSERT_EQ(small.shapes.size(), 1u);
+  EXPECT_EQ(small.shapes[0].mesh->triangles.size(), 58u);
+}
+
+TEST_F(Meshes, AreLeftOutWhereSomebodyStopsTheReading) {
+  file("my_robot/urdf/a.stl", ascii_stl());
+  std::stop_source stop;
+  stop.request_stop();
+  EXPECT_EQ(with_mesh("a.stl", "", {.stop = stop.get_token()}).shapes.size(), 0u);
+  EXPECT_EQ(with_mesh("a.stl").shapes.size(), 1u);
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <random>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -99,6 +100,36 @@ TEST_F(Picture, texts_cannot_break_out) {
   EXPECT_NE(svg.find("&lt;b> &amp;"), std::string::npos);
   EXPECT_NE(svg.find("_sub ^sup {br}"), std::string::npos);
   EXPECT_EQ(svg.find("uid="), std::string::npos);
+}
+
+// Of the signs that gnuplot and XML have a meaning for.
+TEST_F(Picture, random_texts_are_told_letter_by_letter) {
+  const std::string signs = "'\"]]>>]<&`$\\a %{}^_@~#";
+  std::mt19937 random(5);
+  std::vector<std::string> texts = {
+      "'", "''", "'a", "a'", "'a'b'", "]]>", "a]]>b]]>", "]]]>", "<![CDATA[x]]>", "'; exit #"};
+  while (texts.size() < 40) {
+    std::string text;
+    for (int k = 0; k < 8; ++k) text += signs[random() % signs.size()];
+    texts.push_back(text);
+  }
+  for (const std::string& text : texts) {
+    Plot plot = sample();
+    plot.title = text;
+    plot.panels[0].x_label = text;
+    plot.panels[1].series[0].name = text;
+    const std::string svg = drawn(plot);
+    std::string written;
+    for (const char c : text) written += c == '&' ? "&amp;" : c == '<' ? "&lt;" : std::string(1, c);
+    for (std::size_t at = 0; (at = written.find("]]>", at)) != std::string::npos;)
+      written.replace(at, 3, "]]&gt;");
+    std::size_t count = 0;
+    for (std::size_t at = svg.find(">" + written + "<"); at != std::string::npos;
+         at = svg.find(">" + written + "<", at + 1))
+      ++count;
+    EXPECT_EQ(count, 3u) << text;
+    EXPECT_EQ(svg.find("]]>"), std::string::npos) << text;
+  }
 }
 
 TEST_F(Picture, values_that_no_axis_can_show_leave_gaps) {

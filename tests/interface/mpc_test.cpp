@@ -2,11 +2,14 @@
 //
 // Receding horizons: what they plan, what a plant does that follows them, what they take.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <atomic>
+#include <filesystem>
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/mpc/receding_horizon.h>
 #include <dyntape/interface/ocp/robot_problem.h>
@@ -164,6 +167,59 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   };
   EXPECT_LT(fastest(1.7, 2), 0.1);
   EXPECT_GT(fastest(2, 2.2), 0.12);
+}
+
+// The report measures to what the task draws to: the place of a frame, the motion that is followed, the goal of joints.
+TEST(Mpc, ReportsTellWhatIsMeasuredTo) {
+  const std::string folder = "/tmp/dyntape-mpc-test-" + std::to_string(getpid());
+  const auto report_of = [&](const std::string& rest) {
+    const std::string file = folder + "/task.info";
+    write_file_atomically(
+        file, "robot\n{\n urdf \"" DYNTAPE_SOURCE_DIR
+              "/config/robots/arm_2r.urdf\"\n}\nhorizon\n{\n duration 0.4\n intervals 8\n}\n"
+              "transcription\n{\n scheme trapezoid\n hessian gauss_newton\n}\nevaluation\n{\n route "
+              "interpreter\n}\nstart\n{\n q \"0.3 0.4\"\n}\nguess\n{\n control gravity\n}\nmpc\n{\n "
+              "seconds 0.1\n period 0.05\n}\n" +
+                  rest);
+    const Task task = read_task(file);
+    const ControlReport report = control_task(task);
+    EXPECT_NE(report.text().find(std::string(", ") + to_string(report.loop.steps.front().status) + "\n"),
+              std::string::npos)
+        << report.text();
+    return std::pair(task, report);
+  };
+  const std::string tracking = "costs\n{\n effort 1e-3\n tracking\n {\n  position 1\n  q 0\n }\n}\n";
+  const Eigen::Vector3d place(0.3, 0, 0.6);
+  const auto [of_frame, framed] =
+      report_of("goal\n{\n frame hand\n {\n  position \"0.3 0 0.6\"\n }\n}\n" + tracking);
+  const auto distance = [&](const VectorXd& x) {
+    const auto& model = of_frame.scene.model;
+    dynamics::Data<double> data(model);
+    dynamics::forward_kinematics<double>(model, data, VectorXd(x.head(2)));
+    return (dynamics::frame_placement(model, data, model.frame_index("hand")).p - place).norm();
+  };
+  const Trajectory& motion = framed.loop.motion;
+  EXPECT_EQ(framed.off_of, "the goal of hand");
+  EXPECT_EQ(framed.unit, "m");
+  EXPECT_NEAR(framed.off_begin, distance(motion.x.col(0)), 1e-12);
+  EXPECT_NEAR(framed.off_end, distance(motion.x.col(motion.points() - 1)), 1e-12);
+  EXPECT_GT(framed.off_begin, 0.1);
+  EXPECT_NE(framed.text().find("from the goal of hand"), std::string::npos) << framed.text();
+
+  write_file_atomically(folder + "/wanted.csv", "t,q.shoulder,q.elbow\n0,1,1\n0.1,1.5,1\n");
+  const std::string follows = "reference\n{\n file wanted.csv\n q \"10 0\"\n}\ncosts\n{\n effort 1e-3\n}\n";
+  for (const std::string goal : {"", "goal\n{\n q \"-1 -1\"\n}\n"}) {
+    const auto [task, followed] = report_of(goal + follows);
+    EXPECT_EQ(followed.off_of, "the reference");
+    EXPECT_NEAR(followed.off_begin, 0.7, 1e-12);  // of the joint that counts
+    const Trajectory& moved = followed.loop.motion;
+    EXPECT_NEAR(followed.off_end, std::abs(moved.x(0, moved.points() - 1) - 1.5), 1e-9);
+  }
+  const auto [joints, drawn] = report_of(
+      "goal\n{\n q \"0.6 0.4\"\n free shoulder\n}\ncosts\n{\n effort 1e-3\n tracking\n {\n  q 1\n }\n}\n");
+  EXPECT_EQ(drawn.off_of, "the goal");
+  EXPECT_NEAR(drawn.off_begin, 0, 1e-12);  // of the elbow
+  std::filesystem::remove_all(folder);
 }
 
 TEST(Mpc, ATaskThatNothingDrawsIsRefused) {

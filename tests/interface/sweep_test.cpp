@@ -186,6 +186,7 @@ TEST(Sweeps, FoldersGoOnRefuseAndForgive) {
     change(changed);
     EXPECT_NE(identity_of(changed), identity_of(sweep));
   }
+  EXPECT_NE(identity_of(sweep, "0.0.1 of other sources"), identity_of(sweep));  // nor of another program
   SceneSweep same = sweep;
   same.threads = 1, same.evaluation.lanes = Lanes::kNative;
   EXPECT_EQ(identity_of(same), identity_of(sweep));

@@ -70,6 +70,32 @@ TEST(Refusals, AFullStandardOutputIsNoSuccess) {
             2);  // nothing was printed there
 }
 
+// What they would print goes nowhere, into no file that they open either.
+TEST(Refusals, WithoutAStandardOutputNothingSucceeds) {
+  const Scratch scratch;
+  const std::string commands[] = {
+      "info '" + kRobot + "'",
+      "check-config '" + config("tasks/block_move.info") + "'",
+      "sweep '" + config("sweeps/pendulum_amplitudes.info") + "' --output '" + (scratch / "0") + "'",
+      "simulate '" + config("scenes/pendulum.info") + "' --output '" + (scratch / "1") + "'",
+      "solve '" + config("tasks/block_move.info") + "' --output '" + (scratch / "2") + "'",
+      "cache list"};
+  for (const std::string& command : commands) {
+    for (const char* closed : {">&-", "<&- >&-"}) {
+      const std::string line =
+          "exec '" DYNTAPE_COMMAND "' " + command + " " + closed + " 2>'" + (scratch / "err") + "'";
+      EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1) << line;
+      EXPECT_NE(slurp(scratch / "err").find("standard output cannot be written"), std::string::npos) << line;
+    }
+  }
+  // Nothing but the two streams is closed: files are as they are with them.
+  const std::string line = "exec '" DYNTAPE_COMMAND "' " + commands[2] + " >&- 2>&- <&-";
+  EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1);
+  ASSERT_EQ(
+      run_dyntape({"sweep", config("sweeps/pendulum_amplitudes.info"), "--output", scratch / "3"}).status, 0);
+  EXPECT_EQ(slurp(scratch / "0/sweep.csv"), slurp(scratch / "3/sweep.csv"));
+}
+
 TEST(Refusals, InputsThatAreNoFiles) {
   const Scratch scratch;
   ASSERT_EQ(mkfifo((scratch / "pipe").c_str(), 0600), 0);

@@ -54,16 +54,16 @@ struct Found {
 
 // Scenes are simulated, in sweeps something varies, tasks have a horizon, some of them of one mass.  What is none of them is for
 // the reader of tasks to complain of.
-Found found_in(const std::string& file) {
+Found found_in(const TextOfFile& file) {
   if (has_block(file, "vary")) {
-    SceneSweep sweep = read_sweep(file);
+    SceneSweep sweep = read_sweep_text(file.text, file.path);
     return {std::move(sweep.effective),
             "a sweep of " + std::to_string(sweep.rows()) + " samples of " +
                 std::to_string(sweep.values.size()) + " values",
             std::move(sweep.scene.notes)};
   }
   if (has_block(file, "simulation")) {
-    Scene scene = read_scene(file);
+    Scene scene = read_scene_text(file.text, file.path);
     check_start(scene);
     const dynamics::Model<double>& model = scene.robot.model;
     return {std::move(scene.effective),
@@ -98,7 +98,7 @@ void add_check_config(CLI::App& app) {
       ->type_name("FILE");
   command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
   command->callback([file, show] {
-    const Found found = found_in(*file);
+    const Found found = found_in(TextOfFile(*file));
     if (*show) {
       std::cout << found.effective;
       return;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/task/centroidal_task.h>
 
 namespace dyntape::tools {
@@ -42,26 +43,56 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options);
 
 // Makes the folder for these files and tries what can be tried, before the work whose results they are to hold.
 void prepare_folder(const std::string& folder, const std::vector<std::string>& files);
-// The same, and removes what an earlier run has left there, but `input`: of a run that fails nothing older is to be taken for its
-// result.  Folders that it made and that are still empty in the end are removed again.  Without a name there is nothing to do.
-class ClearedFolder {
+// FileError where a result would replace what the work reads.
+void keep_inputs(const std::string& output, const std::vector<std::string>& inputs);
+// FileError where a table, a report or a file of settings, which every run writes, would replace what dyntape has not written.
+enum class Changed { kRefused, kAllowed };  // what dyntape has written, and somebody has changed since
+void keep_others(const std::string& folder, const std::vector<std::string>& files,
+                 Changed changed = Changed::kRefused);
+
+// A folder for these results, all of this, and its lock.  Nothing is removed before there are results to replace it.  Folders that
+// it made and that are still empty in the end are removed again.  Without a name there is nothing to do.
+class OutputFolder {
  public:
-  ClearedFolder(const std::string& folder, const std::vector<std::string>& files, const std::string& input);
-  ~ClearedFolder();
-  ClearedFolder(const ClearedFolder&) = delete;
-  ClearedFolder& operator=(const ClearedFolder&) = delete;
+  OutputFolder(const std::string& folder, const std::vector<std::string>& files,
+               const std::vector<std::string>& inputs);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  // Of work that fails nothing older is to be taken for its result.
+  template <class Work>
+  auto hold(const Work& work) const {
+    try {
+      return work();
+    } catch (const Error&) {
+      remove_older();
+      throw;
+    }
+  }
 
  private:
+  void remove_older() const;
+
+  std::string folder_;
+  std::vector<std::string> files_;
   std::vector<std::filesystem::path> made_;
+  codegen::Descriptor lock_;
+};
+
+// A file, read once: it may come by a pipe.
+struct TextOfFile {
+  explicit TextOfFile(const std::string& file);
+  std::string path, text;
 };
 
 // A task file, with a name that reports can carry; one of a robot as one mass.
-Task task_in(const std::string& file);
-CentroidalTask centroidal_task_in(const std::string& file);
+Task task_in(const TextOfFile& file);
+CentroidalTask centroidal_task_in(const TextOfFile& file);
 
-// Whether an .info file has a block of this name: what kind of file it is.  Whatever else is wrong in it; no where it
-// cannot be read, which is for its reader to complain of.
-bool has_block(const std::string& file, const char* name);
+// Whether an .info file has a block of this name: what kind of file it is.  Whatever else is wrong in it; no where what it
+// includes cannot be read, which is for its reader to complain of.
+bool has_block(const TextOfFile& file, const char* name);
 
 // "tau0", "tau1", ...
 std::vector<std::string> numbered(const std::string& prefix, int count);

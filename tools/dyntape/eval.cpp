@@ -50,7 +50,10 @@ void check_result(const std::vector<double>& result, const std::vector<std::stri
 }
 
 void run(const EvalOptions& options) {
-  if (options.output != kStream) dyntape::check_can_write(options.output);
+  if (options.output != kStream) {
+    dyntape::check_can_write(options.output);
+    keep_inputs(options.output, {options.robot.path, options.input});
+  }
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
   check_moves(robot, "a file of states has no columns");

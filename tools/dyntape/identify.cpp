@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iostream>
 #include <memory>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/identification/estimator.h>
@@ -94,8 +95,8 @@ double mean_gain(const Excitation& e, const BaseParameters& base) {
 }
 
 // The motion that tells most; false where the solver did not get there.
-bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model,
-            const BaseParameters& base) {
+bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base,
+            io::ResultFolder* results) {
   const Excitation e = optimal_excitation(model, base, options.excitation);
   std::cout << "\nexcitation of " << significant(e.series.period, 3) << " s, " << e.series.harmonics()
             << " harmonics: " << to_string(e.status) << " after " << e.iterations << " iterations, "
@@ -109,16 +110,17 @@ bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model
   std::cout << "  errors that remain after " << e.samples.count() << " samples with "
             << significant(options.noise, 3) << " N m of noise (Cramer-Rao):\n";
   print(base, nominal, &error, nullptr);
-  if (!options.output.empty()) {
-    write_motion(model, e, options.output + "/excitation.csv");
-    draw_excitation(model, e, options.output + "/excitation.svg");
+  if (results) {
+    results->write("excitation.csv", [&](const std::string& path) { write_motion(model, e, path); });
+    results->write("excitation.svg", [&](const std::string& path) { draw_excitation(model, e, path); });
   }
   // A motion within the limits that is better than chance is a result, converged or not.
   return e.status == SolveStatus::kSolved || e.status == SolveStatus::kAcceptable ||
          e.status == SolveStatus::kIterationLimit;
 }
 
-void estimate(const IdentifyOptions& options, const dynamics::UrdfRobot& robot, const BaseParameters& base) {
+void estimate(const IdentifyOptions& options, const dynamics::UrdfRobot& robot, const BaseParameters& base,
+              io::ResultFolder* results) {
   const dynamics::Model<double>& model = robot.model;
   const Samples samples = read_samples(options, robot);
   const Identification found = identify(model, base, samples);
@@ -129,14 +131,14 @@ void estimate(const IdentifyOptions& options, const dynamics::UrdfRobot& robot, 
   std::cout << "\nnoise of the torques:";
   for (double s : found.sigma) std::cout << " " << significant(s, 3);
   std::cout << "\n";
-  if (options.output.empty()) return;
+  if (!results) return;
   io::CsvTable result({"beta", "standard_deviation", "file"});
   for (int k = 0; k < base.rank(); ++k)
     result.append({found.beta[k], found.standard_deviation[k], nominal[k]});
-  io::write_csv(options.output + "/base_parameters.csv", result);
+  results->write("base_parameters.csv", [&](const std::string& path) { io::write_csv(path, result); });
 }
 
-std::vector<std::string> results(const IdentifyOptions& options) {
+std::vector<std::string> files_of(const IdentifyOptions& options) {
   std::vector<std::string> files;
   if (options.excite) files = {"excitation.csv", "excitation.svg"};
   if (!options.data.empty()) files.push_back("base_parameters.csv");
@@ -144,9 +146,14 @@ std::vector<std::string> results(const IdentifyOptions& options) {
 }
 
 void run(const IdentifyOptions& options) {
-  const std::vector<std::string> files = results(options);
+  const std::vector<std::string> files = files_of(options);
   const auto robot = load_robot(options.robot);
-  if (!options.output.empty() && !files.empty()) prepare_folder(options.output, files);
+  const std::string output = files.empty() ? "" : options.output;
+  const OutputFolder folder(output, files, {options.robot.path, options.data});
+  std::vector<std::string> unwritten;
+  std::optional<io::ResultFolder> results;
+  if (!output.empty()) results.emplace(output, unwritten);
+  io::ResultFolder* const to = results ? &*results : nullptr;
   const dynamics::Model<double>& model = robot.model;
   BaseOptions base_options = options.base;
   base_options.mimics = robot.mimics;
@@ -155,15 +162,14 @@ void run(const IdentifyOptions& options) {
             << base.unidentifiable.size() << " without any effect; gap " << io::scientific(base.least_kept)
             << " against " << io::scientific(base.most_dropped) << "\n";
   bool success = true;
-  if (options.excite) success = excite(options, model, base);
-  if (!options.data.empty()) estimate(options, robot, base);
+  if (options.excite) success = excite(options, model, base, to);
+  if (!options.data.empty()) estimate(options, robot, base, to);
   if (!options.excite && options.data.empty()) {
     print(base, base.regrouping * parameter_values(model, base.columns), nullptr, nullptr);
   }
-  if (!options.output.empty() && !files.empty()) {
-    std::cout << "\nresults in " << options.output << "\n";
-  }
-  if (!success) throw Failure{};
+  if (results) std::cout << "\nresults in " << output << "\n" << std::flush;
+  for (const std::string& sentence : unwritten) std::cerr << "dyntape: " << sentence << "\n";
+  if (!success || !unwritten.empty()) throw Failure{};
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 int main(int argc, char** argv) {
   using namespace dyntape::tools;
+  open_standard_streams();
   if (argc > 1 && is_measuring(argv[1])) return run_measuring(argv);
   if (argc > 1 && std::string_view(argv[1]) == "sweep" && is_one_of_several())
     return become("dyntape-mpi", argv);

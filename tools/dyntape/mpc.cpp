@@ -24,16 +24,17 @@ struct ControlOptions {
 // Of a robot's joints, or of a robot as one mass.
 template <class AnyTask>
 void run_control(const ControlOptions& options, const AnyTask& task, const std::vector<std::string>& files) {
-  const ClearedFolder folder(options.output, files, options.task);
+  const OutputFolder folder(options.output, files, task.inputs);
   io::LiveLine line;
   line.show("recording and compiling");
   bool has_begun = false;
   const Interruption interruption([&] { return !has_begun; });
-  ControlReport report = control_task(task, interruption.token(), [&](double t) {
+  const auto watch = [&](double t) {
     has_begun = true;
     line.show("closed loop: " + io::significant(t, 4) + " of " + io::significant(task.control.seconds, 4) +
               " s");
-  });
+  };
+  ControlReport report = folder.hold([&] { return control_task(task, interruption.token(), watch); });
   line.erase();
   if (!options.output.empty()) write_control(task, report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
@@ -50,10 +51,11 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
 }
 
 void run_control(const ControlOptions& options) {
-  if (has_block(options.task, "centroidal"))
-    run_control(options, centroidal_task_in(options.task), centroidal_files());
+  const TextOfFile file(options.task);
+  if (has_block(file, "centroidal"))
+    run_control(options, centroidal_task_in(file), centroidal_files());
   else
-    run_control(options, task_in(options.task), control_files());
+    run_control(options, task_in(file), control_files());
 }
 
 }  // namespace

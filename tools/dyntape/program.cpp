@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "program.h"
 
+#include <fcntl.h>
+
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
@@ -138,7 +140,16 @@ int parse(CLI::App& app, int argc, char** argv) {
 
 }  // namespace
 
+void open_standard_streams() {
+  for (const int stream : {0, 1, 2}) {
+    // The other way round, so that nothing can be read there, or written.
+    if (fcntl(stream, F_GETFD) < 0 && errno == EBADF)
+      (void)!open("/dev/null", stream == 0 ? O_WRONLY : O_RDONLY);
+  }
+}
+
 int run(CLI::App& app, int argc, char** argv) {
+  open_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error with a sentence
   app.require_subcommand(1);
   app.failure_message(wrong_words);

@@ -7,6 +7,9 @@
 
 namespace dyntape::tools {
 
+// A program that is started without some of them would write what it prints into the first files that it opens.  Before any is.
+void open_standard_streams();
+
 // Parses the command line and runs the command that it names.  0: done; 1: failed; 2: the command line is wrong.
 int run(CLI::App& app, int argc, char** argv);
 

@@ -1,14 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
-
-#include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/result_folder.h>
-
 #include "commands.h"
 #include "words.h"
 
@@ -53,42 +43,6 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
   urdf.mimic = options.mimic;
   urdf.accept_nonphysical_inertia = options.inertia == "warn";
   return dynamics::read_urdf(options.path, urdf);
-}
-
-void prepare_folder(const std::string& folder, const std::vector<std::string>& files) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  if (fs::exists(folder, error) && !fs::is_directory(folder, error))
-    throw FileError(folder + ": it is a file; expected a folder, or a name that is free");
-  fs::create_directories(folder, error);
-  if (error) throw FileError(folder + ": cannot make this folder: " + error.message());
-  if (access(folder.c_str(), W_OK | X_OK) != 0)
-    throw FileError(folder + ": cannot write in this folder: " + std::strerror(errno));
-  for (const std::string& file : files) check_can_write(folder + "/" + file);
-}
-
-ClearedFolder::ClearedFolder(const std::string& folder, const std::vector<std::string>& files,
-                             const std::string& input) {
-  if (folder.empty()) return;
-  std::error_code error;
-  std::vector<std::filesystem::path> missing;  // innermost first
-  for (std::filesystem::path at = folder; !at.empty() && !std::filesystem::exists(at, error);
-       at = at.parent_path())
-    missing.push_back(at);
-  prepare_folder(folder, files);
-  made_ = std::move(missing);
-  std::vector<std::string> none;
-  const io::ResultFolder results(folder, none);
-  for (const std::string& file : files) {
-    std::error_code none_there;
-    if (!std::filesystem::equivalent(results.path(file.c_str()), input, none_there))
-      results.remove(file.c_str());
-  }
-}
-
-ClearedFolder::~ClearedFolder() {
-  for (const std::filesystem::path& at : made_)
-    rmdir(at.c_str());  // of one that holds something it does nothing
 }
 
 std::vector<std::string> numbered(const std::string& prefix, int count) {

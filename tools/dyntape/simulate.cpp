@@ -35,7 +35,14 @@ struct SimulateOptions {
   bool explain = false, json = false, accuracy = false;
 };
 
-bool is_robot(const std::string& file) { return std::filesystem::path(file).extension() != ".info"; }
+// By its name; what comes by a pipe has none, and says by its first character that it is XML.
+bool is_robot(const TextOfFile& file) {
+  std::error_code none;
+  const bool has_name = std::filesystem::is_regular_file(file.path, none);
+  if (has_name) return std::filesystem::path(file.path).extension() != ".info";
+  const std::size_t first = file.text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  return first != file.text.npos && file.text[first] == '<';
+}
 
 // "joint_damping=0.1" as a line of a scene's effects.
 std::string effect_line(const std::string& option) {
@@ -114,15 +121,17 @@ std::string start_text(const dynamics::Model<double>& model, const Eigen::Vector
 }
 
 Scene scene_in(const SimulateOptions& options) {
-  if (!is_robot(options.file)) {
+  const TextOfFile file(options.file);  // says at once what is wrong with the file itself
+  if (!is_robot(file)) {
     for (const CLI::Option* option : options.of_robot) {
       if (option->count() > 0)
         throw ArgumentError(option->get_name() +
                             " is of a robot without a scene file; a scene says it itself");
     }
-    return read_scene(options.file);
+    return read_scene_text(file.text, file.path);
   }
-  read_file(options.file);  // says at once what is wrong with the file itself
+  if (std::error_code none; !std::filesystem::is_regular_file(file.path, none))
+    throw FileError(file.path + ": a robot by a pipe can be read once only; expected the name of its file");
   const std::string here = (std::filesystem::path(options.file).parent_path() / "(command line)").string();
   const std::string text = scene_text(options);
   Scene scene = read_scene_text(text, here);
@@ -156,9 +165,9 @@ void run(const SimulateOptions& options) {
     if (interruption.status()) throw Failure{interruption.status()};
     return;
   }
-  const ClearedFolder folder(options.output, simulation_files(), options.file);
+  const OutputFolder folder(options.output, simulation_files(), scene.inputs);
   io::LiveLine line;
-  SimulationReport report{scene, watched(scene, line, interruption)};
+  SimulationReport report{scene, folder.hold([&] { return watched(scene, line, interruption); })};
   if (options.accuracy && report.success()) {
     line.show("how accurate it is");
     report.accuracy = accuracy_of(scene, interruption.token());

@@ -26,25 +26,27 @@ void check_name(const std::string& file, const std::string& name) {
 
 }  // namespace
 
-Task task_in(const std::string& file) {
+TextOfFile::TextOfFile(const std::string& file) : path(file), text(read_file(file)) {}
+
+Task task_in(const TextOfFile& file) {
   if (has_block(file, "centroidal"))
     throw FileError(
-        file +
+        file.path +
         ": it is about a robot as one mass ('centroidal'), which `dyntape mpc` steers; expected a task");
-  Task task = read_task(file);
-  check_name(file, task.name);
+  Task task = read_task_text(file.text, file.path);
+  check_name(file.path, task.name);
   return task;
 }
 
-CentroidalTask centroidal_task_in(const std::string& file) {
-  CentroidalTask task = read_centroidal_task(file);
-  check_name(file, task.name);
+CentroidalTask centroidal_task_in(const TextOfFile& file) {
+  CentroidalTask task = read_centroidal_task_text(file.text, file.path);
+  check_name(file.path, task.name);
   return task;
 }
 
-bool has_block(const std::string& file, const char* name) {
+bool has_block(const TextOfFile& file, const char* name) {
   try {
-    return io::scan_info(read_file(file), file).root.child(name) != nullptr;
+    return io::scan_info(file.text, file.path).root.child(name) != nullptr;
   } catch (const FileError&) {
     return false;
   }
@@ -94,15 +96,15 @@ SolveReport watched(const Task& task, SolveDisplay& display, const Interruption&
 }
 
 void run(const SolveOptions& options) {
-  const Task task = task_in(options.task);
+  const Task task = task_in(TextOfFile(options.task));
   if (options.explain) {
     std::cout << explain(task);
     return;
   }
-  const ClearedFolder folder(options.output, result_files(), options.task);
+  const OutputFolder folder(options.output, result_files(), task.inputs);
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
-  SolveReport report = watched(task, display, interruption);
+  SolveReport report = folder.hold([&] { return watched(task, display, interruption); });
   if (!options.output.empty()) write_results(task, report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";

@@ -52,7 +52,10 @@ SweepOutcome watched_sweep(const SceneSweep& sweep, SweepFolder& folder, SweepPe
 
 void sweep_all(const SweepWords& words, const SceneSweep& sweep, SweepPeers* peers) {
   prepare_folder(words.output, sweep_files());
-  SweepFolder folder(words.output, sweep, words.restart ? Restart::kYes : Restart::kNo);
+  for (const std::string& file : sweep_files()) keep_inputs(words.output + "/" + file, sweep.inputs);
+  const Restart restart = words.restart ? Restart::kYes : Restart::kNo;
+  keep_others(words.output, sweep_files(), restart == Restart::kYes ? Changed::kAllowed : Changed::kRefused);
+  SweepFolder folder(words.output, sweep, restart);
   if (folder.is_finished()) {
     const SweepReport report{sweep, finished_outcome(sweep, words.output)};
     folder.clear();
@@ -85,11 +88,11 @@ void simulate_sample(const SweepWords& words, const SceneSweep& sweep) {
                         std::to_string(sweep.rows() - 1));
   }
   const Scene scene = scene_of(sweep, *words.sample);
-  prepare_folder(words.output, simulation_files());
+  const OutputFolder folder(words.output, simulation_files(), scene.inputs);
   const Interruption interruption([] { return false; });
   io::LiveLine line;
   const auto tell = [&](const std::string& what) { line.show(what); };
-  SimulationReport report{scene, simulate(scene, {interruption.token(), tell})};
+  SimulationReport report{scene, folder.hold([&] { return simulate(scene, {interruption.token(), tell}); })};
   line.erase();
   write_results(report, words.output, interruption.token());
   std::cout << (words.json ? report.json() : report.text()) << std::flush;
@@ -135,7 +138,7 @@ void add_sweep_command(CLI::App& app, const SweepSide& side) {
       ->check(not_empty())
       ->type_name("DIR");
   command->add_flag("--restart", words->restart,
-                    "remove what an earlier run has left in DIR, and begin anew");
+                    "remove what a sweep has left in DIR, and nothing else, and begin anew");
   command
       ->add_option("--sample", words->sample,
                    "simulate this sample alone, with the results of simulate in DIR")

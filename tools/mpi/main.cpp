@@ -160,6 +160,7 @@ int lead(int argc, char** argv, int ranks) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  dyntape::tools::open_standard_streams();
   int rank = 0, ranks = 1, provided = 0;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
