@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include <dyntape/interface/solvers/scaled_nlp.h>
 #include <dyntape/interface/solvers/second_order.h>
@@ -46,12 +45,6 @@ bool coarse(const NlpMagnitudes& units, const NlpMagnitudes& found) {
   return result;
 }
 
-SolverOptions less(SolverOptions options, const NlpSolution& spent) {
-  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
-  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
-  return options;
-}
-
 SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
   return {a.total + b.total,
           a.processor + b.processor,
@@ -61,18 +54,6 @@ SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
           a.function_calls + b.function_calls,
           a.jacobian_calls + b.jacobian_calls,
           a.hessian_calls + b.hessian_calls};
-}
-
-// The last of two rounds, with the iterations and times of both.  It starts where the first ends.
-NlpSolution joined(NlpSolution first, NlpSolution last) {
-  const int before = first.iterations();
-  for (IterationRecord record : last.log) {
-    record.iteration += before;
-    if (record.iteration > before) first.log.push_back(record);
-  }
-  last.log = std::move(first.log);
-  last.times = first.times + last.times;
-  return last;
 }
 
 // Rounds from one start.
@@ -103,9 +84,7 @@ NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const Sol
 
 // Lengths along a direction of negative curvature whose largest entry is one nominal value: near the point the nearest
 // optimum is found, farther away perhaps a better one.
-using Lengths =
-    std::vector<std::vector<double>>;  // the first group that has a better one is the last that is tried
-const Lengths kBothWays = {{0.05, 0.5}, {-0.05, -0.5}}, kOnce = {{0.5}};
+constexpr double kLengths[] = {0.05, 0.5};
 constexpr int kMostSaddles = 5;
 constexpr double kLower = 1e-9;  // of the objective: lower beyond rounding
 
@@ -114,33 +93,19 @@ bool is_lower(const NlpSolution& next, const NlpSolution& before) {
   return optimal(next) && next.objective < before.objective - kLower * size;
 }
 
-// Every variable of a stage to one side, its neighbours to the other, most in the middle of the chain.
-std::vector<double> bump(const NlpShape& shape) {
-  std::vector<double> direction(shape.n());
-  const std::size_t stages = std::max<std::size_t>(shape.stages.size(), 1);
-  for (std::size_t k = 0; k < stages; ++k) {
-    const std::size_t begin = shape.stages.empty() ? 0 : shape.stages[k];
-    const std::size_t end = k + 1 < stages ? shape.stages[k + 1] : shape.n();
-    const double size = std::sin(std::numbers::pi * (double(k) + 0.5) / double(stages));
-    for (std::size_t i = begin; i < end; ++i) direction[i] = (i - begin) % 2 == 0 ? size : -size;
-  }
-  return direction;
-}
-
-// From a place beside a stationary point: the best that is found at lengths along a direction, or `saddle` itself, with the
-// iterations and times of all.
-NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<double>& from,
-                  const std::vector<double>& direction, const Lengths& groups, const SolverOptions& options,
-                  const RoundSolver& solve) {
+// Away from a stationary point that is no minimum, along a direction of negative curvature and, where nothing better is
+// there, against it: the best that is found, or `saddle` itself, with the iterations and times of all.
+NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<double>& direction,
+                  const SolverOptions& options, const RoundSolver& solve) {
   const NlpShape& shape = problem.shape();
   NlpSolution best = saddle, spent = saddle;
-  for (const std::vector<double>& lengths : groups) {
-    for (const double length : lengths) {
+  for (const double sign : {1, -1}) {
+    for (const double length : kLengths) {
       const SolverOptions left = less(options, spent);
       if (left.max_iterations == 0 || options.stop.stop_requested()) break;
-      std::vector<double> start = from;
+      std::vector<double> start = saddle.x;
       for (std::size_t i = 0; i < start.size(); ++i) {
-        start[i] = std::clamp(start[i] + length * direction[i] * saddle.units.x[i], shape.x_lower[i],
+        start[i] = std::clamp(start[i] + sign * length * direction[i] * saddle.units.x[i], shape.x_lower[i],
                               shape.x_upper[i]);
       }
       try {
@@ -158,16 +123,31 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
 
 }  // namespace
 
+SolverOptions less(SolverOptions options, const NlpSolution& spent) {
+  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
+  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
+  return options;
+}
+
+NlpSolution joined(NlpSolution first, NlpSolution last) {
+  const int before = first.iterations();
+  for (IterationRecord record : last.log) {
+    record.iteration += before;
+    if (record.iteration > before) first.log.push_back(record);
+  }
+  last.log = std::move(first.log);
+  last.times = first.times + last.times;
+  return last;
+}
+
 NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                             const RoundSolver& solve) {
   NlpSolution solution = solve_from(problem, start, options, solve);
   if (solution.status == SolveStatus::kLocallyInfeasible) {
     ScaledNlp scaled(problem, solution.units);
     const CurvatureCheck check = check_violation(scaled, scaled.in_scaled_units(solution.x));
-    const bool is_saddle = check.order == StationaryPoint::kNotMinimum;
-    // From a minimum of the violation nothing leads on; another start may lead to another point, and one is tried.
-    solution = is_saddle ? leave(problem, solution, solution.x, check.direction, kBothWays, options, solve)
-                         : leave(problem, solution, start, bump(problem.shape()), kOnce, options, solve);
+    if (check.order == StationaryPoint::kNotMinimum)
+      solution = leave(problem, solution, check.direction, options, solve);
   }
   for (int saddle = 0; optimal(solution); ++saddle) {
     ScaledNlp scaled(problem, solution.units);
@@ -175,7 +155,7 @@ NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, cons
     solution.stationary_point = check.order;
     if (check.order != StationaryPoint::kNotMinimum || saddle == kMostSaddles) break;
     const double before = solution.objective;
-    solution = leave(problem, solution, solution.x, check.direction, kBothWays, options, solve);
+    solution = leave(problem, solution, check.direction, options, solve);
     if (!(solution.objective < before)) break;
   }
   return solution;
