@@ -5,7 +5,8 @@
 //   fuzz_tasks [--count 300] [--first 1] [--keep FOLDER]
 //
 // Robots whose equations are written out here: a block on a rail, a pendulum, a cart with a pole.  Goals, bounds, schemes,
-// meshes, weights, methods and starts vary, upright and hanging ones among them.  What is called a verified optimum is
+// meshes, weights, methods and starts vary, upright and hanging ones among them; each goal is where a smooth control leads
+// within the bounds, so a refusal is wrong.  What is called a verified optimum is
 // looked at by code that shares nothing with the solver: these equations, a Runge-Kutta integration of small steps, and
 // differences of the cost by controls on a coarse grid.
 //
@@ -72,6 +73,21 @@ struct RandomTask {
   double duration, velocity, effort;
 };
 
+VectorXd rate(const Robot& robot, const VectorXd& x, double u) {
+  const int n = robot.joints;
+  VectorXd dx(2 * n);
+  dx << x.tail(n), robot.acceleration(x.head(n), x.tail(n), u);
+  return dx;
+}
+
+// The classical Runge-Kutta step, u(0 .. 1) being the control over it.
+template <class Control>
+VectorXd step(const Robot& robot, const VectorXd& x, double h, const Control& u) {
+  const VectorXd a = rate(robot, x, u(0)), b = rate(robot, x + h / 2 * a, u(0.5)),
+                 c = rate(robot, x + h / 2 * b, u(0.5)), d = rate(robot, x + h * c, u(1));
+  return x + h / 6 * (a + 2 * b + 2 * c + d);
+}
+
 std::string number(double value) { return io::shortest(value); }
 
 RandomTask random_task(unsigned seed, const std::string& robots) {
@@ -85,13 +101,26 @@ RandomTask random_task(unsigned seed, const std::string& robots) {
   const bool swings = robot.acceleration != of_block, carries = robot.joints == 2;
   task.start.setZero(2 * robot.joints), task.goal.setZero(2 * robot.joints);
   constexpr double kAngles[] = {0, std::numbers::pi, 0.5, -2, 1e-3};
-  if (swings) {
-    task.start[robot.joints - 1] = kAngles[below(5)];
-    task.goal[robot.joints - 1] = task.start[robot.joints - 1] + (below(4) == 0 ? 0 : uniform(-1.5, 1.5));
-  }
-  if (!swings || carries) task.goal[0] = uniform(-0.8, 0.8);
-  if (task.goal == task.start) task.goal[robot.joints] = 0.5;
+  if (swings) task.start[robot.joints - 1] = kAngles[below(5)];
   task.duration = std::round(100 * uniform(0.8, 2)) / 100;
+  task.effort = carries ? 20 : 100;
+  // Where a smooth control leads, so that there is a motion; nowhere else at times, where the start may be at rest.
+  const double a = uniform(0.5, 3), b = uniform(-3, 3), c = uniform(0, 6);
+  double size = below(4) == 0 ? 0 : uniform(1, carries ? 10 : 20), fastest = 0;
+  for (;; size /= 2) {
+    constexpr int kSteps = 2000;
+    const double h = task.duration / kSteps;
+    VectorXd x = task.start;
+    double farthest = fastest = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      x = step(robot, x, h,
+               [&](double at) { return size * std::sin(c + (a + b * (i + at) * h) * (i + at) * h); });
+      fastest = std::max(fastest, x.tail(robot.joints).cwiseAbs().maxCoeff());
+      farthest = std::max(farthest, std::abs(x[0]));
+    }
+    task.goal = x;
+    if (!carries || farthest < 1.8) break;
+  }
   const char* schemes[] = {"hermite-simpson", "hermite-simpson", "trapezoid", "lobatto-4", "radau-3"};
   const char* methods[] = {"ipopt", "stages"};
   const std::string scheme = schemes[below(5)];
@@ -106,14 +135,10 @@ RandomTask random_task(unsigned seed, const std::string& robots) {
               "\"\n}\ngoal {\n q \"" + goal_q + "\"\n v \"" + goal_v + "\"\n}\ntranscription { scheme " +
               scheme + " }\ncosts { control " + number(std::pow(10, uniform(-3, 2))) + " }\n";
   if (below(3) == 0) {
-    // Wide enough for most motions, and active in many.
-    const VectorXd way = (task.goal - task.start).head(robot.joints);
-    task.velocity =
-        (1.2 + uniform(0, 1)) * (way.cwiseAbs().maxCoeff() + (carries ? 1.0 : 0.3)) / task.duration;
+    task.velocity = 1.05 * fastest + 0.1;  // kept by the control above
     task.text += "bounds { velocities " + number(task.velocity) + " }\n";
   }
   task.text += std::string("solver { method ") + methods[below(2)] + " }\n";
-  task.effort = carries ? 20 : 100;
   return task;
 }
 
@@ -133,35 +158,21 @@ double control_at(const Trajectory& motion, int interval, double share, double e
 
 class Judge {
  public:
-  Judge(const RandomTask& task, const Trajectory& motion) : task_(task), motion_(motion) {
-    grid_ = VectorXd::Zero(kGrid);
-  }
+  Judge(const RandomTask& task, const Trajectory& motion) : task_(task), motion_(motion) {}
 
   // Why the verdict is wrong; empty: it is right as far as can be seen.
-  std::string fault(double weight, double true_defect) {
+  std::string fault(double true_defect) {
     if (const std::string off = interval_fault(true_defect); !off.empty()) return off;
-    return optimality_fault(weight);
+    return optimality_fault();
   }
 
   bool has_active() const { return active_; }
 
  private:
+  const Robot& robot() const { return *task_.robot; }
+
   static constexpr int kGrid = 8;     // changes of the control: hats over the duration
   static constexpr int kSteps = 400;  // of an integration of the whole
-
-  VectorXd rate(const VectorXd& x, double u) const {
-    const int n = task_.robot->joints;
-    VectorXd dx(2 * n);
-    dx << x.tail(n), task_.robot->acceleration(x.head(n), x.tail(n), u);
-    return dx;
-  }
-
-  template <class Control>
-  VectorXd step(const VectorXd& x, double h, const Control& u) const {
-    const VectorXd a = rate(x, u(0)), b = rate(x + h / 2 * a, u(0.5)), c = rate(x + h / 2 * b, u(0.5)),
-                   d = rate(x + h * c, u(1));
-    return x + h / 6 * (a + 2 * b + 2 * c + d);
-  }
 
   std::string interval_fault(double true_defect) {
     const int n = task_.robot->joints, last = motion_.points() - 1;
@@ -178,7 +189,7 @@ class Judge {
       VectorXd x = motion_.x.col(motion_.node(k));
       constexpr int kPieces = 64;
       for (int i = 0; i < kPieces; ++i) {
-        x = step(x, h / kPieces,
+        x = step(robot(), x, h / kPieces,
                  [&](double at) { return control_at(motion_, k, (i + at) / kPieces, task_.effort); });
         if (x.tail(n).cwiseAbs().maxCoeff() > 1.01 * task_.velocity)
           return "a velocity of " + number(x.tail(n).cwiseAbs().maxCoeff()) + " at " +
@@ -212,12 +223,12 @@ class Judge {
       };
       const double a = u(0), b = u(0.5), c = u(1);
       cost += h / 6 * (a * a + 4 * b * b + c * c);
-      x = step(x, h, u);
+      x = step(robot(), x, h, u);
     }
     return {x, cost};
   }
 
-  std::string optimality_fault(double) {
+  std::string optimality_fault() {
     const int n_x = 2 * task_.robot->joints, n = task_.robot->joints;
     active_ = (motion_.x.bottomRows(n).cwiseAbs().array() > 0.99 * task_.velocity).any() ||
               (motion_.u.cwiseAbs().array() > 0.98 * task_.effort).any();
@@ -234,15 +245,19 @@ class Judge {
     }
     const VectorXd lambda = ends.transpose().colPivHouseholderQr().solve(-slope);
     const VectorXd left = slope + ends.transpose() * lambda;
-    if (left.norm() > kFirst * slope.norm()) {
-      return "the cost falls along changes of the control that keep the end: " +
-             number(left.norm() / slope.norm()) + " of its gradient is left";
+    // A control of this size has this much of a gradient; one of no size has none.
+    const double whole = std::max(slope.norm(), 2 * size * task_.duration / kGrid);
+    if (left.norm() > kFirst * whole) {
+      return "the cost falls along changes of the control that keep the end: " + number(left.norm() / whole) +
+             " of its gradient is left";
     }
     const auto lagrangian = [&](const VectorXd& change) {
       const auto [end, cost] = shoot(change);
       return cost + lambda.dot(end);
     };
-    const double e = 1e-2 * size;
+    // So long that the end moves by this much, where the robot amplifies changes.
+    constexpr double kMoved = 1e-2;
+    const double e = std::min(1e-2 * size, kMoved / std::max(1e-9, ends.cwiseAbs().maxCoeff()));
     for (int a = 0; a < kGrid; ++a) {
       for (int b = 0; b <= a; ++b) {
         const VectorXd p = e * hat(a), q = e * hat(b);
@@ -263,7 +278,6 @@ class Judge {
 
   const RandomTask& task_;
   const Trajectory& motion_;
-  VectorXd grid_;
   bool active_ = false;
 };
 
@@ -285,7 +299,7 @@ int run(unsigned first, int count, const std::string& robots, const std::string&
       }
       ++verified;
       Judge judge(random, report.solution.motion);
-      fault = judge.fault(1, task.demands.true_defect);
+      fault = judge.fault(task.demands.true_defect);
       active += judge.has_active();
     } catch (const std::exception& e) {
       ++refused;
