@@ -11,22 +11,46 @@ namespace {
 
 bool is_sum(Op op) { return op == Op::Add || op == Op::Sub; }
 
-// x x - y y, which nobody expects to be negative at x = y: its products are rounded both.
-bool is_difference_of_squares(const Graph& graph, const Node& node) {
-  const auto is_square = [&](NodeId id) { return graph[id].op == Op::Mul && graph[id].a == graph[id].b; };
-  return node.op == Op::Sub && is_square(node.a) && is_square(node.b);
-}
-
-// Sums of sums as chains, where a chain has more places to fuse products into.
-class Chains : public Rewriter {
+// Knows the sums that are parts of others, and of which nodes somebody may see the sign: outputs, what is compared, divided
+// by, a function's argument, and factors of such; not of what is but added to something.
+class SumRewriter : public Rewriter {
  public:
-  Chains(const Function& source, std::size_t pinned_outputs)
-      : Rewriter(source, pinned_outputs), in_sum_(graph_.size(), 0) {
-    for (NodeId id = 0; id < graph_.size(); ++id) {
+  SumRewriter(const Function& source, std::size_t pinned_outputs)
+      : Rewriter(source, pinned_outputs), in_sum_(graph_.size(), 0), is_seen_(graph_.size(), 0) {
+    for (NodeId output : source.outputs) is_seen_[output] = 1;
+    for (auto id = static_cast<NodeId>(graph_.size()); id-- > 0;) {
       const Node& node = graph_[id];
-      if (is_sum(node.op) && !is_pinned(id)) in_sum_[node.a] = in_sum_[node.b] = 1;
+      if (is_sum(node.op)) {
+        if (!is_pinned(id)) in_sum_[node.a] = in_sum_[node.b] = 1;
+      } else if (node.op == Op::Mul || node.op == Op::Neg) {
+        graph_.for_each_argument(id, [&](NodeId a) { is_seen_[a] |= is_seen_[id]; });
+      } else {
+        graph_.for_each_argument(id, [&](NodeId a) { is_seen_[a] = 1; });
+      }
     }
   }
+
+ protected:
+  // A sum that another sum uses, and nobody else.
+  bool is_inner(NodeId id) const { return is_sum(graph_[id].op) && is_used_once(id) && in_sum_[id]; }
+
+  // x y - z w whose sign is seen: nobody expects one where the products are equal, so both are rounded.  And any x x - y y.
+  bool is_kept_difference(NodeId id) const {
+    const Node& node = graph_[id];
+    if (node.op != Op::Sub || graph_[node.a].op != Op::Mul || graph_[node.b].op != Op::Mul) return false;
+    const auto is_square = [&](NodeId product) { return graph_[product].a == graph_[product].b; };
+    return is_seen_[id] || (is_square(node.a) && is_square(node.b));
+  }
+
+ private:
+  std::vector<std::uint8_t> in_sum_;  // whether a sum uses it
+  std::vector<std::uint8_t> is_seen_;
+};
+
+// Sums of sums as chains, where a chain has more places to fuse products into.
+class Chains : public SumRewriter {
+ public:
+  using SumRewriter::SumRewriter;
 
  private:
   struct Term {
@@ -45,7 +69,7 @@ class Chains : public Rewriter {
     const auto front =
         std::find_if(terms_.begin(), front_end, [](const Term& term) { return !term.negative; });
     if (front != front_end) std::rotate(terms_.begin(), front, front + 1);
-    if (std::min(products, terms_.size() - 1) <= places_) return kNoNode;
+    if (is_kept_difference(id) || std::min(products, terms_.size() - 1) <= places_) return kNoNode;
     NodeId sum = image_[terms_[0].node];
     if (terms_[0].negative) sum = target_.make(Op::Neg, sum);
     for (std::size_t i = 1; i < terms_.size(); ++i)
@@ -54,9 +78,6 @@ class Chains : public Rewriter {
   }
 
   bool is_product(NodeId id) const { return graph_[id].op == Op::Mul && is_used_once(id); }
-  // A sum that another sum uses, and nobody else.
-  bool is_inner(NodeId id) const { return is_sum(graph_[id].op) && is_used_once(id) && in_sum_[id]; }
-
   // The terms of a sum and of the sums in it, and how many of these sums can take a product as they are.
   void collect(NodeId root) {
     terms_.clear();
@@ -70,7 +91,7 @@ class Chains : public Rewriter {
         continue;
       }
       const Node& node = graph_[id];
-      places_ += (is_product(node.a) || is_product(node.b)) && !is_difference_of_squares(graph_, node);
+      places_ += (is_product(node.a) || is_product(node.b)) && !is_kept_difference(id);
       stack_.push_back({node.b, negative != (node.op == Op::Sub)});
       stack_.push_back({node.a, negative});
     }
@@ -78,13 +99,12 @@ class Chains : public Rewriter {
 
   std::vector<Term> terms_, stack_;
   std::size_t places_ = 0;
-  std::vector<std::uint8_t> in_sum_;  // whether a sum uses it
 };
 
-class Fusion : public Rewriter {
+class Fusion : public SumRewriter {
  public:
   Fusion(const Function& source, std::size_t pinned_outputs)
-      : Rewriter(source, pinned_outputs), product_(graph_.size(), kNoNode) {
+      : SumRewriter(source, pinned_outputs), product_(graph_.size(), kNoNode) {
     find_users();
     // Products with one user first: each saves an operation and takes one place only.
     std::vector<NodeId> products;
@@ -108,8 +128,7 @@ class Fusion : public Rewriter {
     const auto for_each_use = [&](auto&& visit) {
       for (NodeId id = 0; id < graph_.size(); ++id) {
         const Node& node = graph_[id];
-        if (!is_sum(node.op) || is_pinned(id) || node.a == node.b || is_difference_of_squares(graph_, node))
-          continue;
+        if (!is_sum(node.op) || is_pinned(id) || node.a == node.b || is_kept_difference(id)) continue;
         visit(node.a, id);
         visit(node.b, id);
       }

@@ -6,7 +6,9 @@
 //   (a * b + c * d) + (e * f + g * h)    ->  ((a * b + c * d) + e * f) + g * h, which leaves one product unfused
 //   a kernel that states a fused form    ->  that form (Callee::fused)
 //
-// x x - y y stays as it is: with one of the squares rounded and the other not it may be negative where x = y.
+// A difference of two products, x y - z w, stays as it is where its sign may be seen, as an output, a factor of one, or in what is
+// compared or divided by: with one product rounded and the other not, it would have a sign where both are equal, as of
+// parallel vectors.  Where it is but a part of longer sums, only x x - y y stays.
 // A product that several sums use is fused into all of them or none.  A fused node rounds once where two
 // operations rounded twice, and everywhere to the same bits; an intermediate product that would overflow does not.
 #pragma once

@@ -8,6 +8,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/scene/rigid_dips.h>
 
 namespace dyntape {
 
@@ -57,7 +58,8 @@ RigidStepper::RigidStepper(const RobotScene& scene, Stepper& stepper, Integrator
       blocks_(dynamics::blocks_of(scene.constraints.rigid)),
       is_closed_(blocks_.size(), false),
       impacts_in_step_(blocks_.size(), 0),
-      forces_(VectorXd::Zero(stepper.n_p())) {
+      forces_(VectorXd::Zero(stepper.n_p())),
+      unsure_(VectorXd::Zero(Eigen::Index(blocks_.size()))) {
   int row = 0;
   for (const auto& block : blocks_) first_row_.push_back(row), row += block.rows;
 }
@@ -209,17 +211,30 @@ double RigidStepper::gap_after(const Piece& piece, double h, int contact) {
   return functions_.near(end).gap[contact];
 }
 
-// Where within (0, h) the cubic through gaps and rates at both ends is least, if that is below ground; 0: nowhere.
+// Where within (0, h) the gap is least, if that is below ground; 0: nowhere.
 double RigidStepper::dip(const Piece& piece, double h, int contact, double gap, double rate) const {
-  const double g = piece.gap[contact], r = piece.rate[contact];
-  if (!(r < 0 && rate > 0)) return 0;
-  // d/ds of g + r h s + b s^2 + c s^3 = 0, the larger root
-  const double b = 3 * (gap - g) - h * (2 * r + rate), c = h * (r + rate) - 2 * (gap - g);
-  const double root = b * b - 3 * c * r * h;
-  if (!(root >= 0)) return 0;
-  const double s = -r * h / (b + std::sqrt(root));
-  if (!(s > 0 && s < 1)) return 0;
-  return g + s * (r * h + s * (b + s * c)) < std::min(0.0, g) - kTouch ? s * h : 0;
+  const double g = piece.gap[contact];
+  const auto low = GapCurve(g, piece.rate[contact], gap, rate, h).lowest();
+  return low && low->gap < std::min(0.0, g) - kTouch ? low->at : 0;
+}
+
+void RigidStepper::look_at_turns(const Piece& piece, double h, const VectorXd& middle, const VectorXd& end) {
+  const VectorXd at_middle = functions_.near(middle).gap;
+  const Nearness& then = functions_.near(end);
+  for (int i = 0; i < at_middle.size(); ++i) {
+    if (is_closed_[std::size_t(i)]) continue;
+    const GapCurve curve(piece.gap[i], piece.rate[i], then.gap[i], then.u[first_row_[std::size_t(i)]], h);
+    unsure_[i] += std::abs(at_middle[i] - curve.middle());
+    const auto low = curve.lowest();
+    const bool comes_from_afar = std::min(piece.gap[i], then.gap[i]) > unsure_[i];
+    if (!low || !comes_from_afar || !(low->gap < unsure_[i]) || !undecided_.empty()) continue;
+    const auto& rigid = scene_.constraints.rigid;
+    undecided_ = "at t = " + io::with_digits(piece.t + low->at, 6) + " s " +
+                 (std::size_t(i) < rigid.contacts.size() ? "the contact at '" : "joint '") +
+                 rigid.name(std::size_t(i)) + "' turns " + io::with_digits(std::abs(low->gap), 2) +
+                 " m or rad from its limit, which these steps know to " + io::with_digits(unsure_[i], 2) +
+                 ": whether it touches is not decided; take shorter steps";
+  }
 }
 
 // The moment within (0, h] at which an open contact that is below ground at `end` touched it; 0: at once.
@@ -421,6 +436,7 @@ void RigidStepper::run(double t, double h, VectorXd x, const VectorXd& u, Vector
     if (length > 0) {
       VectorXd middle;
       take_free(piece, length / 2, middle);
+      look_at_turns(piece, length, middle, end);
       pieces_.push_back({piece.t, length, x, std::move(middle), end, forces_});
     }
     done = length == h - done ? h : done + length;

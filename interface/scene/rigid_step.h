@@ -25,7 +25,9 @@
 // impact.h acts on all that touches; the rest of the step goes on.  What rebounds is open again.  A contact that had
 // kMostImpacts of them within one step (Zeno) is closed from then on: its restitution is over.  So is what comes back before
 // it is 1e-8 m away, or nears with less than a fall from there gives: it rests, without an impact.
-// A dip below ground and out again within one step is found where a cubic through gaps and rates shows it.
+// A dip below ground and out again within one step is found where a cubic through gaps and rates shows it (rigid_dips.h).
+// Where an open gap turns nearer to its ground than gaps are known, by what the cubic has been off by so far, whether it
+// touches is not known, and undecided() says so.
 //
 // Not decided here: of several solutions (Painleve's paradox, several impacts at once) one is taken, the same each time.
 //
@@ -78,6 +80,8 @@ class RigidStepper {
   const std::vector<RigidImpact>& impacts() const { return impacts_; }
   const Eigen::VectorXd& forces() const { return forces_; }  // (m) at the end of the last step
   RigidFunctions& functions() { return functions_; }
+  // "", or where a gap turned so near to its ground that steps of this length do not tell whether it touches.
+  const std::string& undecided() const { return undecided_; }
 
  private:
   struct Piece;
@@ -93,6 +97,7 @@ class RigidStepper {
   int lowest_open(const Piece& piece, const Eigen::VectorXd& end);
   double lowest_dip(const Piece& piece, double h, const Eigen::VectorXd& end, int& contact);
   double dip(const Piece& piece, double h, int contact, double gap, double rate) const;
+  void look_at_turns(const Piece& piece, double h, const Eigen::VectorXd& middle, const Eigen::VectorXd& end);
   void close_what_rests(double t, double h, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
   bool hits(const Eigen::VectorXd& x);
   void collide(double t, Eigen::VectorXd& x);
@@ -122,6 +127,8 @@ class RigidStepper {
   Eigen::MatrixXd slopes_;  // dv'/dlambda of the piece that is taken; empty: not known yet
   std::vector<RigidPiece> pieces_;
   std::vector<RigidImpact> impacts_;
+  Eigen::VectorXd unsure_;  // (n) how far gaps may be off, since the start
+  std::string undecided_;
 };
 
 }  // namespace dyntape

@@ -96,7 +96,8 @@ class SceneRun {
     if (account_) motion_.impacts = account_->impacts();
     motion_.balances = balances_.all();
     motion_.step_seconds = seconds_since(begin);
-    motion_.doubt = doubt_of_steps(scene_, stepper_, looks_);
+    motion_.doubt = rigid_ ? rigid_->undecided() : "";
+    if (motion_.doubt.empty()) motion_.doubt = doubt_of_steps(scene_, stepper_, looks_);
     motion_.operations = stepper_.report().step_operations;
     motion_.sources = stepper_.report().sources;
     join_columns();

@@ -3,6 +3,7 @@
 #include <dyntape/interface/solvers/rounds.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include <dyntape/interface/solvers/scaled_nlp.h>
 #include <dyntape/interface/solvers/second_order.h>
@@ -44,12 +45,6 @@ bool coarse(const NlpMagnitudes& units, const NlpMagnitudes& found) {
   return result;
 }
 
-SolverOptions less(SolverOptions options, const NlpSolution& spent) {
-  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
-  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
-  return options;
-}
-
 SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
   return {a.total + b.total,
           a.processor + b.processor,
@@ -59,18 +54,6 @@ SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
           a.function_calls + b.function_calls,
           a.jacobian_calls + b.jacobian_calls,
           a.hessian_calls + b.hessian_calls};
-}
-
-// The last of two rounds, with the iterations and times of both.  It starts where the first ends.
-NlpSolution joined(NlpSolution first, NlpSolution last) {
-  const int before = first.iterations();
-  for (IterationRecord record : last.log) {
-    record.iteration += before;
-    if (record.iteration > before) first.log.push_back(record);
-  }
-  last.log = std::move(first.log);
-  last.times = first.times + last.times;
-  return last;
 }
 
 // Rounds from one start.
@@ -139,6 +122,23 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
 }
 
 }  // namespace
+
+SolverOptions less(SolverOptions options, const NlpSolution& spent) {
+  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
+  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
+  return options;
+}
+
+NlpSolution joined(NlpSolution first, NlpSolution last) {
+  const int before = first.iterations();
+  for (IterationRecord record : last.log) {
+    record.iteration += before;
+    if (record.iteration > before) first.log.push_back(record);
+  }
+  last.log = std::move(first.log);
+  last.times = first.times + last.times;
+  return last;
+}
 
 NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                             const RoundSolver& solve) {

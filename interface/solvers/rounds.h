@@ -11,6 +11,11 @@ namespace dyntape {
 
 using RoundSolver = std::function<NlpSolution(Nlp&, const std::vector<double>&, const SolverOptions&)>;
 
+// What is left of the iterations and the time after a solve.
+SolverOptions less(SolverOptions options, const NlpSolution& spent);
+// The last of two solves, with the iterations and times of both.
+NlpSolution joined(NlpSolution first, NlpSolution last);
+
 // `solve` sees the scaled program; options of iterations and time hold for all rounds together.
 NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                             const RoundSolver& solve);

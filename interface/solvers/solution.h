@@ -40,6 +40,7 @@ struct NlpSolution {
   std::vector<IterationRecord> log;              // iteration 0 is the start
   NlpMagnitudes units;                           // what was divided by in the last round
   SolveTimes times;
+  bool is_by_other_method = false;  // than asked for, which got stuck (solver_options.h)
   StationaryPoint stationary_point = StationaryPoint::kUnknown;  // of what is solved or acceptable
 
   int iterations() const { return log.empty() ? 0 : log.back().iteration; }

@@ -27,6 +27,8 @@ struct SolverOptions {
   double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact
   bool limited_memory = false;     // approximate the Hessian (L-BFGS) even where the program has one
   bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
+  bool try_other_method =
+      true;  // of solve_nlp: where the method gets stuck, the other one tries from the same start
   int max_iterations = 3000;
   double max_seconds = 1e6;  // of processor time, of all threads together
   int print_level = 0;       // of Ipopt: 0 silent .. 5 one line an iteration .. 12

@@ -57,6 +57,7 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   };
   ControlReport report = report_loop(task.problem, options, {"the goal of the centre of mass", "m", off});
   report.task = task.name;
+  report.most_late = task.control.late;
   return report;
 }
 

@@ -127,6 +127,10 @@ std::vector<double> step_values(const ClosedLoop& loop, int point) {
   return {1e3 * step.seconds, double(step.iterations), step.usable ? 1.0 : 0.0};
 }
 
+double ControlReport::late_share() const {
+  return loop.steps.size() < 2 ? 0 : double(loop.missed(deadline)) / double(loop.steps.size() - 1);
+}
+
 const ClosedLoop::Step* ControlReport::first_unusable() const {
   const auto step = std::find_if(loop.steps.begin(), loop.steps.end(),
                                  [](const ClosedLoop::Step& at) { return !at.usable; });
@@ -159,7 +163,10 @@ std::string ControlReport::text() const {
     table.append(
         {"gains of a plan", "median " + io::significant(median_gain_ms(loop), 3) + " ms of the step"});
   }
-  table.append({"longer than the period", std::to_string(loop.missed(deadline))});
+  table.append({"longer than the period", std::to_string(loop.missed(deadline)) + " (" +
+                                              io::significant(100 * late_share(), 2) + " %, allowed " +
+                                              io::significant(100 * most_late, 2) + " %)"});
+  if (!note.empty()) table.append({"note", note});
   std::string unusable = std::to_string(loop.unusable());
   if (const ClosedLoop::Step* step = first_unusable())
     unusable += ", the first at " + io::significant(step->t, 4) + " s: " + to_string(step->status);
@@ -179,6 +186,7 @@ std::string ControlReport::json() const {
   nlohmann::ordered_json report = {{"task", task},
                                    {"success", success()},
                                    {"trouble", loop.trouble},
+                                   {"late", {{"share", late_share()}, {"allowed", most_late}}},
                                    {"seconds", loop.motion.t[loop.motion.points() - 1]},
                                    {"from_goal", nullptr},
                                    {"step_ms",

@@ -33,7 +33,12 @@ struct ControlReport {
   std::optional<Feedback> feedback;
   std::vector<std::string> unwritten;  // why results are not where they belong, a sentence each
 
-  bool success() const { return loop.trouble.empty() && loop.unusable() == 0; }
+  double most_late = 0.2;  // of the later steps, that may take longer than the deadline, as a part of all
+  std::string note = {};   // what was done otherwise than asked for, and why
+
+  double late_share() const;
+  bool is_in_time() const { return late_share() <= most_late; }
+  bool success() const { return loop.trouble.empty() && loop.unusable() == 0 && is_in_time(); }
   const ClosedLoop::Step* first_unusable() const;  // null: there is none
   std::string text() const;
   std::string json() const;

@@ -55,6 +55,10 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
     options.pushes.push_back({push.at, change});
   }
   options.mpc.mesh = task.optimise.mesh;
+  // Along an arm that is stretched towards what it cannot reach, Gauss-Newton's Hessian has no curvature: what bends the
+  // arm back is the residual times second derivatives.  Steps are then as long as the limits let them be.
+  const bool wants_exact = task.is_out_of_reach && options.mpc.mesh.hessian == HessianKind::kGaussNewton;
+  if (wants_exact) options.mpc.mesh.hessian = HessianKind::kExact;
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
   options.mpc.iterations = task.control.iterations;
@@ -65,6 +69,8 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
     };
   ControlReport report = report_loop(drawn_problem(task), options, off);
   report.task = task.name;
+  report.most_late = task.control.late;
+  if (wants_exact) report.note = "the exact Hessian in place of gauss_newton, as the goal is out of reach";
   return report;
 }
 

@@ -8,9 +8,11 @@
 //
 //   mpc   seconds [3], of the loop; period [0.02], between steps; delay [0], from measuring to acting; feedback [0], between
 //         corrections by the plan's gains (receding_horizon.h), 0: none, all s; iterations [1] of a step, 0: until it is
-//         solved; push { at (s), v VECTOR (rad/s or m/s) }: added to the velocities
+//         solved; late [0.2]: most of the later steps that may take longer than the period, as a part of all; push { at (s), v VECTOR (rad/s or m/s) }: added to the velocities
 //
 // The horizon is the task's; costs of tracking draw to the goal, which is not demanded at its end.
+//
+// A goal that is out of reach is one that the robot stretches towards: the exact Hessian is taken then.
 //
 // write_control leaves in the folder: closed_loop.csv (t, q.*, v.*, tau.*, and of each step ms, iterations, usable),
 // report.json, closed_loop.svg, steps.svg, motion.svg, motion.html; with feedback and a push, feedback.svg: how far it is from

@@ -167,6 +167,7 @@ Eigen::VectorXd placed_for_guess(Task& task, const FrameTarget& target, const Ei
     task.notes.push_back(task.file + ": no configuration was found in which '" + target.frame + "' is " +
                          there + " and every body keeps clear; the guess has one that does not");
   if (q) return *q;
+  task.is_out_of_reach = true;
   task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
                        target.frame + "' is " + there + ", which may be out of reach; " + stays);
   return otherwise;

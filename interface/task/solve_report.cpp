@@ -106,6 +106,8 @@ std::string SolveReport::text() const {
   const Verification& v = solution.verification;
   io::TextTable facts({{"quantity"}, {"value"}});
   facts.append({"status", to_string(nlp.status)});
+  if (nlp.is_by_other_method)
+    facts.append({"found by", "the other method, where the one asked for got stuck"});
   facts.append({"iterations", std::to_string(nlp.iterations())});
   facts.append({"cost", precise(solution.cost())});
   if (free_time) {
@@ -184,6 +186,7 @@ std::string SolveReport::json() const {
   j["status"] = to_string(nlp.status);
   j["verdict"] = verdict();
   j["iterations"] = nlp.iterations();
+  j["by_other_method"] = nlp.is_by_other_method;
   j["cost"] = number(solution.cost());
   j["duration"] = number(duration());
   if (free_time) j["duration_range"] = {free_time->shortest, free_time->longest};

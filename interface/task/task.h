@@ -163,6 +163,8 @@ struct Task {
     double goal = 1e-2;
   };
   Demands demands;
+  // No configuration was found in which a frame is where it shall be: costs draw it as near as it can get.
+  bool is_out_of_reach = false;
   bool has_soft_goal = false;  // costs draw to it, and it need not be met
   std::vector<std::string> traces;
   View view = View::kXz;
@@ -177,6 +179,7 @@ struct Task {
     double seconds = 3, period = 0.02, delay = 0;  // s
     double feedback = 0;                           // s between corrections by the plan's gains; 0: none
     int iterations = 1;                            // of a step; 0: until it is solved
+    double late = 0.2;  // most of the later steps that may take longer than a period
     struct Push {
       double at;          // s
       Eigen::VectorXd v;  // (nv) added to the velocities

@@ -378,6 +378,8 @@ Task::Control read_control(Section& file, const ReadPush& read_push) {
                                   " s, got " + io::shortest(control.feedback));
   control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
                            .get_or("iterations", control.iterations, io::between(0, 1000));
+  control.late = block.about("most of the later steps that may take longer than a period, as a part of all")
+                     .get_or("late", control.late, io::between(0.0, 1.0));
   if (!block.about("something that hits the robot").has("push")) return control;
   std::vector<Section> pushes = block.children("push");
   if (pushes.empty()) pushes.push_back(block.child("push"));  // in the list of keys one

@@ -209,6 +209,48 @@ TEST(Simplify, ExactZerosOfDifferencesStay) {
   }
 }
 
+// The orientation of vectors: of parallel ones, of whatever lengths, it is zero in strict and in fast, and everywhere else
+// its sign is that of strict.
+TEST(Simplify, TheSignOfADifferenceOfProductsIsThatOfStrict) {
+  using Four = std::function<AD(const VectorXad&)>;
+  const std::pair<const char*, Four> forms[] = {
+      {"x0 x3 - x1 x2", [](const VectorXad& x) { return x[0] * x[3] - x[1] * x[2]; }},
+      {"- x1 x2 + x0 x3", [](const VectorXad& x) { return -(x[1] * x[2]) + x[0] * x[3]; }},
+      {"x0 x3 + (-x1) x2", [](const VectorXad& x) { return x[0] * x[3] + (-x[1]) * x[2]; }},
+      {"x1 (-x2) - x0 (-x3)", [](const VectorXad& x) { return x[1] * (-x[2]) - x[0] * (-x[3]); }},
+      {"twice", [](const VectorXad& x) { return 2.0 * (x[0] * x[3] - x[1] * x[2]); }},
+      {"as a factor", [](const VectorXad& x) { return (x[0] * x[3] - x[1] * x[2]) * (1 + x[0] * x[0]); }},
+      {"where a product is used again",
+       [](const VectorXad& x) {
+         const AD product = x[0] * x[3];
+         return (product - x[1] * x[2]) * (2 + tanh(product));
+       }},
+      {"of differences",
+       [](const VectorXad& x) { return (x[0] - 2.0) * (x[3] + 4.0) - (x[1] + 1.0) * (x[2] - 8.0); }}};
+  Random random(62);
+  SCOPED_TRACE(random.seed_text());
+  for (const auto& [name, form] : forms) {
+    const Function f = record("turn", 4, [&, of = form](const VectorXad& x) { return one(of(x)); });
+    const Function fast = simplify(f, Profile::kFast, true);
+    int zeros = 0;
+    for (int i = 0; i < 1000; ++i) {
+      std::vector<double> x = random.vector(2, -1, 1);
+      const double factor = std::ldexp(1, i % 7 - 3) * (i % 2 ? 1 : 1 + std::ldexp(1, -i % 20 - 1));
+      x.insert(x.end(), {factor * x[0], factor * x[1]});
+      if (std::string(name) == "of differences") x = {2 + x[0], x[1] - 1, x[2] + 8, x[3] - 4};
+      const double strict = evaluate(f, x)[0], got = evaluate(fast, x)[0];
+      ASSERT_EQ(std::signbit(strict), std::signbit(got)) << name << " " << strict << " " << got;
+      ASSERT_EQ(strict == 0, got == 0) << name << " " << strict << " " << got;
+      zeros += strict == 0;
+    }
+    EXPECT_GT(zeros, 100) << name;
+  }
+  // Within a longer sum it is fused as ever.
+  const Function longer =
+      record("longer", 6, [](const VectorXad& x) { return one(x[0] * x[3] - x[1] * x[2] + x[4] * x[5]); });
+  EXPECT_EQ(count(simplify(longer, Profile::kFast, true), Op::Mul), 1u);
+}
+
 TEST(Simplify, AProcessorWithoutFmaGetsNone) {
   using codegen::has_fma;
   EXPECT_FALSE(has_fma({"-march=x86-64"}));

@@ -115,7 +115,7 @@ const Budget kBudgets[] = {
     {"solo12", Base::kFloating, "fd-derivatives", 21800, 12500},
     {"simple_humanoid", Base::kFloating, "rnea", 3570, 2110},
     {"simple_humanoid", Base::kFloating, "aba", 7220, 4330},
-    {"simple_humanoid", Base::kFloating, "id-derivatives", 21400, 13100},
+    {"simple_humanoid", Base::kFloating, "id-derivatives", 21400, 13200},
     {"simple_humanoid", Base::kFloating, "fd-derivatives", 108300, 59600},
 };
 

@@ -41,6 +41,10 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
   std::cout << std::flush;
   if (!report.loop.trouble.empty()) std::cerr << "dyntape: " << report.loop.trouble << "\n";
+  if (!report.is_in_time())
+    std::cerr << "dyntape: " << report.loop.missed(report.deadline) << " of " << report.loop.steps.size() - 1
+              << " later steps took longer than the period of " << 1e3 * report.deadline
+              << " ms; expected fewer intervals, a longer period, or a greater part in mpc.late\n";
   if (const ClosedLoop::Step* first = report.first_unusable())
     std::cerr << "dyntape: " << report.loop.unusable() << " of " << report.loop.steps.size()
               << " plans were not usable, and the one before was followed; the first, at "

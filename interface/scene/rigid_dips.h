@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a gap does within a step, by the cubic through gaps and rates at both ends.
+//
+//   const GapCurve curve(gap, rate, later_gap, later_rate, h);
+//   if (const auto low = curve.lowest()) ... low->at, low->gap      // the least within, where there is one
+//   curve.middle()                                                  // at h / 2
+//
+// How far the cubic is from the motion's own middle says how exactly a step knows its gaps: h^4 of smooth motions.
+#pragma once
+
+#include <optional>
+
+namespace dyntape {
+
+class GapCurve {
+ public:
+  GapCurve(double gap, double rate, double later_gap, double later_rate, double h);
+
+  struct Low {
+    double at;  // s after the beginning, within (0, h)
+    double gap;
+  };
+  std::optional<Low> lowest() const;
+  double middle() const { return at(0.5); }
+
+ private:
+  double at(double s) const { return gap_ + s * (slope_ + s * (b_ + s * c_)); }
+
+  double gap_, slope_, b_, c_, h_;  // gap + slope s + b s^2 + c s^3, s from 0 to 1
+};
+
+}  // namespace dyntape

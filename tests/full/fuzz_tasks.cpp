@@ -1,0 +1,326 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Random tasks, and what their verdicts are worth.
+//
+//   fuzz_tasks [--count 300] [--first 1] [--keep FOLDER]
+//
+// Robots whose equations are written out here: a block on a rail, a pendulum, a cart with a pole.  Goals, bounds, schemes,
+// meshes, weights, methods and starts vary, upright and hanging ones among them.  What is called a verified optimum is
+// looked at by code that shares nothing with the solver: these equations, a Runge-Kutta integration of small steps, and
+// differences of the cost by controls on a coarse grid.
+//
+//   intervals    each ends where the motion's next node is, to twice verify.true_defect of how far the motion moves the state
+//   ends, bounds are met, bounds between the points as well, to 1 % of their range
+//   first order  of changes of the control that keep the end where it is, none lowers the cost: the gradient that is left
+//                is below kFirst of what it was; where bounds are active, of changes that stay away from them
+//   second order no such change lowers it by its square: the reduced Hessian has no negative eigenvalue beyond kSecond of
+//                its largest
+//
+// Prints each seed whose verdict is wrong, refusals with their sentence, and a line of counts; status 1 where a verdict is
+// wrong or more than 2 % of all tasks are refused.
+#include <CLI/CLI.hpp>
+#include <Eigen/Dense>
+#include <cmath>
+#include <filesystem>
+#include <iostream>
+#include <numbers>
+#include <random>
+
+#include <unistd.h>
+
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/task/solve.h>
+
+namespace dyntape {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+constexpr double kFirst = 0.05, kSecond = 1e-2;
+constexpr double kGravity = 9.81;
+
+// A robot by hand: x = (q, v), one control.
+struct Robot {
+  const char* file;
+  int joints;
+  VectorXd (*acceleration)(const VectorXd& q, const VectorXd& v, double u);
+};
+
+VectorXd of_block(const VectorXd&, const VectorXd&, double u) { return VectorXd::Constant(1, u); }
+
+VectorXd of_pendulum(const VectorXd& q, const VectorXd&, double u) {
+  return VectorXd::Constant(1, u - kGravity * std::sin(q[0]));
+}
+
+// Masses 1 and 0.3 kg, rod 0.5 m; hangs at q[1] = 0.  Lagrange's equations of cart and pole, solved for the accelerations.
+VectorXd of_cart_pole(const VectorXd& q, const VectorXd& v, double u) {
+  const double M = 1, m = 0.3, l = 0.5, s = std::sin(q[1]), c = std::cos(q[1]);
+  Eigen::Matrix2d mass;
+  mass << M + m, m * l * c, m * l * c, m * l * l;
+  return mass.ldlt().solve(Eigen::Vector2d(u + m * l * s * v[1] * v[1], -m * kGravity * l * s));
+}
+
+const Robot kRobots[] = {
+    {"block", 1, of_block}, {"pendulum", 1, of_pendulum}, {"cart_pole", 2, of_cart_pole}};
+
+struct RandomTask {
+  const Robot* robot;
+  std::string text;
+  VectorXd start, goal;  // (2 joints)
+  double duration, velocity, effort;
+};
+
+std::string number(double value) { return io::shortest(value); }
+
+RandomTask random_task(unsigned seed, const std::string& robots) {
+  std::mt19937 random(seed);
+  const auto below = [&](int n) { return int(random() % unsigned(n)); };
+  const auto uniform = [&](double low, double high) {
+    return low + (high - low) * double(random()) / double(std::mt19937::max());
+  };
+  RandomTask task{&kRobots[below(3)], "", {}, {}, 0, HUGE_VAL, HUGE_VAL};
+  const Robot& robot = *task.robot;
+  const bool swings = robot.acceleration != of_block, carries = robot.joints == 2;
+  task.start.setZero(2 * robot.joints), task.goal.setZero(2 * robot.joints);
+  constexpr double kAngles[] = {0, std::numbers::pi, 0.5, -2, 1e-3};
+  if (swings) {
+    task.start[robot.joints - 1] = kAngles[below(5)];
+    task.goal[robot.joints - 1] = task.start[robot.joints - 1] + (below(4) == 0 ? 0 : uniform(-1.5, 1.5));
+  }
+  if (!swings || carries) task.goal[0] = uniform(-0.8, 0.8);
+  if (task.goal == task.start) task.goal[robot.joints] = 0.5;
+  task.duration = std::round(100 * uniform(0.8, 2)) / 100;
+  const char* schemes[] = {"hermite-simpson", "hermite-simpson", "trapezoid", "lobatto-4", "radau-3"};
+  const char* methods[] = {"ipopt", "stages"};
+  const std::string scheme = schemes[below(5)];
+  std::string q, v, goal_q, goal_v;
+  for (int i = 0; i < robot.joints; ++i) {
+    q += " " + number(task.start[i]), v += " " + number(task.start[robot.joints + i]);
+    goal_q += " " + number(task.goal[i]), goal_v += " " + number(task.goal[robot.joints + i]);
+  }
+  task.text = "robot { urdf " + robots + "/" + robot.file + ".urdf }\n" +
+              (carries ? "actuated slider\n" : "") + "horizon {\n duration " + number(task.duration) +
+              "\n intervals " + std::to_string(10 + below(40)) + "\n}\nstart {\n q \"" + q + "\"\n v \"" + v +
+              "\"\n}\ngoal {\n q \"" + goal_q + "\"\n v \"" + goal_v + "\"\n}\ntranscription { scheme " +
+              scheme + " }\ncosts { control " + number(std::pow(10, uniform(-3, 2))) + " }\n";
+  if (below(3) == 0) {
+    // Wide enough for most motions, and active in many.
+    const VectorXd way = (task.goal - task.start).head(robot.joints);
+    task.velocity =
+        (1.2 + uniform(0, 1)) * (way.cwiseAbs().maxCoeff() + (carries ? 1.0 : 0.3)) / task.duration;
+    task.text += "bounds { velocities " + number(task.velocity) + " }\n";
+  }
+  task.text += std::string("solver { method ") + methods[below(2)] + " }\n";
+  task.effort = carries ? 20 : 100;
+  return task;
+}
+
+// The control at a share of an interval, by its points: the scheme's polynomial, or the line of a trapezoid.
+double control_at(const Trajectory& motion, int interval, double share, double effort) {
+  const int stages = int(motion.scheme.c.size()), first = motion.node(interval);
+  double u = 0;
+  const bool skips_first = !motion.scheme.uses_first_point();
+  for (int i = skips_first ? 1 : 0; i < stages; ++i) {
+    double weight = 1;
+    for (int j = skips_first ? 1 : 0; j < stages; ++j)
+      if (j != i) weight *= (share - motion.scheme.c[j]) / (motion.scheme.c[i] - motion.scheme.c[j]);
+    u += weight * motion.u(0, first + i);
+  }
+  return std::clamp(u, -effort, effort);
+}
+
+class Judge {
+ public:
+  Judge(const RandomTask& task, const Trajectory& motion) : task_(task), motion_(motion) {
+    grid_ = VectorXd::Zero(kGrid);
+  }
+
+  // Why the verdict is wrong; empty: it is right as far as can be seen.
+  std::string fault(double weight, double true_defect) {
+    if (const std::string off = interval_fault(true_defect); !off.empty()) return off;
+    return optimality_fault(weight);
+  }
+
+  bool has_active() const { return active_; }
+
+ private:
+  static constexpr int kGrid = 8;     // changes of the control: hats over the duration
+  static constexpr int kSteps = 400;  // of an integration of the whole
+
+  VectorXd rate(const VectorXd& x, double u) const {
+    const int n = task_.robot->joints;
+    VectorXd dx(2 * n);
+    dx << x.tail(n), task_.robot->acceleration(x.head(n), x.tail(n), u);
+    return dx;
+  }
+
+  template <class Control>
+  VectorXd step(const VectorXd& x, double h, const Control& u) const {
+    const VectorXd a = rate(x, u(0)), b = rate(x + h / 2 * a, u(0.5)), c = rate(x + h / 2 * b, u(0.5)),
+                   d = rate(x + h * c, u(1));
+    return x + h / 6 * (a + 2 * b + 2 * c + d);
+  }
+
+  std::string interval_fault(double true_defect) {
+    const int n = task_.robot->joints, last = motion_.points() - 1;
+    VectorXd extent = motion_.x.rowwise().maxCoeff() - motion_.x.rowwise().minCoeff();
+    for (const int kind :
+         {0, n}) {  // positions and velocities are measured by the largest of their kind where they are small
+      const double most = extent.segment(kind, n).maxCoeff();
+      extent.segment(kind, n) = extent.segment(kind, n).cwiseMax(std::max(1e-2, 1e-4 * most));
+    }
+    if ((motion_.x.col(0) - task_.start).cwiseAbs().maxCoeff() > 1e-6) return "does not begin at the start";
+    if ((motion_.x.col(last) - task_.goal).cwiseAbs().maxCoeff() > 1e-5) return "does not end at the goal";
+    for (int k = 0; k < motion_.intervals(); ++k) {
+      const double begin = motion_.t[motion_.node(k)], h = motion_.t[motion_.node(k + 1)] - begin;
+      VectorXd x = motion_.x.col(motion_.node(k));
+      constexpr int kPieces = 64;
+      for (int i = 0; i < kPieces; ++i) {
+        x = step(x, h / kPieces,
+                 [&](double at) { return control_at(motion_, k, (i + at) / kPieces, task_.effort); });
+        if (x.tail(n).cwiseAbs().maxCoeff() > 1.01 * task_.velocity)
+          return "a velocity of " + number(x.tail(n).cwiseAbs().maxCoeff()) + " at " +
+                 number(begin + h * i / kPieces) + " s, bounded by " + number(task_.velocity);
+      }
+      const double off =
+          ((x - motion_.x.col(motion_.node(k + 1))).cwiseAbs().array() / extent.array()).maxCoeff();
+      if (!(off <= 2 * true_defect))
+        return "interval " + std::to_string(k) + " is off by " + number(off) + " of the motion";
+    }
+    return "";
+  }
+
+  // The end and the cost of the motion, its control changed by hats of these heights.
+  std::pair<VectorXd, double> shoot(const VectorXd& change) const {
+    VectorXd x = motion_.x.col(0);
+    double cost = 0;
+    const double h = task_.duration / kSteps;
+    int k = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      const auto u = [&](double at) {
+        const double t = std::min((i + at) * h, task_.duration);
+        while (k + 1 < motion_.intervals() && motion_.t[motion_.node(k + 1)] < t - 1e-12) ++k;
+        while (k > 0 && motion_.t[motion_.node(k)] > t + 1e-12) --k;
+        const double begin = motion_.t[motion_.node(k)], end = motion_.t[motion_.node(k + 1)];
+        double value =
+            control_at(motion_, k, std::clamp((t - begin) / (end - begin), 0.0, 1.0), task_.effort);
+        for (int g = 0; g < kGrid; ++g)
+          value += change[g] * std::max(0.0, 1 - std::abs(t / task_.duration * (kGrid - 1) - g));
+        return value;
+      };
+      const double a = u(0), b = u(0.5), c = u(1);
+      cost += h / 6 * (a * a + 4 * b * b + c * c);
+      x = step(x, h, u);
+    }
+    return {x, cost};
+  }
+
+  std::string optimality_fault(double) {
+    const int n_x = 2 * task_.robot->joints, n = task_.robot->joints;
+    active_ = (motion_.x.bottomRows(n).cwiseAbs().array() > 0.99 * task_.velocity).any() ||
+              (motion_.u.cwiseAbs().array() > 0.98 * task_.effort).any();
+    if (active_)
+      return "";  // changes would have to keep away from what is active, of which there is little left
+    const double size = std::max(1e-3, motion_.u.cwiseAbs().maxCoeff()), d = 1e-4 * size;
+    MatrixXd ends(n_x, kGrid), H(kGrid, kGrid);
+    VectorXd slope(kGrid);
+    const auto hat = [&](int g) { return VectorXd::Unit(kGrid, g).eval(); };
+    for (int g = 0; g < kGrid; ++g) {
+      const auto up = shoot(d * hat(g)), down = shoot(-d * hat(g));
+      ends.col(g) = (up.first - down.first) / (2 * d);
+      slope[g] = (up.second - down.second) / (2 * d);
+    }
+    const VectorXd lambda = ends.transpose().colPivHouseholderQr().solve(-slope);
+    const VectorXd left = slope + ends.transpose() * lambda;
+    if (left.norm() > kFirst * slope.norm()) {
+      return "the cost falls along changes of the control that keep the end: " +
+             number(left.norm() / slope.norm()) + " of its gradient is left";
+    }
+    const auto lagrangian = [&](const VectorXd& change) {
+      const auto [end, cost] = shoot(change);
+      return cost + lambda.dot(end);
+    };
+    const double e = 1e-2 * size;
+    for (int a = 0; a < kGrid; ++a) {
+      for (int b = 0; b <= a; ++b) {
+        const VectorXd p = e * hat(a), q = e * hat(b);
+        H(a, b) = H(b, a) =
+            (lagrangian(p + q) - lagrangian(p - q) - lagrangian(q - p) + lagrangian(-p - q)) / (4 * e * e);
+      }
+    }
+    const Eigen::FullPivLU<MatrixXd> lu(ends);
+    MatrixXd free = lu.kernel();
+    if (lu.dimensionOfKernel() == 0) return "";
+    free = free.householderQr().householderQ() * MatrixXd::Identity(kGrid, free.cols());
+    const Eigen::SelfAdjointEigenSolver<MatrixXd> own(free.transpose() * H * free);
+    const double least = own.eigenvalues().minCoeff(), most = own.eigenvalues().cwiseAbs().maxCoeff();
+    if (least < -kSecond * most)
+      return "no minimum: a curvature of " + number(least) + " beside " + number(most);
+    return "";
+  }
+
+  const RandomTask& task_;
+  const Trajectory& motion_;
+  VectorXd grid_;
+  bool active_ = false;
+};
+
+int run(unsigned first, int count, const std::string& robots, const std::string& folder) {
+  int verified = 0, refused = 0, wrong = 0, active = 0;
+  for (unsigned seed = first; seed < first + unsigned(count); ++seed) {
+    const RandomTask random = random_task(seed, robots);
+    const std::string path = folder + "/task_" + std::to_string(seed) + ".info";
+    write_file_atomically(path, random.text);
+    std::string fault;
+    try {
+      Task task = read_task(path);
+      task.optimise.mesh.evaluation.route = Route::kInterpreter;
+      const SolveReport report = solve_task(task);
+      if (!report.success()) {
+        ++refused;
+        std::cout << "seed " << seed << " is refused: " << report.verdict() << "\n";
+        continue;
+      }
+      ++verified;
+      Judge judge(random, report.solution.motion);
+      fault = judge.fault(1, task.demands.true_defect);
+      active += judge.has_active();
+    } catch (const std::exception& e) {
+      ++refused;
+      std::cout << "seed " << seed << " is refused: " << e.what() << "\n";
+      continue;
+    }
+    if (fault.empty()) continue;
+    ++wrong;
+    std::cout << "seed " << seed << ", called verified: " << fault << "\n" << random.text << "\n";
+  }
+  std::cout << count << " tasks from seed " << first << ": " << verified << " verified (" << active
+            << " with active bounds, of which the order is not looked at), " << refused << " refused, "
+            << wrong << " wrong\n";
+  return wrong > 0 || 50 * refused > count ? 1 : 0;
+}
+
+}  // namespace
+}  // namespace dyntape
+
+int main(int argc, char** argv) {
+  CLI::App app("random tasks, and what their verdicts are worth");
+  int count = 300;
+  unsigned first = 1;
+  std::string robots, folder;
+  app.add_option("robots", robots, "folder of the robots")->required();
+  app.add_option("--count", count, "tasks");
+  app.add_option("--first", first, "seed");
+  app.add_option("--keep", folder, "folder in which the tasks stay");
+  CLI11_PARSE(app, argc, argv);
+  namespace fs = std::filesystem;
+  const bool keeps = !folder.empty();
+  if (!keeps)
+    folder = (fs::temp_directory_path() / ("dyntape-fuzz-tasks-" + std::to_string(getpid()))).string();
+  fs::create_directories(folder);
+  const int status = dyntape::run(first, count, fs::absolute(robots).string(), folder);
+  if (!keeps) fs::remove_all(folder);
+  return status;
+}
