@@ -8,10 +8,8 @@
 namespace dyntape {
 
 struct RecordedEnergy {
-  // (q, v, drive) -> kinetic, stored; both of each mechanism; powers and what is released of each.
-  Function function;
-  std::vector<std::string> flows;  // what the powers are of
-  std::vector<Mechanism> mechanisms;
+  Function function;  // of (q, v, drive)
+  EnergyLayout layout;
 };
 
 namespace {
@@ -107,27 +105,12 @@ class PowerRecorder {
 RecordedEnergy record_energy(const RobotScene& scene) {
   const std::vector<int> dofs = actuated_dofs(scene);
   const int nq = scene.model.nq, nv = scene.model.nv;
-  RecordedEnergy recorded{{}, {}, mechanisms_of(scene)};
+  RecordedEnergy recorded;
   recorded.function =
       record(scene.model.name + "_energy", std::size_t(nq + nv) + dofs.size(), [&](const VectorXad& x) {
-        const dynamics::Model<AD> model = scene.model.cast<AD>();
-        const Effects<AD> all = scene.effects.cast<AD>();
-        dynamics::Data<AD> data(model);
-        PowerRecorder powers_of(model, all);
-        const VectorXad q = x.head(nq), v = x.segment(nq, nv);
         const VectorXad tau = torques_at(dofs, x.tail(Eigen::Index(dofs.size())), nv);
-        std::vector<AD> y = {dynamics::kinetic_energy<AD>(model, data, q, v, all.acting()),
-                             dynamics::stored_energy<AD>(model, data, all, q)};
-        std::vector<std::vector<AD>> powers;
-        for (const Mechanism& mechanism : recorded.mechanisms) {
-          const AloneState alone = alone_in(scene, mechanism.joints, q, v, tau);
-          y.push_back(dynamics::kinetic_energy<AD>(model, data, alone.q, alone.v, all.acting()));
-          y.push_back(dynamics::stored_energy<AD>(model, data, all, alone.q));
-          powers.push_back(powers_of(alone));
-        }
-        for (const std::vector<AD>& each : powers) powers_of.append(each, y);
-        recorded.flows = powers_of.names();
-        return VectorXad(Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size())));
+        return record_energies(scene, scene.model.cast<AD>(), scene.effects.cast<AD>(), x.head(nq),
+                               x.segment(nq, nv), tau, recorded.layout);
       });
   return recorded;
 }
@@ -144,27 +127,48 @@ EnergyMeter::EnergyMeter(const RobotScene& scene, const CodegenOptions& options)
 
 EnergyMeter::EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene,
                          const CodegenOptions& options)
-    : names_(recorded.flows),
-      mechanisms_(recorded.mechanisms),
+    : layout_(recorded.layout),
       n_state_(scene.model.nq + scene.model.nv),
       function_(CompiledFunction::make(recorded.function, without_derivatives(options))),
       workspace_(function_),
       input_(Eigen::Index(function_.n_x())),
-      output_(Eigen::Index(function_.n_y())) {
-  energy_.power.resize(flows() + 1, Eigen::Index(mechanisms_.size()));
-}
+      output_(Eigen::Index(function_.n_y())) {}
 
 const Energy& EnergyMeter::at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive) {
   input_ << x.head(n_state_), drive;
   function_.value(input_.data(), nullptr, output_.data(), workspace_);
-  const auto n = Eigen::Index(mechanisms_.size());
-  const Eigen::Map<const Eigen::Matrix2Xd> energies(output_.data() + 2, 2, n);
-  energy_.kinetic = output_[0];
-  energy_.stored = output_[1];
-  energy_.kinetic_of = energies.row(0);
-  energy_.stored_of = energies.row(1);
-  energy_.power = Eigen::Map<const Eigen::MatrixXd>(output_.data() + 2 + 2 * n, flows() + 1, n);
+  layout_.read(output_.data(), 1, energy_);
   return energy_;
+}
+
+VectorXad record_energies(const RobotScene& scene, const dynamics::Model<AD>& model,
+                          const Effects<AD>& effects, const VectorXad& q, const VectorXad& v,
+                          const VectorXad& tau, EnergyLayout& layout) {
+  dynamics::Data<AD> data(model);
+  PowerRecorder powers_of(model, effects);
+  std::vector<AD> y = {dynamics::kinetic_energy<AD>(model, data, q, v, effects.acting()),
+                       dynamics::stored_energy<AD>(model, data, effects, q)};
+  std::vector<std::vector<AD>> powers;
+  layout.mechanisms = mechanisms_of(scene);
+  for (const Mechanism& mechanism : layout.mechanisms) {
+    const AloneState alone = alone_in(scene, mechanism.joints, q, v, tau);
+    y.push_back(dynamics::kinetic_energy<AD>(model, data, alone.q, alone.v, effects.acting()));
+    y.push_back(dynamics::stored_energy<AD>(model, data, effects, alone.q));
+    powers.push_back(powers_of(alone));
+  }
+  for (const std::vector<AD>& each : powers) powers_of.append(each, y);
+  layout.flows = powers_of.names();
+  return Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size()));
+}
+
+void EnergyLayout::read(const double* y, Eigen::Index stride, Energy& energy) const {
+  const auto n = Eigen::Index(mechanisms.size()), rows = Eigen::Index(flows.size()) + 1;
+  energy.kinetic_of.resize(n), energy.stored_of.resize(n), energy.power.resize(rows, n);
+  energy.kinetic = y[0], energy.stored = y[stride];
+  for (Eigen::Index m = 0; m < n; ++m) {
+    energy.kinetic_of[m] = y[(2 + 2 * m) * stride], energy.stored_of[m] = y[(3 + 2 * m) * stride];
+    for (Eigen::Index i = 0; i < rows; ++i) energy.power(i, m) = y[(2 + 2 * n + rows * m + i) * stride];
+  }
 }
 
 }  // namespace dyntape

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/record/eigen.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/scene/mechanisms.h>
 
@@ -27,23 +28,37 @@ struct Energy {
   Eigen::MatrixXd power;
 };
 
+// What the results of a recording of energies are: kinetic, stored; both of each mechanism; powers and what is released of each.
+struct EnergyLayout {
+  std::vector<std::string>
+      flows;  // what the powers are of: "motors", then the effects that supply or take energy
+  std::vector<Mechanism> mechanisms;
+
+  Eigen::Index size() const { return 2 + Eigen::Index(mechanisms.size()) * (3 + Eigen::Index(flows.size())); }
+  // Entry i stands at y[i * stride].
+  void read(const double* y, Eigen::Index stride, Energy& energy) const;
+};
+// Records them at (q, v), tau (nv) that of the motors, with these numbers of the scene; says in `layout` what they are.
+VectorXad record_energies(const RobotScene& scene, const dynamics::Model<AD>& model,
+                          const dynamics::Effects<AD>& effects, const VectorXad& q, const VectorXad& v,
+                          const VectorXad& tau, EnergyLayout& layout);
+
 struct RecordedEnergy;
 
 class EnergyMeter {
  public:
   EnergyMeter(const RobotScene& scene, const CodegenOptions& options);
 
-  const std::vector<std::string>& names() const { return names_; }
-  Eigen::Index flows() const { return Eigen::Index(names_.size()); }
-  const std::vector<Mechanism>& mechanisms() const { return mechanisms_; }
+  const std::vector<std::string>& names() const { return layout_.flows; }
+  Eigen::Index flows() const { return Eigen::Index(layout_.flows.size()); }
+  const std::vector<Mechanism>& mechanisms() const { return layout_.mechanisms; }
   // x begins with q and v; drive: what the motors give.  Valid until the next call.
   const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive);
 
  private:
   EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene, const CodegenOptions& options);
 
-  std::vector<std::string> names_;
-  std::vector<Mechanism> mechanisms_;
+  EnergyLayout layout_;
   int n_state_;
   CompiledFunction function_;
   CompiledFunction::Workspace workspace_;

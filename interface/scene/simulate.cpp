@@ -126,7 +126,7 @@ class SceneRun {
       x_.swap(next_);
       return true;
     }
-    if (done) why = "the motion grows without bound; take shorter steps";
+    if (done) why = kUnbounded;
     motion_.was_stopped = watch_.stop.stop_requested();
     if (motion_.was_stopped) return false;
     const int nq = scene_.robot.model.nq;
@@ -197,8 +197,6 @@ class SceneRun {
 
   // Where a motion is looked at for steps that are too long, evenly in time, whatever is sampled.
   static constexpr long kLooks = 64;
-  // Squared: m, rad, m/s, rad/s of a state that nothing real is in, and whose energy is still a number.
-  static constexpr double kBeyond = 1e100;
 
   const Scene& scene_;
   const SimulationWatch& watch_;

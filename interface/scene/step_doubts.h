@@ -21,6 +21,10 @@ struct Look {
   Eigen::VectorXd forces = {};  // of rigid contacts and stops, the parameters of the step; or empty
 };
 
+// Squared: m, rad, m/s, rad/s of a state that nothing real is in, and whose energy is still a number; what is said of it.
+constexpr double kBeyond = 1e100;
+constexpr const char* kUnbounded = "the motion grows without bound; take shorter steps";
+
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
 
 // Of the stiffness at one place, where joints turn round within the step as well.

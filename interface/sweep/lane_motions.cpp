@@ -15,16 +15,20 @@ LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
       nx_(functions.stepper.nx()),
       nq_(scene_.robot.model.nq),
       nv_(scene_.robot.model.nv),
-      n_arguments_(2 + functions.stepper.n_u() + functions.stepper.n_p()) {
-  for (long k = 0; k < count; ++k) motions.push_back(begin_of(functions, first + k));
+      n_arguments_(2 + functions.stepper.n_u() + functions.stepper.n_p()),
+      rule_(work_rule(scene_)) {
+  for (long k = 0; k < count; ++k) {
+    motions.push_back(begin_of(functions, first + k));
+    judges_.emplace_back(functions, motions.back());
+  }
   is_over_.assign(std::size_t(count), 0);
-  halves_.resize(std::size_t(count));
+  work_.resize(std::size_t(count));
   const auto n = std::size_t(places());
   status_.assign(n, 0), unread_.assign(n, 0);
   for (codegen::AlignedRoom* array : {&x_, &next_, &half_, &twice_, &kept_x_})
     array->resize(n * std::size_t(nx_));
   arguments_.resize(n * std::size_t(n_arguments_));
-  energies_.resize(2 * n);
+  energies_.resize(n * std::size_t(functions.layout.size()));
   for (codegen::AlignedRoom* array : {&speeds_, &most_energy_, &kept_speeds_, &kept_most_energy_})
     array->resize(n);
   // Places without a sample of their own repeat the last.
@@ -69,18 +73,54 @@ void LaneMotions::note_speeds() {
   }
 }
 
-void LaneMotions::note_energies() {
+void LaneMotions::evaluate_energies(const double* x) {
   (void)functions_.energy.run(Order::kValue,
                               {.count = std::size_t(places()),
-                               .x = x_.data(),
+                               .x = x,
                                .p = arguments_.data(),
                                .y = energies_.data(),
                                .status = unread_.data(),
                                .side_by_side = std::size_t(width_)},
                               functions_.of_energy);
+}
+
+void LaneMotions::note_energies() {
+  const Eigen::Index size = functions_.layout.size();
   for (long k = 0; k < places(); ++k) {
     double& most = most_energy_.data()[k];
-    most = std::max(most, at(energies_.data(), 2, 0, k) + at(energies_.data(), 2, 1, k));
+    most = std::max(most, at(energies_.data(), size, 0, k) + at(energies_.data(), size, 1, k));
+  }
+}
+
+void LaneMotions::judge_energies() {
+  const Eigen::Index size = functions_.layout.size();
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    if (is_over_[k]) continue;
+    functions_.layout.read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+    if (rule_ == WorkRule::kCubic)
+      judges_[k].balance.step(energy_);
+    else
+      judges_[k].balance.step(energy_, work_[k]);
+  }
+}
+
+// By Simpson's rule; after the whole step, whose end is in next_.
+void LaneMotions::work_of_step(double t) {
+  const double h = scene_.step;
+  const auto n = std::size_t(places());
+  const Eigen::Index size = functions_.layout.size();
+  std::fill(unread_.begin(), unread_.end(), 0);
+  set_times(t, h / 2);
+  functions_.stepper.steps_side_by_side(n, x_.data(), arguments_.data(), half_.data(), unread_.data());
+  set_times(t, h);
+  const std::pair<const double*, double> states[] = {{x_.data(), 1}, {half_.data(), 4}, {next_.data(), 1}};
+  for (const auto& [x, weight] : states) {
+    evaluate_energies(x);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      functions_.layout.read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+      if (x == x_.data()) work_[k].setZero(energy_.power.rows(), energy_.power.cols());
+      work_[k] += h / 6 * weight * energy_.power;
+    }
   }
 }
 
@@ -104,7 +144,7 @@ void LaneMotions::try_halves(double t) {
       whole[i] = at(next_.data(), nx_, i, k);
       twice[i] = at(twice_.data(), nx_, i, k);
     }
-    halves_[std::size_t(k)].note(scene_, std::move(look), whole, twice);
+    judges_[std::size_t(k)].halves.note(scene_, std::move(look), whole, twice);
   }
 }
 
@@ -114,10 +154,14 @@ bool LaneMotions::step(long step) {
   set_times(t, scene_.step);
   const bool sound = functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(),
                                                            arguments_.data(), next_.data(), status_.data());
+  if (rule_ == WorkRule::kSimpson) work_of_step(t);
   if (is_look(functions_, step)) try_halves(t);
   std::swap(x_, next_);
   step_ = step + 1;
   note_speeds();
+  set_times(t, scene_.step);
+  evaluate_energies(x_.data());
+  judge_energies();
   if (is_sample_time(scene_, step_)) note_energies();
   return sound;
 }
@@ -129,10 +173,10 @@ void LaneMotions::keep() {
   std::copy_n(most_energy_.data(), places(), kept_most_energy_.data());
 }
 
-bool LaneMotions::is_finite(long k) {
-  double none = 0;
-  for (long i = 0; i < nx_; ++i) none += 0 * at(x_.data(), nx_, i, k);
-  return none == 0;
+bool LaneMotions::is_within(long k) {
+  double squares = 0;
+  for (long i = 0; i < nx_; ++i) squares += at(x_.data(), nx_, i, k) * at(x_.data(), nx_, i, k);
+  return squares < kBeyond;
 }
 
 void LaneMotions::take(long k, const double* x, const SampleExtremes* extremes) {
@@ -144,7 +188,7 @@ void LaneMotions::take(long k, const double* x, const SampleExtremes* extremes) 
 void LaneMotions::look_for_failures() {
   for (long k = 0; k < long(motions.size()); ++k) {
     const auto place = std::size_t(k);
-    if (is_over_[place] || (status_[place] == 0 && is_finite(k))) continue;
+    if (is_over_[place] || (status_[place] == 0 && is_within(k))) continue;
     const SampleExtremes before{kept_speeds_.data()[k], kept_most_energy_.data()[k]};
     take(k, kept_x_.data(), &before);
     SampleMotion& motion = motions[place];
@@ -158,6 +202,17 @@ void LaneMotions::look_for_failures() {
   }
 }
 
+// The last place where half steps are tried, of which the whole one is made for that alone.
+void LaneMotions::look_behind_the_end() {
+  if (!is_look(functions_, step_)) return;
+  const double t = double(step_) * scene_.step;
+  std::fill(unread_.begin(), unread_.end(), 0);
+  set_times(t, scene_.step);
+  functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(), arguments_.data(), next_.data(),
+                                        unread_.data());
+  try_halves(t);
+}
+
 bool LaneMotions::run(const std::stop_token& stop) {
   constexpr long kWindow = 16;
   const long steps = scene_.steps();
@@ -169,10 +224,11 @@ bool LaneMotions::run(const std::stop_token& stop) {
     }
     look_for_failures();
   }
+  look_behind_the_end();
   for (long k = 0; k < long(motions.size()); ++k) {
     const bool is_over = is_over_[std::size_t(k)];
     doubts.push_back(is_over ? ""
-                             : halves_[std::size_t(k)].doubt(functions_.sweep, motions[std::size_t(k)].row));
+                             : judges_[std::size_t(k)].doubt(functions_.sweep, motions[std::size_t(k)].row));
     if (is_over) continue;
     const SampleExtremes extremes{speeds_.data()[k], most_energy_.data()[k]};
     take(k, x_.data(), &extremes);

@@ -37,11 +37,15 @@ class LaneMotions {
   bool step(long step);
   void set_times(double t, double h);
   void note_speeds();
+  void evaluate_energies(const double* x);
   void note_energies();
+  void judge_energies();
+  void work_of_step(double t);
   void try_halves(double t);
   void keep();
   void look_for_failures();
-  bool is_finite(long k);
+  void look_behind_the_end();
+  bool is_within(long k);
 
   SweptFunctions& functions_;
   const Scene& scene_;
@@ -51,7 +55,10 @@ class LaneMotions {
   codegen::AlignedRoom kept_x_, kept_speeds_, kept_most_energy_;
   long kept_step_ = 0, step_ = 0;
   std::vector<std::uint32_t> status_, unread_;
-  std::vector<HalfSteps> halves_;
+  std::vector<SampleJudge> judges_;
+  const WorkRule rule_;
+  std::vector<Eigen::MatrixXd> work_;  // of the step, a matrix a sample
+  Energy energy_;                      // of one of them
 };
 
 }  // namespace dyntape

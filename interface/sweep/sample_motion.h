@@ -12,7 +12,9 @@
 #include <string>
 
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/scene/energy.h>
 #include <dyntape/interface/scene/step_doubts.h>
+#include <dyntape/interface/sweep/sample_balance.h>
 #include <dyntape/interface/sweep/sweep.h>
 
 namespace dyntape {
@@ -29,8 +31,7 @@ class HalfSteps {
   // `end` of the whole step from `look`, and of the two halves.
   void note(const Scene& scene, Look look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
 
-  // As simulate doubts a motion (interface/scene/step_doubts.h), but of stiffness at two places alone: at the first, and
-  // where half steps lead farthest away.  "" or a sentence.
+  // As simulate doubts the steps of a motion (interface/scene/step_doubts.h).  "" or a sentence.
   std::string doubt(const SceneSweep& sweep, long row) const;
 
  private:
@@ -52,22 +53,22 @@ class SweptFunctions {
   SweptFunctions(const SceneSweep& sweep, const CodegenOptions& options);
   SweptFunctions twin() const;
 
-  struct Energies {
-    double kinetic = 0, stored = 0;
-    double all() const { return kinetic + stored; }
-  };
-  Energies energies(const SampleMotion& at);
+  // At a state of a sample, whose motors are told u.
+  const Energy& energies(const SampleMotion& of, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+  const Energy& latest() const { return energy_; }
 
   const SceneSweep& sweep;
   Stepper stepper;
-  CompiledFunction energy;  // of variables x and parameters (t, h, u, p): kinetic, stored
+  EnergyLayout layout;
+  CompiledFunction energy;  // of variables x and parameters (t, h, u, p)
   CompiledFunction::Workspace of_energy;
   bool is_implicit, has_table;
   long look_stride;
 
  private:
   SweptFunctions(const SweptFunctions& other, Stepper stepper);
-  Eigen::VectorXd arguments_;
+  Eigen::VectorXd arguments_, output_;
+  Energy energy_;
 };
 
 // Scene steps between two places where half steps are tried.
@@ -76,7 +77,19 @@ bool is_sample_time(const Scene& scene, long step);
 
 SampleMotion begin_of(SweptFunctions& functions, long row);
 
-// Up to `step` steps; `halves`, where there is one, is told of half steps.
-void advance(SweptFunctions& functions, SampleMotion& motion, long step, HalfSteps* halves = nullptr);
+// What judges a motion: its half steps and its energy.
+struct SampleJudge {
+  SampleJudge(SweptFunctions& functions, const SampleMotion& motion);
+  std::string doubt(const SceneSweep& sweep, long row);
+
+  HalfSteps halves;
+  SampleBalance balance;
+};
+
+// What the motors are told over a step from `t`.
+Eigen::VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t);
+
+// Up to `step` steps; `judge`, where there is one, is told of them.
+void advance(SweptFunctions& functions, SampleMotion& motion, long step, SampleJudge* judge = nullptr);
 
 }  // namespace dyntape

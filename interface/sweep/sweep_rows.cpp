@@ -26,7 +26,7 @@ void append_row(SweptFunctions& f, const SampleMotion& motion, bool ok, std::str
   append_number(text, ok ? 1 : 0);
   append_number(text, double(motion.steps) * scene.step);
   for (double x : motion.x.head(scene.robot.model.nq + scene.robot.model.nv)) append_number(text, x);
-  const SweptFunctions::Energies energies = f.energies(motion);
+  const Energy& energies = f.energies(motion, motion.x, motion.start.u.col(0));
   for (double x : {energies.kinetic, energies.stored, motion.extremes.energy, motion.extremes.v})
     append_number(text, x);
   text += '\n';
@@ -91,12 +91,12 @@ std::optional<ComputedRows> SweepRows::compute(long first, long count, const std
   constexpr long kOften = 256;
   for (long row = first; row < first + count; ++row) {
     SampleMotion motion = begin_of(f, row);
-    HalfSteps halves;
+    SampleJudge judge(f, motion);
     while (motion.steps < f.sweep.scene.steps() && motion.trouble.empty()) {
       if (stop.stop_requested()) return {};
-      advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &halves);
+      advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &judge);
     }
-    append_result(f, motion, motion.trouble.empty() ? halves.doubt(f.sweep, row) : "", rows);
+    append_result(f, motion, motion.trouble.empty() ? judge.doubt(f.sweep, row) : "", rows);
   }
   return rows;
 }

@@ -350,6 +350,10 @@ TEST(Advise, MeasuresATaskAndRefusesWhatIsNone) {
   const auto ddp = run_dyntape({"advise", tasks + "cart_pole_ddp.info"});
   EXPECT_EQ(ddp.status, 1);
   EXPECT_NE(ddp.err.find("expected method ipopt or stages"), std::string::npos) << ddp.err;
+  const auto free_time =
+      run_dyntape({"advise", tasks + "block_move_free_time.info", "--digits", "4", "--seconds", "30"});
+  EXPECT_EQ(free_time.status, 0) << free_time.err;
+  EXPECT_NE(free_time.out.find("The optimum is 9.2376"), std::string::npos) << free_time.out;
   EXPECT_EQ(run_dyntape({"advise", tasks + "block_move.info", "--digits", "0"}).status, 2);
   const auto hasty = run_dyntape({"advise", tasks + "block_move.info", "--seconds", "1e-6"});
   EXPECT_EQ(hasty.status, 1);

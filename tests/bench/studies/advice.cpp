@@ -31,6 +31,7 @@ struct Outcome {
   double seconds = NAN, error = NAN;  // of a solve; relative
   int intervals = 0;
   std::string trouble = {};
+  Timed again = {};
   bool good() const { return trouble.empty(); }
 };
 
@@ -112,21 +113,22 @@ class Advisor {
   }
 
   // From the task's guess, or from motions of its phases.
-  Outcome solved(const TaskProgram& program, double fineness, NlpMethod method,
+  Outcome solved(const std::shared_ptr<const TaskProgram>& program, double fineness, NlpMethod method,
                  const std::vector<Trajectory>& from = {}) {
     Outcome outcome;
-    outcome.intervals = program.intervals(fineness);
+    outcome.intervals = program->intervals(fineness);
     try {
-      const auto nlp = program.on(fineness);
+      const std::shared_ptr<PhasedCollocation> nlp = program->on(fineness, from);
       const SolverOptions how = solver(method, 0.25);
       const std::vector<double> start = from.empty() ? nlp->start() : warm_start(from, *nlp);
       const PhasedSolution found =
-          optimise(*nlp, program.phases(), start, {.solver = how, .check_derivatives = false});
+          optimise(*nlp, program->phases(), start, {.solver = how, .check_derivatives = false});
       outcome.motions = found.motions;
       outcome.solution = whole(task_, found);
       outcome.seconds = found.nlp.times.total;
+      outcome.again = [program, nlp, start, how] { return solve_nlp(*nlp, start, how).times.total; };
       for (int again = 0; again < 4 && outcome.seconds < kShort && from.empty(); ++again)
-        outcome.seconds = std::min(outcome.seconds, solve_nlp(*nlp, start, how).times.total);
+        outcome.seconds = std::min(outcome.seconds, outcome.again());
       judge(outcome, how);
     } catch (const Error& refused) {
       outcome.trouble = refused.what();
@@ -177,11 +179,15 @@ class Advisor {
     for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
       method_ = method;
       options_.watch(std::string("the reference, by ") + name_of(method));
-      const TaskProgram program(task_, way(lobatto(5)));
+      const auto program = std::make_shared<const TaskProgram>(task_, way(lobatto(5)));
       std::optional<Outcome> before;
       double fineness = 1, change = NAN;
       for (; fineness <= 8; fineness *= 2) {
-        Outcome now = solved(program, fineness, method, before ? before->motions : as_it_is_.motions);
+        std::vector<Trajectory> near;
+        if (before || as_it_is_.good()) near = before ? before->motions : as_it_is_.motions;
+        Outcome now = solved(program, fineness, method, near);
+        if (!now.good() && !before && !near.empty())
+          now = solved(program, fineness, method);  // from the guess
         if (!now.good()) {
           trouble = now.trouble;
           break;
@@ -194,7 +200,7 @@ class Advisor {
       }
       if (!before) continue;
       advice_.reference = before->solution.cost();
-      const TaskProgram other(task_, way(radau(4)));
+      const auto other = std::make_shared<const TaskProgram>(task_, way(radau(4)));
       const Outcome beside = solved(other, std::min(fineness, 8.0), method, before->motions);
       const double apart = beside.good() ? std::abs(beside.solution.cost() - advice_.reference) : HUGE_VAL;
       // Where the other family fails the last change is all that is known.
@@ -224,7 +230,8 @@ class Advisor {
   void solve_as_it_is() {
     options_.watch("the task as it is");
     try {
-      as_it_is_ = solved(TaskProgram(task_, own_way()), 1, task_.optimise.solver.method);
+      as_it_is_ =
+          solved(std::make_shared<const TaskProgram>(task_, own_way()), 1, task_.optimise.solver.method);
     } catch (const Error& refused) {
       as_it_is_.trouble = refused.what();
     }
@@ -241,11 +248,15 @@ class Advisor {
     if (!outcome.good()) advice_.choices.back().measured = {outcome.trouble};
   }
 
+  static bool is_quicker_again(const Outcome& a, const Outcome& b) {
+    return is_quicker(a.seconds, b.seconds) && is_quicker(a.again, b.again);
+  }
+
   // The quicker of what keeps the digits, else the more exact.
   bool better(const Outcome& a, const Outcome& b) const {
     const bool kept_a = a.error <= allowed_, kept_b = b.error <= allowed_;
     if (kept_a != kept_b) return kept_a;
-    return kept_a ? is_quicker(a.seconds, b.seconds) : a.error < b.error;
+    return kept_a ? is_quicker_again(a, b) : a.error < b.error;
   }
 
   void choose_mesh() {
@@ -258,12 +269,12 @@ class Advisor {
     for (const Scheme& scheme : schemes) {
       std::optional<Outcome> own_best;
       try {
-        const TaskProgram program(task_, way(scheme));
+        const auto program = std::make_shared<const TaskProgram>(task_, way(scheme));
         int last = 0;
         for (double fineness = kCoarsest; fineness <= kFinest && left() > 0.4 * options_.seconds;
              fineness *= kFiner) {
-          if (program.intervals(fineness) == last) continue;
-          last = program.intervals(fineness);
+          if (program->intervals(fineness) == last) continue;
+          last = program->intervals(fineness);
           options_.watch(scheme.name + " on " + std::to_string(last) + " intervals");
           const Outcome now = solved(program, fineness, method_);
           add_row("meshes", scheme.name, now);
@@ -303,7 +314,7 @@ class Advisor {
     for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton, HessianKind::kLimitedMemory}) {
       TaskWay now = *best_way_;
       now.hessian = kind;
-      std::optional<TaskProgram> program;
+      std::shared_ptr<const TaskProgram> program;
       for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
         const std::string name = std::string(name_of(method)) + ", " + name_of(kind);
         options_.watch(name);
@@ -314,8 +325,8 @@ class Advisor {
           outcome.trouble = "not measured: no time was left";
         } else {
           try {
-            if (!program) program.emplace(task_, now);
-            outcome = solved(*program, now.fineness, method);
+            if (!program) program = std::make_shared<const TaskProgram>(task_, now);
+            outcome = solved(program, now.fineness, method);
           } catch (const Error& refused) {
             outcome.trouble = refused.what();
           }
@@ -325,8 +336,8 @@ class Advisor {
                            (outcome.good() ? std::to_string(outcome.solution.nlp.iterations()) +
                                                  " iterations, " + io::duration(outcome.seconds)
                                            : outcome.trouble));
-        if (outcome.good() && is_quicker(outcome.seconds, best.seconds) &&
-            outcome.error <= std::max(allowed_, 1.1 * best_->error))
+        if (outcome.good() && outcome.error <= std::max(allowed_, 1.1 * best_->error) &&
+            is_quicker_again(outcome, best))
           best = outcome, best_way_ = now;
       }
     }
@@ -367,8 +378,8 @@ class Advisor {
       } else {
         const double before = elapsed();
         try {
-          const TaskProgram program(task_, now);
-          make = program.build().seconds.total() - program.build().seconds.record;
+          const auto program = std::make_shared<const TaskProgram>(task_, now);
+          make = program->build().seconds.total() - program->build().seconds.record;
           outcome = solved(program, now.fineness, now.method);
         } catch (const Error& refused) {
           outcome.trouble = refused.what();
@@ -388,6 +399,10 @@ class Advisor {
       const bool kept = outcome.good() && outcome.error <= std::max(allowed_, 1.1 * best_->error);
       if (kept && kind.route == Route::kInterpreter) interpreted = outcome.seconds;
       if (!kept || !is_quicker(total, least)) continue;
+      // Where compiling alone does not make the difference, solving has to.
+      const bool by_solving =
+          route_best_ && !is_quicker(make + options_.solves * route_best_->seconds, least);
+      if (by_solving && !is_quicker(outcome.again, route_best_->again)) continue;
       least = total, chosen = &kind;
       route_best_ = outcome, at_once = outcome.seconds, to_make = make;
       best_way_->evaluation.route = kind.route == Route::kCompiled ? Route::kAutomatic : kind.route;

@@ -14,7 +14,8 @@
 //   solver, Hessian  likewise, on that mesh
 //   route, profile   the least time of `solves` solves, compiling included
 //   integrator       the least time of all that follow the motion to the digits, its controls held over each interval
-// What comes later in a list is taken only if it is a twentieth quicker: less is noise.
+// What comes later in a list is taken only if it is a twentieth quicker, and quicker each time that both are measured in turn: less
+// is noise.
 //
 // Errors: ArgumentError for a task that is solved by differential dynamic programming, which has none of these choices;
 // NumericalError where no reference is found.
@@ -25,6 +26,7 @@
 
 #include <dyntape/interface/task/task.h>
 
+#include "quicker.h"
 #include "study.h"
 
 namespace dyntape::tools {
@@ -35,9 +37,6 @@ struct AdviceOptions {
   double seconds = 120;  // of measuring; what is begun is ended
   std::function<void(const std::string& doing)> watch = [](const std::string&) {};
 };
-
-// Whether it is quicker by more than noise.
-inline bool is_quicker(double seconds, double than) { return seconds < 0.95 * than; }
 
 struct Choice {
   std::string what, chosen;

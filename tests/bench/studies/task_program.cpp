@@ -26,11 +26,17 @@ int TaskProgram::intervals(double fineness) const {
   return all;
 }
 
-std::unique_ptr<PhasedCollocation> TaskProgram::on(double fineness) const {
+std::unique_ptr<PhasedCollocation> TaskProgram::on(double fineness,
+                                                   const std::vector<Trajectory>& along) const {
   std::vector<std::vector<double>> nodes;
   const std::vector<MeshOptions> own = meshes(fineness);
-  for (std::size_t k = 0; k < own.size(); ++k)
-    nodes.push_back(node_times(first_->phase(k).problem(), own[k]));
+  for (std::size_t k = 0; k < own.size(); ++k) {
+    const Problem& problem = first_->phase(k).problem();
+    nodes.push_back(node_times(problem, own[k]));
+    if (along.empty() || !problem.free_time) continue;
+    const double longer = along[k].t[along[k].points() - 1] / nodes[k].back();
+    for (double& t : nodes[k]) t *= longer;
+  }
   return std::make_unique<PhasedCollocation>(*first_, phases_, nodes);
 }
 

@@ -37,7 +37,8 @@ class TaskProgram {
   const Phases& phases() const { return phases_; }
   BuildReport build() const { return first_->build(); }
   int intervals(double fineness) const;  // of all phases
-  std::unique_ptr<PhasedCollocation> on(double fineness) const;
+  // Along motions of its phases, whose durations those of the meshes are then where they are free.
+  std::unique_ptr<PhasedCollocation> on(double fineness, const std::vector<Trajectory>& along = {}) const;
 
  private:
   std::vector<MeshOptions> meshes(double fineness) const;
