@@ -33,7 +33,7 @@ ROOMS = {
     'dynamics/effects': (DYNAMICS[:3], 30, 2700),  # fourteen effects, a file each, that describe themselves
     'dynamics/contact': (DYNAMICS[:4], 14, 1600),  # and the laws of contacts that push, impacts
     'dynamics/simulation': (['dynamics/algebra', 'dynamics/model'], 4, 400),  # what a state is, steps, the least action
-    'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 19, 2100),  # shapes and meshes: what a robot looks like
+    'dynamics/urdf': (['dynamics/algebra', 'dynamics/model'], 21, 2300),  # shapes and meshes: what a robot looks like; what nothing reads
     'dynamics': (DYNAMICS, 2, 100),
     'codegen/options': (['autodiff/graph', 'autodiff/derive', 'autodiff/scalars'], 3, 150),
     'codegen/flags': (['autodiff/graph', 'codegen/system'], 3, 250),
@@ -52,7 +52,7 @@ ROOMS = {
     'interface/solvers': (['autodiff/graph', 'interface/io'], 42, 4700),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion; closed motions, whose ends are tied
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
-                         'interface/simulation', 'interface/player'], 56, 5400),  # keys, motion, energies, doubts, costs, results;
+                         'interface/simulation', 'interface/player'], 59, 5600),  # keys, motion, energies, doubts, costs, results;
     # loops, and steps with rigid contacts; balances of each mechanism, servos, how accurate a motion is
     'interface/ocp': ([*AUTODIFF, *DYNAMICS, 'interface/io', 'interface/robot', 'interface/scene'], 38, 4700),
     # penalties of soft terms,

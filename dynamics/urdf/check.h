@@ -41,6 +41,9 @@ void check_urdf_tree(const UrdfText& text);
 void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia, std::vector<std::string>& notes);
 void check_urdf_joints(const UrdfText& text, bool follow_mimics, std::vector<std::string>& notes);
 
+// Elements that nothing reads, by kind: `<collision> of 8 links`, `<safety_controller> of joint "knee"`, `<transmission>`.
+std::vector<std::string> elements_left_out(const UrdfText& text);
+
 // Notes which children are there more than once.
 void note_repeated(const UrdfText& text, const tinyxml2::XMLElement& element,
                    std::initializer_list<const char*> tags, std::vector<std::string>& notes);

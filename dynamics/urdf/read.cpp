@@ -208,6 +208,10 @@ UrdfRobot read_urdf_text(const std::string& text, const std::string& file, const
   notes.insert(notes.end(), dom.notes.begin(), dom.notes.end());
   robot.notes.insert(robot.notes.begin(), notes.begin(), notes.end());
   check_mimics(positions, robot);
+  robot.left_out = elements_left_out(positions);
+  if (options.base == Base::kFixed && options.root.empty() && dom.model->getRoot()->inertial)
+    robot.left_out.push_back("<inertial> of the link that is the world, \"" + dom.model->getRoot()->name +
+                             "\"");
   if (!options.root.empty()) robot.model = change_base(robot.model, options.root, options.base);
   if (!options.lock.empty()) robot.model = lock_with_followers(robot.model, options.lock, robot.mimics);
   return robot;

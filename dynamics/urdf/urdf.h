@@ -57,6 +57,7 @@ struct UrdfRobot {
   Model<double> model;            // every joint, followers too
   std::vector<MimicRule> mimics;  // for MimicModel; empty unless asked for
   std::vector<std::string> notes;
+  std::vector<std::string> left_out = {};  // elements that nothing reads, by kind: `<collision> of 8 links`
 };
 
 UrdfRobot read_urdf(const std::string& path, const UrdfOptions& options = {});

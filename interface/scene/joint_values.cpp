@@ -12,7 +12,7 @@ namespace {
 using io::Section;
 
 Eigen::VectorXd read_values(Section& section, const std::string& key, const std::vector<std::string>& joints,
-                            std::optional<double> fallback, const io::Range& range) {
+                            std::optional<double> fallback, const io::Range& range, bool has_others) {
   const auto n = static_cast<Eigen::Index>(joints.size());
   std::vector<Section> blocks = section.children(key);
   if (blocks.empty()) {
@@ -22,7 +22,10 @@ Eigen::VectorXd read_values(Section& section, const std::string& key, const std:
   if (blocks.size() > 1) section.problem(key, "'" + key + "' is given twice");
   Section& block = blocks.front();
   if (const std::string text = block.value(); !text.empty())
-    return numbers_in(section, key, text, n, range, "the robot has " + std::to_string(n) + " joints", true);
+    return numbers_in(section, key, text, n, range,
+                      "the robot has " + std::to_string(n) + (n == 1 ? " joint" : " joints") +
+                          (has_others ? " of one degree of freedom" : ""),
+                      true);
   Eigen::VectorXd values(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const std::string& name = joints[static_cast<std::size_t>(i)];
@@ -69,7 +72,9 @@ Eigen::VectorXd read_joint_values(Section& section, const std::string& key,
     section.defer(key, "a number a joint", fallback ? text.c_str() : nullptr);
     return {};
   }
-  const Eigen::VectorXd values = read_values(section, key, single_joint_names(*model), fallback, range);
+  const std::vector<std::string> names = single_joint_names(*model);
+  const Eigen::VectorXd values =
+      read_values(section, key, names, fallback, range, int(names.size()) < model->njoints());
   Eigen::VectorXd spread = Eigen::VectorXd::Zero(model->nv);
   Eigen::Index k = 0;
   for (const auto& joint : model->joints) {

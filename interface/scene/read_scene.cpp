@@ -14,7 +14,9 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/constraint_keys.h>
 #include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/left_out.h>
 #include <dyntape/interface/scene/lists.h>
+#include <dyntape/interface/scene/planar_keys.h>
 #include <dyntape/interface/scene/scene_keys.h>
 
 namespace dyntape {
@@ -36,10 +38,16 @@ void read_start(Section& file, const RobotModel* model, Scene& scene) {
   }
   const bool reads_base = !model || floats(*model);
   scene.base = reads_base ? read_base(start) : BaseStart();
-  if (!model) return;
+  start.about("where a planar joint is, a block each; those without one are where they are neutral");
+  if (!model) {
+    (void)read_planar(start, nullptr, scene.q, scene.v);
+    return;
+  }
   scene.q = configuration_of(*model, q);
   scene.v = v;
   if (floats(*model)) place_base(scene.base, scene.q, scene.v);
+  start.about("where a planar joint is, a block each");
+  (void)read_planar(start, model, scene.q, scene.v);
 }
 
 // Whether `whole` is made of steps; rounding apart.
@@ -278,6 +286,7 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
   scene.urdf = found.urdf;
   if (found.robot) {
     scene.notes = std::move(found.robot->notes);
+    scene.left_out = std::move(found.robot->left_out);
     scene.robot.model = std::move(found.robot->model);
   }
   read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr);
@@ -288,6 +297,7 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
   } catch (const ArgumentError& e) {
     throw FileError(path + ": " + e.what());
   }
+  note_left_out(scene.notes, scene.urdf, scene.left_out, scene.robot, LimitsOfFile::kByChoice);
   scene.effective = file.effective_values();
   scene.inputs = file.files();
   return scene;

@@ -59,7 +59,9 @@ struct BaseStart {
 struct Scene {
   std::string name, file, urdf;
   std::vector<std::string> inputs;  // paths of all files that it was read from
-  std::vector<std::string> notes;   // what was odd in the robot's file; which sample of a sweep it is
+  std::vector<std::string>
+      notes;  // what was odd in the robot's file or is left out of it; which sample of a sweep it is
+  std::vector<std::string> left_out;  // elements of the robot's file that nothing reads
   RobotScene robot;
   Eigen::VectorXd q, v;  // at the start
   BaseStart base;        // what stands in q and v of it, where there is one

@@ -5,6 +5,7 @@
 
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/left_out.h>
 #include <dyntape/interface/scene/lists.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
@@ -131,12 +132,15 @@ CentroidalTask read_centroidal_task_text(const std::string& text, const std::str
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());
   SceneRobot found = read_scene_robot(file, path, Floating::kAllowed);
   task.urdf = found.urdf;
+  std::vector<std::string> left_out;
   if (found.robot) {
     task.notes = std::move(found.robot->notes);
+    left_out = std::move(found.robot->left_out);
     task.scene.model = std::move(found.robot->model);
   }
   const MassKeys keys = read_keys(file, task, found.robot ? &task.scene.model : nullptr);
   file.finish();
+  note_left_out(task.notes, task.urdf, left_out, task.scene, LimitsOfFile::kHeld);
   task.effective = file.effective_values();
   task.inputs = file.files();
 

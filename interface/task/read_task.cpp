@@ -14,6 +14,7 @@
 #include <dyntape/interface/ocp/penalties.h>
 #include <dyntape/interface/ocp/robot_configuration.h>
 #include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/left_out.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/task/limits.h>
@@ -41,6 +42,7 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
     task.urdf = std::move(scene.urdf);
     task.inputs = std::move(scene.inputs);
     task.notes = std::move(scene.notes);
+    task.left_out = std::move(scene.left_out);
     task.scene = std::move(scene.robot);
     if (task.scene.lag.size() > 0)
       file.problem("scene", "'" + name + "' has motors with a lag, which only simulate knows");
@@ -325,6 +327,7 @@ bool read_task_scene(Section& file, Task& task) {
   task.urdf = found.urdf;
   if (found.robot) {
     task.notes = std::move(found.robot->notes);
+    task.left_out = std::move(found.robot->left_out);
     task.scene.model = std::move(found.robot->model);
   }
   read_scene_keys(file, task.scene, found.robot ? &task.scene.model : nullptr);
@@ -343,6 +346,7 @@ Task read_task_text(const std::string& text, const std::string& path) {
   const bool known = read_task_scene(file, task);
   TaskKeys keys = read_task_keys(file, task, known ? &task.scene.model : nullptr);
   file.finish();
+  note_left_out(task.notes, task.urdf, task.left_out, task.scene, LimitsOfFile::kHeld);
   task.effective = file.effective_values();
   task.inputs.insert(task.inputs.end(), file.files().begin(), file.files().end());
   for (const TaskWaypoint& w : keys.waypoints) {

@@ -108,6 +108,7 @@ std::string steps_text(const Task& task) {
 SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   SolveReport report;
   report.task = task.name;
+  report.notes = task.notes;
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;

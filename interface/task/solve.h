@@ -28,6 +28,7 @@ namespace dyntape {
 
 struct SolveReport {
   std::string task, robot;
+  std::vector<std::string> notes;  // of the task
   Solution solution;
   std::optional<Task::Expected> expected;
   SolveSizes sizes;

@@ -170,8 +170,10 @@ std::string SolveReport::text() const {
                           io::duration(nlp.times.jacobian) + ", Hessian " + io::duration(nlp.times.hessian) +
                           ", linear solver and rest " + io::duration(nlp.times.solver())});
   times.append({"verify", io::duration(solution.verify_seconds), ""});
-  return task + ": " + verdict() + "\n\n" + facts.text() + excess_text(excesses) + mesh_text(meshes) + "\n" +
-         times.text();
+  std::string text = task + ": " + verdict() + "\n\n" + facts.text() + excess_text(excesses) +
+                     mesh_text(meshes) + "\n" + times.text();
+  for (const std::string& note : notes) text += "note: " + note + "\n";
+  return text;
 }
 
 std::string SolveReport::json() const {
@@ -182,6 +184,7 @@ std::string SolveReport::json() const {
   j["task"] = task;
   j["robot"] = robot;
   j["success"] = success() && unwritten.empty();
+  j["notes"] = notes;
   j["interrupted"] = interrupted;
   j["status"] = to_string(nlp.status);
   j["verdict"] = verdict();

@@ -136,7 +136,9 @@ struct Surroundings {
 struct Task {
   std::string name, file, urdf;
   std::vector<std::string> inputs;  // paths of all files that it was read from
-  std::vector<std::string> notes;   // what was odd in the robot's file, or with the guess
+  std::vector<std::string>
+      notes;  // what was odd in the robot's file or is left out of it, or odd with the guess
+  std::vector<std::string> left_out;  // elements of the robot's file that nothing reads
   RobotScene scene;
   RobotProblemOptions robot;
   Problem problem;

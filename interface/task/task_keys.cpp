@@ -9,6 +9,7 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
 #include <dyntape/interface/scene/lists.h>
+#include <dyntape/interface/scene/planar_keys.h>
 #include <dyntape/interface/scene/scene.h>
 #include <dyntape/interface/scene/scene_keys.h>
 #include <dyntape/interface/solvers/ipopt_options.h>
@@ -147,11 +148,27 @@ void read_base_at(Section& end, End which, const RobotModel* model, Eigen::Vecto
   }
 }
 
+// What a goal does not say of planar joints is left open.
+void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
+  if (which == End::kGoal)
+    end.about("where a planar joint is, a block each; those without one are left open");
+  Eigen::VectorXd q, v;
+  if (model) q = x.head(model->nq), v = x.tail(model->nv);
+  const std::vector<std::string> placed = read_planar(end, model, q, v);
+  if (!model) return;
+  x << q, v;
+  if (which == End::kStart) return;
+  for (const std::string& name : planar_names(*model)) {
+    if (std::find(placed.begin(), placed.end(), name) == placed.end())
+      leave_open(model->joints[std::size_t(model->joint_index(name))], *model, x);
+  }
+}
+
 // State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
 // a frame says where to.
 Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotModel* model) {
   end.about("positions [rad or m]");
-  const std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
+  std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
   const std::optional<double> fallback = model && names.empty() ? std::optional(0.0) : std::nullopt;
   Eigen::VectorXd q, x;
   if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback);
@@ -161,8 +178,13 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
     x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;
   }
   if (!is_by_frame || !model) read_base_at(end, which, model, x);
+  place_planar_joints(end, which, model, x);
   if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
   end.about("joints whose position and velocity are left open");
+  if (model) {
+    const std::vector<std::string> planar = planar_names(*model);
+    names.insert(names.end(), planar.begin(), planar.end());
+  }
   for (const std::string& name : distinct_names(end, "free", names))
     if (model && std::find(names.begin(), names.end(), name) != names.end())  // else it is noted already
       leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);

@@ -11,6 +11,7 @@
 
 #include "commands.h"
 #include "interruption.h"
+#include "words.h"
 
 namespace dyntape::tools {
 
@@ -38,6 +39,8 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
   line.erase();
   if (!options.output.empty()) write_control(task, report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
+  if (!options.json)
+    for (const std::string& note : task.notes) std::cout << "note: " << note << "\n";
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
   std::cout << std::flush;
   if (!report.loop.trouble.empty()) std::cerr << "dyntape: " << report.loop.trouble << "\n";

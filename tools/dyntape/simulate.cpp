@@ -14,6 +14,7 @@
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/scene/joint_values.h>
+#include <dyntape/interface/scene/planar_keys.h>
 #include <dyntape/interface/scene/simulation_results.h>
 
 #include "commands.h"
@@ -116,6 +117,15 @@ std::string start_text(const dynamics::Model<double>& model, const Eigen::Vector
     text += "  base\n  {\n    position " + quoted(Eigen::Vector3d(q.head<3>())) + "    roll_pitch_yaw " +
             quoted(turns) + "    velocity " + quoted(Eigen::Vector3d(v.head<3>())) + "    angular_velocity " +
             quoted(Eigen::Vector3d(v.segment<3>(3))) + "  }\n";
+  }
+  for (const std::string& name : planar_names(model)) {
+    const auto& joint = model.joints[std::size_t(model.joint_index(name))];
+    const Eigen::Vector4d at = q.segment<4>(joint.idx_q);
+    const Eigen::Vector3d moves = v.segment<3>(joint.idx_v);
+    text += "  planar\n  {\n    joint \"" + name + "\"\n    position " +
+            quoted(Eigen::Vector2d(at.head<2>())) + "    turn " + io::shortest(std::atan2(at[3], at[2])) +
+            "\n    velocity " + quoted(Eigen::Vector2d(moves.head<2>())) + "    turn_rate " +
+            io::shortest(moves[2]) + "\n  }\n";
   }
   return text + "}\n";
 }

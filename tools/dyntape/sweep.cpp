@@ -29,8 +29,10 @@ struct SweepWords {
   std::optional<long> sample;
 };
 
-void print(const SweepReport& report, const SweepWords& words) {
+void print(const SweepReport& report, const SweepWords& words, const Scene& scene) {
   std::cout << (words.json ? report.json() : report.text());
+  if (!words.json)
+    for (const std::string& note : scene.notes) std::cout << "note: " << note << "\n";
   if (!words.json) std::cout << "\nresults in " << words.output << "\n";
   std::cout << std::flush;
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
@@ -59,7 +61,7 @@ void sweep_all(const SweepWords& words, const SceneSweep& sweep, SweepPeers* pee
   if (folder.is_finished()) {
     const SweepReport report{sweep, finished_outcome(sweep, words.output)};
     folder.clear();
-    print(report, words);
+    print(report, words, sweep.scene);
     if (!report.success()) throw Failure{};
     return;
   }
@@ -75,7 +77,7 @@ void sweep_all(const SweepWords& words, const SceneSweep& sweep, SweepPeers* pee
   }
   write_sweep_results(report, words.output, interruption.token());
   if (report.unwritten.empty()) folder.clear();
-  print(report, words);
+  print(report, words, sweep.scene);
   if (interruption.status()) throw Failure{interruption.status()};
   if (!report.success()) std::cerr << "dyntape: " << sweep.name << ": every sample failed\n";
   if (!report.success() || !report.unwritten.empty()) throw Failure{};
