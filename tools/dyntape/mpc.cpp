@@ -11,6 +11,7 @@
 
 #include "commands.h"
 #include "interruption.h"
+#include "words.h"
 
 namespace dyntape::tools {
 
