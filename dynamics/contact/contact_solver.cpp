@@ -131,19 +131,14 @@ void ContactSolver::sweep(const ContactProblem& problem, VectorXd& p) const {
 bool ContactSolver::improve(const ContactProblem& problem, const VectorXd& p) {
   if (!p.allFinite()) return false;
   const VectorXd u = problem.D * p + problem.b;
-  // Forces that cancel each other may be large beside what they answer to.  What u is then not known to is off as well, and
-  // excuses little: where friction jams, forces without bound seem to obey every law.
-  constexpr double kMost = 1e8;
-  const double summed = (problem.D.cwiseAbs() * p.cwiseAbs() + problem.b.cwiseAbs()).maxCoeff();
-  const double off = contact_residual(problem, u, p) + kEpsilon * summed;
+  const double off = contact_residual(problem, u, p);
   if (!std::isfinite(off)) return false;
-  const double asked = std::max(problem.b.cwiseAbs().maxCoeff(), problem.size);
+  const double summed = (problem.D.cwiseAbs() * p.cwiseAbs() + problem.b.cwiseAbs()).maxCoeff();
+  const double scale = std::max(summed, problem.size);
   if (off < residual_ || best_.size() != p.size()) {
     best_ = p;
     residual_ = off;
-    goal_ = 4 * double(p.size() + 4) * kEpsilon * std::min(std::max(summed, problem.size), kMost * asked);
-    // Of ill-conditioned ones rounding leaves more.
-    enough_ = std::min(1e3 * goal_, 1e-6 * asked);
+    goal_ = 4 * double(p.size() + 4) * kEpsilon * scale;
   }
   return residual_ <= goal_;
 }
@@ -179,9 +174,9 @@ bool ContactSolver::solve(const ContactProblem& problem, VectorXd& p) {
     }
   }
   if (best_.size()) p = best_;
-  // What is left of those that are not solved may be little all the same.
+  // Of ill-conditioned ones rounding leaves more; what is left of the others may be little all the same.
   constexpr double kLittle = 1e-9;
-  return solved || residual_ <= std::max(enough_, kLittle * problem.b.cwiseAbs().maxCoeff());
+  return solved || residual_ <= std::max(1e3 * goal_, kLittle * problem.b.cwiseAbs().maxCoeff());
 }
 
 // Few sweeps from the best; where these do not do, with corners rounded; at last many sweeps.
@@ -190,7 +185,7 @@ bool ContactSolver::iterate(const ContactProblem& problem) {
   VectorXd p = best_.size() ? best_ : VectorXd(VectorXd::Zero(problem.b.size()));
   if (sweep_and_polish(problem, p, kFew, 1)) return true;
   const auto done = [&](const VectorXd& at) { return improve(problem, at); };
-  if (solve_smoothed(problem, p, done) || residual_ <= enough_) return true;
+  if (solve_smoothed(problem, p, done) || residual_ <= 1e3 * goal_) return true;
   if (best_.size()) p = best_;
   return sweep_and_polish(problem, p, kMany, 0.5);
 }

@@ -39,7 +39,7 @@ class ContactSolver {
   bool polish(const ContactProblem& problem, Eigen::VectorXd p);
 
   Eigen::VectorXd best_;
-  double residual_ = 0, goal_ = 0, enough_ = 0;
+  double residual_ = 0, goal_ = 0;
   int sweeps_ = 0;
 };
 

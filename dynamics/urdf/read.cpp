@@ -105,7 +105,7 @@ class TreeReader {
     robot_.notes.push_back(text_.where(element) + describe(element) + " moves in the plane normal to (" +
                            digits(n[0]) + " " + digits(n[1]) + " " + digits(n[2]) +
                            "); the frame of its body is turned so that z is this direction");
-    return {rotation_to(n), {}};
+    return {rotation_to(n), Eigen::Vector3d::Zero()};
   }
 
   int add_root_joint(const urdf::Link& root) {

@@ -100,6 +100,8 @@ std::string ResultMarks::fault_of(const std::string& file) const {
 
 void ResultMarks::append(const std::string& state, const std::string& file) {
   const std::string name = path(kList);
+  std::error_code none;
+  fs::create_directories(folder_, none);  // where that fails, opening says why
   const codegen::Descriptor list(open(name.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
   if (list.number() < 0) throw FileError(name + ": cannot write: " + std::strerror(errno));
   const off_t size = lseek(list.number(), 0, SEEK_END);

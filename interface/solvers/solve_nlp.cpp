@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/carried_nlp.h>
 #include <dyntape/interface/solvers/interior_point.h>
@@ -28,6 +32,24 @@ bool is_stuck(SolveStatus status) {
          status == SolveStatus::kStepTooSmall || status == SolveStatus::kStepFailed;
 }
 
+// A start beside the given one: every variable of a stage to one side by half its nominal value, its neighbours to the other,
+// most in the middle of the chain.  A straight line through an obstacle becomes a way around it.
+std::vector<double> bent(const Nlp& problem, std::vector<double> x, const NlpMagnitudes& units) {
+  const NlpShape& shape = problem.shape();
+  const std::size_t stages = std::max<std::size_t>(shape.stages.size(), 1);
+  for (std::size_t k = 0; k < stages; ++k) {
+    const std::size_t begin = shape.stages.empty() ? 0 : shape.stages[k];
+    const std::size_t end = k + 1 < stages ? shape.stages[k + 1] : shape.n();
+    const double size = 0.5 * std::sin(std::numbers::pi * (double(k) + 0.5) / double(stages));
+    for (std::size_t i = begin; i < end; ++i) {
+      const double unit = units.x.empty() ? 1 : units.x[i];
+      x[i] =
+          std::clamp(x[i] + ((i - begin) % 2 == 0 ? size : -size) * unit, shape.x_lower[i], shape.x_upper[i]);
+    }
+  }
+  return x;
+}
+
 NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& start,
                      const SolverOptions& options) {
   return (method == NlpMethod::kIpopt ? solve_with_ipopt : solve_by_stages)(problem, start, options);
@@ -38,22 +60,27 @@ NlpSolution solve_by(NlpMethod method, Nlp& problem, const std::vector<double>& 
 NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options) {
   NlpSolution solution = solve_by(options.method, problem, start, options);
   if (!is_stuck(solution.status) || !options.try_other_method) return solution;
-  SolverOptions left = less(options, solution);
-  left.extra.clear();
-  if (left.max_iterations == 0 || options.stop.stop_requested() || options.limited_memory ||
-      problem.shape().hessian_kind == HessianKind::kLimitedMemory)
-    return solution;
+  if (options.limited_memory || problem.shape().hessian_kind == HessianKind::kLimitedMemory) return solution;
   const NlpMethod other = options.method == NlpMethod::kIpopt ? NlpMethod::kStages : NlpMethod::kIpopt;
-  try {
-    NlpSolution found = solve_by(other, problem, start, left);
-    const bool is_solved = found.status == SolveStatus::kSolved;
-    NlpSolution both = joined(solution, std::move(found));
-    both.is_by_other_method = true;
-    if (is_solved) return both;
-    solution.log = std::move(both.log), solution.times = both.times;
-  } catch (const ArgumentError&) {   // a program that the other method does not know
-  } catch (const NumericalError&) {  // or whose functions are not finite where it begins
-  }
+  // Whether it is solved; iterations and times count in any case.
+  const auto try_by = [&](NlpMethod method, const std::vector<double>& from) {
+    SolverOptions of_method = less(options, solution);
+    if (method != options.method) of_method.extra.clear();
+    if (of_method.max_iterations == 0 || options.stop.stop_requested()) return false;
+    try {
+      NlpSolution found = solve_by(method, problem, from, of_method);
+      const bool is_solved = found.status == SolveStatus::kSolved;
+      NlpSolution both = joined(solution, std::move(found));
+      both.is_by_other_method = method != options.method;
+      if (is_solved) return solution = std::move(both), true;
+      solution.log = std::move(both.log), solution.times = both.times;
+    } catch (const ArgumentError&) {   // a program that the other method does not know
+    } catch (const NumericalError&) {  // or whose functions are not finite where it begins
+    }
+    return false;
+  };
+  if (!try_by(other, start) && solution.status == SolveStatus::kLocallyInfeasible)
+    try_by(options.method, bent(problem, start, solution.units));
   return solution;
 }
 

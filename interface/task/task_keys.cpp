@@ -150,8 +150,8 @@ void read_base_at(Section& end, End which, const RobotModel* model, Eigen::Vecto
 
 // What a goal does not say of planar joints is left open.
 void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
-  if (which == End::kGoal)
-    end.about("where a planar joint is, a block each; those without one are left open");
+  end.about(which == End::kGoal ? "where a planar joint is, a block each; those without one are left open"
+                                : "where a planar joint is, a block each; others are where they are neutral");
   Eigen::VectorXd q, v;
   if (model) q = x.head(model->nq), v = x.tail(model->nv);
   const std::vector<std::string> placed = read_planar(end, model, q, v);

@@ -264,7 +264,6 @@ TEST(Arguments, WorkspacesOfAnotherRobotAreRefused) {
       Hessian<double> hessian(other);
       SecondOrder<double> second(other);
       KinematicDerivatives<double> kinematics(other);
-      EffectTorques<double> torques(other);
       RegressorData<double> regressor(other);
       ConstraintData<double> constraints(other, {{3, 0, {}, -1, {}}});
       const auto refused = [&](const char* what, bool expected, const std::function<void()>& call) {
@@ -298,8 +297,6 @@ TEST(Arguments, WorkspacesOfAnotherRobotAreRefused) {
         forward_kinematics(model, data, q, v);
         frame_velocity_derivatives(model, data, kinematics, on_body(0), ReferenceFrame::kWorld);
       });
-      refused("forward_dynamics", other_count,
-              [&] { forward_dynamics(model, data, torques, Effects<double>(), q, v, v); });
     }
   }
 }

@@ -55,7 +55,7 @@ int main() try {
     }
     nlp.set_values(values);
     const Solution s = optimise(nlp, x, {.check_derivatives = false});
-    if (!s.success()) return 1;
+    if (!s.converged()) return 1;
     x = s.nlp.x;
     const double hook =
         s.motion.x(0, s.motion.points() - 1) + kRope * std::sin(s.motion.x(1, s.motion.points() - 1));

@@ -282,7 +282,7 @@ TEST_P(SoftWalls, GiveBackNoMoreThanTheyTook) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, SoftWalls,
-                         ::testing::Values(Hit{1, 1e-3, 5}, Hit{100, 1e-4, 5}, Hit{1e4, 1e-6, 5},
+                         ::testing::Values(Hit{1, 1e-3, 3}, Hit{100, 1e-4, 5}, Hit{1e4, 1e-6, 5},
                                            Hit{1e4, 1e-4, 1}, Hit{100, 1e-2, 1}),
                          [](const auto& info) { return "number_" + std::to_string(info.index); });
 

@@ -89,7 +89,7 @@ TEST(LeftOut, WhatDoesNotActIsNamedInEachKindOfFile) {
   folder.write("r.urdf", plain);
   const std::string scene = folder.write("scene.info", scene_text), task = folder.write("task.info", kTask);
   const std::string sweep = folder.write(
-      "sweep.info", "scene scene.info\nvary\n{\n value\n {\n of start.q\n from 0\n to 1\n }\n}\n");
+      "sweep.info", "scene scene.info\nsamples 2\nvary\n{\n value\n {\n of start.q\n from 0\n to 1\n }\n}\n");
   EXPECT_EQ(read_scene(scene).notes, std::vector<std::string>{});
   EXPECT_EQ(read_task(task).notes, std::vector<std::string>{});
   for (const Fault& fault : faults) {
@@ -195,8 +195,13 @@ TEST(PlanarJoints, OfAGoalAreOpenUnlessItSaysWhere) {
   text.replace(text.find("goal\n{\n"), 7, "goal\n{\n planar\n {\n position \"0.5 0\"\n turn 0.25\n }\n");
   const Task placed = read_task(folder.write("task.info", text));
   EXPECT_EQ(placed.problem.goal[0], 0.5);
-  EXPECT_NEAR(placed.problem.goal[3], std::sin(0.25), 1e-15);
   EXPECT_EQ(placed.problem.goal.segment(5, 3), VectorXd::Zero(3));
+  // Its direction is an equation at the end, as orientations are.
+  const SolveReport turned = solve_task(placed);
+  EXPECT_TRUE(turned.success()) << turned.verdict();
+  const VectorXd end = turned.solution.motion.x.rightCols(1);
+  EXPECT_NEAR(end[0], 0.5, 1e-7);
+  EXPECT_NEAR(std::atan2(end[3], end[2]), 0.25, 1e-6);
 }
 
 TEST(PlanarJoints, WrongWordsAreSaid) {

@@ -65,7 +65,7 @@ TEST(MultipleShooting, HasTheOptimaOfDifferentialDynamicProgramming) {
           const Solution s = optimise(
               p, {.mesh = {.scheme = scheme_by_name(name), .intervals = 60, .evaluation = test::kInterpreted},
                   .solver = {.method = method, .tolerance = 1e-13, .bound_relaxation = 0}});
-          ASSERT_TRUE(s.success() || s.nlp.status == SolveStatus::kAcceptable) << to_string(s.nlp.status);
+          ASSERT_TRUE(s.converged() || s.nlp.status == SolveStatus::kAcceptable) << to_string(s.nlp.status);
           EXPECT_LE(s.nlp.iterations(), 20) << name;
           EXPECT_NEAR(s.cost(), d.cost, 1e-9 * d.cost) << name << " " << of_squares << " " << limit;
           EXPECT_LT((s.motion.x - d.x).cwiseAbs().maxCoeff(), 1e-9 * d.x.cwiseAbs().maxCoeff()) << name;
@@ -106,7 +106,7 @@ TEST(MultipleShooting, StepsAreThoseWrittenOutOnceMore) {
     const Solution s = optimise(
         p, {.mesh = {.scheme = runge_kutta_4(steps), .nodes = nodes, .evaluation = test::kInterpreted},
             .solver = {.method = NlpMethod::kStages, .tolerance = 1e-12}});
-    ASSERT_TRUE(s.success()) << to_string(s.nlp.status);
+    ASSERT_TRUE(s.converged()) << to_string(s.nlp.status);
     const auto rate = [&](double t, const VectorXd& x, const VectorXd& u) -> VectorXd {
       const Stage<double> stage = p.stage(t, x.head(4), {}, u);
       VectorXd all(5);

@@ -71,7 +71,7 @@ TEST(FreeTime, EverySchemeComesNearWithItsOrder) {
     double before = 0;
     for (const int n : {20, 40}) {
       const Solution s = optimise(timed_block(1, 4), on_mesh(n, scheme));
-      ASSERT_TRUE(s.success()) << scheme.name;
+      ASSERT_TRUE(s.converged()) << scheme.name;
       EXPECT_LT(s.verification.violation, 1e-7);
       const double error = std::abs(s.motion.t[s.motion.points() - 1] - T);
       if (before > 0) {
@@ -96,7 +96,7 @@ TEST(FreeTime, DoubleIntegratorIsBangBang) {
   // Euler's controls are held: its best is exactly n (n - 2) / 4 steps and those of the same length, for even n.
   for (const int n : {10, 40}) {
     const Solution s = optimise(p, on_mesh(n, euler()));
-    ASSERT_TRUE(s.success());
+    ASSERT_TRUE(s.converged());
     EXPECT_NEAR(s.motion.t[n], T, 1e-5);  // sum over the nodes of a triangle: the same area
     for (int k = 0; k < n; ++k) EXPECT_NEAR(s.motion.u(0, k), k < n / 2 ? a : -a, 1e-3) << k;
     EXPECT_NEAR(s.cost(), T, 1e-5);
@@ -131,7 +131,7 @@ TEST(FreeTime, AnArmInLeastTimeUsesItsMotorsToTheLimit) {
     p.free_duration(0.05, 10);
     p.add(minimum_time(1));
     const Solution s = optimise(p, on_mesh(30));
-    ASSERT_TRUE(s.success()) << to_string(s.nlp.status);
+    ASSERT_TRUE(s.converged()) << to_string(s.nlp.status);
     const double T = s.motion.t[s.motion.points() - 1];
     EXPECT_LT(s.verification.violation, 1e-6);
     EXPECT_LT(s.verification.worst_relative, 1e-3);
@@ -210,7 +210,7 @@ TEST(FreeTime, FinerMeshesBeginWithTheMotion) {
   p.free_duration(0.5, 6);
   Collocation coarse(p, on_mesh(20).mesh);
   const Solution first = optimise(coarse, coarse.start(), on_mesh(20));
-  ASSERT_TRUE(first.success());
+  ASSERT_TRUE(first.converged());
   const double T = first.motion.t.tail(1)[0];
   EXPECT_GT(std::abs(T - p.duration), 0.05);
   Collocation finer(coarse, halved(first.motion));
