@@ -85,8 +85,8 @@ NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const Sol
 // Lengths along a direction of negative curvature whose largest entry is one nominal value: near the point the nearest
 // optimum is found, farther away perhaps a better one.
 constexpr double kLengths[] = {0.05, 0.5};
-constexpr int kMostSaddles = 5;
-constexpr double kLower = 1e-9;  // of the objective: lower beyond rounding
+constexpr int kMostSaddles = 5, kMostOfOne = 500;  // iterations from one length
+constexpr double kLower = 1e-9;                    // of the objective: lower beyond rounding
 
 bool is_lower(const NlpSolution& next, const NlpSolution& before) {
   const double size = std::max(std::abs(before.objective), before.units.objective);
@@ -101,7 +101,8 @@ NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<dou
   NlpSolution best = saddle, spent = saddle;
   for (const double sign : {1, -1}) {
     for (const double length : kLengths) {
-      const SolverOptions left = less(options, spent);
+      SolverOptions left = less(options, spent);
+      left.max_iterations = std::min(left.max_iterations, kMostOfOne);
       if (left.max_iterations == 0 || options.stop.stop_requested()) break;
       std::vector<double> start = saddle.x;
       for (std::size_t i = 0; i < start.size(); ++i) {
