@@ -9,6 +9,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/second_order.h>
+#include <dyntape/interface/task/mpc_task.h>
 #include <dyntape/interface/task/solve.h>
 #include <dyntape/interface/transcription/refine.h>
 #include "ocp_problems.h"
@@ -252,6 +253,27 @@ TEST_F(VerdictKinds, ScalesHoldAroundTheStart) {
       EXPECT_TRUE(flat.success()) << method << " from " << from << ": " << flat.verdict();
       EXPECT_LT(std::abs(flat.solution.motion.x(0, flat.solution.motion.points() - 1) - from), 1.1 * kPi);
     }
+  }
+}
+
+// An arm stretches towards what it cannot reach, in steps as short as within reach.
+TEST_F(VerdictKinds, AGoalOutOfReachIsStretchedTo) {
+  for (const char* x : {"1.2", "5"}) {
+    text_ =
+        "robot {\n urdf " DYNTAPE_SOURCE_DIR
+        "/config/robots/ur5.urdf\n}\nhorizon {\n duration 0.5\n intervals 10\n}\ntranscription {\n scheme "
+        "trapezoid\n dynamics inverse\n hessian gauss_newton\n}\nstart {\n q \"0 -1 1 0 0 0\"\n}\ngoal {\n "
+        "frame tool0 {\n position \"" +
+        std::string(x) +
+        " 0.3 0.3\"\n }\n}\ncosts {\n acceleration 1e-3\n tracking {\n position 100\n }\n}\nmpc {\n seconds "
+        "1\n period 0.02\n late 1\n}\n";
+    const ControlReport report = control_task(read());
+    EXPECT_TRUE(report.success()) << report.text();
+    EXPECT_NE(report.note.find("out of reach"), std::string::npos);
+    EXPECT_LT(report.off_end, report.off_begin);
+    int iterations = 0;
+    for (const ClosedLoop::Step& step : report.loop.steps) iterations += step.iterations;
+    EXPECT_LE(iterations, 200) << x;  // of 50 steps
   }
 }
 
