@@ -186,8 +186,13 @@ TEST_P(KnownSwingUp, TightLimitsOfTheForce) {
 // From the line no swing-up is found below 9 N although there is one: what is said must not deny that.
 TEST_P(KnownSwingUp, InfeasibleIsSaidToBeLocal) {
   for (const double limit : {8., 6.}) {
-    const Solved from_line = solve_on(swing_up(0, limit), {.intervals = 40}, {.method = GetParam()});
+    const Solved from_line =
+        solve_on(swing_up(0, limit), {.intervals = 40}, {.method = GetParam(), .try_other_method = false});
     EXPECT_EQ(from_line.nlp.status, SolveStatus::kLocallyInfeasible) << limit;
+    // Where there is a motion, a start beside the line finds it.
+    const Solved beside = solve_on(swing_up(0, limit), {.intervals = 40}, {.method = GetParam()});
+    EXPECT_EQ(beside.nlp.status, limit > 6.5 ? SolveStatus::kSolved : SolveStatus::kLocallyInfeasible)
+        << limit;
     const Solved from_b = solve_on(swing_up_low(limit), {.intervals = 40}, {.method = GetParam()});
     EXPECT_EQ(from_b.nlp.status, limit > 6.5 ? SolveStatus::kSolved : SolveStatus::kLocallyInfeasible)
         << limit;
