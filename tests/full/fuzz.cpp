@@ -27,7 +27,7 @@ namespace {
 
 struct Options {
   std::uint64_t programs = 5000, first_seed = 1, batches = 12, robots = 300, compiled_robots = 4,
-                scenes = 200;
+                scenes = 200, accuracy = 200;
 };
 
 // Tries `count` seeds on all threads; returns the number of those that fail and prints what `failure` says.
@@ -116,6 +116,9 @@ int fuzz(const Options& options) {
   const std::uint64_t bad_compiled =
       failures("compiled robots", options.compiled_robots, options.first_seed, compiled_robot_failure);
   const std::uint64_t bad_scenes = failures("scenes", options.scenes, options.first_seed, scene_failure);
+  const std::uint64_t scenes_refused = refused_scenes();
+  const std::uint64_t bad_ends =
+      failures("ends of scenes", options.accuracy, options.first_seed, accuracy_failure);
   std::cout << options.programs << " programs through every route: " << bad_programs << " disagree\n"
             << 100 * options.batches
             << " graphs with derivatives, compiled, single and in lanes: " << bad_batches << " of "
@@ -125,9 +128,11 @@ int fuzz(const Options& options) {
             << options.compiled_robots << " robots compiled: " << bad_compiled
             << " differ from the interpreter\n"
             << options.scenes << " scenes against the balance of energy: " << bad_scenes << " disagree, "
-            << refused_scenes() << " were refused\n"
+            << scenes_refused << " were refused\n"
+            << options.accuracy << " scenes against adaptive steps at 1e-12: " << bad_ends << " disagree, "
+            << refused_scenes() - scenes_refused << " were refused\n"
             << "seeds from " << options.first_seed << "\n";
-  return bad_programs + bad_batches + bad_robots + bad_compiled + bad_scenes == 0 ? 0 : 1;
+  return bad_programs + bad_batches + bad_robots + bad_compiled + bad_scenes + bad_ends == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -146,6 +151,8 @@ int main(int argc, char** argv) {
   app.add_option("--compiled-robots", options.compiled_robots, "random robots of 1 to 8 joints, compiled")
       ->capture_default_str();
   app.add_option("--scenes", options.scenes, "random robots of 1 to 6 joints under random effects, simulated")
+      ->capture_default_str();
+  app.add_option("--accuracy", options.accuracy, "smooth ones of these beside adaptive steps at 1e-12")
       ->capture_default_str();
   app.add_option("--first-seed", options.first_seed, "each program has the next one")->capture_default_str();
   CLI11_PARSE(app, argc, argv);

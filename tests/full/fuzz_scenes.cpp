@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/scene/accuracy.h>
 #include <dyntape/interface/scene/rigid_account.h>
 #include <dyntape/interface/scene/simulate.h>
 
@@ -306,7 +307,9 @@ Recipe shrunk(Recipe recipe, const std::string& found) {
 
 std::uint64_t refused_scenes() { return refused; }
 
-std::string scene_failure(std::uint64_t seed) {
+namespace {
+
+Recipe recipe_of(std::uint64_t seed) {
   Recipe recipe{seed, 1, {}};
   dynamics::Random random = numbers(recipe, 5);
   recipe.joints += random.below(6);
@@ -314,6 +317,46 @@ std::string scene_failure(std::uint64_t seed) {
   dynamics::for_each_effect(effects, [&](const auto&) { recipe.has.push_back(random.below(3) == 0); });
   recipe.has[0] = random.below(4) != 0, recipe.has[1] = random.below(8) != 0;  // gravity, velocity products
   for (int i = 0; i < Recipe::kOthers; ++i) recipe.has.push_back(random.below(4) == 0);
+  return recipe;
+}
+
+}  // namespace
+
+std::string accuracy_failure(std::uint64_t seed) {
+  constexpr double kFactor = 30, kRounding = 1e-8;
+  Recipe recipe = recipe_of(seed);
+  std::fill(recipe.has.end() - Recipe::kOthers, recipe.has.end(), false);
+  try {
+    Scene scene = scene_of(recipe);
+    // Forces that begin within a step have no order.
+    scene.robot.effects.contacts.reset(), scene.robot.effects.saturation.reset();
+    const SimulatedMotion motion = simulate(scene);
+    Scene exact = scene;
+    exact.integrator = Integrator::kAdaptive;
+    exact.tolerances.relative = 1e-12, exact.tolerances.absolute = 1e-12;
+    const SimulatedMotion reference = simulate(exact);
+    if (!motion.is_whole() || !reference.is_whole()) {
+      ++refused;
+      return "";
+    }
+    const Accuracy told = accuracy_of(scene);
+    if (!told.trouble.empty() || told.parts) return "";
+    const VectorXd q = motion.q.rightCols(1), q_exact = reference.q.rightCols(1);
+    const double off_q = dynamics::difference<double>(scene.robot.model, q_exact, q).cwiseAbs().maxCoeff();
+    const double off_v = (motion.v.rightCols(1) - reference.v.rightCols(1)).cwiseAbs().maxCoeff();
+    const double size = 1 + reference.v.cwiseAbs().maxCoeff();
+    if (off_q <= kFactor * told.q.value + kRounding * size &&
+        off_v <= kFactor * told.v.value + kRounding * size)
+      return "";
+    return "the end is off by " + io::shortest(off_q) + " and " + io::shortest(off_v) + ", told are " +
+           io::shortest(told.q.value) + " and " + io::shortest(told.v.value) + "; with " + remains(recipe);
+  } catch (const std::exception& error) {
+    return std::string("throws: ") + error.what() + "; with " + remains(recipe);
+  }
+}
+
+std::string scene_failure(std::uint64_t seed) {
+  const Recipe recipe = recipe_of(seed);
   try {
     const std::string found = wrong(recipe);
     if (found.empty()) return "";

@@ -14,4 +14,8 @@ std::string scene_failure(std::uint64_t seed);
 // How many of those that were tried were refused with a sentence, and so show nothing.
 std::uint64_t refused_scenes();
 
+// Smooth ones among them, by schemes of fixed steps: the end of a motion that simulate() calls whole is as near to that of an
+// adaptive integration at 1e-12 as accuracy_of() says, to a factor.
+std::string accuracy_failure(std::uint64_t seed);
+
 }  // namespace dyntape::testing
