@@ -165,6 +165,7 @@ class DdpRounds {
     facts_ = {};
     facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
     look_at_goal(task_, solution.motion, facts_);
+    if (found.is_saddle) solution.nlp.stationary_point = StationaryPoint::kNotMinimum;
     if (task_.optimise.mesh.hessian == HessianKind::kExact && found.success()) {
       facts_.is_minimum = found.is_minimum;
       solution.nlp.stationary_point =

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <chrono>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -91,6 +92,7 @@ class Ddp {
     solution.x = now_.x, solution.u = now_.u;
     solution.policy = policy_;
     solution.slope = slope_, solution.adjoint = adjoint_;
+    solution.is_saddle = solution.success() && is_saddle_;
     solution.is_minimum = solution.success() && shift_ == 0 && options_.hessian == DdpHessian::kExact;
     return solution;
   }
@@ -318,6 +320,45 @@ class Ddp {
     return false;
   }
 
+  // Without second derivatives: changes of each control by a few sines over the horizon, both ways.  Where the cost falls by
+  // the square of one, the point is no minimum, and is left along it.  False where none lowers the cost.
+  bool leave_along_trials() {
+    constexpr int kMost = 5, kShapes = 4, kDoublings = 20;
+    constexpr double kLength = 1e-2, kRounding = 1e-10;
+    const double size = kLength * std::max(1.0, now_.u.cwiseAbs().maxCoeff()), cost = now_.cost;
+    const std::vector<LqPolicy> kept = policy_;
+    const auto along = [&](int control, int shape, double length) {
+      for (int k = 0; k < N_; ++k) {
+        LqPolicy& policy = policy_[std::size_t(k)];
+        policy.K.setZero(), policy.k.setZero();
+        policy.k[control] = length * std::sin(std::numbers::pi * shape * (k + 0.5) / N_);
+      }
+      return roll_out(1);
+    };
+    bool is_left = false;
+    for (int control = 0; control < m_ && !is_left; ++control) {
+      for (int shape = 1; shape <= kShapes && !is_left; ++shape) {
+        const std::optional<Motion> up = along(control, shape, size), down = along(control, shape, -size);
+        if (!up || !down) continue;
+        if (!(up->cost + down->cost - 2 * cost < -kRounding * (1 + std::abs(cost)))) continue;
+        is_saddle_ = true;
+        if (++saddles_ > kMost) break;
+        double length = up->cost < down->cost ? size : -size;
+        Motion best = up->cost < down->cost ? *up : *down;
+        for (int i = 0; i < kDoublings; ++i) {
+          std::optional<Motion> next = along(control, shape, length *= 2);
+          if (!next || !(next->cost < best.cost)) break;
+          best = std::move(*next);
+        }
+        if (!(best.cost < cost)) continue;
+        now_ = std::move(best);
+        is_left = true, is_saddle_ = false;
+      }
+    }
+    policy_ = kept;
+    return is_left;
+  }
+
   // The policy of a solution; a shift that is left says that it is no minimum.
   SolveStatus finish() {
     shift_ = 0;
@@ -340,8 +381,10 @@ class Ddp {
       if (is_solved(at)) {
         note(at);
         const SolveStatus status = finish();
-        if (status != SolveStatus::kSolved || shift_ == 0) return status;
-        if (!leave_saddle()) return finish();
+        if (status != SolveStatus::kSolved) return status;
+        const bool is_exact = options_.hessian == DdpHessian::kExact;
+        if (is_exact && shift_ == 0) return status;
+        if (!(is_exact ? leave_saddle() : leave_along_trials())) return finish();
         least_slope_ = HUGE_VAL, stalled_ = 0, shift_ = 0;
         continue;
       }
@@ -382,6 +425,7 @@ class Ddp {
   double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL;
   bool is_near_rounding_ = false;
   int stalled_ = 0, saddles_ = 0;
+  bool is_saddle_ = false;  // the cost falls along a trial, and no length was found that leads on
   int failed_stage_ =
       -1;            // of the last backward pass that failed: its stage, and the curvature by its controls
   MatrixXd failed_;  // (n_u x n_u)

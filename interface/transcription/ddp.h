@@ -20,7 +20,8 @@
 //   solved      of each control the largest projected slope, L_u + B^T lambda, is below `tolerance` times the largest
 //               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls; and no gap
 //               is left (tolerance times the size of the states).  That is first order: a maximum or a saddle has no slope
-//               either, and is_minimum is then false.  Costs of the end alone that can be met exactly have no such sizes left: these
+//               either: these are left, along the most negative
+//               curvature with kExact, along a few trial changes with kGaussNewton; where that fails is_minimum is false.  Costs of the end alone that can be met exactly have no such sizes left: these
 //               end as "step too small".
 //   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose slopes fall with the root
 //               of what the cost is off by
@@ -79,6 +80,8 @@ struct DdpSolution {
   Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before there was one
   bool is_minimum =
       false;  // solved, and every stage has a minimum: of the second order as well, as kExact alone knows
+  bool is_saddle =
+      false;  // solved with kGaussNewton, and the cost falls along some change of the controls all the same
   std::vector<DdpIteration> iterations;
   double true_defect =
       std::numeric_limits<double>::quiet_NaN();  // of what is solved, where all can be simulated
