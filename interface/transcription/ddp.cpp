@@ -12,6 +12,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
+#include <dyntape/interface/transcription/end_cost.h>
 #include <dyntape/interface/transcription/shooting_steps.h>
 #include <dyntape/interface/transcription/verify.h>
 
@@ -21,35 +22,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-// Of the end alone, so what it takes does not matter.
-class EndCost {
- public:
-  explicit EndCost(const CompiledFunction& f)
-      : function_(f), workspace_(function_), J_(f.jacobian_pattern().nnz()), H_(f.hessian_pattern().nnz()) {}
-
-  double value(const VectorXd& x, const VectorXd& p) {
-    double y = 0;
-    function_.value(x.data(), p.data(), &y, workspace_);
-    return y;
-  }
-  // Its gradient and Hessian.
-  void expand(const VectorXd& x, const VectorXd& p, VectorXd& g, MatrixXd& H) {
-    const double one = 1;
-    double y = 0;
-    function_.second_order(x.data(), p.data(), &one, &y, J_.data(), H_.data(), workspace_);
-    g.setZero(x.size()), H.setZero(x.size(), x.size());
-    const Pattern &of_J = function_.jacobian_pattern(), &of_H = function_.hessian_pattern();
-    for (std::size_t k = 0; k < of_J.nnz(); ++k) g[of_J.col[k]] = J_[k];
-    for (std::size_t k = 0; k < of_H.nnz(); ++k)
-      H(of_H.row[k], of_H.col[k]) = H(of_H.col[k], of_H.row[k]) = H_[k];
-  }
-
- private:
-  CompiledFunction function_;
-  CompiledFunction::Workspace workspace_;
-  std::vector<double> J_, H_;
-};
 
 CodegenOptions of_order(Order order, CodegenOptions options) {
   options.order = order;
