@@ -28,6 +28,12 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
+// Infeasible by no more than what a coarse mesh makes of a motion that keeps all limits, but barely.
+bool is_nearly_feasible(const Solution& solution) {
+  constexpr double kLittle = 0.02;  // of magnitudes
+  return solution.nlp.status == SolveStatus::kLocallyInfeasible && solution.verification.violation <= kLittle;
+}
+
 class Rounds {
  public:
   Rounds(const Task& task, const SolveWatch& watch) : task_(task), phases_(phases_of(task)), watch_(watch) {}
@@ -131,7 +137,8 @@ class Rounds {
       auto program = std::make_unique<PhasedCollocation>(*result_.program, phases_, nodes);
       PhasedSolution fine = optimise(*program, phases_, warm_start(coarse.motions, *program), options());
       note(whole(task_, fine));
-      if (!fine.converged()) {
+      // Of two that are not feasible the finer one may become so.
+      if (!fine.converged() && (coarse.converged() || !is_nearly_feasible(whole(task_, fine)))) {
         result_.trouble = where + describe(fine.nlp.status);
         return false;
       }
@@ -194,6 +201,7 @@ std::string SolveMoment::text() const {
 
 bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task) {
   const Verification& v = solution.verification;
+  if (is_nearly_feasible(solution)) return true;
   if (!solution.converged() || !(v.violation <= task.demands.violation)) return false;
   if (!(v.worst_relative <= task.demands.true_defect)) return true;
   if (!task.demands.limits) return false;

@@ -102,6 +102,27 @@ TEST_F(VerdictKinds, ASaddleIsLeftByEveryMethod) {
   }
 }
 
+// A pendulum that falls freely, as good as: its motion is there, and on eleven trapezoids there is none.
+TEST_F(VerdictKinds, AMeshTooCoarseForAnyMotionIsRefined) {
+  for (const char* method : {"ipopt", "stages"}) {
+    const SolveReport report = solved(
+        "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 1.77\n intervals 11\n}\nstart {\n q -2\n}\n"
+        "goal {\n q 1.1142945849\n v -4.1004278213\n}\ncosts {\n control 1\n}\nbounds {\n efforts 0.1\n}\n"
+        "transcription {\n scheme trapezoid\n}\nsolver {\n method " +
+        std::string(method) + "\n}\n");
+    EXPECT_TRUE(report.success()) << report.text();
+    EXPECT_GT(report.meshes.size(), 1u);
+    EXPECT_EQ(report.meshes.front().status, SolveStatus::kLocallyInfeasible);
+  }
+  // What no mesh makes feasible is refused as soon as before.
+  const SolveReport report = solved(
+      "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 1.77\n intervals 11\n}\nstart {\n q -2\n}\n"
+      "goal {\n q 2.5\n v 0\n}\ncosts {\n control 1\n}\nbounds {\n efforts 0.1\n}\ntranscription {\n scheme "
+      "trapezoid\n}\n");
+  EXPECT_FALSE(report.success());
+  EXPECT_EQ(report.meshes.size(), 1u);
+}
+
 // A double well from its ridge: x' = u, x(0) = 0, int r u^2 + w (x^2 - s^2)^2.  At rest the cost is w s^4 T.
 TEST(Saddles, ARidgeIsLeftForEitherWell) {
   std::mt19937 random(3);
