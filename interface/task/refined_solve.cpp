@@ -34,6 +34,17 @@ bool is_nearly_feasible(const Solution& solution) {
   return solution.nlp.status == SolveStatus::kLocallyInfeasible && solution.verification.violation <= kLittle;
 }
 
+// What moves by rounding alone, beside others of its kind, stands still: magnitudes are taken from a start.
+void still(Eigen::Ref<Eigen::MatrixXd> values) {
+  constexpr double kRounding = 1e-13;
+  if (values.size() == 0) return;
+  const double least = kRounding * values.cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    const double first = std::abs(values(i, 0)) < least ? 0 : values(i, 0);
+    if ((values.row(i).array() - first).abs().maxCoeff() < least) values.row(i).setConstant(first);
+  }
+}
+
 class Rounds {
  public:
   Rounds(const Task& task, const SolveWatch& watch) : task_(task), phases_(phases_of(task)), watch_(watch) {}
@@ -137,8 +148,7 @@ class Rounds {
       auto program = std::make_unique<PhasedCollocation>(*result_.program, phases_, nodes);
       PhasedSolution fine = optimise(*program, phases_, warm_start(coarse.motions, *program), options());
       note(whole(task_, fine));
-      // Of two that are not feasible the finer one may become so.
-      if (!fine.converged() && (coarse.converged() || !is_nearly_feasible(whole(task_, fine)))) {
+      if (!fine.converged()) {
         result_.trouble = where + describe(fine.nlp.status);
         return false;
       }
@@ -171,8 +181,15 @@ std::string share(std::size_t done, std::size_t of) {
 
 std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
   std::vector<Trajectory> finer;
-  for (std::size_t k = 0; k < motions.size(); ++k)
-    finer.push_back(resampled(program.phase(k).problem(), motions[k], program.phase(k).times()));
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    const Problem& problem = program.phase(k).problem();
+    finer.push_back(resampled(problem, motions[k], program.phase(k).times()));
+    Trajectory& motion = finer.back();
+    still(motion.x.topRows(problem.positions));
+    still(motion.x.bottomRows(problem.n_x() - problem.positions));
+    still(motion.a);
+    still(motion.u);
+  }
   std::vector<double> x = program.variables(finer);
   const NlpShape& shape = program.shape();
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
