@@ -109,6 +109,21 @@ TEST_F(VerdictKinds, ASaddleIsLeftByEveryMethod) {
   }
 }
 
+// Upright at half a turn all slopes are rounding, where at zero they are none.
+TEST_F(VerdictKinds, DdpLeavesAPoleThatStandsByRounding) {
+  for (const double height : {-1.0, -0.5}) {
+    const SolveReport report = solved(
+        "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 3\n intervals 120\n}\nstart {\n q "
+        "3.141592653589793\n}\ngoal {\n q 0\n free hinge\n}\ncosts {\n control 0.01\n}\nterms {\n term down "
+        "{\n what "
+        "frame_position\n frame tip\n target \"0 0 " +
+        std::to_string(height) + "\"\n }\n}\nsolver {\n method ddp\n}\n");
+    EXPECT_TRUE(report.success()) << report.text();
+    EXPECT_LT(report.solution.cost(), 0.7 * 3 * std::pow(1 - height, 2));  // of standing still
+    EXPECT_EQ(report.solution.nlp.stationary_point, StationaryPoint::kMinimum);
+  }
+}
+
 // However little the task allows defects, a control may pass its limits by what is not cut off.
 TEST_F(VerdictKinds, ControlsAtTheirLimitsAreKeptWhateverDefectsAreAllowed) {
   for (const char* bounds : {"bounds {\n efforts 12\n}\n", ""}) {
