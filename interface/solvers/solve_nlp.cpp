@@ -26,12 +26,6 @@ NlpSolution solve_by_stages(Nlp& problem, const std::vector<double>& start, cons
 
 namespace {
 
-// Ended where it could not go on, which says more of the method than of the program.
-bool is_stuck(SolveStatus status) {
-  return status == SolveStatus::kLocallyInfeasible || status == SolveStatus::kRestorationFailed ||
-         status == SolveStatus::kStepTooSmall || status == SolveStatus::kStepFailed;
-}
-
 // A start beside the given one: every variable of a stage to one side by half its nominal value, its neighbours to the other,
 // most in the middle of the chain.  A straight line through an obstacle becomes a way around it.
 std::vector<double> bent(const Nlp& problem, std::vector<double> x, const NlpMagnitudes& units) {

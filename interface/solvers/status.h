@@ -25,6 +25,8 @@ enum class SolveStatus {
 };
 
 const char* to_string(SolveStatus status);  // "solved", "locally infeasible", ...: for reports and scripts
-const char* describe(SolveStatus status);   // one sentence for people
+bool is_stuck(
+    SolveStatus status);  // where it could not go on, which says more of the method than of the program
+const char* describe(SolveStatus status);  // one sentence for people
 
 }  // namespace dyntape

@@ -68,15 +68,23 @@ void look_at_goal(const Task& task, const Trajectory& motion, DdpFacts& facts) {
 class DdpRounds {
  public:
   DdpRounds(const Task& task, const SolveWatch& watch)
-      : task_(task), watch_(watch), problem_(drawn_problem(task)) {}
+      : task_(task), watch_(watch), problem_(drawn_problem(task)) {
+    is_exact_ = task.optimise.mesh.hessian != HessianKind::kGaussNewton;
+  }
 
   RefinedSolve run(const MeshOptions& mesh) {
     moment_.intervals = mesh.intervals;
     for (;;) {
       Solution solution = solve(mesh);
-      result_.meshes.push_back({moment_.intervals, solution.nlp.iterations(),
-                                solution.nlp.times.total + solution.verify_seconds, solution.cost(),
-                                solution.verification.worst_relative, solution.nlp.status});
+      note(solution);
+      if (is_for_exact(solution)) {
+        is_exact_ = true;
+        begin_at(solution.motion);
+        Solution by_exact = solve(mesh);
+        note(by_exact);
+        by_exact.nlp.is_by_other_method = true;
+        if (by_exact.converged()) solution = std::move(by_exact);
+      }
       const bool is_first = moment_.refinement == 0;
       if (!is_first && !solution.converged()) {
         result_.trouble = "the mesh of " + std::to_string(moment_.intervals) +
@@ -88,16 +96,36 @@ class DdpRounds {
           !is_too_coarse(result_.solution, result_.excesses, task_) || watch_.stop.stop_requested())
         break;
       ++moment_.refinement, moment_.intervals *= 2;
-      problem_.guess = [motion = result_.solution.motion](double t) {
-        const double share = t / motion.t[motion.points() - 1] * motion.intervals();
-        const int k = std::clamp(int(share + 1e-9), 0, motion.intervals() - 1);
-        return Stage<double>{t, motion.x.col(k), {}, motion.u.col(k)};
-      };
+      begin_at(result_.solution.motion);
     }
     return std::move(result_);
   }
 
  private:
+  void begin_at(const Trajectory& at) {
+    problem_.guess = [motion = at](double t) {
+      const double share = t / motion.t[motion.points() - 1] * motion.intervals();
+      const int k = std::clamp(int(share + 1e-9), 0, motion.intervals() - 1);
+      return Stage<double>{t, motion.x.col(k), {}, motion.u.col(k)};
+    };
+  }
+
+  // Where the motion curves otherwise than the squares of the costs do, Gauss-Newton's steps get no shorter, or ever less: Newton's
+  // own end there in a few.
+  bool is_for_exact(const Solution& solution) const {
+    const SolverOptions& asked = task_.optimise.solver;
+    const SolveStatus status = solution.nlp.status;
+    return !is_exact_ && asked.try_other_method && (is_stuck(status) || status == SolveStatus::kAcceptable) &&
+           asked.max_iterations > iterations_ && asked.max_seconds > seconds_ &&
+           !watch_.stop.stop_requested();
+  }
+
+  void note(const Solution& solution) {
+    result_.meshes.push_back({moment_.intervals, solution.nlp.iterations(),
+                              solution.nlp.times.total + solution.verify_seconds, solution.cost(),
+                              solution.verification.worst_relative, solution.nlp.status});
+  }
+
   void tell(SolveStage stage) {
     moment_.stage = stage;
     if (watch_.tell) watch_.tell(moment_);
@@ -108,8 +136,7 @@ class DdpRounds {
     DdpOptions options;
     options.intervals = moment_.intervals;
     options.scheme = shooting_scheme(task_);
-    options.hessian =
-        mesh.hessian == HessianKind::kGaussNewton ? DdpHessian::kGaussNewton : DdpHessian::kExact;
+    options.hessian = is_exact_ ? DdpHessian::kExact : DdpHessian::kGaussNewton;
     options.tolerance = asked.tolerance;
     options.max_iterations = std::max(asked.max_iterations - iterations_, 0);
     options.max_seconds = asked.max_seconds - seconds_;
@@ -166,7 +193,7 @@ class DdpRounds {
     facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
     look_at_goal(task_, solution.motion, facts_);
     if (found.is_saddle) solution.nlp.stationary_point = StationaryPoint::kNotMinimum;
-    if (task_.optimise.mesh.hessian == HessianKind::kExact && found.success()) {
+    if (is_exact_ && found.success()) {
       facts_.is_minimum = found.is_minimum;
       solution.nlp.stationary_point =
           found.is_minimum ? StationaryPoint::kMinimum : StationaryPoint::kNotMinimum;
@@ -192,6 +219,7 @@ class DdpRounds {
   DdpFacts facts_;
   SolveMoment moment_{SolveStage::kRecording};
   std::vector<IterationRecord> now_;
+  bool is_exact_;  // the Hessian
   int iterations_ = 0;
   double seconds_ = 0;
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string_view>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
@@ -27,6 +28,9 @@ constexpr int kLooks = 8;  // from one point of the mesh to the next
 constexpr double kLookStep = 1. / 16;
 constexpr int kMostLooks = 4096;
 constexpr double kPath = 1.5;  // of the line between two looks: the path, which bends
+// Of a control's range, which the polynomials of a motion may pass its limits by whatever the task allows defects: less is not
+// cut off (Trajectory::limit_controls).
+constexpr double kControl = 1e-3;
 constexpr double kContact =
     1e-3;  // of how far centres have to be apart: no contact yet, whatever the task allows defects
 constexpr double kLeastGap =
@@ -171,9 +175,10 @@ class BoundsBetween {
       : task_(task), problem_(task.problem), fine_(fine), excesses_(excesses) {}
 
   void find() {
-    find_in(problem_.states, fine_.x, problem_.x);
-    find_in(problem_.accelerations, fine_.a, problem_.a);
-    find_in(problem_.controls, fine_.u, problem_.u);
+    const double defect = task_.demands.true_defect;
+    find_in(problem_.states, fine_.x, problem_.x, defect);
+    find_in(problem_.accelerations, fine_.a, problem_.a, defect);
+    find_in(problem_.controls, fine_.u, problem_.u, std::max(defect, kControl));
     for (const Term& term : problem_.terms) {
       const bool is_clearance = std::any_of(task_.around.apart.begin(), task_.around.apart.end(),
                                             [&](const auto& pair) { return is_of(pair, term); });
@@ -187,9 +192,10 @@ class BoundsBetween {
     return term.name == pair.a.name + " clear of " + pair.b.name;
   }
 
-  void find_in(const std::vector<std::string>& names, const MatrixXd& values, const Bounds& bounds) {
+  void find_in(const std::vector<std::string>& names, const MatrixXd& values, const Bounds& bounds,
+               double part) {
     for (Eigen::Index i = 0; i < values.rows(); ++i)
-      note(names[std::size_t(i)], values.row(i), bounds.lower[i], bounds.upper[i], task_.demands.true_defect);
+      note(names[std::size_t(i)], values.row(i), bounds.lower[i], bounds.upper[i], part);
   }
 
   void find_in(const Term& term) {
@@ -263,7 +269,9 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
       LimitExcess excess{quantity, joint.name, unit, 0, 0, 0};
       for (const PlaceLookedAt& look : looks) {
         excess.between_points = &look != looks;
-        const auto none = [&](double limit) { return tolerated(lower, upper, limit, look.of_range); };
+        const bool is_control = quantity == std::string_view("effort") && look.of_range > 0;
+        const double part = is_control ? std::max(look.of_range, kControl) : look.of_range;
+        const auto none = [&](double limit) { return tolerated(lower, upper, limit, part); };
         if (find_excess(values_of(look), look, lower, upper, none, excess)) return excesses.push_back(excess);
       }
     };

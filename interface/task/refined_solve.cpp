@@ -28,6 +28,23 @@ SolveStage stage_of(OptimiseStep step) {
   return SolveStage::kVerifying;
 }
 
+// Infeasible by no more than what a coarse mesh makes of a motion that keeps all limits, but barely.
+bool is_nearly_feasible(const Solution& solution) {
+  constexpr double kLittle = 0.02;  // of magnitudes
+  return solution.nlp.status == SolveStatus::kLocallyInfeasible && solution.verification.violation <= kLittle;
+}
+
+// What moves by rounding alone, beside others of its kind, stands still: magnitudes are taken from a start.
+void still(Eigen::Ref<Eigen::MatrixXd> values) {
+  constexpr double kRounding = 1e-13;
+  if (values.size() == 0) return;
+  const double least = kRounding * values.cwiseAbs().maxCoeff();
+  for (Eigen::Index i = 0; i < values.rows(); ++i) {
+    const double first = std::abs(values(i, 0)) < least ? 0 : values(i, 0);
+    if ((values.row(i).array() - first).abs().maxCoeff() < least) values.row(i).setConstant(first);
+  }
+}
+
 class Rounds {
  public:
   Rounds(const Task& task, const SolveWatch& watch) : task_(task), phases_(phases_of(task)), watch_(watch) {}
@@ -164,8 +181,15 @@ std::string share(std::size_t done, std::size_t of) {
 
 std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
   std::vector<Trajectory> finer;
-  for (std::size_t k = 0; k < motions.size(); ++k)
-    finer.push_back(resampled(program.phase(k).problem(), motions[k], program.phase(k).times()));
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    const Problem& problem = program.phase(k).problem();
+    finer.push_back(resampled(problem, motions[k], program.phase(k).times()));
+    Trajectory& motion = finer.back();
+    still(motion.x.topRows(problem.positions));
+    still(motion.x.bottomRows(problem.n_x() - problem.positions));
+    still(motion.a);
+    still(motion.u);
+  }
   std::vector<double> x = program.variables(finer);
   const NlpShape& shape = program.shape();
   for (std::size_t i = 0; i < x.size(); ++i) x[i] = std::clamp(x[i], shape.x_lower[i], shape.x_upper[i]);
@@ -194,6 +218,7 @@ std::string SolveMoment::text() const {
 
 bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task) {
   const Verification& v = solution.verification;
+  if (is_nearly_feasible(solution)) return true;
   if (!solution.converged() || !(v.violation <= task.demands.violation)) return false;
   if (!(v.worst_relative <= task.demands.true_defect)) return true;
   if (!task.demands.limits) return false;

@@ -107,7 +107,8 @@ std::string SolveReport::text() const {
   io::TextTable facts({{"quantity"}, {"value"}});
   facts.append({"status", to_string(nlp.status)});
   if (nlp.is_by_other_method)
-    facts.append({"found by", "the other method, where the one asked for got stuck"});
+    facts.append({"found by", std::string(ddp ? "exact second derivatives" : "the other method") +
+                                  ", where " + (ddp ? "Gauss-Newton" : "the one asked for") + " got stuck"});
   facts.append({"iterations", std::to_string(nlp.iterations())});
   facts.append({"cost", precise(solution.cost())});
   if (free_time) {

@@ -29,11 +29,13 @@ std::string defect_of(const Solution& solution, const Task::Demands& demands) {
 }
 
 std::string of_coarse(const SolveReport& report) {
+  int refinements = 0;  // a mesh may be solved twice
+  for (std::size_t k = 1; k < report.meshes.size(); ++k)
+    refinements += report.meshes[k].intervals != report.meshes[k - 1].intervals;
   const std::string why =
       !report.refinement_trouble.empty() ? "; a finer mesh was given up, " + report.refinement_trouble
-      : report.meshes.size() > 1
-          ? " after " + std::to_string(report.meshes.size() - 1) + " refinements of the mesh."
-          : ": use more intervals, or let the mesh be refined.";
+      : refinements > 0 ? " after " + std::to_string(refinements) + " refinements of the mesh."
+                        : ": use more intervals, or let the mesh be refined.";
   return "Solved, but too coarse: re-simulated, " + defect_of(report.solution, report.demands) + why;
 }
 

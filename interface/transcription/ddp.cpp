@@ -50,9 +50,8 @@ class Ddp {
         at_end_(parameters_of(problem, problem.duration)) {
     slope_ = adjoint_ = MatrixXd::Constant(n_, N_ + 1, std::nan(""));
     for (LqPolicy& policy : policy_) policy = {MatrixXd::Zero(m_, n_), VectorXd::Zero(m_)};
-    const auto is_finite = [](double limit) { return std::abs(limit) < HUGE_VAL; };
-    is_limited_ = std::any_of(problem.u.lower.begin(), problem.u.lower.end(), is_finite) ||
-                  std::any_of(problem.u.upper.begin(), problem.u.upper.end(), is_finite);
+    is_limited_ =
+        (problem.u.lower.array().abs() < HUGE_VAL).any() || (problem.u.upper.array().abs() < HUGE_VAL).any();
   }
 
   DdpSolution solve() {
@@ -103,7 +102,6 @@ class Ddp {
                            "\": the guess, or the cost of its end, is not finite");
   }
 
-  // "it gives the state "v" as nan".
   std::string not_finite(const VectorXd& next, double cost) const {
     for (int i = 0; i < n_; ++i) {
       if (!std::isfinite(next[i]))
@@ -146,10 +144,8 @@ class Ddp {
     VectorXd open = slope.cwiseAbs();
     for (int i = 0; i < m_; ++i) {
       const double u = now_.u(i, k);
-      const bool is_held = problem_.u.lower[i] >= problem_.u.upper[i];
-      const bool stays =
-          (u <= problem_.u.lower[i] && slope[i] > 0) || (u >= problem_.u.upper[i] && slope[i] < 0);
-      if (is_held || stays) open[i] = 0;
+      const double lower = problem_.u.lower[i], upper = problem_.u.upper[i];
+      if (lower >= upper || (u <= lower && slope[i] > 0) || (u >= upper && slope[i] < 0)) open[i] = 0;
     }
     return open;
   }
@@ -242,7 +238,7 @@ class Ddp {
     if (gaps > 0) gap_weight_ = std::max(gap_weight_, (linear + std::max(0.0, curved)) / (0.9 * gaps));
     const double slope = linear - gap_weight_ * gaps, merit = now_.cost + gap_weight_ * gaps;
     const double rounding = 1e-14 * (1 + std::abs(merit)) * std::sqrt(double(N_));
-    is_near_rounding_ = -slope <= 1e3 * rounding;
+    is_near_rounding_ = -slope <= 1e3 * rounding, promised_ = -slope;
     for (double length = 1; length > kShortest; length /= 2) {
       std::optional<Motion> next = roll_out(length);
       if (!next) continue;
@@ -256,14 +252,12 @@ class Ddp {
 
   // The next shift, and whether there is one.
   bool raise_shift() {
-    constexpr double kLeast = 1e-9, kMost = 1e12, kFactor = 10;
-    shift_ = std::max(kLeast, kFactor * shift_);
-    return shift_ <= kMost;
+    shift_ = std::max(1e-9, 10 * shift_);
+    return shift_ <= 1e12;
   }
 
-  // From a stationary point that is no minimum: the controls of the last stage that has none are moved along its most
-  // negative curvature, and what is behind follows the policies that are best there, so that the cost falls by the square
-  // of the length.  False where no length lowers it.
+  // From a stationary point that is no minimum: the controls of the last stage that has none are moved along its most negative
+  // curvature, and what is behind follows the best policies: the cost falls by the square of the length.  False where none does.
   bool leave_saddle() {
     constexpr int kMost = 5, kLongest = 20, kShortest = -40;  // powers of two
     constexpr double kEnough = 0.1;
@@ -281,8 +275,7 @@ class Ddp {
     for (int before = 0; before <= k; ++before) policy_[std::size_t(before)].K.setZero();
     gap_.setZero();
     const double cost = now_.cost;
-    for (int power = kLongest; power >= kShortest; --power) {
-      const double length = std::ldexp(1.0, power);
+    for (double length = std::ldexp(1.0, kLongest); length >= std::ldexp(1.0, kShortest); length /= 2) {
       policy_[std::size_t(k)].k = length * along;
       std::optional<Motion> next = roll_out(1);
       if (!next || !(next->cost - cost <= kEnough * length * length * curvature / 2)) continue;
@@ -331,17 +324,27 @@ class Ddp {
     return is_left;
   }
 
+  // Newton's steps, of all curvature, promise less than the cost is rounded by.
+  bool is_least(const DdpIteration& at) const {
+    return options_.hessian == DdpHessian::kExact && shift_ == 0 && is_closed(at.gap, options_.tolerance) &&
+           promised_ <= 1e-15 * now_.cost;
+  }
+
+  bool leave() {
+    if (!(options_.hessian == DdpHessian::kExact ? leave_saddle() : leave_along_trials())) return false;
+    least_slope_ = HUGE_VAL, stalled_ = 0, shift_ = 0;
+    return true;
+  }
+
   // The policy of a solution; a shift that is left says that it is no minimum.
   SolveStatus finish() {
     shift_ = 0;
-    while (!backward()) {
+    while (!backward())
       if (!raise_shift()) return SolveStatus::kStepFailed;
-    }
     return SolveStatus::kSolved;
   }
 
   SolveStatus iterate(std::vector<DdpIteration>& iterations) {
-    constexpr double kUnbounded = -1e50;
     const double begin = thread_seconds();
     const auto note = [&](const DdpIteration& at) {
       iterations.push_back(at);
@@ -354,15 +357,18 @@ class Ddp {
         note(at);
         const SolveStatus status = finish();
         if (status != SolveStatus::kSolved) return status;
-        const bool is_exact = options_.hessian == DdpHessian::kExact;
-        if (is_exact && shift_ == 0) return status;
-        if (!(is_exact ? leave_saddle() : leave_along_trials())) return finish();
-        least_slope_ = HUGE_VAL, stalled_ = 0, shift_ = 0;
+        if (options_.hessian == DdpHessian::kExact && shift_ == 0) return status;
+        if (!leave()) return finish();
         continue;
       }
-      if (at.cost < kUnbounded) return SolveStatus::kDiverging;
+      if (at.cost < -1e50) return SolveStatus::kDiverging;
       const SolveStatus at_rest = is_acceptable(at) ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
-      if (has_stalled(at)) return at_rest;
+      if (has_stalled(at)) {
+        // Where all slopes are rounding, as of a pole that stands, no step along them leads down.
+        if (is_closed(at.gap, options_.tolerance) && leave()) continue;
+        if (at_rest == SolveStatus::kStepTooSmall && is_least(at)) return finish();
+        return at_rest;
+      }
       if (i == options_.max_iterations) return SolveStatus::kIterationLimit;
       if (thread_seconds() - begin > options_.max_seconds) return SolveStatus::kTimeLimit;
       for (;;) {
@@ -374,7 +380,9 @@ class Ddp {
           return SolveStatus::kSolved;
         }
         if (is_convex && (at.length = search()) > 0) break;
-        if (!raise_shift()) return is_convex ? at_rest : SolveStatus::kStepFailed;
+        if (raise_shift()) continue;
+        if (is_closed(at.gap, options_.tolerance) && leave()) break;
+        return is_convex ? at_rest : SolveStatus::kStepFailed;
       }
       if (at.length > 0.3) shift_ = shift_ > 1e-9 ? shift_ / 10 : 0;
       note(at);
@@ -394,7 +402,7 @@ class Ddp {
   MatrixXd H_end_, gap_, slope_, adjoint_;
   VectorXd slopes_, sizes_;  // (n_u) the largest, and the largest of what they are made of
   Motion now_;
-  double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL;
+  double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL, promised_ = HUGE_VAL;
   bool is_near_rounding_ = false;
   int stalled_ = 0, saddles_ = 0;
   bool is_saddle_ = false;  // the cost falls along a trial, and no length was found that leads on

@@ -9,6 +9,7 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/transcription/free_motion.h>
 
 namespace dyntape {
 
@@ -74,7 +75,11 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
   solution.derivatives = checked_start(nlp, nlp.problem().name, start, options.check_derivatives);
   solution.check_seconds = seconds_since(begin);
   enter(OptimiseStep::kSolving);
-  solution.nlp = solve_nlp(nlp, start, options.solver);
+  solution.nlp = solve_or_let_go(nlp, start, options.solver, [&]() -> std::optional<std::vector<double>> {
+    const std::optional<Trajectory> motion = free_motion(nlp);
+    if (!motion) return std::nullopt;
+    return nlp.variables(*motion);
+  });
   enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
   solution.motion = nlp.trajectory(solution.nlp.x);

@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
+#include <dyntape/interface/transcription/free_motion.h>
 
 namespace dyntape {
 
@@ -78,7 +79,12 @@ PhasedSolution optimise(PhasedCollocation& nlp, const Phases& phases, const std:
   solution.derivatives = checked_start(nlp, phases.name, start, options.check_derivatives);
   solution.check_seconds = seconds_since(begin);
   enter(OptimiseStep::kSolving);
-  solution.nlp = solve_nlp(nlp, start, options.solver);
+  solution.nlp = solve_or_let_go(nlp, start, options.solver, [&]() -> std::optional<std::vector<double>> {
+    if (nlp.phases() > 1) return std::nullopt;  // others begin where links lead
+    const std::optional<Trajectory> motion = free_motion(nlp.phase(0));
+    if (!motion) return std::nullopt;
+    return nlp.variables({*motion});
+  });
   enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
   solution.motions = nlp.trajectories(solution.nlp.x);

@@ -110,5 +110,78 @@ TEST(Accuracy, HalvesStepsAndNotWhatTheMotorsAreTold) {
   EXPECT_NEAR(told.q.value, off, 0.5 * off);
 }
 
+// Kane's plate on a rod ("Mechanical Demonstration of Mathematical Stability and Instability", Int. J. of Mechanical Engineering
+// Education 2(4), 1974): the rod swings from the ceiling about x, the plate turns about the rod.  Masses, inertias and start are
+// those of MotionGenesis's example "chaotic babyboot", as are its figures after 10 s.
+Scene plate_on_rod() {
+  Scene scene = shipped("pendulum");
+  scene.robot.model = dynamics::load_urdf_text(
+      R"(<robot name="plate_on_rod">
+  <link name="ceiling"/>
+  <link name="rod">
+    <inertial>
+      <origin xyz="0 0 -0.075"/><mass value="0.01"/>
+      <inertia ixx="5e-6" iyy="5e-6" izz="1e-6" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+  <link name="plate">
+    <inertial>
+      <origin xyz="0 0 -0.2"/><mass value="0.1"/>
+      <inertia ixx="2.5e-4" iyy="5e-5" izz="2e-4" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+  <joint name="a" type="continuous"><parent link="ceiling"/><child link="rod"/><axis xyz="1 0 0"/></joint>
+  <joint name="b" type="continuous"><parent link="rod"/><child link="plate"/><axis xyz="0 0 1"/></joint>
+</robot>)",
+      "plate_on_rod.urdf", {.continuous = dynamics::ContinuousJoint::kAngle});
+  scene.q = VectorXd{{M_PI / 2, M_PI / 180}}, scene.v = VectorXd::Zero(2);
+  scene.commands = {{0}, VectorXd::Zero(2)};
+  scene.duration = 10;
+  return scene;
+}
+const VectorXd kPublishedEnd{
+    {-61.312983340691 * M_PI / 180, -929.47789677244 * M_PI / 180, -6.7440081040646, -2.7795690128833}};
+// Half a unit of the digits on which four runs by two integrators agree there: seven of the angles, six of the rates.
+const VectorXd kPublishedTo{{5e-6 * M_PI / 180, 5e-5 * M_PI / 180, 5e-6, 5e-6}};
+
+TEST(Accuracy, KanesPlateEndsWhereItIsPublishedTo) {
+  Scene scene = plate_on_rod();
+  for (const Integrator integrator : {Integrator::kAdaptive, Integrator::kRungeKutta4}) {
+    scene.integrator = integrator;
+    scene.tolerances = {1e-13, 1e-15};
+    scene.step = is_adaptive(integrator) ? 10 : 1e-4;
+    const VectorXd off = (end_of(scene) - kPublishedEnd).cwiseAbs();
+    for (int k = 0; k < 4; ++k) EXPECT_LT(off[k], kPublishedTo[k]) << to_string(integrator) << " " << k;
+  }
+}
+
+TEST(Accuracy, KanesPlateIsAsFarOffAsIsTold) {
+  Scene scene = plate_on_rod();
+  scene.integrator = Integrator::kAdaptive, scene.step = scene.sample = 1e-2;
+  for (const double tolerance : {1e-10, 1e-11, 1e-12}) {
+    scene.tolerances = {tolerance, 0.01 * tolerance};
+    const VectorXd off = (end_of(scene) - kPublishedEnd).cwiseAbs();
+    const Accuracy told = accuracy_of(scene);
+    EXPECT_NEAR(told.q.value, off.head(2).maxCoeff(), 0.6 * off.head(2).maxCoeff()) << tolerance;
+    EXPECT_NEAR(told.v.value, off.tail(2).maxCoeff(), 0.6 * off.tail(2).maxCoeff()) << tolerance;
+    EXPECT_TRUE(told.parts) << told.apart;
+  }
+  // Its energy is the solver's between samples as well.
+  const SimulationReport report{scene, run(scene)};
+  EXPECT_LT(report.motion.energy_error(), 1e-8);
+}
+
+TEST(Accuracy, KanesPlateByMidpointsIsToldToBeOff) {
+  Scene scene = plate_on_rod();
+  scene.integrator = Integrator::kImplicitMidpoint, scene.step = scene.sample = 1e-3;
+  SimulationReport report{scene, run(scene)};
+  report.accuracy = accuracy_of(scene);
+  const VectorXd off = (end_of(scene) - kPublishedEnd).cwiseAbs();
+  ASSERT_GT(off.head(2).maxCoeff(), 1);  // rad
+  EXPECT_GT(report.accuracy->q.value, 0.3);
+  EXPECT_TRUE(report.accuracy->parts) << report.accuracy->apart;
+  EXPECT_NE(report.text().find("nearby motions part"), std::string::npos) << report.text();
+}
+
 }  // namespace
 }  // namespace dyntape

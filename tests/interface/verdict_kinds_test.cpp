@@ -99,7 +99,92 @@ TEST_F(VerdictKinds, ASaddleIsLeftByEveryMethod) {
     text_ += "transcription {\n hessian gauss_newton\n}\n";
     const SolveReport approximate = solve_task(read());
     EXPECT_TRUE(!approximate.success() || approximate.solution.cost() < 11.9) << approximate.text();
+    if (std::string(method) != "ddp") continue;
+    // Gauss-Newton gets no further where the motion curves by what it leaves out; Newton's own steps do.
+    EXPECT_TRUE(approximate.success()) << approximate.text();
+    EXPECT_LT(approximate.solution.cost(), 7);
+    EXPECT_EQ(approximate.solution.nlp.stationary_point, StationaryPoint::kMinimum);
+    EXPECT_EQ(approximate.meshes.front().status, SolveStatus::kStepTooSmall);
+    EXPECT_TRUE(approximate.solution.nlp.is_by_other_method);
   }
+}
+
+// Upright at half a turn all slopes are rounding, where at zero they are none.
+TEST_F(VerdictKinds, DdpLeavesAPoleThatStandsByRounding) {
+  for (const double height : {-1.0, -0.5}) {
+    const SolveReport report = solved(
+        "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 3\n intervals 120\n}\nstart {\n q "
+        "3.141592653589793\n}\ngoal {\n q 0\n free hinge\n}\ncosts {\n control 0.01\n}\nterms {\n term down "
+        "{\n what "
+        "frame_position\n frame tip\n target \"0 0 " +
+        std::to_string(height) + "\"\n }\n}\nsolver {\n method ddp\n}\n");
+    EXPECT_TRUE(report.success()) << report.text();
+    EXPECT_LT(report.solution.cost(), 0.7 * 3 * std::pow(1 - height, 2));  // of standing still
+    EXPECT_EQ(report.solution.nlp.stationary_point, StationaryPoint::kMinimum);
+  }
+}
+
+// However little the task allows defects, a control may pass its limits by what is not cut off.
+TEST_F(VerdictKinds, ControlsAtTheirLimitsAreKeptWhateverDefectsAreAllowed) {
+  for (const char* bounds : {"bounds {\n efforts 12\n}\n", ""}) {
+    for (const char* method : {"ipopt", "stages"}) {
+      write_cart(30, *bounds ? 100 : 12);
+      const SolveReport report = solved(
+          "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 1\n intervals 40\n}\nstart {\n q 0\n}\ngoal {\n "
+          "q "
+          "2.5\n}\ncosts {\n control 1\n}\nverify {\n true_defect 1e-5\n}\n" +
+          std::string(bounds) + "solver {\n method " + method + "\n}\n");
+      EXPECT_TRUE(report.success()) << report.text();
+    }
+  }
+}
+
+// Nothing moves along y but by rounding, which a finer mesh takes over; the obstacle is just touched.
+TEST_F(VerdictKinds, WhatStandsStillButForRoundingDoesNotDiverge) {
+  write_file_atomically(
+      (folder_ / "table.urdf").string(),
+      "<robot name=\"table\"><link name=\"floor\"/><link name=\"carriage\"/><link name=\"hand\"><inertial>"
+      "<mass value=\"1\"/><inertia ixx=\"0.1\" ixy=\"0\" ixz=\"0\" iyy=\"0.1\" iyz=\"0\" "
+      "izz=\"0.1\"/></inertial>"
+      "</link><joint name=\"x\" type=\"prismatic\"><parent link=\"floor\"/><child link=\"carriage\"/><axis "
+      "xyz=\"1 0 "
+      "0\"/><limit lower=\"-10\" upper=\"10\" velocity=\"300\" effort=\"200\"/></joint><joint name=\"y\" "
+      "type=\"prismatic\"><parent link=\"carriage\"/><child link=\"hand\"/><axis xyz=\"0 1 0\"/><limit "
+      "lower=\"-10\" "
+      "upper=\"10\" velocity=\"300\" effort=\"100\"/></joint></robot>");
+  for (const char* method : {"ipopt", "stages"}) {
+    const SolveReport report = solved(
+        "robot {\n urdf table.urdf\n}\nhorizon {\n duration 2\n intervals 2\n}\nstart {\n q \"0 0\"\n}\ngoal "
+        "{\n q "
+        "\"3 0\"\n}\ncosts {\n control 1\n}\ntranscription {\n scheme trapezoid\n}\nobstacles {\n bar post "
+        "{\n from "
+        "\"1.37 0.05 -1\"\n to \"1.37 0.05 1\"\n radius 0.02\n }\n}\nbodies {\n ball hull {\n frame hand\n "
+        "center "
+        "\"0 0 0\"\n radius 0.03\n }\n}\nsolver {\n method " +
+        std::string(method) + "\n}\n");
+    EXPECT_TRUE(report.success()) << report.text();
+  }
+}
+
+// A pendulum that falls freely, as good as: its motion is there, and on eleven trapezoids there is none.
+TEST_F(VerdictKinds, AMeshTooCoarseForAnyMotionIsRefined) {
+  for (const char* method : {"ipopt", "stages"}) {
+    const SolveReport report = solved(
+        "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 1.77\n intervals 11\n}\nstart {\n q -2\n}\n"
+        "goal {\n q 1.1142945849\n v -4.1004278213\n}\ncosts {\n control 1\n}\nbounds {\n efforts 0.1\n}\n"
+        "transcription {\n scheme trapezoid\n}\nsolver {\n method " +
+        std::string(method) + "\n}\n");
+    EXPECT_TRUE(report.success()) << report.text();
+    EXPECT_GT(report.meshes.size(), 1u);
+    EXPECT_EQ(report.meshes.front().status, SolveStatus::kLocallyInfeasible);
+  }
+  // Far from all motions no finer mesh is tried.
+  const SolveReport report = solved(
+      "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 1.77\n intervals 11\n}\nstart {\n q -2\n}\n"
+      "goal {\n q 2.5\n v 0\n}\ncosts {\n control 1\n}\nbounds {\n efforts 0.1\n}\ntranscription {\n scheme "
+      "trapezoid\n}\n");
+  EXPECT_FALSE(report.success());
+  EXPECT_EQ(report.meshes.size(), 1u);
 }
 
 // A double well from its ridge: x' = u, x(0) = 0, int r u^2 + w (x^2 - s^2)^2.  At rest the cost is w s^4 T.

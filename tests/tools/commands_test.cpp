@@ -347,6 +347,8 @@ TEST(Advise, MeasuresATaskAndRefusesWhatIsNone) {
   EXPECT_EQ(advised.status, 0) << advised.out << advised.err;
   EXPECT_NE(advised.out.find("The optimum is 12.0000"), std::string::npos) << advised.out;
   EXPECT_NE(advised.out.find("method           stages"), std::string::npos) << advised.out;
+  EXPECT_NE(advised.out.find("less than a twentieth"), std::string::npos) << advised.out;
+  EXPECT_EQ(advised.out.find("are not known"), std::string::npos) << advised.out;
   const auto ddp = run_dyntape({"advise", tasks + "cart_pole_ddp.info"});
   EXPECT_EQ(ddp.status, 1);
   EXPECT_NE(ddp.err.find("expected method ipopt or stages"), std::string::npos) << ddp.err;

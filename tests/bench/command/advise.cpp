@@ -52,7 +52,13 @@ void run(const Wanted& wanted) {
     if (!choice.measured.empty()) std::cout << choice.what << "\n";
     for (const std::string& line : choice.measured) std::cout << "- " << line << "\n";
   }
-  std::cout << "\nTimes: of a solve from the task's guess; of the integrator, of a simulated second.\n";
+  std::cout
+      << "\nTimes: of a solve from the task's guess; of the integrator, of a simulated second.\n"
+         "What is quicker by less than a twentieth, or not each time that both are measured in turn, is "
+         "noise: then the\none before it is taken.\n";
+  if (const double known = 3 * advice.known_to; known > std::pow(10.0, -wanted.digits))
+    std::cout << "So many digits of the optimum are not known: what is taken keeps " << io::scientific(known)
+              << ".\n";
   if (!advice.reached)
     std::cout << "The digits are not reached in the time given: a longer --seconds, or fewer --digits.\n";
   std::cout << "\nAs keys of the task file:\n\n" << advice.keys;
