@@ -23,7 +23,8 @@ constexpr double kRelativeStep = 5e-4;
 // Of a difference of f over one step, in units of the rounding of the largest terms of f.
 constexpr double kRounding = 16 * std::numeric_limits<double>::epsilon() / kRelativeStep;
 constexpr std::size_t kNoColumn = ~std::size_t{0};
-constexpr double kPerturbation = 0.05;       // of the point, relative to max(1, |x|)
+constexpr double kPerturbation = 0.05;       // of the point, relative to nominal values
+constexpr double kFinest = 1e-6;             // of |x|: steps that are relative to less are rounding
 constexpr double kTolerance = 1e-6;          // of |given - difference| / max(1, |given|, |difference|)
 constexpr std::size_t kMostMismatches = 20;  // that are named
 constexpr unsigned kPoints = 3;  // at which an entry has to mismatch: a wrong one is wrong everywhere
@@ -43,7 +44,10 @@ Vector difference(const VectorFunction& f, const Vector& x, const Vector& direct
   return result;
 }
 
-double step_of(double x) { return kRelativeStep * std::max(1.0, std::abs(x)); }
+// Of a variable that is divided by its nominal value: that value, 1, or what rounding of x still lets it be moved by.
+double size_of(double x) { return std::max(1.0, kFinest * std::abs(x)); }
+
+double step_of(double x) { return kRelativeStep * size_of(x); }
 
 // Sums of |J_ij| max(1, |x_j|) over the rows of a matrix: what the terms of a function with these slopes amount to
 // near x, however small their sum is.
@@ -102,7 +106,7 @@ class Checker {
         x_(nlp_.in_scaled_units(near)) {
     std::uniform_real_distribution<double> uniform(-1, 1);
     for (std::size_t i = 0; i < x_.size(); ++i) {
-      const double moved = x_[i] + kPerturbation * std::max(1.0, std::abs(x_[i])) * uniform(random_);
+      const double moved = x_[i] + kPerturbation * size_of(x_[i]) * uniform(random_);
       const bool fixed = shape_.x_lower[i] == shape_.x_upper[i];
       // Functions need not be defined outside the bounds; differences then reach a little beyond.
       x_[i] = fixed ? moved : std::clamp(moved, shape_.x_lower[i], shape_.x_upper[i]);

@@ -5,7 +5,7 @@
 //   const DerivativeCheck check = check_derivatives(nlp, start);
 //   for (const DerivativeMismatch& m : check.mismatches) std::cerr << m.row << " by " << m.variable << ...;
 //
-// The derivatives are compared with fourth-order central differences (error h^4, h = 5e-4 relative, shorter where
+// The derivatives are compared with fourth-order central differences (error h^4, h = 5e-4 of a nominal value, shorter where
 // that disagrees) at a random point near the given one: gradient and Jacobian with differences of the values, the Hessian with
 // differences of the gradient of sigma f + lambda . g for random multipliers.  Columns that share no row are
 // moved together (greedy colouring), so the number of evaluations does not grow with the mesh.  An entry

@@ -21,9 +21,8 @@
 // guess and its path rows are left out; in a motion they are what the scheme's polynomial is there.
 //
 // Magnitudes (collocation_magnitudes.cpp), one for each part of z, row of a point and the cost: how far the start
-// moves states, or what its end or its path lacks, or how far the cost alone would move them; what changes them by as
-// much within the duration; what rows and costs then amount to.  A change of the units of mass, length or time
-// changes them alike.
+// moves states; of the others what equilibrates the Jacobian, sampled around the start where it stands still; of rows and
+// the cost what they then amount to.  A change of the units of mass, length or time changes them alike.
 //
 // Between solves values may change: what a problem says besides its functions.  Nothing is recorded or compiled anew,
 // patterns stay, and what was evaluated before is forgotten:
@@ -154,8 +153,6 @@ class Collocation : public Nlp {
   double numbers_of_interval() const;
   void check_size() const;
   void place_points(const MeshOptions& options);
-  Eigen::VectorXd instant_values(const std::vector<double>& y) const;  // of the rows of all instants
-  Eigen::MatrixXd instant_slopes() const;                              // (those rows x n_z) magnitudes
   void set_variable_bounds();
   void set_row_bounds();
   void place_parameters();
@@ -171,23 +168,20 @@ class Collocation : public Nlp {
   bool evaluate_values(const double* x);
   bool evaluate_first(const double* x);
   bool gauss_newton(const double* x, double sigma, double* nonzeros);
-  Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
-                                   const Eigen::MatrixXd& end_slopes);
-  Eigen::VectorXd stage_magnitudes(const std::vector<double>& start, const Eigen::MatrixXd& slopes,
-                                   const Eigen::MatrixXd& end_slopes, const Eigen::VectorXd& path,
-                                   const Eigen::VectorXd& end);
-  Eigen::VectorXi
-      lacked_;  // (n_z) of the magnitudes taken last: 1 where what a row lacks, or a cost, gave them
-  Eigen::MatrixXd node_slopes() const;
-  Eigen::VectorXd look_around(const std::vector<double>& start, Eigen::VectorXd z, Eigen::MatrixXd& slopes,
-                              Eigen::MatrixXd& end_slopes);
-  void propagate(Eigen::VectorXd& z, const std::vector<double>& start, const Eigen::MatrixXd& slopes) const;
-  void replace_rounding(Eigen::VectorXd& z, const Eigen::MatrixXd& slopes) const;
-  Eigen::VectorXd missing_of_path() const;
-  Eigen::VectorXd largest_of_path() const;
-  Eigen::VectorXd one_sided_room(const std::vector<double>& start) const;
-  double newton_step(const std::vector<double>& start, std::size_t entry);
-  double cost_magnitude(const std::vector<double>& start, const Eigen::VectorXd& z);
+  // Of the node's rows, its rates first, then of those of instants, at what was evaluated last.
+  struct Linearisation {
+    Eigen::MatrixXd slopes;         // (rows x n_z) the largest |entries| of the Jacobian over the points
+    Eigen::VectorXd lacks, values;  // by how much rows lie outside their bounds, and |values|, at most
+    Eigen::VectorXd room;           // between their bounds
+    Eigen::Array<bool, Eigen::Dynamic, 1> equations() const { return room.array() == 0 || lacks.array() > 0; }
+  };
+  Linearisation linearisation() const;
+  Eigen::VectorXd extents(const std::vector<double>& start) const;
+  Eigen::VectorXd completed(Eigen::VectorXd z, const Linearisation& at) const;
+  Eigen::VectorXd nominal_values(const std::vector<double>& start, Linearisation at);
+  std::pair<Eigen::VectorXd, Eigen::VectorXd> cost_slopes(const std::vector<double>& start,
+                                                          const Eigen::VectorXd& displacement);
+  double newton_step(const std::vector<double>& start, Eigen::Index entry);
   const double* parameters_at(std::size_t point) const {
     return parameters_.data() + point * stage_.node.n_p();
   }

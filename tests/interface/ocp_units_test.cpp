@@ -3,6 +3,8 @@
 // The same problem in other units: kilograms or milligrams, metres or kilometres, seconds or hours.
 #include <gtest/gtest.h>
 
+#include <numbers>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/solvers/ipopt.h>
 #include <dyntape/interface/solvers/scaled_nlp.h>
@@ -237,6 +239,16 @@ TEST(Magnitudes, OfStiffSpringsAndNarrowBoundsAreNoWrongDerivatives) {
   }
 }
 
+// Far from zero, among hills that are as long as the way: steps are as long as the hills ask for, not as the place is.
+TEST(Magnitudes, OfAShortWayFarFromZeroAreNoWrongDerivatives) {
+  for (double place : {1e3, 1e6, 1e8}) {
+    Problem p = hills({1, 1, 1});
+    p.start[0] += place, p.goal[0] += place;
+    Collocation nlp(p, {.intervals = 6, .evaluation = test::kInterpreted});
+    EXPECT_TRUE(check_derivatives(nlp, nlp.start()).good()) << place;
+  }
+}
+
 // What a wild guess calls large is not what the optimum calls large.
 Problem pushed_over(double force_guessed) {
   Problem p("pushed", {"p", "v"}, {"u"}, 1.0, [](const auto& s) {
@@ -291,6 +303,29 @@ TEST(Magnitudes, OfEndsThatLackRoundingComeFromTheOthers) {
   Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
   for (double x : nlp.magnitudes(nlp.start()).x) EXPECT_GT(x, 1e-6);
   EXPECT_TRUE(optimise(nlp, nlp.start(), {}).success());
+}
+
+// The end lacks what a cosine at its top, or at its foot, has no slope towards; the slopes around tell how far it is.
+TEST(Magnitudes, OfACosineAtItsTopComeFromAround) {
+  for (double length : {1e-9, 1.0, 1e9}) {
+    for (double angle : {0.0, 1e-9, 0.1, 3.1, std::numbers::pi}) {
+      Problem p("arc", {"p", "v"}, {"u"}, 1.0, [=](const auto& s) {
+        using std::sin;
+        return vector(s.x[1], s.u[0] - length * sin(s.x[0] / length));
+      });
+      p.add(running_squares("effort", [](const auto& s) { return s.u; }));
+      const double target = angle < 1 ? -1 : 1;
+      p.add(terminal_equality("end", [=](const auto& s) {
+        using std::cos;
+        return vector(cos(s.x[0] / length) - target);
+      }));
+      p.start << angle * length, 0;
+      Collocation nlp(p, {.intervals = 10, .evaluation = test::kInterpreted});
+      const NlpMagnitudes m = nlp.magnitudes(nlp.start());
+      EXPECT_GT(m.x[0] / length, 0.02) << length << " " << angle;
+      EXPECT_LT(m.x[0] / length, 20) << length << " " << angle;
+    }
+  }
 }
 
 TEST(Rounds, EndAtTheOptimumFromAWildGuess) {
