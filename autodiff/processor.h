@@ -24,10 +24,15 @@
 #define DYNTAPE_HAS_FMA 1
 #endif
 
+// DYNTAPE_REGISTER: bytes of a vector register.  A vector type that is wider is an object in memory for gcc 12, stored
+// and read again between any two operations.
 #if defined(DYNTAPE_HAS_AVX512F)
+#define DYNTAPE_REGISTER 64
 #define DYNTAPE_VECTORS vectors_of_64_bytes_as_units_linked_to_dyntape_native
 #elif defined(DYNTAPE_HAS_AVX)
+#define DYNTAPE_REGISTER 32
 #define DYNTAPE_VECTORS vectors_of_32_bytes_as_units_linked_to_dyntape_native
 #else
+#define DYNTAPE_REGISTER 16
 #define DYNTAPE_VECTORS vectors_of_16_bytes_unless_linked_to_dyntape_native
 #endif

@@ -21,10 +21,10 @@ ASKED = ['codegen/options', 'codegen/flags', 'codegen/lane_widths']  # what is a
 CODEGEN = ASKED + ['codegen/system', 'codegen/passes', 'codegen/schedule', 'codegen/print', 'codegen/store', 'codegen/build',
                    'codegen/run']
 ROOMS = {
-    'autodiff': ([], 9, 550),
+    'autodiff': ([], 11, 640),
     'autodiff/graph': ([], 15, 2200),
     'autodiff/derive': (['autodiff/graph'], 15, 1900),
-    'autodiff/scalars': (['autodiff/graph'], 9, 950),
+    'autodiff/scalars': (['autodiff/graph'], 9, 1000),
     'autodiff/evaluate': (['autodiff/graph', 'autodiff/scalars'], 10, 1000),
     'autodiff/record': (['autodiff/graph', 'autodiff/evaluate'], 7, 900),
     'dynamics/algebra': ([], 12, 1500),
@@ -47,9 +47,9 @@ ROOMS = {
     'codegen/run': (['autodiff/scalars', 'codegen/store'], 7, 400),
     'codegen': ([*AUTODIFF, *CODEGEN], 15, 1350),
     'interface/io': (['codegen/system'], 31, 3050),  # settings, tables, pictures, lines that live on a terminal
-    'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 26, 2950),
+    'interface/robot': ([*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/system'], 28, 3000),
     'interface/ocs2': ([*AUTODIFF, 'codegen', *ASKED, 'codegen/run', 'interface/io', 'interface/robot'], 9, 1250),
-    'interface/solvers': (['autodiff/graph', 'interface/io'], 42, 4700),  # Ipopt; our own from stage to stage: chains, barrier,
+    'interface/solvers': (['autodiff/graph', 'interface/io'], 42, 4750),  # Ipopt; our own from stage to stage: chains, barrier,
     # restoration; Riccati's recursion; closed motions, whose ends are tied
     'interface/scene': ([*AUTODIFF, *DYNAMICS, 'dynamics/urdf', 'codegen', 'codegen/options', 'interface/io', 'interface/robot',
                          'interface/simulation', 'interface/player'], 59, 5600),  # keys, motion, energies, doubts, costs, results;

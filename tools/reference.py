@@ -29,6 +29,8 @@ ENVIRONMENT = {
     'DYNTAPE_CC': 'The C compiler, a name or a path, in place of the first of `cc`, `gcc` and `clang`.',
     'DYNTAPE_DUMP': 'A folder into which each stage of the pipeline writes what it made: graphs, schedules, C, the '
                     "compiler's command.",
+    'DYNTAPE_PROCESSOR': '`x86-64-v2`, `x86-64-v3` or `x86-64-v4`: the code that runs, in place of the highest that the processor has '
+                         '(`dyntape doctor` says which).  Bits stay the same.',
     'DYNTAPE_THREADS': 'Threads that evaluate and compile, 1 to 1024, in place of what the hardware has.',
     'HOME': 'The cache is in `$HOME/.cache/dyntape` where neither DYNTAPE_CACHE nor XDG_CACHE_HOME is set.  The '
             'compiler gets it.',

@@ -17,8 +17,8 @@
 // Comparisons give a Mask, which does not convert to bool: `if (x < y)` does not compile, for lanes may
 // disagree.  any(mask) and all(mask) ask.
 //
-// Storage.  A pack is aligned to its size; C++17's new and std::vector keep to that.  N is 1, 2, 4 or 8; a
-// processor whose registers are shorter takes several of them.
+// Storage.  A pack is aligned to its size; C++17's new and std::vector keep to that.  N is 1, 2, 4 or 8; where the
+// processor's registers are shorter, a pack is two halves, and each half is one register or two halves again.
 #pragma once
 
 #include <cmath>
@@ -36,10 +36,79 @@
 
 namespace dyntape {
 namespace detail {
+inline namespace DYNTAPE_VECTORS {
+
+template <class Entry, int N>
+struct Halves;
+
+// What holds N entries: a register, or two halves.
 template <class Entry, int N>
 struct Lanes {
   using Type [[gnu::vector_size(sizeof(Entry) * N)]] = Entry;
 };
+template <class Entry, int N>
+requires(sizeof(Entry) * N > DYNTAPE_REGISTER) struct Lanes<Entry, N> {
+  using Type = Halves<Entry, N>;
+};
+
+// The same bits as another vector.
+template <class To, class From>
+To bits_as(const From& x) {
+  static_assert(sizeof(To) == sizeof(From));
+  if constexpr (requires { x.low; }) {
+    using Half = typename To::Half;
+    return {bits_as<Half>(x.low), bits_as<Half>(x.high)};
+  } else {
+    return reinterpret_cast<To>(x);
+  }
+}
+
+// Halves do what registers do, in the compiler's notation.
+template <class Entry, int N>
+struct alignas(sizeof(Entry) * N) Halves {
+  using Half = typename Lanes<Entry, N / 2>::Type;
+  Half low, high;
+
+  Entry operator[](int lane) const { return lane < N / 2 ? low[lane] : high[lane - N / 2]; }
+
+  friend Halves operator-(Entry a, const Halves& b) { return {a - b.low, a - b.high}; }
+  friend Halves operator-(const Halves& a, Entry b) { return {a.low - b, a.high - b}; }
+  friend Halves operator-(const Halves& a) { return {-a.low, -a.high}; }
+  friend Halves operator~(const Halves& a) { return {~a.low, ~a.high}; }
+#define DYNTAPE_BOTH(op) \
+  friend Halves operator op(const Halves& a, const Halves& b) { return {a.low op b.low, a.high op b.high}; }
+  DYNTAPE_BOTH(+)
+  DYNTAPE_BOTH(-)
+  DYNTAPE_BOTH(*)
+  DYNTAPE_BOTH(/)
+  DYNTAPE_BOTH(&)
+  DYNTAPE_BOTH(|)
+#undef DYNTAPE_BOTH
+#define DYNTAPE_BOTH(op)                                                         \
+  friend Halves<std::int64_t, N> operator op(const Halves& a, const Halves& b) { \
+    using Truth = typename Halves<std::int64_t, N>::Half;                        \
+    return {bits_as<Truth>(a.low op b.low), bits_as<Truth>(a.high op b.high)};   \
+  }
+  DYNTAPE_BOTH(<)
+  DYNTAPE_BOTH(<=)
+  DYNTAPE_BOTH(>)
+  DYNTAPE_BOTH(>=)
+  DYNTAPE_BOTH(==)
+  DYNTAPE_BOTH(!=)
+#undef DYNTAPE_BOTH
+};
+
+template <class Vector, class Entry>
+void set_lane(Vector& v, int lane, Entry x) {
+  if constexpr (requires { v.low; }) {
+    constexpr int half = sizeof v.low / sizeof x;
+    lane < half ? set_lane(v.low, lane, x) : set_lane(v.high, lane - half, x);
+  } else {
+    v[lane] = x;
+  }
+}
+
+}  // namespace DYNTAPE_VECTORS
 }  // namespace detail
 
 inline namespace DYNTAPE_VECTORS {
@@ -104,12 +173,12 @@ class Pack<double, N> {
 
   const Vector& vector() const { return v_; }
   double operator[](int lane) const { return v_[lane]; }
-  void set(int lane, double x) { v_[lane] = x; }
+  void set(int lane, double x) { detail::set_lane(v_, lane, x); }
 
-  Pack& operator+=(const Pack& b) { return v_ += b.v_, *this; }
-  Pack& operator-=(const Pack& b) { return v_ -= b.v_, *this; }
-  Pack& operator*=(const Pack& b) { return v_ *= b.v_, *this; }
-  Pack& operator/=(const Pack& b) { return v_ /= b.v_, *this; }
+  Pack& operator+=(const Pack& b) { return *this = *this + b; }
+  Pack& operator-=(const Pack& b) { return *this = *this - b; }
+  Pack& operator*=(const Pack& b) { return *this = *this * b; }
+  Pack& operator/=(const Pack& b) { return *this = *this / b; }
 
   friend Pack operator+(const Pack& a, const Pack& b) { return Pack(Vector(a.v_ + b.v_)); }
   friend Pack operator-(const Pack& a, const Pack& b) { return Pack(Vector(a.v_ - b.v_)); }
@@ -118,16 +187,19 @@ class Pack<double, N> {
   friend Pack operator-(const Pack& a) { return Pack(Vector(-a.v_)); }
   friend Pack operator+(const Pack& a) { return a; }
 
-  friend Truth operator<(const Pack& a, const Pack& b) { return Truth(a.v_ < b.v_); }
-  friend Truth operator<=(const Pack& a, const Pack& b) { return Truth(a.v_ <= b.v_); }
-  friend Truth operator>(const Pack& a, const Pack& b) { return Truth(a.v_ > b.v_); }
-  friend Truth operator>=(const Pack& a, const Pack& b) { return Truth(a.v_ >= b.v_); }
-  friend Truth operator==(const Pack& a, const Pack& b) { return Truth(a.v_ == b.v_); }
-  friend Truth operator!=(const Pack& a, const Pack& b) { return Truth(a.v_ != b.v_); }
+  friend Truth operator<(const Pack& a, const Pack& b) { return Truth(detail::bits_as<Bits>(a.v_ < b.v_)); }
+  friend Truth operator<=(const Pack& a, const Pack& b) { return Truth(detail::bits_as<Bits>(a.v_ <= b.v_)); }
+  friend Truth operator>(const Pack& a, const Pack& b) { return Truth(detail::bits_as<Bits>(a.v_ > b.v_)); }
+  friend Truth operator>=(const Pack& a, const Pack& b) { return Truth(detail::bits_as<Bits>(a.v_ >= b.v_)); }
+  friend Truth operator==(const Pack& a, const Pack& b) { return Truth(detail::bits_as<Bits>(a.v_ == b.v_)); }
+  friend Truth operator!=(const Pack& a, const Pack& b) { return Truth(detail::bits_as<Bits>(a.v_ != b.v_)); }
 
   // a where the condition holds, else b; what the other holds there, a NaN say, does not matter.
   friend Pack select(const Truth& condition, const Pack& a, const Pack& b) {
-    return Pack(Vector(condition.bits() ? a.v_ : b.v_));
+    if constexpr (kIsWide)
+      return by_halves([](const auto&... x) { return select(x...); }, condition, a, b);
+    else
+      return Pack(Vector(condition.bits() ? a.v_ : b.v_));
   }
 
   // The names of ops.def that are not <cmath>'s.
@@ -143,12 +215,12 @@ class Pack<double, N> {
   }
 
   friend Pack abs(const Pack& a) {
-    return Pack(reinterpret_cast<Vector>(reinterpret_cast<Bits>(a.v_) & kMagnitude));
+    return Pack(detail::bits_as<Vector>(detail::bits_as<Bits>(a.v_) & magnitude()));
   }
   friend Pack fabs(const Pack& a) { return abs(a); }
   friend Pack copysign(const Pack& a, const Pack& b) {
-    return Pack(reinterpret_cast<Vector>((reinterpret_cast<Bits>(a.v_) & kMagnitude) |
-                                         (reinterpret_cast<Bits>(b.v_) & ~kMagnitude)));
+    return Pack(detail::bits_as<Vector>((detail::bits_as<Bits>(a.v_) & magnitude()) |
+                                        (detail::bits_as<Bits>(b.v_) & ~magnitude())));
   }
   friend Pack sqrt(const Pack& a) { return a.root(); }
   friend Pack floor(const Pack& a) {
@@ -171,7 +243,18 @@ class Pack<double, N> {
 
  private:
   using Bits = typename Truth::Bits;
-  static constexpr std::int64_t kMagnitude = std::numeric_limits<std::int64_t>::max();  // all but the sign
+  static constexpr bool kIsWide = 8 * N > DYNTAPE_REGISTER;
+
+  static Bits magnitude() { return std::numeric_limits<std::int64_t>::max() - Bits{}; }  // all but the sign
+
+  static auto low(const Pack& a) { return Pack<double, N / 2>(a.v_.low); }
+  static auto low(const Truth& a) { return dyntape::Mask<N / 2>(a.bits().low); }
+  static auto high(const Pack& a) { return Pack<double, N / 2>(a.v_.high); }
+  static auto high(const Truth& a) { return dyntape::Mask<N / 2>(a.bits().high); }
+  template <class F, class... Args>
+  static Pack by_halves(F f, const Args&... args) {
+    return Pack(Vector{f(low(args)...).vector(), f(high(args)...).vector()});
+  }
 
   template <class F>
   Pack each(F f) const {
@@ -181,6 +264,7 @@ class Pack<double, N> {
   }
 
   static Pack multiplied_and_added(const Pack& a, const Pack& b, const Pack& c) {
+    if constexpr (kIsWide) return by_halves([](const auto&... x) { return fma(x...); }, a, b, c);
 #if defined(DYNTAPE_HAS_AVX512F)
     if constexpr (N == 8) return Pack(_mm512_fmadd_pd(a.v_, b.v_, c.v_));
 #endif
@@ -194,6 +278,7 @@ class Pack<double, N> {
   }
 
   Pack root() const {
+    if constexpr (kIsWide) return by_halves([](const auto& x) { return sqrt(x); }, *this);
 #if defined(DYNTAPE_HAS_AVX512F)
     if constexpr (N == 8) return Pack(_mm512_mask_sqrt_pd(v_, 0xff, v_));  // gcc 12 warns of the plain one
 #endif

@@ -38,35 +38,56 @@ template <int N, int H = N / 2>
   }
 }
 
+// Rows of a register each: the N x N square in blocks of kRow x kRow.
+template <int N>
+inline constexpr int kRow = 8 * N > DYNTAPE_REGISTER ? DYNTAPE_REGISTER / 8 : N;
+
 // N numbers at each of N addresses, from[k] + i, to a square whose rows are its columns; and back, to the first
 // `count` addresses.
 template <int N>
 void load_transposed(const double* const* from, std::size_t i, double* square) {
-  Pack<double, N> rows[N];
+  constexpr int W = kRow<N>;
+#pragma GCC unroll 4
+  for (int r = 0; r < N; r += W) {
+#pragma GCC unroll 4
+    for (int c = 0; c < N; c += W) {
+      Pack<double, W> rows[W];
 #pragma GCC unroll 8
-  for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(from[k] + i);
-  transpose(rows);
+      for (int k = 0; k < W; ++k) rows[k] = Pack<double, W>::load(from[r + k] + i + c);
+      transpose(rows);
 #pragma GCC unroll 8
-  for (int k = 0; k < N; ++k) rows[k].store(square + k * N);
+      for (int k = 0; k < W; ++k) rows[k].store(square + (c + k) * N + r);
+    }
+  }
 }
+template <int N>
+void store_transposed(const double* square, double* const* to, std::size_t i, int count) {
+  constexpr int W = kRow<N>;
+#pragma GCC unroll 4
+  for (int r = 0; r < N; r += W) {
+#pragma GCC unroll 4
+    for (int c = 0; c < N; c += W) {
+      Pack<double, W> rows[W];
+#pragma GCC unroll 8
+      for (int k = 0; k < W; ++k) rows[k] = Pack<double, W>::load(square + (c + k) * N + r);
+      transpose(rows);
+#pragma GCC unroll 8
+      for (int k = 0; k < W; ++k) {
+        if (r + k < count) rows[k].store(to[r + k] + i + c);
+      }
+    }
+  }
+}
+
+#if defined(DYNTAPE_HAS_AVX512F) && !defined(__clang__)
+#define DYNTAPE_STORES_LINES 1
 template <int N>
 [[gnu::always_inline]] inline void load_square(const double* square, Pack<double, N>* rows) {
 #pragma GCC unroll 8
   for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(square + k * N);
   transpose(rows);
 }
-template <int N>
-void store_transposed(const double* square, double* const* to, std::size_t i, int count) {
-  Pack<double, N> rows[N];
-  load_square<N>(square, rows);
-#pragma GCC unroll 8
-  for (int k = 0; k < N; ++k) {
-    if (k < count) rows[k].store(to[k] + i);
-  }
-}
 
-#if defined(DYNTAPE_HAS_AVX512F) && !defined(__clang__)
-#define DYNTAPE_STORES_LINES 1
 // The first n / N * N entries of all states, n >= N, to addresses of any alignment.  Stores that straddle two
 // cache lines cost twice, so what two squares have for a line is put together first; only the ends straddle.
 template <int N>

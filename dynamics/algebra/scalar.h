@@ -20,8 +20,12 @@
 #include <dyntape/dynamics/algebra/vec3.h>
 
 // Compiles a function template of dynamics/ for T; one that is overloaded is written out (instantiate.h).
-#define DYNTAPE_COMPILE(function, T) \
-  template decltype(dyntape::dynamics::function<T>) dyntape::dynamics::function<T>;
+#define DYNTAPE_COMPILE(function, T, ...) \
+  __VA_ARGS__ template decltype(dyntape::dynamics::function<T>) dyntape::dynamics::function<T>;
+
+// What a file compiles stands in the library for built-in floats: a unit that includes the file, maybe compiled with other
+// flags, takes it from there and emits none of its own.
+#define DYNTAPE_DECLARE_BUILT_IN(instantiate) instantiate(double, extern) instantiate(float, extern)
 
 namespace dyntape::dynamics {
 

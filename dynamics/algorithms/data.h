@@ -107,7 +107,7 @@ struct Data {
     for (auto* x : {&v, &a, &a_gf}) x->resize(n);
     for (auto* x : {&f, &p_A}) x->resize(n);
     for (auto* x : {&S_dot, &S_ddot, &S_v}) x->resize(nv);
-    stride = static_cast<int>(detail::whole_lanes<T>(nv));
+    stride = static_cast<int>(detail::whole_lines<T>(nv));
     const auto lanes = [&](int quantities) {
       return detail::LaneArray<T>(std::ptrdiff_t{stride} * quantities);
     };

@@ -13,21 +13,23 @@ namespace {
 
 constexpr int kStep = 8;  // rows at once
 
-// x -= m e for a group of rows, rounded once.
+// A group of rows is one register; x -= m e for a group, rounded once.
+constexpr char kGroup[] = R"(#if defined(__AVX512F__)
+typedef double group __attribute__((vector_size(64), aligned(8), may_alias));
+#elif defined(__AVX__)
+typedef double group __attribute__((vector_size(32), aligned(8), may_alias));
+#else
+typedef double group __attribute__((vector_size(16), aligned(8), may_alias));
+#endif
+)";
 constexpr char kSubtractFused[] = R"(#if defined(__AVX512F__)
 #define SUBTRACT(x, m) x = __builtin_ia32_vfmaddpd512_mask(-(m), e - (group){0}, x, (unsigned char)-1, 4);
-#elif defined(__FMA__)
-typedef double half __attribute__((vector_size(32), aligned(8), may_alias));
-#define SUBTRACT(x, m) { \
-    const group minus = -(m); \
-    half* const h = (half*)&x; \
-    h[0] = __builtin_ia32_vfmaddpd256(((const half*)&minus)[0], e - (half){0}, h[0]); \
-    h[1] = __builtin_ia32_vfmaddpd256(((const half*)&minus)[1], e - (half){0}, h[1]); \
-  }
+#elif defined(__AVX__) && defined(__FMA__)
+#define SUBTRACT(x, m) x = __builtin_ia32_vfmaddpd256(-(m), e - (group){0}, x);
 #else
 #define SUBTRACT(x, m) { \
     const group minus = -(m); \
-    for (r = 0; r < 8; ++r) x[r] = __builtin_fma(minus[r], e, x[r]); \
+    for (r = 0; r < (int)(sizeof(group) / sizeof(double)); ++r) x[r] = __builtin_fma(minus[r], e, x[r]); \
   }
 #endif
 )";
@@ -97,7 +99,7 @@ void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
   }
 }
 
-// Eight rows at once: in one lane groups of eight entries, as many as stay in registers; in several lanes eight
+// Several rows at once: in one lane groups of a register's entries, as many as stay in registers; in several lanes eight
 // vectors.  The last group ends with the last row, and may do some rows of the group before once more.
 std::string MinverseProduct::c_loops(const std::string& real, const std::string& body) const {
   const std::string n = std::to_string(nv_), block = std::to_string(nv_ * nv_);
@@ -122,14 +124,26 @@ std::string MinverseProduct::c_loops(const std::string& real, const std::string&
 }
 
 std::string MinverseProduct::c_body(Sums sums) const {
-  constexpr int kAtOnce = 6;
-  const int groups = (nv_ + kStep - 1) / kStep;
   const std::string n = std::to_string(nv_);
-  std::string body = "    double x[" + n + "], e;\n";
+  const auto of_width = [&](const char* condition, int width) {
+    return condition + std::string("\n") + c_column(sums, width);
+  };
+  const std::string body = of_width("#if defined(__AVX512F__)", 8) + of_width("#elif defined(__AVX__)", 4) +
+                           of_width("#else", 2) + "#endif\n";
+  return kGroup + std::string(sums == Sums::kFused ? kSubtractFused : "") +
+         c_loops("double", "    double x[" + n + "], e;\n" + body + "    for (r = 0; r < " + n +
+                               "; ++r) out[r * " + n + " + j] = x[r];\n");
+}
+
+// A column of the result, in groups of `width` rows.
+std::string MinverseProduct::c_column(Sums sums, int width) const {
+  constexpr int kAtOnce = 6;
+  const int groups = (nv_ + width - 1) / width;
+  std::string body;
   for (int first = 0; first < groups; first += kAtOnce) {
     std::string declared, started, summed, stored;
     for (int g = first; g < std::min(groups, first + kAtOnce); ++g) {
-      const std::string x = "x" + std::to_string(g), at = std::to_string(std::min(g * kStep, nv_ - kStep));
+      const std::string x = "x" + std::to_string(g), at = std::to_string(std::min(g * width, nv_ - width));
       const std::string m = "*(const group*)(m + " + at + ") * e";
       declared += (g == first ? "" : ", ") + x;
       started += "      " + x + " = -(" + m + ");\n";
@@ -141,9 +155,7 @@ std::string MinverseProduct::c_body(Sums sums) const {
             "      for (c = begin + 1; c < end[j]; ++c) {\n        m = in + row[c], e = d[c - begin];\n" +
             summed + "      }\n" + stored + "    }\n";
   }
-  return "typedef double group __attribute__((vector_size(64), aligned(8), may_alias));\n" +
-         std::string(sums == Sums::kFused ? kSubtractFused : "") +
-         c_loops("double", body + "    for (r = 0; r < " + n + "; ++r) out[r * " + n + " + j] = x[r];\n");
+  return body;
 }
 
 std::string MinverseProduct::c_body_of_lanes(Sums sums) const {

@@ -51,6 +51,7 @@ class MinverseProduct {
   std::vector<OperationCount> operations(Sums sums) const;
   std::string c_loops(const std::string& real, const std::string& body) const;
   std::string c_body(Sums sums) const;
+  std::string c_column(Sums sums, int width) const;
   std::string c_body_of_lanes(Sums sums) const;
 
   int nv_;

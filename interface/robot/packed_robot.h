@@ -18,10 +18,14 @@
 
 namespace dyntape {
 
+namespace detail {
+struct PackedPath;
+}
+
 // One thread at a time; evaluate allocates nothing after its first call.
 class PackedRobot {
  public:
-  // lanes: 4 or 8; 0 for what the registers of the processor hold that dyntape was built for.  ArgumentError
+  // lanes: 4 or 8; 0 for what the registers hold of the processor that the program runs on.  ArgumentError
   // for another number, NumericalError for forward dynamics of a robot without inertia about a joint.
   PackedRobot(const dynamics::Model<double>& model, const RobotFunction& function, int lanes = 0);
   ~PackedRobot();
@@ -35,10 +39,7 @@ class PackedRobot {
   void evaluate(const double* states, std::size_t count, double* results);
 
  private:
-  struct Path;
-  template <class Pack>
-  struct Lanes;
-  std::unique_ptr<Path> path_;
+  std::unique_ptr<detail::PackedPath> path_;
 };
 
 }  // namespace dyntape

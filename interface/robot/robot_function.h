@@ -40,7 +40,7 @@ class RobotFunction {
  private:
   int row_;
 };
-
+#if !defined(DYNTAPE_LEVEL)  // a level initialises nothing: it takes the library's
 inline const RobotFunction RobotFunction::kRnea("rnea"), RobotFunction::kAba("aba"),
     RobotFunction::kCrba("crba"), RobotFunction::kIdDerivatives("id-derivatives"),
     RobotFunction::kFdDerivatives("fd-derivatives");
@@ -49,8 +49,8 @@ inline const RobotFunction RobotFunction::kRnea("rnea"), RobotFunction::kAba("ab
 inline const RobotFunction kCoreFunctions[] = {RobotFunction::kRnea, RobotFunction::kAba,
                                                RobotFunction::kCrba, RobotFunction::kIdDerivatives,
                                                RobotFunction::kFdDerivatives};
-// All rows, in their order.
-const std::vector<RobotFunction>& robot_functions();
+#endif
+const std::vector<RobotFunction>& robot_functions();  // all rows, in their order
 
 const char* to_string(const RobotFunction& function);
 // In one line, for people.

@@ -8,9 +8,11 @@
 #include <Eigen/Core>
 #include <algorithm>
 
+#include <dyntape/autodiff/processor.h>
+
 namespace dyntape::columns {
 
-constexpr Eigen::Index kPad = 8;  // entries of a register
+constexpr Eigen::Index kPad = 8;  // entries of the widest register
 
 inline Eigen::Index padded(Eigen::Index n) { return (n + kPad - 1) / kPad * kPad; }
 
@@ -32,25 +34,40 @@ inline void add_columns(double* __restrict to, const double* __restrict A, Eigen
   for (; k < count; ++k, A += stride) add(to, b[k], A, n);
 }
 
-// As many registers as have to be on their way for none to wait.
-using Wide = double __attribute__((vector_size(kPad * sizeof(double)), aligned(sizeof(double)), may_alias));
+inline namespace DYNTAPE_VECTORS {
+
+using Register = double __attribute__((vector_size(DYNTAPE_REGISTER), aligned(sizeof(double)), may_alias));
+
+constexpr int kOfRegister = DYNTAPE_REGISTER / sizeof(double);
+// Registers of a column: with four columns as many as have to be on their way for none to wait, and no more than there are.
+constexpr int kRegisters = kOfRegister == kPad ? 1 : 2;
+constexpr Eigen::Index kRows = kRegisters * kOfRegister;
 
 template <int columns>
 void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict A, Eigen::Index of_A,
                const double* __restrict B, Eigen::Index of_B, Eigen::Index count) {
-  Wide sum[columns];
-  for (int c = 0; c < columns; ++c) sum[c] = *reinterpret_cast<const Wide*>(C + c * of_C);
+  Register sum[columns][kRegisters];
+  for (int c = 0; c < columns; ++c)
+    for (int r = 0; r < kRegisters; ++r)
+      sum[c][r] = *reinterpret_cast<const Register*>(C + c * of_C + r * kOfRegister);
   for (Eigen::Index k = 0; k < count; ++k) {
-    const Wide a = *reinterpret_cast<const Wide*>(A + k * of_A);
-    for (int c = 0; c < columns; ++c) sum[c] += a * B[k + c * of_B];
+    Register a[kRegisters];
+    for (int r = 0; r < kRegisters; ++r)
+      a[r] = *reinterpret_cast<const Register*>(A + k * of_A + r * kOfRegister);
+    for (int c = 0; c < columns; ++c)
+      for (int r = 0; r < kRegisters; ++r) sum[c][r] += a[r] * B[k + c * of_B];
   }
-  for (int c = 0; c < columns; ++c) *reinterpret_cast<Wide*>(C + c * of_C) = sum[c];
+  for (int c = 0; c < columns; ++c)
+    for (int r = 0; r < kRegisters; ++r)
+      *reinterpret_cast<Register*>(C + c * of_C + r * kOfRegister) = sum[c][r];
 }
+
+}  // namespace DYNTAPE_VECTORS
 
 // C += A B: C (rows x columns) and A (rows x count) with padded() rows and so many doubles from column to column.
 inline void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
                         Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
-  for (Eigen::Index i = 0; i < rows; i += kPad) {
+  for (Eigen::Index i = 0; i < rows; i += kRows) {
     Eigen::Index j = 0;
     for (; j + 4 <= columns; j += 4)
       add_block<4>(C + i + j * of_C, of_C, A + i, of_A, B + j * of_B, of_B, count);

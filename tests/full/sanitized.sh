@@ -6,7 +6,7 @@ set -euo pipefail
 source=$1 build=$2
 run() { # name, flags, targets, ctest selection
   local folder=$build/$1
-  cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=None -DDYNTAPE_TESTS=ON -DCMAKE_CXX_COMPILER_LAUNCHER=ccache \
+  cmake -S "$source" -B "$folder" -G Ninja -DCMAKE_BUILD_TYPE=None -DDYNTAPE_ARCH=native -DDYNTAPE_TESTS=ON -DCMAKE_CXX_COMPILER_LAUNCHER=ccache \
     -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=16 \
     -DCMAKE_CXX_FLAGS="-O1 -g1 $2" >"$folder.log" 2>&1 || { tail -n 40 "$folder.log"; exit 1; }
   ninja -C "$folder" -j "$(nproc)" $3 >"$folder.log" 2>&1 || { tail -n 40 "$folder.log"; exit 1; }

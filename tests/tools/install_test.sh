@@ -36,9 +36,9 @@ refused() { # target, the sentence
   if cmake --build "$scratch/build" --target "$1" >"$scratch/log" 2>&1; then echo "$1 was linked"; exit 1; fi
   grep -q "$2" "$scratch/log" || { cat "$scratch/log"; exit 1; }
 }
-# Only where the flags that dyntape was built with differ from a plain build's.
+refused refused_flags 'link dyntape::dyntape_native'
+# Only where dyntape was built for a processor with wider registers than a plain build's.
 if grep -q -- -U__AVX__ "$scratch"/prefix/lib*/cmake/dyntape/dyntapeTargets.cmake "$scratch"/prefix/lib*/*/cmake/dyntape/dyntapeTargets.cmake 2>/dev/null; then
-  refused refused_flags 'link dyntape::dyntape_native'
   refused refused_packs 'vectors_of_16_bytes_unless_linked_to_dyntape_native'
 fi
 refused refused_allocator 'dyntape_is_compiled_with_Eigen_on_malloc_but_this_unit'

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/processor_level.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/compiled_function.h>
@@ -89,7 +90,7 @@ Finding attempt(const char* what, Finding (*examine)()) {
 std::vector<Finding> examine() {
   return {
       {"dyntape", DYNTAPE_VERSION},
-      {"processor", processor_name()},
+      {"processor", processor_name() + "; dyntape's code for " + processor_level()},
       attempt("compiler", compiler),
       attempt("cache", cache),
       attempt("pipeline", pipeline),

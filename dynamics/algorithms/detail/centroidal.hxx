@@ -306,18 +306,22 @@ void centroidal_derivatives(const Model<T>& model, Data<T>& data, Centroidal<T>&
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_CENTROIDAL(T)                                                                    \
-  DYNTAPE_COMPILE(com_jacobian, T)                                                                           \
-  DYNTAPE_COMPILE(subtree_com_jacobian, T)                                                                   \
-  DYNTAPE_COMPILE(centroidal_momentum, T)                                                                    \
-  DYNTAPE_COMPILE(centroidal_momentum_rate, T)                                                               \
-  DYNTAPE_COMPILE(centroidal_matrix, T)                                                                      \
-  DYNTAPE_COMPILE(centroidal_matrix_rate, T)                                                                 \
-  DYNTAPE_COMPILE(centroidal_derivatives, T)                                                                 \
-  namespace dyntape::dynamics {                                                                              \
-  template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, const VectorRef<T>&); \
-  template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, const VectorRef<T>&,  \
-                                            const VectorRef<T>&);                                            \
-  template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, const VectorRef<T>&,  \
-                                            const VectorRef<T>&, const VectorRef<T>&);                       \
+#define DYNTAPE_INSTANTIATE_CENTROIDAL(T, ...)                                                     \
+  DYNTAPE_COMPILE(com_jacobian, T, __VA_ARGS__)                                                    \
+  DYNTAPE_COMPILE(subtree_com_jacobian, T, __VA_ARGS__)                                            \
+  DYNTAPE_COMPILE(centroidal_momentum, T, __VA_ARGS__)                                             \
+  DYNTAPE_COMPILE(centroidal_momentum_rate, T, __VA_ARGS__)                                        \
+  DYNTAPE_COMPILE(centroidal_matrix, T, __VA_ARGS__)                                               \
+  DYNTAPE_COMPILE(centroidal_matrix_rate, T, __VA_ARGS__)                                          \
+  DYNTAPE_COMPILE(centroidal_derivatives, T, __VA_ARGS__)                                          \
+  namespace dyntape::dynamics {                                                                    \
+  __VA_ARGS__ template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, \
+                                                        const VectorRef<T>&);                      \
+  __VA_ARGS__ template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, \
+                                                        const VectorRef<T>&, const VectorRef<T>&); \
+  __VA_ARGS__ template const Vector3<T>& center_of_mass(const Model<T>&, Data<T>&, Centroidal<T>&, \
+                                                        const VectorRef<T>&, const VectorRef<T>&,  \
+                                                        const VectorRef<T>&);                      \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_CENTROIDAL)

@@ -243,7 +243,9 @@ void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_DERIVATIVES(T) \
-  DYNTAPE_COMPILE(id_derivatives, T)       \
-  DYNTAPE_COMPILE(id_derivatives_under, T) \
-  DYNTAPE_COMPILE(fd_derivatives, T)
+#define DYNTAPE_INSTANTIATE_DERIVATIVES(T, ...)         \
+  DYNTAPE_COMPILE(id_derivatives, T, __VA_ARGS__)       \
+  DYNTAPE_COMPILE(id_derivatives_under, T, __VA_ARGS__) \
+  DYNTAPE_COMPILE(fd_derivatives, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_DERIVATIVES)

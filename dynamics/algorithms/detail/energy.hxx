@@ -96,7 +96,9 @@ void nonlinear_effects_derivatives(const Model<T>& model, Data<T>& data, EnergyG
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_ENERGY(T)          \
-  DYNTAPE_COMPILE(kinetic_energy_gradients, T) \
-  DYNTAPE_COMPILE(gravity_derivatives, T)      \
-  DYNTAPE_COMPILE(nonlinear_effects_derivatives, T)
+#define DYNTAPE_INSTANTIATE_ENERGY(T, ...)                  \
+  DYNTAPE_COMPILE(kinetic_energy_gradients, T, __VA_ARGS__) \
+  DYNTAPE_COMPILE(gravity_derivatives, T, __VA_ARGS__)      \
+  DYNTAPE_COMPILE(nonlinear_effects_derivatives, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_ENERGY)

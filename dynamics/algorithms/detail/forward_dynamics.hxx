@@ -306,6 +306,8 @@ const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T) \
-  DYNTAPE_COMPILE(aba, T)                       \
-  DYNTAPE_COMPILE(minverse, T)
+#define DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS(T, ...) \
+  DYNTAPE_COMPILE(aba, T, __VA_ARGS__)               \
+  DYNTAPE_COMPILE(minverse, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_FORWARD_DYNAMICS)

@@ -160,7 +160,7 @@ Hessian<T>::Hessian(const Model<T>& model) : bodies(model) {
   m_products.resize(n);
   couples.resize(n);
   S_mu.resize(nv);
-  stride = static_cast<int>(detail::whole_lanes<T>(nv));
+  stride = static_cast<int>(detail::whole_lines<T>(nv));
   travellers = detail::LaneArray<T>(std::ptrdiff_t{stride} * detail::kTravellerRows);
   meetings = detail::LaneArray<T>(std::ptrdiff_t{stride} * detail::kMeetingRows);
   mu = VectorX<T>::Zero(nv);
@@ -216,7 +216,9 @@ const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& h
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_HESSIAN(T)           \
-  template struct dyntape::dynamics::Hessian<T>; \
-  DYNTAPE_COMPILE(id_hessian, T)                 \
-  DYNTAPE_COMPILE(fd_hessian, T)
+#define DYNTAPE_INSTANTIATE_HESSIAN(T, ...)                  \
+  __VA_ARGS__ template struct dyntape::dynamics::Hessian<T>; \
+  DYNTAPE_COMPILE(id_hessian, T, __VA_ARGS__)                \
+  DYNTAPE_COMPILE(fd_hessian, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_HESSIAN)

@@ -179,10 +179,12 @@ const T& potential_energy(const Model<T>& model, Data<T>& data, const VectorRef<
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T) \
-  DYNTAPE_COMPILE(rnea, T)                      \
-  DYNTAPE_COMPILE(nonlinear_effects, T)         \
-  DYNTAPE_COMPILE(generalized_gravity, T)       \
-  DYNTAPE_COMPILE(crba, T)                      \
-  DYNTAPE_COMPILE(kinetic_energy, T)            \
-  DYNTAPE_COMPILE(potential_energy, T)
+#define DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS(T, ...)   \
+  DYNTAPE_COMPILE(rnea, T, __VA_ARGS__)                \
+  DYNTAPE_COMPILE(nonlinear_effects, T, __VA_ARGS__)   \
+  DYNTAPE_COMPILE(generalized_gravity, T, __VA_ARGS__) \
+  DYNTAPE_COMPILE(crba, T, __VA_ARGS__)                \
+  DYNTAPE_COMPILE(kinetic_energy, T, __VA_ARGS__)      \
+  DYNTAPE_COMPILE(potential_energy, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_INVERSE_DYNAMICS)

@@ -279,11 +279,13 @@ const MatrixX<T>& frame_weighted_hessian(const Model<T>& model, const Data<T>& d
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T)          \
-  template struct dyntape::dynamics::KinematicDerivatives<T>; \
-  template struct dyntape::dynamics::KinematicHessian<T>;     \
-  DYNTAPE_COMPILE(frame_jacobian_rate, T)                     \
-  DYNTAPE_COMPILE(frame_velocity_derivatives, T)              \
-  DYNTAPE_COMPILE(frame_acceleration_derivatives, T)          \
-  DYNTAPE_COMPILE(frame_hessian, T)                           \
-  DYNTAPE_COMPILE(frame_weighted_hessian, T)
+#define DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES(T, ...)                 \
+  __VA_ARGS__ template struct dyntape::dynamics::KinematicDerivatives<T>; \
+  __VA_ARGS__ template struct dyntape::dynamics::KinematicHessian<T>;     \
+  DYNTAPE_COMPILE(frame_jacobian_rate, T, __VA_ARGS__)                    \
+  DYNTAPE_COMPILE(frame_velocity_derivatives, T, __VA_ARGS__)             \
+  DYNTAPE_COMPILE(frame_acceleration_derivatives, T, __VA_ARGS__)         \
+  DYNTAPE_COMPILE(frame_hessian, T, __VA_ARGS__)                          \
+  DYNTAPE_COMPILE(frame_weighted_hessian, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_KINEMATIC_DERIVATIVES)

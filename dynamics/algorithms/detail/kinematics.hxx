@@ -135,15 +135,18 @@ const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const Ve
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_KINEMATICS(T)                                                                \
-  DYNTAPE_COMPILE(frame_placement, T)                                                                    \
-  DYNTAPE_COMPILE(frame_velocity, T)                                                                     \
-  DYNTAPE_COMPILE(frame_acceleration, T)                                                                 \
-  DYNTAPE_COMPILE(frame_classical_acceleration, T)                                                       \
-  DYNTAPE_COMPILE(frame_jacobian, T)                                                                     \
-  namespace dyntape::dynamics {                                                                          \
-  template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&);                      \
-  template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&, const VectorRef<T>&); \
-  template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&, const VectorRef<T>&,  \
-                                   const VectorRef<T>&);                                                 \
+#define DYNTAPE_INSTANTIATE_KINEMATICS(T, ...)                                                  \
+  DYNTAPE_COMPILE(frame_placement, T, __VA_ARGS__)                                              \
+  DYNTAPE_COMPILE(frame_velocity, T, __VA_ARGS__)                                               \
+  DYNTAPE_COMPILE(frame_acceleration, T, __VA_ARGS__)                                           \
+  DYNTAPE_COMPILE(frame_classical_acceleration, T, __VA_ARGS__)                                 \
+  DYNTAPE_COMPILE(frame_jacobian, T, __VA_ARGS__)                                               \
+  namespace dyntape::dynamics {                                                                 \
+  __VA_ARGS__ template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&); \
+  __VA_ARGS__ template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&,  \
+                                               const VectorRef<T>&);                            \
+  __VA_ARGS__ template void forward_kinematics(const Model<T>&, Data<T>&, const VectorRef<T>&,  \
+                                               const VectorRef<T>&, const VectorRef<T>&);       \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_KINEMATICS)

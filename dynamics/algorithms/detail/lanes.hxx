@@ -4,9 +4,10 @@
 //
 //   over<T>(begin, end, [&](int s, auto lanes) { lanes.store(y + s, lanes.load(x + s) * a); });
 //
-// Built-in floats go kLanes at a time, other scalars one by one; an entry undergoes the same operations either
-// way, so results have the same bits.  Arrays (LaneArray) begin and end on whole groups of lanes, and a loop
-// runs over whole groups: what is written is read back in the same pieces, which is what a processor likes.
+// Built-in floats go kLanes at a time, as many as a register holds, other scalars one by one; an entry undergoes the
+// same operations either way, so results have the same bits.  Arrays (LaneArray) begin and end on whole cache lines,
+// the same for every processor, and a loop runs over whole groups of lanes: what is written is read back in the same
+// pieces, which is what a processor likes.
 // `over` may overwrite the neighbours of [begin, end) in its first and last group; `over_before` leaves what is
 // at `end` and behind it alone.
 #pragma once
@@ -21,17 +22,22 @@
 namespace dyntape::dynamics::detail {
 
 template <class T>
-inline constexpr int kLanes = std::is_same_v<T, double>  ? 8
-                              : std::is_same_v<T, float> ? 16
-                                                         : 1;
+inline constexpr bool kHasLanes = std::is_same_v<T, double> || std::is_same_v<T, float>;
 
-// n, up to the next whole number of groups.
+// Entries of a cache line; arrays are made of these.
 template <class T>
-constexpr std::ptrdiff_t whole_lanes(std::ptrdiff_t n) {
-  return (n + kLanes<T> - 1) / kLanes<T> * kLanes<T>;
+inline constexpr int kLine = kHasLanes<T> ? 64 / sizeof(T) : 1;
+
+// n, up to the next whole number of lines.
+template <class T>
+constexpr std::ptrdiff_t whole_lines(std::ptrdiff_t n) {
+  return (n + kLine<T> - 1) / kLine<T> * kLine<T>;
 }
 
 inline namespace DYNTAPE_VECTORS {
+
+template <class T>
+inline constexpr int kLanes = kHasLanes<T> ? DYNTAPE_REGISTER / sizeof(T) : 1;
 
 template <class T, bool = (kLanes<T> > 1)>
 struct Lanes {
@@ -79,15 +85,15 @@ template <class T>
 class LaneArray {
  public:
   explicit LaneArray(std::ptrdiff_t count = 0)
-      : groups_(static_cast<std::size_t>(whole_lanes<T>(count) / kLanes<T>)) {}
-  T* data() { return groups_.data()->entries; }
-  const T* data() const { return groups_.data()->entries; }
+      : lines_(static_cast<std::size_t>(whole_lines<T>(count) / kLine<T>)) {}
+  T* data() { return lines_.data()->entries; }
+  const T* data() const { return lines_.data()->entries; }
 
  private:
-  struct alignas(kLanes<T> * alignof(T)) Group {
-    T entries[kLanes<T>] = {};
+  struct alignas(kLine<T> * alignof(T)) Line {
+    T entries[kLine<T>] = {};
   };
-  std::vector<Group> groups_;
+  std::vector<Line> lines_;
 };
 
 template <class T, class Body>

@@ -114,14 +114,16 @@ VectorX<T> random_configuration(const MimicModel<T>& model, std::mt19937_64& ran
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_MIMIC(T)                                                             \
-  template struct dyntape::dynamics::MimicModel<T>;                                              \
-  DYNTAPE_COMPILE(expand_configuration, T)                                                       \
-  DYNTAPE_COMPILE(expand_tangent, T)                                                             \
-  DYNTAPE_COMPILE(gather, T)                                                                     \
-  DYNTAPE_COMPILE(gather_columns, T)                                                             \
-  DYNTAPE_COMPILE(gather_both, T)                                                                \
-  namespace dyntape::dynamics {                                                                  \
-  template VectorX<T> integrate(const MimicModel<T>&, const VectorRef<T>&, const VectorRef<T>&); \
-  template VectorX<T> random_configuration(const MimicModel<T>&, std::mt19937_64&);              \
+#define DYNTAPE_INSTANTIATE_MIMIC(T, ...)                                                                    \
+  __VA_ARGS__ template struct dyntape::dynamics::MimicModel<T>;                                              \
+  DYNTAPE_COMPILE(expand_configuration, T, __VA_ARGS__)                                                      \
+  DYNTAPE_COMPILE(expand_tangent, T, __VA_ARGS__)                                                            \
+  DYNTAPE_COMPILE(gather, T, __VA_ARGS__)                                                                    \
+  DYNTAPE_COMPILE(gather_columns, T, __VA_ARGS__)                                                            \
+  DYNTAPE_COMPILE(gather_both, T, __VA_ARGS__)                                                               \
+  namespace dyntape::dynamics {                                                                              \
+  __VA_ARGS__ template VectorX<T> integrate(const MimicModel<T>&, const VectorRef<T>&, const VectorRef<T>&); \
+  __VA_ARGS__ template VectorX<T> random_configuration(const MimicModel<T>&, std::mt19937_64&);              \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_MIMIC)

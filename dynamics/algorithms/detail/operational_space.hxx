@@ -195,8 +195,10 @@ const VectorX<T>& operational_bias(const Model<T>& model, Data<T>& data, Operati
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T)          \
-  template struct dyntape::dynamics::OperationalSpace<T>; \
-  DYNTAPE_COMPILE(operational_space, T)                   \
-  DYNTAPE_COMPILE(operational_torque, T)                  \
-  DYNTAPE_COMPILE(operational_bias, T)
+#define DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T, ...)                 \
+  __VA_ARGS__ template struct dyntape::dynamics::OperationalSpace<T>; \
+  DYNTAPE_COMPILE(operational_space, T, __VA_ARGS__)                  \
+  DYNTAPE_COMPILE(operational_torque, T, __VA_ARGS__)                 \
+  DYNTAPE_COMPILE(operational_bias, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE)

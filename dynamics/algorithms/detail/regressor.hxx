@@ -166,14 +166,16 @@ const RowVectorX<T>& potential_energy_regressor(const Model<T>& model, Data<T>& 
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_REGRESSOR(T)                       \
-  template struct dyntape::dynamics::RegressorData<T>;         \
-  DYNTAPE_COMPILE(inertia_from, T)                             \
-  DYNTAPE_COMPILE(set_inertial_parameters, T)                  \
-  DYNTAPE_COMPILE(torque_regressor, T)                         \
-  DYNTAPE_COMPILE(kinetic_energy_regressor, T)                 \
-  DYNTAPE_COMPILE(potential_energy_regressor, T)               \
-  namespace dyntape::dynamics {                                \
-  template Vector10<T> inertial_parameters(const Inertia<T>&); \
-  template VectorX<T> inertial_parameters(const Model<T>&);    \
+#define DYNTAPE_INSTANTIATE_REGRESSOR(T, ...)                              \
+  __VA_ARGS__ template struct dyntape::dynamics::RegressorData<T>;         \
+  DYNTAPE_COMPILE(inertia_from, T, __VA_ARGS__)                            \
+  DYNTAPE_COMPILE(set_inertial_parameters, T, __VA_ARGS__)                 \
+  DYNTAPE_COMPILE(torque_regressor, T, __VA_ARGS__)                        \
+  DYNTAPE_COMPILE(kinetic_energy_regressor, T, __VA_ARGS__)                \
+  DYNTAPE_COMPILE(potential_energy_regressor, T, __VA_ARGS__)              \
+  namespace dyntape::dynamics {                                            \
+  __VA_ARGS__ template Vector10<T> inertial_parameters(const Inertia<T>&); \
+  __VA_ARGS__ template VectorX<T> inertial_parameters(const Model<T>&);    \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_REGRESSOR)

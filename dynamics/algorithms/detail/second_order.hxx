@@ -312,7 +312,7 @@ SecondOrder<T>::SecondOrder(const Model<T>& model)
       d2tau_dvdv(model.nv),
       d2tau_dadq(model.nv),
       bodies(model),
-      stride(static_cast<int>(detail::whole_lanes<T>(bodies.longest_path))) {
+      stride(static_cast<int>(detail::whole_lines<T>(bodies.longest_path))) {
   path.resize(stride, detail::Corner(0, 0));
   starts.resize(stride);
   ends.resize(stride);
@@ -413,8 +413,10 @@ void fd_second_order(const Model<T>& model, Data<T>& data, ForwardSecondOrder<T>
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_SECOND_ORDER(T)                 \
-  template struct dyntape::dynamics::SecondOrder<T>;        \
-  template struct dyntape::dynamics::ForwardSecondOrder<T>; \
-  DYNTAPE_COMPILE(id_second_order, T)                       \
-  DYNTAPE_COMPILE(fd_second_order, T)
+#define DYNTAPE_INSTANTIATE_SECOND_ORDER(T, ...)                        \
+  __VA_ARGS__ template struct dyntape::dynamics::SecondOrder<T>;        \
+  __VA_ARGS__ template struct dyntape::dynamics::ForwardSecondOrder<T>; \
+  DYNTAPE_COMPILE(id_second_order, T, __VA_ARGS__)                      \
+  DYNTAPE_COMPILE(fd_second_order, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_SECOND_ORDER)

@@ -189,13 +189,16 @@ void impulse_dynamics_derivatives(const Model<T>& model, Data<T>& data, Constrai
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_CONSTRAINT_DERIVATIVES(T)                                                       \
-  DYNTAPE_COMPILE(impulse_dynamics_derivatives, T)                                                          \
+#define DYNTAPE_INSTANTIATE_CONSTRAINT_DERIVATIVES(T, ...)                                                  \
+  DYNTAPE_COMPILE(impulse_dynamics_derivatives, T, __VA_ARGS__)                                             \
   namespace dyntape::dynamics {                                                                             \
-  template void constrained_dynamics_derivatives(const Model<T>&, Data<T>&, ConstraintData<T>&,             \
-                                                 const VectorRef<T>&, const VectorRef<T>&,                  \
-                                                 const VectorRef<T>&, const Acting<T>&);                    \
-  template void constrained_dynamics_derivatives(const Model<T>&, Data<T>&, ConstraintData<T>&,             \
-                                                 EffectTorques<T>&, const Effects<T>&, const VectorRef<T>&, \
-                                                 const VectorRef<T>&, const VectorRef<T>&);                 \
+  __VA_ARGS__ template void constrained_dynamics_derivatives(const Model<T>&, Data<T>&, ConstraintData<T>&, \
+                                                             const VectorRef<T>&, const VectorRef<T>&,      \
+                                                             const VectorRef<T>&, const Acting<T>&);        \
+  __VA_ARGS__ template void constrained_dynamics_derivatives(const Model<T>&, Data<T>&, ConstraintData<T>&, \
+                                                             EffectTorques<T>&, const Effects<T>&,          \
+                                                             const VectorRef<T>&, const VectorRef<T>&,      \
+                                                             const VectorRef<T>&);                          \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_CONSTRAINT_DERIVATIVES)

@@ -318,18 +318,21 @@ const VectorX<T>& impulse_dynamics(const Model<T>& model, Data<T>& data, Constra
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_CONSTRAINTS(T)                                                                   \
-  template struct dyntape::dynamics::ConstraintData<T>;                                                      \
-  DYNTAPE_COMPILE(point_constraint, T)                                                                       \
-  DYNTAPE_COMPILE(frame_constraint, T)                                                                       \
-  DYNTAPE_COMPILE(loop_constraint, T)                                                                        \
-  DYNTAPE_COMPILE(constraint_kinematics, T)                                                                  \
-  DYNTAPE_COMPILE(impulse_dynamics, T)                                                                       \
+#define DYNTAPE_INSTANTIATE_CONSTRAINTS(T, ...)                                                              \
+  __VA_ARGS__ template struct dyntape::dynamics::ConstraintData<T>;                                          \
+  DYNTAPE_COMPILE(point_constraint, T, __VA_ARGS__)                                                          \
+  DYNTAPE_COMPILE(frame_constraint, T, __VA_ARGS__)                                                          \
+  DYNTAPE_COMPILE(loop_constraint, T, __VA_ARGS__)                                                           \
+  DYNTAPE_COMPILE(constraint_kinematics, T, __VA_ARGS__)                                                     \
+  DYNTAPE_COMPILE(impulse_dynamics, T, __VA_ARGS__)                                                          \
   namespace dyntape::dynamics {                                                                              \
-  template const VectorX<T>& constrained_dynamics(const Model<T>&, Data<T>&, ConstraintData<T>&,             \
-                                                  const VectorRef<T>&, const VectorRef<T>&,                  \
-                                                  const VectorRef<T>&, const Acting<T>&);                    \
-  template const VectorX<T>& constrained_dynamics(const Model<T>&, Data<T>&, ConstraintData<T>&,             \
-                                                  EffectTorques<T>&, const Effects<T>&, const VectorRef<T>&, \
-                                                  const VectorRef<T>&, const VectorRef<T>&);                 \
+  __VA_ARGS__ template const VectorX<T>& constrained_dynamics(const Model<T>&, Data<T>&, ConstraintData<T>&, \
+                                                              const VectorRef<T>&, const VectorRef<T>&,      \
+                                                              const VectorRef<T>&, const Acting<T>&);        \
+  __VA_ARGS__ template const VectorX<T>& constrained_dynamics(const Model<T>&, Data<T>&, ConstraintData<T>&, \
+                                                              EffectTorques<T>&, const Effects<T>&,          \
+                                                              const VectorRef<T>&, const VectorRef<T>&,      \
+                                                              const VectorRef<T>&);                          \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_CONSTRAINTS)

@@ -113,4 +113,6 @@ T ContactLaw<T>::stored_energy(const PointMotion<T>& at) const {
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_CONTACTS(T) template struct dyntape::dynamics::ContactLaw<T>;
+#define DYNTAPE_INSTANTIATE_CONTACTS(T, ...) __VA_ARGS__ template struct dyntape::dynamics::ContactLaw<T>;
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_CONTACTS)

@@ -314,20 +314,22 @@ T stored_energy(const Model<T>& model, Data<T>& data, const Effects<T>& effects,
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_EFFECTS(T)                 \
-  template struct dyntape::dynamics::EffectTorques<T>; \
-  DYNTAPE_COMPILE(model_armature, T)                   \
-  DYNTAPE_COMPILE(model_damping, T)                    \
-  DYNTAPE_COMPILE(model_friction, T)                   \
-  DYNTAPE_COMPILE(model_effort, T)                     \
-  DYNTAPE_COMPILE(joint_torques, T)                    \
-  DYNTAPE_COMPILE(joint_torque_slopes, T)              \
-  DYNTAPE_COMPILE(acting_model, T)                     \
-  DYNTAPE_COMPILE(effect_torques, T)                   \
-  DYNTAPE_COMPILE(driving_torques, T)                  \
-  DYNTAPE_COMPILE(effect_power, T)                     \
-  DYNTAPE_COMPILE(stored_energy, T)                    \
-  DYNTAPE_COMPILE(forward_dynamics, T)                 \
-  DYNTAPE_COMPILE(inverse_dynamics, T)                 \
-  DYNTAPE_COMPILE(forward_dynamics_derivatives, T)     \
-  DYNTAPE_COMPILE(inverse_dynamics_derivatives, T)
+#define DYNTAPE_INSTANTIATE_EFFECTS(T, ...)                        \
+  __VA_ARGS__ template struct dyntape::dynamics::EffectTorques<T>; \
+  DYNTAPE_COMPILE(model_armature, T, __VA_ARGS__)                  \
+  DYNTAPE_COMPILE(model_damping, T, __VA_ARGS__)                   \
+  DYNTAPE_COMPILE(model_friction, T, __VA_ARGS__)                  \
+  DYNTAPE_COMPILE(model_effort, T, __VA_ARGS__)                    \
+  DYNTAPE_COMPILE(joint_torques, T, __VA_ARGS__)                   \
+  DYNTAPE_COMPILE(joint_torque_slopes, T, __VA_ARGS__)             \
+  DYNTAPE_COMPILE(acting_model, T, __VA_ARGS__)                    \
+  DYNTAPE_COMPILE(effect_torques, T, __VA_ARGS__)                  \
+  DYNTAPE_COMPILE(driving_torques, T, __VA_ARGS__)                 \
+  DYNTAPE_COMPILE(effect_power, T, __VA_ARGS__)                    \
+  DYNTAPE_COMPILE(stored_energy, T, __VA_ARGS__)                   \
+  DYNTAPE_COMPILE(forward_dynamics, T, __VA_ARGS__)                \
+  DYNTAPE_COMPILE(inverse_dynamics, T, __VA_ARGS__)                \
+  DYNTAPE_COMPILE(forward_dynamics_derivatives, T, __VA_ARGS__)    \
+  DYNTAPE_COMPILE(inverse_dynamics_derivatives, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_EFFECTS)

@@ -54,7 +54,9 @@ void subtract_point_slopes(const Model<T>& model, Data<T>& data, KinematicDeriva
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_POINT_FORCES(T) \
-  DYNTAPE_COMPILE(point_motion, T)          \
-  DYNTAPE_COMPILE(add_point_force, T)       \
-  DYNTAPE_COMPILE(subtract_point_slopes, T)
+#define DYNTAPE_INSTANTIATE_POINT_FORCES(T, ...)   \
+  DYNTAPE_COMPILE(point_motion, T, __VA_ARGS__)    \
+  DYNTAPE_COMPILE(add_point_force, T, __VA_ARGS__) \
+  DYNTAPE_COMPILE(subtract_point_slopes, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_POINT_FORCES)

@@ -149,8 +149,10 @@ const MatrixX<T>& wrench_torque_derivatives(const Model<T>& model, Data<T>& data
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_WRENCHES(T) \
-  DYNTAPE_COMPILE(add_wrench, T)        \
-  DYNTAPE_COMPILE(wrench_at_frame, T)   \
-  DYNTAPE_COMPILE(wrench_torques, T)    \
-  DYNTAPE_COMPILE(wrench_torque_derivatives, T)
+#define DYNTAPE_INSTANTIATE_WRENCHES(T, ...)       \
+  DYNTAPE_COMPILE(add_wrench, T, __VA_ARGS__)      \
+  DYNTAPE_COMPILE(wrench_at_frame, T, __VA_ARGS__) \
+  DYNTAPE_COMPILE(wrench_torques, T, __VA_ARGS__)  \
+  DYNTAPE_COMPILE(wrench_torque_derivatives, T, __VA_ARGS__)
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_WRENCHES)

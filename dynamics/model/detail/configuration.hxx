@@ -56,12 +56,14 @@ VectorX<T> random_configuration(const Model<T>& model, std::mt19937_64& random) 
 
 }  // namespace dyntape::dynamics
 
-#define DYNTAPE_INSTANTIATE_CONFIGURATION(T)                                                 \
-  namespace dyntape::dynamics {                                                              \
-  template VectorX<T> integrate(const Model<T>&, const VectorRef<T>&, const VectorRef<T>&);  \
-  template VectorX<T> difference(const Model<T>&, const VectorRef<T>&, const VectorRef<T>&); \
-  template TangentJacobians<T> integrate_jacobians(const Model<T>&, const VectorRef<T>&);    \
-  template TangentJacobians<T> difference_jacobians(const Model<T>&, const VectorRef<T>&);   \
-  template VectorX<T> neutral(const Model<T>&);                                              \
-  template VectorX<T> random_configuration(const Model<T>&, std::mt19937_64&);               \
+#define DYNTAPE_INSTANTIATE_CONFIGURATION(T, ...)                                                        \
+  namespace dyntape::dynamics {                                                                          \
+  __VA_ARGS__ template VectorX<T> integrate(const Model<T>&, const VectorRef<T>&, const VectorRef<T>&);  \
+  __VA_ARGS__ template VectorX<T> difference(const Model<T>&, const VectorRef<T>&, const VectorRef<T>&); \
+  __VA_ARGS__ template TangentJacobians<T> integrate_jacobians(const Model<T>&, const VectorRef<T>&);    \
+  __VA_ARGS__ template TangentJacobians<T> difference_jacobians(const Model<T>&, const VectorRef<T>&);   \
+  __VA_ARGS__ template VectorX<T> neutral(const Model<T>&);                                              \
+  __VA_ARGS__ template VectorX<T> random_configuration(const Model<T>&, std::mt19937_64&);               \
   }
+
+DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_CONFIGURATION)

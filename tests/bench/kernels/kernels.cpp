@@ -14,6 +14,7 @@
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/processor_level.h>
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/interface/io/number.h>
 
@@ -64,8 +65,9 @@ nlohmann::json to_json(const dynamics::Model<double>& model) {
 
 // What the figures depend on besides the machine.
 nlohmann::json about() {
-  nlohmann::json j = {
-      {"dyntape", DYNTAPE_VERSION}, {"plain code", DYNTAPE_PLAIN_FLAGS}, {"Pinocchio", tools::kPeerFlags}};
+  nlohmann::json j = {{"dyntape", DYNTAPE_VERSION},
+                      {"plain code", DYNTAPE_PLAIN_FLAGS ", for " + processor_level()},
+                      {"Pinocchio", tools::kPeerFlags}};
   std::string flags = "-O1";
   if (const auto compiler = codegen::find_compiler("", {})) {
     for (const std::string& flag : compiler->flags)

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A robot's function in packs of some width, seen without the width.  Internal.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include <dyntape/autodiff/scalars/pack_eigen.h>
+#include <dyntape/autodiff/scalars/pack_lanes.h>
+#include <dyntape/interface/robot/robot_rows.h>
+
+namespace dyntape::detail {
+
+struct PackedPath {
+  virtual ~PackedPath() = default;
+  // At most `lanes` states.
+  virtual void evaluate(const double* states, int count, double* results) = 0;
+
+  std::size_t n_in = 0, n_out = 0;
+  int lanes = 0;
+};
+
+template <class Pack>
+struct PathOf final : PackedPath {
+  PathOf(const dynamics::Model<double>& robot, const RobotFunction& function)
+      : model(robot.cast<Pack>()), work(model, function), x(work.n_in()), y(work.n_out()) {
+    n_in = x.size();
+    n_out = y.size();
+    lanes = Pack::kLanes;
+  }
+
+  void evaluate(const double* states, int count, double* results) override {
+    gather_lanes(states, n_in, count, x.data(), n_in);
+    work.evaluate(x.data(), y.data());
+    scatter_lanes(y.data(), n_out, results, n_out, count);
+  }
+
+  const dynamics::Model<Pack> model;
+  RobotWorkspace<Pack> work;
+  std::vector<Pack> x, y;
+};
+
+// As many lanes as a register has, and four at least.
+std::unique_ptr<PackedPath> best_packed_path(const dynamics::Model<double>& model,
+                                             const RobotFunction& function);
+
+}  // namespace dyntape::detail
