@@ -225,7 +225,13 @@ NlpMagnitudes Collocation::magnitudes(const std::vector<double>& at, const NlpMa
   bool settled = !still.any();
   for (int sweep = 0; sweep < kSweeps && !settled; ++sweep) {
     if (!evaluate_first(sample(at, still.select(z, 0), sweep).data())) continue;
-    const MatrixXd there = linearisation().slopes;
+    MatrixXd there = linearisation().slopes;
+    // What moves a state by rounding beside the change that its own nominal value is: forces that cancel.
+    for (Index i = 0; i < n_x; ++i) {
+      auto row = there.row(i).array();
+      const double own = kPace / problem_.duration * z[i];
+      row = (row * z.transpose().array() < kNegligible * own).select(0, row);
+    }
     for (Index i = 0; i < there.rows(); ++i) {
       if (equations[i]) around.slopes.row(i) = here.slopes.row(i).cwiseMax(there.row(i));
     }
