@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 
 from pictures import pictures
-from table import ARMS, CASADI, FUNCTIONS, GENERATED, KEPT, PEAK, PLAIN, ROBOTS, Table
+from table import ARMS, CASADI, FUNCTIONS, GENERATED, KEPT, LEVELS, PEAK, PLAIN, ROBOTS, Table, of_level
 
 
 TAPE = 'dyntape tape'
@@ -130,6 +130,26 @@ def routes_table(t, robot):
                      'error'], lines, 2)
 
 
+def levels_tables(t):
+    """Plain double and packs by the code of each level of the processor, in ratios to Pinocchio compiled for it; empty: one level."""
+    own = t.about.get('level')
+    lower = [level for level in reversed(LEVELS) if any(row['route'] == of_level('plain double', level) for row in t.rows)]
+    if not lower:
+        return []
+    parts = ['## Each processor', LEVELS_TEXT.format(own=own), '![microseconds a state](studies/benchmarks_levels.svg)']
+    for route in ('plain double', 'packs'):
+        lines = [[f'**{function}**' if k == 0 else '', level,
+                  *(number(ratio(t.get(r, function, route if level == own else of_level(route, level)),
+                                 t.get(r, function, 'Pinocchio')), 2) for r in t.robots)]
+                 for function in t.functions for k, level in enumerate([own, *lower])
+                 if any(t.get(r, function, 'Pinocchio') for r in t.robots)]
+        parts += [f'{route.capitalize()}:', markdown(['function', 'code for', *(ROBOTS[r] for r in t.robots)], lines, 2)]
+    return parts
+
+
+LEVELS_TEXT = '''The library has code for three levels of x86-64 and takes the highest that the processor has, here {own}; each was measured on this
+machine. Ratios of times to Pinocchio, compiled for this machine; smaller is better.'''
+
 INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio and CasADi: one process, in turn, the
 quickest of a hundred batches. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.'''
 
@@ -160,7 +180,7 @@ def text_of(t):
              '## What to reach', TO_REACH.format(met=met, figures=len(figures)),
              markdown(['what', 'at most', *(ROBOTS[robot] for robot in t.robots)],
                       [[what, limit, *cells_of(line)] for what, limit, line in rows], 2),
-             '## Every route', ROUTES.format(peak=number(peak))]
+             *levels_tables(t), '## Every route', ROUTES.format(peak=number(peak))]
     for robot in t.robots:
         parts += [f'### {ROBOTS[robot]}', routes_table(t, robot)]
     name = lambda row: ROBOTS.get(row['robot'], row['robot'])

@@ -81,6 +81,18 @@ class Page(unittest.TestCase):
         self.assertEqual([float(generated[name]) for name in ('ratio_to_pinocchio', 'gops', 'percent_of_peak')],
                          [0.125, 8, 20])
 
+    def test_levels_of_the_processor_stand_side_by_side(self):
+        rows = [row('Pinocchio', '2'), row('plain double', '1'), row('plain double, x86-64-v3', '1.5'), row('packs', '0.2')]
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / 'benchmarks.csv'
+            run.write(path, {'level': 'x86-64-v4'}, run.complete(rows))
+            text, drawn = page.text_of(Table(path)), pictures(Table(path))
+        after = text[text.index('Plain double:'):]
+        self.assertIn('| **id-derivatives** | x86-64-v4 | 0.5 |', after)
+        self.assertIn('|  | x86-64-v3 | 0.75 |', after)
+        self.assertIn('code for x86-64-v3', drawn['benchmarks_levels'])
+        self.assertNotIn('Each processor', self.of(rows[:2])[0])
+
     def test_peers_are_named_with_the_flags_of_their_users(self):
         self.assertEqual(casadi_peer_flags()[:3], ['-O3', '-march=native', '-DNDEBUG'])
         header = (ROOT / 'tests' / 'bench' / 'command' / 'peer.h').read_text()
@@ -104,7 +116,7 @@ class Page(unittest.TestCase):
         """A run with a program that interrupts it in the middle of one robot."""
         program = folder / 'program'
         program.write_text(f'''#!/bin/sh
-[ "$1" = --about ] && {{ echo '{{"Pinocchio": "flags"}}'; exit; }}
+[ "$1" = --about ] && {{ echo '{{"level": "x86-64-v2", "Pinocchio": "flags"}}'; exit; }}
 robot=$(basename "$1" .urdf)
 echo $robot >>{folder}/calls
 echo robot,function,route,us,operations

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What gnuplot is told to draw the benchmarks: bars of every route, a panel a robot."""
-from table import CASADI, FUNCTIONS, GENERATED, KEPT, ROBOTS
+from table import CASADI, FUNCTIONS, GENERATED, KEPT, LEVELS, ROBOTS, of_level
 
 BARS = [('Pinocchio', 'Pinocchio', '#999999'), ('CasADi', CASADI, '#e69f00'),
         ('plain double', 'plain double', '#56b4e9'), ('packs', 'packs', '#0072b2'),
@@ -45,7 +45,12 @@ def panels(t, bars, column, functions, y_label, logarithmic):
 def pictures(t):
     bars = {name: (name, routes, color) for name, routes, color in BARS}
     made = [('CasADi', CASADI, '#e69f00'), ('generated', 'generated', '#009e73'), ('with lanes', 'lanes', '#d55e00')]
+    lower = [(f'code for {level}', of_level('plain double', level), color)
+             for level, color in zip(reversed(LEVELS[:-1]), ('#0072b2', '#cc79a7'))]
+    of_levels = {'benchmarks_levels': panels(t, [bars['Pinocchio'], ('plain double', 'plain double', '#56b4e9'), *lower], 'us', t.functions,
+                                             'us a state', True)}
     return {
+        **(of_levels if any(row['route'] == lower[0][1] for row in t.rows) else {}),
         'benchmarks_time': panels(t, BARS, 'us', t.functions, 'us a state', True),
         'benchmarks_made': panels(t, made, 'made_s', t.functions, 's from the robot to a loaded kernel', True),
         'benchmarks_peak': panels(t, [bars['CasADi'], bars['generated'], bars['lanes']], 'percent_of_peak', t.functions,

@@ -10,6 +10,11 @@ PLAIN = ('id-second-derivatives',)  # never generated here
 FUNCTIONS = {'rnea': 'RNEA', 'aba': 'ABA', 'crba': 'CRBA', 'minverse': 'M^{-1}', 'id-derivatives': 'dID',
              'fd-derivatives': 'dFD', 'id-hessian': 'Hessian'}
 ARMS = ('ur5', 'panda')
+LEVELS = ['x86-64-v2', 'x86-64-v3', 'x86-64-v4']  # of the processor; routes have the highest where none is named
+
+
+def of_level(route, level):
+    return f'{route}, {level}'
 
 
 class Table:

@@ -67,6 +67,7 @@ nlohmann::json to_json(const dynamics::Model<double>& model) {
 nlohmann::json about() {
   nlohmann::json j = {{"dyntape", DYNTAPE_VERSION},
                       {"plain code", DYNTAPE_PLAIN_FLAGS ", for " + processor_level()},
+                      {"level", processor_level()},
                       {"Pinocchio", tools::kPeerFlags}};
   std::string flags = "-O1";
   if (const auto compiler = codegen::find_compiler("", {})) {
@@ -214,6 +215,7 @@ int main(int argc, char** argv) {
   app.add_flag("--about", options.about, "print versions and flags as JSON, measure nothing");
   app.get_option("robot")->required(false);
   CLI11_PARSE(app, argc, argv);
+  if (!options.plain.empty() && app.count("--functions") == 0) options.functions.clear();
   try {
     bench::run(options);
   } catch (const std::exception& e) {
