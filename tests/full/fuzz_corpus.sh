@@ -4,7 +4,7 @@
 #   fuzz_corpus.sh SOURCE_DIR BUILD_DIR [SECONDS]
 # An input that crashes is left in BUILD_DIR/fuzzing/found; 77: there is no clang.
 set -euo pipefail
-source=$1 build=$2/fuzzing seconds=${3:-60}
+source=$1 build=$2/fuzzing seconds=${3:-40}
 command -v clang++ >/dev/null || { echo "no clang++: not fuzzed"; exit 77; }
 export CCACHE_SLOPPINESS=pch_defines,time_macros  # what precompiled headers need
 mkdir -p "$build"
