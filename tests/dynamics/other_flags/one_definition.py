@@ -14,8 +14,8 @@ import sys
 # never emitted, and those that are constant count entries.
 TEMPLATE = re.compile(r'^template <[^\n]*>\n((?:(?!\n\n)[^({;])*?)\b(\w+)\(', re.M)
 DEFINED = re.compile(r'dyntape::dynamics::(?:detail::)?(\w+)<(?:double|float)[,>]')
-# The program that leaves effects out on purpose; the library.
-EXCEPT = re.compile(r'/effect_absence|/dyntape_dynamics|/dyntape_precisions|/levels_of_')
+# The program that leaves effects out on purpose; the library; builds of other tests.
+EXCEPT = re.compile(r'/effect_absence|/dyntape_dynamics|/dyntape_precisions|/levels_of_|/sanitized-|/fuzzing/')
 
 
 def algorithms(source):
