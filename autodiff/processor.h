@@ -4,8 +4,9 @@
 //
 //   #if defined(DYNTAPE_HAS_AVX)        // 256-bit registers
 //
-// dyntape::native compiles for the processor at hand and hides the compiler's macros of the same name, by which
-// Eigen would choose another layout and allocator (eigen_layout.h); what it hides it names with DYNTAPE in front.
+// dyntape_native compiles for one processor, and each level of the library for its own (tools/levels.cmake).  Both hide
+// the compiler's macros of the same name, by which Eigen would choose another layout and allocator (eigen_layout.h);
+// what they hide they name with DYNTAPE in front.
 //
 // A vector travels between functions in registers where the processor has them, else in memory.  Types that hold
 // vectors stand in an inline namespace that says which: units for different processors then never take each

@@ -5,20 +5,21 @@
 #   dyntape_compile_for_levels(dyntape_scalars UNITS ${both} OF_v3 ${narrow} OF_v4 ${wide} LIBRARIES ...)
 #
 # UNITS are compiled for all levels, OF_<level> for that one besides.  Where dyntape is built for one processor (DYNTAPE_ARCH),
-# the target takes UNITS and OF_ALONE as they are.
+# the target takes UNITS as they are.
 set(DYNTAPE_LEVELS)
 if(DYNTAPE_ARCH STREQUAL every AND CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(DYNTAPE_LEVELS v2 v3 v4)
 endif()
 
 function(dyntape_compile_for_levels target)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "UNITS;OF_ALONE;OF_v2;OF_v3;OF_v4;LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "UNITS;OF_v3;OF_v4;LIBRARIES")
   if(NOT DYNTAPE_LEVELS)
-    target_sources(${target} PRIVATE ${arg_UNITS} ${arg_OF_ALONE})
+    target_sources(${target} PRIVATE ${arg_UNITS})
     return()
   endif()
   set(folder ${CMAKE_CURRENT_BINARY_DIR}/levels_of_${target})
   set(objects)
+  set(made)
   foreach(level ${DYNTAPE_LEVELS})
     set(of_level ${target}_${level})
     set(flags)

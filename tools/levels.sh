@@ -3,8 +3,8 @@
 #   levels.sh FOLDER COMPILER LEVEL...        lowest level first; FOLDER/LEVEL.txt lists its objects
 # Writes FOLDER/LEVEL.o and FOLDER/choose.o.
 #
-# A function of dyntape that all levels have becomes NAME.LEVEL, and NAME jumps to the chosen one's (autodiff/processor.cpp
-# chooses).  All else of a level stays its own: the linker could otherwise take a template of the standard library that was
+# A function of dyntape that all levels have becomes NAME.LEVEL, and NAME jumps to the chosen one's (autodiff/
+# processor_level.cpp chooses).  All else of a level stays its own: the linker could otherwise take a template of the standard library that was
 # compiled for a later processor, or with a user's flags, for everybody's.  Functions of packs are named by the width of their
 # registers and stay what they are.
 set -euo pipefail

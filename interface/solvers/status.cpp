@@ -49,11 +49,11 @@ const Words& words(SolveStatus status) {
 }  // namespace
 
 const char* to_string(SolveStatus status) { return words(status).name; }
+const char* describe(SolveStatus status) { return words(status).sentence; }
+
 bool is_stuck(SolveStatus status) {
   return status == SolveStatus::kLocallyInfeasible || status == SolveStatus::kRestorationFailed ||
          status == SolveStatus::kStepTooSmall || status == SolveStatus::kStepFailed;
 }
-
-const char* describe(SolveStatus status) { return words(status).sentence; }
 
 }  // namespace dyntape

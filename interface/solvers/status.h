@@ -25,8 +25,8 @@ enum class SolveStatus {
 };
 
 const char* to_string(SolveStatus status);  // "solved", "locally infeasible", ...: for reports and scripts
-bool is_stuck(
-    SolveStatus status);  // where it could not go on, which says more of the method than of the program
-const char* describe(SolveStatus status);  // one sentence for people
+const char* describe(SolveStatus status);   // one sentence for people
+// Whether it ended where it could not go on, which says more of the method than of the program.
+bool is_stuck(SolveStatus status);
 
 }  // namespace dyntape
