@@ -10,80 +10,58 @@ import subprocess
 import tempfile
 
 from pictures import pictures
-from table import ARMS, CASADI, FUNCTIONS, GENERATED, KEPT, LEVELS, PEAK, PLAIN, ROBOTS, Table, of_level
-
-
-TAPE = 'dyntape tape'
+from table import CASADI, CPPADCODEGEN, FUNCTIONS, GENERATED, KEPT, LEVELS, PEAK, PLAIN, ROBOTS, Table, of_level
 
 
 def ratio(a, b):
     return a / b if a is not None and b else None
 
 
-# --- What to reach ------------------------------------------------------------------------------------------
+# --- What to take away --------------------------------------------------------------------------------------
 
 
-def targets(t):
-    """Rows: what, the limit in words, and for each robot (figure, limit, remark)."""
-    def each(figure, limit, remark=''):
-        return [(figure(r), limit(r) if callable(limit) else limit, remark) for r in t.robots]
+def span(ratios):
+    """'0.17 (rnea, UR5) to 0.9 (aba, Panda)' of ratios by function and robot; none: ''."""
+    if not ratios:
+        return ''
+    name = lambda key: f'{number(ratios[key], 2)} ({key[0]}, {ROBOTS[key[1]]})'
+    return f'{name(min(ratios, key=ratios.get))} to {name(max(ratios, key=ratios.get))}'
 
-    def against(function, ours, theirs, limit, column='us', of_theirs=None):
-        return each(lambda r: ratio(t.get(r, function, ours, column), t.get(r, function, theirs, of_theirs or column)),
-                    limit)
 
-    def for_size(arm, large):
-        return lambda r: arm if r in ARMS else large
+def ratios_to(t, ours, theirs, functions):
+    """By function and robot, where both are measured."""
+    found = {(f, r): ratio(t.get(r, f, ours), t.get(r, f, theirs)) for f in functions for r in t.robots}
+    return {key: value for key, value in found.items() if value is not None}
 
-    def of_worst(figures, limit):
-        cells = []
-        for r in t.robots:
-            known = [(value, name) for value, name in figures(r) if value is not None]
-            value, name = max(known, default=(None, ''))
-            cells.append((value, limit, name))
-        return cells
 
-    def plain(ours):
-        return lambda r: ((ratio(t.get(r, f, ours), t.get(r, f, 'Pinocchio')), f) for f in (*FUNCTIONS, *PLAIN))
+def take_away(t):
+    """A sentence each about plain code, generated code and many states: ratios that the tables below hold."""
+    every = [*t.functions, *PLAIN]
+    own = t.about.get('level')
+    levels = [(own, 'plain double'), *((level, of_level('plain double', level)) for level in reversed(LEVELS) if level != own)]
+    plain = [(level, span(ratios_to(t, route, 'Pinocchio', t.functions))) for level, route in levels]
+    plain = [f'{text} with code for {level}' if level else text for level, text in plain if text]
+    generated = [f'{text} of {name}' for name, theirs in (('CasADi', CASADI), ('CppADCodeGen', CPPADCODEGEN), ('Pinocchio', 'Pinocchio'))
+                 if (text := span(ratios_to(t, GENERATED, theirs, t.functions)))]
+    many = [f'{name} {text}' for name, route, of in (('packs', 'packs', every), ('generated lanes', KEPT, t.functions))
+            if (text := span(ratios_to(t, route, 'Pinocchio', of)))]
+    made = [x for r in t.robots for f in t.functions if (x := t.get(r, f, 'generated', 'made_s')) is not None]
+    waits = f' and is there after {number(min(made), 2)} to {number(max(made), 2)} s' if made else ''
+    lines = [('Without a compiler, plain double takes this part of Pinocchio\'s time:', plain),
+             (f'Generated C{waits}, and takes this part of a peer\'s time:'.replace('C and', 'C').replace('s, and', 's and'), generated),
+             ('Of many states, one takes this part of Pinocchio\'s time:', many)]
+    return '\n'.join(f'- {start} {"; ".join(parts)}.' for start, parts in lines if parts)
 
-    def packing(r):
-        for f in ('id-derivatives', 'fd-derivatives'):
-            for route in ('lanes', 'lanes, fast'):
-                yield ratio(t.get(r, f, route), t.get(r, f, f'{route}, kept')), f
 
-    def tape(quantity, ours):
-        def least(r, routes):
-            return min((float(row['us']) for row in t.tapes if row['robot'] == r
-                        and any(row['route'] == f'{route}: {quantity}' for route in routes)), default=None)
-        return lambda r: ratio(least(r, [ours]), least(r, ['CppAD tape', 'CppAD tape, optimised']))
-
-    fd = 'fd-derivatives'
-    return [
-        ('RNEA, generated', '0.8 of CasADi', against('rnea', GENERATED, CASADI, 0.8)),
-        ('ABA, generated', '0.8 of CasADi', against('aba', GENERATED, CASADI, 0.8)),
-        ('dID, generated', '0.6 of CasADi', against('id-derivatives', GENERATED, CASADI, 0.6)),
-        ('dFD, generated', '0.6 of CasADi', against(fd, GENERATED, CASADI, 0.6)),
-        ('dID, generated', '1 of Pinocchio', against('id-derivatives', GENERATED, 'Pinocchio', 1)),
-        ('dFD, generated', '1 of Pinocchio', against(fd, GENERATED, 'Pinocchio', 1)),
-        ('dID in lanes', '1/25 of Pinocchio, large robots 1/15',
-         against('id-derivatives', KEPT, 'Pinocchio', for_size(1 / 25, 1 / 15))),
-        ('dFD in lanes', '1/30 of Pinocchio, large robots 1/12',
-         against(fd, KEPT, 'Pinocchio', for_size(1 / 30, 1 / 12))),
-        ('lanes with packing, worst of dID and dFD', '1.4 of the kernel alone', of_worst(packing, 1.4)),
-        ('plain double, worst of all functions', '0.7 of Pinocchio', of_worst(plain('plain double'), 0.7)),
-        ('packs, worst of all functions', '1/5 of Pinocchio', of_worst(plain('packs'), 1 / 5)),
-        ('runtime tape, sparse Jacobian of RNEA at a point', '1/5 of CppAD', each(tape('jacobian', TAPE), 1 / 5)),
-        ('the same, points side by side', '1/5 of CppAD', each(tape('jacobian', f'{TAPE}, 8 lanes'), 1 / 5)),
-        ('runtime tape, recording RNEA', '1/2 of CppAD', each(tape('record', TAPE), 1 / 2)),
-        ('weighted Hessian of RNEA, generated', '0.5 of CasADi', against('id-hessian', GENERATED, CASADI, 0.5)),
-        ('dFD from the robot to a loaded kernel', "1/10 of gcc on CasADi's C",
-         against(fd, 'generated', CASADI, 0.1, 'made_s', 'compile_s')),
-        ('dFD from the robot to a loaded kernel', '1 s, large robots 5 s',
-         each(lambda r: t.get(r, fd, 'generated', 'made_s'), for_size(1, 5), 's')),
-        ('dFD from the robot to a first result', '20 ms, large robots 150 ms',
-         each(lambda r: t.get(r, fd, 'interpreted', 'first_ms'), for_size(20, 150), 'ms')),
-        ('dFD out of the cache', '3 ms', each(lambda r: t.get(r, fd, 'generated', 'load_ms'), 3, 'ms')),
-    ]
+def compared(t):
+    """Generated C against each generated peer, and what a user waits for."""
+    lines = []
+    for f in t.functions:
+        for name, theirs in (('CasADi', CASADI), ('CppADCodeGen', CPPADCODEGEN)):
+            cells = [number(ratio(t.get(r, f, GENERATED), t.get(r, f, theirs)), 2) for r in t.robots]
+            if any(cells):
+                lines.append([f'**{f}**' if not lines or lines[-1][-1] != f else '', name, *cells, f])
+    return markdown(['function', 'time to', *(ROBOTS[r] for r in t.robots)], [line[:-1] for line in lines], 2)
 
 
 def number(value, digits=3):
@@ -92,17 +70,6 @@ def number(value, digits=3):
         return ''
     text = f'{value:.{digits}g}'
     return f'{float(text):.0f}' if 'e' in text and abs(value) >= 1 else text
-
-
-def cells_of(figures):
-    cells = []
-    for value, limit, remark in figures:
-        unit = f' {remark}' if remark in ('s', 'ms') else ''
-        name = f' ({remark})' if remark and not unit else ''
-        digits = 3 if value and abs(value / limit - 1) < 0.05 else 2  # enough to tell it from its limit
-        mark = '✓' if value is not None and value <= limit else '✗'
-        cells.append('–' if value is None else f'{number(value, digits)}{unit}{name} {mark}')
-    return cells
 
 
 def markdown(head, rows, right=1):
@@ -150,37 +117,30 @@ def levels_tables(t):
 LEVELS_TEXT = '''The library has code for three levels of x86-64 and takes the highest that the processor has, here {own}; each was measured on this
 machine. Ratios of times to Pinocchio, compiled for this machine; smaller is better.'''
 
-INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio and CasADi: one process, in turn, the
-quickest of a hundred batches. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.'''
+GENERATED_TEXT = '''Ratios of times: ours, the quicker of the profiles strict and fast, to the quicker of what a peer prints.'''
 
-TO_REACH = '''Ratios of times, smaller is better; ✓ met, ✗ not met, – not measured: {met} of {figures} are met. "Generated" and "in
-lanes" are the quicker of the profiles strict and fast. CasADi stands for the generated peers: CppADCodeGen is not
-measured here.'''
+INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio, CasADi and CppADCodeGen: one process, in
+turn, the quickest of a hundred batches, so smaller is better everywhere. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.'''
 
 ROUTES = '''Times of one state.
 
 - **packs**: the plain code in eight lanes, nothing compiled; **several**: the interpreter with several states at once.
 - **lanes**: generated kernels of several states, which come and go one after the other; **kept**: for states that are kept
   in lanes. The code of lanes includes the kernel of a single state.
-- **CasADi**: its Jacobian of the recursion; **analytic**: the derivative recursion of Carpentier and Mansard, printed by
-  CasADi.
+- **CasADi**, **CppADCodeGen**: derivatives by their own differentiation of the recursion; **analytic**: the derivative recursion of
+  Carpentier and Mansard, printed by them. CppADCodeGen records Pinocchio's templates and differentiates by coordinates: for robots
+  whose base floats only the analytic ones are the same function.
 - **error**: the largest against 113 bits. **% of peak**: of separate multiplications and additions in the widest registers,
   {peak} operations in a nanosecond on this core.'''
 
 
 def text_of(t):
-    rows = targets(t)
-    figures = [figure for _, _, line in rows for figure in line if figure[0] is not None]
-    met = sum(value <= limit for value, limit, _ in figures)
     peak = max((float(row['gops']) for row in t.rows if row['route'] == PEAK and row['gops']), default=None)
-    parts = ['# Benchmarks', INTRODUCTION,
-             '![microseconds a state](studies/benchmarks_time.svg)',
+    parts = ['# Benchmarks', INTRODUCTION, '## What to take away', take_away(t), *levels_tables(t),
+             '## Generated code', GENERATED_TEXT, '![microseconds a state](studies/benchmarks_time.svg)', compared(t),
              '![seconds from the robot to a loaded kernel](studies/benchmarks_made.svg)',
              '![percentage of the arithmetic peak](studies/benchmarks_peak.svg)',
-             '## What to reach', TO_REACH.format(met=met, figures=len(figures)),
-             markdown(['what', 'at most', *(ROBOTS[robot] for robot in t.robots)],
-                      [[what, limit, *cells_of(line)] for what, limit, line in rows], 2),
-             *levels_tables(t), '## Every route', ROUTES.format(peak=number(peak))]
+             '## Every route', ROUTES.format(peak=number(peak))]
     for robot in t.robots:
         parts += [f'### {ROBOTS[robot]}', routes_table(t, robot)]
     name = lambda row: ROBOTS.get(row['robot'], row['robot'])

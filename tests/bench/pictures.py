@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What gnuplot is told to draw the benchmarks: bars of every route, a panel a robot."""
-from table import CASADI, FUNCTIONS, GENERATED, KEPT, LEVELS, ROBOTS, of_level
+from table import CASADI, CPPADCODEGEN, FUNCTIONS, GENERATED, KEPT, LEVELS, ROBOTS, of_level
 
 BARS = [('Pinocchio', 'Pinocchio', '#999999'), ('CasADi', CASADI, '#e69f00'),
-        ('plain double', 'plain double', '#56b4e9'), ('packs', 'packs', '#0072b2'),
+        ('CppADCodeGen', CPPADCODEGEN, '#f0e442'), ('plain double', 'plain double', '#56b4e9'), ('packs', 'packs', '#0072b2'),
         ('generated', GENERATED, '#009e73'), ('lanes', KEPT, '#d55e00')]
 STYLE = '''set terminal svg size {width},{height} font "DejaVu Sans,11" background "white"
 set style data histograms
@@ -44,7 +44,7 @@ def panels(t, bars, column, functions, y_label, logarithmic):
 
 def pictures(t):
     bars = {name: (name, routes, color) for name, routes, color in BARS}
-    made = [('CasADi', CASADI, '#e69f00'), ('generated', 'generated', '#009e73'), ('with lanes', 'lanes', '#d55e00')]
+    made = [('CasADi', CASADI, '#e69f00'), ('CppADCodeGen', CPPADCODEGEN, '#f0e442'), ('generated', 'generated', '#009e73'), ('with lanes', 'lanes', '#d55e00')]
     lower = [(f'code for {level}', of_level('plain double', level), color)
              for level, color in zip(reversed(LEVELS[:-1]), ('#0072b2', '#cc79a7'))]
     of_levels = {'benchmarks_levels': panels(t, [bars['Pinocchio'], ('plain double', 'plain double', '#56b4e9'), *lower], 'us', t.functions,

@@ -9,7 +9,6 @@ ROBOTS = {'ur5': 'UR5', 'panda': 'Panda', 'solo12': 'Solo12', 'simple_humanoid':
 PLAIN = ('id-second-derivatives',)  # never generated here
 FUNCTIONS = {'rnea': 'RNEA', 'aba': 'ABA', 'crba': 'CRBA', 'minverse': 'M^{-1}', 'id-derivatives': 'dID',
              'fd-derivatives': 'dFD', 'id-hessian': 'Hessian'}
-ARMS = ('ur5', 'panda')
 LEVELS = ['x86-64-v2', 'x86-64-v3', 'x86-64-v4']  # of the processor; routes have the highest where none is named
 
 
@@ -36,9 +35,11 @@ class Table:
         return float(min(found, key=lambda row: float(row['us']))[column]) if found else None
 
     def routes(self, robot, function):
-        return [row for row in self.rows if row['robot'] == robot and row['function'] == function and row['us']]
+        return [row for row in self.rows if row['robot'] == robot and row['function'] == function and row['us']
+                and row not in self.tapes]
 
 
 GENERATED = ('generated', 'generated, fast')
 KEPT = ('lanes, kept', 'lanes, fast, kept')
 CASADI = ('CasADi', 'CasADi, analytic')
+CPPADCODEGEN = ('CppADCodeGen', 'CppADCodeGen, analytic')

@@ -29,7 +29,7 @@ constexpr int kStates = 256, kReferences = 4, kBatches = 100;
 
 struct Options {
   tools::RobotOptions robot;
-  std::vector<std::string> functions = {"rnea"}, plain, casadi;
+  std::vector<std::string> functions = {"rnea"}, plain, generated;
   bool peer = false, model = false, about = false;
   std::string peer_prefix;
   std::uint64_t seed = 1;
@@ -125,7 +125,7 @@ std::vector<Route> peer_routes(tools::Peer& peer, const std::string& name,
 }
 
 void measure(const dynamics::Model<double>& model, const RobotFunction& function, bool plain_only,
-             const std::vector<std::string>& casadi, tools::Peer* peer, const std::string& peer_name,
+             const std::vector<std::string>& generated, tools::Peer* peer, const std::string& peer_name,
              std::uint64_t seed) {
   const States states = tools::random_states(model, function, kStates, seed);
   std::vector<std::vector<double>> expected;
@@ -137,7 +137,7 @@ void measure(const dynamics::Model<double>& model, const RobotFunction& function
   };
   if (!plain_only) add(recorded_routes(model, function, states));
   if (peer) add(peer_routes(*peer, peer_name, model, function, states));
-  for (const std::string& path : casadi) add({casadi_route(path, model, function, states)});
+  for (const std::string& path : generated) add({generated_route(path, model, function, states)});
 
   std::vector<double> errors;
   std::vector<tools::Contender> contenders;
@@ -155,7 +155,7 @@ void measure(const dynamics::Model<double>& model, const RobotFunction& function
     if (quickest[routes[i].name] == i) print(model.name, to_string(function), routes[i], costs[i], errors[i]);
 }
 
-// casadi: descriptions named FUNCTION.json or FUNCTION.something.json.
+// Descriptions named FUNCTION.json or FUNCTION.something.json.
 std::vector<std::string> of_function(const std::vector<std::string>& paths, const std::string& function) {
   std::vector<std::string> chosen;
   for (const std::string& path : paths) {
@@ -186,7 +186,7 @@ void run(const Options& options) {
     std::cout << model.name << ",,\"Pinocchio\",,,,,,,,,,\"absent: " << reason << "\"\n";
   const auto each = [&](const std::vector<std::string>& names, bool plain_only) {
     for (const std::string& name : names)
-      measure(model, RobotFunction(name), plain_only, of_function(options.casadi, name),
+      measure(model, RobotFunction(name), plain_only, of_function(options.generated, name),
               peer ? &*peer : nullptr, library ? library->table().name : "", options.seed);
   };
   each(options.functions, false);
@@ -209,7 +209,8 @@ int main(int argc, char** argv) {
       ->type_name("F1,F2");
   app.add_flag("--peer", options.peer, "Pinocchio as well");
   app.add_option("--peer-prefix", options.peer_prefix, "where its headers are")->type_name("DIR");
-  app.add_option("--casadi", options.casadi, "what casadi_peer.py has made: FUNCTION.json ...");
+  app.add_option("--generated", options.generated,
+                 "what casadi_peer.py and cppadcodegen_peer.py have made: FUNCTION.json ...");
   app.add_option("--seed", options.seed, "of the random states")->capture_default_str();
   app.add_flag("--model", options.model, "print the robot as JSON, measure nothing");
   app.add_flag("--about", options.about, "print versions and flags as JSON, measure nothing");

@@ -38,9 +38,9 @@ std::vector<Route> plain_routes(const dynamics::Model<double>& model, const Robo
 // Interpreted, and as generated C: one state at a time, several in lanes, both profiles.
 std::vector<Route> recorded_routes(const dynamics::Model<double>& model, const RobotFunction& function,
                                    const States& states);
-// What tests/bench/casadi_peer.py has made: a description of a library, as JSON.
-Route casadi_route(const std::string& path, const dynamics::Model<double>& model,
-                   const RobotFunction& function, const States& states);
+// What casadi_peer.py or cppadcodegen_peer.py has made: a description of a library, as JSON.
+Route generated_route(const std::string& path, const dynamics::Model<double>& model,
+                      const RobotFunction& function, const States& states);
 // Separate multiplications and additions in the widest registers, as many at a time as the processor takes.
 Route peak_route();
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// C that CasADi has generated, through its own interface: arrays of pointers to what goes in and comes out,
-// results sparse by columns.
+// C that CasADi or CppADCodeGen has generated, each through its own interface: arrays of pointers to what goes in and
+// comes out; CasADi's results are sparse by columns, the numbers of the other stand where its description says.
 #include <dlfcn.h>
 
 #include <fstream>
@@ -58,6 +58,30 @@ struct Kernel {
   }
 };
 
+// The functions that CppADCodeGen prints take what stands in one row, then weights, and an unused table of atomic
+// functions by value.
+struct AtomicFunctions {
+  void *library, *forward, *reverse;
+};
+using DenseCall = void (*)(const double* const* in, double* const* out, AtomicFunctions);
+
+struct DenseKernel {
+  DenseCall call = nullptr;
+  std::size_t weights = 0;      // where they begin in a state
+  std::vector<std::size_t> at;  // of each number in a dense result
+  std::vector<double> results, y;
+
+  void run(const Eigen::VectorXd& state) {
+    const double* const in[] = {state.data(), state.data() + weights};
+    double* const out[] = {results.data()};
+    call(in, out, {});
+  }
+  const std::vector<double>& dense() {
+    for (std::size_t k = 0; k < at.size(); ++k) y[at[k]] = results[k];
+    return y;
+  }
+};
+
 template <class F>
 F symbol(void* library, const std::string& name) {
   void* found = library ? dlsym(library, name.c_str()) : nullptr;
@@ -65,14 +89,34 @@ F symbol(void* library, const std::string& name) {
   return reinterpret_cast<F>(found);
 }
 
-}  // namespace
+template <class K>
+void take(const std::shared_ptr<K>& kernel, const States& states, Route& route) {
+  route.run = [kernel, &states](int first, int calls) {
+    for (int k = 0; k < calls; ++k) kernel->run(states[static_cast<std::size_t>(first + k) % states.size()]);
+  };
+  route.value = [kernel, &states](int i) {
+    kernel->run(states[static_cast<std::size_t>(i)]);
+    return kernel->dense();
+  };
+}
 
-Route casadi_route(const std::string& path, const dynamics::Model<double>& model,
-                   const RobotFunction& function, const States& states) {
-  std::ifstream file(path);
-  const auto about = nlohmann::json::parse(file);
-  const std::string library = about.at("library"), name = about.at("symbol");
-  void* handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);  // for as long as the program runs
+std::shared_ptr<DenseKernel> cppadcodegen_kernel(void* library, const nlohmann::json& about,
+                                                 const dynamics::Model<double>& model,
+                                                 const RobotFunction& function) {
+  const auto kernel = std::make_shared<DenseKernel>();
+  kernel->call = symbol<DenseCall>(library, about.at("symbol"));
+  if (!about.at("weights_from").is_null()) kernel->weights = about.at("weights_from");
+  kernel->at = about.at("at").get<std::vector<std::size_t>>();
+  kernel->results.resize(kernel->at.size());
+  std::size_t size = 0;
+  for (const RobotBlock& block : outputs(model, function)) size += static_cast<std::size_t>(block.size());
+  kernel->y.resize(size);
+  return kernel;
+}
+
+std::shared_ptr<Kernel> casadi_kernel(void* handle, const nlohmann::json& about,
+                                      const dynamics::Model<double>& model, const RobotFunction& function) {
+  const std::string name = about.at("symbol");
   const auto kernel = std::make_shared<Kernel>();
   kernel->call = symbol<Call>(handle, name);
   kernel->sparsity = symbol<Sparsity>(handle, name + "_sparsity_out");
@@ -90,19 +134,27 @@ Route casadi_route(const std::string& path, const dynamics::Model<double>& model
   for (const RobotBlock& block : outputs(model, function))
     kernel->results.emplace_back(static_cast<std::size_t>(block.size()));
   if (kernel->in.size() < kernel->offsets.size() || kernel->out.size() < kernel->results.size()) {
-    throw ToolError(library + ": takes other arguments than " + to_string(function));
+    throw ToolError(name + ": takes other arguments than " + to_string(function));
   }
+  return kernel;
+}
 
+}  // namespace
+
+Route generated_route(const std::string& path, const dynamics::Model<double>& model,
+                      const RobotFunction& function, const States& states) {
+  std::ifstream file(path);
+  const auto about = nlohmann::json::parse(file);
+  const std::string library = about.at("library");
+  void* handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);  // for as long as the program runs
   Route route;
+  if (about.contains("at")) {
+    take(cppadcodegen_kernel(handle, about, model, function), states, route);
+  } else {
+    take(casadi_kernel(handle, about, model, function), states, route);
+  }
   route.name = about.at("route");
-  route.run = [kernel, &states](int first, int calls) {
-    for (int k = 0; k < calls; ++k) kernel->run(states[static_cast<std::size_t>(first + k) % states.size()]);
-  };
-  route.value = [kernel, &states](int i) {
-    kernel->run(states[static_cast<std::size_t>(i)]);
-    return kernel->dense();
-  };
-  route.operations = about.at("operations");
+  route.operations = about.value("operations", std::size_t{0});
   route.compile = about.at("compile_s");
   route.made = about.at("made_s");
   route.text = text_bytes(library);
