@@ -203,10 +203,14 @@ int run(const std::string& path, const std::string& output, const std::vector<st
     const std::string name =
         function.name + ".cppadcodegen" + (function.variant.empty() ? "" : "." + function.variant);
     const auto start = std::chrono::steady_clock::now();
-    Json about = generate(robot, function, output + "/" + name);
+    Json about = {{"name", name},
+                  {"route", "CppADCodeGen" + (function.variant.empty() ? "" : ", " + function.variant)}};
+    try {
+      about.update(generate(robot, function, output + "/" + name));
+    } catch (const CppAD::cg::CGException& e) {  // of what branches on values
+      about["absent"] = std::string("Pinocchio's template is not recorded: ") + e.what();
+    }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    about["name"] = name;
-    about["route"] = "CppADCodeGen" + (function.variant.empty() ? "" : ", " + function.variant);
     about["generated_s"] = seconds.count();
     list.push_back(about);
   }

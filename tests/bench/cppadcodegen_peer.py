@@ -29,6 +29,9 @@ def main():
                               options.functions], check=True, stdout=subprocess.PIPE, text=True).stdout
     for about in json.loads(printed):
         path = options.output / about['name']
+        if 'absent' in about:
+            path.with_name(path.name + '.json').write_text(json.dumps(about, indent=1) + '\n')
+            continue
         sources = sorted(pathlib.Path(about['sources']).glob('function_*.c'))
         of = peer_library.made_of(options.compiler, *(source.read_text() for source in sources))
         if not peer_library.is_made(path, of, options.limit):

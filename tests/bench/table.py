@@ -36,7 +36,7 @@ class Table:
 
     def routes(self, robot, function):
         return [row for row in self.rows if row['robot'] == robot and row['function'] == function and row['us']
-                and row not in self.tapes]
+                and row not in self.tapes and not row['route'].endswith(tuple(LEVELS))]
 
 
 GENERATED = ('generated', 'generated, fast')
