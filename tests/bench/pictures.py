@@ -34,7 +34,7 @@ def panels(t, bars, column, functions, y_label, logarithmic):
             f'"{FUNCTIONS[f]}" ' + ' '.join('-' if x is None else f'{x:.6g}' for x in line) + '\n'
             for f, line in zip(functions, values)) + 'EOD\n'
         script += f'set title "{ROBOTS[robot]}" font ",13"\nset ylabel "{y_label if k % 2 == 0 else ""}"\n'
-        script += f'set logscale y\nset yrange [{low:.4g}:{high:.4g}]\nset format y "%g"\n' if logarithmic else \
+        script += f'set logscale y {2 if high / low < 100 else 10}\nset yrange [{low:.4g}:{high:.4g}]\nset format y "%g"\n' if logarithmic else \
             f'set yrange [0:{max(known) * 1.1:.4g}]\n'
         script += 'unset key\n' if k else 'set key at screen 0.5,0.995 center top horizontal maxrows 1 samplen 1.2\n'
         script += 'plot ' + ', '.join(f'$data using {i + 2}:xtic(1) title "{name}" lc rgb "{color}"'
@@ -47,7 +47,7 @@ def pictures(t):
     made = [('CasADi', CASADI, '#e69f00'), ('CppADCodeGen', CPPADCODEGEN, '#f0e442'), ('generated', 'generated', '#009e73'), ('with lanes', 'lanes', '#d55e00')]
     lower = [(f'code for {level}', of_level('plain double', level), color)
              for level, color in zip(reversed(LEVELS[:-1]), ('#0072b2', '#cc79a7'))]
-    of_levels = {'benchmarks_levels': panels(t, [bars['Pinocchio'], ('plain double', 'plain double', '#56b4e9'), *lower], 'us', t.functions,
+    of_levels = {'benchmarks_levels': panels(t, [bars['Pinocchio'], (f'code for {t.about.get("level")}', 'plain double', '#56b4e9'), *lower], 'us', t.functions,
                                              'us a state', True)}
     return {
         **(of_levels if any(row['route'] == lower[0][1] for row in t.rows) else {}),
