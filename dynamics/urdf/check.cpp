@@ -2,6 +2,7 @@
 #include <dyntape/dynamics/urdf/check.h>
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <string_view>
 
 #include <dyntape/autodiff/error.h>
@@ -86,12 +87,25 @@ void check_mesh(const UrdfText& text, const XMLElement& owner, const XMLElement&
   }
 }
 
+// Faults in what only draws: the first, and how many there are.
+struct Undrawn {
+  std::string first;
+  int count = 0;
+};
+
 // tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
-void check_numbers_below(const UrdfText& text, const XMLElement& owner, const XMLElement& element) {
+void check_numbers_below(const UrdfText& text, const XMLElement& owner, const XMLElement& element,
+                         Undrawn& undrawn) {
   check_attributes(text, element);
   if (std::string_view(element.Name()) == "mesh") check_mesh(text, owner, element);
-  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
-    check_numbers_below(text, owner, *child);
+  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    try {
+      check_numbers_below(text, owner, *child, undrawn);
+    } catch (const FileError& e) {
+      if (!only_draws(*child)) throw;
+      if (undrawn.count++ == 0) undrawn.first = e.what();
+    }
+  }
 }
 
 const XMLElement& required_child(const UrdfText& text, const XMLElement& owner, const XMLElement& element,
@@ -127,7 +141,8 @@ void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XM
   if (scale == 0) return;
   const Eigen::Vector3d e =
       scale * Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I / scale, Eigen::EigenvaluesOnly).eigenvalues();
-  if (e[0] < -std::max(1e-9 * scale, 1e-12 * mass)) {
+  constexpr double kDust = 1e-15;  // kg m^2: below it all is rounding
+  if (e[0] < -std::max({1e-9 * scale, 1e-12 * mass, kDust})) {
     const std::string fault = describe(link) + " has an inertia that no body has: its smallest principal " +
                               "moment is " + digits(e[0]) + " kg m^2";
     if (!accept_nonphysical)
@@ -137,7 +152,7 @@ void check_inertia_tensor(const UrdfText& text, const XMLElement& link, const XM
     notes.push_back(text.where(inertia) + fault + "; read as it is");
     return;
   }
-  if (e[2] > (e[0] + e[1]) * (1 + 1e-6))
+  if (e[2] > (e[0] + e[1]) * (1 + 1e-6) + kDust)
     notes.push_back(text.where(inertia) + describe(link) +
                     " has an inertia that no rigid body has: principal " + "moments " + digits(e[0]) + ", " +
                     digits(e[1]) + ", " + digits(e[2]) + ", the largest above the sum of the others");
@@ -157,9 +172,20 @@ void note_repeated(const UrdfText& text, const XMLElement& element, std::initial
   }
 }
 
-void check_urdf_numbers(const UrdfText& text) {
-  for (const char* tag : {"link", "joint", "material"})
-    for (const XMLElement* element : text.children(tag)) check_numbers_below(text, *element, *element);
+bool only_draws(const XMLElement& element) {
+  const std::string_view name(element.Name());
+  return name == "visual" || name == "collision" || name == "material";
+}
+
+void check_urdf_numbers(const UrdfText& text, std::vector<std::string>& notes) {
+  Undrawn undrawn;
+  for (const char* tag : {"link", "joint"})
+    for (const XMLElement* element : text.children(tag))
+      check_numbers_below(text, *element, *element, undrawn);
+  if (undrawn.count == 0) return;
+  const std::string more =
+      undrawn.count == 1 ? "" : ", and " + std::to_string(undrawn.count - 1) + " more like it";
+  notes.push_back(undrawn.first + more + "; this only draws, and the robot moves as it would without");
 }
 
 void check_urdf_links(const UrdfText& text, bool accept_nonphysical_inertia,
@@ -188,9 +214,9 @@ std::vector<std::string> check_urdf(const UrdfText& text, bool accept_nonphysica
                                     bool follow_mimics) {
   std::vector<std::string> notes;
   check_urdf_encoding(text);
-  check_urdf_is_expanded(text);
+  check_urdf_is_expanded(text, notes);
   check_urdf_names(text);
-  check_urdf_numbers(text);
+  check_urdf_numbers(text, notes);
   check_urdf_tree(text);
   check_urdf_links(text, accept_nonphysical_inertia, notes);
   check_urdf_joints(text, follow_mimics, notes);

@@ -16,6 +16,18 @@ std::string_view type_of(const XMLElement& joint) {
   return type ? type : "";
 }
 
+// Of the root link, which then is the world.
+bool hangs_on_root(const UrdfText& text, const XMLElement& joint) {
+  const XMLElement* parent = joint.FirstChildElement("parent");
+  const char* root = parent ? parent->Attribute("link") : nullptr;
+  for (const XMLElement* other : text.children("joint")) {
+    const XMLElement* child = other->FirstChildElement("child");
+    const char* link = child ? child->Attribute("link") : nullptr;
+    if (root && link && std::string_view(root) == link) return false;
+  }
+  return root;
+}
+
 void check_type(const UrdfText& text, const XMLElement& joint) {
   static const std::vector<std::string> kSupported = {"revolute", "continuous", "prismatic", "planar",
                                                       "fixed"};
@@ -23,9 +35,10 @@ void check_type(const UrdfText& text, const XMLElement& joint) {
   if (std::find(kSupported.begin(), kSupported.end(), type) != kSupported.end()) return;
   const std::string expected = "expected revolute, continuous, prismatic, planar or fixed";
   if (type.empty()) text.fail(joint, describe(joint) + " has no type; " + expected);
+  if (type == "floating" && hangs_on_root(text, joint)) return;
   if (type == "floating")
-    text.fail(joint, describe(joint) + " is of the unsupported type floating; remove it and load with a " +
-                         "floating base, or " + expected);
+    text.fail(joint,
+              describe(joint) + " is of the type floating and does not hang on the root link; " + expected);
   text.fail(joint,
             describe(joint) + " has the type \"" + type + "\"; " + expected + suggestion(type, kSupported));
 }
@@ -95,6 +108,7 @@ void check_mimic(const UrdfText& text, const XMLElement& joint, bool follow,
 void check_urdf_joints(const UrdfText& text, bool follow_mimics, std::vector<std::string>& notes) {
   for (const XMLElement* joint : text.children("joint")) {
     check_type(text, *joint);
+    if (type_of(*joint) == "floating") continue;
     if (type_of(*joint) == "fixed") {
       const XMLElement* mimic = joint->FirstChildElement("mimic");
       if (mimic && follow_mimics) text.fail(*mimic, describe(*joint) + " is fixed and cannot mimic another");

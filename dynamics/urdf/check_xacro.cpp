@@ -36,22 +36,28 @@ void check_attributes_expanded(const UrdfText& text, const XMLElement& element) 
   }
 }
 
-// tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
-void check_expanded_below(const UrdfText& text, const XMLElement& element) {
+// In what only draws, a note.  tinyxml2 bounds the depth of nesting, so the recursion is bounded too.
+void check_expanded_below(const UrdfText& text, const XMLElement& element, std::vector<std::string>& notes) {
   check_element(text, element);
   check_attributes_expanded(text, element);
-  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
-    check_expanded_below(text, *child);
+  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement()) {
+    try {
+      check_expanded_below(text, *child, notes);
+    } catch (const FileError& e) {
+      if (!only_draws(*child)) throw;
+      notes.push_back(e.what());
+    }
+  }
 }
 
 }  // namespace
 
 // Blocks for other programs (gazebo, transmission) may hold what they like.
-void check_urdf_is_expanded(const UrdfText& text) {
+void check_urdf_is_expanded(const UrdfText& text, std::vector<std::string>& notes) {
   check_attributes_expanded(text, text.robot());
   for (auto* child = text.robot().FirstChildElement(); child; child = child->NextSiblingElement()) {
     const std::string_view name(child->Name());
-    if (name == "link" || name == "joint" || name == "material") check_expanded_below(text, *child);
+    if (name == "link" || name == "joint") check_expanded_below(text, *child, notes);
     check_element(text, *child);
   }
 }

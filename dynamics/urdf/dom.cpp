@@ -4,9 +4,12 @@
 #include <console_bridge/console.h>
 #include <urdf_parser/urdf_parser.h>
 
+#include <algorithm>
 #include <mutex>
+#include <string_view>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/urdf/check.h>
 
 namespace dyntape::dynamics {
 namespace {
@@ -50,11 +53,55 @@ bool mentions(const std::string& message, const std::string& name) {
   return false;
 }
 
-// XML reads a tab or line break inside an attribute as a blank; urdfdom's parser leaves it and then stumbles.
-std::string with_plain_blanks(std::string text) {
-  for (char& c : text)
-    if (c == '\t' || c == '\n' || c == '\r') c = ' ';
-  return text;
+// "  1 \n 2 " -> "1 2": urdfdom's parser of numbers stumbles over the blanks that XML leaves.
+std::string with_single_blanks(const std::string& text) {
+  std::string words;
+  for (const char c : text) {
+    const bool is_blank = c == ' ' || c == '\t' || c == '\n' || c == '\r';
+    if (!is_blank) words += c;
+    if (is_blank && !words.empty() && words.back() != ' ') words += ' ';
+  }
+  if (!words.empty() && words.back() == ' ') words.pop_back();
+  return words;
+}
+
+// Names are kept as they are, but for tabs and line breaks, which XML reads as blanks.
+void tidy_blanks(tinyxml2::XMLElement& element) {
+  for (auto* a = element.FirstAttribute(); a; a = a->Next()) {
+    const std::string_view name(a->Name());
+    std::string value = a->Value();
+    if (name == "name" || name == "link" || name == "joint" || name == "type") {
+      std::replace_if(
+          value.begin(), value.end(), [](char c) { return c == '\t' || c == '\n' || c == '\r'; }, ' ');
+    } else {
+      value = with_single_blanks(value);
+    }
+    element.SetAttribute(a->Name(), value.c_str());
+  }
+  for (auto* child = element.FirstChildElement(); child; child = child->NextSiblingElement())
+    tidy_blanks(*child);
+}
+
+void remove_drawings(tinyxml2::XMLElement& element) {
+  for (auto* child = element.FirstChildElement(); child;) {
+    auto* next = child->NextSiblingElement();
+    if (only_draws(*child)) element.DeleteChild(child);
+    child = next;
+  }
+}
+
+// Links and joints without what only draws, which this library reads by itself.
+std::string for_urdfdom(const std::string& contents) {
+  tinyxml2::XMLDocument document;
+  if (document.Parse(contents.c_str(), contents.size()) != tinyxml2::XML_SUCCESS) return contents;
+  tinyxml2::XMLElement& robot = *document.RootElement();
+  remove_drawings(robot);
+  for (auto* link = robot.FirstChildElement("link"); link; link = link->NextSiblingElement("link"))
+    remove_drawings(*link);
+  tidy_blanks(robot);
+  tinyxml2::XMLPrinter printer(nullptr, true);
+  document.Print(&printer);
+  return printer.CStr();
 }
 
 // The element that a message speaks of: urdfdom names links and joints but no position.
@@ -88,7 +135,7 @@ UrdfDom read_with_urdfdom(const std::string& contents, const UrdfText& text, con
     const std::lock_guard lock(mutex);
     CapturedConsole console;
     try {
-      dom.model = urdf::parseURDF(with_plain_blanks(contents));
+      dom.model = urdf::parseURDF(for_urdfdom(contents));
     } catch (const std::exception& e) {
       console.messages.push_back({e.what(), true});
     }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/dynamics/urdf/urdf.h>
 
+#include <algorithm>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/model/model_operations.h>
@@ -45,7 +47,8 @@ class TreeReader {
     robot_.model.name = tree.getName();
     const urdf::LinkConstSharedPtr root = tree.getRoot();
     Visit first{root.get(), nullptr, -1, {}};
-    if (options_.base == Base::kFloating || !options_.root.empty()) first.body = add_root_joint(*root);
+    if ((options_.base == Base::kFloating && !floats_by_itself(*root)) || !options_.root.empty())
+      first.body = add_root_joint(*root);
     // Depth first without recursion: a chain may be as long as memory allows.
     std::vector<Visit> open{first};
     while (!open.empty()) {
@@ -106,6 +109,13 @@ class TreeReader {
                            digits(n[0]) + " " + digits(n[1]) + " " + digits(n[2]) +
                            "); the frame of its body is turned so that z is this direction");
     return {rotation_to(n), Eigen::Vector3d::Zero()};
+  }
+
+  // The file has the floating base as a joint of its own.
+  static bool floats_by_itself(const urdf::Link& root) {
+    const auto& joints = root.child_joints;
+    return std::any_of(joints.begin(), joints.end(),
+                       [](const auto& joint) { return joint->type == urdf::Joint::FLOATING; });
   }
 
   int add_root_joint(const urdf::Link& root) {
@@ -169,6 +179,7 @@ class TreeReader {
   }
 
   JointType joint_type(const urdf::Joint& source) const {
+    if (source.type == urdf::Joint::FLOATING) return JointType::kFreeFlyer;
     if (source.type == urdf::Joint::PLANAR) return JointType::kPlanar;
     if (source.type == urdf::Joint::PRISMATIC) return JointType::kPrismatic;
     const bool pair =

@@ -76,6 +76,12 @@ std::string kind_of_root(std::string_view root) {
   return "";
 }
 
+std::string where_else(std::string_view root) {
+  return root == "sdf" || root == "mujoco" ? ", as the PyPI package robot_descriptions has it of many robots "
+                                             "that are described in other formats"
+                                           : "";
+}
+
 }  // namespace
 
 UrdfText::UrdfText(std::unique_ptr<tinyxml2::XMLDocument> document, std::string file)
@@ -153,7 +159,8 @@ UrdfText parse_urdf_text(const std::string& contents, const std::string& file) {
   if (!root) throw FileError(file + ":1: the file holds no element; expected <robot>");
   if (std::string_view(root->Name()) != "robot")
     throw FileError(file + ":" + std::to_string(root->GetLineNum()) + ": the root element is <" +
-                    root->Name() + ">" + kind_of_root(root->Name()) + "; expected <robot>, a URDF file");
+                    root->Name() + ">" + kind_of_root(root->Name()) + "; expected <robot>, a URDF file" +
+                    where_else(root->Name()));
   return UrdfText(std::move(document), file);
 }
 

@@ -28,16 +28,29 @@ class VisualReader {
         stop_(options.stop) {}
 
   UrdfVisuals read() {
-    for (const XMLElement* material : text_.children("material")) learn(*material);
+    for (const XMLElement* material : text_.children("material")) or_note([&] { learn(*material); });
     for (const XMLElement* link : text_.children("link")) {
       for (auto* visual = link->FirstChildElement("visual"); visual;
-           visual = visual->NextSiblingElement("visual"))
-        add(*link, *visual);
+           visual = visual->NextSiblingElement("visual")) {
+        if (or_note([&] { add(*link, *visual); })) continue;
+        if (const char* name = link->Attribute("name")) result_.incomplete.push_back(name);
+      }
     }
     return std::move(result_);
   }
 
  private:
+  template <class Read>
+  bool or_note(Read&& read) {
+    try {
+      read();
+      return true;
+    } catch (const FileError& e) {
+      result_.notes.push_back(e.what());
+      return false;
+    }
+  }
+
   // A material with a colour is known by its name from there on, as in urdfdom.
   void learn(const XMLElement& material) {
     const char* name = material.Attribute("name");

@@ -18,9 +18,9 @@
 // looked for as name/rest in the folders above the URDF and in those of ROS_PACKAGE_PATH.  A material of the
 // URDF colours a whole mesh; without one, parts of a mesh keep their file's colours, a shape each.
 //
-// A mesh that is missing, damaged or too much leaves its link without it: a note, and the link in `incomplete`.
-// Errors: FileError, `file:line: sentence`, for what is wrong in the URDF itself: a shape without its size, a
-// length that is not above zero, a colour outside 0 to 1, a material or a geometry that nobody knows.
+// What cannot be drawn leaves its link without it: a note, and the link in `incomplete`.  That is a mesh that is missing,
+// damaged or too much; a shape without its size, a length that is not above zero, a colour outside 0 to 1, a material or a
+// geometry that nobody knows.
 #pragma once
 
 #include <memory>

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
+#include <map>
 #include <sstream>
 
 namespace dyntape {
@@ -66,7 +67,17 @@ void append_names(const detail::BlockShape& shape, const RobotBlock& block, std:
 
 }  // namespace
 
-RobotFunction::RobotFunction(const std::string& name) : row_(-1) {
+RobotFunction::RobotFunction(const std::string& given) : row_(-1) {
+  // What textbooks call them.
+  static const std::map<std::string, std::string> kKnownAs = {
+      {"inverse-dynamics", "rnea"},
+      {"forward-dynamics", "aba"},
+      {"mass-matrix", "crba"},
+      {"inverse-mass-matrix", "minverse"},
+      {"inverse-dynamics-derivatives", "id-derivatives"},
+      {"forward-dynamics-derivatives", "fd-derivatives"}};
+  const auto known = kKnownAs.find(given);
+  const std::string& name = known == kKnownAs.end() ? given : known->second;
   std::vector<std::string> names;
   for (const auto& row : rows()) {
     if (name == row.name) row_ = static_cast<int>(&row - rows().data());

@@ -92,8 +92,6 @@ const Fault kFaults[] = {
      "fixed; "
      "did "
      "you mean 'revolute'?"},
-    {"Floating", 3, "<joint name='hip' type='floating'>",
-     "t.urdf:3: joint \"hip\" is of the unsupported type floating; remove it and load with a floating base"},
     {"ZeroAxis", 7, "<axis xyz='0 0 0'/>", "t.urdf:7: joint \"hip\" has a zero axis"},
     {"AxisWithoutDirection", 7, "<axis/>", "t.urdf:7: joint \"hip\": <axis> needs the attribute \"xyz\""},
     {"NoLimit", 8, "", "t.urdf:3: joint \"hip\" has no <limit>"},
@@ -127,10 +125,6 @@ const Fault kFaults[] = {
     {"OriginShort", 6, "<origin xyz='0 0'/>", "t.urdf:6: <origin xyz=\"0 0\">: expected 3 numbers"},
     {"RollNaN", 6, "<origin rpy='nan 0 0'/>", "t.urdf:6: <origin rpy=\"nan 0 0\">: \"nan\" is not a finite"},
     {"CentreNaN", 11, "<inertial><origin xyz='0 nan 0'/>", "t.urdf:11: <origin xyz=\"0 nan 0\">"},
-    {"GeometryNaN", 15, "<visual><geometry><box size='1 nan 1'/></geometry></visual>",
-     "t.urdf:15: <box size="},
-    // No check of ours: urdfdom's own message, at the link it names.
-    {"GeometryUnknown", 15, "<visual><geometry><blob/></geometry></visual>", "t.urdf:10: urdfdom says: "},
 };
 
 INSTANTIATE_TEST_SUITE_P(Urdf, Faults, testing::ValuesIn(kFaults),
@@ -145,7 +139,8 @@ TEST(UrdfFaults, TheUnbrokenFileLoads) {
 TEST(UrdfFaults, WholeFiles) {
   EXPECT_EQ(error_of("").substr(0, 8), "t.urdf:1");
   EXPECT_EQ(error_of("<sdf version='1.7'/>"),
-            "t.urdf:1: the root element is <sdf>, an SDF file (of Gazebo); expected <robot>, a URDF file");
+            "t.urdf:1: the root element is <sdf>, an SDF file (of Gazebo); expected <robot>, a URDF file, as "
+            "the PyPI package robot_descriptions has it of many robots that are described in other formats");
   EXPECT_EQ(error_of("<robot name='r'/>"), "t.urdf:1: robot \"r\" has no <link>; expected at least one");
   EXPECT_EQ(error_of(std::string("<robot\0", 7)).substr(0, 30), "t.urdf: contains a zero byte; ");
   EXPECT_EQ(error_of(with_line(2, "<link name='b\xe9'/>")).substr(0, 55),
