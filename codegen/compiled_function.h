@@ -46,7 +46,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/run/points.h>
 #include <dyntape/codegen/timings.h>

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/options/lane_widths.h>
 
 namespace dyntape::codegen {
 namespace {

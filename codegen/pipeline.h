@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/print/print_c.h>
 #include <dyntape/codegen/print/print_embedded.h>
 

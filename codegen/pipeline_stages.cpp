@@ -5,7 +5,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/dump.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/codegen/print/print_c.h>

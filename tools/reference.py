@@ -97,7 +97,7 @@ def read_names():
     """Variables of the environment: of the code, and DYNTAPE_ ones of the scripts."""
     names = set()
     for path in sources():
-        names.update(re.findall(r'\b(?:getenv|environment)\("([A-Z_]+)"\)', path.read_text()))
+        names.update(re.findall(r'\b(?:getenv|environment_variable)\("([A-Z_]+)"\)', path.read_text()))
     for path in scripts():
         names.update(re.findall(r'\$\{(DYNTAPE_[A-Z_]+)[:}]', path.read_text(errors='replace')))
     return names

@@ -14,7 +14,7 @@
 // A sparse Jacobian is swept forward or in reverse, block by block of rows and columns that hang together,
 // whichever needs fewer operations; a dense row among sparse ones is taken in reverse and the others forward.
 // What a select does not take contributes exactly zero, never 0 * inf, and neither does a weight that is zero: a
-// flow remembers the conditions under which it contributes (flow.h).  Between slopes 0 * inf is NaN, in both
+// flow remembers the conditions under which it contributes (flow.h).  Between derivatives 0 * inf is NaN, in both
 // directions (Poles, in ops.def).
 //
 // Derivatives that would append more than 134 million nodes (3 GB) are refused, RecordingError: dense Jacobians of

@@ -4,7 +4,7 @@
 //
 //   Pattern j = jacobian_sparsity(f);       // j.row[k], j.col[k]: entries sorted by row, then column
 //
-// An entry is present where a chain of non-zero slopes leads from the variable to the output: sign, floor and
+// An entry is present where a chain of non-zero derivatives leads from the variable to the output: sign, floor and
 // comparisons end such a chain, and both branches of a select count.
 #pragma once
 

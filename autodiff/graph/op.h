@@ -224,14 +224,14 @@ constexpr SlopeCell read_slope(std::string_view cell) {
           mentions(cell, 'x') * 1u + mentions(cell, 'y') * 2u + mentions(cell, 'z') * 4u +
               mentions(cell, 'r') * 8u};
 }
-inline constexpr SlopeCell kSlopes[][3] = {
+inline constexpr SlopeCell kDerivatives[][3] = {
 #define OP(name, fn, n, value, dx, dy, dz, ...) {read_slope(#dx), read_slope(#dy), read_slope(#dz)},
 #include <dyntape/autodiff/graph/ops.def>
 };
 inline constexpr SlopeCell kNoSlope = {};
 constexpr const SlopeCell& slope_cell(Op op, int argument) {
   const auto row = static_cast<std::size_t>(op);
-  return row < std::size(kSlopes) ? kSlopes[row][argument] : kNoSlope;
+  return row < std::size(kDerivatives) ? kDerivatives[row][argument] : kNoSlope;
 }
 
 }  // namespace ops

@@ -11,7 +11,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/build/identity.h>
-#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/options/lane_widths.h>
 #include <dyntape/codegen/system/process.h>
 
 namespace dyntape::codegen {

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/print/source.h>
 #include <dyntape/codegen/system/files.h>
 

@@ -10,7 +10,7 @@
 
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/build/identity.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 
 namespace dyntape::codegen {
 namespace {

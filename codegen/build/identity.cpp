@@ -40,11 +40,6 @@ std::string processor() {
   return text.str();
 }
 
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value ? value : "";
-}
-
 // Changes when the file or folder does; of what is not there, a word of its own.
 std::string signature(const std::string& path) {
   struct stat status {};
@@ -216,7 +211,8 @@ class Memory {
  public:
   Memory(const std::string& path, const std::vector<std::string>& flags, std::string folder)
       : is_script_(is_script(path)), folder_(std::move(folder)) {
-    what_ = path + "\n" + processor() + "\n" + environment("PATH") + "\n" + environment("HOME");
+    what_ =
+        path + "\n" + processor() + "\n" + environment_variable("PATH") + "\n" + environment_variable("HOME");
     for (const std::string& flag : flags) what_ += "\n" + flag;
     name_ = "compiler-" + checksum(what_) + ".json";
   }

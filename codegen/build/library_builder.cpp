@@ -2,8 +2,8 @@
 #include <dyntape/codegen/build/library_builder.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/flags.h>
-#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/options/flags.h>
+#include <dyntape/codegen/options/lane_widths.h>
 #include <dyntape/codegen/print/print_tables.h>
 #include <dyntape/codegen/system/warn_once.h>
 

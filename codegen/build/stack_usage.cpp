@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/process.h>
 

@@ -25,7 +25,7 @@
 // derived function the values too: y has the same bits in all kernels.
 #pragma once
 
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 
 namespace dyntape::codegen {
 

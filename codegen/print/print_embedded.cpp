@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/print/c_text.h>
 #include <dyntape/codegen/print/own_trig.h>
 #include <dyntape/codegen/print/print_header.h>

@@ -5,7 +5,7 @@
 #include <array>
 #include <set>
 
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 
 namespace dyntape::codegen {
 namespace {

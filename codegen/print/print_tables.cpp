@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/print/print_tables.h>
 
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/print/c_text.h>
 #include <dyntape/codegen/print/print_pieces.h>
 

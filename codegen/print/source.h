@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/schedule/schedule.h>
 
 namespace dyntape::codegen {

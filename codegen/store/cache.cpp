@@ -15,6 +15,7 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/warn_once.h>
 
 namespace dyntape::codegen {
@@ -23,11 +24,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::int64_t kHour = 3600;
-
-std::string environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value ? value : "";
-}
 
 // Folders in which something is compiled, here and in the folder for temporary files (library_builder.cpp).
 constexpr char kBuild[] = "build-", kElsewhere[] = "dyntape-";
@@ -70,10 +66,11 @@ std::uint64_t bytes_of(const std::string& folder) {
 }  // namespace
 
 std::string Cache::usual_folder() {
-  if (const std::string folder = environment("DYNTAPE_CACHE"); !folder.empty()) return folder;
-  if (const std::string folder = environment("XDG_CACHE_HOME"); folder.starts_with('/'))
+  if (const std::string folder = environment_variable("DYNTAPE_CACHE"); !folder.empty()) return folder;
+  if (const std::string folder = environment_variable("XDG_CACHE_HOME"); folder.starts_with('/'))
     return folder + "/dyntape";
-  if (const std::string folder = environment("HOME"); !folder.empty()) return folder + "/.cache/dyntape";
+  if (const std::string folder = environment_variable("HOME"); !folder.empty())
+    return folder + "/.cache/dyntape";
   return {};
 }
 
@@ -265,7 +262,7 @@ void Cache::sweep_sometimes() const {
 
 std::uint64_t cache_limit() {
   constexpr std::uint64_t kDefault = std::uint64_t{2} << 30;
-  const std::string text = environment("DYNTAPE_CACHE_LIMIT");
+  const std::string text = environment_variable("DYNTAPE_CACHE_LIMIT");
   if (text.empty()) return kDefault;
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -202,4 +202,9 @@ void remove_left_over(const std::string& parent, const std::string& prefix) {
   }
 }
 
+std::string environment_variable(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? value : "";
+}
+
 }  // namespace dyntape::codegen

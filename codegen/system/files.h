@@ -78,4 +78,6 @@ Left state_of(const std::string& folder);
 // Removes those that are over, of names with this prefix.
 void remove_left_over(const std::string& parent, const std::string& prefix);
 
+std::string environment_variable(const char* name);  // "" where it is not set
+
 }  // namespace dyntape::codegen

@@ -185,7 +185,7 @@ template <class T>
 Matrix6<T> right_jacobian(const Motion<T>& xi) {
   const T z = xi.angular.squaredNorm(), wv = xi.angular.dot(xi.linear);
   const T c2 = stumpff<2>(z), c3 = stumpff<3>(z), c4 = stumpff<4>(z), c5 = stumpff<5>(z);
-  const T d2 = T(2) * c4 - c3, d3 = T(3) * c5 - c4;  // twice the slopes of c2 and c3
+  const T d2 = T(2) * c4 - c3, d3 = T(3) * c5 - c4;  // twice the derivatives of c2 and c3
   const Matrix3<T> W = skew(xi.angular), V = skew(xi.linear), WW = W * W;
   const Matrix3<T> J = Matrix3<T>::Identity() - W * c2 + WW * c3;
   Matrix6<T> m = Matrix6<T>::Zero();

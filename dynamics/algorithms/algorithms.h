@@ -36,7 +36,7 @@ namespace dyntape::dynamics {
 
 // What acts besides the joint torques.  The default is the robot as it is in its model.
 template <class T>
-struct Acting {
+struct DynamicsTerms {
   bool gravity = true;
   bool armature = true;                             // on single joints; a free-flyer has none
   const VectorX<T>* armature_values = nullptr;      // (nv) in place of the model's
@@ -99,11 +99,11 @@ const Matrix6X<T>& frame_jacobian(const Model<T>& model, Data<T>& data, const Ve
 // tau = M a + h - sum J^T f_ext                                                         data.tau (nv)
 template <class T>
 const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                       const VectorRef<T>& a, const Acting<T>& acting = {});
+                       const VectorRef<T>& a, const DynamicsTerms<T>& acting = {});
 // h(q, v) - sum J^T f_ext: torques at a = 0                                             data.nle (nv)
 template <class T>
 const VectorX<T>& nonlinear_effects(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
-                                    const VectorRef<T>& v, const Acting<T>& acting = {});
+                                    const VectorRef<T>& v, const DynamicsTerms<T>& acting = {});
 // g(q): torques at v = a = 0, without external forces; the gradient of the potential energy   data.g (nv)
 template <class T>
 const VectorX<T>& generalized_gravity(const Model<T>& model, Data<T>& data, const VectorRef<T>& q);
@@ -111,17 +111,17 @@ const VectorX<T>& generalized_gravity(const Model<T>& model, Data<T>& data, cons
 // M(q): composite bodies, M_ji = S_j^T X ... X I^C_i S_i                                data.M (nv x nv)
 template <class T>
 const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
-                       const Acting<T>& acting = {});
+                       const DynamicsTerms<T>& acting = {});
 
 // --- Forward dynamics ------------------------------------------------------------------------------------
 // a = M^-1 (tau + sum J^T f_ext - h), articulated bodies                                data.ddq (nv)
 template <class T>
 const VectorX<T>& aba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                      const VectorRef<T>& tau, const Acting<T>& acting = {});
+                      const VectorRef<T>& tau, const DynamicsTerms<T>& acting = {});
 // M^-1 without M                                                                        data.Minv (nv x nv)
 template <class T>
 const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
-                           const Acting<T>& acting = {});
+                           const DynamicsTerms<T>& acting = {});
 
 // --- Derivatives -----------------------------------------------------------------------------------------
 // Of inverse dynamics: data.tau, data.dtau_dq, data.dtau_dv, data.M (= dtau_da), each (nv x nv); f_ext
@@ -136,7 +136,7 @@ const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef
 // has twelve entries (composite.h).
 template <class T>
 void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                    const VectorRef<T>& a, const Acting<T>& acting = {});
+                    const VectorRef<T>& a, const DynamicsTerms<T>& acting = {});
 
 // Of forward dynamics: data.ddq, data.ddq_dq, data.ddq_dv, data.Minv (= ddq_dtau), each (nv x nv).
 //   ddq_dx = -M^-1 dtau_dx at a = ddq(q, v, tau)
@@ -144,17 +144,17 @@ void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 // torque.
 template <class T>
 void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                    const VectorRef<T>& tau, const Acting<T>& acting = {});
+                    const VectorRef<T>& tau, const DynamicsTerms<T>& acting = {});
 // The same but for ddq_dq and ddq_dv, which the caller solves for.
 template <class T>
 void id_derivatives_under(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                          const VectorRef<T>& tau, const Acting<T>& acting = {});
+                          const VectorRef<T>& tau, const DynamicsTerms<T>& acting = {});
 
 // --- Energy ----------------------------------------------------------------------------------------------
 // 1/2 v^T M v, with armature where it acts (J)
 template <class T>
 const T& kinetic_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                        const Acting<T>& acting = {});
+                        const DynamicsTerms<T>& acting = {});
 // -sum m gravity . c, zero at the world's origin (J); the centre of mass: centroidal.h
 template <class T>
 const T& potential_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q);

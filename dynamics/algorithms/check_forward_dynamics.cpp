@@ -47,7 +47,7 @@ bool free_flyer_is_zero(const Composite<Real>& stiff, const Articulated<Real>& f
 
 // Counts, per joint, at how many configurations it moves nothing.  A joint that does is held, so that the ones
 // before it are judged by themselves.
-void judge(const Model<Real>& model, Data<Real>& data, const Acting<Real>& acting,
+void judge(const Model<Real>& model, Data<Real>& data, const DynamicsTerms<Real>& acting,
            std::vector<int>& zero_count) {
   for (int i = 0; i < model.njoints(); ++i) {
     data.composites[i] = composite(model.inertias[i]);
@@ -81,7 +81,7 @@ void judge(const Model<Real>& model, Data<Real>& data, const Acting<Real>& actin
 
 }  // namespace
 
-void check_forward_dynamics(const Model<double>& model, const Acting<double>& acting) {
+void check_forward_dynamics(const Model<double>& model, const DynamicsTerms<double>& acting) {
   constexpr int kConfigurations = 3;
   const Model<Real> exact = model.cast<Real>();
   Data<Real> data(exact);
@@ -91,7 +91,7 @@ void check_forward_dynamics(const Model<double>& model, const Acting<double>& ac
     if (is_single(model.joints[i].type))
       armature[model.joints[i].idx_v] = detail::armature_at(model, acting, i);
   }
-  Acting<Real> acting_exact;
+  DynamicsTerms<Real> acting_exact;
   acting_exact.armature_values = &armature;
   std::mt19937_64 random(1);
   std::vector<int> zero_count(model.njoints(), 0);

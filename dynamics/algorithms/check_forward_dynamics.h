@@ -16,6 +16,6 @@ namespace dyntape::dynamics {
 //   - what it carries has no inertia along it (to 1e-15 of the inertia about any axis: the rounding of a file), or
 //   - joints further out take all of it, such as a second joint on the same axis.
 // Decided on articulated inertias in 113 bits at three configurations.
-void check_forward_dynamics(const Model<double>& model, const Acting<double>& acting = {});
+void check_forward_dynamics(const Model<double>& model, const DynamicsTerms<double>& acting = {});
 
 }  // namespace dyntape::dynamics

@@ -46,7 +46,8 @@ struct EnergyGradients {
 // e.dT_dq, e.dT_dv, data.kinetic_energy; with armature where it acts.
 template <class T>
 void kinetic_energy_gradients(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
-                              const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting = {});
+                              const VectorRef<T>& q, const VectorRef<T>& v,
+                              const DynamicsTerms<T>& acting = {});
 
 // e.dg_dq and data.g; costs a rotated vector for every pair of joints on one path.
 template <class T>
@@ -57,6 +58,6 @@ const MatrixX<T>& gravity_derivatives(const Model<T>& model, Data<T>& data, Ener
 template <class T>
 void nonlinear_effects_derivatives(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
                                    const VectorRef<T>& q, const VectorRef<T>& v,
-                                   const Acting<T>& acting = {});
+                                   const DynamicsTerms<T>& acting = {});
 
 }  // namespace dyntape::dynamics

@@ -33,12 +33,12 @@ struct Hessian {
 template <class T>
 const MatrixX<T>& id_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
                              const VectorRef<T>& v, const VectorRef<T>& a, const VectorRef<T>& mu,
-                             const Acting<T>& acting = {});
+                             const DynamicsTerms<T>& acting = {});
 
 // Hessian of lambda^T ddq over (q, v, tau).  Calls fd_derivatives, whose results it leaves in data.
 template <class T>
 const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
                              const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& lambda,
-                             const Acting<T>& acting = {});
+                             const DynamicsTerms<T>& acting = {});
 
 }  // namespace dyntape::dynamics

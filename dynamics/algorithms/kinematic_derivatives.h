@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Derivatives of the motion of a frame or of a body: Jacobian rates, slopes of velocity and acceleration,
+// Derivatives of the motion of a frame or of a body: Jacobian rates, derivatives of velocity and acceleration,
 // kinematic Hessians.
 //
 //   KinematicDerivatives<double> K(model);

@@ -75,18 +75,18 @@ struct OperationalOptions {
 template <class T>
 void operational_space(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
                        const VectorRef<T>& q, const VectorRef<T>& v, int frame, ReferenceFrame in,
-                       const OperationalOptions& options = {}, const Acting<T>& acting = {});
+                       const OperationalOptions& options = {}, const DynamicsTerms<T>& acting = {});
 
 // After operational_space at this q and v: space.F, space.tau, and data.nle (= h).
 template <class T>
 const VectorX<T>& operational_torque(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
                                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& x_dd,
-                                     const VectorX<T>* tau_0 = nullptr, const Acting<T>& acting = {});
+                                     const VectorX<T>* tau_0 = nullptr, const DynamicsTerms<T>& acting = {});
 
 // After operational_space at this q and v: space.mu, and data.nle (= h).
 template <class T>
 const VectorX<T>& operational_bias(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
                                    const VectorRef<T>& q, const VectorRef<T>& v,
-                                   const Acting<T>& acting = {});
+                                   const DynamicsTerms<T>& acting = {});
 
 }  // namespace dyntape::dynamics

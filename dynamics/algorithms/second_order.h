@@ -102,13 +102,13 @@ struct ForwardSecondOrder {
 // on paths of d.
 template <class T>
 void id_second_order(const Model<T>& model, Data<T>& data, SecondOrder<T>& second, const VectorRef<T>& q,
-                     const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting = {});
+                     const VectorRef<T>& v, const VectorRef<T>& a, const DynamicsTerms<T>& acting = {});
 
 // Tensors of second derivatives of ddq(q, v, tau); those by tau twice and by tau and v are zero.  Calls
 // fd_derivatives, whose results it leaves in data.
 template <class T>
 void fd_second_order(const Model<T>& model, Data<T>& data, ForwardSecondOrder<T>& second,
                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
-                     const Acting<T>& acting = {});
+                     const DynamicsTerms<T>& acting = {});
 
 }  // namespace dyntape::dynamics

@@ -115,8 +115,8 @@ struct ConstraintData {
   Semidefinite<T> delassus;                     // J M^-1 J^T
   MatrixX<T> K, Z;                              // (nv x m) M^-1 J^T; K times the inverse of J M^-1 J^T
   MatrixX<T> G_inverse;                         // (m x m)
-  MatrixX<T> P;                                 // (nv x nv) slopes of the torque at fixed ddq and lambda
-  MatrixX<T> A_dq, A_dv;                        // (m x nv) slopes of the demanded acceleration
+  MatrixX<T> P;                                 // (nv x nv) derivatives of the torque at fixed ddq and lambda
+  MatrixX<T> A_dq, A_dv;                        // (m x nv) derivatives of the demanded acceleration
   VectorX<T> step, rhs, along;                  // (nv), (m), (nv)
 };
 
@@ -130,7 +130,7 @@ void constraint_kinematics(const Model<T>& model, Data<T>& data, ConstraintData<
 template <class T>
 const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                        const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
-                                       const Acting<T>& acting = {});
+                                       const DynamicsTerms<T>& acting = {});
 
 // And c.ddq_dq, ddq_dv, ddq_dtau, lambda_dq, lambda_dv, lambda_dtau: implicit differentiation; the direction
 // in which lambda acts turns with frame 1 and its lever arms change, which is part of the derivative.  Where
@@ -140,7 +140,7 @@ const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, Con
 template <class T>
 void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
-                                      const Acting<T>& acting = {});
+                                      const DynamicsTerms<T>& acting = {});
 
 // Both with effects (effects.h), torques.driven what arrives of the command tau.  An impact sees only the
 // armature of them: pass effects.acting().
@@ -158,12 +158,14 @@ void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, Cons
 template <class T>
 const VectorX<T>& impulse_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                    const VectorRef<T>& q, const VectorRef<T>& v,
-                                   const std::type_identity_t<T>& restitution, const Acting<T>& acting = {});
+                                   const std::type_identity_t<T>& restitution,
+                                   const DynamicsTerms<T>& acting = {});
 
 // And c.v_plus_dq, v_plus_dv, impulse_dq, impulse_dv; v the velocity before.  c.ddq_dtau is overwritten.
 template <class T>
 void impulse_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                   const VectorRef<T>& q, const VectorRef<T>& v,
-                                  const std::type_identity_t<T>& restitution, const Acting<T>& acting = {});
+                                  const std::type_identity_t<T>& restitution,
+                                  const DynamicsTerms<T>& acting = {});
 
 }  // namespace dyntape::dynamics

@@ -49,12 +49,12 @@ struct Sliding {
   Vector2d s, c, coupling;
 };
 
-// By how much Alart and Curnier's equations do not hold, with their slopes.
+// By how much Alart and Curnier's equations do not hold, with their derivatives.
 void alart_curnier(const ContactProblem& problem, const VectorXd& u, const VectorXd& p, VectorXd& F,
-                   MatrixXd& slopes) {
+                   MatrixXd& derivatives) {
   const Eigen::Index m = p.size();
   F = p;
-  slopes.setIdentity(m, m);
+  derivatives.setIdentity(m, m);
   for_each_block(problem, [&](const ContactBlock& block, Eigen::Index first) {
     const double rho = contact_step(problem, block, first), z_n = p[first] - rho * u[first];
     const auto moved = [&](Eigen::Index row) {
@@ -62,21 +62,21 @@ void alart_curnier(const ContactProblem& problem, const VectorXd& u, const Vecto
       z[row] += 1;
       return z;
     };
-    if (z_n > 0) F[first] -= z_n, slopes.row(first) -= moved(first);
+    if (z_n > 0) F[first] -= z_n, derivatives.row(first) -= moved(first);
     if (block.rows == 1) return;
     const Vector2d z_t = p.segment<2>(first + 1) - rho * u.segment<2>(first + 1);
     const double radius = block.friction * std::max(0.0, z_n), length = z_t.norm();
     if (length <= radius) {
       F.segment<2>(first + 1) -= z_t;
-      for (int i = 1; i < 3; ++i) slopes.row(first + i) -= moved(first + i);
+      for (int i = 1; i < 3; ++i) derivatives.row(first + i) -= moved(first + i);
     } else if (radius > 0) {
       const Vector2d along = z_t / length;
       F.segment<2>(first + 1) -= radius * along;
       const Eigen::RowVectorXd turn = along[0] * moved(first + 2) - along[1] * moved(first + 1);
       const Vector2d across(-along[1], along[0]);
       for (int i = 0; i < 2; ++i) {
-        slopes.row(first + 1 + i) -= block.friction * along[i] * moved(first);
-        slopes.row(first + 1 + i) -= radius / length * across[i] * turn;
+        derivatives.row(first + 1 + i) -= block.friction * along[i] * moved(first);
+        derivatives.row(first + 1 + i) -= radius / length * across[i] * turn;
       }
     }
   });
@@ -145,11 +145,11 @@ bool ContactSolver::improve(const ContactProblem& problem, const VectorXd& p) {
 
 bool ContactSolver::polish(const ContactProblem& problem, VectorXd p) {
   VectorXd F;
-  MatrixXd slopes;
+  MatrixXd derivatives;
   for (int i = 0; i < 12; ++i) {
     const VectorXd u = problem.D * p + problem.b;
-    alart_curnier(problem, u, p, F, slopes);
-    p -= slopes.completeOrthogonalDecomposition().solve(F);
+    alart_curnier(problem, u, p, F, derivatives);
+    p -= derivatives.completeOrthogonalDecomposition().solve(F);
     if (!p.allFinite()) return false;
     if (improve(problem, p)) return true;
   }

@@ -25,7 +25,7 @@ double rounded_slope(double l, double tau) { return rounded(l, tau) / std::hypot
 
 struct Equations {
   VectorXd F;
-  MatrixXd slopes;
+  MatrixXd derivatives;
 };
 
 // Row `first`: a contact without friction.
@@ -33,8 +33,8 @@ void add_normal(const ContactProblem& problem, Eigen::Index first, double u, dou
                 Equations& all) {
   const double z = p - rho * u, slope = rounded_slope(z, tau);
   all.F[first] = p - rounded(z, tau);
-  all.slopes.row(first) = slope * rho * problem.D.row(first);
-  all.slopes(first, first) += 1 - slope;
+  all.derivatives.row(first) = slope * rho * problem.D.row(first);
+  all.derivatives(first, first) += 1 - slope;
 }
 
 // Rows first to first + 2, mu > 0.
@@ -59,15 +59,15 @@ void add_cone(const ContactProblem& problem, Eigen::Index first, double mu, cons
   dP.block<2, 2>(1, 1) = across * Matrix2d::Identity() + (mean - across) * along * along.transpose();
   Matrix3d dw = Vector3d(1 / mu, 1, 1).asDiagonal();
   dw.block<1, 2>(0, 1) = u_t.transpose() / speed;
-  all.slopes.middleRows<3>(first) = dP * rho * dw * problem.D.middleRows<3>(first);
-  all.slopes.block<3, 3>(first, first) += (Matrix3d::Identity() - dP) * Vector3d(mu, 1, 1).asDiagonal();
+  all.derivatives.middleRows<3>(first) = dP * rho * dw * problem.D.middleRows<3>(first);
+  all.derivatives.block<3, 3>(first, first) += (Matrix3d::Identity() - dP) * Vector3d(mu, 1, 1).asDiagonal();
 }
 
 void equations_at(const ContactProblem& problem, const VectorXd& p, const std::vector<double>& rho,
                   double tau, Equations& all) {
   const VectorXd u = problem.D * p + problem.b;
   all.F.resize(p.size());
-  all.slopes.resize(p.size(), p.size());
+  all.derivatives.resize(p.size(), p.size());
   auto step = rho.begin();
   for_each_block(problem, [&](const ContactBlock& block, Eigen::Index first) {
     if (block.rows == 3 && block.friction > 0) {
@@ -76,8 +76,8 @@ void equations_at(const ContactProblem& problem, const VectorXd& p, const std::v
       add_normal(problem, first, u[first], p[first], *step, tau, all);
       for (Eigen::Index row = first + 1; row < first + block.rows; ++row) {
         all.F[row] = p[row];
-        all.slopes.row(row).setZero();
-        all.slopes(row, row) = 1;
+        all.derivatives.row(row).setZero();
+        all.derivatives(row, row) = 1;
       }
     }
     ++step;
@@ -102,7 +102,7 @@ bool solve_smoothed(const ContactProblem& problem, VectorXd& p,
   equations_at(problem, p, rho, tau, now);
   for (int i = 0; i < kMostSmoothedSteps && tau > least; ++i) {
     if (now.F.norm() <= tau / 2) equations_at(problem, p, rho, tau *= shrink, now);
-    const VectorXd direction = now.slopes.partialPivLu().solve(-now.F);
+    const VectorXd direction = now.derivatives.partialPivLu().solve(-now.F);
     if (!direction.allFinite()) return false;
     double length = 1;
     for (int k = 0; k < 12; ++k, length /= 2) {

@@ -45,7 +45,7 @@ struct AddedMass : EffectList<AddedBody<T>> {
   template <class Self, class Visit>
   static void visit_parameters(Self&, Visit&&) {}
   // `acting` keeps a pointer to the list.
-  void enter(Acting<T>& acting) const { acting.added = view<T>(*this); }
+  void enter(DynamicsTerms<T>& acting) const { acting.added = view<T>(*this); }
 };
 
 }  // namespace dyntape::dynamics

@@ -49,7 +49,7 @@ struct Armature {
     return rotor_inertia ? "gear_ratio" : "rotor_inertia";
   }
   // `acting` keeps pointers to the values.
-  void enter(Acting<T>& acting) const {
+  void enter(DynamicsTerms<T>& acting) const {
     acting.armature = true;
     acting.armature_values = &inertia;
     if (rotor_inertia && gear_ratio) acting.rotor_inertia = &*rotor_inertia, acting.gear_ratio = &*gear_ratio;

@@ -7,7 +7,7 @@
 //   effects.buoyancy.push_back(hull);
 //
 //   F = (0, 0, rho g V) at the frame's origin, world axes       (Archimedes)
-// Stores E = - rho g V z.  Smooth; its slopes are those of a wrench fixed in the world.
+// Stores E = - rho g V z.  Smooth; its derivatives are those of a wrench fixed in the world.
 #pragma once
 
 #include <dyntape/dynamics/effects/point_forces.h>

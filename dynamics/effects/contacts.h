@@ -76,7 +76,7 @@ struct ContactLaw {
   const Contacts<T>& all;
 
   Force<T> force(const PointMotion<T>& at) const;
-  PointSlopes<T> slopes(const PointMotion<T>& at) const;
+  PointDerivatives<T> derivatives(const PointMotion<T>& at) const;
   T stored_energy(const PointMotion<T>& at) const;
 };
 

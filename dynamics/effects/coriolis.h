@@ -25,7 +25,7 @@ struct Coriolis {
 
   template <class Self, class Visit>
   static void visit_parameters(Self&, Visit&&) {}
-  void enter(Acting<T>& acting) const { acting.coriolis = true; }
+  void enter(DynamicsTerms<T>& acting) const { acting.coriolis = true; }
 };
 
 }  // namespace dyntape::dynamics

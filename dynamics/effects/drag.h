@@ -7,7 +7,7 @@
 //   effects.drag.push_back(fin), effects.drag.medium = {5, 0, 0};
 //
 //   F = - (rho A |u| / 2 + b) u       u = velocity of the frame's origin less that of the medium, world axes
-//   |u| = sqrt(u . u + eps^2)         so that it has slopes of all orders at rest
+//   |u| = sqrt(u . u + eps^2)         so that it has derivatives of all orders at rest
 // Takes energy out of what moves against the medium; a wind may supply it.  Infinitely often differentiable; slope by
 // the velocity - (rho A |u| / 2 + b) 1 - rho A u u^T / (2 |u|).  (L. Landau, E. Lifshitz, Fluid Mechanics, 45.)
 #pragma once
@@ -75,10 +75,10 @@ struct Drag : EffectList<DragBody<T>> {
       const Vector3<T> u = at.v - all.medium;
       return {-(u * T(half_rho_area() * speed(u) + item.linear)), Vector3<T>::Zero()};
     }
-    PointSlopes<T> slopes(const PointMotion<T>& at) const {
+    PointDerivatives<T> derivatives(const PointMotion<T>& at) const {
       const Vector3<T> u = at.v - all.medium;
       const T s = speed(u);
-      PointSlopes<T> D;
+      PointDerivatives<T> D;
       D.f_v = -(Matrix3<T>::Identity() * T(half_rho_area() * s + item.linear) +
                 outer(u, Vector3<T>(u * T(half_rho_area() / s))));
       return D;

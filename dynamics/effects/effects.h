@@ -22,7 +22,7 @@
 //   kName, kKey, visit_parameters                            always: for people, for files, its values
 //   enter(acting)                                            carried by the recursions, not by torques
 //   drive(model, torques)                                    changes torques.driven and driven_slope
-//   add_joint_torques(...), add_joint_slopes(...)            torques at single joints, with diagonal slopes
+//   add_joint_torques(...), add_joint_slopes(...)            torques at single joints, with diagonal derivatives
 //   add_torques(...), subtract_slopes(...)                   torques over several joints
 //   add_wrenches(data, w)                                    forces on bodies, constant in their axes
 //   for_each_point(visit), kReadsVelocity                    forces by the motion of a point (point_forces.h)
@@ -58,7 +58,7 @@ struct Effects {
 #include <dyntape/dynamics/effects/effects.def>
 
   // What the recursions take care of; keeps pointers to the effects' values.
-  Acting<T> acting() const;
+  DynamicsTerms<T> acting() const;
   template <class S>
   Effects<S> cast() const;
 };
@@ -132,8 +132,8 @@ const char* effect_key(const E&) {
 }
 
 template <class T>
-Acting<T> Effects<T>::acting() const {
-  Acting<T> acting;
+DynamicsTerms<T> Effects<T>::acting() const {
+  DynamicsTerms<T> acting;
   acting.gravity = acting.armature = acting.coriolis = false;
   for_each_chosen_effect(*this, [&](const auto& effect) {
     if constexpr (requires { effect.enter(acting); }) effect.enter(acting);

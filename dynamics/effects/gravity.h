@@ -32,7 +32,7 @@ struct Gravity {
     visit(ParameterInfo{"vector", "m/s^2", "acceleration of free fall, in the place of the robot's own"},
           self.vector);
   }
-  void enter(Acting<T>& acting) const {
+  void enter(DynamicsTerms<T>& acting) const {
     acting.gravity = true;
     if (vector) acting.gravity_value = &*vector;
   }

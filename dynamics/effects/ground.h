@@ -73,7 +73,7 @@ struct Ground {
     return {(p[2] - height) * n_z, up * n_z};
   }
   // n_z' = - n_z^2 n . u',  n' = n_z (1 - n n^T) u',  u = (-h_x, -h_y, 1).
-  GroundSlopes<T> slopes(const Vector3<T>& p, const GroundBelow<T>& at) const {
+  GroundSlopes<T> derivatives(const Vector3<T>& p, const GroundBelow<T>& at) const {
     if (kind == GroundKind::kPlane) return {at.normal, Matrix3<T>::Zero()};
     T s, c;
     sincos(phase(p), s, c);

@@ -6,7 +6,7 @@
 //
 //   tau = one_sided(lower + margin - q, -v) - one_sided(q - (upper - margin), v)      (one_sided.h)
 // Joints on a line with a finite limit (Joint::limits) only: other entries are not read, and leave no operation.
-// The springs store energy, the dampers take some out.  Twice continuously differentiable; slopes: those of one_sided.
+// The springs store energy, the dampers take some out.  Twice continuously differentiable; derivatives: those of one_sided.
 #pragma once
 
 #include <dyntape/dynamics/effects/effect_torques.h>

@@ -18,7 +18,7 @@ namespace dyntape::dynamics {
 
 template <class T>
 struct OneSided {
-  T force, by_length, by_rate;  // N or N m; its slopes by x and x'
+  T force, by_length, by_rate;  // N or N m; its derivatives by x and x'
 };
 
 namespace detail {

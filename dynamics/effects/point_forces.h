@@ -5,9 +5,9 @@
 // Such an effect says at which points it acts and by which law:
 //   for_each_point(visit)             visit(body, r, law): the point at r in the frame of body `body`, -1 the world
 //   law.force(at)                     force, and moment about the point, in the world's axes
-//   law.slopes(at)                    its derivatives (PointSlopes)
+//   law.derivatives(at)                    its derivatives (PointDerivatives)
 //   law.stored_energy(at)             where it has a potential (J)
-// and these functions make torques and their slopes of it.  With J = (J_p, J_w) the Jacobian of the point in the
+// and these functions make torques and their derivatives of it.  With J = (J_p, J_w) the Jacobian of the point in the
 // world's axes, V = (v, w) = J v, and the wrench W(p, V) = (f, m):
 //   tau = J^T W
 //   dtau/dq = d(J^T W)/dq at constant W + J^T (dW/dp J_p + dW/dV dV/dq)        dtau/dv = J^T dW/dV J
@@ -29,7 +29,7 @@ struct PointMotion {
 
 // Derivatives of the force f and of the moment m by p, v and w; the moment may stay without.
 template <class T>
-struct PointSlopes {
+struct PointDerivatives {
   Matrix3<T> f_p = Matrix3<T>::Zero(), f_v = Matrix3<T>::Zero(), f_w = Matrix3<T>::Zero();
   Matrix3<T> m_p = Matrix3<T>::Zero(), m_v = Matrix3<T>::Zero(), m_w = Matrix3<T>::Zero();
 };
@@ -46,6 +46,6 @@ void add_point_force(const Data<T>& data, WrenchTorques<T>& w, int body, const V
 // Takes J^T (dW/dp J_p + dW/dV dV/dq) from data.dtau_dq and J^T dW/dV J from data.dtau_dv.
 template <class T>
 void subtract_point_slopes(const Model<T>& model, Data<T>& data, KinematicDerivatives<T>& K, int body,
-                           const Vector3<T>& r, const PointSlopes<T>& slopes);
+                           const Vector3<T>& r, const PointDerivatives<T>& derivatives);
 
 }  // namespace dyntape::dynamics

@@ -2,12 +2,12 @@
 //
 // A step that follows a discrete principle of least action: momenta at both ends of q' = q (+) xi.
 //
-//   const auto slopes = [&](const VectorX<T>& q, const VectorX<T>& v) { return LagrangianSlopes<T>{...}; };
-//   DiscreteMomenta<T> p = discrete_momenta(Q, slopes, h, q, xi);
+//   const auto derivatives = [&](const VectorX<T>& q, const VectorX<T>& v) { return LagrangianDerivatives<T>{...}; };
+//   DiscreteMomenta<T> p = discrete_momenta(Q, derivatives, h, q, xi);
 //   // xi solves p.before = dL/dv(q, v); then v' from dL/dv(q', v') = p.after
 //
 // With the discrete Lagrangian L_d(q, q') = h L(q (+) xi/2, xi/h), xi = q' (-) q, and forces F by the midpoint rule, the
-// discrete Legendre transforms are the slopes of L_d with respect to increments of q and q' in the moving frame:
+// discrete Legendre transforms are the derivatives of L_d with respect to increments of q and q' in the moving frame:
 //   p  = -D1 L_d = -(A^T f + K0^T s)          f = h (dL/dq + F) at the midpoint: an impulse
 //   p' =  D2 L_d =   K1^T s                   s = dL/dv + J^T f / 2: the slope of L_d along xi
 //   A, J: Jacobians of q (+) xi/2;            K0, K1: Jacobians of q' (-) q
@@ -23,7 +23,7 @@
 namespace dyntape::dynamics {
 
 template <class T>
-struct LagrangianSlopes {
+struct LagrangianDerivatives {
   VectorX<T> q;  // by an increment of q in the moving frame, with the forces that are not in L (N m or N)
   VectorX<T> v;  // by v: the momentum
 };
@@ -34,10 +34,11 @@ struct DiscreteMomenta {
 };
 
 template <StateSpace Q, class Slopes, class T = typename Q::Scalar>
-DiscreteMomenta<T> discrete_momenta(const Q& space, const Slopes& slopes, const std::type_identity_t<T>& h,
-                                    const VectorX<T>& q, const VectorX<T>& xi) {
+DiscreteMomenta<T> discrete_momenta(const Q& space, const Slopes& derivatives,
+                                    const std::type_identity_t<T>& h, const VectorX<T>& q,
+                                    const VectorX<T>& xi) {
   const VectorX<T> half = xi * T(0.5);
-  const LagrangianSlopes<T> middle = slopes(space.integrate(q, half), VectorX<T>(xi / h));
+  const LagrangianDerivatives<T> middle = derivatives(space.integrate(q, half), VectorX<T>(xi / h));
   const TangentJacobians<T> halfway = space.integrate_jacobians(half), ends = space.difference_jacobians(xi);
   const VectorX<T> impulse = middle.q * h;
   const VectorX<T> along = middle.v + halfway.second.transpose() * impulse * T(0.5);

@@ -22,9 +22,9 @@
 
 #include <vector>
 
+#include <dyntape/interface/control/nlp/status.h>
 #include <dyntape/interface/identification/base_parameters.h>
 #include <dyntape/interface/identification/fourier_series.h>
-#include <dyntape/interface/solvers/status.h>
 
 namespace dyntape {
 

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // (displacement from neutral, v, a) -> Y_b, column after column.
 Function record_base_regressor(const Model<double>& model, const BaseParameters& base) {
@@ -139,17 +139,17 @@ bool ExcitationProblem::gradient(const double* x, double* gradient) {
   if (!update(x)) return false;
   conditions_.push_back(condition_);
   errors_.push_back(std::exp(-log_det_ / (2.0 * base_.rank())));
-  const MatrixXd slopes = regressor_slopes();
+  const MatrixXd derivatives = regressor_slopes();
   const Eigen::Index nv = model_.nv;
   MatrixXd sum = MatrixXd::Zero(nv, width_);
   VectorXd state(3 * nv), of_state(3 * nv);
   for (Eigen::Index t = 0; t < times_.size(); ++t) {
     state << displacements_.col(t), samples_.v.col(t), samples_.a.col(t);
-    const MatrixXd weights = slopes.middleRows(t * nv, nv);
+    const MatrixXd weights = derivatives.middleRows(t * nv, nv);
     slope_(state.data(), nullptr, weights.data(), of_state.data(), workspace_);
     for (int d = 0; d < 3; ++d) sum += of_state.segment(d * nv, nv) * basis_[d].col(t).transpose();
   }
-  Eigen::Map<Rows>(gradient, nv, width_) = sum;
+  Eigen::Map<RowMajorMatrix>(gradient, nv, width_) = sum;
   return sum.allFinite();
 }
 
@@ -175,15 +175,16 @@ bool ExcitationProblem::jacobian(const double*, double* nonzeros) {
 
 std::vector<double> ExcitationProblem::flat(const FourierSeries& series) {
   std::vector<double> x(static_cast<std::size_t>(series.coefficients.size()));
-  Eigen::Map<Rows>(x.data(), series.coefficients.rows(), series.coefficients.cols()) = series.coefficients;
+  Eigen::Map<RowMajorMatrix>(x.data(), series.coefficients.rows(), series.coefficients.cols()) =
+      series.coefficients;
   return x;
 }
 
 FourierSeries ExcitationProblem::series(const double* x) const {
-  return {options_.period, Eigen::Map<const Rows>(x, model_.nv, width_)};
+  return {options_.period, Eigen::Map<const RowMajorMatrix>(x, model_.nv, width_)};
 }
 
-// Rows: for each joint position, velocity, acceleration, each at all times.
+// RowMajorMatrix: for each joint position, velocity, acceleration, each at all times.
 void ExcitationProblem::make_shape() {
   const ExcitationLimits limits = excitation_limits(model_, options_);
   std::vector<std::vector<std::uint32_t>> columns;

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/interface/control/nlp/nlp.h>
 #include <dyntape/interface/identification/excitation.h>
-#include <dyntape/interface/solvers/nlp.h>
 
 namespace dyntape {
 

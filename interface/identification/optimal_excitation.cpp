@@ -6,8 +6,8 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
 #include <dyntape/interface/identification/excitation_problem.h>
-#include <dyntape/interface/solvers/ipopt.h>
 
 namespace dyntape {
 

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/report/plot/picture.h>
 
 namespace dyntape {
 namespace {

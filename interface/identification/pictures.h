@@ -4,7 +4,7 @@
 //
 //   draw_excitation(arm, optimal_excitation(arm, base), "out/excitation.svg");
 //
-// Errors: those of io::draw (interface/io/picture.h).
+// Errors: those of io::draw (interface/report/plot/picture.h).
 #pragma once
 
 #include <string>

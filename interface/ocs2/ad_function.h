@@ -38,7 +38,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/timings.h>
 #include <dyntape/interface/ocs2/approximation.h>
 
@@ -51,7 +51,7 @@ using ad_matrix_t = MatrixXad;
 // What the five arguments of OCS2 do not say.
 struct AdFunctionSettings {
   std::string name = "function";
-  std::string folder;              // root of the cache; empty: the user's default (codegen/options.h)
+  std::string folder;              // root of the cache; empty: the user's default (codegen/options/options.h)
   std::vector<std::string> flags;  // for the compiler
   vector_t variables, parameters;  // the recording point, which decides branches; empty: values in (0.3, 1.1)
   bool forceRebuild = false;  // createModels compiles even what is in the cache (recompileLibrariesCppAd)

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Where slopes are infinite: the rule that stands in ops.def, held by every operator, every composition and every
+// Where derivatives are infinite: the rule that stands in ops.def, held by every operator, every composition and every
 // product of two, and random programs, at the points where they have their poles.
 #include <gtest/gtest.h>
 
@@ -230,7 +230,7 @@ INSTANTIATE_TEST_SUITE_P(Rows, Poles, ::testing::ValuesIn(all_ops()),
 VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
 
 // The derivative of f at x[0] alone, forward and in reverse, and beside a product of two more variables.
-Values slopes(const std::function<AD(const AD&)>& f, double x) {
+Values derivatives(const std::function<AD(const AD&)>& f, double x) {
   const Function alone = record("alone", 1, [&](const VectorXad& v) { return one(f(v[0])); });
   const Function added = record("added", 3, [&](const VectorXad& v) { return one(f(v[0]) + v[1] * v[2]); });
   const Function apart = record("apart", 3, [&](const VectorXad& v) {
@@ -249,13 +249,13 @@ Values slopes(const std::function<AD(const AD&)>& f, double x) {
 
 TEST(PolesOf, SlopesMultiplyAsNumbersWhereverTheyStand) {
   const Values nan(7, std::nan("")), infinite(7, kInf);
-  EXPECT_TRUE(same(slopes([](const AD& x) { return x * sqrt(x); }, 0), nan));
-  EXPECT_TRUE(same(slopes([](const AD& x) { return sqrt(x * x); }, 0), nan));
-  EXPECT_TRUE(same(slopes([](const AD& x) { return pow(pow(x, 0.5), 2.0); }, 0), nan));  // 1, and not 0
-  EXPECT_TRUE(same(slopes([](const AD& x) { return cbrt(pow(x, 3.0)); }, 0), nan));
-  EXPECT_TRUE(same(slopes([](const AD& x) { return sqrt(x); }, 0), infinite));
-  EXPECT_TRUE(same(slopes([](const AD& x) { return exp(sqrt(x)); }, 0), infinite));
-  EXPECT_TRUE(same(slopes([](const AD& x) { return 3.0 + asin(sin(x) + 1.0); }, 0), infinite));
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return x * sqrt(x); }, 0), nan));
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return sqrt(x * x); }, 0), nan));
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return pow(pow(x, 0.5), 2.0); }, 0), nan));  // 1, and not 0
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return cbrt(pow(x, 3.0)); }, 0), nan));
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return sqrt(x); }, 0), infinite));
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return exp(sqrt(x)); }, 0), infinite));
+  EXPECT_TRUE(same(derivatives([](const AD& x) { return 3.0 + asin(sin(x) + 1.0); }, 0), infinite));
 }
 
 // Weights (0, 1) of f and of something else: nothing of f is left, whatever its derivatives are.
@@ -311,10 +311,10 @@ TEST(PolesOf, TheSlopeOfAQuotientIsANumberOfItsOwn) {
   const auto both = [&](const AD& x) { return select(x < 0, left(x), right(x)); };
   for (double x : {-1000.0, -709.0, -400.0, -2.0, 0.0, 2.0, 30.0, 1000.0}) {
     const double e = std::exp(-std::abs(x)), slope = e / ((1 + e) * (1 + e));
-    for (double got : slopes(both, x)) EXPECT_LE(std::abs(got - slope), 1e-15 * slope) << x;
+    for (double got : derivatives(both, x)) EXPECT_LE(std::abs(got - slope), 1e-15 * slope) << x;
   }
-  EXPECT_TRUE(same(slopes(right, -400), zeros(7)));  // as documented: 1.9e-174 is right
-  EXPECT_TRUE(same(slopes(right, -1000), Values(7, std::nan(""))));
+  EXPECT_TRUE(same(derivatives(right, -400), zeros(7)));  // as documented: 1.9e-174 is right
+  EXPECT_TRUE(same(derivatives(right, -1000), Values(7, std::nan(""))));
 }
 
 // The constant 0 is structure: divided by anything it is 0, also where C++ has NaN.

@@ -129,7 +129,7 @@ class Builder {
     return wild || (smooth(i, q) && steady(i, q));
   }
 
-  // Values and slopes hardly move within the neighbourhood: no pole, kink or jump is near.
+  // Values and derivatives hardly move within the neighbourhood: no pole, kink or jump is near.
   bool smooth(const Instruction& i, const Quad& q) const {
     for (const auto& near : quads_) {
       if ((near[i.a] != 0) != (quads_[0][i.a] != 0) && i.op == Op::Select) return false;
@@ -158,7 +158,7 @@ class Builder {
     return true;
   }
 
-  // Value and slopes at other arguments are close to those at the point, where the value is q.
+  // Value and derivatives at other arguments are close to those at the point, where the value is q.
   bool is_alike(const Instruction& i, const std::array<Quad, 3>& v, const Quad& q) const {
     const Quad near = evaluate<Quad>(i.op, v[0], v[1], v[2]);
     if (!(abs(near - q) <= Quad(1e-2) * (1 + abs(q)))) return false;

@@ -20,7 +20,7 @@ struct Line {
 };
 
 // First-order bound on the rounding errors of a line's value in double: every line errs by at most a few units in
-// the last place of its value, passed on by the slopes.
+// the last place of its value, passed on by the derivatives.
 Quad error_bound(const std::vector<Line>& lines, std::size_t output) {
   std::vector<Quad> adjoint(output + 1, 0);
   adjoint[output] = 1;
@@ -178,7 +178,7 @@ class Routes {
     compare("sparse Hessian", from_sparse, product, 1e-10);
   }
 
-  // What moves is in the pattern; what is in the pattern has a path of slopes.
+  // What moves is in the pattern; what is in the pattern has a path of derivatives.
   void patterns() {
     const Pattern path = jacobian_sparsity(f_);
     std::set<std::pair<std::uint32_t, std::uint32_t>> listed, possible;

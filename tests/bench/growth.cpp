@@ -28,8 +28,8 @@
 #include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/schedule/schedule.h>
+#include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/section.h>
 
 namespace dyntape {
 namespace {

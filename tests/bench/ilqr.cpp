@@ -11,10 +11,10 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_configuration.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/transcription/ddp.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
 
 namespace {
 

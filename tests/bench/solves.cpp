@@ -10,9 +10,9 @@
 #include <cstdlib>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/solver_options.h>
-#include <dyntape/interface/task/task.h>
-#include <dyntape/interface/transcription/collocation.h>
+#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/nlp/solver_options.h>
+#include <dyntape/interface/files/task/task.h>
 
 namespace {
 
@@ -35,7 +35,7 @@ void run(const std::string& file, int times) {
   Collocation program(task.problem, task.optimise.mesh);
   const double ready = seconds_since_start(start);
   const std::vector<double> x = program.start();
-  Best all[] = {{NlpMethod::kIpopt, "ipopt", {}}, {NlpMethod::kStages, "stages", {}}};
+  Best all[] = {{NlpMethod::kIpopt, "ipopt", {}}, {NlpMethod::kRiccati, "stages", {}}};
   for (int i = 0; i < times; ++i) {
     for (Best& best : all) {
       SolverOptions options = task.optimise.solver;

@@ -13,8 +13,8 @@
 #include <string>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/run/simulate/simulate.h>
+#include <dyntape/interface/system/scene_system.h>
 
 namespace {
 

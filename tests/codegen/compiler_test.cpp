@@ -5,7 +5,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/store/cache.h>
 #include <gtest/gtest.h>
 #include <signal.h>

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/pipeline.h>
 
 #include "compilers.h"

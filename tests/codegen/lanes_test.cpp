@@ -4,7 +4,7 @@
 // neighbouring lanes, any number of points, gaps, guards, calls; with libm's functions and with portable ones.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/options/lane_widths.h>
 #include <gtest/gtest.h>
 
 #include "calls.h"

@@ -3,7 +3,7 @@
 // Repeated parts as functions: what is found, that the text gets shorter and that no bit changes.
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/lane_widths.h>
+#include <dyntape/codegen/options/lane_widths.h>
 #include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/repeats.h>
 #include <gtest/gtest.h>

@@ -8,7 +8,7 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/codegen/flags.h>
+#include <dyntape/codegen/options/flags.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

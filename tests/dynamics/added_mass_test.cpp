@@ -38,7 +38,7 @@ class AddedMassOn : public testing::TestWithParam<unsigned long> {
 
 TEST_P(AddedMassOn, IsPartOfTheInertiaAndOfTheKineticEnergy) {
   Data<double> data(model);
-  const Acting<double> acting = effects.acting();
+  const DynamicsTerms<double> acting = effects.acting();
   const MatrixXd M = crba(model, data, s.q, acting), bare = crba(model, data, s.q);
   EXPECT_EQ(M, M.transpose());
   EXPECT_GT((M - bare).norm(), 1e-3);

@@ -60,7 +60,7 @@ class CentroidalOf : public testing::TestWithParam<unsigned long> {
             f(integrate<Float128>(exact, q, -direction * h))) /
            (2 * h);
   }
-  MatrixXd slopes(const std::function<VectorXq(const VectorXq&)>& f) {
+  MatrixXd derivatives(const std::function<VectorXq(const VectorXq&)>& f) {
     MatrixXq d(f(q).size(), model.nv);
     for (int k = 0; k < model.nv; ++k) d.col(k) = slope(VectorXq(VectorXq::Unit(model.nv, k)), f);
     return d.cast<double>();
@@ -157,8 +157,8 @@ TEST_P(CentroidalOf, DerivativesMatchDifferences) {
   const auto rate = [&](const VectorXq& x, const VectorXq& y) {
     return stacked(centroidal_momentum_rate(exact, *data128, *c128, x, y, a));
   };
-  EXPECT_LE(error(c->dh_dq, slopes(momentum)), 1e-13);
-  EXPECT_LE(error(c->dh_dot_dq, slopes([&](const VectorXq& x) { return rate(x, v); })), 1e-13);
+  EXPECT_LE(error(c->dh_dq, derivatives(momentum)), 1e-13);
+  EXPECT_LE(error(c->dh_dot_dq, derivatives([&](const VectorXq& x) { return rate(x, v); })), 1e-13);
   EXPECT_LE(error(c->dh_dot_dv, slopes_of_vector(v, [&](const VectorXq& y) { return rate(q, y); })), 1e-13);
   const VectorXd h = c->h.vector(), h_dot = c->h_dot.vector();
   EXPECT_LE(relative_error(centroidal_momentum_rate(model, *data, *c, s.q, s.v, s.a).vector(), h_dot), 1e-14);
@@ -187,7 +187,7 @@ TEST_P(CentroidalOf, AgreesWithItselfIn113Bits) {
 TEST_P(CentroidalOf, JacobiansOfCentresOfMass) {
   com_jacobian(model, *data, *c, s.q);
   const auto com = [&](const VectorXq& x) -> VectorXq { return center_of_mass(exact, *data128, *c128, x); };
-  EXPECT_LE(relative_error(c->J, slopes(com)), 1e-13);
+  EXPECT_LE(relative_error(c->J, derivatives(com)), 1e-13);
   const int body = random.below(model.njoints());
   const MatrixXd J = subtree_com_jacobian(model, *data, *c, s.q, body);
   const auto com_of_subtree = [&](const VectorXq& x) -> VectorXq {
@@ -195,7 +195,7 @@ TEST_P(CentroidalOf, JacobiansOfCentresOfMass) {
     forward_kinematics(exact, *data128, x);
     return data128->X_WB[body].R * c128->subtree_com[body] + data128->X_WB[body].p;
   };
-  EXPECT_LE(relative_error(J, slopes(com_of_subtree)), 1e-13);
+  EXPECT_LE(relative_error(J, derivatives(com_of_subtree)), 1e-13);
   center_of_mass(model, *data, *c, s.q, s.v, s.a);
   forward_kinematics(model, *data, s.q);
   const Matrix3<double> R = data->X_WB[body].R;
@@ -216,7 +216,7 @@ TEST_P(CentroidalOf, MomentumChangesByOutsideWrenchesOnly) {
   if (!floats_alone()) return;
   std::vector<Force<double>> external(model.njoints());
   for (Force<double>& f : external) f = {random.vector3(5), random.vector3(5)};
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.armature = false;  // rotors carry no momentum here, but their reaction accelerates the bodies
   acting.external = &external;
   VectorXd tau = s.tau;

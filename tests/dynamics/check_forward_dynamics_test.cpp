@@ -28,7 +28,7 @@ Inertia<double> solid() { return {2, Vector3d(0.1, 0, 0.2), Matrix3d::Identity()
 Placement<double> along(double x, double z) { return {Matrix3d::Identity(), Vector3d(x, 0, z)}; }
 
 // The message of the error, empty if there is none.
-std::string complaint(const Model<double>& model, const Acting<double>& acting = {}) {
+std::string complaint(const Model<double>& model, const DynamicsTerms<double>& acting = {}) {
   try {
     check_forward_dynamics(model, acting);
     return "";
@@ -54,7 +54,7 @@ TEST(CheckForwardDynamics, MasslessLeafIsNamed) {
   model.joints[1].armature = 1e-3;
   EXPECT_EQ(complaint(model), "");
   EXPECT_NEAR(minverse(model, *std::make_unique<Data<double>>(model), neutral(model))(1, 1), 1000, 1e-9);
-  Acting<double> off;
+  DynamicsTerms<double> off;
   off.armature = false;
   EXPECT_NE(complaint(model, off), "");
 }

@@ -172,7 +172,7 @@ TEST_P(Constrained, ImpulseDerivativesAgreeWith113Bits) {
 }
 
 // Slopes as a derivation would give them that forgot something: (L.13) with another P or A.
-MatrixXd slopes(const ConstraintData<double>& c, const MatrixXd& P, const MatrixXd& A) {
+MatrixXd derivatives(const ConstraintData<double>& c, const MatrixXd& P, const MatrixXd& A) {
   return -(c.ddq_dtau * P + c.Z * A);
 }
 
@@ -184,15 +184,16 @@ TEST_P(Constrained, ForgettingAPartIsWrong) {
   constrained_dynamics_derivatives(robot.model, data, c, robot.s.q, robot.s.v, robot.s.tau);
   const MatrixXd dq = c.ddq_dq, dv = c.ddq_dv, lambda_dq = c.lambda_dq, P = c.P, A = c.A_dq;
   const MatrixXd P_v = data.dtau_dv, none = MatrixXd::Zero(A.rows(), A.cols());
-  EXPECT_LE(relative_error(slopes(c, P, A), dq), 1e-13);
-  EXPECT_GE(relative_error(slopes(c, P, none), dq), 1e-4);
-  EXPECT_GE(relative_error(slopes(c, P_v, none), dv), 1e-4);
+  EXPECT_LE(relative_error(derivatives(c, P, A), dq), 1e-13);
+  EXPECT_GE(relative_error(derivatives(c, P, none), dq), 1e-4);
+  EXPECT_GE(relative_error(derivatives(c, P_v, none), dv), 1e-4);
   id_derivatives(robot.model, data, robot.s.q, robot.s.v, c.ddq);  // lambda fixed in the world
   const MatrixXd lambda_without = c.Z.transpose() * data.dtau_dq - c.G_inverse * A;
   if (std::any_of(c.chains.begin(), c.chains.end(),
                   [](const auto& chain) { return chain.links.size() > 1; })) {
-    EXPECT_GE(relative_error(stacked(slopes(c, data.dtau_dq, A), lambda_without), stacked(dq, lambda_dq)),
-              1e-4);
+    EXPECT_GE(
+        relative_error(stacked(derivatives(c, data.dtau_dq, A), lambda_without), stacked(dq, lambda_dq)),
+        1e-4);
   }
   Constraints soft = robot.list;
   for (auto& constraint : soft) constraint.kp = constraint.kd = 0;

@@ -65,10 +65,10 @@ TEST_P(Derivatives, WithExternalForcesAndWithoutGravity) {
     f = {random.vector3(5), random.vector3(5)};
     external128.push_back({f.linear.cast<Float128>(), f.angular.cast<Float128>()});
   }
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.gravity = false;
   acting.external = &external;
-  Acting<Float128> acting128;
+  DynamicsTerms<Float128> acting128;
   acting128.gravity = false;
   acting128.external = &external128;
   id_derivatives(model, *data, s.q, s.v, s.a, acting);
@@ -101,7 +101,7 @@ TEST_P(Derivatives, OfAFloatingBaseKnowItsSymmetries) {
   fd_derivatives(model, *data, s.q, s.v, s.tau);
   EXPECT_EQ(data->ddq_dq.leftCols<3>(), zero.leftCols<3>());
   EXPECT_LE(data->ddq_dq.middleCols<3>(3).bottomRows(model.nv - 3).norm(), 1e-11 * data->ddq_dq.norm());
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.gravity = false;
   id_derivatives(model, *data, s.q, s.v, s.a, acting);
   EXPECT_EQ(data->dtau_dq.leftCols<6>(), zero);

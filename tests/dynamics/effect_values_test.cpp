@@ -140,7 +140,7 @@ TEST(EffectValues, NothingActsWhereNothingTouches) {
   }
 }
 
-// The apex of the friction cone: no normal force, with and without sliding.  No force, and slopes that are finite and what
+// The apex of the friction cone: no normal force, with and without sliding.  No force, and derivatives that are finite and what
 // differences within the ground say.
 TEST(EffectValues, TheApexOfTheFrictionConeIsSmooth) {
   for (const ContactExponent exponent :

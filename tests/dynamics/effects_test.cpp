@@ -124,7 +124,7 @@ TEST_P(EffectsOn, SlopesLeaveNoTraceInData) {
   EXPECT_EQ(data->ddq_dv, fresh.ddq_dv);
 }
 
-// Without velocity products: the recursions are those at rest, their slopes by v vanish, damping stays.
+// Without velocity products: the recursions are those at rest, their derivatives by v vanish, damping stays.
 TEST_P(EffectsOn, WithoutVelocityProductsTheRecursionsAreThoseAtRest) {
   Effects<double> linear;
   linear.coriolis = false;
@@ -167,7 +167,7 @@ TEST_P(EffectsOn, ZeroStrengthEqualsAbsence) {
 // What is not chosen does not act: bit for bit the plain algorithms.
 TEST_P(EffectsOn, NothingChosenIsThePlainAlgorithm) {
   Effects<double> none;
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.armature = false;
   Data<double> plain(model);
   EXPECT_EQ(forward_dynamics(model, *data, *torques, none, s.q, s.v, s.tau),
@@ -185,7 +185,7 @@ TEST_P(EffectsOn, NothingChosenIsThePlainAlgorithm) {
 
 TEST_P(EffectsOn, ArmatureIsOnTheDiagonal) {
   const MatrixXd with = crba(model, *data, s.q);
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.armature = false;
   const VectorXd added = (with - crba(model, *data, s.q, acting)).diagonal();
   EXPECT_LE((added - model_armature(model)).norm(), 1e-14 * with.norm());

@@ -28,7 +28,7 @@ class EnergyOf : public ExactRobot {
   EnergyOf() : ExactRobot(7, 7), e(std::make_unique<EnergyGradients<double>>(model)) {}
 
   template <class F>
-  MatrixXd slopes(const F& f) const {
+  MatrixXd derivatives(const F& f) const {
     return tangent_difference(exact, q, f);
   }
 
@@ -39,18 +39,18 @@ TEST_P(EnergyOf, GradientsMatchDifferences) {
   kinetic_energy_gradients(model, *data, *e, s.q, s.v);
   const double energy = data->kinetic_energy;
   const VectorXd dq =
-      slopes([&](const VectorXq& x) { return one(kinetic_energy(exact, *data128, x, v)); }).transpose();
+      derivatives([&](const VectorXq& x) { return one(kinetic_energy(exact, *data128, x, v)); }).transpose();
   EXPECT_LE(error(e->dT_dq, dq), 1e-13);
   EXPECT_LE(relative_error(e->dT_dv, crba(model, *data, s.q) * s.v), 1e-13);
   EXPECT_NEAR(energy, kinetic_energy(model, *data, s.q, s.v), 1e-14 * energy);
   EXPECT_NEAR(energy, 0.5 * s.v.dot(e->dT_dv), 1e-14 * energy);
   const VectorXd dU =
-      slopes([&](const VectorXq& x) { return one(potential_energy(exact, *data128, x)); }).transpose();
+      derivatives([&](const VectorXq& x) { return one(potential_energy(exact, *data128, x)); }).transpose();
   EXPECT_LE(relative_error(generalized_gravity(model, *data, s.q), dU), 1e-13);
 }
 
 TEST_P(EnergyOf, ArmatureActsWhereItIsChosen) {
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.armature = false;
   kinetic_energy_gradients(model, *data, *e, s.q, s.v, acting);
   EXPECT_LE(relative_error(e->dT_dv, crba(model, *data, s.q, acting) * s.v), 1e-13);
@@ -74,7 +74,7 @@ TEST_P(EnergyOf, GravityDerivativesMatchDifferences) {
   gravity_derivatives(model, *data, *e, s.q);
   const VectorXd g = data->g;
   const MatrixXd dg =
-      slopes([&](const VectorXq& x) -> VectorXq { return generalized_gravity(exact, *data128, x); });
+      derivatives([&](const VectorXq& x) -> VectorXq { return generalized_gravity(exact, *data128, x); });
   EXPECT_LE(error(e->dg_dq, dg), 1e-13);
   EXPECT_LE(relative_error(generalized_gravity(model, *data, s.q), g), 1e-14);
   const VectorXd zero = VectorXd::Zero(model.nv);
@@ -105,7 +105,7 @@ TEST_P(EnergyOf, GravityDerivativesAreSymmetricBetweenJoints) {
 TEST_P(EnergyOf, BiasDerivativesMatchDifferences) {
   nonlinear_effects_derivatives(model, *data, *e, s.q, s.v);
   const MatrixXd dq =
-      slopes([&](const VectorXq& x) -> VectorXq { return nonlinear_effects(exact, *data128, x, v); });
+      derivatives([&](const VectorXq& x) -> VectorXq { return nonlinear_effects(exact, *data128, x, v); });
   EXPECT_LE(error(data->dtau_dq, dq), 1e-13);
   const VectorXd nle = data->nle, twice = data->dtau_dv * s.v;
   EXPECT_LE(relative_error(nle, nonlinear_effects(model, *data, s.q, s.v)), 1e-13);

@@ -123,9 +123,9 @@ class Errata : public testing::TestWithParam<unsigned long> {
 TEST_P(Errata, TextbookRecursionAsItShouldBe) {
   Data<double> data(model);
   id_derivatives<double>(model, data, s.q, s.v, s.a);
-  const Slopes slopes = textbook_slopes(model, data, s.v, s.a, {});
-  EXPECT_LE(relative_error(slopes.by_q, data.dtau_dq), 1e-12);
-  EXPECT_LE(relative_error(slopes.by_v, data.dtau_dv), 1e-12);
+  const Slopes derivatives = textbook_slopes(model, data, s.v, s.a, {});
+  EXPECT_LE(relative_error(derivatives.by_q, data.dtau_dq), 1e-12);
+  EXPECT_LE(relative_error(derivatives.by_v, data.dtau_dv), 1e-12);
 }
 
 // E1: da_i/dv_i without v_i x S_i.
@@ -210,7 +210,7 @@ TEST_P(Errata, TorquesMoveTheWholeTree) {
   }
 }
 
-// E24: of the step v' = v + h a, q' = q (+) h v' the slopes are not those of the continuous system.
+// E24: of the step v' = v + h a, q' = q (+) h v' the derivatives are not those of the continuous system.
 TEST(ErrataOfSteps, DiscreteSlopesGoThroughTheIntegrator) {
   Random random(24);
   const Model<double> model = random_tree(random, {.joints = 4, .base = Base::kFloating});

@@ -51,7 +51,7 @@ TEST_P(Identities, InverseDynamicsIsMassTimesAccelerationPlusBias) {
 }
 
 TEST_P(Identities, InverseDynamicsAgreesWithNewtonAndEulerInTheWorld) {
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.armature = false;
   EXPECT_LE(relative_error(rnea(model, *data, s.q, s.v, s.a, acting),
                            reference::inverse_dynamics(model, s.q, s.v, s.a)),
@@ -117,7 +117,7 @@ TEST_P(Identities, ExternalForcesEnterThroughTheBodyJacobians) {
     expected -=
         frame_jacobian(model, *data, s.q, i, ReferenceFrame::kLocal).transpose() * external[i].vector();
   }
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.external = &external;
   EXPECT_LE(relative_error(rnea(model, *data, s.q, s.v, s.a, acting), expected), 1e-12);
   const VectorXd tau = data->tau;
@@ -157,7 +157,7 @@ TEST_P(Identities, FrameMotionIsTheRateOfItsPlacement) {
 // accelerations.
 TEST_P(FloatingIdentities, FreeFallDoesNotFeelGravity) {
   const VectorXd with = aba(model, *data, s.q, s.v, s.tau);
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.gravity = false;
   const VectorXd without = aba(model, *data, s.q, s.v, s.tau, acting);
   EXPECT_LE((with - without).tail(model.nv - 3).norm(), 1e-11 * with.norm());

@@ -248,9 +248,9 @@ class JointInAChain : public testing::TestWithParam<JointType> {
     tau = s.tau.cast<Float128>();
   }
 
-  // Columns: slopes of f(q (+) d, v + d_v) with respect to d and d_v.
+  // Columns: derivatives of f(q (+) d, v + d_v) with respect to d and d_v.
   template <class F>
-  std::pair<MatrixXd, MatrixXd> slopes(F f) {
+  std::pair<MatrixXd, MatrixXd> derivatives(F f) {
     MatrixXd dq(model.nv, model.nv), dv = dq;
     for (int k = 0; k < model.nv; ++k) {
       dq.col(k) = slope(model.nv, k, [&](const Vectorq& d) {
@@ -292,7 +292,7 @@ TEST_P(JointInAChain, MassMatrixIsTheSlopeOfInverseDynamics) {
 
 TEST_P(JointInAChain, AgreesWithNewtonAndEulerInTheWorld) {
   Data<double> data(model);
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.armature = false;
   const VectorXd tau_world = reference::inverse_dynamics(model, s.q, s.v, s.a);
   EXPECT_LE(relative_error(rnea(model, data, s.q, s.v, s.a, acting), tau_world), 1e-12);
@@ -300,8 +300,8 @@ TEST_P(JointInAChain, AgreesWithNewtonAndEulerInTheWorld) {
 
 TEST_P(JointInAChain, DerivativesOfInverseDynamics) {
   Data<Float128> data128(exact);
-  const auto [dq, dv] =
-      slopes([&](const Vectorq& x, const Vectorq& w) { return rnea<Float128>(exact, data128, x, w, a); });
+  const auto [dq, dv] = derivatives(
+      [&](const Vectorq& x, const Vectorq& w) { return rnea<Float128>(exact, data128, x, w, a); });
   Data<double> data(model);
   id_derivatives(model, data, s.q, s.v, s.a);
   EXPECT_LE(relative_error(data.dtau_dq, dq), 1e-13);
@@ -310,8 +310,8 @@ TEST_P(JointInAChain, DerivativesOfInverseDynamics) {
 
 TEST_P(JointInAChain, DerivativesOfForwardDynamics) {
   Data<Float128> data128(exact);
-  const auto [dq, dv] =
-      slopes([&](const Vectorq& x, const Vectorq& w) { return aba<Float128>(exact, data128, x, w, tau); });
+  const auto [dq, dv] = derivatives(
+      [&](const Vectorq& x, const Vectorq& w) { return aba<Float128>(exact, data128, x, w, tau); });
   Data<double> data(model);
   fd_derivatives(model, data, s.q, s.v, s.tau);
   EXPECT_LE(relative_error(data.ddq_dq, dq), 1e-11);

@@ -58,8 +58,8 @@ class KinematicDerivativesOf : public ExactRobot {
     }
     return all;
   }
-  static Matrix6Xd pick(const MatrixXd& slopes, int i, What what) {
-    return slopes.middleRows<6>(18 * i + 6 * what);
+  static Matrix6Xd pick(const MatrixXd& derivatives, int i, What what) {
+    return derivatives.middleRows<6>(18 * i + 6 * what);
   }
   VectorXq moved(const VectorXq& d) { return integrate<Float128>(exact, q, d); }
   Function jacobian(ReferenceFrame in) {

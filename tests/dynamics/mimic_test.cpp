@@ -98,7 +98,7 @@ TEST_P(Mimic, Derivatives) {
     return aba<Float128>(exact_full, data128, expand_configuration<Float128>(exact, q),
                          expand_tangent<Float128>(exact, v), t);
   };
-  const auto slopes = [&](auto f, bool by_q) {
+  const auto derivatives = [&](auto f, bool by_q) {
     MatrixXd result;
     for (int k = 0; k < model.nv; ++k) {
       Vectorq e = Vectorq::Zero(model.nv);
@@ -113,11 +113,11 @@ TEST_P(Mimic, Derivatives) {
     return result;
   };
   id_derivatives(full, data, q_full, v_full, a_full);
-  EXPECT_LE(relative_error(gather_both(model, data.dtau_dq), slopes(torque, true)), 1e-13);
-  EXPECT_LE(relative_error(gather_both(model, data.dtau_dv), slopes(torque, false)), 1e-13);
+  EXPECT_LE(relative_error(gather_both(model, data.dtau_dq), derivatives(torque, true)), 1e-13);
+  EXPECT_LE(relative_error(gather_both(model, data.dtau_dv), derivatives(torque, false)), 1e-13);
   fd_derivatives(full, data, q_full, v_full, tau);
-  EXPECT_LE(relative_error(gather_columns(model, data.ddq_dq), slopes(acceleration, true)), 1e-10);
-  EXPECT_LE(relative_error(gather_columns(model, data.ddq_dv), slopes(acceleration, false)), 1e-10);
+  EXPECT_LE(relative_error(gather_columns(model, data.ddq_dq), derivatives(acceleration, true)), 1e-10);
+  EXPECT_LE(relative_error(gather_columns(model, data.ddq_dv), derivatives(acceleration, false)), 1e-10);
   EXPECT_LE(relative_error(gather(model, data.tau), gather(model, tau)), 1e-11);
 }
 

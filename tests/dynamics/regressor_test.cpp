@@ -49,7 +49,7 @@ class RegressorOf : public testing::TestWithParam<unsigned long> {
   Random random;
   Model<double> model;
   State s;
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
 };
 
 TEST_P(RegressorOf, TimesParametersIsInverseDynamics) {
@@ -77,7 +77,7 @@ TEST_P(RegressorOf, TimesParametersIsInverseDynamicsTo113Bits) {
   RegressorData<Float128> regressor(exact);
   const VectorX<Float128> q = s.q.cast<Float128>(), v = s.v.cast<Float128>(), a = s.a.cast<Float128>();
   const VectorX<Float128> theta = inertial_parameters(exact);
-  Acting<Float128> bare;
+  DynamicsTerms<Float128> bare;
   bare.armature = false;
   const MatrixX<Float128>& Y = torque_regressor(exact, data, regressor, q, v, a);
   EXPECT_LE(relative_error(Y * theta, rnea(exact, data, q, v, a, bare)), 1e-31);
@@ -196,7 +196,7 @@ TEST(Regressor, HoldsOnTheRobots) {
     const State s = random_state(model, random);
     Data<double> data(model);
     RegressorData<double> regressor(model);
-    Acting<double> acting;
+    DynamicsTerms<double> acting;
     acting.armature = false;
     const MatrixXd& Y = torque_regressor(model, data, regressor, s.q, s.v, s.a);
     EXPECT_LE(relative_error(Y * inertial_parameters(model), rnea(model, data, s.q, s.v, s.a, acting)), 1e-14)

@@ -185,10 +185,10 @@ TEST_P(SecondOrderOf, WithExternalForcesAndWithoutGravity) {
     f = {random.vector3(5), random.vector3(5)};
     external128.push_back({f.linear.cast<Float128>(), f.angular.cast<Float128>()});
   }
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.gravity = false;
   acting.external = &external;
-  Acting<Float128> acting128;
+  DynamicsTerms<Float128> acting128;
   acting128.gravity = false;
   acting128.external = &external128;
   SecondOrder<double> second(model);

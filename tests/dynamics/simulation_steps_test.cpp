@@ -118,17 +118,17 @@ class Schemes : public ExactRobot {
     return implicit_velocity_end(space, h, x, dv);
   }
   Phaseq variational(const Float128& t, const Float128& h, const Phaseq& x) {
-    const auto slopes = [&](const VectorXq& at, const VectorXq& v) {
+    const auto derivatives = [&](const VectorXq& at, const VectorXq& v) {
       const VectorXq p = momentum(at, v), by_q = energy->dT_dq;
       const VectorXq g = generalized_gravity<Float128>(exact, *data128, at);
-      return LagrangianSlopes<Float128>{by_q - g + torque(t + h / 2), p};
+      return LagrangianDerivatives<Float128>{by_q - g + torque(t + h / 2), p};
     };
     const VectorXq p = momentum(x.q, x.v);
     const VectorXq xi = fixed_point(x.v * h, [&](const VectorXq& z) -> VectorXq {
-      return velocity(x.q, VectorXq(discrete_momenta(space, slopes, h, x.q, z).before - p)) * h;
+      return velocity(x.q, VectorXq(discrete_momenta(space, derivatives, h, x.q, z).before - p)) * h;
     });
     const VectorXq end = space.integrate(x.q, xi);
-    return {end, velocity(end, discrete_momenta(space, slopes, h, x.q, xi).after)};
+    return {end, velocity(end, discrete_momenta(space, derivatives, h, x.q, xi).after)};
   }
 
   using Step = Phaseq (Schemes::*)(const Float128&, const Float128&, const Phaseq&);

@@ -24,7 +24,7 @@ bool on_one_path(const Tree& tree, int r, int c) {
 
 long count_entries(const MatrixXd& m, double below = 0) { return (m.cwiseAbs().array() > below).count(); }
 
-// Entries of M are on one path: 49 of 49, 216 of 324, 700 of 1444; of the accelerations' slopes by q, the joints'
+// Entries of M are on one path: 49 of 49, 216 of 324, 700 of 1444; of the accelerations' derivatives by q, the joints'
 // columns are full, of the base's only its own linear acceleration feels how it is turned.
 TEST(Structure, CountsOfEntries) {
   const struct {

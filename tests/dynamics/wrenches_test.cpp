@@ -38,7 +38,7 @@ class WrenchesOn : public testing::TestWithParam<unsigned long> {
   }
 
   // The derivative of the torques, by central differences in 113 bits.
-  MatrixXd slopes(const std::vector<Wrench<double>>& of) const {
+  MatrixXd derivatives(const std::vector<Wrench<double>>& of) const {
     const Model<Float128> exact = model.cast<Float128>();
     Data<Float128> data128(exact);
     WrenchTorques<Float128> w128(exact);
@@ -81,7 +81,7 @@ TEST_P(WrenchesOn, TorquesAreTransposedJacobiansTimesWrenches) {
 
 TEST_P(WrenchesOn, DerivativesMatchDifferences) {
   const MatrixXd D = wrench_torque_derivatives(model, *data, *w, wrenches, s.q);
-  EXPECT_LE(relative_error(D, slopes(wrenches)), 1e-13);
+  EXPECT_LE(relative_error(D, derivatives(wrenches)), 1e-13);
   const VectorXd tau = w->tau;
   EXPECT_EQ(wrench_torques(model, *data, *w, wrenches, s.q), tau);
 }
@@ -99,7 +99,7 @@ TEST_P(WrenchesOn, FixedInTheWorldIsNotFixedInTheBody) {
   }
   wrench_torque_derivatives(model, *data, *w, turned, s.q);
   EXPECT_LE(relative_error(w->tau, tau), 1e-13);
-  EXPECT_LE(relative_error(w->dtau_dq, slopes(turned)), 1e-13);
+  EXPECT_LE(relative_error(w->dtau_dq, derivatives(turned)), 1e-13);
   bool turns = false;  // does any body that carries a wrench?
   for (const Wrench<double>& wrench : wrenches) {
     for (int i = wrench.body; i >= 0; i = model.parent[i]) {
@@ -116,7 +116,7 @@ TEST_P(WrenchesOn, FixedInTheBodyAreExternalForces) {
   for (const Wrench<double>& wrench : wrenches) {
     external[wrench.body] = external[wrench.body] + act(wrench.X_BF, wrench.value);
   }
-  Acting<double> acting;
+  DynamicsTerms<double> acting;
   acting.external = &external;
   id_derivatives(model, *data, s.q, s.v, s.a, acting);
   const VectorXd tau = data->tau;

@@ -6,10 +6,10 @@
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/capsules.h>
-#include <dyntape/interface/ocp/inverse_kinematics.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/capsules.h>
+#include <dyntape/interface/motion/inverse_kinematics.h>
+#include <dyntape/interface/motion/robot_problem.h>
 
 using namespace dyntape;
 
@@ -18,8 +18,8 @@ int main(int argc, char** argv) {
                                              {.continuous = dynamics::ContinuousJoint::kAngle})};
   const int n = scene.model.nv;
   const FrameTarget place{"tool0", Eigen::Vector3d(0.4, 0.4, 0.3)};
-  const Capsule hand = ball("hand", "tool0", {0, 0, 0}, 0.08);
-  const Capsule post = bar("post", kWorld, {0.6, 0.1, 0}, {0.6, 0.1, 0.8}, 0.05);
+  const Capsule hand = sphere("hand", "tool0", {0, 0, 0}, 0.08);
+  const Capsule post = capsule("post", kWorld, {0.6, 0.1, 0}, {0.6, 0.1, 0.8}, 0.05);
 
   Problem p = robot_problem(scene, {.duration = 2, .form = DynamicsForm::kInverse});
   p.add(squared_accelerations(p, 1));

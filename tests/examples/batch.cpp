@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Many evaluations at once: the torques of an arm and their slopes at 20000 states, one by one, side by side in the lanes of
+// Many evaluations at once: the torques of an arm and their derivatives at 20000 states, one by one, side by side in the lanes of
 // the processor's registers, and shared by threads.  The results have the same bits.
 //
 //   x = (q, v, a) (18) states of six joints         y = tau (6) N m         dy/dx: its non-zeros

@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
 
 using namespace dyntape;
 

@@ -5,13 +5,13 @@
 //
 //   x' = V cos(h) + c y,   y' = V sin(h)          heading h, own speed V (m/s), c the current's growth (1/s)
 //
-// A rate is a lambda of the stage (interface/ocp/stage.h).  Optimal headings follow h' = -c cos(h)^2, so tan(h) falls by c each
+// A rate is a lambda of the stage (interface/control/problem/stage.h).  Optimal headings follow h' = -c cos(h)^2, so tan(h) falls by c each
 // second: that is what is checked, and the solver is told nothing of it.
 #include <cmath>
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
 
 using namespace dyntape;
 

@@ -7,8 +7,8 @@
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/verify.h>
+#include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/solve/ddp.h>
 
 using namespace dyntape;
 
@@ -53,10 +53,10 @@ Eigen::VectorXd end_of(const Problem& problem, const DdpSolution& plan, double g
 
 int main() try {
   const Problem problem = swing_up();
-  const DdpSolution plan = solve_by_ddp(problem, {.intervals = 150});
+  const DdpSolution plan = solve_with_ddp(problem, {.intervals = 150});
   std::printf("%s in %zu iterations, %.1f ms: cost %.5f, largest torque %.2f N m, true defect %.0e\n",
               to_string(plan.status), plan.iterations.size(), 1e3 * plan.seconds, plan.cost,
-              plan.u.cwiseAbs().maxCoeff(), plan.true_defect);
+              plan.u.cwiseAbs().maxCoeff(), plan.integration_error);
   const Eigen::VectorXd with = end_of(problem, plan, 1), without = end_of(problem, plan, 0);
   std::printf("pushed on the way: ends %.3f rad from upright with the policy, %.3f rad without\n",
               std::abs(with[0] - std::numbers::pi), std::abs(without[0] - std::numbers::pi));

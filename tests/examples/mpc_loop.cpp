@@ -4,13 +4,13 @@
 // problem over the next second, made once and solved anew every 50 ms by one quadratic program (the real-time iteration).
 //
 // The plant is not the model: its load is heavier than the controller believes, until it is told so, in place.  Closing such
-// loops in one call, with pushes and delays: close_loop() in interface/mpc/closed_loop.h.
+// loops in one call, with pushes and delays: close_loop() in interface/control/mpc/closed_loop.h.
 #include <cmath>
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/transcription/verify.h>
+#include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
 
 using namespace dyntape;
 

@@ -8,9 +8,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
 
 using namespace dyntape;
 
@@ -47,7 +47,7 @@ int main() try {
       }),
       Eigen::VectorXd::Zero(1), Eigen::VectorXd::Constant(1, HUGE_VAL)));
 
-  const Solution s = optimise(p, {.mesh = {.intervals = 60}, .solver = {.method = NlpMethod::kStages}});
+  const Solution s = optimise(p, {.mesh = {.intervals = 60}, .solver = {.method = NlpMethod::kRiccati}});
   double highest = 0, swing = 0, least = 1;
   for (int k = 0; k < s.motion.points(); ++k) {
     const Eigen::VectorXd at = load(p.stage(s.motion.t[k], s.motion.x.col(k), {}, s.motion.u.col(k)));

@@ -6,12 +6,12 @@
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/contact_changes.h>
-#include <dyntape/interface/ocp/robot_configuration.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/player/player.h>
-#include <dyntape/interface/transcription/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/motion/contact_changes.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/report/player/player.h>
 
 using namespace dyntape;
 using Eigen::VectorXd;
@@ -60,7 +60,7 @@ int main(int argc, char** argv) try {
 
   Phases jump("jump");
   jump.add("push-off", push_off), jump.add("flight", flight), jump.add("landing", settling);
-  const SolverOptions solver{.method = NlpMethod::kStages};
+  const SolverOptions solver{.method = NlpMethod::kRiccati};
   const PhasedSolution s = optimise(jump, {.meshes = {{.intervals = 10}}, .solver = solver});
   const auto [t, states] = s.states();
   const double rise = states.row(2).maxCoeff() - q[2];

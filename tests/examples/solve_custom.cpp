@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
 
 using namespace dyntape;
 

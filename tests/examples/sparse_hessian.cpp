@@ -4,14 +4,14 @@
 //
 //   sigma f(x) + lambda . g(x)         its lower triangle, each place once
 //
-// as Collocation serves them (interface/solvers/nlp.h): a fixed pattern, and a call that fills in the numbers and allocates
+// as Collocation serves them (interface/control/nlp/nlp.h): a fixed pattern, and a call that fills in the numbers and allocates
 // nothing.  A single function has the same: AdFunction::hessianPattern(), in custom_constraint.cpp its Jacobian's.
 #include <Eigen/SparseCore>
 #include <cstdio>
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
 
 using namespace dyntape;
 using Eigen::VectorXd;

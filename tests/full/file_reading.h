@@ -14,9 +14,9 @@
 #include <unistd.h>
 
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/scene/scene.h>
-#include <dyntape/interface/task/task.h>
 
 namespace dyntape {
 

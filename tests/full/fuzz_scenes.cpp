@@ -9,9 +9,9 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/scene/accuracy.h>
-#include <dyntape/interface/scene/rigid_account.h>
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/run/simulate/accuracy.h>
+#include <dyntape/interface/run/simulate/rigid_account.h>
+#include <dyntape/interface/run/simulate/simulate.h>
 
 #include "../dynamics/all_effects.h"
 
@@ -222,8 +222,8 @@ struct Balance {
 Balance balance_of(Scene scene, double finer) {
   scene.step /= finer;
   const SimulatedMotion motion = simulate(scene);
-  const bool of_energy = motion.doubt.starts_with("the balance of energy");
-  if (!motion.trouble.empty() || (!motion.doubt.empty() && !of_energy)) return {.refused = true};
+  const bool of_energy = motion.warning.starts_with("the balance of energy");
+  if (!motion.trouble.empty() || (!motion.warning.empty() && !of_energy)) return {.refused = true};
   constexpr double kNothing = 1e-12;  // J: a robot that is held
   const double scale = motion.energy_scale() + kNothing;
   double stored = 0;  // differences of it are compared

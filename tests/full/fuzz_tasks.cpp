@@ -10,7 +10,7 @@
 // looked at by code that shares nothing with the solver: these equations, a Runge-Kutta integration of small steps, and
 // differences of the cost by controls on a coarse grid.
 //
-//   intervals    each ends where the motion's next node is, to twice verify.true_defect of how far the motion moves the state
+//   intervals    each ends where the motion's next node is, to twice verify.integration_error of how far the motion moves the state
 //   ends, bounds are met, bounds between the points as well, to 1 % of their range
 //   first order  of changes of the control that keep the end where it is, none lowers the cost: the gradient that is left
 //                is below kFirst of what it was.  Where bounds are active, of changes on a finer grid that leave controls at
@@ -32,7 +32,7 @@
 
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/run/solve/solve.h>
 
 namespace dyntape {
 namespace {
@@ -123,7 +123,7 @@ RandomTask random_task(unsigned seed, const std::string& robots) {
     if (!carries || farthest < 1.8) break;
   }
   const char* schemes[] = {"hermite-simpson", "hermite-simpson", "trapezoid", "lobatto-4", "radau-3"};
-  const char* methods[] = {"ipopt", "stages"};
+  const char* methods[] = {"ipopt", "riccati"};
   const std::string scheme = schemes[below(5)];
   std::string q, v, goal_q, goal_v;
   for (int i = 0; i < robot.joints; ++i) {
@@ -164,8 +164,8 @@ class Judge {
   Judge(const RandomTask& task, const Trajectory& motion) : task_(task), motion_(motion) {}
 
   // Why the verdict is wrong; empty: it is right as far as can be seen.
-  std::string fault(double true_defect) {
-    if (const std::string off = interval_fault(true_defect); !off.empty()) return off;
+  std::string fault(double integration_error) {
+    if (const std::string off = interval_fault(integration_error); !off.empty()) return off;
     return optimality_fault();
   }
 
@@ -176,7 +176,7 @@ class Judge {
 
   static constexpr int kSteps = 400;  // of an integration of the whole
 
-  std::string interval_fault(double true_defect) {
+  std::string interval_fault(double integration_error) {
     const int n = task_.robot->joints, last = motion_.points() - 1;
     VectorXd extent = motion_.x.rowwise().maxCoeff() - motion_.x.rowwise().minCoeff();
     for (const int kind :
@@ -199,7 +199,7 @@ class Judge {
       }
       const double off =
           ((x - motion_.x.col(motion_.node(k + 1))).cwiseAbs().array() / extent.array()).maxCoeff();
-      if (!(off <= 2 * true_defect))
+      if (!(off <= 2 * integration_error))
         return "interval " + std::to_string(k) + " is off by " + number(off) + " of the motion";
     }
     return "";
@@ -370,7 +370,7 @@ int run(unsigned first, int count, const std::string& robots, const std::string&
       }
       ++verified;
       Judge judge(random, report.solution.motion);
-      fault = judge.fault(task.demands.true_defect);
+      fault = judge.fault(task.demands.integration_error);
       active += judge.has_active();
     } catch (const std::exception& e) {
       ++refused;

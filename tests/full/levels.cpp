@@ -16,7 +16,7 @@
 #include <dyntape/autodiff/processor_level.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
 using namespace dyntape;

@@ -15,8 +15,8 @@
 
 #include <Eigen/Core>
 
-#include <dyntape/interface/scene/effect_costs.h>
-#include <dyntape/interface/scene/scene.h>
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/run/simulate/effect_costs.h>
 
 namespace {
 

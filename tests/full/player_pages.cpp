@@ -9,7 +9,7 @@
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/player/player.h>
+#include <dyntape/interface/report/player/player.h>
 
 namespace {
 

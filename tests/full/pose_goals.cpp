@@ -20,10 +20,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/lie.h>
-#include <dyntape/interface/ocp/inverse_kinematics.h>
-#include <dyntape/interface/ocp/of_kinematics.h>
-#include <dyntape/interface/task/limits.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/files/task/limits.h>
+#include <dyntape/interface/motion/inverse_kinematics.h>
+#include <dyntape/interface/motion/of_kinematics.h>
 
 using namespace dyntape;
 using Eigen::Matrix3d;
@@ -45,7 +45,7 @@ class Goals {
   explicit Goals(const std::string& file)
       : task_(read_task(file)), n_(task_.scene.model.nv), data_(task_.scene.model) {
     task_.optimise.check_derivatives = false;
-    task_.optimise.solver.method = NlpMethod::kStages;
+    task_.optimise.solver.method = NlpMethod::kRiccati;
     task_.expected.reset();
     Problem& p = task_.problem;
     const Parameter place = p.parameters.add("place", Vector3d::Zero()),
@@ -93,8 +93,8 @@ class Goals {
                        [&](const auto& pair) { return gap(q, pair.a, pair.b) >= pair.least; });
   }
   bool is_clear_of_itself(const VectorXd& q) {
-    const Capsule base = bar("base", kWorld, {0, 0, 0}, {0, 0, 0.333}, 0.1),
-                  upper = bar("upper arm", "panda_link3", {0, 0, -0.3}, {0, 0, 0}, 0.08);
+    const Capsule base = capsule("base", kWorld, {0, 0, 0}, {0, 0, 0.333}, 0.1),
+                  upper = capsule("upper arm", "panda_link3", {0, 0, -0.3}, {0, 0, 0}, 0.08);
     const auto& bodies = task_.around.bodies;
     const auto body = [&](const char* name) {
       return *std::find_if(bodies.begin(), bodies.end(), [&](const Capsule& c) { return c.name == name; });
@@ -166,7 +166,7 @@ class Goals {
     const Verification v =
         verify(task_.problem, motion);  // in the problem's own units: m, rad, parts of effort limits
     if (!(v.violation < 1e-5)) return "violates " + v.worst_row;
-    if (!(v.worst_relative < task_.demands.true_defect)) return "its controls lead elsewhere";
+    if (!(v.worst_relative < task_.demands.integration_error)) return "its controls lead elsewhere";
     const auto& joints = task_.scene.model.joints;
     for (int i = 0; i < n_; ++i) {
       const auto& limits = joints[std::size_t(i)].limits;
@@ -185,7 +185,7 @@ class Goals {
     for (int k = 0; k < fine.points(); ++k) {
       const bool is_point = k % 8 == 0;
       for (const auto& pair : task_.around.apart) {
-        // Between points a thousandth of the distance is granted (interface/task/limits.h).
+        // Between points a thousandth of the distance is granted (interface/files/task/limits.h).
         const double granted = is_point ? 2e-6 : 2e-3 * (pair.a.radius + pair.b.radius);
         if (gap(fine.x.col(k).head(n_), pair.a, pair.b) < pair.least - granted)
           return "touches: " + pair.name();
@@ -199,7 +199,7 @@ class Goals {
   std::string failure(const Solution& s) const {
     if (!s.success()) return to_string(s.nlp.status);
     if (!(s.verification.violation <= task_.demands.violation)) return "violation";
-    if (!(s.verification.worst_relative <= task_.demands.true_defect)) return "defect";
+    if (!(s.verification.worst_relative <= task_.demands.integration_error)) return "defect";
     const std::vector<LimitExcess> excesses = limit_excesses(task_, s.motion);
     if (excesses.empty()) return "";
     return excesses[0].quantity + (excesses[0].between_points ? " between points" : "");

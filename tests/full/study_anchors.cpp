@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/run/solve/solve.h>
 
 #include "advice.h"
 #include "chains.h"

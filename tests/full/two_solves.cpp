@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <thread>
 
-#include <dyntape/interface/solvers/ipopt.h>
-#include <dyntape/interface/transcription/collocation.h>
+#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
 
 namespace {
 

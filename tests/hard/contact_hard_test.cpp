@@ -78,7 +78,7 @@ class Redundant : public ::testing::TestWithParam<Feet> {};
 // size, a proximal term biases them | holds: the acceleration is exact to 1e-12 and the forces are those of least
 // norm, by the pseudo-inverse, for three feet and for eight, on a plane, on a line, at one point, written twice |
 // routes: template in double, all of C and the interpreter
-// H53 | naive: derivatives through the solve of dependent rows have entries of 1e16 | holds: slopes of accelerations
+// H53 | naive: derivatives through the solve of dependent rows have entries of 1e16 | holds: derivatives of accelerations
 // and forces by velocity and torque stay of the size of numbers around them, the same forward and reverse | routes:
 // the same
 TEST_P(Redundant, AccelerationsAreExactAndForcesOfLeastNorm) {

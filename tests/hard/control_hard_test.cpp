@@ -9,12 +9,12 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/penalties.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/sensitivity/roll_out.h>
-#include <dyntape/interface/solvers/riccati.h>
-#include <dyntape/interface/transcription/ddp.h>
+#include <dyntape/interface/control/problem/penalties.h>
+#include <dyntape/interface/control/riccati/riccati.h>
+#include <dyntape/interface/control/sensitivity/rollout.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
 
 #include "../interface/ocp_problems.h"
 #include "../interface/recorded_nlp.h"
@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Combine(::testing::Values(Size{"micrometres", 1e-6, 1e-3, 1},
                                          Size{"light_seconds", 3e8, 86400, 1},
                                          Size{"weightless", 1, 1, 1e-12}, Size{"weighty", 1, 1, 1e12}),
-                       ::testing::Values(NlpMethod::kIpopt, NlpMethod::kStages)),
+                       ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati)),
     [](const auto& info) { return std::get<0>(info.param).name + ("_" + name_of(std::get<1>(info.param))); });
 
 // --- No feasible point ---------------------------------------------------------------------------------------
@@ -122,7 +122,7 @@ const Hopeless kHopeless[] = {
 
 INSTANTIATE_TEST_SUITE_P(Of, WithoutAMotion,
                          ::testing::Combine(::testing::ValuesIn(kHopeless),
-                                            ::testing::Values(NlpMethod::kIpopt, NlpMethod::kStages)),
+                                            ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati)),
                          [](const auto& info) {
                            return std::get<0>(info.param).name + ("_" + name_of(std::get<1>(info.param)));
                          });
@@ -206,7 +206,7 @@ TEST_P(Programs, FlatBottoms) {
   EXPECT_LE(rest.nlp.iterations(), 5);
 }
 
-INSTANTIATE_TEST_SUITE_P(By, Programs, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(By, Programs, ::testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) { return name_of(info.param); });
 
 // --- Half a turn ---------------------------------------------------------------------------------------------
@@ -221,7 +221,7 @@ class PosesApart : public ::testing::TestWithParam<double> {
 
 // X02 | naive: the axis between poses 179.999 degrees apart is a difference of nearly equal numbers: its slope is
 // garbage, at 180 degrees it is 0 / 0 | holds: the orientation term has the angle as its length to 1e-13, and finite
-// slopes of length one about the axis, up to half a turn itself | routes: template in double, all of C and the
+// derivatives of length one about the axis, up to half a turn itself | routes: template in double, all of C and the
 // interpreter, forward and reverse, as a callee
 TEST_P(PosesApart, TermsAreTheAngleWithItsSlope) {
   const double away = GetParam();
@@ -242,7 +242,7 @@ TEST_P(PosesApart, TermsAreTheAngleWithItsSlope) {
 // our own solver
 TEST_P(PosesApart, AreReached) {
   const RobotScene scene = hinge();
-  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
     Problem p = robot_problem(scene, {.duration = 1});
     p.add(running_squares("effort", [](const auto& s) { return (0.01 * s.u).eval(); }));
     p.add(terminal_squares("pose", weighted(frame_orientation(scene, "tip", turned(GetParam())), 1e4)));
@@ -277,7 +277,7 @@ TEST_P(RiccatiAt, StaysPositiveSemidefinite) {
   using Quad = dynamics::Float128;
   using MatrixXq = Eigen::Matrix<Quad, Eigen::Dynamic, Eigen::Dynamic>;
   const double h = 0.01;
-  LqStage stage;
+  LqrStage stage;
   stage.A = (MatrixXd(2, 2) << 1, h, 0, 1).finished();
   stage.B = (MatrixXd(2, 1) << h * h / 2, h).finished();
   stage.c = VectorXd::Zero(2), stage.g = VectorXd::Zero(3);
@@ -324,13 +324,13 @@ Problem exploding() {
 // that the start has no finite cost | routes: differential dynamic programming, interpreter
 TEST(Explosions, StartFromStatesInstead) {
   DdpOptions options{.intervals = 100, .evaluation = test::kInterpreted, .verify = false};
-  EXPECT_THROW(solve_by_ddp(exploding(), options), NumericalError);
+  EXPECT_THROW(solve_with_ddp(exploding(), options), NumericalError);
   options.start = DdpStart::kNodes;
   Problem p = exploding();
   p.guess = [](double t) {
     return Stage<double>{t, VectorXd::Constant(1, 1.5 * (1 - t / 2)), {}, VectorXd::Constant(1, 0)};
   };
-  const DdpSolution s = solve_by_ddp(p, options);
+  const DdpSolution s = solve_with_ddp(p, options);
   EXPECT_TRUE(s.success()) << to_string(s.status);
   EXPECT_TRUE(s.x.allFinite());
   EXPECT_LE(std::abs(s.x(0, 100)), 0.1);
@@ -347,7 +347,8 @@ TEST(Explosions, LostValuesShortenTheStepOfStages) {
     return s.x[0] - log(s.x[0]);
   }));
   p.start << 50;
-  const DdpSolution s = solve_by_ddp(p, {.intervals = 4, .evaluation = test::kInterpreted, .verify = false});
+  const DdpSolution s =
+      solve_with_ddp(p, {.intervals = 4, .evaluation = test::kInterpreted, .verify = false});
   EXPECT_TRUE(s.success()) << to_string(s.status);
   const double x = s.x(0, 4);  // 2e-4 (x - 50) + 1 - 1 / x = 0
   EXPECT_NEAR(2e-4 * (x - 50) + 1 - 1 / x, 0, 1e-6);
@@ -367,10 +368,10 @@ TEST(Contraction, GradientsDoNotRunBackwards) {
   p.start << 1;
   const int n = 400;
   const Eigen::MatrixXd u = Eigen::MatrixXd::Zero(1, n);
-  RollOutAdjoint all(p, {.intervals = n, .evaluation = test::kInterpreted});
-  RollOutAdjoint few(p, {.intervals = n, .snapshots = 2, .evaluation = test::kInterpreted});
+  RolloutAdjoint all(p, {.intervals = n, .evaluation = test::kInterpreted});
+  RolloutAdjoint few(p, {.intervals = n, .checkpoints = 2, .evaluation = test::kInterpreted});
   const double h = 2.0 / n, z = -20 * h, factor = 1 + z + z * z / 2 + z * z * z / 6 + z * z * z * z / 24;
-  const RollOutGradient g = all.discrete(u);
+  const RolloutGradient g = all.discrete(u);
   EXPECT_NEAR(g.start[0] / std::pow(factor, n), 1, 1e-12);
   EXPECT_NEAR(g.start[0] / std::exp(-40.0), 1, 1e-3);
   EXPECT_EQ(few.discrete(u).start[0], g.start[0]);

@@ -66,7 +66,7 @@ struct Allowed {
   double value = 1e-14, slope = 1e-12, curvature = 1e-11;
 };
 
-// Value and slopes by every route against 113 bits; all finite.  Returns them.
+// Value and derivatives by every route against 113 bits; all finite.  Returns them.
 EveryRoute::Parts expect_exact(const Model<double>& model, const Effects<double>& effects, const Values& x,
                                const Allowed& allowed = {}) {
   const EveryRoute routes(record_forward_dynamics(model, effects), Order::kSecond,
@@ -101,14 +101,14 @@ class ContactAt : public ::testing::TestWithParam<std::tuple<ContactExponent, To
 };
 
 // H47, X01 | naive: the second derivative of x^1.5 is infinite at touch, sqrt of a negative depth is NaN in the
-// branch that is not taken | holds: value, slopes and curvatures are finite and right on both sides of touch, at it,
+// branch that is not taken | holds: value, derivatives and curvatures are finite and right on both sides of touch, at it,
 // at a depth of 1e-300 m | routes: template in double, all of C and the interpreter, forward and reverse, as a callee
 // H46 | naive: 1 + d x' below zero pulls on whoever leaves fast | holds: the normal force is never negative and
 // exactly zero beyond - 1 / d | routes: the same
 // H54 | naive: u_t / |u_t| at the apex of the friction cone is 0 / 0 | holds: smooth at rest, with the slope - mu f_n
 // / eps | routes: the same
 // H23 | naive: softplus contacts leave forces of 1e-320 N ten metres above the ground | holds: exactly 0 there, with
-// slopes | routes: the same
+// derivatives | routes: the same
 // X07 | naive: a wall hit at 1 km/s leaves the range of the law, or is passed between two tests for touch | holds:
 // the force is that of 113 bits at any depth and speed | routes: the same
 TEST_P(ContactAt, IsTheLawWithItsSlopes) {
@@ -254,7 +254,7 @@ INSTANTIATE_TEST_SUITE_P(Of, StopAt,
 
 class CommandOf : public ::testing::TestWithParam<double> {};
 
-// H24, H21 | naive: a hard limit of torque has two slopes, a soft one overflows | holds: the smooth limit is L tanh(u
+// H24, H21 | naive: a hard limit of torque has two derivatives, a soft one overflows | holds: the smooth limit is L tanh(u
 // / L) with both derivatives from no command to 1e200 N m, the hard one has the slope of within or of beyond |
 // routes: template in double, all of C and the interpreter, forward and reverse, as a callee
 TEST_P(CommandOf, IsLimited) {

@@ -51,7 +51,7 @@ bool same_bits(double a, double b) {
 class GeneratedEdges : public ::testing::TestWithParam<const char*> {};
 
 // 5, 47, 57, 106, 109, H19 | naive: a compiler is free with NaN, infinities and branches | holds: all edges with
-// their slopes and curvatures have the bits of the interpreter | routes: C at -O0 and at -O3
+// their derivatives and curvatures have the bits of the interpreter | routes: C at -O0 and at -O3
 TEST_P(GeneratedEdges, HaveTheInterpretersBits) {
   const AllCases all;
   const std::vector<double> weights(all.cases.size(), 1.0);

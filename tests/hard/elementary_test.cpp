@@ -101,7 +101,7 @@ void Edge::check_zero_weight() {
 // numbers | holds: value, slope and curvature of integer, negative and broken powers at 0, -1.5, -2 and 2, and of
 // general ones | routes: the same
 // 32, 33, 34, H18 | naive: atan2 on axes, with signed zeros, at extremes of its range | holds: values are those of C,
-// slopes x / r^2 and -y / r^2 without overflow | routes: the same
+// derivatives x / r^2 and -y / r^2 without overflow | routes: the same
 // 37, 38, 40, 42, 43, 45 | naive: zeros, infinities and NaN are folded away or invented | holds: IEEE's rules with
 // the exceptions of ops.def; what a weight of zero meets is zero | routes: the same
 // 47, 48, 49, 52, H19 | naive: the branch that is not taken is NaN in a derivative | holds: exactly zero in value,
@@ -109,7 +109,7 @@ void Edge::check_zero_weight() {
 // H17 | naive: acos and asin next to 1 lose their slope, beyond 1 something is clamped | holds: to 1e-14 below,
 // infinite at, NaN beyond | routes: the same
 // H22 | naive: sines of 1e8 and more by a rounded 2 pi | holds: sin, cos and tan at 1e8, 1e15, 1e22 and 1e300 with
-// slopes and curvatures to 1e-14 | routes: the same
+// derivatives and curvatures to 1e-14 | routes: the same
 // H24, H14 | naive: softplus, logistic and tanh of large numbers are inf / inf; a norm is sqrt(x . x) | holds: finite
 // with the right slope; x . x goes through no root | routes: the same
 // 119 | naive: errors of sums and products are simplified to zero | holds: two-sum, fma's two-product and Kahan's sum

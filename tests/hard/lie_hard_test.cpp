@@ -56,7 +56,7 @@ VectorXd quaternion_of(double angle) {
 class LogAtAngles : public ::testing::TestWithParam<double> {};
 
 // H01 | naive: acos of the trace is NaN below 1e-8 rad, 2 acos(w) is 3 % off at 1e-7 rad | holds: log of a quaternion
-// to 4e-15 of its size from 0 over denormals, slopes to 1e-13, all finite | routes: all
+// to 4e-15 of its size from 0 over denormals, derivatives to 1e-13, all finite | routes: all
 // H02 | naive: the antisymmetric part over sin(angle) is garbage within 1e-7 of half a turn | holds: the same
 // accuracy up to 1e-15 rad before half a turn | routes: all
 TEST_P(LogAtAngles, IsAccurateWithBothDerivatives) {
@@ -82,7 +82,7 @@ struct LogOfMatrix {
 class MatrixAtAngles : public ::testing::TestWithParam<double> {};
 
 // H02, H04, H06 | naive: the way over the matrix loses half of the digits near half a turn, and derivatives at no
-// rotation are 0 / 0 | holds: log(exp(w)) = w to 1e-14 with Jacobian 1 and Hessian 0, the errors of slopes in
+// rotation are 0 / 0 | holds: log(exp(w)) = w to 1e-14 with Jacobian 1 and Hessian 0, the errors of derivatives in
 // proportion to 1 / sin | routes: all
 TEST_P(MatrixAtAngles, ThereAndBackIsTheIdentity) {
   const double angle = GetParam(), to_half = kPi - angle;
@@ -226,8 +226,8 @@ class Lengths : public ::testing::TestWithParam<double> {
 
 // H08 | naive: a quaternion of length 1.01 or 1e-3 is taken as it is by one algorithm and normalised by another; at
 // 1e-160 its square underflows | holds: all read its direction: the values of unit length to 1e-15 from 1e-150 to
-// 1e150, and from 1e-70 to 1e70 slopes that are those at unit length over the length | routes: all
-// H07 | naive: log jumps by a turn between q and -q | holds: both have the same bits in values, and slopes of the
+// 1e150, and from 1e-70 to 1e70 derivatives that are those at unit length over the length | routes: all
+// H07 | naive: log jumps by a turn between q and -q | holds: both have the same bits in values, and derivatives of the
 // other sign | routes: all
 TEST_P(Lengths, DirectionIsAllThatIsRead) {
   const double length = GetParam();

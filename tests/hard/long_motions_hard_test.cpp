@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/run/simulate/simulate.h>
 
 #include "../interface/simulated_systems.h"
 #include "../interface/temporary_cache.h"

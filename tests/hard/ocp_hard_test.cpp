@@ -7,8 +7,8 @@
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/ipopt.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "../interface/ocp_problems.h"
 
 namespace dyntape {
@@ -30,7 +30,7 @@ class ByMethod : public testing::TestWithParam<NlpMethod> {
     return dyntape::swing(problem, intervals, HessianKind::kExact, GetParam());
   }
 };
-INSTANTIATE_TEST_SUITE_P(Ocp, ByMethod, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(Ocp, ByMethod, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) {
                            return info.param == NlpMethod::kIpopt ? "ipopt" : "stages";
                          });
@@ -278,7 +278,8 @@ TEST(Threads, SolvesTakeTurns) {
 TEST(Threads, SolvesByStagesRunAtOnce) {
   const auto solve = [](double* cost) {
     Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
-    for (int k = 0; k < 3; ++k) *cost = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kStages}).objective;
+    for (int k = 0; k < 3; ++k)
+      *cost = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kRiccati}).objective;
   };
   double expected = 0, costs[4] = {};
   solve(&expected);

@@ -357,7 +357,7 @@ Values without_units(const Units& u, const Model<double>& model, const State& s,
     return Values(y.begin(), y.end());
   };
   const Values tau = result(RobotFunction::kRnea), a = result(RobotFunction::kAba),
-               slopes = result(RobotFunction::kFdDerivatives);
+               derivatives = result(RobotFunction::kFdDerivatives);
   const int n = model.nv;
   Values all;
   for (int k = 0; k < n; ++k) {
@@ -368,7 +368,7 @@ Values without_units(const Units& u, const Model<double>& model, const State& s,
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) {
         const double by = block == 2 ? factor(u, 2 - along(j), 1, -2) : factor(u, along(j), 0, -block);
-        all.push_back(slopes[std::size_t((block * n + i) * n + j)] * by / factor(u, along(i), 0, -2));
+        all.push_back(derivatives[std::size_t((block * n + i) * n + j)] * by / factor(u, along(i), 0, -2));
       }
     }
   }

@@ -8,7 +8,7 @@
 
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/scene/simulation_results.h>
+#include <dyntape/interface/report/simulation_results.h>
 
 #include "shipped_scenes.h"
 

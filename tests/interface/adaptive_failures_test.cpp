@@ -72,7 +72,7 @@ TEST(AdaptiveFailures, SlopesThatAreNotFinite) {
   VectorXd x = Eigen::Vector2d(0, 0);
   std::string why;
   EXPECT_FALSE(stepper.jacobians(0, 1, x.data(), nullptr, nullptr, x.data(), A, B, P, &why));
-  EXPECT_NE(why.find("its Jacobians: slopes of the accelerations are not finite beyond t = 0 s"),
+  EXPECT_NE(why.find("its Jacobians: derivatives of the accelerations are not finite beyond t = 0 s"),
             std::string::npos)
       << why;
 }

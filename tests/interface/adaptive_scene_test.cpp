@@ -8,7 +8,7 @@
 #include <thread>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/scene/simulation_results.h>
+#include <dyntape/interface/report/simulation_results.h>
 
 #include "temporary_cache.h"
 
@@ -42,7 +42,7 @@ TEST(AdaptiveScene, KeysOfTolerances) {
   const Scene again = read_text(scene.effective);
   EXPECT_EQ(again.tolerances.absolute, 1e-8);
   EXPECT_EQ(read_text(again.effective).effective, again.effective);
-  EXPECT_EQ(read_text(pendulum_text("duration 1\n")).effective.find("tolerance"), std::string::npos);
+  EXPECT_EQ(read_text(pendulum_text("duration 1\n")).effective.find("relative_tolerance"), std::string::npos);
   const std::string fixed = problem_of("duration 1\nrelative_tolerance 1e-7\n");
   EXPECT_NE(
       fixed.find("adaptive.info:12:20: 'relative_tolerance' is of adaptive and adaptive-stiff; steps of "
@@ -72,14 +72,14 @@ TEST(AdaptiveScene, APendulumComesBack) {
   }
 }
 
-// Stiffness is no matter of the step: no refusal at the start, no doubt afterwards.
+// Stiffness is no matter of the step: no refusal at the start, no warning afterwards.
 TEST(AdaptiveScene, StiffScenesAreNotRefused) {
   Scene scene = read_scene(DYNTAPE_SOURCE_DIR "/config/scenes/block_on_slope.info");
   scene.evaluation.route = Route::kInterpreter;
   scene.step = 0.01, scene.sample = 0.01, scene.duration = 0.1;
   scene.integrator = Integrator::kAdaptiveStiff;
   const SimulatedMotion stiff = simulate(scene);
-  EXPECT_TRUE(stiff.is_whole()) << stiff.trouble << stiff.doubt;
+  EXPECT_TRUE(stiff.is_whole()) << stiff.trouble << stiff.warning;
   scene.integrator = Integrator::kRungeKutta4, scene.step = 1e-5;
   const SimulatedMotion fine = simulate(scene);
   EXPECT_LE((stiff.v.rightCols(1) - fine.v.rightCols(1)).norm(), 1e-6);

@@ -199,13 +199,13 @@ struct Slopes {
 };
 
 Slopes slopes_of(Stepper& stepper, double t, double h, const State& s) {
-  Slopes slopes;
+  Slopes derivatives;
   VectorXd next(stepper.nx());
   std::string why;
-  EXPECT_TRUE(stepper.jacobians(t, h, s.x.data(), s.u.data(), s.p.data(), next.data(), slopes.A, slopes.B,
-                                slopes.P, &why))
+  EXPECT_TRUE(stepper.jacobians(t, h, s.x.data(), s.u.data(), s.p.data(), next.data(), derivatives.A,
+                                derivatives.B, derivatives.P, &why))
       << why;
-  return slopes;
+  return derivatives;
 }
 
 // Products of the exact Jacobians of many short steps of Runge-Kutta.
@@ -408,11 +408,11 @@ TEST(Adaptive, Grazing) {
 // With the time of the event held: of a free fall [1 t; 0 1].
 TEST(Adaptive, JacobiansOfAStepThatEnded) {
   Stepper stepper(ball(), Integrator::kAdaptive, kInterpreted, true);
-  const Slopes slopes = slopes_of(stepper, 0, 5, {Eigen::Vector2d(1, 0), {}, {}});
+  const Slopes derivatives = slopes_of(stepper, 0, 5, {Eigen::Vector2d(1, 0), {}, {}});
   ASSERT_TRUE(stepper.event());
-  EXPECT_NEAR(slopes.A(0, 1), stepper.event()->t, 1e-12);
-  EXPECT_NEAR(slopes.A(0, 0), 1, 1e-14);
-  EXPECT_NEAR(slopes.A(1, 1), 1, 1e-14);
+  EXPECT_NEAR(derivatives.A(0, 1), stepper.event()->t, 1e-12);
+  EXPECT_NEAR(derivatives.A(0, 0), 1, 1e-14);
+  EXPECT_NEAR(derivatives.A(1, 1), 1, 1e-14);
 }
 
 TEST(Adaptive, EventsOfFixedStepsAreRefused) {

@@ -48,7 +48,7 @@ class BaseParametersOf : public testing::TestWithParam<Case> {
   Model<double> model;
 };
 
-// Errata E23: the ranks are known, and the gap leaves no doubt.
+// Errata E23: the ranks are known, and the gap leaves no warning.
 TEST_P(BaseParametersOf, HaveTheKnownRank) {
   for (unsigned long seed : {1UL, 2UL, 3UL}) {
     const BaseParameters base = base_parameters(model, {.columns = {}, .seed = seed});
@@ -62,7 +62,7 @@ TEST_P(BaseParametersOf, ReproduceTheTorques) {
   const BaseParameters base = base_parameters(model);
   const VectorXd beta = base.regrouping * dynamics::inertial_parameters(model);
   Data<double> data(model);
-  dynamics::Acting<double> acting;
+  dynamics::DynamicsTerms<double> acting;
   acting.armature = false;
   const Samples samples = random_samples(model, 20, 17);  // none of those that the columns were found on
   const VectorXd tau = stacked_base_regressor(model, base, samples) * beta;

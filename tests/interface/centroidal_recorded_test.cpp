@@ -93,13 +93,13 @@ TEST_P(RecordedCentroidal, SlopesAreThoseOfTheRecordedValue) {
         dynamics::wrench_torques<AD>(taped, data, w, wrenches_of<AD>(), moved);
     return y;
   };
-  const SparseFunction slopes = sparse_jacobian(
+  const SparseFunction derivatives = sparse_jacobian(
       record("momentum", static_cast<std::size_t>(3 * nv), static_cast<std::size_t>(model.nq), value));
   const std::vector<double> entries =
-      evaluate(slopes.function, joined({VectorXd::Zero(nv), v, a}), joined({q}));
+      evaluate(derivatives.function, joined({VectorXd::Zero(nv), v, a}), joined({q}));
   MatrixXd expected = MatrixXd::Zero(13 + 2 * nv, 3 * nv);
   for (std::size_t k = 0; k < entries.size(); ++k) {
-    expected(slopes.pattern.row[k], slopes.pattern.col[k]) = entries[k];
+    expected(derivatives.pattern.row[k], derivatives.pattern.col[k]) = entries[k];
   }
   Data<double> data(model);
   Centroidal<double> c(model);

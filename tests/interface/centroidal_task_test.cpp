@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/task/centroidal_control.h>
-#include <dyntape/interface/task/centroidal_pictures.h>
+#include <dyntape/interface/run/mpc/centroidal_control.h>
+#include <dyntape/interface/run/mpc/centroidal_pictures.h>
 #include "message_of.h"
 #include "task_text.h"
 
@@ -40,18 +40,18 @@ class CentroidalTasks : public test::TaskText {
   }
 };
 
-// As it is shipped, compiled: two pushes of 0.95 of the limits, none noticed too late.
+// As it is shipped, compiled: two disturbances of 0.95 of the limits, none noticed too late.
 TEST_F(CentroidalTasks, TheShippedRobotStandsItsPushes) {
   const CentroidalTask task =
       read_centroidal_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/solo12_pushed.info");
-  EXPECT_NEAR(task.control.pushes[0].v[0], 0.95 * 1.38607, 1e-3);
-  EXPECT_NEAR(task.control.pushes[1].v[1], -0.95 * 1.20309, 1e-3);
+  EXPECT_NEAR(task.control.disturbances[0].v[0], 0.95 * 1.38607, 1e-3);
+  EXPECT_NEAR(task.control.disturbances[1].v[1], -0.95 * 1.20309, 1e-3);
   const ControlReport report = control_task(task);
   EXPECT_TRUE(report.success()) << report.text();
   EXPECT_LT(report.off_end, 0.01);
   std::printf("step: median %.3f ms, 99 %% %.3f ms, longest %.3f ms\n", 1e3 * report.loop.latency(0.5),
               1e3 * report.loop.latency(0.99), 1e3 * report.loop.latency(1));
-  // The pushes: most of the way to the edge of the support, and not over it.
+  // The disturbances: most of the way to the edge of the support, and not over it.
   double forwards = 0, sideways = 0;
   for (int k = 0; k < report.loop.motion.points(); ++k) {
     const Vector2d away = capture_point(task.body, report.loop.motion.x.col(k)) - task.body.com.head<2>();
@@ -67,7 +67,7 @@ TEST_F(CentroidalTasks, TheShippedRobotStandsItsPushes) {
 TEST_F(CentroidalTasks, APushTooHardIsToldWithItsTimeAndVerdict) {
   load_control("solo12_pushed");
   replace("3.292", "3.638");
-  replace("seconds    4", "seconds    0.51");
+  replace("duration   4", "duration   0.51");
   replace("    at      2.5", "    at      0.505");
   const ControlReport report = control_task(task());
   EXPECT_FALSE(report.success());
@@ -88,15 +88,16 @@ TEST_F(CentroidalTasks, RefusesWhatItCannotPlan) {
   EXPECT_NE(hessian.find("valid are 'exact', 'gauss_newton'"), std::string::npos) << hessian;
   EXPECT_EQ(hessian.find("'gauss_newton', 'limited_memory'"), std::string::npos) << hessian;
   text_ = whole;
-  const std::size_t at = text_.find("phases"), end = text_.find('\n', at);
-  text_.replace(at, end - at, "phases \"0 0.5 0.5 1e300\"");
+  const std::size_t at = text_.find("phase_offsets"), end = text_.find('\n', at);
+  text_.replace(at, end - at, "phase_offsets \"0 0.5 0.5 1e300\"");
   const std::string phases = message_of<FileError>([&] { task(); });
-  EXPECT_NE(phases.find("'phases' must be between -1 and 1, got '1e300'"), std::string::npos) << phases;
+  EXPECT_NE(phases.find("'phase_offsets' must be between -1 and 1, got '1e300'"), std::string::npos)
+      << phases;
 }
 
 TEST_F(CentroidalTasks, TheLoopLeavesItsFiles) {
   load_control("solo12_trots");
-  replace("seconds    4", "seconds    1");
+  replace("duration   4", "duration   1\n  max_late 1");  // whatever else the machine does
   replace("at      2", "at      0.5");
   const CentroidalTask trot = task();
   ControlReport report = control_task(trot);
@@ -126,17 +127,18 @@ TEST_F(CentroidalTasks, MistakesAreNamedWithTheirPlace) {
   const auto expect = [](const std::string& message, const char* part) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
-  expect(refusal("level    on", "levle on"), "did you mean 'level'?");
+  expect(refusal("constant_height       on", "constant_hieght on"), "did you mean 'constant_height'?");
   expect(refusal("base floating", "base fixed"), "must be floating");
-  expect(refusal("FL_FOOT FR_FOOT HL_FOOT HR_FOOT", ""), "'contacts.hold' is missing");
+  expect(refusal("FL_FOOT FR_FOOT HL_FOOT HR_FOOT", ""), "'contacts.points' is missing");
   expect(refusal("FL_FOOT FR", "FL_FOT FR"), "FL_FOOT");
   expect(refusal("impulse \"3.292 0 0\"", "v 1"), "impulse");
-  expect(refusal("rest     on", "rest on\n  most_force -3"), "most_force");
-  expect(refusal("horizon {", "gait {\n  period 0.4\n  phases \"0 0.5\"\n}\nhorizon {"), "there are 4 feet");
+  expect(refusal("end_at_rest           on", "end_at_rest on\n  max_force -3"), "max_force");
+  expect(refusal("horizon {", "gait {\n  period 0.4\n  phase_offsets \"0 0.5\"\n}\nhorizon {"),
+         "there are 4 feet");
   expect(refusal("period     0.002", "period 0.002\n  delay 0.01"), "less than the period");
-  expect(
-      refusal("horizon {", "gait {\n  period 0.4\n  phases \"0 0 0 0\"\n  velocity \"1 0 0\"\n}\nhorizon {"),
-      "2 axes");
+  expect(refusal("horizon {",
+                 "gait {\n  period 0.4\n  phase_offsets \"0 0 0 0\"\n  velocity \"1 0 0\"\n}\nhorizon {"),
+         "2 axes");
   expect(refusal("horizon {", "goal { q 0 }\nhorizon {"), "unknown key 'goal'");
 }
 

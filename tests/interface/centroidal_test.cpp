@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // A robot as one mass on its feet.  Its dynamics against the whole robot's; what can be stood without a step against the closed
-// form of the linear inverted pendulum; loops that stand pushes and walk.
+// form of the linear inverted pendulum; loops that stand disturbances and walk.
 #include <gtest/gtest.h>
 
 #include <random>
@@ -10,10 +10,10 @@
 #include <dyntape/dynamics/algorithms/centroidal.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/mpc/closed_loop.h>
-#include <dyntape/interface/ocp/centroidal_problem.h>
-#include <dyntape/interface/ocp/standing.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/mpc/closed_loop.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/centroidal_problem.h>
+#include <dyntape/interface/motion/standing.h>
 #include "../dynamics/robot_files.h"
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -60,10 +60,10 @@ struct Limit {
 
 // Without a step, at constant height, without angular momentum.
 CentroidalOptions strictly(double duration) {
-  return {.duration = duration, .is_level = true, .is_turnless = true, .ends_at_rest = true};
+  return {.duration = duration, .is_level = true, .zero_angular_momentum = true, .ends_at_rest = true};
 }
 
-Solution solved(Problem problem, int axis, double velocity, NlpMethod method = NlpMethod::kStages,
+Solution solved(Problem problem, int axis, double velocity, NlpMethod method = NlpMethod::kRiccati,
                 int intervals = 10) {
   problem.start[3 + axis] = velocity;
   return optimise(problem,
@@ -132,7 +132,7 @@ TEST(Centroidal, TheRateIsThatOfTheWholeRobot) {
 TEST(Centroidal, PushesBelowTheLimitAreStoodAndThoseAboveAreInfeasible) {
   const Dog dog;
   const Problem p = centroidal_problem(dog.body(), strictly(0.5));
-  for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
+  for (NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
     for (int axis : {0, 1}) {
       for (double sign : {1.0, -1.0}) {
         const double limit = sign * Limit(dog.body(), axis).ideal();
@@ -155,11 +155,11 @@ TEST(Centroidal, TheThresholdIsTheClosedForm) {
     for (int axis : {0, 1}) {
       const double expected = Limit(body, axis).within(horizon);
       double stood = 0.9 * expected, not_stood = 1.1 * expected;
-      ASSERT_TRUE(solved(p, axis, stood, NlpMethod::kStages, 20).success());
-      ASSERT_FALSE(solved(p, axis, not_stood, NlpMethod::kStages, 20).success());
+      ASSERT_TRUE(solved(p, axis, stood, NlpMethod::kRiccati, 20).success());
+      ASSERT_FALSE(solved(p, axis, not_stood, NlpMethod::kRiccati, 20).success());
       while (not_stood - stood > 1e-3 * expected) {
         const double middle = (stood + not_stood) / 2;
-        (solved(p, axis, middle, NlpMethod::kStages, 20).success() ? stood : not_stood) = middle;
+        (solved(p, axis, middle, NlpMethod::kRiccati, 20).success() ? stood : not_stood) = middle;
       }
       std::printf("friction %.1f, horizon %.2f s, axis %d: %.4f of the closed form %.4f m/s\n", friction,
                   horizon, axis, stood / expected, expected);
@@ -200,7 +200,7 @@ ClosedLoopOptions steered(double seconds, double at, int axis, double velocity) 
   ClosedLoopOptions options{.seconds = seconds, .period = 0.002};
   options.mpc.mesh = {.scheme = trapezoid(), .intervals = 10, .evaluation = test::kInterpreted};
   options.mpc.solver = {.tolerance = 1e-4, .max_iterations = 300};
-  options.pushes = {{at, VectorXd::Unit(9, 3 + axis) * velocity}};
+  options.disturbances = {{at, VectorXd::Unit(9, 3 + axis) * velocity}};
   return options;
 }
 

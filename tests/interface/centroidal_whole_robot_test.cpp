@@ -12,8 +12,8 @@
 #include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/ocp/centroidal_problem.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/motion/centroidal_problem.h>
 #include "../dynamics/robot_files.h"
 #include "ocp_problems.h"
 
@@ -48,7 +48,7 @@ class WholeDog {
     feet_ = std::make_unique<dynamics::ConstraintData<double>>(scene.model, held);
   }
 
-  // Feet, centre of mass and turns of the trunk: (18 x 18) their slopes.
+  // Feet, centre of mass and turns of the trunk: (18 x 18) their derivatives.
   MatrixXd tasks() {
     MatrixXd A = MatrixXd::Zero(18, 18);
     for (int i = 0; i < 4; ++i)
@@ -126,7 +126,7 @@ TEST(CentroidalWholeRobot, StandsPushes) {
   for (int axis : {0, 1}) {
     WholeDog dog;
     const CentroidalOptions strictly{
-        .duration = 0.5, .is_level = true, .is_turnless = true, .ends_at_rest = true};
+        .duration = 0.5, .is_level = true, .zero_angular_momentum = true, .ends_at_rest = true};
     RecedingHorizon mpc(centroidal_problem(dog.body, strictly),
                         {.mesh = {.scheme = trapezoid(), .intervals = 10, .evaluation = test::kInterpreted},
                          .solver = {.tolerance = 1e-4, .max_iterations = 300}});

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/sensitivity/roll_out.h>
-#include <dyntape/interface/transcription/ddp.h>
+#include <dyntape/interface/control/sensitivity/rollout.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
 
 #include "ocp_problems.h"
 
@@ -47,9 +47,9 @@ Problem reaching() {
 TEST(DdpArm, BothHessiansReachTheSameOptimum) {
   const Problem p = reaching();
   DdpOptions options{.intervals = 20, .evaluation = test::kInterpreted, .verify = false};
-  const DdpSolution exact = solve_by_ddp(p, options);
+  const DdpSolution exact = solve_with_ddp(p, options);
   options.hessian = DdpHessian::kGaussNewton;
-  const DdpSolution newton = solve_by_ddp(p, options);
+  const DdpSolution newton = solve_with_ddp(p, options);
   ASSERT_TRUE(exact.success()) << to_string(exact.status);
   EXPECT_TRUE(newton.success() || newton.status == SolveStatus::kAcceptable) << to_string(newton.status);
   EXPECT_NEAR(newton.cost, exact.cost, 1e-7 * exact.cost);
@@ -61,10 +61,10 @@ TEST(DdpArm, BothHessiansReachTheSameOptimum) {
 TEST(DdpArm, GradientsAreThoseOfDifferences) {
   const Problem p = reaching();
   const int n = 10;
-  RollOutAdjoint adjoint(p, {.intervals = n, .evaluation = test::kInterpreted});
+  RolloutAdjoint adjoint(p, {.intervals = n, .evaluation = test::kInterpreted});
   MatrixXd u(7, n);
   for (int k = 0; k < n; ++k) u.col(k) = p.guess(0).u + VectorXd::Constant(7, 0.3 * std::sin(k));
-  const RollOutGradient g = adjoint.discrete(u);
+  const RolloutGradient g = adjoint.discrete(u);
   const double h = 1e-4;
   for (const auto& [row, column] : {std::pair{0, 0}, {3, 4}, {6, 9}, {1, 5}}) {
     MatrixXd up = u, down = u;

@@ -3,7 +3,7 @@
 // Task files solved by differential dynamic programming: what comes of them, and what the method does not know.
 #include <nlohmann/json.hpp>
 
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "task_text.h"
 
 namespace dyntape {
@@ -49,8 +49,8 @@ TEST_F(DdpTasks, TheShippedTaskSwingsUp) {
 // The same file by the other methods, in one line.
 TEST_F(DdpTasks, AnotherMethodIsAnotherLine) {
   replace("intervals 100", "intervals 25");
-  for (const char* method : {"stages", "ipopt"}) {
-    replace(method == std::string("stages") ? "method ddp" : "method stages",
+  for (const char* method : {"riccati", "ipopt"}) {
+    replace(method == std::string("riccati") ? "method ddp" : "method riccati",
             std::string("method ") + method);
     const SolveReport report = solve_task(changed());
     EXPECT_TRUE(report.success()) << report.text();
@@ -82,7 +82,7 @@ TEST_F(DdpTasks, EulerAndGaussNewton) {
   replace("solver {", "transcription {\n  scheme euler\n  hessian gauss_newton\n}\nsolver {");
   replace("method ddp", "method ddp\n  tolerance 1e-5\n  max_iterations 2000");
   replace("intervals 100", "intervals 400");
-  replace("solver {", "verify {\n  true_defect 1\n}\nsolver {");
+  replace("solver {", "verify {\n  integration_error 1\n}\nsolver {");
   const SolveReport report = solve_task(changed());
   EXPECT_TRUE(report.success()) << report.text();
   EXPECT_FALSE(report.ddp->is_minimum);  // nobody knows
@@ -101,9 +101,10 @@ TEST_F(DdpTasks, WhatTheMethodDoesNotKnowIsRefusedWhereItStands) {
   expect(
       refusal("  tracking {\n    end {\n      q 1e4\n      v 1e3\n    }\n  }\n", ""),
       "'goal' is to be met at the end, which the method ddp does not know; expected weights that draw to it");
-  expect(refusal("duration  2", "duration 2\n shortest 1\n longest 3"),
-         "'horizon.shortest' is of a duration to be found, which the method ddp does not know; expected a "
-         "given one");
+  expect(
+      refusal("duration  2", "duration 2\n min_duration 1\n max_duration 3"),
+      "'horizon.min_duration' is of a duration to be found, which the method ddp does not know; expected a "
+      "given one");
   expect(refusal("solver {", "transcription {\n scheme trapezoid\n}\nsolver {"),
          "expected runge-kutta-4, which is the default, or semi-implicit-euler");
   expect(refusal("solver {", "transcription {\n dynamics inverse\n}\nsolver {"), "expected forward");

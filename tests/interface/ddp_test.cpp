@@ -8,7 +8,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/transcription/ddp.h>
+#include <dyntape/interface/control/solve/ddp.h>
 
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -26,7 +26,7 @@ using test::kInterpreted;
 
 DdpSolution solved(const Problem& problem, DdpOptions options) {
   options.evaluation = kInterpreted;
-  DdpSolution s = solve_by_ddp(problem, options);
+  DdpSolution s = solve_with_ddp(problem, options);
   std::ostringstream last;
   for (std::size_t i = s.iterations.size() < 4 ? 0 : s.iterations.size() - 4; i < s.iterations.size(); ++i) {
     const DdpIteration& at = s.iterations[i];
@@ -147,7 +147,7 @@ TEST(Ddp, EulersStepsMoveByTheNewVelocities) {
       }
     }
   }
-  // Of a curved problem, by exact slopes and by those of an independent roll-out.
+  // Of a curved problem, by exact derivatives and by those of an independent roll-out.
   Problem p = soft_swing_up();
   p.positions = 2;
   const DdpSolution s = solved(p, {.intervals = 60, .scheme = ShootingScheme::kEuler});
@@ -168,10 +168,10 @@ TEST(Ddp, LanesAndChecksChangeNothing) {
   CodegenOptions lanes = {.lanes = Lanes::kNative}, none = {};
   for (CodegenOptions* options : {&lanes, &none}) {
     options->cache_folder = cache.path();
-    const DdpSolution other = solve_by_ddp(p, {.intervals = 37, .evaluation = *options, .verify = false});
+    const DdpSolution other = solve_with_ddp(p, {.intervals = 37, .evaluation = *options, .verify = false});
     EXPECT_EQ(other.u, s.u);
     EXPECT_EQ(other.iterations.size(), s.iterations.size());
-    EXPECT_TRUE(std::isnan(other.true_defect));
+    EXPECT_TRUE(std::isnan(other.integration_error));
   }
 }
 
@@ -196,7 +196,7 @@ TEST(Ddp, EndsWhereTheCostHasNoSlope) {
       }
     }
     EXPECT_EQ(at_limit > 0, limit < HUGE_VAL);
-    EXPECT_LT(s.true_defect, 1e-4);
+    EXPECT_LT(s.integration_error, 1e-4);
   }
 }
 
@@ -229,7 +229,7 @@ TEST(Ddp, AllWaysLeadToOneOptimum) {
 }
 
 TEST(Ddp, WhatStallsAtRoundingIsNotCalledSolved) {
-  const DdpSolution s = solve_by_ddp(
+  const DdpSolution s = solve_with_ddp(
       soft_swing_up(),
       {.intervals = 80, .hessian = DdpHessian::kGaussNewton, .tolerance = 1e-14, .evaluation = kInterpreted});
   EXPECT_FALSE(s.success());
@@ -275,7 +275,7 @@ TEST(Ddp, TheSlopeOfTheCostToGoIsTheAdjointInTheEnd) {
   const double size = s.adjoint.cwiseAbs().maxCoeff();
   EXPECT_LT((s.slope - s.adjoint).cwiseAbs().maxCoeff(), 1e-8 * size);
   const DdpSolution early =
-      solve_by_ddp(p, {.intervals = 60, .max_iterations = 3, .evaluation = kInterpreted});
+      solve_with_ddp(p, {.intervals = 60, .max_iterations = 3, .evaluation = kInterpreted});
   EXPECT_EQ(early.status, SolveStatus::kIterationLimit);
   EXPECT_GT((early.slope - early.adjoint).cwiseAbs().maxCoeff(), 1e-3 * early.adjoint.cwiseAbs().maxCoeff());
 }
@@ -342,7 +342,7 @@ TEST(Ddp, WhatIsHeldAtALimitHasNoPartInTheGains) {
 TEST(Ddp, ASaddleIsNoMinimum) {
   Problem p =
       integrator(0, [](const auto& s) { return s.u[0] * s.u[0] + s.u[1] * s.u[1] - 9.0 * s.x[0] * s.x[0]; });
-  const DdpSolution s = solve_by_ddp(p, {.intervals = 20, .evaluation = kInterpreted});
+  const DdpSolution s = solve_with_ddp(p, {.intervals = 20, .evaluation = kInterpreted});
   EXPECT_FALSE(s.success());
   EXPECT_LT(s.cost, -1);
   EXPECT_FALSE(s.is_minimum);
@@ -371,7 +371,7 @@ TEST(Ddp, NothingIsSmallByItself) {
   }
 }
 
-// A start that runs away makes slopes of 1e20: what is solved is not measured by them.
+// A start that runs away makes derivatives of 1e20: what is solved is not measured by them.
 TEST(Ddp, WhatIsSolvedDoesNotDependOnTheStart) {
   Problem p("unstable", {"x"}, {"u"}, 1, [](const auto& s) {
     using T = std::decay_t<decltype(s.t)>;
@@ -386,7 +386,7 @@ TEST(Ddp, WhatIsSolvedDoesNotDependOnTheStart) {
     p.guess = [u](double t) {
       return Stage<double>{t, VectorXd::Constant(1, 1), {}, VectorXd::Constant(1, u)};
     };
-    return solve_by_ddp(p, {.intervals = 30, .evaluation = kInterpreted});
+    return solve_with_ddp(p, {.intervals = 30, .evaluation = kInterpreted});
   };
   const DdpSolution near = from(-20.2), far = from(100);
   ASSERT_TRUE(near.success());
@@ -418,27 +418,27 @@ TEST(Ddp, WhatIsNotFiniteIsNotSolved) {
     using std::log;
     return log(s.x[0]);
   }));
-  EXPECT_THROW(solve_by_ddp(p, {.evaluation = kInterpreted}), NumericalError);
+  EXPECT_THROW(solve_with_ddp(p, {.evaluation = kInterpreted}), NumericalError);
   p = integrator(1, [](const auto& s) {
     using std::sqrt;
     return sqrt(s.u[0] * s.u[0]) + s.u[1] * s.u[1];  // its slope at zero is 0 / 0
   });
-  const DdpSolution s = solve_by_ddp(p, {.intervals = 5, .evaluation = kInterpreted});
+  const DdpSolution s = solve_with_ddp(p, {.intervals = 5, .evaluation = kInterpreted});
   EXPECT_EQ(s.status, SolveStatus::kNotFinite) << to_string(s.status);
   EXPECT_EQ(s.policy[2].K.rows(), 2);
   EXPECT_EQ(s.slope.cols(), 6);
-  EXPECT_TRUE(std::isnan(s.true_defect));
+  EXPECT_TRUE(std::isnan(s.integration_error));
   p = integrator(1, [](const auto& s) { return s.u.squaredNorm(); });
   p.guess = [](double t) {
     return Stage<double>{t, VectorXd::Constant(1, t == 1 ? std::nan("") : 0), {}, Eigen::Vector2d::Zero()};
   };
-  EXPECT_THROW(solve_by_ddp(p, {.start = DdpStart::kNodes, .evaluation = kInterpreted}), NumericalError);
+  EXPECT_THROW(solve_with_ddp(p, {.start = DdpStart::kNodes, .evaluation = kInterpreted}), NumericalError);
 }
 
 TEST(Ddp, SaysWhatItDoesNotKnow) {
   const auto refused = [](const Problem& p, const std::string& expected) {
     try {
-      solve_by_ddp(p, {.evaluation = kInterpreted});
+      solve_with_ddp(p, {.evaluation = kInterpreted});
       ADD_FAILURE() << "accepted: " << expected;
     } catch (const ArgumentError& e) {
       EXPECT_NE(std::string(e.what()).find(expected), std::string::npos) << e.what();
@@ -457,15 +457,15 @@ TEST(Ddp, SaysWhatItDoesNotKnow) {
   p = soft_swing_up();
   p.add(running_cost("heat", [](const auto& s) { return s.u.squaredNorm(); }));
   EXPECT_NE(message_of<ArgumentError>([&] {
-              solve_by_ddp(p, {.hessian = DdpHessian::kGaussNewton, .evaluation = kInterpreted});
+              solve_with_ddp(p, {.hessian = DdpHessian::kGaussNewton, .evaluation = kInterpreted});
             }).find("Gauss-Newton needs every cost as squares of residuals, and \"heat\" is a plain cost"),
             std::string::npos);
   p = soft_swing_up();
   p.start[2] = Problem::kFree;
   refused(p, "the start of the state \"pd\" is free");
-  EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.intervals = 0}), ArgumentError);
-  EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.tolerance = std::nan("")}), ArgumentError);
-  EXPECT_THROW(solve_by_ddp(soft_swing_up(), {.max_iterations = -1}), ArgumentError);
+  EXPECT_THROW(solve_with_ddp(soft_swing_up(), {.intervals = 0}), ArgumentError);
+  EXPECT_THROW(solve_with_ddp(soft_swing_up(), {.tolerance = std::nan("")}), ArgumentError);
+  EXPECT_THROW(solve_with_ddp(soft_swing_up(), {.max_iterations = -1}), ArgumentError);
   refused(Problem("none", {"x"}, {}, 1, [](const auto& s) { return s.x; }), "there are no controls");
   p = soft_swing_up();
   p.guess = [](double t) {
@@ -474,7 +474,7 @@ TEST(Ddp, SaysWhatItDoesNotKnow) {
   refused(p, "has other sizes than the problem");
   p = soft_swing_up();
   p.start[3] = 1e200;
-  EXPECT_THROW(solve_by_ddp(p, {.evaluation = kInterpreted}), NumericalError);
+  EXPECT_THROW(solve_with_ddp(p, {.evaluation = kInterpreted}), NumericalError);
 }
 
 }  // namespace

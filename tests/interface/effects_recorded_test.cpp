@@ -114,7 +114,7 @@ TEST_P(RecordedEffects, VelocityProductsFoldAway) {
   const auto at_rest =
       record("at rest", static_cast<std::size_t>(model.nq + 2 * model.nv), [&](const VectorXad& x) {
         Data<AD> data(taped);
-        Acting<AD> acting;
+        DynamicsTerms<AD> acting;
         acting.armature = false;
         const VectorXad q = x.head(model.nq), v = VectorXad::Constant(model.nv, AD(0)), w = x.tail(model.nv);
         return VectorXad(aba<AD>(taped, data, q, v, w, acting));

@@ -9,8 +9,8 @@
 
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/scene/mechanisms.h>
-#include <dyntape/interface/scene/simulation_results.h>
+#include <dyntape/interface/report/simulation_results.h>
+#include <dyntape/interface/system/mechanisms.h>
 
 #include "shipped_scenes.h"
 
@@ -34,7 +34,7 @@ TEST(EnergyBalance, WhatImplicitVelocityTakesIsSaidAndNoSuccess) {
     const MechanismBalance& balance = motion.balances.front();
     EXPECT_GT(balance.taken, lower) << step;
     EXPECT_LT(balance.taken, 3 * lower) << step;
-    EXPECT_EQ(motion.doubt.empty(), step < 1e-3) << step << " " << balance.part();
+    EXPECT_EQ(motion.warning.empty(), step < 1e-3) << step << " " << balance.part();
     const std::string text = SimulationReport{scene, motion}.text();
     EXPECT_NE(text.find("lost by the steps"), std::string::npos) << text;
   }
@@ -80,11 +80,11 @@ TEST(EnergyBalance, EachMechanismHasItsOwn) {
     EXPECT_EQ(b.balances[0].name, "swing");
     EXPECT_NEAR(b.balances[0].error, a.balances[0].error, 1e-9 * a.balances[0].moved);
     EXPECT_NEAR(b.balances[0].moved, a.balances[0].moved, 1e-9 * a.balances[0].moved);
-    EXPECT_EQ(a.doubt.empty(), b.doubt.empty()) << a.doubt << " | " << b.doubt;
-    if (!b.doubt.empty()) {
-      EXPECT_NE(b.doubt.find("'swing'"), std::string::npos) << b.doubt;
+    EXPECT_EQ(a.warning.empty(), b.warning.empty()) << a.warning << " | " << b.warning;
+    if (!b.warning.empty()) {
+      EXPECT_NE(b.warning.find("'swing'"), std::string::npos) << b.warning;
     }
-    doubted += !a.doubt.empty();
+    doubted += !a.warning.empty();
   }
   EXPECT_GT(doubted, 2);
   EXPECT_LT(doubted, 12);

@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/eigen.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/interface/io/info.h>
+#include <dyntape/interface/files/info/info.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

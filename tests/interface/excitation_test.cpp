@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Excitation: series and their slopes, limits kept, and a clear gain over chance.
+// Excitation: series and their derivatives, limits kept, and a clear gain over chance.
 #include <gtest/gtest.h>
 
 #include <algorithm>

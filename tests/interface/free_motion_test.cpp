@@ -5,8 +5,8 @@
 
 #include <cmath>
 
-#include <dyntape/interface/transcription/free_motion.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/free_motion.h>
+#include <dyntape/interface/control/solve/optimise.h>
 
 namespace dyntape {
 namespace {
@@ -39,7 +39,7 @@ TEST(FreeMotion, APoleThatFallsAndComesBackIsFound) {
   const VectorXd goals[] = {VectorXd{{0, -2, 0, 0}}, VectorXd{{0.98, -1.95, 1, -1.1}},
                             VectorXd{{-0.93, -2.2, -0.35, -4.26}}, VectorXd{{-1.2, -1.9, -1, -1}}};
   for (const VectorXd& goal : goals) {
-    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
       const Solution solution = optimise(cart_pole(1.78, goal), by(method));
       EXPECT_TRUE(solution.success()) << goal.transpose() << ": " << to_string(solution.nlp.status);
       EXPECT_GT(solution.motion.x.row(1).maxCoeff(), 0);  // it is through
@@ -54,7 +54,7 @@ TEST(FreeMotion, FollowsTheGuessedControlsToTheGoal) {
   p.goal = VectorXd{{4, Problem::kFree}};
   p.u.lower << -0.5, p.u.upper << 0.5;
   p.guess = [](double t) { return Stage<double>{t, VectorXd::Zero(2), {}, VectorXd::Constant(1, 3)}; };
-  const Collocation program(p, by(NlpMethod::kStages).mesh);
+  const Collocation program(p, by(NlpMethod::kRiccati).mesh);
   const std::optional<Trajectory> motion = free_motion(program);
   ASSERT_TRUE(motion);
   for (int k = 0; k < motion->points(); ++k) {
@@ -68,9 +68,9 @@ TEST(FreeMotion, FollowsTheGuessedControlsToTheGoal) {
 TEST(FreeMotion, ThereIsNoneWithoutAStartOrWhereItBreaksOff) {
   Problem p("growth", {"x"}, {"u"}, 2, [](const auto& at) { return vector(at.x[0] * at.x[0] + at.u[0]); });
   p.start << 1;  // without end at t = 1
-  EXPECT_FALSE(free_motion(Collocation(p, by(NlpMethod::kStages).mesh)));
+  EXPECT_FALSE(free_motion(Collocation(p, by(NlpMethod::kRiccati).mesh)));
   p.start << Problem::kFree;
-  EXPECT_FALSE(free_motion(Collocation(p, by(NlpMethod::kStages).mesh)));
+  EXPECT_FALSE(free_motion(Collocation(p, by(NlpMethod::kRiccati).mesh)));
 }
 
 }  // namespace

@@ -6,13 +6,13 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/ocp/penalties.h>
-#include <dyntape/interface/ocp/phases.h>
-#include <dyntape/interface/sensitivity/motion_slopes.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/optimise_phases.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/problem/penalties.h>
+#include <dyntape/interface/control/problem/phases.h>
+#include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/refine.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -38,7 +38,7 @@ StageFunction off(double place) {
 
 Problem through(double share, double place, double distance = 1, double duration = 1) {
   Problem p = test::block_move(distance, duration);
-  p.add(at_share(share, path_equality("via", off(place))));
+  p.add(at_fraction(share, path_equality("via", off(place))));
   return p;
 }
 
@@ -52,7 +52,7 @@ TEST(Instants, AWaypointIsThatOfASpline) {
   std::uniform_real_distribution<double> share(0.05, 0.95), place(-2, 2);
   for (int trial = 0; trial < 20; ++trial) {
     const double s = trial == 0 ? 0.5 : share(random), y = place(random), T = 0.5 + trial;
-    for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
+    for (NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
       const Solution found = optimise(through(s, y, 1, T), by(method, 7));
       const double expected = spline_effort(1, T, s, y);
       ASSERT_TRUE(found.success()) << trial;
@@ -66,7 +66,7 @@ TEST(Instants, AWaypointIsThatOfASpline) {
 TEST(Instants, ASoftWaypointWeighsItsDistance) {
   const double weight = 30, share = 0.4, wanted = 2;
   Problem p = test::block_move();
-  p.add(soft(at_share(share, path_equality("via", off(wanted))), Quadratic{weight}));
+  p.add(soft(at_fraction(share, path_equality("via", off(wanted))), Quadratic{weight}));
   // J(y) is a parabola through three points; so is what is minimised.
   const double a = spline_effort(1, 1, share, 0), b = spline_effort(1, 1, share, 1),
                c = spline_effort(1, 1, share, 2);
@@ -74,7 +74,7 @@ TEST(Instants, ASoftWaypointWeighsItsDistance) {
   const double y = (2 * weight * wanted - slope) / (2 * (square + weight));
   const double cost = a + slope * y + square * y * y + weight * (y - wanted) * (y - wanted);
   for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
-    OptimiseOptions options = by(NlpMethod::kStages, 10);
+    OptimiseOptions options = by(NlpMethod::kRiccati, 10);
     options.mesh.hessian = kind;
     const Solution found = optimise(p, options);
     ASSERT_TRUE(found.success());
@@ -89,7 +89,7 @@ TEST(Instants, KeepTheirShareOfAFreeDuration) {
   Problem p = through(share, place);
   p.free_duration(0.2, 8);
   p.add(minimum_time(weight));
-  for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
+  for (NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
     const Solution found = optimise(p, by(method, 10));
     ASSERT_TRUE(found.success());
     const double T = found.motion.t[found.motion.points() - 1];
@@ -109,8 +109,8 @@ TEST(Instants, AreWhatTwoPhasesSay) {
   Phases phases("two");
   phases.add("to", first), phases.add("from", second);
   const PhasedSolution two = optimise(phases, {.meshes = {{.intervals = 4, .evaluation = test::kInterpreted}},
-                                               .solver = {.method = NlpMethod::kStages}});
-  const Solution one = optimise(through(0.25, place), by(NlpMethod::kStages, 8));
+                                               .solver = {.method = NlpMethod::kRiccati}});
+  const Solution one = optimise(through(0.25, place), by(NlpMethod::kRiccati, 8));
   ASSERT_TRUE(one.success());
   EXPECT_NEAR(one.cost(), two.nlp.objective, 1e-7 * one.cost());
 }
@@ -125,12 +125,12 @@ Problem with_terms_at_instants() {
   const auto both = [](const auto& s) { return vector(s.x[0] * s.x[1], s.u[0] + s.x[2] * s.x[2]); };
   for (double share : {0., 0.41, 0.75}) {
     const std::string at = std::to_string(share);
-    p.add(at_share(share, running_cost("cost " + at, bend)));
-    p.add(at_share(share,
-                   path_inequality("between " + at, both, Eigen::Vector2d(-9, -9), Eigen::Vector2d(9, 9))));
-    p.add(at_share(share, running_squares("squares " + at, both)));
+    p.add(at_fraction(share, running_cost("cost " + at, bend)));
+    p.add(at_fraction(
+        share, path_inequality("between " + at, both, Eigen::Vector2d(-9, -9), Eigen::Vector2d(9, 9))));
+    p.add(at_fraction(share, running_squares("squares " + at, both)));
   }
-  p.add(at_share(0.75, path_equality("via", bend)));
+  p.add(at_fraction(0.75, path_equality("via", bend)));
   p.add(terminal_inequality("tip", both, Eigen::Vector2d(-9, -9), Eigen::Vector2d(9, 9)));
   return p;
 }
@@ -156,7 +156,7 @@ TEST(Instants, DerivativesAndNames) {
   }
 }
 
-// A row of the program, of the audit and of its magnitudes are one: what an audit finds of a motion that is none is what the
+// A row of the program, of the audit and of its nominal values are one: what an audit finds of a motion that is none is what the
 // program says of it.
 TEST(Instants, TheAuditCountsTheSameRows) {
   const Problem p = with_terms_at_instants();
@@ -170,7 +170,7 @@ TEST(Instants, TheAuditCountsTheSameRows) {
   const Verification found = verify(p, nlp.trajectory(x));
   EXPECT_NEAR(found.cost, cost, 1e-10 * std::abs(cost));
   EXPECT_NEAR(found.violation, worst, 1e-10 * worst);
-  EXPECT_EQ(nlp.magnitudes(x).g.size(), g.size());
+  EXPECT_EQ(nlp.scaling(x).g.size(), g.size());
 }
 
 TEST(Instants, AMeshHasANodeThere) {
@@ -182,7 +182,7 @@ TEST(Instants, AMeshHasANodeThere) {
   for (int trial = 0; trial < 500; ++trial) {
     Problem many = test::block_move(1, 2.5);
     const int n = 1 + int(random() % 5), intervals = n + 1 + int(random() % 20);
-    for (int k = 0; k < n; ++k) many.add(at_share(share(random), path_equality("via", off(0))));
+    for (int k = 0; k < n; ++k) many.add(at_fraction(share(random), path_equality("via", off(0))));
     const std::vector<double> nodes = node_times(many, {.intervals = intervals});
     ASSERT_EQ(nodes.size(), std::size_t(intervals) + 1);
     for (double s : instants_of(many)) EXPECT_NEAR(nodes[node_at_share(many, s, nodes)], 2.5 * s, 1e-8);
@@ -209,16 +209,16 @@ TEST(Instants, WhatHasNoneIsToldSo) {
             "problem \"block move\": terms stand at 1 instants between start and end, and the mesh has 1 "
             "intervals; "
             "expected 2 at least");
-  EXPECT_NE(said([] { at_share(1.2, path_equality("via", off(0))); }).find("expected a share from 0 to 1"),
+  EXPECT_NE(said([] { at_fraction(1.2, path_equality("via", off(0))); }).find("expected a share from 0 to 1"),
             std::string::npos);
   EXPECT_NE(said([&] { RecedingHorizon mpc(p); }).find("recedes with the horizon and is never reached"),
             std::string::npos);
   Problem drawn = test::block_move();
   drawn.goal.setConstant(Problem::kFree);
-  drawn.add(at_share(0.5, running_squares("via", off(0))));
+  drawn.add(at_fraction(0.5, running_squares("via", off(0))));
   EXPECT_NE(
       said([&] {
-        solve_by_ddp(drawn, {.evaluation = test::kInterpreted});
+        solve_with_ddp(drawn, {.evaluation = test::kInterpreted});
       }).find("the term \"via\" stands at 0.5 of the duration, which steps from stage to stage do not know"),
       std::string::npos);
 }
@@ -227,17 +227,17 @@ TEST(Instants, WhatHasNoneIsToldSo) {
 TEST(Instants, SolutionsHaveSlopesByAWaypoint) {
   Problem p = test::block_move();
   const Parameter place = p.parameters.add("place", 0.7);
-  p.add(at_share(0.4, path_equality("via", [place](const auto& s) {
-                   return vector(std::decay_t<decltype(s.t)>(s.x[0] - place(s)[0]));
-                 })));
+  p.add(at_fraction(0.4, path_equality("via", [place](const auto& s) {
+                      return vector(std::decay_t<decltype(s.t)>(s.x[0] - place(s)[0]));
+                    })));
   const MeshOptions mesh{.intervals = 10, .evaluation = test::kInterpreted};
   Collocation nlp(p, mesh);
-  const NlpSolution solution = solve_by_stages(nlp, nlp.start(), {});
+  const NlpSolution solution = solve_with_riccati(nlp, nlp.start(), {});
   MotionSensitivity sensitivity(p, mesh);
-  const MotionSlopes slopes = sensitivity.at(p, solution);
+  const MotionSensitivities derivatives = sensitivity.at(p, solution);
   const double h = 1e-4;
   const double expected = (spline_effort(1, 1, 0.4, 0.7 + h) - spline_effort(1, 1, 0.4, 0.7 - h)) / (2 * h);
-  EXPECT_NEAR(slopes.parameters.cost[0], expected, 1e-5 * std::abs(expected));
+  EXPECT_NEAR(derivatives.parameters.cost[0], expected, 1e-5 * std::abs(expected));
 }
 
 // At the start of a horizon a term acts on what the plant does now: its first force is drawn to that of before.

@@ -6,9 +6,9 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/interior_point.h>
-#include <dyntape/interface/solvers/ipopt.h>
-#include <dyntape/interface/solvers/kkt.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
+#include <dyntape/interface/control/nlp/kkt.h>
+#include <dyntape/interface/control/riccati/interior_point.h>
 #include "recorded_nlp.h"
 
 namespace dyntape {
@@ -27,7 +27,7 @@ VectorXad all(std::initializer_list<AD> values) {
 bool is_solved(const NlpSolution& s) { return s.status == SolveStatus::kSolved; }
 
 NlpSolution solve(Nlp& nlp, const std::vector<double>& start) {
-  const NlpSolution s = solve_by_stages(nlp, start, {.tolerance = 1e-10, .bound_relaxation = 0});
+  const NlpSolution s = solve_with_riccati(nlp, start, {.tolerance = 1e-10, .bound_relaxation = 0});
   if (is_solved(s)) {
     const KktResiduals r = kkt_residuals(nlp, s);
     EXPECT_LE(r.stationarity, 1e-6);
@@ -65,7 +65,7 @@ TEST(InteriorPoint, HockSchittkowski) {
       },
       2, {0}, {kInfinity});  // no multiplier exists at the optimum
   hs13.bound(0, 0, kInfinity), hs13.bound(1, 0, kInfinity);
-  const NlpSolution s13 = solve_by_stages(hs13, {-2, -2});
+  const NlpSolution s13 = solve_with_riccati(hs13, {-2, -2});
   EXPECT_NEAR(s13.objective, 1, 0.05);
 }
 
@@ -112,28 +112,28 @@ TEST(InteriorPoint, WhereStepsStickToBounds) {
 
 TEST(InteriorPoint, InfeasibleIsSaid) {
   RecordedNlp circle([](const VectorXad& x) { return all({x[0], x.squaredNorm() + 1}); }, 2, {0}, {0});
-  EXPECT_EQ(solve_by_stages(circle, {3, 4}).status, SolveStatus::kLocallyInfeasible);
+  EXPECT_EQ(solve_with_riccati(circle, {3, 4}).status, SolveStatus::kLocallyInfeasible);
   RecordedNlp gap(
       [](const VectorXad& x) {
         return all({x[0] * x[0], x[0], x[0]});
       },
       1, {1, -kInfinity}, {kInfinity, -1});
-  EXPECT_EQ(solve_by_stages(gap, {0.3}).status, SolveStatus::kLocallyInfeasible);
+  EXPECT_EQ(solve_with_riccati(gap, {0.3}).status, SolveStatus::kLocallyInfeasible);
   RecordedNlp lines(
       [](const VectorXad& x) {
         return all({x.squaredNorm(), x[0] + x[1], x[0] + x[1]});
       },
       2, {1, 2}, {1, 2});
-  EXPECT_EQ(solve_by_stages(lines, {0.3, 1}).status, SolveStatus::kLocallyInfeasible);
+  EXPECT_EQ(solve_with_riccati(lines, {0.3, 1}).status, SolveStatus::kLocallyInfeasible);
   // Between fixed variables there is nothing to move.
   RecordedNlp fixed([](const VectorXad& x) { return all({x[1] * x[1], x[0] * x[0]}); }, 2, {2}, {2});
   fixed.bound(0, 1, 1);
-  EXPECT_EQ(solve_by_stages(fixed, {1, 1}).status, SolveStatus::kLocallyInfeasible);
+  EXPECT_EQ(solve_with_riccati(fixed, {1, 1}).status, SolveStatus::kLocallyInfeasible);
 }
 
 TEST(InteriorPoint, UnboundedIsNoSolution) {
   RecordedNlp line([](const VectorXad& x) { return all({x[0] + x[1] * x[1]}); }, 2, {}, {});
-  const SolveStatus status = solve_by_stages(line, {0, 1}).status;
+  const SolveStatus status = solve_with_riccati(line, {0, 1}).status;
   EXPECT_TRUE(status == SolveStatus::kDiverging || status == SolveStatus::kStepFailed ||
               status == SolveStatus::kIterationLimit)
       << to_string(status);
@@ -204,7 +204,7 @@ TEST(InteriorPoint, RefusesWhatItCannotDo) {
   RecordedNlp nlp([](const VectorXad& x) { return all({x.squaredNorm(), x[0] + x[2]}); }, 3, {1}, {1});
   const auto message = [&](const std::vector<double>& start, const SolverOptions& options) {
     try {
-      solve_by_stages(nlp, start, options);
+      solve_with_riccati(nlp, start, options);
     } catch (const ArgumentError& e) {
       return std::string(e.what());
     }
@@ -232,7 +232,7 @@ TEST(InteriorPoint, OneSolverManySolves) {
               1, {-kInfinity}, {kInfinity}) {}
     void at_least(double value) { row_bounds(0, value, kInfinity); }
   } nlp;
-  StageSolver solver(nlp);
+  StructuredInteriorPoint solver(nlp);
   EXPECT_NEAR(solver.solve({3}, {}).x[0], 0, 1e-6);
   nlp.at_least(2);
   const NlpSolution first = solver.solve({3}, {});
@@ -260,7 +260,7 @@ TEST(InteriorPoint, GoalsOfFewControlsOnFineMeshes) {
     p.start << 0, 0, 0, 0, 0, 0;
     p.goal << 1, 1, 1, 0, 0, 0;
     Collocation nlp(p, {.intervals = N, .evaluation = test::kInterpreted});
-    const NlpSolution s = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kStages});
+    const NlpSolution s = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kRiccati});
     EXPECT_EQ(s.status, SolveStatus::kSolved) << N;
     EXPECT_LE(s.iterations(), 2) << N;
     if (N > 40) continue;
@@ -275,11 +275,11 @@ TEST(InteriorPoint, LimitsEndIt) {
         return all({100 * a * a + b * b});
       },
       2, {}, {});
-  EXPECT_EQ(solve_by_stages(nlp, {-1.2, 1}, {.max_iterations = 3}).status, SolveStatus::kIterationLimit);
+  EXPECT_EQ(solve_with_riccati(nlp, {-1.2, 1}, {.max_iterations = 3}).status, SolveStatus::kIterationLimit);
   std::stop_source stop;
   stop.request_stop();
-  EXPECT_EQ(solve_by_stages(nlp, {-1.2, 1}, {.stop = stop.get_token()}).status, SolveStatus::kStopped);
-  EXPECT_EQ(solve_by_stages(nlp, {-1.2, 1}).status, SolveStatus::kSolved);
+  EXPECT_EQ(solve_with_riccati(nlp, {-1.2, 1}, {.stop = stop.get_token()}).status, SolveStatus::kStopped);
+  EXPECT_EQ(solve_with_riccati(nlp, {-1.2, 1}).status, SolveStatus::kSolved);
 }
 
 }  // namespace

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/section.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>

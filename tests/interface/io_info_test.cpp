@@ -3,7 +3,7 @@
 // The reader of .info text against Boost.PropertyTree's, on written and on random files.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/info.h>
+#include <dyntape/interface/files/info/info.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 

@@ -13,7 +13,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/live_line.h>
-#include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/report/plot/picture.h>
 
 namespace dyntape::io {
 namespace {

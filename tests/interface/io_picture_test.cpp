@@ -3,7 +3,7 @@
 // Pictures are drawn by the installed gnuplot and looked into as XML.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/report/plot/picture.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 

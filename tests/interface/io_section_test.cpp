@@ -3,7 +3,7 @@
 // Typed reading: what is accepted, and what is reported.
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
-#include <dyntape/interface/io/section.h>
+#include <dyntape/interface/files/info/section.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -7,7 +7,7 @@
 #include <numeric>
 #include <thread>
 
-#include <dyntape/interface/solvers/ipopt.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
 
 namespace {
 

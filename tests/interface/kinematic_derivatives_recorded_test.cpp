@@ -80,13 +80,13 @@ TEST_P(RecordedKinematics, SlopesAreThoseOfTheRecordedMotion) {
           dynamics::frame_classical_acceleration(taped, data, frame, in).vector();
       return y;
     };
-    const SparseFunction slopes = sparse_jacobian(
+    const SparseFunction derivatives = sparse_jacobian(
         record("motion", static_cast<std::size_t>(3 * nv), static_cast<std::size_t>(model.nq), motion));
     const std::vector<double> entries =
-        evaluate(slopes.function, joined({VectorXd::Zero(nv), v, a}), joined({q}));
+        evaluate(derivatives.function, joined({VectorXd::Zero(nv), v, a}), joined({q}));
     MatrixXd expected = MatrixXd::Zero(18, 3 * nv);
     for (std::size_t k = 0; k < entries.size(); ++k) {
-      expected(slopes.pattern.row[k], slopes.pattern.col[k]) = entries[k];
+      expected(derivatives.pattern.row[k], derivatives.pattern.col[k]) = entries[k];
     }
     Data<double> data(model);
     KinematicDerivatives<double> K(model);

@@ -3,8 +3,8 @@
 // The swing-up of a cart-pole, whose optima are known to as many digits as stand here: on every mesh, by every scheme,
 // and in the limit from Pontryagin's equations, which know nothing of a mesh.  Multi-starts and the finest meshes are
 // in tests/full/known_optima.cpp.
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/verify.h>
+#include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/solve/ddp.h>
 #include "known_problems.h"
 
 namespace dyntape {
@@ -18,7 +18,7 @@ using test::swing_up_low;
 using test::tight;
 
 class KnownSwingUp : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, KnownSwingUp, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(By, KnownSwingUp, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 TEST_P(KnownSwingUp, BothBasinsOnEveryMesh) {
@@ -115,7 +115,7 @@ TEST_P(KnownSwingUp, TheOtherWayRound) {
   EXPECT_TRUE(has_digits(s.cost(), "82.376164"));
 }
 
-// The costates at t = 0 are the slopes of the optimum by the start, here from the multipliers.  Their error falls with the
+// The costates at t = 0 are the derivatives of the optimum by the start, here from the multipliers.  Their error falls with the
 // fourth power of the step: two meshes give the limit.
 TEST_P(KnownSwingUp, CostatesAreThoseOfPontryagin) {
   const Eigen::Vector4d high(3.61895528, -52.00121901, 4.85047653, 4.28990482),
@@ -153,7 +153,7 @@ TEST(KnownSwingUp, MissesOfTheControls) {
                                                     {euler(), 20, 4.2, 0.1},
                                                     {euler(), 80, 4.9, 0.1},
                                                     {euler(), 320, 8.8, 0.1}}) {
-    const Solved s = solve_on(swing_up(), {.scheme = scheme, .intervals = n}, tight(NlpMethod::kStages));
+    const Solved s = solve_on(swing_up(), {.scheme = scheme, .intervals = n}, tight(NlpMethod::kRiccati));
     const Verification v = verify(swing_up(), s.motion);
     EXPECT_NEAR(v.miss, miss, 0.52 * last_digit) << scheme.name << " " << n;
     EXPECT_LT(v.violation, 1e-9);
@@ -207,7 +207,7 @@ TEST(KnownSwingUp, DifferentialDynamicProgrammingComesToTheSame) {
   const double weight = 1e6;
   for (const auto& [hard, limit] :
        {std::pair(swing_up(), 58.8076674582), std::pair(swing_up_low(), 57.9447803067)}) {
-    const Trajectory near = solve_on(hard, {.intervals = 40}, {.method = NlpMethod::kStages}).motion;
+    const Trajectory near = solve_on(hard, {.intervals = 40}, {.method = NlpMethod::kRiccati}).motion;
     Problem p = hard;
     p.x.lower.setConstant(-HUGE_VAL), p.x.upper.setConstant(HUGE_VAL);
     p.goal.setConstant(Problem::kFree);
@@ -224,7 +224,7 @@ TEST(KnownSwingUp, DifferentialDynamicProgrammingComesToTheSame) {
     };
     double cost[2], short_of = 0;
     for (int i = 0; i < 2; ++i) {
-      const DdpSolution s = solve_by_ddp(
+      const DdpSolution s = solve_with_ddp(
           p, {.intervals = 200 << i, .start = DdpStart::kNodes, .evaluation = test::kInterpreted});
       ASSERT_TRUE(s.success()) << to_string(s.status);
       EXPECT_TRUE(s.is_minimum);

@@ -2,9 +2,9 @@
 //
 // Optima that have a closed form, of the continuous problem or of the one on a mesh.
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/verify.h>
+#include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/motion/robot_problem.h>
 #include "../dynamics/robot_files.h"
 #include "known_problems.h"
 
@@ -22,7 +22,7 @@ using test::Solved;
 using test::tight;
 
 class KnownOracles : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, KnownOracles, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(By, KnownOracles, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 // Of n intervals the closed forms; the digits are those of the reference.
@@ -176,7 +176,7 @@ TEST(KnownOracles, DifferentialDynamicProgramming) {
       c -= u * u / uu, q -= u * xu / uu;
       P += h - xu * xu / uu;
     }
-    const DdpSolution s = solve_by_ddp(p, {.intervals = n, .evaluation = test::kInterpreted});
+    const DdpSolution s = solve_with_ddp(p, {.intervals = n, .evaluation = test::kInterpreted});
     EXPECT_TRUE(s.success());
     EXPECT_NEAR(s.cost, P + 2 * q + c, 1e-11) << n;
     EXPECT_NEAR(s.adjoint(0, 0), 2 * (P + q), 1e-9);
@@ -191,7 +191,7 @@ TEST(KnownOracles, DifferentialDynamicProgramming) {
       const Eigen::Vector2d a(h * h * (n - k - 0.5), h);
       G += a * a.transpose() / h;
     }
-    const DdpSolution block = solve_by_ddp(b, {.intervals = n, .evaluation = test::kInterpreted});
+    const DdpSolution block = solve_with_ddp(b, {.intervals = n, .evaluation = test::kInterpreted});
     EXPECT_TRUE(block.success());
     EXPECT_NEAR(block.cost, G.inverse()(0, 0), 1e-9) << n;
   }
@@ -235,7 +235,7 @@ class KnownPanda : public testing::TestWithParam<NlpMethod> {
   const VectorXd from_ = (VectorXd(7) << 0, -0.5, 0, -2, 0, 1.5, 0.5).finished(),
                  to_ = (VectorXd(7) << 1, 0.5, -0.5, -1.2, 0.5, 2, -0.5).finished();
 };
-INSTANTIATE_TEST_SUITE_P(By, KnownPanda, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(By, KnownPanda, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          test::method_name);
 
 TEST_P(KnownPanda, TheBlockInDisguise) {

@@ -7,7 +7,7 @@
 
 #include <cstring>
 
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/solve/refine.h>
 #include "ocp_problems.h"
 
 namespace dyntape::test {

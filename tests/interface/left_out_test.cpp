@@ -12,11 +12,11 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/files/sweep/sweep.h>
+#include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/scene/simulate.h>
-#include <dyntape/interface/sweep/sweep.h>
-#include <dyntape/interface/task/solve.h>
-#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/run/simulate/simulate.h>
+#include <dyntape/interface/run/solve/solve.h>
 
 #include "message_of.h"
 #include "temporary_cache.h"
@@ -89,7 +89,8 @@ TEST(LeftOut, WhatDoesNotActIsNamedInEachKindOfFile) {
   folder.write("r.urdf", plain);
   const std::string scene = folder.write("scene.info", scene_text), task = folder.write("task.info", kTask);
   const std::string sweep = folder.write(
-      "sweep.info", "scene scene.info\nsamples 2\nvary\n{\n value\n {\n of start.q\n from 0\n to 1\n }\n}\n");
+      "sweep.info",
+      "scene scene.info\nsamples 2\nvary\n{\n value\n {\n parameter start.q\n from 0\n to 1\n }\n}\n");
   EXPECT_EQ(read_scene(scene).notes, std::vector<std::string>{});
   EXPECT_EQ(read_task(task).notes, std::vector<std::string>{});
   for (const Fault& fault : faults) {
@@ -170,7 +171,8 @@ TEST(PlanarJoints, StartWhereAFileSaysAndMove) {
     const Scene scene = read_scene(folder.write(
         "scene.info", "robot\n{\n urdf r.urdf\n}\nstart\n{\n planar\n {\n joint base\n position \"" +
                           text(x) + " " + text(y) + "\"\n turn " + text(turn) + "\n velocity \"" + text(vx) +
-                          " " + text(vy) + "\"\n turn_rate " + text(rate) + "\n }\n}\n" + kSimulation));
+                          " " + text(vy) + "\"\n angular_velocity " + text(rate) + "\n }\n}\n" +
+                          kSimulation));
     const SimulatedMotion motion = simulate(scene);
     ASSERT_TRUE(motion.is_whole());
     const VectorXd end = motion.q.rightCols(1);

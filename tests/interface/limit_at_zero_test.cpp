@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // Limits that are zero, or nearly: what solvers leave of a bound is no excess there either.
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "task_text.h"
 
 namespace dyntape {
@@ -25,7 +25,7 @@ class LimitAtZero : public test::TaskText {
 };
 
 TEST_F(LimitAtZero, AMotionMayRestOnIt) {
-  for (const char* method : {"ipopt", "stages"}) {
+  for (const char* method : {"ipopt", "riccati"}) {
     const std::string text = text_;
     text_ += std::string("solver { method ") + method + " }\n";
     const SolveReport report = solve_task(read());

@@ -229,7 +229,7 @@ TEST_P(MimicRows, DerivativesAreTheSlopesOfTheirValues) {
     const Vectorq at = state_of(function).cast<Quad>();
     const auto n = static_cast<Eigen::Index>(outputs(full, value).size());
     const std::vector<int> by = dyntape::detail::derived_by(function);
-    std::vector<Matrixq> slopes;
+    std::vector<Matrixq> derivatives;
     for (int input : by) {
       Matrixq slope;
       for (int k = 0; k < nv; ++k) {
@@ -246,12 +246,12 @@ TEST_P(MimicRows, DerivativesAreTheSlopesOfTheirValues) {
         if (k == 0) slope.resize(column.size(), nv);
         slope.col(k) = column;
       }
-      slopes.push_back(slope);
+      derivatives.push_back(slope);
     }
     std::vector<Quad> expected;
     Eigen::Index first = 0;
     for (const RobotBlock& block : outputs(full, value)) {
-      for (const Matrixq& slope : slopes) {
+      for (const Matrixq& slope : derivatives) {
         const Matrixq part = slope.middleRows(first, block.size());
         expected.insert(expected.end(), part.data(), part.data() + part.size());
       }

@@ -8,11 +8,11 @@
 #include <thread>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/mpc/closed_loop.h>
-#include <dyntape/interface/ocp/robot_configuration.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/solvers/riccati.h>
+#include <dyntape/interface/control/mpc/closed_loop.h>
+#include <dyntape/interface/control/riccati/riccati.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
 #include "../dynamics/robot_files.h"
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -78,7 +78,7 @@ TEST(MpcGains, AreRiccatis) {
     MatrixXd H(n + m, n + m), CD(n + m, n + m);
     CD << lq.C, lq.D;
     H = 2 * h * CD.transpose() * CD;
-    const LqStage stage{
+    const LqrStage stage{
         MatrixXd::Identity(n, n) + h * lq.A, h * lq.B, VectorXd::Zero(n), H, VectorXd::Zero(n + m), {}, {}};
     Riccati riccati;
     riccati.begin(2 * lq.E.transpose() * lq.E, VectorXd::Zero(n));
@@ -202,7 +202,7 @@ TEST(MpcGains, AnswerAPushBeforeTheNextPlan) {
                               .period = 0.15,
                               .feedback = feeds_back ? 0.005 : 0.0,
                               .mpc = with_gain(trapezoid(), 40),
-                              .pushes = {{0.46, Eigen::Vector4d(0, 0, 0, 2)}}};
+                              .disturbances = {{0.46, Eigen::Vector4d(0, 0, 0, 2)}}};
     const ClosedLoop loop = close_loop(p, options);
     ASSERT_EQ(loop.trouble, "");
     EXPECT_EQ(loop.unusable(), 0);

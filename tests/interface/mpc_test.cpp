@@ -11,11 +11,11 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/task/mpc_task.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/run/mpc/mpc_task.h>
 #include "../dynamics/robot_files.h"
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -145,7 +145,7 @@ TEST(Mpc, FarFromItsPlanItBeginsAnew) {
 // The task that is shipped, pushed twice, acting 5 ms after it measures: it comes back to its goal.
 TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
-  EXPECT_EQ(task.control.pushes.size(), 2u);
+  EXPECT_EQ(task.control.disturbances.size(), 2u);
   const ControlReport report = control_task(task);
   EXPECT_TRUE(report.success()) << report.text();
   EXPECT_GT(report.off_begin, 0.5);
@@ -179,7 +179,7 @@ TEST(Mpc, ReportsTellWhatIsMeasuredTo) {
               "/config/robots/arm_2r.urdf\"\n}\nhorizon\n{\n duration 0.4\n intervals 8\n}\n"
               "transcription\n{\n scheme trapezoid\n hessian gauss_newton\n}\nevaluation\n{\n route "
               "interpreter\n}\nstart\n{\n q \"0.3 0.4\"\n}\nguess\n{\n control gravity\n}\nmpc\n{\n "
-              "seconds 0.1\n period 0.05\n}\n" +
+              "duration 0.1\n period 0.05\n}\n" +
                   rest);
     const Task task = read_task(file);
     const ControlReport report = control_task(task);
@@ -235,7 +235,7 @@ TEST(Mpc, ATaskThatNothingDrawsIsRefused) {
 
 // What is commanded is never read while it is written, and the last one is there in the end.
 TEST(Mpc, AnotherThreadReadsPlansWithoutWaiting) {
-  Latest<std::vector<int>> latest;
+  TripleBuffer<std::vector<int>> latest;
   std::atomic<bool> ended = false;
   int last = -1;
   std::thread reader([&] {
@@ -277,7 +277,7 @@ TEST(Mpc, RefusesWhatItCannotFollow) {
   // Loops: steps without number, a period that no plan covers, a push that would never happen.
   const auto loop = [&](double seconds, double period, double push) {
     ClosedLoopOptions options{.seconds = seconds, .period = period, .mpc = interpreted(5)};
-    if (push >= 0) options.pushes = {{push, Eigen::Vector2d(0, 1)}};
+    if (push >= 0) options.disturbances = {{push, Eigen::Vector2d(0, 1)}};
     return message([&] { close_loop(follower(1), options); });
   };
   EXPECT_NE(loop(4, 1e-9, -1).find("expected at most 1e+07 steps"), std::string::npos) << loop(4, 1e-9, -1);

@@ -5,10 +5,10 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/sensitivity/motion_slopes.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/optimise_phases.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
 #include "known_problems.h"
 #include "message_of.h"
 
@@ -18,7 +18,7 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr NlpMethod kMethods[] = {NlpMethod::kIpopt, NlpMethod::kStages};
+constexpr NlpMethod kMethods[] = {NlpMethod::kIpopt, NlpMethod::kRiccati};
 
 // A swing-up with a soft goal, pushed by a wind that varies with time, past a reference that does; squares, or plain costs.
 Problem in_the_wind(bool of_squares, double force_limit) {
@@ -54,7 +54,7 @@ TEST(MultipleShooting, HasTheOptimaOfDifferentialDynamicProgramming) {
       for (const double limit : {HUGE_VAL, 8.}) {
         Problem p = in_the_wind(of_squares, limit);
         p.positions = 2;
-        const DdpSolution d = solve_by_ddp(
+        const DdpSolution d = solve_with_ddp(
             p, {.intervals = 60, .scheme = scheme, .tolerance = 1e-13, .evaluation = test::kInterpreted});
         ASSERT_TRUE(d.success() || d.status == SolveStatus::kAcceptable) << to_string(d.status);
         p.guess = [&d, &p](double t) {
@@ -72,7 +72,7 @@ TEST(MultipleShooting, HasTheOptimaOfDifferentialDynamicProgramming) {
           EXPECT_LT((s.motion.u.leftCols(60) - d.u).cwiseAbs().maxCoeff(), 1e-7) << name;
           EXPECT_NEAR(s.verification.cost, s.cost(), 1e-10 * d.cost);
           EXPECT_LT(s.verification.violation, 1e-9);
-          EXPECT_NEAR(s.verification.worst_defect, d.true_defect, 1e-8);
+          EXPECT_NEAR(s.verification.worst_defect, d.integration_error, 1e-8);
         }
       }
     }
@@ -105,7 +105,7 @@ TEST(MultipleShooting, StepsAreThoseWrittenOutOnceMore) {
     const std::vector<double> nodes = {0, 0.2, 0.5, 0.9, 1.0, 1.3, 1.6, 2.0};
     const Solution s = optimise(
         p, {.mesh = {.scheme = runge_kutta_4(steps), .nodes = nodes, .evaluation = test::kInterpreted},
-            .solver = {.method = NlpMethod::kStages, .tolerance = 1e-12}});
+            .solver = {.method = NlpMethod::kRiccati, .tolerance = 1e-12}});
     ASSERT_TRUE(s.converged()) << to_string(s.nlp.status);
     const auto rate = [&](double t, const VectorXd& x, const VectorXd& u) -> VectorXd {
       const Stage<double> stage = p.stage(t, x.head(4), {}, u);
@@ -202,7 +202,7 @@ TEST(MultipleShooting, WhatItDoesNotKnowIsRefused) {
   EXPECT_EQ(
       message_of<ArgumentError>([&] { MotionSensitivity(in_the_wind(true, 8), mesh); }),
       "problem \"cart-pole in the wind\": the parameter \"wind\" varies with time, on the way of a step as "
-      "well, which slopes of multiple shooting do not know; expected constants");
+      "well, which derivatives of multiple shooting do not know; expected constants");
   Problem odd = test::block_move();
   odd.rate = [](const auto& s) { return s.u; };
   EXPECT_EQ(message_of<ArgumentError>([&] { Collocation(odd, mesh); }),

@@ -4,9 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/optimise_phases.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -32,11 +32,11 @@ void expect_named(const std::string& message) {
   for (const char* part : {"\"root\"", "v", "p", "t = "})
     EXPECT_NE(message.find(part), std::string::npos) << part << " not in: " << message;
   EXPECT_NE(message.find("root"), std::string::npos);
-  EXPECT_EQ(message.find("solve_by_stages"), std::string::npos) << message;
+  EXPECT_EQ(message.find("solve_with_riccati"), std::string::npos) << message;
 }
 
 TEST(NotFinite, IsNamedByEveryMethod) {
-  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
     const MeshOptions mesh{.scheme = trapezoid(), .intervals = 8, .evaluation = test::kInterpreted};
     const std::string optimised = message_of<NumericalError>(
         [&] { optimise(root(true), {.mesh = mesh, .solver = {.method = method}}); });
@@ -58,7 +58,7 @@ TEST(NotFinite, IsNamedByEveryMethod) {
   }));
   DdpOptions ddp{.intervals = 10, .evaluation = test::kInterpreted};
   ddp.start = DdpStart::kNodes;
-  const std::string stepped = message_of<NumericalError>([&] { solve_by_ddp(root(false), ddp); });
+  const std::string stepped = message_of<NumericalError>([&] { solve_with_ddp(root(false), ddp); });
   EXPECT_NE(stepped.find("is not finite at the start: it gives the state \"p\" as "), std::string::npos)
       << stepped;
 }

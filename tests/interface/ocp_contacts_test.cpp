@@ -15,9 +15,9 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/ocp/robot_configuration.h>
-#include <dyntape/interface/task/pictures.h>
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/run/solve/pictures.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "../dynamics/robot_files.h"
 #include "task_text.h"
 
@@ -137,7 +137,7 @@ class FloatingTasks : public test::TaskText {
 TEST_F(FloatingTasks, TheQuadrotorFliesByBothMethods) {
   load("quadrotor_flight");
   double costs[2];
-  for (NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+  for (NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
     Task task = read();
     task.optimise.solver.method = method;
     SolveReport report = solve_task(task);
@@ -154,7 +154,7 @@ TEST_F(FloatingTasks, TheQuadrotorFliesByBothMethods) {
       EXPECT_GT(std::hypot(p.x() - 1.5, p.y() - 0.2), 0.4 - 1e-6) << "point " << k;
       EXPECT_NEAR(motion.x.col(k).segment<4>(3).norm(), 1, 1e-3) << "point " << k;
     }
-    costs[method == NlpMethod::kStages] = report.solution.cost();
+    costs[method == NlpMethod::kRiccati] = report.solution.cost();
     write_results(task, report, (folder_ / "out").string());
     const io::CsvTable table = io::read_csv((folder_ / "out" / "trajectory.csv").string());
     EXPECT_EQ(table.column("q6").size(), std::size_t(motion.points()));
@@ -225,7 +225,7 @@ TEST_F(FloatingTasks, MistakesAreNamedWithTheirPlace) {
   says("roll_pitch_yaw", "roll_pich_yaw", "did you mean 'roll_pitch_yaw'?");
   says("position       \"3", "free \"yaw\"\n position \"3", "'yaw'");
   says("costs { control 1 }",
-       "costs {\n control 1\n tracking {\n base_orientation 1\n }\n}\ncontacts {\n hold post\n}", "'post'");
+       "costs {\n control 1\n tracking {\n base_orientation 1\n }\n}\ncontacts {\n points post\n}", "'post'");
   text_ = sound;
   replace("costs { control 1 }",
           "costs {\n control 1\n tracking {\n base_orientation 2\n base_position 3\n }\n}");

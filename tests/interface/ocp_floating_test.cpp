@@ -12,11 +12,11 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/simulation/steps.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_configuration.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/robot_terms.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/robot_terms.h>
 #include "../dynamics/robot_files.h"
 
 namespace dyntape {
@@ -322,7 +322,7 @@ struct Quadrotor {
 TEST(FloatingProblems, AQuadrotorFliesAndTurnsByEveryFormMethodAndSheet) {
   std::vector<double> costs;
   for (DynamicsForm form : {DynamicsForm::kForward, DynamicsForm::kInverse}) {
-    for (NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+    for (NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
       for (double sheet : {1.0, -2.0}) {  // of any sign and length
         Quadrotor robot;
         robot.options.form = form;
@@ -398,7 +398,7 @@ TEST(FloatingProblems, DdpFliesIt) {
   p.add(terminal_squares("rest", [](const auto& s) { return (s.x.tail(6) * 10.).eval(); }));
   DdpOptions options{.intervals = 60};
   options.evaluation = {.route = Route::kInterpreter};
-  const DdpSolution s = solve_by_ddp(p, options);
+  const DdpSolution s = solve_with_ddp(p, options);
   ASSERT_TRUE(s.success());
   const VectorXd end = s.x.col(s.x.cols() - 1);
   EXPECT_LT(configuration_error<double>(robot.scene.model, robot.to, end.head(7)).norm(), 0.1);

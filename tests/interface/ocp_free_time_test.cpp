@@ -5,11 +5,11 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/ocp/scaled_time.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/optimise.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/problem/scaled_time.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/motion/robot_problem.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -284,7 +284,7 @@ TEST(FreeTime, MistakesAreOneSentence) {
   Problem soft = timed_block(1, 4);
   soft.goal.setConstant(Problem::kFree);
   EXPECT_NE(message_of<ArgumentError>([&] {
-              solve_by_ddp(soft);
+              solve_with_ddp(soft);
             }).find("the duration is free, which steps from stage to stage do not"),
             std::string::npos);
   EXPECT_THROW(minimum_time(-1), ArgumentError);

@@ -3,7 +3,7 @@
 // Known optima of problems written by hand.
 #include <gtest/gtest.h>
 
-#include <dyntape/interface/transcription/collocation.h>
+#include <dyntape/interface/control/discretize/collocation.h>
 #include "known_problems.h"
 
 namespace dyntape {
@@ -20,9 +20,9 @@ NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals
 }
 
 class Optima : public testing::TestWithParam<NlpMethod> {};
-INSTANTIATE_TEST_SUITE_P(By, Optima, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(By, Optima, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) {
-                           return info.param == NlpMethod::kIpopt ? "ipopt" : "stages";
+                           return info.param == NlpMethod::kIpopt ? "ipopt" : "riccati";
                          });
 
 TEST_P(Optima, BlockMoveHermiteSimpsonIsExactAtAnyMesh) {

@@ -8,9 +8,9 @@
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
-#include <dyntape/interface/transcription/ddp.h>
-#include <dyntape/interface/transcription/optimise.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/control/solve/refine.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 #include "temporary_cache.h"
@@ -265,7 +265,7 @@ TEST(OcpParameters, NothingIsCompiledAgain) {
   EXPECT_EQ(files_in(cache.path()), files);
 }
 
-// all_as_variables: the slopes by parameters, against differences of the plain functions.
+// all_as_variables: the derivatives by parameters, against differences of the plain functions.
 TEST(OcpParameters, SlopesByParametersAreThoseOfDifferences) {
   const Problem problem = with_parameters(kOther);
   const Function f = all_as_variables(record_stage(problem).node);
@@ -318,7 +318,7 @@ TEST(OcpParameters, StepwiseSolvesTakeThemInPlace) {
   std::erase_if(constant.terms, [](const Term& term) { return term.role == Role::kInequality; });
   constant.goal.setConstant(Problem::kFree);
   constant.start[0] = 0.2;
-  const DdpSolution expected = solve_by_ddp(constant, options);
+  const DdpSolution expected = solve_with_ddp(constant, options);
   ASSERT_TRUE(first.success() && changed.success() && expected.success());
   EXPECT_NEAR(changed.cost, expected.cost, 1e-9);
   EXPECT_LT((changed.u - expected.u).cwiseAbs().maxCoeff(), 1e-5);
@@ -334,12 +334,12 @@ TEST(OcpParameters, StepwiseSolvesTakeThemInPlace) {
 TEST(OcpParameters, StepsFollowParametersThatVary) {
   double last = 0;
   for (const int n : {20, 40}) {
-    const DdpSolution s = solve_by_ddp(soft(kOther), {.intervals = n, .evaluation = test::kInterpreted});
+    const DdpSolution s = solve_with_ddp(soft(kOther), {.intervals = n, .evaluation = test::kInterpreted});
     ASSERT_TRUE(s.success());
     if (last > 0) {
-      EXPECT_NEAR(last / s.true_defect, 32, 8);
+      EXPECT_NEAR(last / s.integration_error, 32, 8);
     }
-    last = s.true_defect;
+    last = s.integration_error;
   }
   EXPECT_LT(last, 1e-6);
 }
@@ -443,7 +443,7 @@ TEST(OcpParameters, ValuesThatFailLaterAreErrorsEverywhere) {
               }).find("\"push\""),
               std::string::npos);
     EXPECT_NE(message_of<ArgumentError>([&] {
-                solve_by_ddp(p, {.intervals = 20, .evaluation = test::kInterpreted});
+                solve_with_ddp(p, {.intervals = 20, .evaluation = test::kInterpreted});
               }).find("\"push\""),
               std::string::npos);
     DdpSolver solver(soft(kOne), {.intervals = 20, .evaluation = test::kInterpreted});

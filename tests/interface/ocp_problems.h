@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
 
 namespace dyntape::test {
 

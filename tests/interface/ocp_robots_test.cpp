@@ -14,8 +14,8 @@
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/robot_problem.h>
 #include "../dynamics/robot_files.h"
 
 namespace dyntape {

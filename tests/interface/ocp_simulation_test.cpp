@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include <dyntape/interface/transcription/dormand_prince.h>
-#include <dyntape/interface/transcription/verify.h>
+#include <dyntape/interface/control/discretize/dormand_prince.h>
+#include <dyntape/interface/control/discretize/verify.h>
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -198,7 +198,7 @@ TEST(RelativeDefects, AreMeasuredByTheKind) {
     }
     motion.x(1, motion.node(4)) += off;
     const auto n = std::size_t(points * 6), m = std::size_t(intervals * 2 * 4);
-    NlpMagnitudes units{1, std::vector<double>(n, 1.), std::vector<double>(m, 1.)};
+    NlpScaling units{1, std::vector<double>(n, 1.), std::vector<double>(m, 1.)};
     for (std::size_t k = 0; k < n; k += 6) units.x[k + 1] = unit;
     const Verification v = verify(p, motion, units);
     EXPECT_NEAR(v.worst_defect, off, 1e-11);

@@ -16,8 +16,8 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/ipopt.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "ocp_problems.h"
 
 namespace {
@@ -388,9 +388,9 @@ TEST(Kkt, PricesHaveASign) {
   const NlpSolution good = solve_with_ipopt(nlp, nlp.start());
   EXPECT_LT(kkt_residuals(nlp, good).complementarity, 1e-5);
   for (const auto& spoil : std::vector<std::function<void(NlpSolution&)>>{
-           [](NlpSolution& s) { s.lambda.back() = 3; },       // of a bound that is not there
-           [](NlpSolution& s) { s.lower_price[5] = 3; },      // likewise
-           [](NlpSolution& s) { s.upper_price[5] = -3; }}) {  // and below zero
+           [](NlpSolution& s) { s.lambda.back() = 3; },            // of a bound that is not there
+           [](NlpSolution& s) { s.lower_multiplier[5] = 3; },      // likewise
+           [](NlpSolution& s) { s.upper_multiplier[5] = -3; }}) {  // and below zero
     NlpSolution s = good;
     spoil(s);
     EXPECT_GE(kkt_residuals(nlp, s).complementarity, 3);
@@ -406,9 +406,9 @@ TEST(Kkt, WhatIsNoNumberIsNotOptimal) {
     s.lambda[j] = std::nan("");
     EXPECT_TRUE(std::isnan(kkt_residuals(nlp, s).stationarity)) << j;
   }
-  for (auto price : {&NlpSolution::lower_price, &NlpSolution::upper_price}) {
+  for (auto bound_multiplier : {&NlpSolution::lower_multiplier, &NlpSolution::upper_multiplier}) {
     NlpSolution s = good;
-    (s.*price)[3] = std::nan("");
+    (s.*bound_multiplier)[3] = std::nan("");
     EXPECT_TRUE(std::isnan(kkt_residuals(nlp, s).stationarity));
     EXPECT_TRUE(std::isnan(kkt_residuals(nlp, s).complementarity));
   }

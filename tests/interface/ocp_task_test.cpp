@@ -11,7 +11,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "../dynamics/robot_files.h"
 
 namespace dyntape {
@@ -137,7 +137,7 @@ TEST_F(TaskFiles, ADurationIsFound) {
        {"", "transcription\n{\n dynamics inverse\n hessian gauss_newton\n}\n",
         "transcription\n{\n scheme trapezoid\n}\n", "transcription\n{\n scheme lobatto-5\n}\n",
         "transcription\n{\n scheme radau-3\n}\n"}) {
-    const Task task = read(timed_block(" shortest 0.2\n longest 5\n") + kind);
+    const Task task = read(timed_block(" min_duration 0.2\n max_duration 5\n") + kind);
     SolveReport report = solve_task(without_compiler(task));
     ASSERT_TRUE(report.success()) << report.verdict();
     const bool exact = report.solution.motion.scheme.order > 2;
@@ -160,21 +160,23 @@ TEST_F(TaskFiles, ADurationIsFound) {
 }
 
 TEST_F(TaskFiles, MistakesAboutADurationAreOneSentenceWithItsPlace) {
-  EXPECT_EQ(message(timed_block(" shortest 0.2\n longest 5\n")), "nothing thrown");
+  EXPECT_EQ(message(timed_block(" min_duration 0.2\n max_duration 5\n")), "nothing thrown");
   EXPECT_EQ(message(timed_block("", "control 1")), "nothing thrown");
   const auto says = [&](const std::string& text, const std::string& part) {
     const std::string what = message(text);
     EXPECT_NE(what.find(part), std::string::npos) << part << " not in: " << what;
     EXPECT_EQ(std::count(what.begin(), what.end(), '\n'), 0) << what;
   };
-  says(timed_block(" longest 5\n"), "task.info:9:10: 'longest' stands alone; expected 'shortest' beside it");
-  says(timed_block(" shortest 0\n longest 5\n"), "task.info:10:10: 'longest' stands alone");
-  says(timed_block(" shortest 7\n longest 5\n"), "'shortest' is 7 s, expected 'longest', 5 s, at most");
-  says(timed_block(" shortest 2\n longest 5\n"),
+  says(timed_block(" max_duration 5\n"),
+       "task.info:9:15: 'max_duration' stands alone; expected 'min_duration' beside it");
+  says(timed_block(" min_duration 0\n max_duration 5\n"), "task.info:10:15: 'max_duration' stands alone");
+  says(timed_block(" min_duration 7\n max_duration 5\n"),
+       "'min_duration' is 7 s, expected 'max_duration', 5 s, at most");
+  says(timed_block(" min_duration 2\n max_duration 5\n"),
        "task.info:7:11: 'duration' is 1 s, expected the first guess of one between 2 and 5 s");
-  says(timed_block(" shortest -1\n longest 5\n"), "task.info:9:11: 'horizon.shortest' must");
+  says(timed_block(" min_duration -1\n max_duration 5\n"), "task.info:9:15: 'horizon.min_duration' must");
   says(timed_block(""), "'costs.time' weighs the duration, which is given");
-  says(timed_block(" shortst 2\n", "control 1"), "did you mean 'shortest'?");
+  says(timed_block(" min_duratoin 2\n", "control 1"), "did you mean 'min_duration'?");
 }
 
 TEST_F(TaskFiles, FreeJointsAreLeftOpen) {
@@ -216,15 +218,16 @@ TEST_F(TaskFiles, AWrongExpectationOrACoarseMeshIsNoSuccess) {
   EXPECT_TRUE(wrong.solution.success());
   EXPECT_FALSE(wrong.success());
   EXPECT_NE(wrong.verdict().find("not the known one"), std::string::npos);
-  const SolveReport coarse =
-      solve_task(without_compiler(read(cart_pole("verify\n{\n true_defect 1e-9\n refinements 0\n}\n"))));
+  const SolveReport coarse = solve_task(
+      without_compiler(read(cart_pole("verify\n{\n integration_error 1e-9\n max_refinements 0\n}\n"))));
   EXPECT_FALSE(coarse.success());
   EXPECT_NE(coarse.verdict().find("more intervals"), std::string::npos);
 }
 
 TEST_F(TaskFiles, ResultsAreWrittenWhole) {
-  const Task task = read(cart_pole(
-      "expected\n{\n cost 1\n tolerance 1e9\n}\nverify\n{\n true_defect 1\n}\noutput\n{\n trace tip\n}\n"));
+  const Task task =
+      read(cart_pole("expected\n{\n cost 1\n tolerance 1e9\n}\nverify\n{\n integration_error "
+                     "1\n}\noutput\n{\n trace tip\n}\n"));
   SolveReport report = solve_task(without_compiler(task));
   const std::string out = (folder_ / "out").string();
   write_results(task, report, out);

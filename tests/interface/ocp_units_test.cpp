@@ -6,9 +6,9 @@
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/ipopt.h>
-#include <dyntape/interface/solvers/scaled_nlp.h>
-#include <dyntape/interface/transcription/optimise.h>
+#include <dyntape/interface/control/ipopt/ipopt.h>
+#include <dyntape/interface/control/nlp/scaled_nlp.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -87,7 +87,7 @@ TEST(Violation, DoesNotDependOnThem) {
     Collocation nlp(hills(unit), {.intervals = 10, .evaluation = test::kInterpreted});
     Trajectory motion = nlp.trajectory(nlp.start());
     motion.u(0, 3) = 6.001 * unit.force();
-    return verify(nlp.problem(), motion, ScaledNlp(nlp, nlp.magnitudes(nlp.start())).units());
+    return verify(nlp.problem(), motion, ScaledNlp(nlp, nlp.scaling(nlp.start())).units());
   };
   const Verification reference = of_moved({1, 1, 1});
   EXPECT_GT(reference.violation, 1e-4);
@@ -103,7 +103,7 @@ TEST(Violation, DoesNotDependOnThem) {
 TEST(Violation, AsksForMagnitudesOfItsProgram) {
   Collocation nlp(hills({1, 1, 1}), {.intervals = 4, .evaluation = test::kInterpreted});
   const Trajectory motion = nlp.trajectory(nlp.start());
-  NlpMagnitudes of_another = nlp.magnitudes(nlp.start());
+  NlpScaling of_another = nlp.scaling(nlp.start());
   EXPECT_EQ(of_another.x.size(), nlp.shape().n());
   of_another.g.pop_back();
   EXPECT_THROW(verify(nlp.problem(), motion, of_another), ArgumentError);
@@ -111,23 +111,23 @@ TEST(Violation, AsksForMagnitudesOfItsProgram) {
 
 TEST(ScaledNlp, SolutionsComeBackToTheProgramsUnits) {
   Collocation nlp(hills({1e-3, 10, 2}), {.intervals = 4, .evaluation = test::kInterpreted});
-  ScaledNlp scaled(nlp, nlp.magnitudes(nlp.start()));
+  ScaledNlp scaled(nlp, nlp.scaling(nlp.start()));
   const NlpSolution own = solve_with_ipopt(nlp, nlp.start());
   const NlpSolution again = scaled.in_own_units(scaled.in_scaled_units(own));
   EXPECT_EQ(own.x, again.x);
   EXPECT_EQ(own.lambda, again.lambda);
-  EXPECT_EQ(own.lower_price, again.lower_price);
+  EXPECT_EQ(own.lower_multiplier, again.lower_multiplier);
   EXPECT_EQ(own.objective, again.objective);
   // Multipliers are those of the program as it is written.
   const KktResiduals r = kkt_residuals(nlp, own);
-  double price = 0;
-  for (double l : own.lambda) price = std::max(price, std::abs(l));
-  EXPECT_LT(r.stationarity, 1e-6 * price);
+  double bound_multiplier = 0;
+  for (double l : own.lambda) bound_multiplier = std::max(bound_multiplier, std::abs(l));
+  EXPECT_LT(r.stationarity, 1e-6 * bound_multiplier);
 }
 
 TEST(ScaledNlp, DerivativesAreThoseOfItsFunctions) {
   Collocation nlp(hills({1e-3, 10, 2}), {.intervals = 4, .evaluation = test::kInterpreted});
-  ScaledNlp scaled(nlp, nlp.magnitudes(nlp.start()));
+  ScaledNlp scaled(nlp, nlp.scaling(nlp.start()));
   EXPECT_TRUE(check_derivatives(scaled, scaled.in_scaled_units(nlp.start())).good());
 }
 
@@ -137,7 +137,7 @@ TEST(Magnitudes, OfWhatStandsStillComeFromWhatMovesIt) {
   p.goal[0] = 1e-17;
   p.guess = nullptr;
   Collocation nlp(p, {.intervals = 10, .evaluation = test::kInterpreted});
-  const NlpMagnitudes m = nlp.magnitudes(nlp.start());
+  const NlpScaling m = nlp.scaling(nlp.start());
   for (double x : m.x) EXPECT_GT(x, 0.1);
   for (double g : m.g) EXPECT_GT(g, 0.1);
   EXPECT_TRUE(optimise(p, {.mesh = {.intervals = 40, .evaluation = test::kInterpreted}}).success());
@@ -287,7 +287,7 @@ TEST(Magnitudes, OfRowsThatLackRoundingComeFromTheOthers) {
   p.start << 0, 0, 0, 0;
   Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
   const std::vector<double> start = nlp.start();
-  for (double x : nlp.magnitudes(start).x) EXPECT_GT(x, 1e-6);
+  for (double x : nlp.scaling(start).x) EXPECT_GT(x, 1e-6);
   EXPECT_TRUE(check_derivatives(nlp, start).good());
 }
 
@@ -301,11 +301,11 @@ TEST(Magnitudes, OfEndsThatLackRoundingComeFromTheOthers) {
   }));
   p.start << 0, 0;
   Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
-  for (double x : nlp.magnitudes(nlp.start()).x) EXPECT_GT(x, 1e-6);
+  for (double x : nlp.scaling(nlp.start()).x) EXPECT_GT(x, 1e-6);
   EXPECT_TRUE(optimise(nlp, nlp.start(), {}).success());
 }
 
-// The end lacks what a cosine at its top, or at its foot, has no slope towards; the slopes around tell how far it is.
+// The end lacks what a cosine at its top, or at its foot, has no slope towards; the derivatives around tell how far it is.
 TEST(Magnitudes, OfACosineAtItsTopComeFromAround) {
   for (double length : {1e-9, 1.0, 1e9}) {
     for (double angle : {0.0, 1e-9, 0.1, 3.1, std::numbers::pi}) {
@@ -321,7 +321,7 @@ TEST(Magnitudes, OfACosineAtItsTopComeFromAround) {
       }));
       p.start << angle * length, 0;
       Collocation nlp(p, {.intervals = 10, .evaluation = test::kInterpreted});
-      const NlpMagnitudes m = nlp.magnitudes(nlp.start());
+      const NlpScaling m = nlp.scaling(nlp.start());
       EXPECT_GT(m.x[0] / length, 0.02) << length << " " << angle;
       EXPECT_LT(m.x[0] / length, 20) << length << " " << angle;
     }

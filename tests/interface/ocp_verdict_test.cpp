@@ -11,8 +11,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/task/solve.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/run/solve/solve.h>
 
 namespace dyntape {
 namespace {
@@ -93,7 +93,7 @@ TEST_F(Verdicts, LimitsOfTheRobotHoldUnlessTheTaskSaysOtherwise) {
 // At its points each mesh keeps the wall that the block is thrown at; between two of them the block is behind it.
 TEST_F(Verdicts, LimitsHoldBetweenThePointsOfTheMesh) {
   const std::string wall =
-      "verify\n{\n refinements 0\n}\nbounds\n{\n velocities none\n efforts none\n}\ntranscription\n{\n "
+      "verify\n{\n max_refinements 0\n}\nbounds\n{\n velocities none\n efforts none\n}\ntranscription\n{\n "
       "scheme hermite-simpson\n}\n";
   Task task = slider("100", "1000", wall, "-1.9");
   task.problem.start = Eigen::Vector2d(-1.9, -1.5);

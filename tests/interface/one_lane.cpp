@@ -3,7 +3,7 @@
 // The algorithms on packs of one lane: the reference of packed_robot_test.cpp.
 #include <dyntape/autodiff/scalars/pack_eigen.h>
 #include <dyntape/dynamics/instantiate.h>
-#include <dyntape/interface/robot/robot_instantiate.h>
+#include <dyntape/interface/robot/tables/robot_instantiate.h>
 
 namespace dyntape {
 using Pack1 = Pack<double, 1>;

@@ -3,7 +3,7 @@
 // A function at many states in packs, once: states (n_in x count), result (n_out x count).
 #pragma once
 
-#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
 
 namespace dyntape {
 

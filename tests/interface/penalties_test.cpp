@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Soft terms: their values and slopes against formulas, what Gauss-Newton knows of them, and what they become as they harden.
+// Soft terms: their values and derivatives against formulas, what Gauss-Newton knows of them, and what they become as they harden.
 #include <gtest/gtest.h>
 
 #include <random>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/ocp/penalties.h>
-#include <dyntape/interface/ocp/record_stage.h>
-#include <dyntape/interface/transcription/ddp.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/problem/penalties.h>
+#include <dyntape/interface/control/problem/record_stage.h>
+#include <dyntape/interface/control/solve/ddp.h>
 #include "../autodiff/dense.h"
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -148,21 +148,21 @@ TEST(Penalties, KeepPlaceAndName) {
   EXPECT_EQ(end.where, Where::kTerminal);
   EXPECT_EQ(end.name, "end");
   const Term via =
-      soft(at_share(0.25, path_inequality("via", all_states(), one(0), one(1))), RelaxedBarrier{});
+      soft(at_fraction(0.25, path_inequality("via", all_states(), one(0), one(1))), RelaxedBarrier{});
   EXPECT_EQ(via.where, Where::kInstant);
   EXPECT_EQ(via.share, 0.25);
   EXPECT_EQ(via.role, Role::kCost);
 }
 
 TEST(Penalties, WrongOnesAreRefusedInOneSentence) {
-  const Term cost = running_cost("price", [](const auto&s) { return s.x[0]; }),
+  const Term cost = running_cost("fuel", [](const auto&s) { return s.x[0]; }),
              zero = path_equality("zero", all_states());
   const auto refused = [](const Term& term, const Penalty& p) {
     return message_of<ArgumentError>([&] { soft(term, p); });
   };
-  EXPECT_EQ(
-      refused(cost, Quadratic{}),
-      "the term \"price\" is a cost already; expected an inequality, an equality or squares to make soft");
+  EXPECT_EQ(refused(cost, Quadratic{}),
+            "the term \"fuel\" is a cost already; expected an inequality, an equality or squares "
+            "to make soft");
   EXPECT_EQ(refused(zero, RelaxedBarrier{}),
             "the soft term \"zero\" has a barrier and no bounds; expected an inequality, or another penalty");
   EXPECT_EQ(refused(zero, Huber{1, 0}),
@@ -188,7 +188,7 @@ Problem slow_block(std::optional<Penalty> penalty, double most = 1.2) {
 TEST(Penalties, ASoftLimitBecomesTheHardOne) {
   for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
     OptimiseOptions options{.mesh = {.intervals = 20, .hessian = kind, .evaluation = test::kInterpreted},
-                            .solver = {.method = NlpMethod::kStages}};
+                            .solver = {.method = NlpMethod::kRiccati}};
     const Solution hard = optimise(slow_block({}), options);
     ASSERT_TRUE(hard.success());
     double before = HUGE_VAL;
@@ -228,7 +228,7 @@ TEST(Penalties, DifferentialDynamicProgrammingTakesBarriers) {
   std::vector<double> costs;
   for (DdpHessian kind : {DdpHessian::kExact, DdpHessian::kGaussNewton}) {
     const DdpSolution s =
-        solve_by_ddp(p, {.intervals = 50, .hessian = kind, .evaluation = test::kInterpreted});
+        solve_with_ddp(p, {.intervals = 50, .hessian = kind, .evaluation = test::kInterpreted});
     ASSERT_TRUE(s.success());
     EXPECT_LT(s.x.row(1).maxCoeff(), 1.2 + 1e-3);  // the limit, and delta: without it it is 1.5
     costs.push_back(s.cost);

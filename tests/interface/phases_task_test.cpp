@@ -10,11 +10,11 @@
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/algorithms/centroidal.h>
 #include <dyntape/dynamics/contact/constraints.h>
-#include <dyntape/interface/scene/scene.h>
-#include <dyntape/interface/scene/simulate.h>
-#include <dyntape/interface/task/mpc_task.h>
-#include <dyntape/interface/task/solve.h>
-#include <dyntape/interface/task/task_phases.h>
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/files/task/task_phases.h>
+#include <dyntape/interface/run/mpc/mpc_task.h>
+#include <dyntape/interface/run/simulate/simulate.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "task_text.h"
 
 namespace dyntape {
@@ -131,7 +131,7 @@ TEST_F(PhasesTask, AnImpactTakesTheSpeedOfWhatLands) {
   replace("phase landing {", "phase landing {\n    impact on");
   Task task = read();
   task.expected.reset();
-  task.demands.refinements = 0, task.demands.true_defect = 1e3;  // of joints that hardly move here
+  task.demands.refinements = 0, task.demands.integration_error = 1e3;  // of joints that hardly move here
   const SolveReport report = solved(task);
   const Trajectory& motion = report.solution.motion;
   int after = 1;
@@ -162,7 +162,7 @@ TEST_F(PhasesTask, AnImpactTakesTheSpeedOfWhatLands) {
 TEST_F(PhasesTask, FeetLandBesideWhereTheyStood) {
   load("quadruped_jump");
   replace("phase landing {",
-          "phase landing {\n    lands {\n      FL_FOOT \"0.1 0 0\"\n      FR_FOOT \"0.1 0 0\"\n"
+          "phase landing {\n    foothold_offset {\n      FL_FOOT \"0.1 0 0\"\n      FR_FOOT \"0.1 0 0\"\n"
           "      HL_FOOT \"0.1 0 0\"\n      HR_FOOT \"0.1 0 0\"\n    }");
   replace("goal {\n  q    0", "goal {\n  q    0\n");
   const std::size_t at = text_.rfind("position \"0 0 0.24\"");
@@ -187,16 +187,16 @@ TEST_F(PhasesTask, WhatIsWrongIsSaid) {
   const auto expect = [](const std::string& message, const std::string& part) {
     EXPECT_NE(message.find(part), std::string::npos) << message;
   };
-  expect(message_with("hold     \"\"", "hold \"FL_FOT\""), "FL_FOOT");
+  expect(message_with("contacts \"\"", "contacts \"FL_FOT\""), "FL_FOOT");
   expect(message_with("phase landing", "phase flight"), "two phases are called 'flight'");
   expect(message_with("phase landing {", "phase {"), "needs a name behind the word");
   expect(message_with("phase landing {", "phase landing {\n    goal { q 0 }"), "the task's 'goal'");
-  expect(message_with("phase push_off {", "phase push_off {\n    lands { FL_FOOT \"0.1 0 0\" }"),
+  expect(message_with("phase push_off {", "phase push_off {\n    foothold_offset { FL_FOOT \"0.1 0 0\" }"),
          "'FL_FOOT' does not land at the beginning of phase 'push_off'");
   expect(message_with("phase landing {", "phase landing {\n    duration -1"), "positive");
   expect(message_with("phase push_off {", "phase push_off {\n    impact on"),
          "nothing lands at the beginning");
-  expect(message_with("hold     \"\"", "hold \"\"\n    impact on"), "nothing lands at the beginning");
+  expect(message_with("contacts \"\"", "contacts \"\"\n    impact on"), "nothing lands at the beginning");
   load("quadruped_jump");
   const Task jump = read();
   try {
@@ -206,7 +206,7 @@ TEST_F(PhasesTask, WhatIsWrongIsSaid) {
     expect(e.what(), "has phases");
   }
   load("block_move");
-  replace("\ncosts", "\nphases {\n  phase all {\n    hold \"block\"\n  }\n}\ncosts");
+  replace("\ncosts", "\nphases {\n  phase all {\n    contacts \"block\"\n  }\n}\ncosts");
   expect(message(), "the file has no 'contacts'");
 }
 
@@ -279,7 +279,7 @@ TEST_F(PhasesTask, ASquatHoldsOnAFloorThatGivesWay) {
   load("humanoid_squat");
   Task task = read();
   task.demands.refinements = 1,
-  task.demands.true_defect = 0.1;  // a tenth of what it moves joints of micrometres
+  task.demands.integration_error = 0.1;  // a tenth of what it moves joints of micrometres
   SolveReport report = solved(task);
   const Trajectory& motion = report.solution.motion;
   const dynamics::Model<double>& model = task.scene.model;

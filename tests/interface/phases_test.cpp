@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include <dyntape/interface/transcription/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -28,9 +28,9 @@ class PhasesBy : public testing::TestWithParam<NlpMethod> {
     return s;
   }
 };
-INSTANTIATE_TEST_SUITE_P(By, PhasesBy, testing::Values(NlpMethod::kIpopt, NlpMethod::kStages),
+INSTANTIATE_TEST_SUITE_P(By, PhasesBy, testing::Values(NlpMethod::kIpopt, NlpMethod::kRiccati),
                          [](const auto& info) {
-                           return info.param == NlpMethod::kIpopt ? "ipopt" : "stages";
+                           return info.param == NlpMethod::kIpopt ? "ipopt" : "riccati";
                          });
 
 // p'' = u / mass, least int u^2; where it begins and ends: what is given.
@@ -210,7 +210,7 @@ TEST(Phases, ClosedMotionsAreSolvedByBothMethods) {
       return optimise(cycle, {.meshes = {{.intervals = intervals, .evaluation = test::kInterpreted}},
                               .solver = {.method = method, .tolerance = 1e-10}});
     };
-    const PhasedSolution stages = by(NlpMethod::kStages), ipopt = by(NlpMethod::kIpopt);
+    const PhasedSolution stages = by(NlpMethod::kRiccati), ipopt = by(NlpMethod::kIpopt);
     ASSERT_TRUE(stages.success() && ipopt.success()) << k << describe(stages.nlp.status);
     EXPECT_LT(stages.link_violation, 1e-9);
     EXPECT_LT(stages.kkt.stationarity, 1e-8);

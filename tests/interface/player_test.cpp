@@ -6,8 +6,8 @@
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/player/player.h>
-#include <dyntape/interface/player/shapes.h>
+#include <dyntape/interface/report/player/player.h>
+#include <dyntape/interface/report/player/shapes.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -7,7 +7,7 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/sensitivity/quadratic_layer.h>
+#include <dyntape/interface/control/sensitivity/quadratic_layer.h>
 #include "message_of.h"
 
 namespace dyntape {
@@ -30,7 +30,7 @@ class Draw {
   std::normal_distribution<double> normal_;
 };
 
-// Feasible: x0 is.  About half of the inequalities are active at the solution, with prices and distances away from
+// Feasible: x0 is.  About half of the inequalities are active at the solution, with bound multipliers and distances away from
 // zero.
 QuadraticProgram random_program(Draw& draw, Eigen::Index n, Eigen::Index of_A, Eigen::Index of_G) {
   QuadraticProgram p;
@@ -118,7 +118,7 @@ TEST(QuadraticLayer, SolvesAndFollowsRandomPrograms) {
   EXPECT_GT(least, 1e-9);
 }
 
-// OptNet, equation 6 to 8: K [dx; dlambda; dnu] = [-slope; 0; 0] with K of all inequalities, prices and slacks in it.
+// OptNet, equation 6 to 8: K [dx; dlambda; dnu] = [-slope; 0; 0] with K of all inequalities, bound multipliers and slacks in it.
 TEST(QuadraticLayer, GivesWhatOptNetsSystemGives) {
   for (unsigned seed = 1; seed <= 40; ++seed) {
     Draw draw(seed);
@@ -184,33 +184,33 @@ TEST(QuadraticLayer, FlagsWhatHasNoSlopes) {
   const MatrixXd I = MatrixXd::Identity(2, 2);
   const VectorXd one = VectorXd::Ones(1);
   const auto status = [](const QuadraticProgram& p) { return QuadraticLayer(p).status(); };
-  // x <= 1 where the cost is least at 1: it rests with no price.
+  // x <= 1 where the cost is least at 1: it rests with no bound multiplier.
   const QuadraticProgram weak{.Q = I, .q = VectorXd{{-1, -1}}, .G = MatrixXd{{1, 0}}, .h = one};
-  EXPECT_EQ(status(weak), SlopeStatus::kWeaklyActive);
+  EXPECT_EQ(status(weak), SensitivityStatus::kWeaklyActive);
   EXPECT_EQ(QuadraticLayer(weak).weak(), std::vector<std::size_t>{0});
-  EXPECT_EQ(QuadraticLayer(weak).why(), "\"G x <= h, row 0\" rests on a bound that has no price");
-  // Twice the same constraint, with a price.
+  EXPECT_EQ(QuadraticLayer(weak).why(), "\"G x <= h, row 0\" rests on a bound that has no bound multiplier");
+  // Twice the same constraint, with a bound multiplier.
   const QuadraticProgram twice{
       .Q = I, .q = VectorXd{{-3, -1}}, .G = MatrixXd{{1, 0}, {2, 0}}, .h = VectorXd{{1, 2}}};
-  EXPECT_EQ(status(twice), SlopeStatus::kDependentRows);
+  EXPECT_EQ(status(twice), SensitivityStatus::kDependentRows);
   EXPECT_NEAR(QuadraticLayer(twice).solution().x[0], 1, 1e-9);
   const QuadraticProgram equal_twice{
       .Q = I, .q = VectorXd{{-3, -1}}, .A = MatrixXd{{1, 1}, {1, 1}}, .b = VectorXd{{1, 1}}};
-  EXPECT_EQ(status(equal_twice), SlopeStatus::kDependentRows);
+  EXPECT_EQ(status(equal_twice), SensitivityStatus::kDependentRows);
   // Three constraints meet in a corner of the plane.
   const QuadraticProgram corner{
       .Q = I, .q = VectorXd{{-3, -3}}, .G = MatrixXd{{1, 0}, {0, 1}, {1, 1}}, .h = VectorXd{{1, 1, 2}}};
-  EXPECT_GE(status(corner), SlopeStatus::kWeaklyActive);
+  EXPECT_GE(status(corner), SensitivityStatus::kWeaklyActive);
   // The cost does not say where on x_0 = 1.
   const QuadraticProgram flat{
       .Q = MatrixXd{{1, 0}, {0, 0}}, .q = VectorXd{{-3, 0}}, .G = MatrixXd{{1, 0}}, .h = one};
-  EXPECT_EQ(status(flat), SlopeStatus::kNoStrictMinimum);
+  EXPECT_EQ(status(flat), SensitivityStatus::kNoStrictMinimum);
   EXPECT_TRUE(std::isnan(QuadraticLayer(flat).backward(VectorXd::Ones(2)).q[0]));
   // Infeasible; unbounded.
   QuadraticLayer infeasible(
       {.Q = I, .q = VectorXd{{0, 0}}, .G = MatrixXd{{1, 0}, {-1, 0}}, .h = VectorXd{{-1, -1}}});
   EXPECT_EQ(infeasible.solve_status(), SolveStatus::kLocallyInfeasible);
-  EXPECT_EQ(infeasible.status(), SlopeStatus::kNotASolution);
+  EXPECT_EQ(infeasible.status(), SensitivityStatus::kNotASolution);
   EXPECT_TRUE(std::isnan(infeasible.forward({.q = VectorXd::Ones(2)}).x[0]));
   QuadraticLayer unbounded({.Q = MatrixXd::Zero(2, 2), .q = VectorXd{{1, 1}}});
   EXPECT_NE(unbounded.solve_status(), SolveStatus::kSolved);
@@ -249,12 +249,11 @@ TEST(QuadraticLayer, ProvesThatThereIsNoSolution) {
     QuadraticLayer layer(p);
     const QuadraticSolution& proof = layer.certificate();
     if (kind == 0) {
-      EXPECT_EQ(layer.outcome(), QuadraticOutcome::kSolved) << seed;
+      EXPECT_EQ(layer.outcome(), QpStatus::kSolved) << seed;
       EXPECT_TRUE(layer.good()) << seed;
       solved += layer.good();
     } else if (kind == 1) {
-      ASSERT_EQ(layer.outcome(), QuadraticOutcome::kInfeasible)
-          << seed << " " << to_string(layer.solve_status());
+      ASSERT_EQ(layer.outcome(), QpStatus::kInfeasible) << seed << " " << to_string(layer.solve_status());
       EXPECT_GE(proof.lambda.minCoeff(), 0) << seed;
       const double length =
           std::max(proof.nu.norm(), (p.G.rowwise().norm().asDiagonal() * proof.lambda).norm());
@@ -263,8 +262,7 @@ TEST(QuadraticLayer, ProvesThatThereIsNoSolution) {
       EXPECT_EQ(proof.x.size(), 0);
       EXPECT_NE(layer.why().find("no x fulfils the constraints"), std::string::npos);
     } else {
-      ASSERT_EQ(layer.outcome(), QuadraticOutcome::kUnbounded)
-          << seed << " " << to_string(layer.solve_status());
+      ASSERT_EQ(layer.outcome(), QpStatus::kUnbounded) << seed << " " << to_string(layer.solve_status());
       EXPECT_LT((p.Q * proof.x).norm(), 1e-7 * proof.x.norm()) << seed;
       EXPECT_LT((p.A * proof.x).norm(), 1e-7 * proof.x.norm()) << seed;
       EXPECT_LT((p.G * proof.x).maxCoeff(), 1e-7 * p.G.norm() * proof.x.norm()) << seed;
@@ -275,7 +273,7 @@ TEST(QuadraticLayer, ProvesThatThereIsNoSolution) {
   EXPECT_EQ(solved, 66);
 }
 
-// A linear program's corner has slopes, although Q is zero.
+// A linear program's corner has derivatives, although Q is zero.
 TEST(QuadraticLayer, KnowsCornersWithoutCurvature) {
   QuadraticLayer layer({.Q = MatrixXd::Zero(2, 2),
                         .q = VectorXd{{-1, -2}},

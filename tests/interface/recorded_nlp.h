@@ -7,7 +7,7 @@
 
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
-#include <dyntape/interface/solvers/nlp.h>
+#include <dyntape/interface/control/nlp/nlp.h>
 #include "ocp_problems.h"
 
 namespace dyntape::test {

@@ -39,11 +39,11 @@ TEST_F(RefusedKeys, SizesThatNothingHas) {
          "'contacts.friction' must be positive and at most 1000, got '1e300'");
   change("duration  0.3", "duration  1e300", "1e300",
          "'horizon.duration' must be positive and at most 1e+07, got '1e300'");
-  change("duration  0.3", "duration  0.3\n  shortest 1\n longest 1e300", "1e300",
-         "'horizon.longest' must be between 0 and 1e+07, got '1e300'");
+  change("duration  0.3", "duration  0.3\n  min_duration 1\n max_duration 1e300", "1e300",
+         "'horizon.max_duration' must be between 0 and 1e+07, got '1e300'");
   change("duration 0.25", "duration 1e300", "1e300",
          "duration' must be positive and at most 1e+07, got '1e300'");
-  change("phase landing {", "phase landing {\n lands { FL_FOOT \"1e300 0 0\" }", "1e300",
+  change("phase landing {", "phase landing {\n foothold_offset { FL_FOOT \"1e300 0 0\" }", "1e300",
          "'FL_FOOT' must be between -1e+06 and 1e+06, got '1e300'");
   load("humanoid_squat");
   std::smatch corner;
@@ -56,7 +56,7 @@ TEST_F(RefusedKeys, SizesThatMayBe) {
   load("quadruped_jump");
   replace("friction 0.6", "friction 1000");
   replace("duration  0.3", "duration  1e7");
-  replace("phase landing {", "phase landing {\n lands { FL_FOOT \"0.05 0 0\" }");
+  replace("phase landing {", "phase landing {\n foothold_offset { FL_FOOT \"0.05 0 0\" }");
   EXPECT_EQ(message(), "nothing thrown");
 }
 

@@ -6,7 +6,7 @@
 #include <Eigen/Dense>
 #include <random>
 
-#include <dyntape/interface/solvers/riccati.h>
+#include <dyntape/interface/control/riccati/riccati.h>
 
 namespace dyntape {
 namespace {
@@ -31,7 +31,7 @@ struct Random {
 };
 
 struct Lq {
-  std::vector<LqStage> stages;
+  std::vector<LqrStage> stages;
   MatrixXd H;
   VectorXd g, start;
 };
@@ -61,7 +61,7 @@ struct Condensed {
     MatrixXd M = MatrixXd::Zero(n, N * m);
     VectorXd d = lq.start;
     for (Eigen::Index k = 0; k < N; ++k) {
-      const LqStage& s = lq.stages[std::size_t(k)];
+      const LqrStage& s = lq.stages[std::size_t(k)];
       MatrixXd Z = MatrixXd::Zero(n + m, N * m);
       Z.topRows(n) = M;
       Z.block(n, k * m, m, m).setIdentity();
@@ -82,7 +82,7 @@ struct Condensed {
 VectorXd by_stages(const Lq& lq, double shift, VectorXd* slope = nullptr) {
   Riccati riccati;
   riccati.begin(lq.H, lq.g);
-  std::vector<LqPolicy> policy(lq.stages.size());
+  std::vector<LqrPolicy> policy(lq.stages.size());
   for (std::size_t k = lq.stages.size(); k-- > 0;) {
     if (!riccati.push(lq.stages[k], shift)) return {};
     policy[k] = riccati.policy();
@@ -120,7 +120,7 @@ TEST(Riccati, FindsWhatTheWholeSystemFinds) {
         VectorXd x = moved.start, z(lq.start.size() + lq.stages[0].B.cols());
         double cost = 0;
         for (std::size_t k = 0; k < moved.stages.size(); ++k) {
-          const LqStage& s = moved.stages[k];
+          const LqrStage& s = moved.stages[k];
           z << x, v.segment(Eigen::Index(k) * s.B.cols(), s.B.cols());
           cost += z.dot(s.H * z) / 2 + s.g.dot(z);
           x = (s.A * x + s.B * z.tail(s.B.cols()) + s.c).eval();

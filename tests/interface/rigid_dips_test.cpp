@@ -7,7 +7,7 @@
 #include <random>
 
 #include <dyntape/dynamics/contact/rigid_contacts.h>
-#include <dyntape/interface/scene/rigid_dips.h>
+#include <dyntape/interface/system/rigid/rigid_dips.h>
 
 #include "shipped_scenes.h"
 
@@ -53,7 +53,7 @@ TEST(RigidDips, OfLongStepsAreFoundOrNotDecided) {
   const SimulatedMotion known = simulate(swing_against_stop(1.2, -1.195, 0.5, 1e-3));
   ASSERT_EQ(known.impacts, 2);
   const SimulatedMotion coarse = simulate(swing_against_stop(1.2, -1.195, 0.5, 0.2));
-  EXPECT_NE(coarse.doubt.find("whether it touches is not decided"), std::string::npos) << coarse.doubt;
+  EXPECT_NE(coarse.warning.find("whether it touches is not decided"), std::string::npos) << coarse.warning;
 
   std::mt19937_64 random(2);
   const auto between = [&](double a, double b) { return std::uniform_real_distribution(a, b)(random); };
@@ -65,9 +65,9 @@ TEST(RigidDips, OfLongStepsAreFoundOrNotDecided) {
     const double step = std::vector<double>{0.2, 0.1, 0.05, 0.02}[std::size_t(trial % 4)];
     const SimulatedMotion motion = simulate(swing_against_stop(from, limit, restitution, step));
     const double off = std::abs(motion.q(0, motion.samples() - 1) - fine.q(0, fine.samples() - 1));
-    refused += !motion.doubt.empty();
+    refused += !motion.warning.empty();
     touched += fine.impacts > 0;
-    if (motion.doubt.empty() && motion.impacts != fine.impacts && off > 0.05) {
+    if (motion.warning.empty() && motion.impacts != fine.impacts && off > 0.05) {
       ADD_FAILURE() << from << " " << limit << " " << restitution << " " << step << ": " << motion.impacts
                     << " of " << fine.impacts << ", off by " << off;
     }

@@ -7,10 +7,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
-#include <dyntape/interface/ocp/robot_problem.h>
-#include <dyntape/interface/scene/assembly.h>
-#include <dyntape/interface/scene/rigid_step.h>
-#include <dyntape/interface/scene/scene_system.h>
+#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/system/assembly.h>
+#include <dyntape/interface/system/rigid/rigid_step.h>
+#include <dyntape/interface/system/scene_system.h>
 
 #include "shipped_scenes.h"
 
@@ -177,7 +177,7 @@ TEST(RigidScenes, AnElasticBallThatFallsLowerByItsStepsIsNoSuccess) {
     const double lost = motion.energy(0) - motion.energy(last);
     const bool is_exact = integrator == Integrator::kRungeKutta4;
     EXPECT_GE(motion.energy_error(), 0.99 * std::abs(lost)) << to_string(integrator);
-    EXPECT_EQ(motion.doubt.empty(), is_exact) << motion.doubt;
+    EXPECT_EQ(motion.warning.empty(), is_exact) << motion.warning;
     if (is_exact) {
       EXPECT_LT(std::abs(lost), 1e-9);
     }
@@ -431,7 +431,7 @@ TEST(RigidScenes, SayWhatIsWrongWithItsPlace) {
       {loop("frames \"rocker_end ground_pn\""), "ground_pin"},
       {loop("frames \"rocker_end\""), "names 1 link, expected two"},
       {loop("frames \"rocker_end rocker\""), "fixed to the same body"},
-      {loop("holds point"), "frames"},
+      {loop("type point"), "frames"},
       {loop("frames \"rocker_end ground_pin\"\nholds weld"), "point"},
       {loop("frames \"rocker_end ground_pin\"\nstiffness -1"), "zero or more"},
       {loop("frames \"rocker_end ground_pin\""), "'variational' has no loops"},

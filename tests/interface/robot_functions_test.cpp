@@ -300,7 +300,7 @@ TEST(RobotFunctions, AbsentEffectsLeaveNoNode) {
     const auto bare = [&](bool forward) {
       return record("bare", static_cast<std::size_t>(model.nq + 2 * model.nv), [&](const VectorXad& x) {
         dynamics::Data<AD> data(taped);
-        dynamics::Acting<AD> acting;
+        dynamics::DynamicsTerms<AD> acting;
         acting.armature = false;
         const VectorXad q = x.head(model.nq), v = x.segment(model.nq, model.nv), w = x.tail(model.nv);
         return forward ? VectorXad(dynamics::aba<AD>(taped, data, q, v, w, acting))

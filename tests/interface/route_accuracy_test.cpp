@@ -31,11 +31,11 @@ using Eigen::VectorXd;
 
 // Relative errors of blocks: the inverse of M, and the worse of ddq_dq and ddq_dv.
 struct Errors {
-  double inverse = 0, slopes = 0;
+  double inverse = 0, derivatives = 0;
 
   void include(const Errors& other) {
     inverse = std::max(inverse, other.inverse);
-    slopes = std::max(slopes, other.slopes);
+    derivatives = std::max(derivatives, other.derivatives);
   }
 };
 
@@ -114,13 +114,13 @@ Table expect_equally_good(const std::string& what, const Model<double>& model,
   std::printf("%-22s %8.0e |", what.c_str(), condition);
   const char* const names[] = {"plain", "tape", "strict", "fast"};
   for (int way = 0; way < kWays; ++way) {
-    std::printf(" %s %7.0e %7.0e", names[way], table[way].inverse, table[way].slopes);
+    std::printf(" %s %7.0e %7.0e", names[way], table[way].inverse, table[way].derivatives);
     EXPECT_LE(table[way].inverse, 1e-13 + 10 * table[kPlain].inverse) << what << ", " << names[way];
-    EXPECT_LE(table[way].slopes, 1e-13 + 10 * table[kPlain].slopes) << what << ", " << names[way];
+    EXPECT_LE(table[way].derivatives, 1e-13 + 10 * table[kPlain].derivatives) << what << ", " << names[way];
   }
   std::printf("\n");
   EXPECT_LE(table[kPlain].inverse, 1e-14 + 1e-15 * condition) << what;
-  EXPECT_LE(table[kPlain].slopes, 1e-13 + 1e-15 * condition) << what;
+  EXPECT_LE(table[kPlain].derivatives, 1e-13 + 1e-15 * condition) << what;
   return table;
 }
 
@@ -228,7 +228,7 @@ VectorXd badly_conditioned(const Model<double>& model, VectorXd q) {
 }
 
 // The shipped robots with one exception are recorded by factors, whatever the shortest way is: near 1e3 the inverse loses
-// two digits, the slopes no more than in plain code.
+// two digits, the derivatives no more than in plain code.
 TEST(RouteAccuracy, FactorsOfShippedRobots) {
   const auto folder = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
   int factored = 0;
@@ -254,9 +254,9 @@ TEST(RouteAccuracy, FactorsOfShippedRobots) {
       }
       std::printf("%-16s %-8s %8.0e | plain %7.0e %7.0e factored %7.0e %7.0e\n", name,
                   base == Base::kFixed ? "fixed" : "floating", dynamics::worst_inertia_condition(model),
-                  plain.inverse, plain.slopes, of_factors.inverse, of_factors.slopes);
+                  plain.inverse, plain.derivatives, of_factors.inverse, of_factors.derivatives);
       EXPECT_LE(of_factors.inverse, 1e-12) << name;
-      EXPECT_LE(of_factors.slopes, 1e-14 + 20 * plain.slopes) << name;
+      EXPECT_LE(of_factors.derivatives, 1e-14 + 20 * plain.derivatives) << name;
     }
   }
   EXPECT_GT(factored, 20);

@@ -8,7 +8,7 @@
 
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/scene/effect_costs.h>
+#include <dyntape/interface/run/simulate/effect_costs.h>
 
 namespace dyntape {
 namespace {

@@ -10,10 +10,10 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/scene/quadrature.h>
-#include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/scene/stability.h>
-#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/run/simulate/stability.h>
+#include <dyntape/interface/system/quadrature.h>
+#include <dyntape/interface/system/scene_system.h>
 
 #include "shipped_scenes.h"
 
@@ -213,7 +213,7 @@ TEST(Scenes, ImplicitStepsGoOnAtRest) {
     const SimulatedMotion motion = simulate(scene);
     EXPECT_EQ(motion.trouble, "") << to_string(integrator);
     // It settles by what the contact takes, and implicit-velocity steps by what they take besides.
-    EXPECT_EQ(motion.doubt.empty(), integrator != Integrator::kImplicitVelocity) << motion.doubt;
+    EXPECT_EQ(motion.warning.empty(), integrator != Integrator::kImplicitVelocity) << motion.warning;
     EXPECT_EQ(motion.steps, scene.steps()) << to_string(integrator);
     EXPECT_LT(motion.v.col(motion.samples() - 1).norm(), 1e-3) << to_string(integrator);
   }
@@ -231,10 +231,10 @@ TEST(Scenes, FrictionThatTremblesIsNoSuccess) {
           dynamics::CoulombFriction<double>{VectorXd::Constant(1, torque), smoothing};
       for (const Integrator integrator : {Integrator::kRungeKutta4, Integrator::kSemiImplicitEuler}) {
         scene.integrator = integrator;
-        EXPECT_NE(simulate(scene).doubt, "") << torque << " " << smoothing << " " << to_string(integrator);
+        EXPECT_NE(simulate(scene).warning, "") << torque << " " << smoothing << " " << to_string(integrator);
       }
       scene.integrator = Integrator::kImplicitVelocity;
-      EXPECT_EQ(simulate(scene).doubt, "") << torque << " " << smoothing;
+      EXPECT_EQ(simulate(scene).warning, "") << torque << " " << smoothing;
     }
   }
 }
@@ -242,12 +242,12 @@ TEST(Scenes, FrictionThatTremblesIsNoSuccess) {
 TEST(Scenes, AVerdictDoesNotDependOnWhatIsSampled) {
   Scene scene = shipped("bouncing_ball");
   scene.duration = 1.2;
-  std::set<std::string> doubts;
+  std::set<std::string> warnings;
   for (const double sample : {1e-3, 0.01, 0.012, 0.1}) {
     scene.sample = sample;
-    doubts.insert(simulate(scene).doubt);
+    warnings.insert(simulate(scene).warning);
   }
-  EXPECT_EQ(doubts.size(), 1u);
+  EXPECT_EQ(warnings.size(), 1u);
 }
 
 // --- what is wrong is said ---
@@ -317,7 +317,7 @@ TEST(Scenes, AnEnergyThatIsUnaccountedForIsNoSuccess) {
   scene.integrator = Integrator::kSemiImplicitEuler;
   scene.step = 0.1, scene.sample = 0.1, scene.duration = 10;
   const SimulatedMotion motion = simulate(scene);
-  EXPECT_NE(motion.doubt.find("balance of energy"), std::string::npos) << motion.doubt;
+  EXPECT_NE(motion.warning.find("balance of energy"), std::string::npos) << motion.warning;
   EXPECT_FALSE(motion.is_whole());
 }
 
@@ -326,7 +326,7 @@ TEST(Scenes, VelocityProductsThatAreOffStandInTheBalance) {
   scene.robot.effects.coriolis.reset();
   scene.duration = 1;
   const SimulatedMotion motion = simulate(scene);
-  EXPECT_EQ(motion.doubt, "");
+  EXPECT_EQ(motion.warning, "");
   EXPECT_LT(motion.energy_error(), 1e-3 * motion.energy_scale());
 }
 

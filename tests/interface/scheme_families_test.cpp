@@ -6,9 +6,9 @@
 #include <Eigen/QR>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/mpc/receding_horizon.h>
-#include <dyntape/interface/transcription/optimise_phases.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/refine.h>
 #include "known_problems.h"
 #include "message_of.h"
 
@@ -148,7 +148,7 @@ TEST(SchemeFamilies, HaveTheirOrders) {
     double error[2];
     for (int i = 0; i < 2; ++i) {
       const test::Solved s = test::solve_on(p, {.scheme = scheme, .intervals = n << i},
-                                            {.method = NlpMethod::kStages, .tolerance = 1e-12});
+                                            {.method = NlpMethod::kRiccati, .tolerance = 1e-12});
       ASSERT_TRUE(s.success()) << scheme.name;
       error[i] = (s.motion.x.rightCols(1) - exact).norm();
     }
@@ -175,7 +175,7 @@ TEST(SchemeFamilies, BlockMoveInBothForms) {
         p.use_accelerations(
             {"a"}, [](const auto& s) { return s.u[0] - s.a[0]; }, p.ode);
       }
-      for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+      for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
         const Solution s = optimise(
             p, {.mesh = {.scheme = scheme, .intervals = is_long ? 1 : 8, .evaluation = test::kInterpreted},
                 .solver = {.method = method, .tolerance = 1e-10}});
@@ -207,7 +207,7 @@ TEST(SchemeFamilies, FreeDuration) {
   p.add(minimum_time(4));
   p.free_duration(0.2, 10);
   for (const Scheme& scheme : {lobatto(4), lobatto(5), radau(3), radau(5)}) {
-    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
       const test::Solved s =
           test::solve_on(p, {.scheme = scheme, .intervals = 4}, {.method = method, .tolerance = 1e-10});
       ASSERT_TRUE(s.success()) << scheme.name;
@@ -228,7 +228,7 @@ TEST(SchemeFamilies, LimitsAndPathRows) {
         "speed", [](const auto& s) { return vector(s.x[1], s.u[0] + s.x[1]); }, VectorXd::Constant(2, -10.),
         Eigen::Vector2d(1.4, 5.5)));
     double cost = 0;
-    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
       const Solution s =
           optimise(p, {.mesh = {.scheme = scheme, .intervals = 30, .evaluation = test::kInterpreted},
                        .solver = {.method = method, .tolerance = 1e-10}});
@@ -254,7 +254,7 @@ TEST(SchemeFamilies, InPhases) {
   Problem first = part(0.3), last = part(0.2);
   first.start << 0, 0, last.goal << 1, 0;
   phases.add("first", first), phases.add("second", part(0.5)), phases.add("third", last);
-  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
     const PhasedSolution s =
         optimise(phases, {.meshes = {{.scheme = radau(3), .intervals = 2, .evaluation = test::kInterpreted},
                                      {.scheme = lobatto(5), .intervals = 1, .evaluation = test::kInterpreted},
@@ -271,7 +271,7 @@ TEST(SchemeFamilies, MeshesAreRefined) {
   for (const Scheme& scheme : {lobatto(5), radau(4)}) {
     Collocation coarse(test::swing_up(),
                        {.scheme = scheme, .intervals = 20, .evaluation = test::kInterpreted});
-    const OptimiseOptions options{.solver = {.method = NlpMethod::kStages}};
+    const OptimiseOptions options{.solver = {.method = NlpMethod::kRiccati}};
     const Solution before = optimise(coarse, coarse.start(), options);
     Collocation finer(coarse, halved(before.motion));
     const Solution after =

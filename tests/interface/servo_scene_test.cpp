@@ -10,9 +10,9 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/scene/simulate.h>
-#include <dyntape/interface/scene/stability.h>
-#include <dyntape/interface/scene/step_work.h>
+#include <dyntape/interface/run/simulate/simulate.h>
+#include <dyntape/interface/run/simulate/stability.h>
+#include <dyntape/interface/run/simulate/step_work.h>
 
 #include "message_of.h"
 
@@ -60,7 +60,7 @@ TEST(ServoScene, WorkIsThatOfTheTorquesThatAreHeld) {
   for (int trial = 0; trial < 20; ++trial) {
     Servo s{between(0.1, 1), between(1, 30), trial % 2 ? 0 : between(0, 1), 1e-3, 10};
     const SimulatedMotion motion = simulate(servo_scene(s));
-    ASSERT_TRUE(motion.is_whole()) << motion.trouble << motion.doubt;
+    ASSERT_TRUE(motion.is_whole()) << motion.trouble << motion.warning;
     // A held torque and nothing else: parabolas, whose work is the kinetic energy.
     double q = 0, v = 0;
     for (int k = 0; k + 1 < motion.samples(); ++k) {
@@ -83,7 +83,7 @@ TEST(ServoScene, TheBalanceClosesWithWhateverElseActs) {
       if (lag > 0) scene.robot.lag = VectorXd::Constant(1, lag);
       if (lag == 0) scene.robot.effects.saturation = dynamics::Saturation<double>{VectorXd::Constant(1, 5)};
       const SimulatedMotion motion = simulate(scene);
-      ASSERT_TRUE(motion.is_whole()) << lag << " " << motion.trouble << motion.doubt;
+      ASSERT_TRUE(motion.is_whole()) << lag << " " << motion.trouble << motion.warning;
       EXPECT_LT(motion.energy_error(), 1e-6 * motion.energy_scale()) << lag << " " << to_string(integrator);
     }
   }

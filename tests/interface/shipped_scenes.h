@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/run/simulate/simulate.h>
 
 #include "temporary_cache.h"
 
@@ -30,7 +30,7 @@ inline Scene shipped(const std::string& name) {
 inline SimulatedMotion run(const Scene& scene) {
   SimulatedMotion motion = simulate(scene);
   EXPECT_EQ(motion.trouble, "") << scene.name;
-  EXPECT_EQ(motion.doubt, "") << scene.name;
+  EXPECT_EQ(motion.warning, "") << scene.name;
   return motion;
 }
 

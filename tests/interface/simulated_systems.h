@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
-#include <dyntape/interface/simulation/stepper.h>
+#include <dyntape/interface/system/steps/stepper.h>
 
 #include <Eigen/Dense>
 #include <string>

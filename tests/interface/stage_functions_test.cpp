@@ -7,7 +7,7 @@
 #include <random>
 
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/interface/transcription/stage_functions.h>
+#include <dyntape/interface/control/discretize/stage_functions.h>
 
 namespace dyntape {
 namespace {

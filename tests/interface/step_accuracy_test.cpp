@@ -6,8 +6,8 @@
 
 #include <dyntape/dynamics/algebra/float128.h>
 #include <dyntape/dynamics/simulation/steps.h>
-#include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/run/simulate/simulate.h>
+#include <dyntape/interface/system/scene_system.h>
 
 namespace dyntape {
 namespace {

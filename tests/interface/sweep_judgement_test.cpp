@@ -2,7 +2,7 @@
 //
 // A row is ok where simulate trusts the motion of its scene, for the same reasons: energy that steps lose or find, forces that are too
 // stiff, by every scheme, with commands that stay and that change, of mechanisms one by one.
-#include <dyntape/interface/scene/simulate.h>
+#include <dyntape/interface/run/simulate/simulate.h>
 
 #include "swept.h"
 
@@ -22,7 +22,7 @@ void expect_the_same_verdicts(const SceneSweep& sweep, Judged& all) {
     std::string reason;
     try {
       const SimulatedMotion motion = simulate(scene_of(sweep, row));
-      reason = motion.trouble.empty() ? motion.doubt : motion.trouble;
+      reason = motion.trouble.empty() ? motion.warning : motion.trouble;
     } catch (const ArgumentError& e) {  // at the start already
       reason = e.what();
     }
@@ -47,7 +47,8 @@ std::string scene_text(const std::string& robot, const std::string& rest, const 
 
 TEST(Sweeps, JudgeAsSimulateDoes) {
   Judged all;
-  const std::string from_rest = block("vary", value("of start.q\nspread grid\nfrom 0.5\nto 2.5\nsteps 3"));
+  const std::string from_rest =
+      block("vary", value("parameter start.q\nspread grid\nfrom 0.5\nto 2.5\nsteps 3"));
   for (const char* robot : {"pendulum", "double_pendulum"}) {
     for (const char* integrator : {"runge-kutta-4", "semi-implicit-euler", "implicit-midpoint",
                                    "implicit-velocity", "variational", "adaptive"}) {
@@ -71,7 +72,7 @@ TEST(Sweeps, JudgeCommandsThatChangeAsSimulateDoes) {
       const MadeScene made(
           scene_text("pendulum", "commands\n{\nfile \"" + table + "\"\n}\n", integrator, step));
       expect_the_same_verdicts(
-          made.sweep(block("vary", value("of start.q\nspread grid\nfrom -1\nto 1\nsteps 3"))), all);
+          made.sweep(block("vary", value("parameter start.q\nspread grid\nfrom -1\nto 1\nsteps 3"))), all);
     }
   }
   EXPECT_GT(all.failed, 0);
@@ -85,8 +86,8 @@ TEST(Sweeps, JudgeStiffnessOnTheWay) {
                                   "0.001\n}\njoint_damping 0.05\n}\nstart\n{\nq 1\nv 3\n}\n",
                                   "runge-kutta-4", 0.01));
   expect_the_same_verdicts(
-      made.sweep(
-          block("vary", value("of effects.joint_friction.torque\nspread grid\nfrom 0\nto 2\nsteps 6"))),
+      made.sweep(block("vary",
+                       value("parameter effects.joint_friction.torque\nspread grid\nfrom 0\nto 2\nsteps 6"))),
       all);
 }
 

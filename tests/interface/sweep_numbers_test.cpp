@@ -138,7 +138,7 @@ commands
 }
 actuators
 {
-  lag 0.02
+  time_constant 0.02
 }
 simulation
 {
@@ -240,13 +240,14 @@ std::string about_all_effects(const Scene& scene) {
 }
 
 std::string about_the_rest() {
-  return value("of start.q\njoint FL_HFE\nfrom 0.7\nto 0.9") + value("of start.v\nfrom 0\nto 1") +
-         value("of start.base.roll_pitch_yaw\naxis y\nfrom 0\nto 1") +
-         value("of start.base.angular_velocity\naxis z\nfrom 0\nto 1") +
-         value("of commands.torque\njoint \"FL_KFE FL_HAA\"\nfrom 0\nto 1") +
-         value("of robot.mass:FL_LOWER_LEG\nfrom 0.1\nto 0.2") +
-         value("of robot.length:FL_KFE\nfrom 0.9\nto 1.1") +
-         value("of robot.comx:base_link\nfrom 0\nto 0.01");
+  return value("parameter start.q\njoint FL_HFE\nfrom 0.7\nto 0.9") +
+         value("parameter start.v\nfrom 0\nto 1") +
+         value("parameter start.base.roll_pitch_yaw\naxis y\nfrom 0\nto 1") +
+         value("parameter start.base.angular_velocity\naxis z\nfrom 0\nto 1") +
+         value("parameter commands.torque\njoint \"FL_KFE FL_HAA\"\nfrom 0\nto 1") +
+         value("parameter robot.mass:FL_LOWER_LEG\nfrom 0.1\nto 0.2") +
+         value("parameter robot.length:FL_KFE\nfrom 0.9\nto 1.1") +
+         value("parameter robot.comx:base_link\nfrom 0\nto 0.01");
 }
 
 SceneSweep interpreted(SceneSweep sweep) {
@@ -291,32 +292,35 @@ TEST(Sweeps, EveryNumberMatters) {
 
 TEST(Sweeps, SaysWhatIsWrongInAFile) {
   const std::pair<std::string, std::string> cases[] = {
-      {value("of start.qq\nfrom 0\nto 1"),
+      {value("parameter start.qq\nfrom 0\nto 1"),
        "nothing in the scene is called 'start.qq'; did you mean 'start.q'?"},
-      {value("of start.q\nfrom 0\nto 1\nstep 3"), "unknown key 'step'"},
-      {value("of start.q\nfrom 1\nto 0"), "'to' is less than 'from'"},
-      {value("of start.q\njoint hing\nfrom 0\nto 1"), "did you mean 'hinge'"},
-      {value("of start.q\nfrom 0"), "required key 'vary.value.to' is missing"},
-      {value("of start.q\nfrom 0\nto x"), "expects a number"},
-      {value("of start.q\nfrom 0\nto inf"), "finite"},
-      {value("of start.q\nfrom 0\nto 1\nspread flat"), "spread"},
-      {value("of start.q\nfrom 0\nto 1\nspread log-uniform"), "must be positive"},
-      {value("of start.q\nfrom 0\nto 1\nspread grid"), "required key 'vary.value.steps' is missing"},
-      {value("of start.q\nmean 0\ndeviation 1\nspread normal\nfrom 9\nto 10"), "lie between their limits"},
-      {value("of start.q\nmean 0\ndeviation 0\nspread normal"), "must be positive"},
-      {value("of start.q\nfrom 0\nto 1") + value("of start.q\njoint hinge\nfrom 0\nto 1"),
+      {value("parameter start.q\nfrom 0\nto 1\nstep 3"), "unknown key 'step'"},
+      {value("parameter start.q\nfrom 1\nto 0"), "'to' is less than 'from'"},
+      {value("parameter start.q\njoint hing\nfrom 0\nto 1"), "did you mean 'hinge'"},
+      {value("parameter start.q\nfrom 0"), "required key 'vary.value.to' is missing"},
+      {value("parameter start.q\nfrom 0\nto x"), "expects a number"},
+      {value("parameter start.q\nfrom 0\nto inf"), "finite"},
+      {value("parameter start.q\nfrom 0\nto 1\ndistribution flat"), "distribution"},
+      {value("parameter start.q\nfrom 0\nto 1\nspread log-uniform"), "must be positive"},
+      {value("parameter start.q\nfrom 0\nto 1\nspread grid"), "required key 'vary.value.steps' is missing"},
+      {value("parameter start.q\nmean 0\ndeviation 1\nspread normal\nfrom 9\nto 10"),
+       "lie between their limits"},
+      {value("parameter start.q\nmean 0\ndeviation 0\nspread normal"), "must be positive"},
+      {value("parameter start.q\nfrom 0\nto 1") + value("parameter start.q\njoint hinge\nfrom 0\nto 1"),
        "varies with 'start.q'"},
-      {value("of start.q\nfrom 0\nto 1\nname a") + value("of start.v\nfrom 0\nto 1\nname a"), "called 'a'"},
-      {value("of start.q\nfrom 0\nto 1\nname \"a b\""), "without blanks"},
-      {value("of start.q\nfrom 0\nto 1\nname ok"), "column 'ok' of their own"},
-      {value("of start.q\nfrom 0\nto 1\nname most.v"), "column 'most.v' of their own"},
-      {value("of start.q\nfrom -1e308\nto 1e308"), "farther apart"},
-      {value("of effects.joint_damping\nfrom 0\nto 1"), "'effects.joint_damping' does not act in the scene"},
-      {value("of effects.gravity.vector\naxis z\nfrom -9\nto -8"), "not given in the scene"},
-      {value("of start.base.position\naxis z\nfrom 0\nto 1"), "nothing in the scene is called"},
-      {value("of robot.mass:rodd\nfrom 1\nto 2"), "did you mean"},
-      {value("of robot.mass:rod\nfrom -1\nto 2"), "must be positive"},
-      {value("of robot.Ixx:rod\nfrom 1\nto 2"), "nothing that varies"},
+      {value("parameter start.q\nfrom 0\nto 1\nname a") + value("parameter start.v\nfrom 0\nto 1\nname a"),
+       "called 'a'"},
+      {value("parameter start.q\nfrom 0\nto 1\nname \"a b\""), "without blanks"},
+      {value("parameter start.q\nfrom 0\nto 1\nname ok"), "column 'ok' of their own"},
+      {value("parameter start.q\nfrom 0\nto 1\nname most.v"), "column 'most.v' of their own"},
+      {value("parameter start.q\nfrom -1e308\nto 1e308"), "farther apart"},
+      {value("parameter effects.joint_damping\nfrom 0\nto 1"),
+       "'effects.joint_damping' does not act in the scene"},
+      {value("parameter effects.gravity.vector\naxis z\nfrom -9\nto -8"), "not given in the scene"},
+      {value("parameter start.base.position\naxis z\nfrom 0\nto 1"), "nothing in the scene is called"},
+      {value("parameter robot.mass:rodd\nfrom 1\nto 2"), "did you mean"},
+      {value("parameter robot.mass:rod\nfrom -1\nto 2"), "must be positive"},
+      {value("parameter robot.Ixx:rod\nfrom 1\nto 2"), "nothing that varies"},
       {"", "required key 'vary.value' is missing"},
   };
   for (const auto& [values, expected] : cases) {
@@ -328,7 +332,7 @@ TEST(Sweeps, SaysWhatIsWrongInAFile) {
       EXPECT_NE(std::string(e.what()).find("made_up.info:"), std::string::npos) << e.what();
     }
   }
-  const std::string one = value("of start.q\nfrom 0\nto 1");
+  const std::string one = value("parameter start.q\nfrom 0\nto 1");
   EXPECT_THROW(sweep_of(pendulum_sweep(one, "")), FileError);  // how many
   EXPECT_THROW(sweep_of(pendulum_sweep(one, "samples 2000000\n")), FileError);
   EXPECT_THROW(sweep_of(pendulum_sweep(one, "samples 0\n")), FileError);
@@ -340,13 +344,13 @@ TEST(Sweeps, SaysWhatIsWrongInAFile) {
 TEST(Sweeps, RangesOfParametersHoldForAllNumbers) {
   const MadeScene made(kEverything);
   const std::pair<std::string, std::string> cases[] = {
-      {"of effects.contacts.contact.friction\nfrom -0.1\nto 1", "must be not negative"},
-      {"of effects.joint_friction.smoothing\nfrom 0\nto 1", "must be positive"},
-      {"of effects.contacts.ground\nfrom 1\nto 2", "is a word"},
-      {"of effects.contacts.contact.friction\nitem 3\nfrom 0.1\nto 1", "between 1 and 2"},
-      {"of effects.contacts.contact.fraction\nfrom 0.1\nto 1",
+      {"parameter effects.contacts.contact.friction\nfrom -0.1\nto 1", "must be not negative"},
+      {"parameter effects.joint_friction.smoothing\nfrom 0\nto 1", "must be positive"},
+      {"parameter effects.contacts.ground\nfrom 1\nto 2", "is a word"},
+      {"parameter effects.contacts.contact.friction\nitem 3\nfrom 0.1\nto 1", "between 1 and 2"},
+      {"parameter effects.contacts.contact.fraction\nfrom 0.1\nto 1",
        "did you mean 'effects.contacts.contact.friction'"},
-      {"of effects.gravity.vector\nfrom 0.1\nto 1", "'vary.value.axis' is missing"},
+      {"parameter effects.gravity.vector\nfrom 0.1\nto 1", "'vary.value.axis' is missing"},
   };
   for (const auto& [lines, expected] : cases) {
     try {
@@ -358,7 +362,7 @@ TEST(Sweeps, RangesOfParametersHoldForAllNumbers) {
   }
   try {
     MadeScene(kMotors).sweep("samples 3\n" +
-                             block("vary", value("of effects.torque_saturation.limit\nfrom 1\nto 2")));
+                             block("vary", value("parameter effects.torque_saturation.limit\nfrom 1\nto 2")));
     ADD_FAILURE() << "accepted";
   } catch (const FileError& e) {
     EXPECT_NE(std::string(e.what()).find("what is recorded depends on it"), std::string::npos) << e.what();
@@ -366,10 +370,8 @@ TEST(Sweeps, RangesOfParametersHoldForAllNumbers) {
   // Normal numbers stay where the parameter may be.
   const SceneSweep sweep =
       MadeScene(kEverything)
-          .sweep(
-              "samples 2000\n" +
-              block("vary",
-                    value("of effects.contacts.contact.friction\nspread normal\nmean 0.05\ndeviation 0.1")));
+          .sweep("samples 2000\n" + block("vary", value("parameter effects.contacts.contact.friction\nspread "
+                                                        "normal\nmean 0.05\ndeviation 0.1")));
   for (long row = 0; row < sweep.rows(); ++row) EXPECT_GE(values_of(sweep, row)[0], 0);
 }
 

@@ -10,7 +10,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/sweep/random_numbers.h>
+#include <dyntape/interface/files/sweep/random_numbers.h>
 
 #include "swept.h"
 
@@ -30,10 +30,11 @@ TEST(Sweeps, RandomNumbersAreThoseOfPhilox) {
 }
 
 TEST(Sweeps, RandomNumbersAreSpreadAsTheirNamesSay) {
-  const SceneSweep sweep = sweep_of(pendulum_sweep(
-      value("of start.q\nfrom -1\nto 3") + value("of start.v\nspread normal\nmean 2\ndeviation 0.5\nfrom 1") +
-          value("of robot.mass:rod\nspread log-uniform\nfrom 0.1\nto 10"),
-      "samples 20000\nseed 7\n"));
+  const SceneSweep sweep =
+      sweep_of(pendulum_sweep(value("parameter start.q\nfrom -1\nto 3") +
+                                  value("parameter start.v\nspread normal\nmean 2\ndeviation 0.5\nfrom 1") +
+                                  value("parameter robot.mass:rod\nspread log-uniform\nfrom 0.1\nto 10"),
+                              "samples 20000\nseed 7\n"));
   const long n = sweep.rows();
   VectorXd sum = VectorXd::Zero(3), squares = VectorXd::Zero(3);
   double least = 9, most = -9;
@@ -62,10 +63,11 @@ TEST(Sweeps, RandomNumbersAreSpreadAsTheirNamesSay) {
 }
 
 TEST(Sweeps, GridsAreNestedLoops) {
-  const SceneSweep sweep = sweep_of(pendulum_sweep(
-      value("of start.q\nspread grid\nfrom 0\nto 1\nsteps 3") +
-          value("of start.v\nspread grid\nfrom 5\nto 6\nsteps 2") + value("of robot.mass:rod\nfrom 1\nto 2"),
-      "samples 4\n"));
+  const SceneSweep sweep =
+      sweep_of(pendulum_sweep(value("parameter start.q\nspread grid\nfrom 0\nto 1\nsteps 3") +
+                                  value("parameter start.v\nspread grid\nfrom 5\nto 6\nsteps 2") +
+                                  value("parameter robot.mass:rod\nfrom 1\nto 2"),
+                              "samples 4\n"));
   ASSERT_EQ(sweep.rows(), 24);
   std::set<double> masses;
   for (long row = 0; row < 24; ++row) {
@@ -125,7 +127,7 @@ TEST(Sweeps, ASampleThatFailsLeavesTheOthersAsTheyAre) {
   const MadeScene made("robot\n{\nurdf \"" + kSource + "/config/robots/block.urdf\"\n}\n" +
                        "effects\n{\njoint_springs\n{\nstiffness 1\n}\n}\nstart\n{\nq 1\n}\n" +
                        "simulation\n{\nduration 8\nstep 0.01\nintegrator semi-implicit-euler\n}\n");
-  const std::string spread = "of effects.joint_springs\nspread grid\nfrom 1e4\nto 1e5\nsteps 19";
+  const std::string spread = "parameter effects.joint_springs\nspread grid\nfrom 1e4\nto 1e5\nsteps 19";
   const SceneSweep sweep = made.sweep(block("vary", value(spread)));
   const ComputedRows rows = computed(sweep, 0, 19);
   const io::CsvTable table = table_of(sweep, rows);
@@ -146,7 +148,7 @@ TEST(Sweeps, ASampleThatFailsLeavesTheOthersAsTheyAre) {
 }
 
 TEST(Sweeps, FoldersGoOnRefuseAndForgive) {
-  SceneSweep sweep = sweep_of(pendulum_sweep(value("of start.q\nfrom 0\nto 1"), "samples 100\n"));
+  SceneSweep sweep = sweep_of(pendulum_sweep(value("parameter start.q\nfrom 0\nto 1"), "samples 100\n"));
   sweep.scene.duration = 0.1;
   sweep.threads = 3;
   const std::string path = sweep_cache().path() + "/folder";

@@ -10,8 +10,8 @@
 #include <fstream>
 
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/scene/simulate.h>
-#include <dyntape/interface/sweep/run_sweep.h>
+#include <dyntape/interface/run/simulate/simulate.h>
+#include <dyntape/interface/run/sweep/run_sweep.h>
 
 #include "temporary_cache.h"
 

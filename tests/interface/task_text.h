@@ -11,7 +11,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/files/task/task.h>
 
 namespace dyntape::test {
 

@@ -5,11 +5,11 @@
 
 #include <map>
 
+#include <dyntape/interface/control/problem/penalties.h>
+#include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/ocp/penalties.h>
-#include <dyntape/interface/task/mpc_task.h>
-#include <dyntape/interface/task/solve.h>
-#include <dyntape/interface/task/task_keys.h>
+#include <dyntape/interface/run/mpc/mpc_task.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "message_of.h"
 #include "task_text.h"
 
@@ -103,7 +103,7 @@ TEST_F(TermKeys, EveryKindIsThatOfCpp) {
 
 TEST_F(TermKeys, RolesPlacesAndPenalties) {
   term("end",
-       "what joint_velocity\nentries \"panda_joint2 panda_joint7\"\nrole inequality\nlower -1\nupper \"2 "
+       "type joint_velocity\nentries \"panda_joint2 panda_joint7\"\nrole inequality\nlower -1\nupper \"2 "
        "3\"\nwhere end");
   Task task = read();
   const Term& end = named(task, "end");
@@ -143,27 +143,27 @@ TEST_F(TermKeys, WrongOnesAreNamed) {
     EXPECT_NE(found.find(part), std::string::npos) << part << " not in: " << found;
     EXPECT_EQ(std::count(found.begin(), found.end(), '\n'), 0) << found;
   };
-  says("what frame_positon\nframe panda_hand", "did you mean 'frame_position'?");
-  says("frame panda_hand", "'terms.term.what'");
-  says("what frame_position\nframe panda_hnd",
+  says("type frame_positon\nframe panda_hand", "did you mean 'frame_position'?");
+  says("frame panda_hand", "'terms.term.type'");
+  says("type frame_position\nframe panda_hnd",
        "'panda_hnd', which is no link of the robot; did you mean 'panda_hand'?");
-  says("what frame_position\nframe panda_link0", "fixed to the world");
-  says("what com\nframe panda_hand", "unknown key 'frame' in 'terms.term'");
-  says("what com\nentries \"x w\"", "'w'");
-  says("what com\ntarget \"1 2\"", "'target' has 2 numbers, expected 3, or one for all");
-  says("what com\nrole inequality", "an inequality needs 'lower', 'upper' or both");
-  says("what com\nrole equality\nweight 2", "unknown key 'weight'");
-  says("what com\nlower 2\nupper 1", "'lower' is above 'upper'");
-  says("what com\npenalty barrier", "a barrier keeps away from bounds; expected 'lower', 'upper' or both");
-  says("what com\nwhere at", "'terms.term.at'");
-  says("what com\nwhere at\nat 1.5", "between 0 and 1");
-  says("what com\nwidth 0.1", "unknown key 'width'");
+  says("type frame_position\nframe panda_link0", "fixed to the world");
+  says("type com\nframe panda_hand", "unknown key 'frame' in 'terms.term'");
+  says("type com\nentries \"x w\"", "'w'");
+  says("type com\ntarget \"1 2\"", "'target' has 2 numbers, expected 3, or one for all");
+  says("type com\nrole inequality", "an inequality needs 'lower', 'upper' or both");
+  says("type com\nrole equality\nweight 2", "unknown key 'weight'");
+  says("type com\nlower 2\nupper 1", "'lower' is above 'upper'");
+  says("type com\npenalty barrier", "a barrier keeps away from bounds; expected 'lower', 'upper' or both");
+  says("type com\nwhere at", "'terms.term.at'");
+  says("type com\nwhere at\nat 1.5", "between 0 and 1");
+  says("type com\nwidth 0.1", "unknown key 'width'");
 }
 
 TEST_F(TermKeys, AreSolvedFor) {
   // Work, in and out alike, beside the acceleration: less of it, for more acceleration.
   replace("acceleration 1", "acceleration 1e-2");
-  replace("true_defect 1e-5", "true_defect 1e-3");  // no finer mesh
+  replace("integration_error 1e-5", "integration_error 1e-3");  // no finer mesh
   const auto work = [&](const Task& task) {
     const SolveReport report = solve_task(task);
     EXPECT_TRUE(report.success()) << report.verdict();
@@ -176,7 +176,7 @@ TEST_F(TermKeys, AreSolvedFor) {
     return sum / m.points();
   };
   const double without = work(read());
-  term("work", "what power\npenalty absolute\nwidth 1\nweight 0.1");
+  term("work", "type power\npenalty absolute\nwidth 1\nweight 0.1");
   EXPECT_LT(work(read()), 0.97 * without);
 }
 
@@ -265,7 +265,7 @@ TEST_F(TermKeys, AControllerFollowsAReference) {
   load("block_move");
   text_ = text_.substr(0, text_.find("expected"));
   replace("control 1", "control 1e-6");
-  add("reference {\n file motion.csv\n q 100\n v 1\n}\nmpc {\n seconds 2.5\n period 0.02\n}");
+  add("reference {\n file motion.csv\n q 100\n v 1\n}\nmpc {\n duration 2.5\n period 0.02\n}");
   const ControlReport report = control_task(read());
   double worst = 0;
   const Trajectory& m = report.loop.motion;
@@ -285,8 +285,8 @@ TEST_F(TermKeys, AControllerRefusesWaypointsOfItsHorizonAndTakesTermsAsWhatDraws
   };
   EXPECT_NE(refusal().find("expected weights in costs.tracking or reference, or a cost in terms"),
             std::string::npos);
-  term("there", "what joint_position\ntarget 1\nweight 100");
-  add("mpc {\n seconds 2\n}");
+  term("there", "type joint_position\ntarget 1\nweight 100");
+  add("mpc {\n duration 2\n}");
   const ControlReport report = control_task(read());
   EXPECT_LT(report.off_end, 0.05);
   add("waypoints {\n waypoint half {\n at 0.5\n q 0.5\n }\n}");
@@ -349,7 +349,7 @@ TEST_F(TermKeys, BodiesMayBeKeptAwayByABarrier) {
 TEST_F(TermKeys, StandInTheListOfAllKeys) {
   std::map<std::string, int> asked;
   for (const io::Question& q : task_questions()) ++asked[q.path];
-  for (const char* key : {"terms.term.what", "terms.term.frame", "terms.term.width", "terms.term.at",
+  for (const char* key : {"terms.term.type", "terms.term.frame", "terms.term.width", "terms.term.at",
                           "waypoints.waypoint.at", "waypoints.waypoint.q", "reference.file", "reference.q"})
     EXPECT_EQ(asked[key], 1) << key;
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Balls and bars that keep clear of each other: distances against brute force, slopes against differences.
+// Balls and bars that keep clear of each other: distances against brute force, derivatives against differences.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
@@ -9,7 +9,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/capsules.h>
+#include <dyntape/interface/motion/capsules.h>
 #include "../autodiff/dense.h"
 #include "../dynamics/robot_files.h"
 
@@ -77,7 +77,7 @@ TEST_F(Pairs, DistancesAreThoseOfBruteForce) {
     if (k % 6 == 5) d = c - (b - a);                                        // and the other way round
     const double least = sampled(a + q, b + q, c, d);
     for (const bool swapped : {false, true}) {
-      Capsule moved = bar("moved", "tool", a, b, 0.1), fixed = bar("fixed", kWorld, c, d, 0.2);
+      Capsule moved = capsule("moved", "tool", a, b, 0.1), fixed = capsule("fixed", kWorld, c, d, 0.2);
       if (swapped) std::swap(moved, fixed);
       const double gap = clearance(scene_.model, q, moved, fixed) + 0.3;
       // A grid misses the nearest points by half a step at most, and the distance by that where they touch.
@@ -95,8 +95,8 @@ TEST_F(Pairs, DistancesAreThoseOfBruteForce) {
 
 // First order: at contact the row is the clearance, and falls as fast.
 TEST_F(Pairs, TheRowIsTheClearanceNearContact) {
-  const Term term =
-      keep_clear(scene_, ball("a", "tool", Vector3d::Zero(), 0.1), ball("b", kWorld, Vector3d::Zero(), 0.2));
+  const Term term = keep_clear(scene_, sphere("a", "tool", Vector3d::Zero(), 0.1),
+                               sphere("b", kWorld, Vector3d::Zero(), 0.2));
   EXPECT_NEAR(term.function(stage_of({0.3, 0, 0}))[0], 0, 1e-16);
   EXPECT_NEAR(term.function(stage_of({0.301, 0, 0}))[0], 0.001, 2e-6);
   EXPECT_NEAR(term.function(stage_of({0, -0.299, 0}))[0], -0.001, 2e-6);
@@ -113,10 +113,10 @@ TEST_F(Pairs, SlopesAndCurvaturesAreFiniteEverywhereAndRight) {
     });
   };
   for (int kind = 0; kind < 3; ++kind) {
-    const Capsule moved = kind == 0 ? ball("a", "tool", {0.1, 0, 0}, 0.1)
-                                    : bar("a", "tool", {0.1, 0, 0}, {-0.2, 0.3, 0.4}, 0.1);
-    const Capsule fixed = kind == 2 ? bar("b", kWorld, {0.5, 0.2, 0}, {-0.3, 0.1, 0.2}, 0.2)
-                                    : ball("b", kWorld, {0.2, 0.2, 0.2}, 0.2);
+    const Capsule moved = kind == 0 ? sphere("a", "tool", {0.1, 0, 0}, 0.1)
+                                    : capsule("a", "tool", {0.1, 0, 0}, {-0.2, 0.3, 0.4}, 0.1);
+    const Capsule fixed = kind == 2 ? capsule("b", kWorld, {0.5, 0.2, 0}, {-0.3, 0.1, 0.2}, 0.2)
+                                    : sphere("b", kWorld, {0.2, 0.2, 0.2}, 0.2);
     const StageFunction gap = keep_clear(scene_, moved, fixed).function;
     const Function f = recorded(gap);
     for (int k = 0; k < 30; ++k) {
@@ -140,13 +140,14 @@ TEST_F(Pairs, SlopesAndCurvaturesAreFiniteEverywhereAndRight) {
   }
   // Centres on each other: no slope, and as far inside as can be.
   const StageFunction gap =
-      keep_clear(scene_, ball("a", "tool", {0.1, 0, 0}, 0.1), ball("b", kWorld, {0.1, 0, 0}, 0.2)).function;
+      keep_clear(scene_, sphere("a", "tool", {0.1, 0, 0}, 0.1), sphere("b", kWorld, {0.1, 0, 0}, 0.2))
+          .function;
   EXPECT_NEAR(gap(stage_of(Vector3d::Zero()))[0], -0.15, 1e-16);
   EXPECT_EQ(testing::jacobian(recorded(gap), std::vector<double>(6, 0.0)), MatrixXd::Zero(1, 6));
   // Parallel bars: the values meet from both sides of the parallel.
   const auto turned = [&](double angle) {
-    return clearance(scene_.model, Vector3d(0, 0, 0.3), bar("a", "tool", {0, 0, 0}, {1, 0, 0}, 0.1),
-                     bar("b", kWorld, {0, 0, 0}, {std::cos(angle), std::sin(angle), 0}, 0.1));
+    return clearance(scene_.model, Vector3d(0, 0, 0.3), capsule("a", "tool", {0, 0, 0}, {1, 0, 0}, 0.1),
+                     capsule("b", kWorld, {0, 0, 0}, {std::cos(angle), std::sin(angle), 0}, 0.1));
   };
   for (double angle : {-1e-4, -1e-5, -1e-6, 0.0, 1e-9, 1e-6, 1e-5, 1e-4})
     EXPECT_NEAR(turned(angle), 0.1, 1e-8) << angle;
@@ -157,8 +158,8 @@ TEST_F(Pairs, NearlyParallelBarsMeetWhereTheyCross) {
   for (double angle : {1e-3, 1e-4, 3e-5, 9e-6, 1e-6, 2e-7, 9e-8, 1e-8}) {
     for (double length : {0.1, 1.0, 3.0}) {
       const Vector3d along(std::cos(angle), std::sin(angle), 0), half = along * length / 2;
-      const double gap = clearance(scene_.model, Vector3d::Zero(), bar("a", "tool", -half, half, 0.1),
-                                   bar("b", kWorld, {-length / 2, 0, 0}, {length / 2, 0, 0}, 0.1)) +
+      const double gap = clearance(scene_.model, Vector3d::Zero(), capsule("a", "tool", -half, half, 0.1),
+                                   capsule("b", kWorld, {-length / 2, 0, 0}, {length / 2, 0, 0}, 0.1)) +
                          0.2;
       EXPECT_LT(gap, 5.1e-8 * length) << angle << " " << length;
       EXPECT_GE(gap, -1e-15);
@@ -176,13 +177,13 @@ TEST_F(Pairs, ErrorsSayWhatIsWrong) {
     }
   };
   const Vector3d zero = Vector3d::Zero();
-  const Capsule tool = ball("hand", "tool", zero, 0.1), post = ball("post", kWorld, zero, 0.1);
-  says(ball("hand", "tol", zero, 0.1), post, 0, "tool");
-  says(ball("hand", "tool", zero, 0), post, 0, "\"hand\": the radius is 0.0");
-  says(ball("hand", "tool", {0, NAN, 0}, 1), post, 0, "no finite number");
+  const Capsule tool = sphere("hand", "tool", zero, 0.1), post = sphere("post", kWorld, zero, 0.1);
+  says(sphere("hand", "tol", zero, 0.1), post, 0, "tool");
+  says(sphere("hand", "tool", zero, 0), post, 0, "\"hand\": the radius is 0.0");
+  says(sphere("hand", "tool", {0, NAN, 0}, 1), post, 0, "no finite number");
   says(tool, post, -1, "expected zero or more");
   says(tool, tool, 0, "no joint moves");
-  says(ball("base", "world", zero, 0.1), post, 0, "no joint moves \"base\" against \"post\"");
+  says(sphere("base", "world", zero, 0.1), post, 0, "no joint moves \"base\" against \"post\"");
 }
 
 }  // namespace

@@ -11,9 +11,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/task/pictures.h>
-#include <dyntape/interface/task/solve.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/run/solve/pictures.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "task_text.h"
 
 namespace dyntape {
@@ -130,8 +130,8 @@ TEST_F(Places, APositionAloneAndWeightsOnTheWay) {
 TEST_F(Places, BodiesKeepClearOfEachOther) {
   remove("obstacles");
   replace("bodies {",
-          "bodies {\n  ball chest {\n    frame panda_link0\n    center \"0 0 0.1\"\n    radius 0.15\n  }\n"
-          "  clearance 0.02\n  apart \"hand chest\"\n  apart \"forearm chest\"");
+          "bodies {\n  sphere chest {\n    frame panda_link0\n    center \"0 0 0.1\"\n    radius 0.15\n  }\n"
+          "  clearance 0.02\n  pair \"hand chest\"\n  pair \"forearm chest\"");
   const Task task = read();
   ASSERT_EQ(task.around.apart.size(), 2u);
   EXPECT_EQ(task.around.apart[1].name(), "forearm from chest");
@@ -177,15 +177,15 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   says("frame panda_hand {", "q 0\n frame panda_hand {", "'goal' has both 'frame' and 'q'");
   says("position    \"0.4 0.35 0.3\"", "position \"0.4 0.35\"", "has 2 numbers, expected three");
   says("position    \"0.4 0.35 0.3\"", "positon \"0.4 0.35 0.3\"", "did you mean 'position'?");
-  says("radius 0.12", "radius -0.12", "'obstacles.ball.radius' must be positive");
-  says("center \"0.45 0 0.8\"", "", "'obstacles.ball.center' is missing");
+  says("radius 0.12", "radius -0.12", "'obstacles.sphere.radius' must be positive");
+  says("center \"0.45 0 0.8\"", "", "'obstacles.sphere.center' is missing");
   says("frame  panda_link5", "frame panda_lnk5", "did you mean 'panda_link5'?");
-  says("frame  panda_link5", "frame \"\"", "'bodies.bar.frame' is empty, expected the name of a link");
+  says("frame  panda_link5", "frame \"\"", "'bodies.capsule.frame' is empty, expected the name of a link");
   says("frame  panda_link5", "frame panda_link0",
        "'panda_link0', which carries 'forearm', is fixed to the world");
-  says("bar forearm {", "bar hand {", "'hand' names two of 'bodies'");
-  says("bodies {", "bodies {\n apart \"hand foot\"", "'foot', which is none of 'bodies'");
-  says("bodies {", "bodies {\n apart \"hand\"", "names 1 bodies, expected two");
+  says("capsule forearm {", "capsule hand {", "'hand' names two of 'bodies'");
+  says("bodies {", "bodies {\n pair \"hand foot\"", "'foot', which is none of 'bodies'");
+  says("bodies {", "bodies {\n pair \"hand\"", "names 1 bodies, expected two");
   says("costs { acceleration 1 }", "costs {\n acceleration 1\n tracking {\n q 1\n }\n}",
        "weighs a distance to 'goal.q'");
   says("radius 0.12", "radius 0.5", "at the start the clearance of \"forearm\" and \"lamp\" is -0.");
@@ -201,18 +201,20 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
 class Slider : public Places {
  protected:
   void write(const std::string& center, const std::string& radius, const std::string& more = "") {
-    text_ = "robot {\n urdf " + (fs::path(DYNTAPE_SOURCE_DIR) / "config/robots/block.urdf").string() +
-            "\n}\nhorizon {\n duration 1\n intervals 4\n}\nstart { q 0 }\ngoal { q 1 }\nobstacles {\n ball "
-            "thing {\n center \"" +
-            center + "\"\n radius " + radius +
-            "\n }\n}\nbodies {\n ball block {\n frame block\n center \"0 0 0\"\n radius 0.004\n }\n}\ncosts "
-            "{ control 1 }\n" +
-            more;
+    text_ =
+        "robot {\n urdf " + (fs::path(DYNTAPE_SOURCE_DIR) / "config/robots/block.urdf").string() +
+        "\n}\nhorizon {\n duration 1\n intervals 4\n}\nstart { q 0 }\ngoal { q 1 }\nobstacles {\n ball "
+        "thing {\n center \"" +
+        center + "\"\n radius " + radius +
+        "\n }\n}\nbodies {\n sphere block {\n frame block\n center \"0 0 0\"\n radius 0.004\n }\n}\ncosts "
+        "{ control 1 }\n" +
+        more;
   }
 };
 
 TEST_F(Slider, ThinThingsAreNotPassedThrough) {
-  const char* const kVerify[] = {"", "verify { true_defect inf }\n", "verify { true_defect 1 }\n"};
+  const char* const kVerify[] = {"", "verify { integration_error inf }\n",
+                                 "verify { integration_error 1 }\n"};
   for (const char* verify : kVerify) {
     for (const char* center : {"0.42 0 0", "0.43 0 0", "0.44 0 0"}) {
       write(center, "0.004", verify);
@@ -253,8 +255,8 @@ TEST_F(Places, SlimThingsAreNotTouched) {
   remove("bodies");
   remove("expected");
   text_ +=
-      "\nobstacles {\n bar post {\n from \"0.55 0 0\"\n to \"0.55 0 0.5\"\n radius 0.015\n }\n}\n"
-      "bodies {\n ball hand {\n frame panda_hand\n center \"0 0 0.05\"\n radius 0.02\n }\n}\n";
+      "\nobstacles {\n capsule post {\n from \"0.55 0 0\"\n to \"0.55 0 0.5\"\n radius 0.015\n }\n}\n"
+      "bodies {\n sphere hand {\n frame panda_hand\n center \"0 0 0.05\"\n radius 0.02\n }\n}\n";
   const SolveReport report = solve_task(read());
   EXPECT_TRUE(report.success()) << report.verdict();
 }
@@ -267,40 +269,40 @@ TEST_F(Places, KinksAndConstantDistancesAreNoWrongDerivatives) {
   const std::string bare = text_;
   text_ += R"(
 obstacles {
-  bar b0 {
+  capsule b0 {
     from "-0.00713559 -0.156633 0.565429"
     to "-0.161106 0.15552 0.655674"
     radius 0.02
   }
-  bar b1 {
+  capsule b1 {
     from "-0.754882 0.91087 0.63172"
     to "-0.456423 0.967759 0.737944"
     radius 0.02
   }
-  bar b2 {
+  capsule b2 {
     from "0.152269 -0.770643 0.156984"
     to "0.429359 -0.951188 -0.288453"
     radius 0.02
   }
-  bar b3 {
+  capsule b3 {
     from "0.630949 0.49588 0.916624"
     to "0.495452 0.0539273 1.22809"
     radius 0.02
   }
 }
 bodies {
-  bar upper {
+  capsule upper {
     frame panda_link3
     from "0 0 -0.3"
     to "0 0 0"
     radius 0.05
   }
-  ball hand {
+  sphere hand {
     frame panda_hand
     center "0 0 0.05"
     radius 0.1
   }
-  bar forearm {
+  capsule forearm {
     frame panda_link5
     from "0.06 0 -0.32"
     to "0 0 0"
@@ -312,20 +314,20 @@ bodies {
     const Task task = read();
     Collocation program(task.problem, task.optimise.mesh);
     const std::vector<double> start = program.start();
-    for (double g : program.magnitudes(start).g) EXPECT_GT(g, 1e-9);
+    for (double g : program.scaling(start).g) EXPECT_GT(g, 1e-9);
     for (unsigned seed = 1; seed < 6; ++seed)
       EXPECT_TRUE(check_derivatives(program, start, {.seed = seed}).good()) << seed;
   };
   check();
   text_ = bare + R"(
 bodies {
-  apart "hand forearm"
-  ball hand {
+  pair "hand forearm"
+  sphere hand {
     frame panda_hand
     center "0 0 0.05"
     radius 0.03
   }
-  bar forearm {
+  capsule forearm {
     frame panda_link5
     from "0.06 0 -0.32"
     to "0 0 0"

@@ -10,9 +10,9 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/ocp/inverse_kinematics.h>
-#include <dyntape/interface/ocp/record_stage.h>
-#include <dyntape/interface/ocp/robot_problem.h>
+#include <dyntape/interface/control/problem/record_stage.h>
+#include <dyntape/interface/motion/inverse_kinematics.h>
+#include <dyntape/interface/motion/robot_problem.h>
 #include "../autodiff/dense.h"
 #include "../dynamics/robot_files.h"
 
@@ -73,7 +73,7 @@ Function recorded(const StageFunction& f, Eigen::Index n_x) {
   });
 }
 
-MatrixXd slopes(const StageFunction& f, const VectorXd& x) {
+MatrixXd derivatives(const StageFunction& f, const VectorXd& x) {
   return jacobian(recorded(f, x.size()), {x.begin(), x.end()});
 }
 
@@ -231,7 +231,7 @@ TEST_P(Terms, SlopesAreThoseOfDifferences) {
     for (const auto& [name, f] : functions) {
       const VectorXd value = f(Stage<double>{0, x, {}, {}});
       const double scale = 1 + value.squaredNorm();
-      EXPECT_LT((slopes(f, x) - differences(f, x)).cwiseAbs().maxCoeff(), 1e-7 * scale)
+      EXPECT_LT((derivatives(f, x) - differences(f, x)).cwiseAbs().maxCoeff(), 1e-7 * scale)
           << name << ", draw " << k;
     }
   }
@@ -247,7 +247,7 @@ TEST_P(Terms, OrientationIsZeroAndSmoothAtItsTarget) {
   };
   const StageFunction at = frame_orientation(scene_, frame_, X.linear());
   EXPECT_LT(at(Stage<double>{0, x, {}, {}}).norm(), 1e-15);
-  const MatrixXd J = slopes(at, x);
+  const MatrixXd J = derivatives(at, x);
   EXPECT_TRUE(J.allFinite());
   EXPECT_LT((J - differences(at, x)).cwiseAbs().maxCoeff(), 1e-9);
   const Vector3d axis = Vector3d(1, -2, 0.5).normalized();

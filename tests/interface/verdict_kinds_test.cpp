@@ -8,10 +8,10 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/solvers/second_order.h>
-#include <dyntape/interface/task/mpc_task.h>
-#include <dyntape/interface/task/solve.h>
-#include <dyntape/interface/transcription/refine.h>
+#include <dyntape/interface/control/riccati/second_order.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/run/mpc/mpc_task.h>
+#include <dyntape/interface/run/solve/solve.h>
 #include "ocp_problems.h"
 #include "task_text.h"
 
@@ -85,7 +85,7 @@ TEST_F(VerdictKinds, ABarrierThatIsLeftIsNoOptimum) {
 
 // Hanging still is stationary for a cost that draws upwards, and a maximum of it.
 TEST_F(VerdictKinds, ASaddleIsLeftByEveryMethod) {
-  for (const char* method : {"ipopt", "stages", "ddp"}) {
+  for (const char* method : {"ipopt", "riccati", "ddp"}) {
     const SolveReport report = solved(
         "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 3\n intervals 60\n}\nstart {\n q 0\n}\n"
         "goal {\n q 0\n free hinge\n}\ncosts {\n control 0.001\n}\nterms {\n term up {\n what "
@@ -109,7 +109,7 @@ TEST_F(VerdictKinds, ASaddleIsLeftByEveryMethod) {
   }
 }
 
-// Upright at half a turn all slopes are rounding, where at zero they are none.
+// Upright at half a turn all derivatives are rounding, where at zero they are none.
 TEST_F(VerdictKinds, DdpLeavesAPoleThatStandsByRounding) {
   for (const double height : {-1.0, -0.5}) {
     const SolveReport report = solved(
@@ -127,12 +127,12 @@ TEST_F(VerdictKinds, DdpLeavesAPoleThatStandsByRounding) {
 // However little the task allows defects, a control may pass its limits by what is not cut off.
 TEST_F(VerdictKinds, ControlsAtTheirLimitsAreKeptWhateverDefectsAreAllowed) {
   for (const char* bounds : {"bounds {\n efforts 12\n}\n", ""}) {
-    for (const char* method : {"ipopt", "stages"}) {
+    for (const char* method : {"ipopt", "riccati"}) {
       write_cart(30, *bounds ? 100 : 12);
       const SolveReport report = solved(
           "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 1\n intervals 40\n}\nstart {\n q 0\n}\ngoal {\n "
           "q "
-          "2.5\n}\ncosts {\n control 1\n}\nverify {\n true_defect 1e-5\n}\n" +
+          "2.5\n}\ncosts {\n control 1\n}\nverify {\n integration_error 1e-5\n}\n" +
           std::string(bounds) + "solver {\n method " + method + "\n}\n");
       EXPECT_TRUE(report.success()) << report.text();
     }
@@ -152,13 +152,13 @@ TEST_F(VerdictKinds, WhatStandsStillButForRoundingDoesNotDiverge) {
       "type=\"prismatic\"><parent link=\"carriage\"/><child link=\"hand\"/><axis xyz=\"0 1 0\"/><limit "
       "lower=\"-10\" "
       "upper=\"10\" velocity=\"300\" effort=\"100\"/></joint></robot>");
-  for (const char* method : {"ipopt", "stages"}) {
+  for (const char* method : {"ipopt", "riccati"}) {
     const SolveReport report = solved(
         "robot {\n urdf table.urdf\n}\nhorizon {\n duration 2\n intervals 2\n}\nstart {\n q \"0 0\"\n}\ngoal "
         "{\n q "
         "\"3 0\"\n}\ncosts {\n control 1\n}\ntranscription {\n scheme trapezoid\n}\nobstacles {\n bar post "
         "{\n from "
-        "\"1.37 0.05 -1\"\n to \"1.37 0.05 1\"\n radius 0.02\n }\n}\nbodies {\n ball hull {\n frame hand\n "
+        "\"1.37 0.05 -1\"\n to \"1.37 0.05 1\"\n radius 0.02\n }\n}\nbodies {\n sphere hull {\n frame hand\n "
         "center "
         "\"0 0 0\"\n radius 0.03\n }\n}\nsolver {\n method " +
         std::string(method) + "\n}\n");
@@ -168,7 +168,7 @@ TEST_F(VerdictKinds, WhatStandsStillButForRoundingDoesNotDiverge) {
 
 // A pendulum that falls freely, as good as: its motion is there, and on eleven trapezoids there is none.
 TEST_F(VerdictKinds, AMeshTooCoarseForAnyMotionIsRefined) {
-  for (const char* method : {"ipopt", "stages"}) {
+  for (const char* method : {"ipopt", "riccati"}) {
     const SolveReport report = solved(
         "robot {\n urdf pendulum.urdf\n}\nhorizon {\n duration 1.77\n intervals 11\n}\nstart {\n q -2\n}\n"
         "goal {\n q 1.1142945849\n v -4.1004278213\n}\ncosts {\n control 1\n}\nbounds {\n efforts 0.1\n}\n"
@@ -202,7 +202,7 @@ TEST(Saddles, ARidgeIsLeftForEitherWell) {
     p.start << 0;
     // Rest is a maximum to the second order where 2 w s^2 (2 T / pi)^2 > r.
     if (2 * w * s * s * std::pow(2 * T / kPi, 2) < 2 * r) continue;
-    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+    for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
       const Solution solution =
           optimise(p, {.mesh = {.intervals = 40, .evaluation = kInterpreted}, .solver = {.method = method}});
       EXPECT_TRUE(solution.converged()) << k << ": " << to_string(solution.nlp.status);
@@ -233,7 +233,7 @@ TEST_F(VerdictKinds, AGoalThatCostsMissIsNotReached) {
   EXPECT_TRUE(solved(weak + "verify {\n goal 1e9\n}\n").success());
   replace("goal {", "goal {\n soft on");
   EXPECT_TRUE(solve_task(read()).success());
-  replace("method ddp", "method stages");
+  replace("method ddp", "method riccati");
   EXPECT_NE(message().find("goal.soft"), std::string::npos) << message();
 }
 
@@ -246,10 +246,10 @@ TEST_F(VerdictKinds, BoundsAreLookedAtBetweenPoints) {
   const std::string as_bound = task + "bounds {\n velocities 1.2\n}\n",
                     as_term =
                         task +
-                        "terms {\n term slow {\n what joint_velocity\n role inequality\n lower -1.2\n upper "
+                        "terms {\n term slow {\n type joint_velocity\n role inequality\n lower -1.2\n upper "
                         "1.2\n }\n}\n";
   for (const std::string& text : {as_bound, as_term}) {
-    const SolveReport coarse = solved(text + "verify {\n refinements 0\n}\n");
+    const SolveReport coarse = solved(text + "verify {\n max_refinements 0\n}\n");
     EXPECT_FALSE(coarse.success());
     EXPECT_NE(coarse.verdict().find("between points of the mesh, bounded by 1.2"), std::string::npos)
         << coarse.verdict();
@@ -272,9 +272,10 @@ TEST_F(VerdictKinds, SwitchesKeepLimits) {
     write_cart(v, F);
     const double rated = std::stod(std::to_string(v)), force = std::stod(std::to_string(F));
     const double least = d > rated * rated / force ? d / rated + rated / force : 2 * std::sqrt(d / force);
-    for (const char* method : {"ipopt", "stages"}) {
+    for (const char* method : {"ipopt", "riccati"}) {
       const SolveReport report = solved(
-          "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 8\n shortest 0.5\n longest 50\n intervals "
+          "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 8\n min_duration 0.5\n max_duration 50\n "
+          "intervals "
           "28\n}\n"
           "start {\n q 0\n}\ngoal {\n q " +
           std::to_string(d) + "\n}\ncosts {\n time 1\n}\nsolver {\n method " + method + "\n}\n");
@@ -311,7 +312,7 @@ TEST_F(VerdictKinds, FeetInMidAirAreTold) {
 
 // |u|^2 = 1 from u = 0, where the row has no slope: the violation is largest there.
 TEST(Saddles, AViolationIsLeftAtItsLargest) {
-  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
     Problem p("thrust", {"x", "y", "vx", "vy"}, {"ux", "uy"}, 2,
               [](const auto& s) { return vector(s.x[2], s.x[3], s.u[0], s.u[1]); });
     p.add(path_equality("length", [](const auto& s) {
@@ -329,7 +330,7 @@ TEST(Saddles, AViolationIsLeftAtItsLargest) {
 
 // Of the same program by another tool: 0.0597 from 3.1 rad, 76.02 from 0.1 rad to upright.
 TEST_F(VerdictKinds, ScalesHoldAroundTheStart) {
-  for (const char* method : {"ipopt", "stages"}) {
+  for (const char* method : {"ipopt", "riccati"}) {
     const SolveReport down = solved(tip_to(3.1, -1, method));
     EXPECT_TRUE(down.success()) << down.verdict();
     EXPECT_NEAR(down.solution.cost(), 0.0597, 5e-4);
@@ -354,7 +355,7 @@ TEST_F(VerdictKinds, AGoalOutOfReachIsStretchedTo) {
         "trapezoid\n dynamics inverse\n hessian gauss_newton\n}\nstart {\n q \"0 -1 1 0 0 0\"\n}\ngoal {\n "
         "frame tool0 {\n position \"" +
         std::string(x) +
-        " 0.3 0.3\"\n }\n}\ncosts {\n acceleration 1e-3\n tracking {\n position 100\n }\n}\nmpc {\n seconds "
+        " 0.3 0.3\"\n }\n}\ncosts {\n acceleration 1e-3\n tracking {\n position 100\n }\n}\nmpc {\n duration "
         "1\n period 0.02\n late 1\n}\n";
     const ControlReport report = control_task(read());
     EXPECT_TRUE(report.success()) << report.text();
@@ -390,7 +391,7 @@ TEST(Success, IsFoundWhereTheCostIsConstant) {
       Eigen::Vector2d::Constant(0.1), Eigen::Vector2d::Constant(HUGE_VAL)));
   p.start << 0, 0;
   p.goal << 1.2, 1.6;
-  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kStages}) {
+  for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
     for (const Scheme& scheme : {trapezoid(), hermite_simpson(), radau(3), lobatto(4)}) {
       const Solution s = optimise(p, {.mesh = {.scheme = scheme, .intervals = 30, .evaluation = kInterpreted},
                                       .solver = {.method = method}});
@@ -407,13 +408,13 @@ TEST(Success, IncludesTheVerification) {
   const OptimiseOptions coarse{.mesh = {.intervals = 8, .evaluation = kInterpreted}};
   const Solution off = optimise(swing, coarse);
   ASSERT_TRUE(off.converged());
-  EXPECT_GT(off.verification.worst_relative, off.demands.true_defect);
+  EXPECT_GT(off.verification.worst_relative, off.demands.integration_error);
   EXPECT_FALSE(off.success());
   OptimiseOptions fine = coarse;
   fine.mesh.intervals = 60;
   EXPECT_TRUE(optimise(swing, fine).success());
   OptimiseOptions lenient = coarse;
-  lenient.demands.true_defect = 1;
+  lenient.demands.integration_error = 1;
   EXPECT_TRUE(optimise(swing, lenient).success());
 }
 

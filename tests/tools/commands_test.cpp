@@ -412,8 +412,9 @@ TEST(Study, EachIsATableWithPicturesAndAPage) {
   EXPECT_NE(page.find("](routes_time.svg)"), std::string::npos);
   EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes_time.svg"));
   EXPECT_TRUE(std::filesystem::exists(scratch / "study/routes_step.svg"));
-  const std::string slopes = slurp(scratch / "study/slopes.csv");
-  EXPECT_EQ(std::count(slopes.begin(), slopes.end(), '\n'), 1 + 2 * 6 * 5);  // shapes, functions, sizes
+  const std::string derivatives = slurp(scratch / "study/slopes.csv");
+  EXPECT_EQ(std::count(derivatives.begin(), derivatives.end(), '\n'),
+            1 + 2 * 6 * 5);  // shapes, functions, sizes
   EXPECT_TRUE(std::filesystem::exists(scratch / "study/slopes_time.svg"));
 }
 

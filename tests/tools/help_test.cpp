@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <sstream>
 
-#include <dyntape/interface/task/task_keys.h>
+#include <dyntape/interface/files/task/task_keys.h>
 
 #include "run.h"
 

@@ -175,7 +175,8 @@ TEST(ResultFolders, WhatARunReadsIsNotReplaced) {
           scratch / "inner/effective.info");
   put(scratch / "swept/effective.info", slurp(scratch / "swing/effective.info"));
   put(scratch / "sweep.info",
-      "scene swept/effective.info\nsamples 3\nvary\n{\n value\n {\n  of start.q\n  from 0\n  to 1\n }\n}\n");
+      "scene swept/effective.info\nsamples 3\nvary\n{\n value\n {\n  parameter start.q\n  from 0\n  to 1\n "
+      "}\n}\n");
   for (const Words& more : {Words{}, Words{"--restart"}, Words{"--sample", "1"}}) {
     Words words = {"sweep", scratch / "sweep.info", "--output", scratch / "swept"};
     words.insert(words.end(), more.begin(), more.end());

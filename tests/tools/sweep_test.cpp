@@ -39,10 +39,11 @@ std::string long_sweep(const Scratch& scratch, const std::string& seed = "1") {
       << "robot\n{\n urdf \"" << config("robots/double_pendulum.urdf")
       << "\"\n}\nstart\n{\n q 1\n}\nsimulation\n{\n duration 6\n step 1e-3\n}\n";
   std::string name = scratch / "sweep.info";
-  std::ofstream(name) << "scene scene.info\nsamples 800\nseed " << seed
-                      << "\nvary\n{\n value\n {\n  of start.q\n  from -2\n  to 2\n }\n value\n {\n  of "
-                         "start.v\n  spread normal\n  mean 0\n  deviation 1\n }\n}\nevaluation\n{\n threads "
-                         "2\n}\n";
+  std::ofstream(name)
+      << "scene scene.info\nsamples 800\nseed " << seed
+      << "\nvary\n{\n value\n {\n  parameter start.q\n  from -2\n  to 2\n }\n value\n {\n  of "
+         "start.v\n  distribution normal\n  mean 0\n  standard_deviation 1\n }\n}\nevaluation\n{\n threads "
+         "2\n}\n";
   return name;
 }
 
@@ -230,14 +231,14 @@ TEST(Sweep, RefusesInASentence) {
   const std::string out = scratch / "out", file = config("sweeps/pendulum_amplitudes.info");
   std::ofstream(scratch / "bad.info")
       << "scene \"" << config("scenes/pendulum.info")
-      << "\"\nsamples 3\nvary\n{\n value\n {\n  of start.k\n  from 0\n  to 1\n "
+      << "\"\nsamples 3\nvary\n{\n value\n {\n  parameter start.k\n  from 0\n  to 1\n "
          "}\n}\n";
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"sweep", file}, "--output is required"},
       {words_of("none.info", out), "none.info"},
       {words_of(config("scenes/pendulum.info"), out), "'robot'"},
       {words_of(config("robots/pendulum.urdf"), out), "not a sweep"},
-      {words_of(scratch / "bad.info", out), "bad.info:7:6: nothing in the scene is called 'start.k'"},
+      {words_of(scratch / "bad.info", out), "bad.info:7:13: nothing in the scene is called 'start.k'"},
       {words_of(file, out, {"--sample", "-1"}), "whole number"},
   };
   for (const auto& [words, expected] : cases) {

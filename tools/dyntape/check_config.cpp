@@ -3,11 +3,14 @@
 // dyntape check-config: the problems of a task, scene or sweep file, and every key that one may have, by the code that reads them.
 #include <iostream>
 #include <memory>
+#include <set>
 
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/old_names.h>
+#include <dyntape/interface/files/sweep/sweep.h>
+#include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/scene/simulate.h>
-#include <dyntape/interface/sweep/sweep.h>
-#include <dyntape/interface/task/task_keys.h>
+#include <dyntape/interface/run/simulate/simulate.h>
 
 #include "commands.h"
 #include "help.h"
@@ -84,6 +87,23 @@ Found found_in(const TextOfFile& file) {
           std::move(task.notes)};
 }
 
+// Gives the keys of the file, and of those that it includes, their names of today.
+void rename_in(const TextOfFile& file) {
+  io::InfoScan scan = io::scan_info(file.text, file.path);
+  io::throw_if_any(scan.problems);
+  const std::vector<io::Replacement> replacements = io::replace_old_names(scan.root, old_names());
+  std::set<std::string> paths;
+  for (const io::Replacement& r : replacements) {
+    std::cout << to_string(r.where) << ": " << r.was << " -> " << r.now << "\n";
+    paths.insert(*r.where.file);
+  }
+  for (const std::string& path : paths) {
+    const std::string text = path == file.path ? file.text : read_file(path);
+    write_file_atomically(path, io::replaced(text, path, replacements));
+  }
+  if (paths.empty()) std::cout << file.path << ": nothing to rename\n";
+}
+
 }  // namespace
 
 void add_check_config(CLI::App& app) {
@@ -91,14 +111,18 @@ void add_check_config(CLI::App& app) {
                                          "read a task, scene or sweep file and its robot strictly; print "
                                          "every problem with file, line and column");
   const auto file = std::make_shared<std::string>();
-  const auto show = std::make_shared<bool>(false);
+  const auto show = std::make_shared<bool>(false), rename = std::make_shared<bool>(false);
   command->add_option("file", *file, "the task, scene or sweep, an .info file")
       ->required()
       ->check(not_empty())
       ->type_name("FILE");
   command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
-  command->callback([file, show] {
-    const Found found = found_in(TextOfFile(*file));
+  command->add_flag("--rename", *rename,
+                    "write the file again with the names that its keys have today, and list them");
+  command->callback([file, show, rename] {
+    const TextOfFile text(*file);
+    if (*rename) return rename_in(text);
+    const Found found = found_in(text);
     if (*show) {
       std::cout << found.effective;
       return;

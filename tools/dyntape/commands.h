@@ -11,8 +11,8 @@
 #include <vector>
 
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/files/task/centroidal_task.h>
 #include <dyntape/interface/io/result_folder.h>
-#include <dyntape/interface/task/centroidal_task.h>
 
 namespace dyntape::tools {
 

@@ -15,8 +15,8 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/store/cache.h>
 #include <dyntape/codegen/system/files.h>
-#include <dyntape/interface/io/picture.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/report/plot/picture.h>
 
 #include "commands.h"
 #include "host.h"

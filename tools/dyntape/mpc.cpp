@@ -6,8 +6,8 @@
 
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/task/centroidal_control.h>
-#include <dyntape/interface/task/mpc_task.h>
+#include <dyntape/interface/run/mpc/centroidal_control.h>
+#include <dyntape/interface/run/mpc/mpc_task.h>
 
 #include "commands.h"
 #include "interruption.h"
@@ -47,7 +47,7 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
   if (!report.is_in_time())
     std::cerr << "dyntape: " << report.loop.missed(report.deadline) << " of " << report.loop.steps.size() - 1
               << " later steps took longer than the period of " << 1e3 * report.deadline
-              << " ms; expected fewer intervals, a longer period, or a greater part in mpc.late\n";
+              << " ms; expected fewer intervals, a longer period, or a greater part in mpc.max_late\n";
   if (const ClosedLoop::Step* first = report.first_unusable())
     std::cerr << "dyntape: " << report.loop.unusable() << " of " << report.loop.steps.size()
               << " plans were not usable, and the one before was followed; the first, at "

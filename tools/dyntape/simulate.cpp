@@ -11,11 +11,11 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/planar_keys.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/scene/joint_values.h>
-#include <dyntape/interface/scene/planar_keys.h>
-#include <dyntape/interface/scene/simulation_results.h>
+#include <dyntape/interface/report/simulation_results.h>
 
 #include "commands.h"
 #include "interruption.h"

@@ -7,9 +7,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/info.h>
+#include <dyntape/interface/files/info/info.h>
 #include <dyntape/interface/io/live_line.h>
-#include <dyntape/interface/task/solve.h>
+#include <dyntape/interface/run/solve/solve.h>
 
 #include "commands.h"
 #include "interruption.h"

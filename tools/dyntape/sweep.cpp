@@ -12,8 +12,8 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/scene/simulation_results.h>
-#include <dyntape/interface/sweep/sweep_results.h>
+#include <dyntape/interface/report/simulation_results.h>
+#include <dyntape/interface/report/sweep_results.h>
 
 #include "commands.h"
 #include "interruption.h"

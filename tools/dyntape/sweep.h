@@ -5,14 +5,14 @@
 
 #include <CLI/CLI.hpp>
 
-#include <dyntape/interface/sweep/sweep_crew.h>
+#include <dyntape/interface/run/sweep/sweep_workers.h>
 
 namespace dyntape::tools {
 
 // Who else shares the work: none, peers of the one that writes, or the one that writes.
 struct SweepSide {
   SweepPeers* peers = nullptr;
-  SweepMaster* master = nullptr;
+  SweepCoordinator* master = nullptr;
 };
 
 void add_sweep_command(CLI::App& app, const SweepSide& side);

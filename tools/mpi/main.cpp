@@ -19,7 +19,7 @@
 namespace {
 
 using dyntape::FromPeer;
-using dyntape::SweepMaster;
+using dyntape::SweepCoordinator;
 using namespace std::chrono_literals;
 
 // To the others an order: a chunk, or what is below zero; the first is followed by the sweep's identity.
@@ -95,7 +95,7 @@ class Peers : public dyntape::SweepPeers {
   bool is_over_ = false;
 };
 
-class Master : public SweepMaster {
+class Master : public SweepCoordinator {
  public:
   std::optional<std::string> begin() override {
     std::optional<Order> order;

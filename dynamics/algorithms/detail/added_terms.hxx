@@ -9,7 +9,7 @@ namespace dyntape::dynamics::detail {
 
 // visit(body, D), D about the origin of the body.
 template <class T, class Visit>
-void for_each_added(const Acting<T>& acting, Visit visit) {
+void for_each_added(const DynamicsTerms<T>& acting, Visit visit) {
   for (int i = 0; i < acting.added.count; ++i) {
     const AddedInertia<T>& added = acting.added.at(acting.added.list, i);
     if (added.body >= 0) visit(added.body, articulated(added));
@@ -18,7 +18,7 @@ void for_each_added(const Acting<T>& acting, Visit visit) {
 
 // Free fall, seen from body b: what the recursions' accelerations are short of.
 template <class T>
-Vector3<T> fall_of(const Model<T>& model, const Data<T>& data, const Acting<T>& acting, int b) {
+Vector3<T> fall_of(const Model<T>& model, const Data<T>& data, const DynamicsTerms<T>& acting, int b) {
   if (!acting.gravity) return Vector3<T>::Zero();
   Matrix3<T> R = data.X_PB[b].R;
   for (int i = model.parent[b]; i >= 0; i = model.parent[i]) R = data.X_PB[i].R * R;
@@ -33,7 +33,7 @@ Motion<T> acceleration_of(const Data<T>& data, int b, const Vector3<T>& fall) {
 
 // D a + v x* D v, after the accelerations data.a_gf.
 template <class T>
-Force<T> added_force(const Model<T>& model, const Data<T>& data, const Acting<T>& acting, int b,
+Force<T> added_force(const Model<T>& model, const Data<T>& data, const DynamicsTerms<T>& acting, int b,
                      const Articulated<T>& D) {
   return D * acceleration_of(data, b, fall_of(model, data, acting, b)) + cross(data.v[b], D * data.v[b]);
 }
@@ -87,7 +87,7 @@ void add_to_inertia(Data<T>& data, int r, int k, bool above, const Force<T>& DJ_
 
 // M += sum J^T D J
 template <class T>
-void add_inertias(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
+void add_inertias(const Model<T>& model, Data<T>& data, const DynamicsTerms<T>& acting) {
   for_each_added(acting, [&](int b, const Articulated<T>& D) {
     for_each_above(model, data, b, [&](int i, const Placement<T>& X_iB) {
       for (int k = data.tree.first[i]; k < data.tree.first[i] + data.tree.count[i]; ++k) {
@@ -102,10 +102,10 @@ void add_inertias(const Model<T>& model, Data<T>& data, const Acting<T>& acting)
   });
 }
 
-// Of tau = J^T F, F = D a + v x* D v in the frame of body b: slopes of F by those of v and a, which stand in
+// Of tau = J^T F, F = D a + v x* D v in the frame of body b: derivatives of F by those of v and a, which stand in
 // kinematic_derivatives.h for kLocal; J of a column turns with the joints between it and the body.
 template <class T>
-void add_inertia_derivatives(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
+void add_inertia_derivatives(const Model<T>& model, Data<T>& data, const DynamicsTerms<T>& acting) {
   const Tree& tree = data.tree;
   for_each_added(acting, [&](int b, const Articulated<T>& D) {
     const Vector3<T> fall = fall_of(model, data, acting, b);

@@ -34,7 +34,7 @@ const Frame<T>& frame_at(const char* function, const Model<T>& model, int frame)
 }
 
 template <class T>
-void check_acting(const char* function, const Model<T>& model, const Acting<T>& acting) {
+void check_acting(const char* function, const Model<T>& model, const DynamicsTerms<T>& acting) {
   if (acting.armature_values) check(function, "armature", model, acting.armature_values->size(), model.nv);
   if (acting.rotor_inertia && acting.gear_ratio) {
     check(function, "rotor inertia", model, acting.rotor_inertia->size(), model.nv);
@@ -51,7 +51,7 @@ void check_acting(const char* function, const Model<T>& model, const Acting<T>& 
 
 template <class T>
 void check_arguments(const char* function, const Model<T>& model, const Data<T>& data,
-                     const Acting<T>& acting, const VectorRef<T>& q, const VectorRef<T>* v = nullptr,
+                     const DynamicsTerms<T>& acting, const VectorRef<T>& q, const VectorRef<T>* v = nullptr,
                      const VectorRef<T>* a = nullptr, const char* last = "a") {
   check_arguments(function, model, data, q, v, a, last);
   check_acting(function, model, acting);
@@ -59,12 +59,12 @@ void check_arguments(const char* function, const Model<T>& model, const Data<T>&
 
 // Does an armature enter at joint i?  If so, armature_at gives it.
 template <class T>
-DYNTAPE_INLINE bool has_armature(const Model<T>& model, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE bool has_armature(const Model<T>& model, const DynamicsTerms<T>& acting, int i) {
   return acting.armature && is_single(model.joints[i].type);
 }
 
 template <class T>
-DYNTAPE_INLINE T armature_at(const Model<T>& model, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE T armature_at(const Model<T>& model, const DynamicsTerms<T>& acting, int i) {
   if (!has_armature(model, acting, i)) return T(0);
   const int k = model.joints[i].idx_v;
   T inertia = acting.armature_values ? (*acting.armature_values)[k] : model.joints[i].armature;
@@ -106,7 +106,7 @@ DYNTAPE_INLINE Motion<T> bias_motion(const Data<T>& data, const VectorRef<T>& v,
 // Acceleration of the world against free fall, seen from a root body: only the rotation of the root enters.
 template <class T>
 DYNTAPE_INLINE Motion<T> root_acceleration(const Model<T>& model, const Data<T>& data,
-                                           const Acting<T>& acting, int i) {
+                                           const DynamicsTerms<T>& acting, int i) {
   Motion<T> a;
   const Vector3<T>& gravity = acting.gravity_value ? *acting.gravity_value : model.gravity;
   if (acting.gravity) a.linear = -(data.X_PB[i].R.transpose() * gravity);
@@ -125,7 +125,8 @@ void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v) {
 
 // As recursions see them: at rest where velocity products do not act, so that their terms fold away on a tape.
 template <class T>
-void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const Acting<T>& acting) {
+void move_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>& v,
+                 const DynamicsTerms<T>& acting) {
   if (acting.coriolis) return move_bodies(model, data, v);
   for (Motion<T>& motion : data.v) motion = {};
 }

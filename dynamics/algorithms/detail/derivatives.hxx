@@ -10,7 +10,7 @@ namespace detail {
 // From the roots: motions of the bodies, and of each column S the vectors of docs/math.md (D.12) to (D.14).
 template <class T>
 void spread_column_motions(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& a,
-                           const Acting<T>& acting) {
+                           const DynamicsTerms<T>& acting) {
   const Tree& tree = data.tree;
   for (int i = 0; i < model.njoints(); ++i) {
     const int p = model.parent[i];
@@ -40,7 +40,7 @@ DYNTAPE_INLINE Force<T> momentum(const VelocityProduct<T>& w) {
 
 // f_i = I a + v x* I v - f_ext as in body_forces(), with the momentum that the velocity products hold.
 template <class T>
-void start_bodies(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
+void start_bodies(const Model<T>& model, Data<T>& data, const DynamicsTerms<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) {
     data.composites[i] = composite(model.inertias[i]);
     data.velocity_products[i] = velocity_product(data.composites[i], data.v[i]);
@@ -132,7 +132,7 @@ DYNTAPE_INLINE void leave_joint(Data<T>& data, int i) {
 
 template <class T>
 void id_derivatives_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& a,
-                           const Acting<T>& acting) {
+                           const DynamicsTerms<T>& acting) {
   const Tree& tree = data.tree;
   if (data.across) {
     data.dtau_dq.setZero();
@@ -199,7 +199,8 @@ void solve_columns(const Model<T>& model, Data<T>& data, const MatrixX<T>& D, Ma
 // What solve_columns combines: the acceleration under tau, Minv, and the derivatives of inverse dynamics there.
 template <class T>
 void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
-                                 const VectorRef<T>& v, const VectorRef<T>& tau, const Acting<T>& acting) {
+                                 const VectorRef<T>& v, const VectorRef<T>& tau,
+                                 const DynamicsTerms<T>& acting) {
   if (data.following) {
     minverse(model, data, q, acting);
     accelerate_following(model, data, q, v, tau, acting);
@@ -220,7 +221,7 @@ void derivatives_at_acceleration(const Model<T>& model, Data<T>& data, const Vec
 
 template <class T>
 void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                    const VectorRef<T>& a, const Acting<T>& acting) {
+                    const VectorRef<T>& a, const DynamicsTerms<T>& acting) {
   detail::check_arguments("id_derivatives", model, data, acting, q, &v, &a);
   detail::place_joints(model, data, q);
   detail::id_derivatives_placed(model, data, v, a, acting);
@@ -228,14 +229,14 @@ void id_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
 
 template <class T>
 void id_derivatives_under(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                          const VectorRef<T>& tau, const Acting<T>& acting) {
+                          const VectorRef<T>& tau, const DynamicsTerms<T>& acting) {
   detail::check_arguments("fd_derivatives", model, data, acting, q, &v, &tau, "tau");
   detail::derivatives_at_acceleration(model, data, q, v, tau, acting);
 }
 
 template <class T>
 void fd_derivatives(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                    const VectorRef<T>& tau, const Acting<T>& acting) {
+                    const VectorRef<T>& tau, const DynamicsTerms<T>& acting) {
   id_derivatives_under(model, data, q, v, tau, acting);
   detail::solve_columns(model, data, data.dtau_dq, data.ddq_dq);
   detail::solve_columns(model, data, data.dtau_dv, data.ddq_dv);

@@ -32,7 +32,7 @@ void gravity_column(const Model<T>& model, const Data<T>& data, EnergyGradients<
 
 template <class T>
 void kinetic_energy_gradients(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
-                              const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting) {
+                              const VectorRef<T>& q, const VectorRef<T>& v, const DynamicsTerms<T>& acting) {
   detail::check_arguments("kinetic_energy_gradients", model, data, q, &v);
   detail::check("kinetic_energy_gradients", "gradients", model, e.zero.size(), model.nv);
   detail::check_count("kinetic_energy_gradients", "gradients", model, std::ssize(e.momentum));
@@ -87,7 +87,8 @@ const MatrixX<T>& gravity_derivatives(const Model<T>& model, Data<T>& data, Ener
 
 template <class T>
 void nonlinear_effects_derivatives(const Model<T>& model, Data<T>& data, EnergyGradients<T>& e,
-                                   const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting) {
+                                   const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const DynamicsTerms<T>& acting) {
   detail::check("nonlinear_effects_derivatives", "gradients", model, e.zero.size(), model.nv);
   detail::check_count("nonlinear_effects_derivatives", "gradients", model, std::ssize(e.momentum));
   id_derivatives<T>(model, data, q, v, e.zero, acting);

@@ -60,7 +60,7 @@ void solve(const Following<T>& f, Column&& x) {
 // data.ddq = G (G^T M G)^-1 G^T (tau - h), after factorise.
 template <class T>
 void accelerate_following(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                          const VectorRef<T>& tau, const Acting<T>& acting) {
+                          const VectorRef<T>& tau, const DynamicsTerms<T>& acting) {
   Following<T>& f = *data.following;
   nonlinear_effects<T>(model, data, q, v, acting);
   data.ddq = tau - data.nle;

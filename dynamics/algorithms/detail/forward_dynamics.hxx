@@ -25,7 +25,8 @@ Motion<T> motion_of(const Vector6<T>& x) {
 // of a joint are eliminated one after the other, the last first, as if massless bodies were between them: a
 // block elimination, exactly.  docs/math.md (D.7) to (D.9).
 template <class T>
-DYNTAPE_INLINE Articulated<T> hinge(const Model<T>& model, Data<T>& data, const Acting<T>& acting, int i) {
+DYNTAPE_INLINE Articulated<T> hinge(const Model<T>& model, Data<T>& data, const DynamicsTerms<T>& acting,
+                                    int i) {
   const int first = data.tree.first[i];
   const T armature = armature_at(model, acting, i);
   Articulated<T> felt = data.articulated[i];
@@ -42,7 +43,7 @@ DYNTAPE_INLINE Articulated<T> hinge(const Model<T>& model, Data<T>& data, const 
 // Articulated inertias from the leaves to the roots, for placed joints.  A free-flyer hides what is beyond
 // it: its parent feels no inertia.
 template <class T>
-void articulate(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
+void articulate(const Model<T>& model, Data<T>& data, const DynamicsTerms<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) data.articulated[i] = articulated(model.inertias[i]);
   for_each_added(acting, [&](int i, const Articulated<T>& D) {
     data.articulated[i].M += D.M, data.articulated[i].H += D.H, data.articulated[i].J += D.J;
@@ -64,7 +65,7 @@ void articulate(const Model<T>& model, Data<T>& data, const Acting<T>& acting) {
 //   u = tau - S.p_A,   p_a = p_A + I_a c + U u / D.
 template <class T>
 void gather_bias(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& tau,
-                 const Acting<T>& acting) {
+                 const DynamicsTerms<T>& acting) {
   const Tree& tree = data.tree;
   for (int i = 0; i < model.njoints(); ++i) {
     data.p_A[i] = cross(data.v[i], model.inertias[i] * data.v[i]);
@@ -99,7 +100,7 @@ void gather_bias(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, co
 // Accelerations from the roots to the leaves: a' = X^-1 a_p + c,  a = (u - U.a') / D.
 template <class T>
 void spread_accelerations(const Model<T>& model, Data<T>& data, const VectorRef<T>& v,
-                          const Acting<T>& acting) {
+                          const DynamicsTerms<T>& acting) {
   const Tree& tree = data.tree;
   for (int i = 0; i < model.njoints(); ++i) {
     const int p = model.parent[i], k = tree.first[i];
@@ -121,7 +122,7 @@ void spread_accelerations(const Model<T>& model, Data<T>& data, const VectorRef<
 
 template <class T>
 void aba_placed(const Model<T>& model, Data<T>& data, const VectorRef<T>& v, const VectorRef<T>& tau,
-                const Acting<T>& acting) {
+                const DynamicsTerms<T>& acting) {
   move_bodies(model, data, v, acting);
   gather_bias(model, data, v, tau, acting);
   spread_accelerations(model, data, v, acting);
@@ -276,7 +277,7 @@ void minverse_articulated(const Model<T>& model, Data<T>& data) {
 
 template <class T>
 const VectorX<T>& aba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                      const VectorRef<T>& tau, const Acting<T>& acting) {
+                      const VectorRef<T>& tau, const DynamicsTerms<T>& acting) {
   detail::check_arguments("aba", model, data, acting, q, &v, &tau, "tau");
   if (data.following) {
     detail::factorise(*data.following, crba<T>(model, data, q, acting));
@@ -291,7 +292,7 @@ const VectorX<T>& aba(const Model<T>& model, Data<T>& data, const VectorRef<T>& 
 
 template <class T>
 const MatrixX<T>& minverse(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
-                           const Acting<T>& acting) {
+                           const DynamicsTerms<T>& acting) {
   detail::check_arguments("minverse", model, data, acting, q);
   if (data.following) {
     detail::factorise(*data.following, crba<T>(model, data, q, acting));

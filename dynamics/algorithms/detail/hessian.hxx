@@ -170,7 +170,7 @@ Hessian<T>::Hessian(const Model<T>& model) : bodies(model) {
 template <class T>
 const MatrixX<T>& id_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
                              const VectorRef<T>& v, const VectorRef<T>& a, const VectorRef<T>& mu,
-                             const Acting<T>& acting) {
+                             const DynamicsTerms<T>& acting) {
   detail::check_arguments("id_hessian", model, data, q, &v, &a);
   detail::check("id_hessian", "mu", model, mu.size(), model.nv);
   detail::check_shape("id_hessian", "workspace", model, hessian.bodies.shape);
@@ -186,7 +186,7 @@ const MatrixX<T>& id_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& h
 template <class T>
 const MatrixX<T>& fd_hessian(const Model<T>& model, Data<T>& data, Hessian<T>& hessian, const VectorRef<T>& q,
                              const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& lambda,
-                             const Acting<T>& acting) {
+                             const DynamicsTerms<T>& acting) {
   detail::check("fd_hessian", "lambda", model, lambda.size(), model.nv);
   detail::check_shape("fd_hessian", "workspace", model, hessian.bodies.shape);
   fd_derivatives<T>(model, data, q, v, tau, acting);

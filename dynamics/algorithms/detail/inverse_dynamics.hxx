@@ -21,7 +21,7 @@ void gather_forces(const Model<T>& model, Data<T>& data, VectorX<T>& tau) {
 
 // f_i = I a + v x* I v - f_ext; v absent: at rest.  docs/math.md (D.4).
 template <class T>
-void body_forces(const Model<T>& model, Data<T>& data, bool moving, const Acting<T>& acting) {
+void body_forces(const Model<T>& model, Data<T>& data, bool moving, const DynamicsTerms<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) {
     const Inertia<T>& I = model.inertias[i];
     data.f[i] = I * data.a_gf[i];
@@ -35,7 +35,7 @@ void body_forces(const Model<T>& model, Data<T>& data, bool moving, const Acting
 
 template <class T>
 void accelerate_bodies(const Model<T>& model, Data<T>& data, const VectorRef<T>* v, const VectorRef<T>* a,
-                       const Acting<T>& acting) {
+                       const DynamicsTerms<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) {
     const int p = model.parent[i];
     data.a_gf[i] =
@@ -92,7 +92,7 @@ void cross_joint(const Model<T>& model, Data<T>& data, int i) {
 
 template <class T>
 const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                       const VectorRef<T>& a, const Acting<T>& acting) {
+                       const VectorRef<T>& a, const DynamicsTerms<T>& acting) {
   detail::check_arguments("rnea", model, data, acting, q, &v, &a);
   detail::place_joints(model, data, q);
   detail::move_bodies(model, data, v, acting);
@@ -108,7 +108,7 @@ const VectorX<T>& rnea(const Model<T>& model, Data<T>& data, const VectorRef<T>&
 
 template <class T>
 const VectorX<T>& nonlinear_effects(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
-                                    const VectorRef<T>& v, const Acting<T>& acting) {
+                                    const VectorRef<T>& v, const DynamicsTerms<T>& acting) {
   detail::check_arguments("nonlinear_effects", model, data, acting, q, &v);
   detail::place_joints(model, data, q);
   detail::move_bodies(model, data, v, acting);
@@ -129,7 +129,8 @@ const VectorX<T>& generalized_gravity(const Model<T>& model, Data<T>& data, cons
 }
 
 template <class T>
-const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const Acting<T>& acting) {
+const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>& q,
+                       const DynamicsTerms<T>& acting) {
   detail::check_arguments("crba", model, data, acting, q);
   detail::place_joints(model, data, q);
   for (int i = 0; i < model.njoints(); ++i) data.composites[i] = composite(model.inertias[i]);
@@ -151,7 +152,7 @@ const MatrixX<T>& crba(const Model<T>& model, Data<T>& data, const VectorRef<T>&
 
 template <class T>
 const T& kinetic_energy(const Model<T>& model, Data<T>& data, const VectorRef<T>& q, const VectorRef<T>& v,
-                        const Acting<T>& acting) {
+                        const DynamicsTerms<T>& acting) {
   detail::check_arguments("kinetic_energy", model, data, acting, q, &v);
   detail::place_joints(model, data, q);
   detail::move_bodies(model, data, v);

@@ -117,7 +117,7 @@ Motion<T> parent_motion(const Model<T>& model, const std::vector<Motion<T>>& m, 
   return model.parent[i] < 0 ? Motion<T>{} : m[model.parent[i]];
 }
 
-// From slopes of V and A those of C = A + (w x v, 0).
+// From derivatives of V and A those of C = A + (w x v, 0).
 template <class T>
 Motion<T> classical(const Motion<T>& V, const Motion<T>& dV, const Motion<T>& dA) {
   return {dA.linear + dV.angular.cross(V.linear) + V.angular.cross(dV.linear), dA.angular};

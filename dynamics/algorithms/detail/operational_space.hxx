@@ -125,7 +125,7 @@ OperationalSpace<T>::OperationalSpace(const Model<T>& model, const std::vector<i
 template <class T>
 void operational_space(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
                        const VectorRef<T>& q, const VectorRef<T>& v, int frame, ReferenceFrame in,
-                       const OperationalOptions& options, const Acting<T>& acting) {
+                       const OperationalOptions& options, const DynamicsTerms<T>& acting) {
   detail::check("operational_space", "workspace", model, space.tau.size(), model.nv);
   detail::check_damping(options.damping);
   forward_kinematics(model, data, q, v);
@@ -158,7 +158,7 @@ void operational_space(const Model<T>& model, Data<T>& data, OperationalSpace<T>
 template <class T>
 const VectorX<T>& operational_torque(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
                                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& x_dd,
-                                     const VectorX<T>* tau_0, const Acting<T>& acting) {
+                                     const VectorX<T>* tau_0, const DynamicsTerms<T>& acting) {
   const char* who = "operational_torque";
   detail::check(who, "workspace", model, space.tau.size(), model.nv);
   detail::check(who, "x_dd", model, x_dd.size(), space.size());
@@ -182,7 +182,8 @@ const VectorX<T>& operational_torque(const Model<T>& model, Data<T>& data, Opera
 
 template <class T>
 const VectorX<T>& operational_bias(const Model<T>& model, Data<T>& data, OperationalSpace<T>& space,
-                                   const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting) {
+                                   const VectorRef<T>& q, const VectorRef<T>& v,
+                                   const DynamicsTerms<T>& acting) {
   detail::check("operational_bias", "workspace", model, space.tau.size(), model.nv);
   nonlinear_effects(model, data, q, v, acting);
   for (int i = 0; i < space.size(); ++i) {

@@ -326,7 +326,7 @@ SecondOrder<T>::SecondOrder(const Model<T>& model)
 
 template <class T>
 void id_second_order(const Model<T>& model, Data<T>& data, SecondOrder<T>& second, const VectorRef<T>& q,
-                     const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting) {
+                     const VectorRef<T>& v, const VectorRef<T>& a, const DynamicsTerms<T>& acting) {
   detail::check_arguments("id_second_order", model, data, acting, q, &v, &a);
   detail::check_shape("id_second_order", "workspace", model, second.bodies.shape);
   MovingBodies<T>& b = second.bodies;
@@ -376,7 +376,7 @@ ForwardSecondOrder<T>::ForwardSecondOrder(const Model<T>& model)
 template <class T>
 void fd_second_order(const Model<T>& model, Data<T>& data, ForwardSecondOrder<T>& second,
                      const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
-                     const Acting<T>& acting) {
+                     const DynamicsTerms<T>& acting) {
   detail::check_shape("fd_second_order", "workspace", model, second.id.bodies.shape);
   fd_derivatives<T>(model, data, q, v, tau, acting);
   id_second_order<T>(model, data, second.id, q, v, data.ddq, acting);

@@ -35,7 +35,7 @@ Motion<T> along_columns(const Tree& tree, const VectorRef<T>& x, int i) {
 // From the roots: motions of the bodies and what they make of each column.
 template <class T>
 void move_columns(const Model<T>& model, const Data<T>& data, MovingBodies<T>& b, const VectorRef<T>& v,
-                  const VectorRef<T>& a, const Acting<T>& acting) {
+                  const VectorRef<T>& a, const DynamicsTerms<T>& acting) {
   const Tree& tree = data.tree;
   for (int i = 0; i < model.njoints(); ++i) {
     const int p = model.parent[i];
@@ -60,7 +60,8 @@ void move_columns(const Model<T>& model, const Data<T>& data, MovingBodies<T>& b
 
 // From the leaves: inertia, velocity products and force of all that is beyond each joint.
 template <class T>
-void gather_bodies(const Model<T>& model, const Data<T>& data, MovingBodies<T>& b, const Acting<T>& acting) {
+void gather_bodies(const Model<T>& model, const Data<T>& data, MovingBodies<T>& b,
+                   const DynamicsTerms<T>& acting) {
   for (int i = 0; i < model.njoints(); ++i) {
     const Inertia<T>& I = model.inertias[i];
     b.composites[i] = composite(I);
@@ -79,7 +80,7 @@ void gather_bodies(const Model<T>& model, const Data<T>& data, MovingBodies<T>& 
 
 template <class T>
 void move_and_gather(const Model<T>& model, Data<T>& data, MovingBodies<T>& b, const VectorRef<T>& q,
-                     const VectorRef<T>& v, const VectorRef<T>& a, const Acting<T>& acting) {
+                     const VectorRef<T>& v, const VectorRef<T>& a, const DynamicsTerms<T>& acting) {
   place_joints(model, data, q);
   if (!acting.coriolis) {
     throw ArgumentError("second order: velocity products do not act on model \"" + model.name +

@@ -6,7 +6,7 @@
 namespace dyntape::dynamics {
 namespace detail {
 
-// (L.11): slopes of J a + gamma + kd J v + kp e at fixed v and a.
+// (L.11): derivatives of J a + gamma + kd J v + kp e at fixed v and a.
 template <class T>
 void differentiate_acceleration(ConstraintData<T>& c, std::size_t i, const VectorRef<T>& v,
                                 const VectorRef<T>& a) {
@@ -52,7 +52,7 @@ void differentiate_acceleration(ConstraintData<T>& c, std::size_t i, const Vecto
   }
 }
 
-// (L.10): slopes of J v at fixed v.
+// (L.10): derivatives of J v at fixed v.
 template <class T>
 void differentiate_velocity(ConstraintData<T>& c, std::size_t i, const VectorRef<T>& v) {
   const ConstraintChain& chain = c.chains[i];
@@ -127,7 +127,7 @@ void respond_to(const ConstraintData<T>& c, const MatrixX<T>& Y, const MatrixX<T
 // After constrained_dynamics; `subtract` takes from data.dtau_dq and dtau_dv what others than `acting` add.
 template <class T, class Subtract>
 void differentiate_constrained(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
-                               const VectorRef<T>& q, const VectorRef<T>& v, const Acting<T>& acting,
+                               const VectorRef<T>& q, const VectorRef<T>& v, const DynamicsTerms<T>& acting,
                                Subtract subtract) {
   c.A_dq.setZero();  // turn_residual() reaches rows of joints that no chain writes
   for (std::size_t i = 0; i < c.chains.size(); ++i) differentiate_acceleration<T>(c, i, v, c.ddq);
@@ -147,7 +147,7 @@ void differentiate_constrained(const Model<T>& model, Data<T>& data, ConstraintD
 template <class T>
 void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                       const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
-                                      const Acting<T>& acting) {
+                                      const DynamicsTerms<T>& acting) {
   constrained_dynamics(model, data, c, q, v, tau, acting);
   detail::differentiate_constrained(model, data, c, q, v, acting, [] {});
 }
@@ -165,12 +165,13 @@ void constrained_dynamics_derivatives(const Model<T>& model, Data<T>& data, Cons
 template <class T>
 void impulse_dynamics_derivatives(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                   const VectorRef<T>& q, const VectorRef<T>& v,
-                                  const std::type_identity_t<T>& restitution, const Acting<T>& acting) {
+                                  const std::type_identity_t<T>& restitution,
+                                  const DynamicsTerms<T>& acting) {
   impulse_dynamics(model, data, c, q, v, restitution, acting);
   c.along = c.v_plus + v * restitution;
   c.A_dq.setZero();
   for (std::size_t i = 0; i < c.chains.size(); ++i) detail::differentiate_velocity<T>(c, i, c.along);
-  Acting<T> still = acting;
+  DynamicsTerms<T> still = acting;
   still.gravity = false;
   still.external = nullptr;
   c.along = c.v_plus - v;
@@ -194,7 +195,7 @@ void impulse_dynamics_derivatives(const Model<T>& model, Data<T>& data, Constrai
   namespace dyntape::dynamics {                                                                             \
   __VA_ARGS__ template void constrained_dynamics_derivatives(const Model<T>&, Data<T>&, ConstraintData<T>&, \
                                                              const VectorRef<T>&, const VectorRef<T>&,      \
-                                                             const VectorRef<T>&, const Acting<T>&);        \
+                                                             const VectorRef<T>&, const DynamicsTerms<T>&); \
   __VA_ARGS__ template void constrained_dynamics_derivatives(const Model<T>&, Data<T>&, ConstraintData<T>&, \
                                                              EffectTorques<T>&, const Effects<T>&,          \
                                                              const VectorRef<T>&, const VectorRef<T>&,      \

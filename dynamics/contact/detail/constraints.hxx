@@ -273,7 +273,7 @@ void constraint_kinematics(const Model<T>& model, Data<T>& data, ConstraintData<
 template <class T>
 const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                        const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& tau,
-                                       const Acting<T>& acting) {
+                                       const DynamicsTerms<T>& acting) {
   detail::check_arguments("constrained_dynamics", model, data, q, &v, &tau, "tau");
   detail::check_constraints("constrained_dynamics", model, c);
   minverse(model, data, q, acting);
@@ -304,7 +304,8 @@ const VectorX<T>& constrained_dynamics(const Model<T>& model, Data<T>& data, Con
 template <class T>
 const VectorX<T>& impulse_dynamics(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                    const VectorRef<T>& q, const VectorRef<T>& v,
-                                   const std::type_identity_t<T>& restitution, const Acting<T>& acting) {
+                                   const std::type_identity_t<T>& restitution,
+                                   const DynamicsTerms<T>& acting) {
   detail::check_arguments("impulse_dynamics", model, data, q, &v);
   detail::check_constraints("impulse_dynamics", model, c);
   minverse(model, data, q, acting);
@@ -328,7 +329,7 @@ const VectorX<T>& impulse_dynamics(const Model<T>& model, Data<T>& data, Constra
   namespace dyntape::dynamics {                                                                              \
   __VA_ARGS__ template const VectorX<T>& constrained_dynamics(const Model<T>&, Data<T>&, ConstraintData<T>&, \
                                                               const VectorRef<T>&, const VectorRef<T>&,      \
-                                                              const VectorRef<T>&, const Acting<T>&);        \
+                                                              const VectorRef<T>&, const DynamicsTerms<T>&); \
   __VA_ARGS__ template const VectorX<T>& constrained_dynamics(const Model<T>&, Data<T>&, ConstraintData<T>&, \
                                                               EffectTorques<T>&, const Effects<T>&,          \
                                                               const VectorRef<T>&, const VectorRef<T>&,      \

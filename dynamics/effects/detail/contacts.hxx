@@ -26,7 +26,7 @@ struct Touch {
   GroundBelow<T> ground;
   Vector3<T> lever, u, slide;  // of the touching point about the centre; its velocity; along the ground
   T normal_speed;              // n . u
-  T push, push_by_depth, push_by_rate;  // f_n and its slopes by x and x'
+  T push, push_by_depth, push_by_rate;  // f_n and its derivatives by x and x'
   T s, t, drag;  // |u_t| / eps, its tanh, and mu tanh(s) / (s eps): f_t = - f_n drag u_t
 };
 
@@ -72,9 +72,9 @@ Force<T> ContactLaw<T>::force(const PointMotion<T>& at) const {
 //   du_t = (1 - n n^T) du - (n u^T + (n . u) 1) dn,       u_t . du_t = u_t . du - (n . u) u_t . dn
 //   du = dv + w x d(lever) - lever x dw,  d(lever) = - radius dn,  dx = - d phi
 template <class T>
-PointSlopes<T> ContactLaw<T>::slopes(const PointMotion<T>& at) const {
+PointDerivatives<T> ContactLaw<T>::derivatives(const PointMotion<T>& at) const {
   const detail::Touch<T> c = detail::touch(item, all, at);
-  const GroundSlopes<T> ground = all.ground.slopes(at.p, c.ground);
+  const GroundSlopes<T> ground = all.ground.derivatives(at.p, c.ground);
   const Matrix3<T> one = Matrix3<T>::Identity();
   const Vector3<T>& n = c.ground.normal;
   const T sharpening = (T(1) - c.t * c.t - c.t / c.s) / (c.s * c.s);
@@ -83,7 +83,7 @@ PointSlopes<T> ContactLaw<T>::slopes(const PointMotion<T>& at) const {
   const T held = c.push * c.drag;
   const Matrix3<T> turn = outer(c.slide, Vector3<T>(c.slide * T(c.push * twice_g)));
   const Matrix3<T> by_u = -outer(by_rate, n) - (one - outer(n, n)) * held - turn;
-  PointSlopes<T> D;
+  PointDerivatives<T> D;
   D.f_v = by_u;
   D.f_w = -(by_u * skew(c.lever));
   D.f_p = -outer(Vector3<T>(e * c.push_by_depth), ground.distance);

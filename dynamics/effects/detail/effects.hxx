@@ -136,7 +136,8 @@ void subtract_slopes(const Model<T>& model, Data<T>& data, EffectTorques<T>& tor
   differentiate_wrenches(model, data, torques.of_wrenches);
   data.dtau_dq -= torques.of_wrenches.dtau_dq;
   for_each_point<T>(effects, [&](int body, const Vector3<T>& r, const auto& law) {
-    subtract_point_slopes(model, data, torques.motions, body, r, law.slopes(point_motion(data, body, r)));
+    subtract_point_slopes(model, data, torques.motions, body, r,
+                          law.derivatives(point_motion(data, body, r)));
   });
 }
 
@@ -227,7 +228,7 @@ const VectorX<T>& driving_torques(const Model<T>& model, EffectTorques<T>& torqu
 
 template <class T>
 Model<T> acting_model(const Model<T>& robot, const Effects<T>& effects) {
-  const Acting<T> acting = effects.acting();
+  const DynamicsTerms<T> acting = effects.acting();
   Model<T> model = robot;
   if (acting.gravity_value) model.gravity = *acting.gravity_value;
   if (!acting.gravity) model.gravity.setZero();
@@ -269,7 +270,7 @@ void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTo
                                   const Effects<T>& effects, const VectorRef<T>& q, const VectorRef<T>& v,
                                   const VectorRef<T>& command) {
   detail::check_arguments("forward_dynamics_derivatives", model, data, q, &v, &command, "command");
-  const Acting<T> acting = effects.acting();
+  const DynamicsTerms<T> acting = effects.acting();
   if (!detail::adds_torques(effects)) {
     driving_torques(model, torques, effects, command);
     return fd_derivatives(model, data, q, v, command, acting);
@@ -284,7 +285,7 @@ void forward_dynamics_derivatives(const Model<T>& model, Data<T>& data, EffectTo
 template <class T>
 T effect_power(const Model<T>& model, Data<T>& data, EffectTorques<T>& torques, const Effects<T>& effects,
                const VectorRef<T>& q, const VectorRef<T>& v, const VectorRef<T>& command) {
-  Acting<T> falling = effects.acting();
+  DynamicsTerms<T> falling = effects.acting();
   falling.coriolis = false;
   falling.added = {};  // without weight
   T power = T(0);      // of effects that only change the inertia, and on a tape without an operation

@@ -9,7 +9,7 @@ namespace detail {
 
 // dW/dV m.
 template <class T>
-Force<T> force_slope(const PointSlopes<T>& D, const Motion<T>& m) {
+Force<T> force_slope(const PointDerivatives<T>& D, const Motion<T>& m) {
   return {D.f_v * m.linear + D.f_w * m.angular, D.m_v * m.linear + D.m_w * m.angular};
 }
 
@@ -35,7 +35,7 @@ void add_point_force(const Data<T>& data, WrenchTorques<T>& w, int body, const V
 
 template <class T>
 void subtract_point_slopes(const Model<T>& model, Data<T>& data, KinematicDerivatives<T>& K, int body,
-                           const Vector3<T>& r, const PointSlopes<T>& D) {
+                           const Vector3<T>& r, const PointDerivatives<T>& D) {
   constexpr auto in = ReferenceFrame::kLocalWorldAligned;
   const detail::Site<T> site{body, {Matrix3<T>::Identity(), r}};
   detail::gather_motions(model, data, K, site, in, detail::Order::kVelocity);

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/codegen/options.h>
+#include <dyntape/codegen/options/options.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape::tools {

@@ -9,7 +9,7 @@
 #include <dyntape/dynamics/algorithms/check_forward_dynamics.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
 #include "host.h"

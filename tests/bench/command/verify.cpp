@@ -9,11 +9,11 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/inertia_condition.h>
+#include <dyntape/interface/control/nlp/worst.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
-#include <dyntape/interface/solvers/worst.h>
 
 #include "bench_commands.h"
 #include "function_options.h"
@@ -105,7 +105,7 @@ class Passport {
         M_of(robot_.model, of("crba"), RobotRoute::kAnalytic),
         fd(robot_.model, of("aba"), RobotRoute::kAnalytic),
         inverse(robot_.model, of("minverse"), RobotRoute::kAnalytic),
-        slopes(robot_.model, of("id-derivatives"), RobotRoute::kAnalytic),
+        derivatives(robot_.model, of("id-derivatives"), RobotRoute::kAnalytic),
         differences(robot_.model, of("id-derivatives"), RobotRoute::kFdCentral);
     const Eigen::Index n = Eigen::Index(id.n_out()), nq = Eigen::Index(id.n_in()) - 2 * n;
     const bool floats = robot_.model.joints[0].type == dynamics::JointType::kFreeFlyer;
@@ -133,7 +133,7 @@ class Passport {
       Eigen::SelfAdjointEigenSolver<MatrixXd> balanced(d.asDiagonal() * M * d.asDiagonal());
       const double least = balanced.eigenvalues()[0];
       raise(needed, least <= 0 ? HUGE_VAL : 1 / least);
-      const VectorXd exact = slopes(state), near = differences(state);
+      const VectorXd exact = derivatives(state), near = differences(state);
       raise(off, (exact - near).lpNorm<Eigen::Infinity>() / exact.lpNorm<Eigen::Infinity>());
     }
     const double many = 64 * double(n) * kRounding;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <memory>
 
-#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
 #include "route.h"

@@ -10,8 +10,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/task/refined_solve.h>
-#include <dyntape/interface/task/whole_motion.h>
+#include <dyntape/interface/run/solve/refined_solve.h>
+#include <dyntape/interface/run/solve/whole_motion.h>
 
 #include "task_program.h"
 
@@ -101,10 +101,10 @@ class Advisor {
   SolverOptions solver(NlpMethod method, double share) const {
     SolverOptions solver = task_.optimise.solver;
     solver.method = method;
-    if (method == NlpMethod::kStages) solver.extra.clear();
+    if (method == NlpMethod::kRiccati) solver.extra.clear();
     solver.tolerance = std::clamp(kSafety * allowed_, 1e-12, solver.tolerance);
     solver.bound_relaxation = std::min(solver.bound_relaxation, kSafety * allowed_);
-    if (method == NlpMethod::kStages) solver.bound_relaxation = 0;
+    if (method == NlpMethod::kRiccati) solver.bound_relaxation = 0;
     solver.max_iterations = std::min(solver.max_iterations, kIterations);
     solver.max_seconds = std::min(solver.max_seconds, std::max(5.0, share * options_.seconds));
     solver.print_level = 0;
@@ -176,7 +176,7 @@ class Advisor {
   // By stages, or where that finds none, by Ipopt, which then solves all else as well.
   void find_reference() {
     std::string trouble;
-    for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
+    for (NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
       method_ = method;
       options_.watch(std::string("the reference, by ") + name_of(method));
       const auto program = std::make_shared<const TaskProgram>(task_, way(lobatto(5)));
@@ -315,7 +315,7 @@ class Advisor {
       TaskWay now = *best_way_;
       now.hessian = kind;
       std::shared_ptr<const TaskProgram> program;
-      for (NlpMethod method : {NlpMethod::kStages, NlpMethod::kIpopt}) {
+      for (NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
         const std::string name = std::string(name_of(method)) + ", " + name_of(kind);
         options_.watch(name);
         Outcome outcome;
@@ -455,7 +455,7 @@ class Advisor {
   double allowed_;
   Advice advice_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
-  NlpMethod method_ = NlpMethod::kStages;
+  NlpMethod method_ = NlpMethod::kRiccati;
   Outcome as_it_is_;
   std::optional<Solution> reference_;
   std::optional<Outcome> best_, route_best_;

@@ -24,7 +24,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/task/task.h>
+#include <dyntape/interface/files/task/task.h>
 
 #include "quicker.h"
 #include "study.h"

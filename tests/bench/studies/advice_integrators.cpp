@@ -8,8 +8,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/simulation/stepper.h>
+#include <dyntape/interface/system/scene_system.h>
+#include <dyntape/interface/system/steps/stepper.h>
 
 #include "advice.h"
 

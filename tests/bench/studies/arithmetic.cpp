@@ -8,7 +8,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/robot/packed_robot.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
 
 #include "bench_lanes.h"
 #include "chains.h"

@@ -12,8 +12,8 @@
 #include <optional>
 #include <string>
 
-#include <dyntape/interface/scene/rigid_step.h>
-#include <dyntape/interface/scene/scene_system.h>
+#include <dyntape/interface/system/rigid/rigid_step.h>
+#include <dyntape/interface/system/scene_system.h>
 
 namespace dyntape::tools {
 

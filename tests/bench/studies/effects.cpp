@@ -11,8 +11,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/simulation/stepper.h>
+#include <dyntape/interface/system/scene_system.h>
+#include <dyntape/interface/system/steps/stepper.h>
 
 #include "measure.h"
 #include "study.h"
@@ -188,7 +188,7 @@ template <class Effect>
 std::string kind_of(const Effect& effect) {
   using E = dynamics::effect_type<Effect>;
   (void)effect;
-  if constexpr (requires(E e, dynamics::Acting<double> acting) { e.enter(acting); })
+  if constexpr (requires(E e, dynamics::DynamicsTerms<double> acting) { e.enter(acting); })
     return "inertia, gravity";
   if constexpr (requires(E e) { E::kItem; } && !std::is_same_v<E, dynamics::Tendons<double>>)
     return "forces on bodies";

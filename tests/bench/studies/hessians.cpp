@@ -8,10 +8,10 @@
 #include <random>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/task/task.h>
-#include <dyntape/interface/transcription/ddp.h>
 
 #include "measure.h"
 #include "study.h"
@@ -147,7 +147,7 @@ struct Solver {
   NlpMethod method;
   const char* name;
 };
-constexpr Solver kSolvers[] = {{NlpMethod::kIpopt, "Ipopt"}, {NlpMethod::kStages, "stages"}};
+constexpr Solver kSolvers[] = {{NlpMethod::kIpopt, "Ipopt"}, {NlpMethod::kRiccati, "stages"}};
 
 std::string name_of(const Solver& solver, const Kind& kind) {
   return std::string(solver.name) + ", " + kind.name;
@@ -166,7 +166,7 @@ Solve solve_of(Collocation& program, const Solver& solver) {
 
 // Where both solvers take the same steps, ours stands for both, being the quicker; the other is asked once.
 bool randomly(const Solver& solver, const Kind& kind, double weight) {
-  if (solver.method == NlpMethod::kStages) return kind.hessian != HessianKind::kLimitedMemory;
+  if (solver.method == NlpMethod::kRiccati) return kind.hessian != HessianKind::kLimitedMemory;
   return weight == 0 && kind.hessian != HessianKind::kGaussNewton;
 }
 
@@ -293,7 +293,7 @@ Study study_hessians(const StudyOptions& options) {
   measure(measured, demanded, hermite_simpson(), 40, subjects);
 
   const Task task = read_task(options.config + "/tasks/cart_pole_ddp.info");
-  const Problem drawn = drawn_problem(task);
+  const Problem drawn = tracking_problem(task);
   const int steps = task.optimise.mesh.intervals;
   measure(measured, drawn, runge_kutta_4(1), steps, {{kDrawn, std::nan("")}});
   measure_ddp(measured, drawn, steps);

@@ -10,8 +10,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/scene/scene_system.h>
-#include <dyntape/interface/simulation/stepper.h>
+#include <dyntape/interface/system/scene_system.h>
+#include <dyntape/interface/system/steps/stepper.h>
 
 #include "measure.h"
 #include "oracles.h"

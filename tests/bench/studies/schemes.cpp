@@ -6,9 +6,9 @@
 #include <set>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/task/task.h>
 
 #include "measure.h"
 #include "study.h"
@@ -33,7 +33,7 @@ struct Moved {
 };
 
 SolverOptions by_stages() {
-  return {.method = NlpMethod::kStages, .tolerance = kTolerance, .bound_relaxation = 0};
+  return {.method = NlpMethod::kRiccati, .tolerance = kTolerance, .bound_relaxation = 0};
 }
 
 Solution solved(Collocation& program, bool verified) {

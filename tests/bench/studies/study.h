@@ -22,7 +22,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/io/picture.h>
+#include <dyntape/interface/report/plot/picture.h>
 
 namespace dyntape::tools {
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/interface/task/task_phases.h>
+#include <dyntape/interface/files/task/task_phases.h>
 
 namespace dyntape::tools {
 

@@ -12,8 +12,8 @@
 #include <memory>
 #include <vector>
 
-#include <dyntape/interface/task/task.h>
-#include <dyntape/interface/transcription/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/files/task/task.h>
 
 namespace dyntape::tools {
 
@@ -22,7 +22,7 @@ struct TaskWay {
   Scheme scheme;
   double fineness = 1;
   HessianKind hessian = HessianKind::kExact;
-  NlpMethod method = NlpMethod::kStages;
+  NlpMethod method = NlpMethod::kRiccati;
   CodegenOptions evaluation = {};
 };
 

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/codegen/options/options.h>
+
+namespace dyntape {
+
+const char* to_string(Profile profile) { return profile == Profile::kStrict ? "strict" : "fast"; }
+
+const char* to_string(Functions functions) { return functions == Functions::kPortable ? "portable" : "libm"; }
+
+const char* to_string(Route route) {
+  constexpr const char* kNames[] = {"automatic", "interpreter", "compiled", "tiered"};
+  return kNames[static_cast<int>(route)];
+}
+
+const char* to_string(Tier tier) {
+  constexpr const char* kNames[] = {"interpreted", "compiled at -O1", "compiled"};
+  return kNames[static_cast<int>(tier)];
+}
+
+Profile profile_from(const std::string& word) {
+  if (word == "strict") return Profile::kStrict;
+  if (word == "fast") return Profile::kFast;
+  throw ArgumentError("profile \"" + word + "\" does not exist; there are strict and fast");
+}
+
+Order order_from(int number) {
+  if (number < 0 || number > 2) {
+    throw ArgumentError("order " + std::to_string(number) +
+                        " does not exist; there are 0 (values), 1 (Jacobian) and 2 (Hessian)");
+  }
+  return static_cast<Order>(number);
+}
+
+}  // namespace dyntape

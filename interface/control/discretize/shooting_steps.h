@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The steps of a problem (record_shooting() in record_stage.h), one after another or linearised all at once.
+//
+//   ShootingSteps steps(step, problem, 100);
+//   double cost = steps.run(k, x.col(k), u.col(k), next);             // next = x', and int L dt
+//   if (steps.linearise(x, u)) ...                                    // finite: stages()[k].A, B, g; end of steps in ends()
+//   steps.curve(k, weights);                                          // stages()[k].H, by weights of (x', int L dt)
+//
+// A step that has residuals r has H = 2 R^T R, R their Jacobian, from linearise() on; curve() is then not to be called.
+//
+// Nothing is allocated after construction; one call at a time.
+#pragma once
+
+#include <vector>
+
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/control/problem/problem.h>
+#include <dyntape/interface/control/riccati/riccati.h>
+
+namespace dyntape {
+
+class ShootingSteps {
+ public:
+  // ArgumentError where a parameter has no value at some time.
+  ShootingSteps(const CompiledFunction& step, const Problem& problem, int intervals);
+
+  double run(int k, const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& u,
+             Eigen::Ref<Eigen::VectorXd> next);
+  bool linearise(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u);  // (n_x x N or more), (n_u x N)
+  void curve(int k, const Eigen::VectorXd& weights);  // (n_x + 1), at the point of the last linearise()
+
+  std::vector<LqrStage>& stages() { return stages_; }  // c and limits are the caller's
+  auto ends() const { return y_.topRows(n_x_); }       // (n_x x N) x' of the last linearise()
+  bool has_residuals() const { return y_.rows() > n_x_ + 1; }
+
+ private:
+  void place(std::size_t k);
+
+  CompiledFunction step_;
+  CompiledFunction::Workspace one_, all_;
+  Eigen::Index n_x_, n_z_;
+  Eigen::MatrixXd parameters_;  // (2 + 3 n_p x N) t, h, p at the beginning, middle and end of each step
+  Eigen::MatrixXd z_, y_, J_;   // a column a step; J_: the non-zeros of the pattern
+  // One step: (A | B), g, and the gradient of each residual, padded (columns.h).
+  Eigen::Index first_gradient_;
+  Eigen::VectorXd dense_;
+  std::vector<Eigen::Index> places_;  // in it, of the non-zeros
+  std::size_t first_residual_ = 0;    // among the non-zeros
+  Eigen::VectorXd point_, value_, weights_;
+  Eigen::VectorXd H_;  // room for one stage's: its non-zeros, or with residuals its padded columns
+  std::vector<LqrStage> stages_;
+};
+
+}  // namespace dyntape

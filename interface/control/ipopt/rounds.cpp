@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/ipopt/rounds.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/interface/control/nlp/scaled_nlp.h>
+#include <dyntape/interface/control/riccati/second_order.h>
+
+namespace dyntape {
+
+namespace {
+
+// Magnitudes that have shrunk by more are those of the start alone: of the objective, and of a variable, of which
+// the tolerance still leaves five digits.
+constexpr double kCoarseObjective = 16, kCoarseVariable = 1024;
+constexpr int kMostRounds = 4;
+constexpr double kLeastSeconds = 1e-6;  // Ipopt refuses to be given none
+
+// `before`: iterations of earlier rounds.
+NlpSolution solve_in(const NlpScaling& units, Nlp& problem, const std::vector<double>& start,
+                     SolverOptions options, const RoundSolver& solve, int before = 0) {
+  ScaledNlp scaled(problem, units);
+  if (options.watch) {
+    options.watch = [watch = options.watch, unit = scaled.units().objective, before](IterationRecord record) {
+      record.objective *= unit;
+      record.iteration += before;
+      watch(record);
+    };
+  }
+  NlpSolution solution = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
+  solution.units = scaled.units();
+  return solution;
+}
+
+bool optimal(const NlpSolution& solution) {
+  return solution.status == SolveStatus::kSolved || solution.status == SolveStatus::kAcceptable;
+}
+
+// Whether a tolerance in `units` is too coarse where nominal values are `found`.
+bool coarse(const NlpScaling& units, const NlpScaling& found) {
+  bool result = kCoarseObjective * found.objective < units.objective;
+  for (std::size_t i = 0; i < found.x.size(); ++i) result |= kCoarseVariable * found.x[i] < units.x[i];
+  return result;
+}
+
+SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
+  return {a.total + b.total,
+          a.processor + b.processor,
+          a.functions + b.functions,
+          a.jacobian + b.jacobian,
+          a.hessian + b.hessian,
+          a.function_calls + b.function_calls,
+          a.jacobian_calls + b.jacobian_calls,
+          a.hessian_calls + b.hessian_calls};
+}
+
+// Rounds from one start.
+NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+                       const RoundSolver& solve, int before = 0) {
+  const auto first = [&] {
+    try {
+      NlpSolution solution = solve_in(problem.scaling(start), problem, start, options, solve, before);
+      if (solution.status == SolveStatus::kNotFinite && solution.iterations() == 0)
+        problem.check_finite(start);
+      return solution;
+    } catch (const NumericalError&) {
+      problem.check_finite(start);  // who can say where it is not finite says it
+      throw;
+    }
+  };
+  NlpSolution solution = first();
+  for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
+    const NlpScaling found = problem.scaling(solution.x, solution.units);
+    if (!coarse(solution.units, found)) break;
+    const std::vector<double> again = solution.x;
+    NlpSolution next =
+        solve_in(found, problem, again, less(options, solution), solve, before + solution.iterations());
+    solution = joined(std::move(solution), std::move(next));
+  }
+  return solution;
+}
+
+// Lengths along a direction of negative curvature whose largest entry is one nominal value: near the point the nearest
+// optimum is found, farther away perhaps a better one.
+constexpr double kLengths[] = {0.05, 0.5};
+constexpr int kMostSaddles = 5, kMostOfOne = 500;  // iterations from one length
+constexpr double kLower = 1e-9;                    // of the objective: lower beyond rounding
+
+bool is_lower(const NlpSolution& next, const NlpSolution& before) {
+  const double size = std::max(std::abs(before.objective), before.units.objective);
+  return optimal(next) && next.objective < before.objective - kLower * size;
+}
+
+// Away from a stationary point that is no minimum, along a direction of negative curvature and, where nothing better is
+// there, against it: the best that is found, or `saddle` itself, with the iterations and times of all.
+NlpSolution leave(Nlp& problem, const NlpSolution& saddle, const std::vector<double>& direction,
+                  const SolverOptions& options, const RoundSolver& solve) {
+  const NlpShape& shape = problem.shape();
+  NlpSolution best = saddle, spent = saddle;
+  for (const double sign : {1, -1}) {
+    for (const double length : kLengths) {
+      SolverOptions left = less(options, spent);
+      left.max_iterations = std::min(left.max_iterations, kMostOfOne);
+      if (left.max_iterations == 0 || options.stop.stop_requested()) break;
+      std::vector<double> start = saddle.x;
+      for (std::size_t i = 0; i < start.size(); ++i) {
+        start[i] = std::clamp(start[i] + sign * length * direction[i] * saddle.units.x[i], shape.x_lower[i],
+                              shape.x_upper[i]);
+      }
+      try {
+        NlpSolution next = solve_from(problem, start, left, solve, spent.iterations());
+        if (optimal(best) ? is_lower(next, best) : optimal(next)) best = next;
+        spent = joined(std::move(spent), std::move(next));
+      } catch (const NumericalError&) {  // no finite value there
+      }
+    }
+    if (optimal(best) && (!optimal(saddle) || best.objective < saddle.objective)) break;
+  }
+  best.log = std::move(spent.log), best.times = spent.times;
+  return best;
+}
+
+}  // namespace
+
+SolverOptions less(SolverOptions options, const NlpSolution& spent) {
+  options.max_iterations = std::max(options.max_iterations - spent.iterations(), 0);
+  options.max_seconds = std::max(options.max_seconds - spent.times.processor, kLeastSeconds);
+  return options;
+}
+
+NlpSolution joined(NlpSolution first, NlpSolution last) {
+  const int before = first.iterations();
+  for (IterationRecord record : last.log) {
+    record.iteration += before;
+    if (record.iteration > before) first.log.push_back(record);
+  }
+  last.log = std::move(first.log);
+  last.times = first.times + last.times;
+  return last;
+}
+
+NlpSolution solve_in_rounds(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+                            const RoundSolver& solve) {
+  NlpSolution solution = solve_from(problem, start, options, solve);
+  if (solution.status == SolveStatus::kLocallyInfeasible) {
+    ScaledNlp scaled(problem, solution.units);
+    const CurvatureCheck check = check_violation(scaled, scaled.in_scaled_units(solution.x));
+    if (check.order == StationaryPoint::kNotMinimum)
+      solution = leave(problem, solution, check.direction, options, solve);
+  }
+  for (int saddle = 0; optimal(solution); ++saddle) {
+    ScaledNlp scaled(problem, solution.units);
+    const CurvatureCheck check = check_second_order(scaled, scaled.in_scaled_units(solution));
+    solution.stationary_point = check.order;
+    if (check.order != StationaryPoint::kNotMinimum || saddle == kMostSaddles) break;
+    const double before = solution.objective;
+    solution = leave(problem, solution, check.direction, options, solve);
+    if (!(solution.objective < before)) break;
+  }
+  return solution;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,226 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/stopwatch.h>
+
+namespace dyntape {
+
+namespace {
+
+const Problem& checked(const Problem& problem) {
+  const auto refuse = [&](const std::string& what) {
+    throw ArgumentError("problem \"" + problem.name + "\": " + what);
+  };
+  if (problem.free_time) refuse("its duration is free, expected a horizon");
+  for (const Term& term : problem.terms) {
+    if (term.where == Where::kInstant && term.share > 0)
+      refuse("the term \"" + term.name + "\" stands at " + name_of_instant(term.share) +
+             ", which recedes with the horizon and is never reached; expected a running term whose target or "
+             "weight is a parameter of time");
+  }
+  for (int i = 0; i < problem.n_x(); ++i) {
+    if (std::isnan(problem.start[i]))
+      refuse("the start of \"" + problem.states[std::size_t(i)] + "\" is free, expected a state to begin at");
+  }
+  return problem;
+}
+
+double largest_difference(const std::vector<double>& a, const std::vector<double>& b) {
+  double most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, std::abs(a[i] - b[i]));
+  return most;
+}
+
+// Of rows; infinite where there are none to be had.
+double violation_of(Nlp& nlp, const std::vector<double>& x) {
+  std::vector<double> g(nlp.shape().m());
+  if (!nlp.constraints(x.data(), g.data())) return HUGE_VAL;
+  double most = 0;
+  for (std::size_t j = 0; j < g.size(); ++j)
+    most = std::max({most, nlp.shape().g_lower[j] - g[j], g[j] - nlp.shape().g_upper[j]});
+  return most;
+}
+
+}  // namespace
+
+namespace {
+
+// The space between times that holds one: k with times(k) <= t, of `count` of them; and the fraction of it.
+template <class Times>
+std::pair<int, double> place_in(const Times& times, int count, double t) {
+  int k = 0;
+  while (k + 1 < count && times(k + 1) <= t) ++k;
+  return {k, (t - times(k)) / (times(k + 1) - times(k))};
+}
+
+}  // namespace
+
+Eigen::VectorXd Plan::control(double t) const {
+  const double now = std::clamp(t - begin, 0.0, motion.t[motion.points() - 1]);
+  const auto [k, fraction] =
+      place_in([&](int i) { return motion.t[motion.node(i)]; }, motion.intervals(), now);
+  return motion.control(k, fraction);
+}
+
+Eigen::VectorXd Plan::state(double t) const {
+  const double now = std::clamp(t - begin, 0.0, motion.t[motion.points() - 1]);
+  const auto [k, share] = place_in([&](int p) { return motion.t[p]; }, motion.points() - 1, now);
+  if (rates.size() > 0)
+    return cubic(motion.x.col(k), motion.x.col(k + 1), rates.col(k), rates.col(k + 1),
+                 motion.t[k + 1] - motion.t[k], share);
+  return (1 - share) * motion.x.col(k) + share * motion.x.col(k + 1);
+}
+
+Eigen::VectorXd Plan::correction(double t, const Eigen::VectorXd& x) const {
+  if (gain.size() == 0) return Eigen::VectorXd::Zero(motion.u.rows());
+  const Eigen::VectorXd planned = state(t);
+  return gain * (difference ? difference(planned, x) : Eigen::VectorXd(x - planned));
+}
+
+Eigen::VectorXd Plan::control(double t, const Eigen::VectorXd& x) const {
+  return gain.size() > 0 ? limited(control(t) + correction(t, x)) : control(t);
+}
+
+RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& options)
+    : options_(options), values_(checked(problem)), program_(problem, options.mesh) {
+  if (options.iterations < 0)
+    throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.iterations) +
+                        " iterations a step, expected 0 (until it is solved) or more");
+}
+
+// The last solution's variables as they are `by` later, and its multipliers.
+std::vector<double> RecedingHorizon::moved(double by) {
+  const Trajectory& before = step_.plan.motion;
+  std::vector<double> times = program_.times();
+  const double end = times.back(), interval = end / before.intervals();
+  for (double& t : times) t = std::min(t + by, end);
+  program_.make_earlier(last_, int(std::lround(by / interval)));
+  Trajectory motion = resampled(program_.problem(), before, times);
+  motion.t = before.t;
+  return program_.variables(motion);
+}
+
+// Steps of sequential quadratic programming, each whole; how many were taken.
+int RecedingHorizon::quadratic_steps(std::vector<double> x) {
+  last_.x = x;
+  for (int i = 0; i < options_.iterations; ++i) {
+    model_->take_bounds();
+    if (!model_->expand(x, last_.lambda)) {
+      last_.status = SolveStatus::kNotFinite;
+      return i;
+    }
+    last_ = of_model_->solve(x, options_.solver);
+    const bool is_small = largest_difference(x, last_.x) <= options_.solver.tolerance;
+    x = last_.x;
+    if (last_.status != SolveStatus::kSolved || (is_small && i > 0)) return i + 1;
+  }
+  if (last_.status == SolveStatus::kSolved) last_.status = SolveStatus::kIterationLimit;
+  return options_.iterations;
+}
+
+// Solves, or goes on from the last solution, and says what came of it.
+void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From from) {
+  const bool goes_on = from == From::kLastSolution, is_stepwise = goes_on && options_.iterations > 0;
+  planner_ = is_stepwise ? of_model_.get() : solver_.get();
+  if (is_stepwise) {
+    step_.iterations += quadratic_steps(start);
+  } else {
+    last_ = solver_->solve(start, options_.solver, goes_on ? &last_ : nullptr);
+    step_.iterations += last_.iterations();
+  }
+  const NlpSolution own = scaled_->in_own_units(last_);
+  step_.plan.begin = t;
+  step_.plan.motion = program_.trajectory(own.x);
+  step_.status = own.status;
+  step_.cost = own.objective;
+  step_.violation = violation_of(*scaled_, last_.x);
+  const bool is_solved = step_.status == SolveStatus::kSolved || step_.violation <= options_.violation;
+  step_.usable = is_solved && step_.plan.motion.u.allFinite();
+}
+
+// How the first control changes with the first state.
+void RecedingHorizon::add_gain() {
+  Plan& plan = step_.plan;
+  plan.gain.resize(0, 0), plan.rates.resize(0, 0);
+  step_.gain_seconds = 0;
+  if (!options_.gains || !step_.usable) return;
+  const auto begin = std::chrono::steady_clock::now();
+  const Trajectory& motion = plan.motion;
+  const Eigen::Index n_x = motion.x.rows(), n_u = motion.u.rows(), first = n_x + motion.a.rows();
+  std::vector<std::size_t> held;
+  for (Eigen::Index i = 0; i < n_x; ++i) held.push_back(std::size_t(i));
+  const Eigen::MatrixXd derivatives = planner_->derivatives(held);
+  if (derivatives.size() > 0) {
+    const Eigen::Map<const Eigen::VectorXd> units(scaled_->units().x.data(), derivatives.rows());
+    plan.gain = units.segment(first, n_u).asDiagonal() * derivatives.middleRows(first, n_u) *
+                units.head(n_x).cwiseInverse().asDiagonal();
+    plan.rates = rates_of(program_.problem(), motion);
+  }
+  step_.gain_seconds = seconds_since(begin);
+}
+
+const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::string where = "problem \"" + values_.name + "\": ";
+  if (x.size() != values_.n_x() || !x.allFinite())
+    throw ArgumentError(where + "the state measured at t = " + io::shortest(t) + " s has " +
+                        std::to_string(x.size()) + " entries" +
+                        (x.allFinite() ? "" : ", not all of them numbers") + "; expected " +
+                        std::to_string(values_.n_x()) + " numbers");
+  if (!std::isfinite(t) || (has_plan_ && t < step_.plan.begin))
+    throw ArgumentError(where + "a step at t = " + io::shortest(t) +
+                        " s, expected a time after the last one's, " + io::shortest(step_.plan.begin) + " s");
+  std::vector<double> start;
+  if (has_plan_) start = moved(t - step_.plan.begin);
+  Problem now = values_;
+  now.start = x.cwiseMax(now.x.lower).cwiseMin(now.x.upper);
+  now.parameters = values_.parameters.later(t);
+  program_.set_values(now);
+  program_.start_at(x);
+  if (!has_plan_) {
+    start = program_.start();
+    program_.check_finite(start);
+    scaled_ = std::make_unique<ScaledNlp>(program_, program_.scaling(start));
+    solver_ = std::make_unique<StructuredInteriorPoint>(*scaled_);
+    model_ = std::make_unique<QpSubproblem>(*scaled_);
+    of_model_ = std::make_unique<StructuredInteriorPoint>(*model_);
+  }
+  scaled_->take_bounds();
+  step_.iterations = 0;
+  const std::vector<double> moved_plan = scaled_->in_scaled_units(start);
+  if (!has_plan_) {
+    plan_from(moved_plan, t, From::kPoint);
+  } else {
+    const NlpSolution before = last_;
+    std::vector<double> from_here = start;
+    std::copy(x.begin(), x.end(), from_here.begin());
+    const bool is_far = violation_of(*scaled_, scaled_->in_scaled_units(from_here)) > kFar;
+    for (const From from : is_far ? std::array{From::kPoint, From::kLastSolution}
+                                  : std::array{From::kLastSolution, From::kPoint}) {
+      last_ = before;
+      plan_from(moved_plan, t, from);
+      if (step_.usable) break;
+    }
+    if (!step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, From::kPoint);
+  }
+  has_plan_ = step_.plan.motion.x.allFinite() && step_.plan.motion.u.allFinite();
+  step_.plan.limits = values_.u;
+  step_.plan.difference = values_.difference;
+  add_gain();
+  step_.seconds = seconds_since(begin);
+  if (step_.usable) {
+    latest_.write() = step_.plan;
+    latest_.publish();
+  }
+  return step_;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What comes of a nonlinear program: a point, its multipliers, how the solve ended and what it took.
+//
+//   if (s.status == SolveStatus::kSolved) use(s.x, s.objective);
+#pragma once
+
+#include <vector>
+
+#include <dyntape/interface/control/nlp/nlp.h>
+#include <dyntape/interface/control/nlp/status.h>
+
+namespace dyntape {
+
+// One iteration of the solver's log.
+struct IterationRecord {
+  int iteration;
+  double objective, primal_infeasibility, dual_infeasibility;
+  double barrier, step_norm, regularization, dual_step, primal_step;
+  int line_search_trials;
+  bool restoration;
+};
+
+// Seconds of wall time (`processor`: of all threads together), and how often each was asked for.
+struct SolveTimes {
+  double total = 0, processor = 0, functions = 0, jacobian = 0, hessian = 0;
+  int function_calls = 0, jacobian_calls = 0, hessian_calls = 0;
+  double solver() const { return total - functions - jacobian - hessian; }  // linear algebra and the rest
+};
+
+// Whether a stationary point is a minimum (second_order.h).
+enum class StationaryPoint { kUnknown, kMinimum, kNotMinimum };
+
+struct NlpSolution {
+  SolveStatus status = SolveStatus::kSolverError;
+  double objective = 0;
+  std::vector<double> x;                                   // (n)
+  std::vector<double> g, lambda;                           // (m): lambda > 0 pulls g down to its upper bound
+  std::vector<double> lower_multiplier, upper_multiplier;  // (n): >= 0, multipliers of x_lower and x_upper
+  std::vector<IterationRecord> log;                        // iteration 0 is the start
+  NlpScaling units;                                        // what was divided by in the last round
+  SolveTimes times;
+  bool is_by_other_method = false;  // than asked for, which got stuck (solver_options.h)
+  StationaryPoint stationary_point = StationaryPoint::kUnknown;  // of what is solved or acceptable
+
+  int iterations() const { return log.empty() ? 0 : log.back().iteration; }
+};
+
+}  // namespace dyntape

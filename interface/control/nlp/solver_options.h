@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a nonlinear program is solved by, and to what end.
+//
+//   const NlpSolution s = solve_nlp(problem, start, {.method = NlpMethod::kRiccati, .tolerance = 1e-10});
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <dyntape/interface/control/nlp/solution.h>
+
+namespace dyntape {
+
+enum class NlpMethod {
+  kIpopt,    // Ipopt and a general sparse solver (ipopt.h)
+  kRiccati,  // our own, from stage to stage (interior_point.h)
+};
+
+struct SolverOptions {
+  NlpMethod method = NlpMethod::kIpopt;
+  double tolerance = 1e-8;         // of the scaled optimality error
+  double dual_tolerance = 1;       // of the stationarity alone, without the weights of the error above
+  double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact
+  bool limited_memory = false;     // approximate the Hessian (L-BFGS) even where the program has one
+  bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
+  bool try_other_method =
+      true;  // of solve_nlp: where the method gets stuck, the other one tries from the same start
+  int max_iterations = 3000;
+  double max_seconds = 1e6;  // of processor time, of all threads together
+  int print_level = 0;       // of Ipopt: 0 silent .. 5 one line an iteration .. 12
+  // Options by Ipopt's name, numbers in full and in any locale ("1e-3", but "1000" where it is a whole one).
+  // Refused are options that name files or libraries, that print, and that start from multipliers.
+  std::vector<std::pair<std::string, std::string>> extra = {};
+  // A request ends the solve: kStopped, and the best point so far (ipopt.h).
+  std::stop_token stop = {};
+  std::function<void(const IterationRecord&)> watch =
+      {};  // told of each iteration, in the program's own units
+};
+
+// By either; their headers say what they refuse.
+NlpSolution solve_nlp(Nlp& problem, const std::vector<double>& start, const SolverOptions& options = {});
+
+}  // namespace dyntape

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The way back to points that an interior-point method's filter takes, when no step of its own helps.
+//
+//   minimise  1/2 |c(w)|^2 - mu sum ln(w - lower) - mu sum ln(upper - w)
+//
+// by damped Newton steps, those of Gauss and Newton where the curvature has no minimum, with a barrier parameter that falls with
+// what the constraints lack.  Where it ends with constraints that are not fulfilled, no direction lessens what they lack: locally
+// infeasible.
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <dyntape/interface/control/riccati/barrier.h>
+
+namespace dyntape {
+
+// Pairs of violation and barrier function that later points must improve upon.
+struct Filter {
+  double least_theta = 0, most_theta = 0;  // below: steps are for the cost; above: refused
+
+  void begin(double theta) {
+    least_theta = 1e-4 * std::max(1.0, theta), most_theta = 1e4 * std::max(1.0, theta);
+    clear();
+  }
+  void clear() { pairs.clear(); }
+  bool takes(double theta, double phi) const {
+    if (theta > most_theta) return false;
+    for (const auto& [t, p] : pairs) {
+      if (theta >= t && phi >= p) return false;
+    }
+    return true;
+  }
+  // With the margins of the source.
+  void add(double theta, double phi) { pairs.emplace_back((1 - 1e-5) * theta, phi - 1e-8 * theta); }
+
+  std::vector<std::pair<double, double>> pairs = {};
+};
+
+enum class RestorationEnd { kRestored, kInfeasible, kStopped, kFailed };
+
+class Restoration {
+ public:
+  Restoration(Nlp& nlp, StagewiseKkt& kkt, const Barrier& barrier)
+      : nlp_(nlp), kkt_(kkt), barrier_(barrier) {}
+
+  // Moves `point` until it lacks nine tenths of what it did at most, and `takes` it; the matrices of `kkt` are then other ones.
+  RestorationEnd run(BarrierPoint& point, double mu, double small,
+                     const std::function<bool(const BarrierPoint&)>& takes,
+                     const std::function<bool()>& stops, const std::function<bool(BarrierPoint&)>& evaluate);
+
+ private:
+  Nlp& nlp_;
+  StagewiseKkt& kkt_;
+  const Barrier& barrier_;
+};
+
+}  // namespace dyntape

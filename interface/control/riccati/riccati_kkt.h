@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Quadratic problems whose variables stand in a chain of stages, each tied to its neighbours alone, in time linear in
+// their number.
+//
+//   minimise    sum_k  1/2 z_k.H_k z_k - a_k.z_k
+//   subject to  C_{k-1} z_{k-1} + D_k z_k = b_k        links, k = 1 .. N
+//               G_k z_k = e_k                          rows of one stage, k = 0 .. N
+//
+//   RiccatiKkt chain(sizes);
+//   chain.stage(k).H = ...                             // and G, C, D; kept by factor()
+//   if (!chain.factor(shift)) ...                      // H + shift I is not convex on what the rows leave free
+//   chain.solve(a, b, z, lambda);                      // H z + M^T lambda = a,  M z = b, M all rows
+//   chain.solve(a, b, z, lambda, 3);                   // of the first three stages alone, a and b being zero behind them
+//
+// Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
+//
+// Method.  From the last stage to the first: rows that tie a stage are solved for as many of its variables as they have rank
+// (elimination with pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
+// of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become costs of the stages before: stiff springs.  With links
+// x_k = A x_{k-1} + B u_{k-1} this is Riccati's recursion, and it is as long; with links of collocation it is the same
+// recursion with their implicit state solved for.  Every Cholesky factorisation goes through if and only if the problem is
+// strictly convex on its rows: the whole system has the right inertia.
+//
+// Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
+// their squares leave no digit of the cost to go; springs let all stages share.  A solution then misses such rows by their multipliers over
+// the spring's 1e10; solving again for what is missing makes that as small as rounding (stage_kkt.h).  Rows of the first stage
+// that depend on others are left out: lambda is 0 there, and the result misses b by what they contradict the others by.
+//
+// elastic > 0 softens all rows: M z - elastic lambda = b.  Nothing depends then; for finding feasible points.
+//
+// Sources: J. Rawlings, D. Mayne, M. Diehl, Model Predictive Control, 2017, 8.8; L. Vanroye, A. Sathya, J. De Schutter,
+// W. Decre, FATROP: a fast constrained optimal control problem solver for robot trajectory optimization and control, IROS 2023.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include <dyntape/autodiff/eigen_layout.h>
+
+namespace dyntape {
+
+struct StageSizes {
+  int variables, rows, links;  // of a stage; links: rows that tie it to the stage before, 0 for the first
+};
+
+class RiccatiKkt {
+ public:
+  struct Stage {
+    Eigen::MatrixXd H, G;  // (n x n) symmetric, both triangles; (rows x n)
+    Eigen::MatrixXd C, D;  // (links of the next x n), (links x n)
+  };
+
+  explicit RiccatiKkt(const std::vector<StageSizes>& sizes);
+
+  std::size_t stages() const { return stages_.size(); }
+  Stage& stage(std::size_t k) { return stages_[k]; }
+  Eigen::Index variables() const { return first_variable_.back(); }
+  Eigen::Index rows() const { return first_row_.back(); }
+  // Where the entries of stage k begin; k = stages(): their number.
+  Eigen::Index first_variable(std::size_t k) const { return first_variable_[k]; }
+  Eigen::Index first_row(std::size_t k) const { return first_row_[k]; }
+
+  bool factor(double shift, double elastic = 0);
+  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z,
+             Eigen::VectorXd& lambda) {
+    solve(a, b, z, lambda, stages());
+  }
+  // The first so many stages; z and lambda of the others are not written.
+  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda,
+             std::size_t stages);
+
+ private:
+  struct NonZero {
+    Eigen::Index row;
+    double value;
+  };
+  // What is left of a stage when its factorisation is done.  Variables and rows are in the order of their pivots, basic ones
+  // first; `both` are free variables and what the link brings.
+  struct Factor {
+    Eigen::Index rank = 0, free = 0;
+    std::vector<Eigen::Index> row, col;  // pivots
+    Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
+    Eigen::MatrixXd M;                   // (n x rows) rows as columns: own, links; then L^T and U^T
+    Eigen::MatrixXd X, Xt;               // (both x rank) basic variables by both, transposed; and not
+    Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
+    Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
+    Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose
+    std::vector<NonZero> C;  // of the link to the next stage, column by column
+    std::vector<std::size_t> C_begin;  // (n + 1)
+    Eigen::VectorXd q, s, z0, t, y, r0, lambda;
+  };
+
+  void assemble(std::size_t k, double shift, double elastic);
+  void eliminate_rows(Factor& f, Eigen::Index links);
+  bool eliminate(std::size_t k);
+  void hand_down(std::size_t k);
+
+  std::vector<Stage> stages_;
+  std::vector<Factor> factors_;
+  std::vector<Eigen::Index> first_variable_, first_row_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,275 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/control/riccati/stage_kkt.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape {
+
+namespace {
+
+RowKind kind_of(double lower, double upper) {
+  if (lower == upper) return RowKind::kEquality;
+  return std::isinf(lower) && std::isinf(upper) ? RowKind::kFree : RowKind::kInequality;
+}
+
+}  // namespace
+
+StagewiseKkt::StagewiseKkt(const Nlp& nlp) : shape_(nlp.shape()) {
+  place_variables();
+  place_rows(nlp);
+  connect();
+}
+
+bool StagewiseKkt::fits() const {
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (is_fixed(i) != (shape_.x_lower[i] == shape_.x_upper[i])) return false;
+  }
+  for (std::size_t j = 0; j < kind_.size(); ++j) {
+    if (kind_[j] != kind_of(shape_.g_lower[j], shape_.g_upper[j])) return false;
+  }
+  return true;
+}
+
+void StagewiseKkt::place_variables() {
+  const std::size_t n = shape_.n();
+  begin_ = shape_.stages.empty() ? std::vector<std::size_t>{0} : shape_.stages;
+  if (begin_.front() != 0 || !std::is_sorted(begin_.begin(), begin_.end()) || begin_.back() > n)
+    throw ArgumentError("the stages of a program must begin at increasing variables, the first at 0");
+  stage_of_.resize(n), place_.assign(n, -1), local_.assign(n, -1);
+  sizes_.assign(begin_.size(), {0, 0, 0});
+  Eigen::Index place = 0;
+  for (std::size_t i = 0, k = 0; i < n; ++i) {
+    while (k + 1 < begin_.size() && begin_[k + 1] <= i) ++k;
+    stage_of_[i] = k;
+    if (shape_.x_lower[i] == shape_.x_upper[i]) continue;
+    place_[i] = place++;
+    local_[i] = sizes_[k].variables++;
+  }
+}
+
+void StagewiseKkt::place_rows(const Nlp& nlp) {
+  const std::size_t m = shape_.m(), none = begin_.size();
+  std::vector<std::size_t> first(m, none), last(m, 0);
+  for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
+    const std::size_t row = shape_.jacobian.row[e], col = shape_.jacobian.col[e];
+    if (is_fixed(col)) continue;
+    first[row] = std::min(first[row], stage_of_[col]);
+    last[row] = std::max(last[row], stage_of_[col]);
+  }
+  kind_.resize(m), row_stage_.resize(m), row_place_.assign(m, -1);
+  std::vector<bool> is_link(m);
+  std::vector<std::vector<std::size_t>> links(begin_.size()), own(begin_.size());
+  std::vector<std::ptrdiff_t> inequality(m, -1);
+  for (std::size_t j = 0; j < m; ++j) {
+    kind_[j] = kind_of(shape_.g_lower[j], shape_.g_upper[j]);
+    row_stage_[j] = last[j];
+    if (kind_[j] == RowKind::kFree) continue;
+    const std::size_t reach = first[j] == none ? 0 : last[j] - first[j];  // none: a row of the first stage
+    if (reach > 1 || (reach == 1 && kind_[j] == RowKind::kInequality))
+      throw ArgumentError("\"" + nlp.constraint_name(j) + "\" ties stages " + std::to_string(first[j]) +
+                          " and " + std::to_string(last[j]) + " of the program, expected " +
+                          (reach > 1 ? "neighbours" : "one stage, as it is an inequality"));
+    if (kind_[j] == RowKind::kInequality) {
+      inequality[j] = std::ptrdiff_t(inequalities_.size());
+      inequalities_.push_back({j, last[j], {}});
+    } else {
+      (reach == 1 ? links : own)[last[j]].push_back(j);
+    }
+  }
+  Eigen::Index place = 0;
+  for (std::size_t k = 0; k < begin_.size(); ++k) {
+    for (std::size_t j : links[k]) row_place_[j] = place++;
+    for (std::size_t j : own[k]) row_place_[j] = place++;
+    sizes_[k].links = int(links[k].size()), sizes_[k].rows = int(own[k].size());
+  }
+  for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
+    const std::size_t row = shape_.jacobian.row[e], col = shape_.jacobian.col[e];
+    if (inequality[row] < 0 || is_fixed(col)) continue;
+    inequalities_[std::size_t(inequality[row])].entries.push_back({local_[col], e});
+  }
+}
+
+// Where each non-zero goes.
+void StagewiseKkt::connect() {
+  chain_.emplace(sizes_);
+  for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
+    const std::size_t row = shape_.jacobian.row[e], col = shape_.jacobian.col[e];
+    if (row_place_[row] < 0 || is_fixed(col)) continue;
+    const std::size_t k = row_stage_[row];
+    const Eigen::Index i = row_place_[row] - chain_->first_row(k), links = sizes_[k].links;
+    RiccatiKkt::Stage &own = chain_->stage(k), &before = chain_->stage(k > 0 ? k - 1 : 0);
+    double& to = i >= links            ? own.G(i - links, local_[col])
+                 : stage_of_[col] == k ? own.D(i, local_[col])
+                                       : before.C(i, local_[col]);
+    jacobian_entries_.push_back({&to, e});
+  }
+  for (std::size_t e = 0; e < shape_.hessian.nnz(); ++e) {
+    const std::size_t row = shape_.hessian.row[e], col = shape_.hessian.col[e];
+    if (is_fixed(row) || is_fixed(col)) continue;
+    if (stage_of_[row] != stage_of_[col])
+      throw ArgumentError("the Hessian of the program ties variables of stages " +
+                          std::to_string(stage_of_[col]) + " and " + std::to_string(stage_of_[row]) +
+                          ", expected one stage");
+    RiccatiKkt::Stage& own = chain_->stage(stage_of_[row]);
+    hessian_entries_.push_back({&own.H(local_[row], local_[col]), e});
+    if (row != col) hessian_entries_.push_back({&own.H(local_[col], local_[row]), e});
+  }
+  const auto n = Eigen::Index(shape_.n()), m = Eigen::Index(shape_.m());
+  J_.setZero(Eigen::Index(shape_.jacobian.nnz())), W_.setZero(Eigen::Index(shape_.hessian.nnz()));
+  a_.setZero(chain_->variables()), b_.setZero(chain_->rows());
+  row_sigma_.setZero(m);
+  for (KktVector* v : {&residual_, &correction_}) v->x.setZero(n), v->s.setZero(m), v->c.setZero(m);
+}
+
+void StagewiseKkt::set(const double* jacobian, const double* hessian) {
+  std::copy(jacobian, jacobian + J_.size(), J_.data());
+  std::copy(hessian, hessian + W_.size(), W_.data());
+  for (const Entry& entry : jacobian_entries_) *entry.to = J_[Eigen::Index(entry.from)];
+}
+
+bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
+  diagonal_ = diagonal;
+  for (std::size_t k = 0; k < chain_->stages(); ++k) chain_->stage(k).H.setZero();
+  if (diagonal.with_hessian) {
+    for (const Entry& entry : hessian_entries_) *entry.to = W_[Eigen::Index(entry.from)];
+  }
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (is_fixed(i)) continue;
+    chain_->stage(stage_of_[i]).H(local_[i], local_[i]) += diagonal.sigma_x[Eigen::Index(i)];
+  }
+  for (const InequalityRow& row : inequalities_) {
+    const double sigma = diagonal.sigma_s[Eigen::Index(row.row)];
+    const double soft = sigma / (1 + diagonal.elastic * sigma);
+    row_sigma_[Eigen::Index(row.row)] = soft;
+    Eigen::MatrixXd& H = chain_->stage(row.stage).H;
+    for (const InequalityEntry& a : row.entries) {
+      const double scaled = soft * J_[Eigen::Index(a.from)];
+      for (const InequalityEntry& b : row.entries) H(b.column, a.column) += scaled * J_[Eigen::Index(b.from)];
+    }
+  }
+  return chain_->factor(diagonal.shift, diagonal.elastic);
+}
+
+void StagewiseKkt::condensed_solve(const KktVector& right, KktVector& step, std::size_t stages) {
+  const double elastic = diagonal_.elastic;
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (!is_fixed(i)) a_[place_[i]] = right.x[Eigen::Index(i)];
+  }
+  for (const InequalityRow& row : inequalities_) {
+    const auto j = Eigen::Index(row.row);
+    const double bound_multiplier = row_sigma_[j] * (elastic * right.s[j] - right.c[j]) - right.s[j];
+    const Eigen::Index first = chain_->first_variable(row.stage);
+    for (const InequalityEntry& e : row.entries)
+      a_[first + e.column] -= J_[Eigen::Index(e.from)] * bound_multiplier;
+  }
+  for (std::size_t j = 0; j < row_place_.size(); ++j) {
+    if (row_place_[j] >= 0) b_[row_place_[j]] = right.c[Eigen::Index(j)];
+  }
+  chain_->solve(a_, b_, z_, bound_multipliers_, stages);
+  for (std::size_t i = 0; i < place_.size(); ++i) step.x[Eigen::Index(i)] = is_fixed(i) ? 0 : z_[place_[i]];
+  for (std::size_t j = 0; j < row_place_.size(); ++j)
+    step.c[Eigen::Index(j)] = row_place_[j] >= 0 ? bound_multipliers_[row_place_[j]] : 0;
+  for (const InequalityRow& row : inequalities_) {
+    const auto j = Eigen::Index(row.row);
+    const Eigen::Index first = chain_->first_variable(row.stage);
+    double change = elastic * right.s[j] - right.c[j];
+    for (const InequalityEntry& e : row.entries) change += J_[Eigen::Index(e.from)] * z_[first + e.column];
+    step.c[j] = row_sigma_[j] * change - right.s[j];
+    step.s[j] = change / (1 + elastic * diagonal_.sigma_s[j]);
+  }
+}
+
+void StagewiseKkt::add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) const {
+  for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e)
+    y[shape_.jacobian.col[e]] += J_[Eigen::Index(e)] * v[shape_.jacobian.row[e]];
+}
+
+// y.x += J^T v.c and y.c += J v.x.
+void StagewiseKkt::add_both_products(const KktVector& v, KktVector& y) const {
+  const Pattern& at = shape_.jacobian;
+  for (std::size_t e = 0; e < at.nnz();) {
+    const std::uint32_t row = at.row[e];
+    const double bound_multiplier = v.c[row];
+    double sum = 0;
+    for (; e < at.nnz() && at.row[e] == row; ++e) {
+      sum += J_[Eigen::Index(e)] * v.x[at.col[e]];
+      y.x[at.col[e]] += J_[Eigen::Index(e)] * bound_multiplier;
+    }
+    y.c[row] += sum;
+  }
+}
+
+void StagewiseKkt::add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const {
+  for (std::size_t e = 0; e < shape_.hessian.nnz(); ++e) {
+    const auto row = shape_.hessian.row[e], col = shape_.hessian.col[e];
+    y[row] += W_[Eigen::Index(e)] * v[col];
+    if (row != col) y[col] += W_[Eigen::Index(e)] * v[row];
+  }
+}
+
+// Of the whole system, into residual_; its largest entry.
+double StagewiseKkt::largest_residual(const KktVector& right, const KktVector& step) {
+  KktVector& r = residual_;
+  const KktDiagonal& d = diagonal_;
+  r.x.setZero(), r.c.setZero();
+  add_both_products(step, r);
+  if (d.with_hessian) add_hessian(step.x, r.x);
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    const auto at = Eigen::Index(i);
+    r.x[at] = is_fixed(i) ? 0 : right.x[at] - r.x[at] - (d.sigma_x[at] + d.shift) * step.x[at];
+  }
+  for (std::size_t j = 0; j < kind_.size(); ++j) {
+    const auto at = Eigen::Index(j);
+    const bool has_slack = kind_[j] == RowKind::kInequality;
+    r.c[at] = kind_[j] == RowKind::kFree
+                  ? 0
+                  : right.c[at] - (r.c[at] - (has_slack ? step.s[at] : 0) - d.elastic * step.c[at]);
+    r.s[at] = has_slack ? right.s[at] - (d.sigma_s[at] * step.s[at] - step.c[at]) : 0;
+  }
+  return std::max({r.x.size() ? r.x.cwiseAbs().maxCoeff() : 0.0, r.s.size() ? r.s.cwiseAbs().maxCoeff() : 0.0,
+                   r.c.size() ? r.c.cwiseAbs().maxCoeff() : 0.0});
+}
+
+void StagewiseKkt::solve(const KktVector& right, KktVector& step) {
+  constexpr double kGood = 1e-12;
+  constexpr int kMost = 20;  // of rows that are springs, each leaves a part of what it misses
+  step.x.resize(right.x.size()), step.s.setZero(right.s.size()), step.c.resize(right.c.size());
+  condensed_solve(right, step);
+  const auto largest = [](const Eigen::VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; };
+  const double size = std::max({largest(right.x), largest(right.s), largest(right.c), 1e-300});
+  double before = HUGE_VAL;
+  for (int i = 0; i < kMost; ++i) {
+    const double residual = largest_residual(right, step);
+    if (residual > before) step.x -= correction_.x, step.s -= correction_.s, step.c -= correction_.c;
+    if (!(residual > kGood * size) || !(residual < 0.9 * before)) return;
+    before = residual;
+    condensed_solve(residual_, correction_);
+    step.x += correction_.x, step.s += correction_.s, step.c += correction_.c;
+  }
+}
+
+Eigen::MatrixXd StagewiseKkt::follow(const std::vector<std::size_t>& held) {
+  KktVector &right = residual_, &step = correction_;
+  const auto n = Eigen::Index(shape_.n());
+  const Eigen::Index first = begin_.size() > 1 ? Eigen::Index(begin_[1]) : n;
+  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(n, Eigen::Index(held.size()));
+  z_.setZero(chain_->variables()), bound_multipliers_.setZero(chain_->rows());
+  for (std::size_t i = 0; i < held.size(); ++i) {
+    auto slope = derivatives.col(Eigen::Index(i));
+    slope[Eigen::Index(held[i])] = 1;
+    right.x.setZero(), right.s.setZero(), right.c.setZero();
+    step.x = slope, step.c.setZero();
+    add_both_products(step, right);
+    add_hessian(slope, right.x);
+    right.x = -right.x, right.c = -right.c;
+    // It is in the rows of the first stage and in links of the second, and so is its right side.
+    condensed_solve(right, step, std::min<std::size_t>(2, chain_->stages()));
+    slope.head(first) += step.x.head(first);
+  }
+  return derivatives;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The linear systems of an interior-point method on a program whose variables stand in a chain of stages (NlpShape::stages).
+//
+//   StagewiseKkt kkt(shape);
+//   kkt.set(jacobian, hessian);                          // non-zeros, of the patterns of the shape
+//   if (!kkt.factor({.sigma_x = .., .sigma_s = .., .shift = 0})) ...    // wrong inertia
+//   kkt.solve(right, step);
+//
+//   (W + sigma_x + shift) dx         + J^T dlambda       = right.x       (n)
+//                sigma_s ds          -     dlambda       = right.s       (m), of inequalities
+//   J dx       - ds (inequalities)   - elastic dlambda   = right.c       (m)
+//
+// Variables with equal bounds do not move; rows without bounds have no multiplier.  Slacks and inequalities are solved for by
+// hand, what is left by RiccatiKkt; its rounding is then corrected by what the whole system is off by.
+//
+// Errors: ArgumentError for a row that ties stages that are no neighbours, or an inequality that ties two.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <vector>
+
+#include <dyntape/interface/control/nlp/nlp.h>
+#include <dyntape/interface/control/riccati/riccati_kkt.h>
+
+namespace dyntape {
+
+enum class RowKind { kEquality, kInequality, kFree };
+
+struct KktVector {
+  Eigen::VectorXd x, s, c;  // (n), (m), (m); in a step c is dlambda
+};
+
+struct KktDiagonal {
+  Eigen::VectorXd sigma_x, sigma_s;  // (n), (m) >= 0
+  double shift = 0, elastic = 0;
+  bool with_hessian = true;  // false: W = 0
+};
+
+class StagewiseKkt {
+ public:
+  explicit StagewiseKkt(const Nlp& nlp);
+
+  RowKind kind(std::size_t row) const { return kind_[row]; }
+  bool is_fixed(std::size_t variable) const { return place_[variable] < 0; }
+  bool fits() const;  // whether the shape's bounds make all rows and variables what they were made here
+
+  void set(const double* jacobian, const double* hessian);
+  bool factor(const KktDiagonal& diagonal);
+  void solve(const KktVector& right, KktVector& step);
+  // (n x held) d x / d x[held] of the first stage's variables, by those of them that have equal bounds; zero behind.
+  Eigen::MatrixXd follow(const std::vector<std::size_t>& held);
+
+  // y += J^T v, J v and W v of the matrices that were set.
+  void add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
+  void add_both_products(const KktVector& v, KktVector& y) const;
+  void add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
+
+ private:
+  struct Entry {
+    double* to;
+    std::size_t from;
+  };
+  struct InequalityEntry {
+    Eigen::Index column;  // of its stage
+    std::size_t from;
+  };
+  struct InequalityRow {
+    std::size_t row, stage;
+    std::vector<InequalityEntry> entries;
+  };
+
+  void place_variables();
+  void place_rows(const Nlp& nlp);
+  void connect();
+  double largest_residual(const KktVector& right, const KktVector& step);
+  void condensed_solve(const KktVector& right, KktVector& step) {
+    condensed_solve(right, step, chain_->stages());
+  }
+  void condensed_solve(const KktVector& right, KktVector& step, std::size_t stages);
+
+  const NlpShape& shape_;
+  std::vector<std::size_t> begin_, stage_of_;  // of stages; of each variable
+  std::vector<Eigen::Index> place_, local_;    // of each variable in the chain and in its stage, -1: fixed
+  std::vector<RowKind> kind_;
+  std::vector<std::size_t> row_stage_;   // of each row: the stage that it is a row or a link of
+  std::vector<Eigen::Index> row_place_;  // of each equality in the chain
+  std::vector<InequalityRow> inequalities_;
+  std::vector<StageSizes> sizes_;
+  std::optional<RiccatiKkt> chain_;
+  std::vector<Entry> jacobian_entries_, hessian_entries_;
+
+  Eigen::VectorXd J_, W_;  // non-zeros
+  KktDiagonal diagonal_;
+  Eigen::VectorXd a_, b_, z_, bound_multipliers_, row_sigma_;
+  KktVector residual_, correction_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Differential dynamic programming: an optimal control problem by Newton steps that go from stage to stage.
+//
+//   Problem p = ...;                                             // costs, limits of controls, a start (problem.h)
+//   const DdpSolution s = solve_with_ddp(p, {.intervals = 100});
+//   if (s.success()) use(s.u, s.policy[k].K);                    // u = u_k + K_k (x - x_k) at node k
+//
+// The controls are held over N intervals, each one step of state and costs, by the classical Runge-Kutta scheme or by Euler's.  An iteration
+// linearises all steps, makes the cost quadratic, solves that problem by the Riccati recursion (riccati.h), and rolls the
+// true dynamics out with the policy, shortened until the merit goes down.
+//   kExact          with the curvature of the dynamics, contracted with the slope of the cost to go: quadratic convergence
+//   kGaussNewton    without it (iLQR), of running costs that are squares: first derivatives are all it needs, an iteration takes
+//                   a tenth; linear convergence unless the dynamics are linear
+// Starts.  kRollOut: the guess's controls from the given start.  kNodes: also its states, which need not be a motion: what is
+// missing between two nodes is closed by the share of the step that is taken (multiple shooting; the merit counts it).
+//
+// What it ends with.  `slope[k]` is the gradient of the cost to go at node k, by the policy; `adjoint[k]` that of the
+// Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.
+//   solved      of each control the largest projected slope, L_u + B^T lambda, is below `tolerance` times the largest
+//               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls; and no gap
+//               is left (tolerance times the size of the states).  That is first order: a maximum or a saddle has no slope
+//               either: these are left, along the most negative
+//               curvature with kExact, along a few trial changes with kGaussNewton; where that fails is_minimum is false.  Costs of the end alone that can be met exactly have no such sizes left: these
+//               end as "step too small".
+//   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose derivatives fall with the root
+//               of what the cost is off by
+// integration_error: what the steps are off by, found by integrating the problem's own rate to 1e-12 (verify.h) over each interval.
+//
+// Errors: ArgumentError for what the method does not know (record_stage.h), for a guess that does not fit; NumericalError
+// where the functions are not finite at the start.  How the solve ended is no error but a status.
+//
+// Sources: D. Jacobson, D. Mayne, Differential Dynamic Programming, 1970; W. Li, E. Todorov, ICINCO 2004 (iLQR); M. Giftthaler
+// et al., A family of iterative Gauss-Newton shooting methods, IROS 2018 (gaps); Y. Tassa et al., ICRA 2014 (limits).
+#pragma once
+
+#include <functional>
+#include <limits>
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/options/options.h>
+#include <dyntape/interface/control/discretize/stage_functions.h>
+#include <dyntape/interface/control/nlp/status.h>
+#include <dyntape/interface/control/problem/record_stage.h>
+#include <dyntape/interface/control/riccati/riccati.h>
+
+namespace dyntape {
+
+enum class DdpHessian { kExact, kGaussNewton };
+enum class DdpStart { kRollOut, kNodes };
+
+struct DdpIteration {
+  double cost, gap, slope;  // at its beginning: largest gap, largest projected slope by a control
+  double shift, length;     // that its step needed
+};
+
+struct DdpOptions {
+  int intervals = 100;
+  ShootingScheme scheme = ShootingScheme::kRungeKutta4;
+  DdpHessian hessian = DdpHessian::kExact;
+  DdpStart start = DdpStart::kRollOut;
+  double tolerance = 1e-9;
+  int max_iterations = 500;
+  CodegenOptions evaluation = {.lanes = Lanes::kNative};  // stages are linearised side by side
+  bool verify = true;        // finds integration_error, which may take longer than the solve
+  double max_seconds = 1e6;  // of processor time of this thread
+  std::stop_token stop = {};
+  std::function<void(const DdpIteration&)> watch = {};  // told of each iteration when it is over
+};
+
+struct DdpSolution {
+  SolveStatus status = SolveStatus::kSolverError;
+  double cost = 0;
+  Eigen::VectorXd t;               // (N + 1) s
+  Eigen::MatrixXd x, u;            // (n_x x N + 1), (n_u x N)
+  std::vector<LqrPolicy> policy;   // (N), its k the last step's; zero before there was one
+  Eigen::MatrixXd slope, adjoint;  // (n_x x N + 1); NaN before there was one
+  bool is_minimum =
+      false;  // solved, and every stage has a minimum: of the second order as well, as kExact alone knows
+  bool is_saddle =
+      false;  // solved with kGaussNewton, and the cost falls along some change of the controls all the same
+  std::vector<DdpIteration> iterations;
+  double integration_error =
+      std::numeric_limits<double>::quiet_NaN();  // of what is solved, where all can be simulated
+  double build_seconds = 0, seconds = 0;         // of recording and compiling; of the iterations
+
+  bool success() const { return status == SolveStatus::kSolved; }
+};
+
+DdpSolution solve_with_ddp(const Problem& problem, const DdpOptions& options = {});
+
+// Several solves with functions that are recorded and compiled once:
+//
+//   DdpSolver solver(problem, {.intervals = 100});
+//   DdpSolution s = solver.solve();
+//   Problem now = solver.problem();
+//   now.start = measured, now.parameters.set("target", target);
+//   solver.set_values(now);                                  // Problem::take_values
+//   s = solver.solve();
+class DdpSolver {
+ public:
+  explicit DdpSolver(const Problem& problem, const DdpOptions& options = {});
+  DdpSolver(DdpSolver&&) noexcept;
+  DdpSolver& operator=(DdpSolver&&) noexcept;
+  ~DdpSolver();
+
+  const Problem& problem() const;       // with the values of now
+  void set_values(const Problem& now);  // ArgumentError where they do not fit, and then nothing has changed
+  DdpSolution solve();
+  BuildReport build() const;  // of the functions, which were made once
+
+ private:
+  struct Made;
+  std::unique_ptr<Made> made_;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/control/solve/refine.h>
+
+#include <algorithm>
+
+namespace dyntape {
+
+namespace {
+
+// The interval between points, or between nodes, that holds a time: entry k with times[k] <= t.
+int interval_with(double t, const std::vector<double>& times) {
+  const auto next = std::upper_bound(times.begin(), times.end(), t);
+  return std::clamp(int(next - times.begin()) - 1, 0, int(times.size()) - 2);
+}
+
+}  // namespace
+
+Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
+                      const Eigen::VectorXd& slope_from, const Eigen::VectorXd& slope_to, double h,
+                      double s) {
+  const double r = 1 - s;
+  return r * r * (1 + 2 * s) * from + s * s * (1 + 2 * r) * to + h * s * r * (r * slope_from - s * slope_to);
+}
+
+// x' at every point.
+Eigen::MatrixXd rates_of(const Problem& problem, Trajectory motion) {
+  Eigen::MatrixXd rates(motion.x.rows(), motion.points());
+  motion.extend_to_unused();
+  for (int p = 0; p < motion.points(); ++p)
+    rates.col(p) =
+        problem.rate(problem.stage(motion.t[p], motion.x.col(p), motion.a.col(p), motion.u.col(p)));
+  return rates;
+}
+
+std::vector<double> halved(const Trajectory& motion) {
+  std::vector<double> nodes;
+  for (int k = 0; k < motion.intervals(); ++k) {
+    const double from = motion.t[motion.node(k)], to = motion.t[motion.node(k + 1)];
+    nodes.insert(nodes.end(), {from, from + (to - from) / 2});
+  }
+  nodes.push_back(motion.t[motion.points() - 1]);
+  return nodes;
+}
+
+Trajectory resampled(const Problem& problem, const Trajectory& motion, const std::vector<double>& times) {
+  const auto n = static_cast<Eigen::Index>(times.size());
+  const std::vector<double> points(motion.t.begin(), motion.t.end());
+  const std::vector<double> nodes = motion.nodes();
+  const Eigen::MatrixXd rates = rates_of(problem, motion);
+  Trajectory result{Eigen::Map<const Eigen::VectorXd>(times.data(), n),
+                    Eigen::MatrixXd(motion.x.rows(), n),
+                    Eigen::MatrixXd(motion.a.rows(), n),
+                    Eigen::MatrixXd(motion.u.rows(), n),
+                    motion.scheme,
+                    motion.u_lower,
+                    motion.u_upper};
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double t = result.t[i];
+    const int p = interval_with(t, points), k = interval_with(t, nodes);
+    const double h = points[std::size_t(p) + 1] - points[std::size_t(p)];
+    result.x.col(i) = cubic(motion.x.col(p), motion.x.col(p + 1), rates.col(p), rates.col(p + 1), h,
+                            (t - points[std::size_t(p)]) / h);
+    const double begin = nodes[std::size_t(k)], end = nodes[std::size_t(k) + 1];
+    const double fraction = (t - begin) / (end - begin);
+    result.a.col(i) = motion.acceleration(k, fraction);
+    result.u.col(i) = motion.control(k, fraction);
+  }
+  return result;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,246 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/info/section.h>
+
+#include <algorithm>
+#include <map>
+#include <utility>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
+#include <dyntape/interface/files/info/section_state.h>
+
+namespace dyntape::io {
+
+using detail::Answer;
+using detail::answer_node;
+
+namespace {
+
+// The mistake behind OCS2's `barrierReductionCostTol `: no file can answer such a question.
+void check_question(const std::string& key) {
+  if (key.empty() || key.front() == ' ' || key.back() == ' ') {
+    throw ArgumentError("section: the key '" + key + "' asked for is empty or begins or ends with a blank");
+  }
+}
+
+}  // namespace
+
+InfoNode detail::answer_node(const std::string& key, std::string value, const InfoNode* given) {
+  InfoNode node;
+  node.key = key;
+  node.value = std::move(value);
+  node.has_value = true;
+  if (!given) node.comment = "default";
+  return node;
+}
+
+Section Section::parse(std::string_view text, const std::string& file_name,
+                       const std::vector<Renamed>& renamed) {
+  InfoScan scan = scan_info(text, file_name);
+  std::vector<Replacement> replacements = replace_old_names(scan.root, renamed);
+  std::vector<std::string> files = {file_name};
+  files.insert(files.end(), scan.included.begin(), scan.included.end());
+  auto reading = std::make_shared<Reading>(
+      Reading{std::move(scan.root), std::move(scan.problems), std::move(files), {}, {}});
+  reading->replacements = std::move(replacements);
+  reading->top.push_back({&reading->root, "", reading->root.where});
+  State* top = &reading->top.front();
+  return Section(std::move(reading), top);
+}
+
+Section Section::catalogue() {
+  Section section = parse("", "");
+  section.reading_->is_catalogue = true;
+  return section;
+}
+
+const std::vector<Replacement>& Section::replacements() const { return reading_->replacements; }
+
+const std::vector<Question>& Section::questions() const { return reading_->questions; }
+
+Section& Section::about(const std::string& meaning) {
+  state_->meaning = meaning;
+  return *this;
+}
+
+// Asked first, the question decides; what it takes may become known later.
+void Section::ask(const std::string& key, const std::string& takes, const std::string* fallback) {
+  if (!reading_->is_catalogue) return;
+  given(key);
+  Question& question = reading_->question(full(key));
+  if (question.takes.empty()) question.takes = takes;
+  if (!fallback) return;
+  question.is_required = false;
+  if (question.fallback.empty()) question.fallback = *fallback;
+}
+
+bool Section::present() const { return state_->node != nullptr; }
+std::string Section::name() const { return state_->node ? state_->node->key : ""; }
+std::string Section::path() const { return state_->path; }
+std::string Section::full(const std::string& key) const { return state_->path_of(key); }
+
+void Section::note(const Where& where, std::string message) {
+  const bool is_new = reading_->noted.insert(to_string(where) + ": " + message).second;
+  if (is_new)
+    reading_->problems.push_back({where, std::move(message)});  // a question asked twice is one problem
+}
+
+void Section::problem(const std::string& key, const std::string& message) {
+  const InfoNode* node = state_->node ? state_->node->child(key) : nullptr;
+  note(node ? node->value_where : state_->where, message);
+}
+
+bool Section::given(const std::string& key) {
+  check_question(key);
+  state_->remember(key);
+  if (reading_->is_catalogue && !state_->meaning.empty())
+    reading_->question(full(key)).meaning = std::exchange(state_->meaning, {});
+  return state_->node && state_->node->child(key);
+}
+
+bool Section::has(const std::string& key) {
+  const bool is_there = given(key);
+  if (reading_->is_catalogue) reading_->question(full(key)).is_required = false;
+  return is_there || reading_->is_catalogue;
+}
+
+void Section::defer(const std::string& key, const std::string& takes, const char* fallback) {
+  const std::string otherwise = fallback ? fallback : "";
+  ask(key, takes, fallback ? &otherwise : nullptr);
+  find(key, !fallback);
+}
+
+const InfoNode* Section::find(const std::string& key, bool required) {
+  if (given(key)) return state_->node->child(key);
+  if (required) note(state_->where, "required key '" + full(key) + "' is missing");
+  return nullptr;
+}
+
+const InfoNode* Section::find_value(const std::string& key, bool required) {
+  const InfoNode* node = find(key, required);
+  if (!node) return nullptr;
+  if (node->has_block) note(node->where, "'" + full(key) + "' is a value, but a block was written");
+  if (!node->has_block && !node->has_value) note(node->where, "'" + full(key) + "' has no value");
+  return node->has_block || !node->has_value ? nullptr : node;
+}
+
+std::string Section::value() {
+  state_->value_read = true;
+  return state_->node ? state_->node->value : "";
+}
+
+Section Section::child(const std::string& key) {
+  ask(key, "a block", nullptr);
+  const InfoNode* node = find(key, true);
+  if (node && !node->has_block) note(node->where, "'" + full(key) + "' is a block; '{' was expected");
+  return Section(reading_, state_->block_of(node, key));
+}
+
+Section Section::child_or_empty(const std::string& key) {
+  const std::string absent;
+  ask(key, "a block", &absent);
+  return given(key) ? child(key) : Section(reading_, state_->block_of(nullptr, key));
+}
+
+std::vector<Section> Section::children(const std::string& key) {
+  std::vector<Section> sections;
+  if (!given(key)) return sections;
+  state_->repeatable.insert(key);
+  for (const InfoNode& node : state_->node->children) {
+    if (node.key == key) sections.push_back(Section(reading_, state_->block_of(&node, key)));
+  }
+  return sections;
+}
+
+std::vector<Section> Section::all_children() {
+  std::vector<Section> sections;
+  if (!state_->node) return sections;
+  for (const InfoNode& node : state_->node->children) {
+    state_->remember(node.key);
+    sections.push_back(Section(reading_, state_->block_of(&node, node.key)));
+  }
+  return sections;
+}
+
+bool Section::sound() const {
+  if (!reading_->problems.empty()) return false;
+  std::set<std::string> met;
+  for (const InfoNode& child : state_->node ? state_->node->children : std::vector<InfoNode>{}) {
+    const bool is_again = !met.insert(child.key).second && !state_->repeatable.count(child.key);
+    if (is_again || !state_->known.count(child.key)) return false;
+  }
+  return true;
+}
+
+void Section::finish() {
+  if (reading_->is_catalogue) return;
+  reading_->find_asked();
+  check_unread();
+  throw_if_any(reading_->problems);
+}
+
+void Section::check_unread() {
+  if (!state_->node) return;
+  const bool stray = state_->node->has_value && !state_->value_read;
+  if (stray) note(state_->node->value_where, "the block '" + path() + "' has a value that nothing reads");
+  std::map<std::string, Where> first;
+  for (const InfoNode& child : state_->node->children) {
+    const auto [place, is_first] = first.emplace(child.key, child.where);
+    if (!state_->known.count(child.key)) {
+      if (is_first) note(child.where, unknown(child.key));
+    } else if (!is_first && !state_->repeatable.count(child.key)) {
+      note(child.where,
+           "duplicate key '" + full(child.key) + "'; it is given first at " + to_string(place->second));
+    }
+  }
+  for (State& block : state_->blocks) Section(reading_, &block).check_unread();
+}
+
+std::string Section::unknown(const std::string& key) const {
+  const std::string place = state_->path.empty() ? "" : " in '" + state_->path + "'";
+  return "unknown key '" + key + "'" + place + hint(key);
+}
+
+// The nearest key that was asked for here; failing that, another block where this very key was asked for.
+std::string Section::hint(const std::string& key) const {
+  if (nearest_name(key, state_->asked).empty()) {
+    const auto other = reading_->asked_in.find(key);
+    if (other != reading_->asked_in.end())
+      return "; it belongs " + (other->second.empty() ? "outside all blocks" : "in '" + other->second + "'");
+  }
+  return suggestion(key, state_->asked);
+}
+
+void Section::note_file(const std::string& path) { reading_->files.push_back(path); }
+
+const std::vector<std::string>& Section::files() const { return reading_->files; }
+
+void Section::understood_as(const std::string& key, const std::string& value) {
+  const auto place = state_->places.find(key);
+  if (place != state_->places.end()) state_->answers[place->second].written.value = value;
+}
+
+std::string Section::effective_values() const { return write_info(effective(*state_)); }
+
+InfoNode Section::effective(const State& state) {
+  InfoNode node;
+  auto next = state.blocks.begin();
+  for (const Answer& answer : state.answers) {
+    InfoNode child = answer.written;
+    if (answer.is_block) {
+      const State& block = *next++;
+      child = effective(block);
+      child.key = answer.written.key;
+      child.has_block = !block.node || block.node->has_block;
+      if (block.value_read && block.node && block.node->has_value) {
+        child.value = block.node->value;
+        child.has_value = true;
+      }
+      if (!block.node) child.comment = "absent: defaults";
+    }
+    node.children.push_back(std::move(child));
+  }
+  return node;
+}
+
+}  // namespace dyntape::io

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/joint_values.h>
+
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/io/number.h>
+
+namespace dyntape {
+
+namespace {
+
+using io::Section;
+
+Eigen::VectorXd read_values(Section& section, const std::string& key, const std::vector<std::string>& joints,
+                            std::optional<double> fallback, const io::Range& range, bool has_others) {
+  const auto n = static_cast<Eigen::Index>(joints.size());
+  std::vector<Section> blocks = section.children(key);
+  if (blocks.empty()) {
+    if (!fallback) section.get<std::string>(key);  // notes that it is missing
+    return Eigen::VectorXd::Constant(n, fallback.value_or(0));
+  }
+  if (blocks.size() > 1) section.problem(key, "'" + key + "' is given twice");
+  Section& block = blocks.front();
+  if (const std::string text = block.value(); !text.empty())
+    return numbers_in(section, key, text, n, range,
+                      "the robot has " + std::to_string(n) + (n == 1 ? " joint" : " joints") +
+                          (has_others ? " of one degree of freedom" : ""),
+                      true);
+  Eigen::VectorXd values(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const std::string& name = joints[static_cast<std::size_t>(i)];
+    const std::string index = "[" + std::to_string(i) + "]", place = "(" + std::to_string(i) + ",0)";
+    values[i] = block.get<double>(block.has(index) ? index : block.has(place) ? place : name, range);
+  }
+  return values;
+}
+
+}  // namespace
+
+std::vector<std::string> joint_names(const dynamics::Model<double>& model) {
+  std::vector<std::string> names;
+  for (const auto& joint : model.joints) names.push_back(joint.name);
+  return names;
+}
+
+std::vector<std::string> single_joint_names(const dynamics::Model<double>& model) {
+  std::vector<std::string> names;
+  for (const auto& joint : model.joints) {
+    if (dynamics::is_single(joint.type)) names.push_back(joint.name);
+  }
+  return names;
+}
+
+std::vector<int> single_dofs(const dynamics::Model<double>& model) {
+  std::vector<int> dofs;
+  for (const auto& joint : model.joints) {
+    if (dynamics::is_single(joint.type)) dofs.push_back(joint.idx_v);
+  }
+  return dofs;
+}
+
+Eigen::VectorXd configuration_of(const dynamics::Model<double>& model, const Eigen::VectorXd& joint_values) {
+  const Eigen::VectorXd neutral = dynamics::neutral(model);
+  return dynamics::integrate<double>(model, neutral, joint_values);
+}
+
+Eigen::VectorXd read_joint_values(Section& section, const std::string& key,
+                                  const dynamics::Model<double>* model, std::optional<double> fallback,
+                                  const io::Range& range) {
+  if (!model) {
+    const std::string text = fallback ? io::shortest(*fallback) : "";
+    section.defer(key, "a number a joint", fallback ? text.c_str() : nullptr);
+    return {};
+  }
+  const std::vector<std::string> names = single_joint_names(*model);
+  const Eigen::VectorXd values =
+      read_values(section, key, names, fallback, range, int(names.size()) < model->njoints());
+  Eigen::VectorXd spread = Eigen::VectorXd::Zero(model->nv);
+  Eigen::Index k = 0;
+  for (const auto& joint : model->joints) {
+    if (dynamics::is_single(joint.type)) spread[joint.idx_v] = values[k++];
+  }
+  return spread;
+}
+
+}  // namespace dyntape

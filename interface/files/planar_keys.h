@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Where planar joints are, as files say it:
+//
+//   start { planar { joint base  position "1 2"  angle 0.3  velocity "0 0"  angular_velocity 0 } }
+//
+//   const std::vector<std::string> placed = read_planar(start, &model, q, v);      // their names
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/model/model.h>
+#include <dyntape/interface/files/info/section.h>
+
+namespace dyntape {
+
+std::vector<std::string> planar_names(const dynamics::Model<double>& model);
+
+// Every block `planar` of a state, into (nq) and (nv).  Without a robot its keys are asked for.
+std::vector<std::string> read_planar(io::Section& state, const dynamics::Model<double>* model,
+                                     Eigen::VectorXd& q, Eigen::VectorXd& v);
+
+}  // namespace dyntape

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/scene/constraint_keys.h>
+
+#include <dyntape/interface/files/lists.h>
+
+namespace dyntape {
+
+namespace {
+
+using io::Section;
+using RobotModel = dynamics::Model<double>;
+
+// Indices of the frames that `frames` names; what it names wrongly is noted.
+std::vector<int> frames_named(Section& block, const std::string& meaning, const RobotModel* model) {
+  block.about(meaning);
+  if (!model) {
+    block.defer("frames", "names of links");
+    return {};
+  }
+  std::vector<std::string> valid;
+  for (const auto& frame : model->frames) valid.push_back(frame.name);
+  const std::vector<std::string> names = distinct_names(block, "frames", valid);
+  if (names.empty() && block.has("frames")) block.problem("frames", "'frames' names no link");
+  if (names.empty()) block.get<std::string>("frames");  // notes that it is missing
+  std::vector<int> indices;
+  for (const std::string& name : names) {
+    for (std::size_t i = 0; i < valid.size(); ++i) {
+      if (valid[i] == name) indices.push_back(int(i));
+    }
+  }
+  return indices;
+}
+
+// Every block `key` of a list that is given, and at least one.
+template <class Read>
+void read_list(Section& parent, const std::string& list, const std::string& key, const std::string& meaning,
+               const Read& read) {
+  if (!parent.about(meaning).has(list)) return;
+  Section block = parent.child(list);
+  if (!block.about("one of them").has(key))
+    return block.problem(key, "'" + list + "' needs at least one '" + key + "'");
+  std::vector<Section> items = block.children(key);
+  if (items.empty()) items.push_back(block.child(key));  // the list of keys
+  for (Section& item : items) read(item);
+}
+
+void read_loop(Section& block, const RobotModel* model, SceneConstraints& constraints) {
+  const std::vector<int> frames = frames_named(block, "the two links whose origins meet", model);
+  const int rows = block.about("point: their origins meet, as by a ball; frame: they are welded together")
+                       .choice_or<int>("type", "point", {{"point", 3}, {"frame", 6}});
+  block.about("of the equation that draws an error to zero: e'' + damping e' + stiffness e = 0 [1/s^2]");
+  const double kp = block.get_or("stiffness", 100.0, io::not_negative());
+  const double kd = block.about("likewise [1/s]").get_or("damping", 20.0, io::not_negative());
+  if (!model || frames.empty()) return;
+  if (frames.size() != 2) {
+    return block.problem("frames", "'frames' names " + std::to_string(frames.size()) +
+                                       (frames.size() == 1 ? " link" : " links") + ", expected two");
+  }
+  const auto &a = model->frames[std::size_t(frames[0])], &b = model->frames[std::size_t(frames[1])];
+  if (a.body == b.body) {
+    return block.problem("frames", "'" + a.name + "' and '" + b.name +
+                                       "' are fixed to the same body; a loop needs joints between them");
+  }
+  const std::string name = a.name + " to " + b.name, reversed = b.name + " to " + a.name;
+  for (const std::string& other : constraints.loop_names) {
+    if (other == name || other == reversed)
+      return block.problem("frames", "the links '" + a.name + "' and '" + b.name + "' have a loop already");
+  }
+  constraints.loops.push_back(dynamics::loop_constraint(*model, frames[0], frames[1], rows));
+  constraints.loops.back().kp = kp;
+  constraints.loops.back().kd = kd;
+  constraints.loop_names.push_back(name);
+}
+
+void read_contact(Section& block, const RobotModel* model, dynamics::UnilateralConstraints& rigid) {
+  const std::vector<int> frames = frames_named(block, "links whose origins touch, each of them", model);
+  dynamics::RigidContact contact;
+  block.about("of the sphere, 0: a point [m]");
+  contact.radius = block.get_or("radius", 0.0, io::not_negative());
+  contact.friction = block.about("coefficient").get_or("friction", 0.0, io::not_negative());
+  block.about("speed after an impact by that before it");
+  contact.restitution = block.get_or("restitution", 0.0, io::between(0, 1));
+  block.about("of the plane, upwards, any length");
+  contact.normal = read_vector3(block, "normal", contact.normal);
+  contact.offset = block.about("height of the plane along the normal [m]").get_or("offset", 0.0);
+  if (!(contact.normal.norm() > 0)) block.problem("normal", "'normal' is zero, expected a direction");
+  for (const int frame : frames) {
+    const auto& at = model->frames[std::size_t(frame)];
+    if (at.body < 0) {
+      block.problem("frames", "'" + at.name + "' is fixed to the world; it touches nothing new");
+      continue;
+    }
+    contact.name = at.name;
+    contact.body = at.body;
+    contact.X_BF = at.X_BF;
+    rigid.contacts.push_back(contact);
+  }
+}
+
+void read_limits(Section& parent, const RobotModel* model, dynamics::UnilateralConstraints& rigid) {
+  if (!parent.about("the limits of the robot's file, as stops that do not give way").has("limits")) return;
+  Section block = parent.child("limits");
+  block.about("speed after an impact by that before it");
+  const double restitution = block.get_or("restitution", 0.0, io::between(0, 1));
+  if (!model) return;
+  rigid.stops = dynamics::hard_stops(*model, restitution);
+  if (rigid.stops.empty()) parent.problem("limits", "the robot has no joint with a finite limit");
+  for (const auto& joint : model->joints) {
+    if (joint.limits.lower >= joint.limits.upper)
+      parent.problem("limits", "joint '" + joint.name + "' has no room between its limits");
+  }
+}
+
+}  // namespace
+
+SceneConstraints read_constraints(Section& file, const RobotModel* model) {
+  Section block = file.about("what holds the robot and does not give way").child_or_empty("constraints");
+  SceneConstraints constraints;
+  read_list(block, "loops", "loop", "closed loops of bodies",
+            [&](Section& loop) { read_loop(loop, model, constraints); });
+  read_list(block, "contacts", "contact", "rigid contacts of spheres and points with planes",
+            [&](Section& contact) { read_contact(contact, model, constraints.rigid); });
+  read_limits(block, model, constraints.rigid);
+  return constraints;
+}
+
+}  // namespace dyntape

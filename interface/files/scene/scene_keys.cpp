@@ -1,0 +1,118 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/scene/scene_keys.h>
+
+#include <filesystem>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/files/scene/effect_keys.h>
+
+namespace dyntape {
+
+namespace {
+
+using io::Section;
+
+struct RobotKeys {
+  std::string urdf;
+  dynamics::UrdfOptions options;
+  bool are_sound = false;  // else the robot that they name is not the one that is meant
+};
+
+RobotKeys read_robot_keys(Section& file, Floating floating) {
+  using dynamics::Base;
+  Section robot = file.about("the robot that moves").child("robot");
+  RobotKeys keys;
+  dynamics::UrdfOptions& options = keys.options;
+  keys.urdf = robot.about("its file, a path from the folder of this one").get<std::string>("urdf");
+  if (floating == Floating::kAllowed) {
+    robot.about("its root link is the world, or moves freely");
+    options.base =
+        robot.choice_or<Base>("base", "fixed", {{"fixed", Base::kFixed}, {"floating", Base::kFloating}});
+  } else {
+    robot.about("its root link is the world");
+    options.base = robot.choice_or<Base>("base", "fixed", {{"fixed", Base::kFixed}});
+  }
+  options.lock = distinct_names(robot.about("joints held at their neutral position"), "lock");
+  robot.about("rotations within this angle of a right one become exact [rad]");
+  options.snap = robot.get_or("rotation_tolerance", options.snap, io::between(0, 0.01));
+  robot.about("what an inertia that no body has is: an error, or a note");
+  options.accept_nonphysical_inertia =
+      robot.choice_or<bool>("inertia", "error", {{"error", false}, {"warn", true}});
+  options.continuous = dynamics::ContinuousJoint::kAngle;
+  if (robot.present() && keys.urdf.empty() && robot.has("urdf"))
+    robot.problem("urdf", "'robot.urdf' is empty");
+  keys.are_sound = robot.present() && robot.sound();
+  return keys;
+}
+
+// Of a file that comes by a pipe or the standard input, which stand in no folder of anybody's, the working one.
+std::filesystem::path folder_of(const std::string& file) {
+  const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+  for (const char* of_streams : {"/dev", "/dev/fd", "/proc/self/fd"})
+    if (folder == of_streams) return {};
+  return folder;
+}
+
+}  // namespace
+
+SceneRobot read_scene_robot(Section& file, const std::string& path, Floating floating) {
+  const RobotKeys keys = read_robot_keys(file, floating);
+  if (!keys.are_sound) return {};
+  Section block = file.child("robot");
+  SceneRobot found{path_beside(path, block, "urdf", keys.urdf)};
+  try {
+    found.robot = dynamics::read_urdf(found.urdf, keys.options);
+    if (found.robot->model.nv > 0) return found;
+    block.problem("urdf", "'" + keys.urdf + "' has no joint that moves");
+  } catch (const Error& e) {
+    block.problem("urdf", e.what());
+  }
+  return {found.urdf};
+}
+
+void check_is_no_robot(std::string_view text, const std::string& path, const std::string& expected) {
+  if (text.starts_with("\xEF\xBB\xBF")) text.remove_prefix(3);
+  const std::size_t first = text.find_first_not_of(" \t\r\n");
+  if (first == text.npos || text[first] != '<') return;
+  const char* const kind = text.find("<robot") == text.npos ? "XML" : "a URDF";
+  throw FileError(path + " is " + kind + ", not " + expected +
+                  " (dyntape info shows "
+                  "a robot)");
+}
+
+void read_scene_keys(Section& file, RobotScene& scene, const dynamics::Model<double>* model) {
+  scene.effects = read_effects(file, model);
+  scene.actuated = distinct_names(file.about("joints that are driven; absent: all"), "actuated",
+                                  model ? single_joint_names(*model) : std::vector<std::string>{});
+}
+
+std::string path_beside(const std::string& file, Section& block, const std::string& key,
+                        const std::string& name) {
+  const std::filesystem::path path = (folder_of(file) / name).lexically_normal();
+  block.note_file(path.string());
+  block.understood_as(key, std::filesystem::absolute(path).lexically_normal().string());
+  return path.string();
+}
+
+EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
+  Section block = file.about("how functions are made and evaluated").child_or_empty("evaluation");
+  EvaluationKeys keys;
+  keys.options.profile =
+      block.about("strict: the interpreter's bits; fast: rounded otherwise")
+          .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
+  keys.options.route =
+      block.about("automatic: compiled where there is a compiler; interpreter: nothing is compiled")
+          .choice_or<Route>("route", "automatic",
+                            {{"automatic", Route::kAutomatic}, {"interpreter", Route::kInterpreter}});
+  if (points == PointsAtOnce::kOne) return keys;
+  keys.options.lanes =
+      block.about("points side by side in registers: longer to compile, several times as fast")
+          .choice_or<Lanes>("lanes", "none", {{"none", Lanes::kNone}, {"native", Lanes::kNative}});
+  block.about("that share the points; 0: as many as the processor has");
+  keys.threads = static_cast<unsigned>(block.get_or("threads", 1, io::between(0, 1024)));
+  return keys;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The keys that scene files and task files share: the robot, what acts on it, where it is driven, and how functions are
+// made.  Asked for here and nowhere else.
+//
+//   io::Section file = io::Section::parse(text, path);
+//   SceneRobot robot = read_scene_robot(file, path, Floating::kAllowed);      // empty model: it is a problem of the file
+//   read_scene_keys(file, scene, &robot.model);
+//
+// Without a robot (null), keys over its joints and frames are known but not read.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <dyntape/codegen/options/options.h>
+#include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/files/info/section.h>
+#include <dyntape/interface/robot/robot_scene.h>
+
+namespace dyntape {
+
+enum class Floating { kRefused, kAllowed };
+
+struct SceneRobot {
+  std::string urdf;                            // its path, from here
+  std::optional<dynamics::UrdfRobot> robot{};  // none: there is a problem, which the file has noted
+};
+SceneRobot read_scene_robot(io::Section& file, const std::string& path, Floating floating);
+
+// FileError where the text is XML: each line of a robot's file would be a problem of its own.
+void check_is_no_robot(std::string_view text, const std::string& path, const std::string& expected);
+
+// effects, actuated.
+void read_scene_keys(io::Section& file, RobotScene& scene, const dynamics::Model<double>* model);
+
+// A path that a file names: from the folder of that file; in its effective values it means the same elsewhere.
+std::string path_beside(const std::string& file, io::Section& block, const std::string& key,
+                        const std::string& name);
+
+enum class PointsAtOnce { kOne, kMany };  // only where there are many, lanes and threads are asked for
+struct EvaluationKeys {
+  CodegenOptions options;
+  unsigned threads = 1;
+};
+EvaluationKeys read_evaluation(io::Section& file, PointsAtOnce points);
+
+}  // namespace dyntape

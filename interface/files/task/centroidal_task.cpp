@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/task/centroidal_task.h>
+
+#include <filesystem>
+
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/files/old_names.h>
+#include <dyntape/interface/files/scene/left_out.h>
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/files/scene/scene_keys.h>
+#include <dyntape/interface/files/task/place_keys.h>
+#include <dyntape/interface/files/task/task_keys.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using io::Section;
+
+// What the file says, before there is a body.
+struct MassKeys {
+  VectorXd v;  // at the start
+  std::vector<HeldContact> contacts;
+};
+
+void read_stand(Section& file, CentroidalTask& task, MassKeys& keys, const dynamics::Model<double>* model) {
+  Section start = file.about("where the robot is at the beginning").child("start");
+  const std::optional<double> fallback =
+      model && single_joint_names(*model).empty() ? std::optional(0.0) : std::nullopt;
+  const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, fallback);
+  keys.v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  const BaseStart base = read_base(start);
+  keys.contacts = read_contacts(file, model);
+  if (!model) return;
+  if (!floats(*model)) {
+    file.child("robot").problem("base", "'robot.base' must be floating: a robot that stands on its feet");
+    return;
+  }
+  task.q = configuration_of(*model, q);
+  place_base(base, task.q, keys.v);
+  if (keys.contacts.empty())
+    file.child_or_empty("contacts")
+        .problem("points", "'contacts.points' is missing; expected the links that stand on the floor");
+}
+
+void read_demands_of_mass(Section& file, CentroidalOptions& options) {
+  Section block = file.about("the robot as one mass on its feet").child("centroidal");
+  options.is_level =
+      block.about("the height of the centre of mass stays").get_or("constant_height", options.is_level);
+  options.zero_angular_momentum = block.about("there is no angular momentum at any time")
+                                      .get_or("zero_angular_momentum", options.zero_angular_momentum);
+  options.ends_at_rest = block.about("each plan ends in a stand that the feet can hold")
+                             .get_or("end_at_rest", options.ends_at_rest);
+  options.most_force = block.about("of a foot, upwards [N]")
+                           .get_or("max_force", options.most_force, io::or_infinite(io::positive()));
+  Section costs = file.about("weights of what is integrated").child_or_empty("costs");
+  CentroidalOptions::Weights& w = options.weights;
+  w.com = costs.about("squared distance from the target [1/m^2]").get_or("com", w.com, io::not_negative());
+  w.velocity = costs.about("squared velocity [s^2/m^2]").get_or("velocity", w.velocity, io::not_negative());
+  w.angular = costs.about("squared angular momentum [1/(N m s)^2]")
+                  .get_or("angular_momentum", w.angular, io::not_negative());
+  w.force = costs.about("squared difference of each foot's force from its share of the weight [1/N^2]")
+                .get_or("force", w.force, io::not_negative());
+}
+
+std::optional<Gait> read_gait(Section& file, const MassKeys& keys, const dynamics::Model<double>* model) {
+  if (!file.about("walking; without this block all feet stand").has("gait")) return {};
+  Section block = file.child("gait");
+  Gait gait;
+  gait.period = block.about("of a foot's steps [s]").get<double>("period", io::positive());
+  gait.duty = block.about("part of the period for which a foot stands, up to 1")
+                  .get_or("duty_factor", gait.duty, io::between(1e-3, 1));
+  const auto feet = Eigen::Index(keys.contacts.size());
+  const auto numbers = [&](const char* key, const std::string& text, Eigen::Index n, const std::string& has,
+                           const io::Range& range = {}) {
+    return numbers_in(block, key, text, n, range, has, false);
+  };
+  block.about(
+      "of each foot of contacts.points: parts of a period by which it steps down later, within one either "
+      "way");
+  if (model) {
+    const VectorXd phases = numbers("phase_offsets", block.get<std::string>("phase_offsets"), feet,
+                                    "there are " + std::to_string(feet) + " feet", io::between(-1, 1));
+    gait.phases.assign(phases.begin(), phases.end());
+  } else {
+    block.defer("phase_offsets", "a number a foot");
+  }
+  block.about("of the body, along the floor [m/s]");
+  if (model)
+    gait.velocity = numbers("velocity", block.get_or("velocity", "0 0"), 2, "the floor has 2 axes");
+  else
+    block.defer("velocity", "two numbers \"x y\"", "0 0");
+  return gait;
+}
+
+MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<double>* model) {
+  MassKeys keys;
+  read_stand(file, task, keys, model);
+  read_demands_of_mass(file, task.options);
+  task.gait = read_gait(file, keys, model);
+  Section horizon = file.about("how far a plan looks").child("horizon");
+  task.options.duration = horizon.about("of a plan [s]").get<double>("duration", seconds());
+  file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
+  task.mesh = read_mesh(file, WithLimitedMemory::kNo);
+  const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
+  task.mesh.evaluation = evaluation.options;
+  task.mesh.threads = evaluation.threads;
+  Section solver = file.about("what solves a plan, from stage to stage").child_or_empty("solver");
+  task.solver.tolerance =
+      solver.about("of the scaled optimality error").get_or("tolerance", 1e-6, io::positive());
+  task.solver.max_iterations =
+      solver.about("of a plan, after which it gives up").get_or("max_iterations", 300, io::not_negative());
+  task.control = read_control(file, [](Section& push) -> VectorXd {
+    push.about("at the centre of mass, world axes [N s]");
+    return read_vector3(push, "impulse", std::nullopt);
+  });
+  return keys;
+}
+
+}  // namespace
+
+CentroidalTask read_centroidal_task(const std::string& path) {
+  return read_centroidal_task_text(read_file(path), path);
+}
+
+CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path) {
+  check_is_no_robot(text, path, "an .info file that names its robot, as those in config/control do");
+  Section file = Section::parse(text, path, old_names());
+  CentroidalTask task;
+  task.file = path;
+  task.name = read_task_name(file, std::filesystem::path(path).stem().string());
+  SceneRobot found = read_scene_robot(file, path, Floating::kAllowed);
+  task.urdf = found.urdf;
+  std::vector<std::string> left_out;
+  if (found.robot) {
+    task.notes = std::move(found.robot->notes);
+    left_out = std::move(found.robot->left_out);
+    task.scene.model = std::move(found.robot->model);
+  }
+  const MassKeys keys = read_keys(file, task, found.robot ? &task.scene.model : nullptr);
+  file.finish();
+  note_left_out(task.notes, task.urdf, left_out, task.scene, LimitsOfFile::kHeld);
+  note_old_names(task.notes, file);
+  task.effective = file.effective_values();
+  task.inputs = file.files();
+
+  task.body = centroidal_body(task.scene, task.q, keys.contacts);
+  task.problem = centroidal_problem(task.body, task.options);
+  task.problem.name = task.name;
+  task.problem.start = centroidal_state(task.scene, task.q, keys.v);
+  if (task.gait) walk(task.problem, task.body, *task.gait);
+  for (Task::Control::Disturbance& push : task.control.disturbances) push.v /= task.body.mass;
+  return task;
+}
+
+std::vector<io::Question> centroidal_questions() {
+  Section file = Section::catalogue();
+  CentroidalTask task;
+  read_task_name(file, "its file's");
+  read_scene_robot(file, "", Floating::kAllowed);
+  read_keys(file, task, nullptr);
+  return file.questions();
+}
+
+}  // namespace dyntape

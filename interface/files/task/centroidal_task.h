@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A file with a block `centroidal`: a robot on its feet as one mass (centroidal_problem.h), steered by the forces of its feet,
+// pushed, standing or walking.
+//
+//   const CentroidalTask task = read_centroidal_task("config/control/solo12_pushed.info");
+//   ControlReport report = control_task(task);                       // centroidal_control.h
+//
+// Keys (defaults in brackets; all with their meanings: dyntape check-config --centroidal-keys):
+//
+//   name            of the task [name of the file]
+//   robot           as in tasks (task.h); base floating
+//   start           q, v [0], base { position, roll_pitch_yaw, velocity, angular_velocity [0] }
+//   contacts        points "foot foot ...", friction [0.7]
+//   centroidal      constant_height, zero_angular_momentum, end_at_rest [off]: constraints of every plan;
+//                   max_force [inf] (N) of a foot
+//   costs           com [10], velocity [1], angular_momentum [1], force [1e-3]
+//   gait            period, duty_factor [0.5], phase_offsets "0 0.5 0.5 0", velocity ["0 0"] (m/s): walking (Gait); absent: all feet stand
+//   horizon         duration, intervals
+//   transcription   scheme, hessian, as in tasks
+//   solver          tolerance [1e-6], max_iterations [300] of a step
+//   evaluation      as in tasks
+//   mpc             as in tasks (mpc_task.h), but of a disturbance: impulse "x y z" (N s, world) at the centre of mass
+//
+// The plant is the same mass, with forces that the plan gives: what legs can do is not asked.  The centre of mass is to stay
+// where it is at the start, or to go on from there with the gait's velocity.
+//
+// Errors: FileError listing every problem of the file with its place; those of centroidal_problem.
+#pragma once
+
+#include <dyntape/interface/files/info/question.h>
+#include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/motion/centroidal_problem.h>
+
+namespace dyntape {
+
+struct CentroidalTask {
+  std::string name, file, urdf;
+  std::vector<std::string> inputs;  // paths of all files that it was read from
+  std::vector<std::string> notes;   // what was odd in the robot's file
+  RobotScene scene;
+  Eigen::VectorXd q;  // at the start
+  CentroidalBody body;
+  CentroidalOptions options;
+  std::optional<Gait> gait;
+  Problem problem;
+  MeshOptions mesh;
+  SolverOptions solver;
+  Task::Control control;  // pushes: (3) added to the velocity of the centre of mass
+  std::string effective;  // the file as it was understood, defaults included
+};
+
+CentroidalTask read_centroidal_task(const std::string& path);
+CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path);
+
+// Every key that such a file may have, in the order of reading.
+std::vector<io::Question> centroidal_questions();
+
+}  // namespace dyntape

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A motion of a task as the robot's coordinates and torques over time.
+//
+//   const Curves c = curves_of(task, motion);
+//   c.tau.row(0);                               // of the first driven joint, at motion.t
+#pragma once
+
+#include <dyntape/interface/files/task/task.h>
+
+namespace dyntape {
+
+// Positions, velocities, accelerations (joints x points) and driving torques (controls x points), all in
+// physical units.
+struct Curves {
+  Eigen::MatrixXd q, v, a, tau;
+};
+// (N m or N) of the joint with that degree of freedom.
+double effort_limit(const dynamics::Model<double>& model, int dof);
+
+Curves curves_of(const Task& task, const Trajectory& motion);
+
+}  // namespace dyntape

@@ -1,0 +1,338 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/task/limits.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/solve/refine.h>
+#include <dyntape/interface/files/task/curves.h>
+#include <dyntape/interface/io/number.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+using Joint = dynamics::Joint<double>;
+using Model = dynamics::Model<double>;
+
+// Of a limit, or of half the range where that is more, as a limit may be zero: the solver widens bounds by 1e-8 and ends within
+// its tolerance.
+constexpr double kBeyond = 1e-6;
+constexpr int kLooks = 8;  // from one point of the mesh to the next
+// Where two bodies may come too near, what they move from one look to the next is at most this share of how far they have
+// to be apart: in passing they then come nearer than any look tells by less than kContact of that.
+constexpr double kLookStep = 1. / 16;
+constexpr int kMostLooks = 4096;
+constexpr double kPath = 1.5;  // of the line between two looks: the path, which bends
+// Of a control's range, which the polynomials of a motion may pass its limits by whatever the task allows defects: less is not
+// cut off (Trajectory::limit_controls).
+constexpr double kControl = 1e-3;
+constexpr double kContact =
+    1e-3;  // of how far centres have to be apart: no contact yet, whatever the task allows defects
+constexpr double kLeastGap =
+    1e-6;  // m; the widening of bounds leaves as much of slim things, and nothing stands so well
+
+std::string plain_digits(double value) { return io::with_digits(value, 6); }
+
+// What is found at these times: the motion there, and how much of a limit's range is no excess yet.
+struct PlaceLookedAt {
+  const Curves& curves;
+  const Eigen::VectorXd& times;
+  double of_range = 0;
+};
+
+double tolerated(double lower, double upper, double limit, double of_range) {
+  const double extent = std::isfinite(upper - lower) ? upper - lower : std::abs(limit);
+  const double of_limit = kBeyond * std::max({std::abs(limit), extent / 2, kBeyond});
+  return of_range > 0 ? std::max(of_limit, of_range * extent) : of_limit;
+}
+
+// Whether a row of values that ought to lie within [lower, upper] does not, and the worst of them.
+template <class Tolerated>
+bool find_excess(const Eigen::VectorXd& values, const PlaceLookedAt& look, double lower, double upper,
+                 const Tolerated& tolerated_of, LimitExcess& excess) {
+  double most = 0;
+  for (Eigen::Index p = 0; p < values.size(); ++p) {
+    const bool above = values[p] > upper;
+    const double limit = above ? upper : lower, beyond = above ? values[p] - upper : lower - values[p];
+    if (!(beyond > most) || beyond <= tolerated_of(limit)) continue;
+    most = beyond;
+    excess.value = values[p];
+    excess.limit = limit;
+    excess.time = look.times[p];
+  }
+  return most > 0;
+}
+
+double apart_of(const Surroundings::Pair& pair) { return pair.a.radius + pair.b.radius + pair.least; }
+
+// From each point of the mesh to the next, evenly, as often as `looks` says of the interval.
+std::vector<double> times_between(const Trajectory& motion, const std::vector<int>& looks) {
+  std::vector<double> times;
+  for (int p = 0; p + 1 < motion.points(); ++p) {
+    const int n = looks[std::size_t(p)];
+    for (int k = 0; k < n; ++k) times.push_back(motion.t[p] + (motion.t[p + 1] - motion.t[p]) * k / n);
+  }
+  times.push_back(motion.t[motion.points() - 1]);
+  return times;
+}
+
+std::vector<int> even_looks(const Trajectory& motion) {
+  return std::vector<int>(std::size_t(std::max(motion.points() - 1, 0)), kLooks);
+}
+
+// The ends of a capsule's segment at configurations (6 x times): first one, then the other.
+MatrixXd ends_of(const Model& model, const MatrixXd& q, const Capsule& capsule) {
+  MatrixXd ends(6, q.cols());
+  if (capsule.frame == kWorld) {
+    ends.topRows(3) = capsule.from.replicate(1, q.cols());
+    ends.bottomRows(3) = capsule.to.replicate(1, q.cols());
+    return ends;
+  }
+  dynamics::Data<double> data(model);
+  const int frame = model.frame_index(capsule.frame);
+  for (Eigen::Index p = 0; p < q.cols(); ++p) {
+    dynamics::forward_kinematics(model, data, Eigen::VectorXd(q.col(p)));
+    const dynamics::Placement<double> X = dynamics::frame_placement(model, data, frame);
+    ends.col(p).head(3) = X.R * capsule.from + X.p;
+    ends.col(p).tail(3) = X.R * capsule.to + X.p;
+  }
+  return ends;
+}
+
+// What the distance of two bodies changes by from one look to the next, at most: each point of a segment moves by no more
+// than its ends do.
+VectorXd movements(const Task& task, const MatrixXd& q, const Surroundings::Pair& pair) {
+  VectorXd moved = VectorXd::Zero(q.cols() - 1);
+  for (const Capsule* body : {&pair.a, &pair.b}) {
+    const MatrixXd ends = ends_of(task.scene.model, q, *body);
+    const MatrixXd steps = ends.rightCols(q.cols() - 1) - ends.leftCols(q.cols() - 1);
+    moved +=
+        kPath * steps.topRows(3).colwise().norm().cwiseMax(steps.bottomRows(3).colwise().norm()).transpose();
+  }
+  return moved;
+}
+
+VectorXd clearances(const Task& task, const MatrixXd& q, const Surroundings::Pair& pair) {
+  VectorXd values(q.cols());
+  for (Eigen::Index p = 0; p < values.size(); ++p)
+    values[p] = clearance(task.scene.model, q.col(p), pair.a, pair.b);
+  return values;
+}
+
+// How often to look from each point to the next, so that no contact is stepped over; `between`: configurations at the
+// times of even_looks().
+std::vector<int> looks_for_contacts(const Task& task, const Trajectory& motion, const MatrixXd& between) {
+  std::vector<int> looks = even_looks(motion);
+  for (const Surroundings::Pair& pair : task.around.apart) {
+    const VectorXd gaps = clearances(task, between, pair), moved = movements(task, between, pair);
+    for (std::size_t p = 0; p < looks.size(); ++p) {
+      const Eigen::Index first = Eigen::Index(p) * kLooks;
+      // In the least favourable look the path reaches half its length beyond both of its ends.
+      const double most = moved.segment(first, kLooks).maxCoeff();
+      if (!(gaps.segment(first, kLooks + 1).minCoeff() - most / 2 < pair.least)) continue;
+      const double wanted = std::ceil(kLooks * most / (kLookStep * apart_of(pair)));
+      looks[p] = std::max(looks[p], int(std::min(wanted, double(kMostLooks))));
+    }
+  }
+  return looks;
+}
+
+// Pairs that come nearer to each other than the task allows, each where it does so most.
+void find_contacts(const Task& task, const Trajectory& motion, const PlaceLookedAt (&looks)[2],
+                   std::vector<LimitExcess>& excesses) {
+  if (task.around.apart.empty()) return;
+  const MatrixXd& even = looks[1].curves.q;
+  const Trajectory fine =
+      resampled(task.problem, motion, times_between(motion, looks_for_contacts(task, motion, even)));
+  const MatrixXd between = fine.x.topRows(even.rows());
+  for (const Surroundings::Pair& pair : task.around.apart) {
+    const double apart = apart_of(pair), at_points = kLeastGap + kBeyond * apart,
+                 on_the_way = std::max(at_points, std::min(kContact, looks[1].of_range) * apart);
+    const auto worst = [&](const MatrixXd& q, const PlaceLookedAt& look, double tolerance) {
+      LimitExcess excess{"clearance", pair.name(), "m", HUGE_VAL, 0, 0};
+      excess.of = LimitOf::kClearance;
+      find_excess(
+          clearances(task, q, pair), look, pair.least, HUGE_VAL, [&](double) { return tolerance; }, excess);
+      return excess;
+    };
+    const LimitExcess kept = worst(looks[0].curves.q, looks[0], at_points);
+    LimitExcess passed = worst(between, {looks[1].curves, fine.t, looks[1].of_range}, on_the_way);
+    if (!std::isfinite(std::min(kept.value, passed.value))) continue;
+    passed.between_points = !std::isfinite(kept.value);
+    excesses.push_back(passed.value < kept.value ? passed : kept);
+  }
+}
+
+// What the task bounds is kept at the points of the mesh; between them it may not be.
+class BoundsBetween {
+ public:
+  BoundsBetween(const Task& task, const Trajectory& fine, std::vector<LimitExcess>& excesses)
+      : task_(task), problem_(task.problem), fine_(fine), excesses_(excesses) {}
+
+  void find() {
+    const double defect = task_.demands.integration_error;
+    find_in(problem_.states, fine_.x, problem_.x, defect);
+    find_in(problem_.accelerations, fine_.a, problem_.a, defect);
+    find_in(problem_.controls, fine_.u, problem_.u, std::max(defect, kControl));
+    for (const Term& term : problem_.terms) {
+      const bool is_clearance = std::any_of(task_.around.apart.begin(), task_.around.apart.end(),
+                                            [&](const auto& pair) { return is_of(pair, term); });
+      if (term.role == Role::kInequality && term.where == Where::kRunning && !is_clearance) find_in(term);
+    }
+  }
+
+ private:
+  // Clearances are looked at by themselves, more often.
+  static bool is_of(const Surroundings::Pair& pair, const Term& term) {
+    return term.name == pair.a.name + " clear of " + pair.b.name;
+  }
+
+  void find_in(const std::vector<std::string>& names, const MatrixXd& values, const Bounds& bounds,
+               double part) {
+    for (Eigen::Index i = 0; i < values.rows(); ++i)
+      note(names[std::size_t(i)], values.row(i), bounds.lower[i], bounds.upper[i], part);
+  }
+
+  void find_in(const Term& term) {
+    MatrixXd values(term.lower.size(), fine_.points());
+    for (int p = 0; p < fine_.points(); ++p)
+      values.col(p) =
+          term.function(problem_.stage(fine_.t[p], fine_.x.col(p), fine_.a.col(p), fine_.u.col(p)));
+    for (Eigen::Index i = 0; i < values.rows(); ++i) {
+      const std::string index = values.rows() > 1 ? "[" + std::to_string(i) + "]" : "";
+      note(term.name + index, values.row(i), term.lower[i], term.upper[i], task_.demands.between);
+    }
+  }
+
+  // An excess counts from a part of the range on: of the bounds, or of how far the values move, where that is more.
+  void note(const std::string& name, const VectorXd& values, double lower, double upper, double part) {
+    if (is_told_already(name)) return;
+    const double moved = values.maxCoeff() - values.minCoeff();
+    LimitExcess excess{"", name, "", 0, 0, 0};
+    excess.between_points = true, excess.of = LimitOf::kTask;
+    const Curves none;
+    const auto tolerance = [&](double limit) {
+      return std::max(tolerated(lower, upper, limit, part), part * moved);
+    };
+    if (find_excess(values, {none, fine_.t, part}, lower, upper, tolerance, excess))
+      excesses_.push_back(excess);
+  }
+
+  // As beyond the robot: "v.elbow" as the velocity of "elbow".
+  bool is_told_already(const std::string& name) const {
+    return std::any_of(excesses_.begin(), excesses_.end(), [&](const LimitExcess& e) {
+      return (e.quantity == "position" && name == "q." + e.joint) ||
+             (e.quantity == "velocity" && name == "v." + e.joint) ||
+             (e.quantity == "effort" && name == "u." + e.joint);
+    });
+  }
+
+  const Task& task_;
+  const Problem& problem_;
+  const Trajectory& fine_;
+  std::vector<LimitExcess>& excesses_;
+};
+
+}  // namespace
+
+std::string LimitExcess::text() const {
+  const std::string what = quantity.empty() ? joint : quantity + " of " + joint;
+  const char* bounded = of == LimitOf::kRobot  ? ", rated for "
+                        : of == LimitOf::kTask ? ", bounded by "
+                                               : ", to be at least ";
+  return what + " is " + plain_digits(value) + (unit.empty() ? "" : " " + unit) + " at " +
+         plain_digits(time) + " s" + (between_points ? ", between points of the mesh" : "") + bounded +
+         plain_digits(limit);
+}
+
+std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion) {
+  const Trajectory fine = resampled(task.problem, motion, times_between(motion, even_looks(motion)));
+  Curves at_points = curves_of(task, motion);
+  const Curves between = curves_of(task, fine);
+  // Efforts that the scheme does not use are no points of the mesh; NaN is beyond no limit.
+  if (!motion.scheme.uses_first_point()) at_points.tau.col(0).setConstant(std::nan(""));
+  if (!motion.scheme.uses_last_point()) at_points.tau.rightCols(1).setConstant(std::nan(""));
+  const PlaceLookedAt looks[] = {{at_points, motion.t}, {between, fine.t, task.demands.integration_error}};
+  const std::vector<int> driven = actuated_dofs(task.scene);
+  std::vector<LimitExcess> excesses;
+  for (const Joint& joint : task.scene.model.joints) {
+    if (!dynamics::is_single(joint.type)) continue;
+    const int i = joint.idx_v;
+    const bool slides = joint.type == dynamics::JointType::kPrismatic;
+    const auto check = [&](const char* quantity, const char* unit, const auto& values_of, double lower,
+                           double upper) {
+      LimitExcess excess{quantity, joint.name, unit, 0, 0, 0};
+      for (const PlaceLookedAt& look : looks) {
+        excess.between_points = &look != looks;
+        const bool is_control = quantity == std::string_view("effort") && look.of_range > 0;
+        const double part = is_control ? std::max(look.of_range, kControl) : look.of_range;
+        const auto none = [&](double limit) { return tolerated(lower, upper, limit, part); };
+        if (find_excess(values_of(look), look, lower, upper, none, excess)) return excesses.push_back(excess);
+      }
+    };
+    const double velocity = rated(joint.limits.velocity), effort = rated(joint.limits.effort);
+    const auto positions = [&](const PlaceLookedAt& look) {
+      return Eigen::VectorXd(look.curves.q.row(joint.idx_q));
+    };
+    const auto velocities = [&](const PlaceLookedAt& look) { return Eigen::VectorXd(look.curves.v.row(i)); };
+    if (dynamics::traits(joint.type).on_a_line)
+      check("position", slides ? "m" : "rad", positions, joint.limits.lower, joint.limits.upper);
+    check("velocity", slides ? "m/s" : "rad/s", velocities, -velocity, velocity);
+    const auto at = std::find(driven.begin(), driven.end(), i);
+    if (at == driven.end()) continue;
+    const auto efforts = [&](const PlaceLookedAt& look) {
+      return Eigen::VectorXd(look.curves.tau.row(at - driven.begin()));
+    };
+    check("effort", slides ? "N" : "N m", efforts, -effort, effort);
+  }
+  BoundsBetween(task, fine, excesses).find();
+  find_contacts(task, motion, looks, excesses);
+  return excesses;
+}
+
+void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& parts) {
+  if (parts.positions) limit_positions(problem, task.scene);
+  if (parts.velocities) limit_velocities(problem, task.scene);
+  if (parts.efforts) limit_efforts(problem, task.scene, task.robot.unit);
+}
+
+void check_ends(const Task& task, const RatedParts& parts) {
+  const Problem& problem = task.problem;
+  const int n = task.scene.model.nq;
+  std::vector<std::string> faults;
+  const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i, const char* key) {
+    const double lower = problem.x.lower[i], upper = problem.x.upper[i];
+    const double rounding = 1e-12 * std::max(1.0, std::abs(state[i]));  // as check() of the problem takes it
+    if (!(state[i] < lower - rounding || state[i] > upper + rounding)) return;
+    faults.push_back(task.file + ": the " + end + " of \"" + problem.states[std::size_t(i)] + "\" is " +
+                     plain_digits(state[i]) + ", the robot's limits are " + plain_digits(lower) + " and " +
+                     plain_digits(upper) + "; expected a value within them, or '" + key +
+                     " none' in 'bounds'");
+  };
+  for (const Joint& joint : task.scene.model.joints) {
+    for (const auto& [state, end] : {std::pair(&problem.start, "start"), std::pair(&problem.goal, "goal")}) {
+      if (parts.positions) check(*state, end, joint.idx_q, "positions");
+      if (parts.velocities) check(*state, end, n + joint.idx_v, "velocities");
+    }
+  }
+  const auto check_clear = [&](const Eigen::VectorXd& state, const std::string& end) {
+    if (state.head(n).array().isNaN().any()) return;
+    for (const Surroundings::Pair& pair : task.around.apart) {
+      const double gap = clearance(task.scene.model, state.head(n), pair.a, pair.b);
+      if (gap >= pair.least) continue;
+      faults.push_back(task.file + ": at the " + end + " the clearance of \"" + pair.a.name + "\" and \"" +
+                       pair.b.name + "\" is " + plain_digits(gap) + " m, expected " +
+                       plain_digits(pair.least) + " m at least");
+    }
+  };
+  check_clear(problem.start, "start");
+  check_clear(problem.goal, "goal");
+  if (!faults.empty()) throw FileError(faults);
+}
+
+}  // namespace dyntape

@@ -1,0 +1,190 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Motions of task files that go on for ever: the block `closed`, and what it makes of the task (periodic_gait.h).
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/files/task/task_phases.h>
+#include <dyntape/interface/motion/contact_changes.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::VectorXd;
+using io::Section;
+using RobotModel = dynamics::Model<double>;
+using Names = std::vector<std::string>;
+
+bool stands_in(const Names& names, const std::string& name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+Names contacts_of(const Task& task) {
+  Names names;
+  for (const HeldContact& contact : task.robot.contacts) names.push_back(contact.frame);
+  return names;
+}
+
+// What it is called in the next step.
+std::string mirrored(const std::vector<std::pair<std::string, std::string>>& pairs, const std::string& name) {
+  for (const auto& [one, other] : pairs) {
+    if (name == one) return other;
+    if (name == other) return one;
+  }
+  return name;
+}
+
+Names held_first(const Task& task, const TaskKeys& keys) {
+  return keys.phases.empty() ? contacts_of(task) : keys.phases.front().hold;
+}
+
+// Contacts that stand at the start, and what lands for them at the end.
+struct Landed {
+  std::string stands, lands;
+};
+std::vector<Landed> landed(const Task& task, const TaskKeys& keys) {
+  const Names last = keys.phases.empty() ? contacts_of(task) : keys.phases.back().hold;
+  std::vector<Landed> list;
+  for (const std::string& name : held_first(task, keys)) {
+    const std::string other = mirrored(keys.closed->contacts, name);
+    if (!stands_in(last, other)) list.push_back({name, other});
+  }
+  return list;
+}
+
+HeldContact& contact_of(Task& task, const std::string& frame) {
+  const auto is_it = [&](const HeldContact& contact) { return contact.frame == frame; };
+  return *std::find_if(task.robot.contacts.begin(), task.robot.contacts.end(), is_it);
+}
+
+Eigen::Vector3d place_at(const RobotModel& model, const std::string& frame, const VectorXd& q) {
+  dynamics::Data<double> data(model);
+  dynamics::forward_kinematics<double>(model, data, q);
+  return dynamics::frame_placement(model, data, model.frame_index(frame)).p;
+}
+
+// Pairs of joints or of contacts.
+void read_swap(Section& block, const Task& task, const RobotModel* model, TaskKeys::Closed& closed) {
+  const Names joints = model ? single_joint_names(*model) : Names{}, contacts = contacts_of(task);
+  Names valid = joints;
+  valid.insert(valid.end(), contacts.begin(), contacts.end());
+  block.about("pairs of joints, and of contacts, that change places from step to step: left and right");
+  const Names names = distinct_names(block, "swap", model ? valid : Names{});
+  if (!model) return;
+  if (names.size() % 2 != 0)
+    block.problem("swap", "'closed.swap' has " + std::to_string(names.size()) + " names, expected pairs");
+  for (std::size_t k = 0; k + 1 < names.size(); k += 2) {
+    const bool is_joint = stands_in(joints, names[k]);
+    if (is_joint != stands_in(joints, names[k + 1])) {
+      block.problem("swap", "'closed.swap' pairs '" + names[k] + "' with '" + names[k + 1] +
+                                "', expected two joints or two contacts");
+      continue;
+    }
+    (is_joint ? closed.step.swapped : closed.contacts).emplace_back(names[k], names[k + 1]);
+  }
+}
+
+// (nq)
+VectorXd read_advance(Section& block, const RobotModel& model) {
+  Section by = block.child_or_empty("advance");
+  VectorXd advance = VectorXd::Zero(model.nq);
+  for (const auto& joint : model.joints) {
+    if (dynamics::traits(joint.type).on_a_line && by.has(joint.name))
+      advance[joint.idx_q] = by.get<double>(joint.name);
+  }
+  if (floats(model) && by.has("base")) advance.head<3>() = read_vector3(by, "base", std::nullopt);
+  return advance;
+}
+
+}  // namespace
+
+std::optional<TaskKeys::Closed> read_closed(Section& file, const Task& task, const RobotModel* model) {
+  if (!file.about("the motion goes on for ever, in place of a goal: it ends as it began, but for what "
+                  "changes places and "
+                  "advances")
+           .has("periodic"))
+    return {};
+  Section block = file.child("periodic");
+  TaskKeys::Closed closed;
+  read_swap(block, task, model, closed);
+  block.about(
+      "what positions gain from step to step, by joint [rad or m]; of a floating base: base \"x y z\"");
+  if (model)
+    closed.step.advance = read_advance(block, *model);
+  else
+    block.defer("advance", "a number a joint that advances, by name", "0");
+  block.about(
+      "whether what lands at the end hits the floor, and its velocity ends there; off: it is at rest");
+  closed.impact = block.get_or("impact", false);
+  if (!model) return closed;
+  try {
+    check(*model, closed.step);
+  } catch (const ArgumentError& e) {
+    block.problem("swap", e.what());
+  }
+  return closed;
+}
+
+void settle_closed(Section& file, const Task& task, const RobotModel& model, TaskKeys& keys) {
+  keys.goal = VectorXd::Constant(keys.start.size(), Problem::kFree);
+  const TaskKeys::Closed& closed = *keys.closed;
+  Section block = file.child("periodic");
+  if (file.has("goal"))
+    file.problem("goal",
+                 "'goal' stands beside 'periodic', which says where the motion ends; expected one of them");
+  if (keys.start.array().isNaN().any())
+    file.child("start").problem("free",
+                                "'start.free' stands beside 'periodic', by which all of the start is open");
+  const auto carrier = [&](const std::string& frame) {
+    return model.joints[std::size_t(model.frames[std::size_t(model.frame_index(frame))].body)].name;
+  };
+  for (const std::string& name : contacts_of(task)) {
+    const std::string other = mirrored(closed.contacts, name), from = carrier(name), to = carrier(other);
+    if (mirrored(closed.step.swapped, from) == to) continue;
+    block.problem("swap", "'closed.swap' makes contact '" + name + "' that of '" + other + "', but joint '" +
+                              from + "', which moves it, that of '" + mirrored(closed.step.swapped, from) +
+                              "'; expected both of a leg to be swapped");
+    return;
+  }
+  if (closed.impact && landed(task, keys).empty())
+    block.problem("impact",
+                  "nothing lands at the end of the motion; expected a contact that stands at its start "
+                  "and, under its other name, not in the last phase");
+}
+
+void place_last_step(Task& task, const TaskKeys& keys) {
+  const RobotModel& model = task.scene.model;
+  const VectorXd q = keys.start.head(model.nq), ahead = q + keys.closed->step.advance;
+  const Names first = held_first(task, keys);
+  for (const std::string& name : first) {
+    const std::string other = mirrored(keys.closed->contacts, name);
+    if (stands_in(first, other)) continue;
+    HeldContact &stands = contact_of(task, name), &behind = contact_of(task, other);
+    behind.place = *stands.place - (place_at(model, name, ahead) - place_at(model, name, q));
+    behind.axes = stands.axes;
+  }
+}
+
+void close_motion(Task& task, const TaskKeys& keys) {
+  const TaskKeys::Closed& closed = *keys.closed;
+  Task& first = task.phases.empty() ? task : task.phases.front();
+  for (const Landed& contact : landed(task, keys)) {
+    for (Term& term : landing(task.scene, contact_of(first, contact.stands),
+                              closed.impact ? Landing::kImpact : Landing::kAtRest)) {
+      term.name = contact.stands + (term.name.ends_with("rest") ? " begins at rest" : " begins at its place");
+      first.problem.add(at_start(std::move(term)));
+    }
+  }
+  std::vector<HeldContact> hit;
+  for (const HeldContact& contact : first.robot.contacts)
+    hit.push_back(contact_of(task, mirrored(closed.contacts, contact.frame)));
+  task.closing =
+      periodic_gait(task.scene, closed.step, closed.impact ? impact(task.scene, hit) : StageFunction());
+}
+
+}  // namespace dyntape

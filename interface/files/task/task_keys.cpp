@@ -1,0 +1,498 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/task/task_keys.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/control/ipopt/ipopt_options.h>
+#include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/files/planar_keys.h>
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/files/scene/scene_keys.h>
+#include <dyntape/interface/files/task/place_keys.h>
+#include <dyntape/interface/files/task/term_keys.h>
+#include <dyntape/interface/io/number.h>
+
+namespace dyntape {
+
+namespace {
+
+using io::Section;
+using RobotModel = dynamics::Model<double>;
+
+RobotProblemOptions read_form(Section& file) {
+  Section horizon = file.about("the time that the motion has").child("horizon");
+  Section transcription =
+      file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
+  RobotProblemOptions options;
+  options.duration = horizon.about("from start to goal [s]").get<double>("duration", seconds());
+  options.form =
+      transcription
+          .about("dynamics as a constraint: accelerations from torques, or torques from accelerations")
+          .choice_or<DynamicsForm>(
+              "dynamics", "forward",
+              {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
+  options.unit = transcription.about("unit of the controls: N m, or the fraction of the effort limit")
+                     .choice_or<ControlUnit>(
+                         "controls", "physical",
+                         {{"physical", ControlUnit::kPhysical}, {"fraction", ControlUnit::kFraction}});
+  return options;
+}
+
+// A duration that is to be found lies between two numbers, its first guess as well.
+std::optional<Problem::Range> read_free_time(Section& horizon, double duration) {
+  Problem::Range range{};
+  range.shortest =
+      horizon.about("where the duration is to be found, the shortest it may be [s]; 0: it is given")
+          .get_or("min_duration", 0.0, some_seconds());
+  range.longest =
+      horizon.about("and the longest [s]; 0: it is given").get_or("max_duration", 0.0, some_seconds());
+  if (range.shortest == 0 && range.longest == 0) return {};
+  if (range.shortest == 0 || range.longest == 0) {
+    const char *key = range.shortest > 0 ? "min_duration" : "max_duration",
+               *other = range.shortest > 0 ? "max_duration" : "min_duration";
+    if (horizon.sound() || !horizon.has(other))  // else what it says is wrong already
+      horizon.problem(key,
+                      std::string("'") + key + "' stands alone; expected '" + other + "' beside it, above 0");
+  } else if (range.shortest > range.longest) {
+    horizon.problem("min_duration", "'min_duration' is " + io::shortest(range.shortest) +
+                                        " s, expected 'max_duration', " + io::shortest(range.longest) +
+                                        " s, at most");
+  } else if (duration > 0 && !(range.shortest <= duration && duration <= range.longest)) {
+    horizon.problem("duration", "'duration' is " + io::shortest(duration) +
+                                    " s, expected the first guess of one between " +
+                                    io::shortest(range.shortest) + " and " + io::shortest(range.longest) +
+                                    " s ('min_duration', 'max_duration')");
+  }
+  return range;
+}
+
+void read_solver(Section& file, Task& task) {
+  Section solver = file.about("what solves the program").child_or_empty("solver");
+  OptimiseOptions& optimise = task.optimise;
+  SolverOptions& options = optimise.solver;
+  const auto method =
+      solver
+          .about(
+              "Ipopt; dyntape's own, which goes from stage to stage; differential dynamic programming, of "
+              "costs "
+              "and limits of controls")
+          .choice_or<std::optional<NlpMethod>>(
+              "method", "ipopt",
+              {{"ipopt", NlpMethod::kIpopt}, {"riccati", NlpMethod::kRiccati}, {"ddp", std::nullopt}});
+  task.by_ddp = !method;
+  options.method = method.value_or(NlpMethod::kRiccati);
+  options.tolerance =
+      solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
+  options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
+                               .get_or("dual_tolerance", options.dual_tolerance, io::positive());
+  options.bound_relaxation = solver.about("relative widening of bounds; 0 keeps them exact")
+                                 .get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
+  options.max_iterations = solver.about("after which it gives up")
+                               .get_or("max_iterations", options.max_iterations, io::not_negative());
+  options.max_seconds = solver.about("processor time of all threads after which it gives up [s]")
+                            .get_or("max_seconds", options.max_seconds, io::positive());
+  options.stop_at_acceptable = solver.about("give up early when stalled at an acceptable point")
+                                   .get_or("stop_at_acceptable", options.stop_at_acceptable);
+  options.print_level =
+      solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
+  optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")
+                                   .get_or("check_derivatives", true);
+  Section extra =
+      solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
+          .child_or_empty("ipopt");
+  for (Section& option : extra.all_children()) {
+    try {
+      check_ipopt_option(option.name(), option.value());
+      options.extra.emplace_back(option.name(), option.value());
+    } catch (const ArgumentError& e) {
+      extra.problem(option.name(), e.what());
+    }
+  }
+}
+
+// All entries of a joint's q, or of its v.
+void leave_open(const dynamics::Joint<double>& joint, const RobotModel& model, Eigen::VectorXd& x) {
+  x.segment(joint.idx_q, dynamics::nq(joint.type)).setConstant(Problem::kFree);
+  x.segment(model.nq + joint.idx_v, dynamics::nv(joint.type)).setConstant(Problem::kFree);
+}
+
+enum class End { kStart, kGoal };
+
+// The base of a robot that floats, to the beginning of q and v.  A goal says which parts of it are left open.
+void read_base_at(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
+  if (model && !floats(*model)) {
+    if (end.has("base"))
+      end.problem("base", "'" + end.path() + ".base' is of a floating base; this robot's base is fixed");
+    return;
+  }
+  const BaseStart base = read_base(end);
+  std::vector<std::string> open;
+  if (which == End::kGoal) {
+    if (model && !end.has("base"))
+      end.problem("base", "'goal.base' is missing; expected where the floating base shall be");
+    Section block = end.child_or_empty("base");
+    open = distinct_names(block.about("which of the four are left open"), "free",
+                          {"position", "roll_pitch_yaw", "velocity", "angular_velocity"});
+  }
+  if (!model) return;
+  Eigen::VectorXd q = x.head(model->nq), v = x.tail(model->nv);
+  place_base(base, q, v);
+  x << q, v;
+  for (const std::string& part : open) {
+    if (part == "position") x.head<3>().setConstant(Problem::kFree);
+    if (part == "roll_pitch_yaw") x.segment<4>(3).setConstant(Problem::kFree);
+    if (part == "velocity") x.segment<3>(model->nq).setConstant(Problem::kFree);
+    if (part == "angular_velocity") x.segment<3>(model->nq + 3).setConstant(Problem::kFree);
+  }
+}
+
+// What a goal does not say of planar joints is left open.
+void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen::VectorXd& x) {
+  end.about(which == End::kGoal ? "where a planar joint is, a block each; those without one are left open"
+                                : "where a planar joint is, a block each; others are where they are neutral");
+  Eigen::VectorXd q, v;
+  if (model) q = x.head(model->nq), v = x.tail(model->nv);
+  const std::vector<std::string> placed = read_planar(end, model, q, v);
+  if (!model) return;
+  x << q, v;
+  if (which == End::kStart) return;
+  for (const std::string& name : planar_names(*model)) {
+    if (std::find(placed.begin(), placed.end(), name) == placed.end())
+      leave_open(model->joints[std::size_t(model->joint_index(name))], *model, x);
+  }
+}
+
+// State at one end, at rest unless it says otherwise; joints named in `free` are left open, as all positions are where
+// a frame says where to.
+Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotModel* model) {
+  end.about("positions [rad or m]");
+  std::vector<std::string> names = model ? single_joint_names(*model) : std::vector<std::string>{};
+  const std::optional<double> fallback = model && names.empty() ? std::optional(0.0) : std::nullopt;
+  Eigen::VectorXd q, x;
+  if (!is_by_frame || end.has("q")) q = read_joint_values(end, "q", model, fallback);
+  const Eigen::VectorXd v = read_joint_values(end.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  if (model) {
+    x.resize(model->nq + model->nv);
+    x << (q.size() ? configuration_of(*model, q) : dynamics::neutral(*model)), v;
+  }
+  if (!is_by_frame || !model) read_base_at(end, which, model, x);
+  place_planar_joints(end, which, model, x);
+  if (is_by_frame && model) x.head(model->nq).setConstant(Problem::kFree);
+  end.about("joints whose position and velocity are left open");
+  if (model) {
+    const std::vector<std::string> planar = planar_names(*model);
+    names.insert(names.end(), planar.begin(), planar.end());
+  }
+  for (const std::string& name : distinct_names(end, "free", names))
+    if (model && std::find(names.begin(), names.end(), name) != names.end())  // else it is noted already
+      leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
+  return x;
+}
+
+// The state at the end of a motion or a phase, or a frame's place in it.
+template <class Keys>
+void read_goal(Section& of, Keys& keys, const RobotModel* model,
+               const char* meaning = "the state at the end") {
+  Section goal = of.about(meaning).child("goal");
+  keys.target = read_frame_target(goal, model);
+  if (keys.target && goal.has("q") && model)
+    goal.problem("q", "'goal' has both 'frame' and 'q', expected one of them");
+  keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
+}
+
+// Of method ddp, whose costs draw to the goal.
+void read_soft_goal(Section& file, Task& task) {
+  if (!file.has("goal")) return;
+  Section goal = file.child("goal");
+  task.has_soft_goal =
+      goal.about("of method ddp: costs draw to it, and it need not be met").get_or("soft", false);
+  if (task.has_soft_goal && !task.by_ddp)
+    goal.problem("soft",
+                 "'goal.soft' is of the method ddp; with other methods a goal is met, or left open by "
+                 "'free' and drawn to by costs.tracking");
+}
+
+// What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
+TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional<Problem::Range>& of_horizon,
+                           bool is_last, const RobotModel* model) {
+  TaskKeys::Phase p;
+  p.name = phase.value();
+  if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
+  p.duration = phase.about("of the phase [s]; absent: the horizon's")
+                   .get_or("duration", task.robot.duration, seconds());
+  p.intervals =
+      phase.about("absent: the horizon's").get_or("intervals", task.optimise.mesh.intervals, io::at_least(1));
+  if (const std::string fault = task.optimise.mesh.scheme.fault_on(p.intervals); !fault.empty())
+    phase.problem("intervals", fault);
+  const bool is_of_horizon =
+      !phase.has("duration") && !phase.has("min_duration") && !phase.has("max_duration");
+  p.free_time = read_free_time(phase, p.duration);
+  if (is_of_horizon) p.free_time = of_horizon;
+  std::vector<std::string> contacts;
+  for (const HeldContact& contact : task.robot.contacts) contacts.push_back(contact.frame);
+  phase.about("those of 'contacts' that are held during it; absent: all");
+  p.hold = phase.has("contacts") && model ? distinct_names(phase, "contacts", contacts) : contacts;
+  if (!model) phase.get_or("contacts", "");
+  p.impact =
+      phase
+          .about(
+              "whether what lands hits the floor, and its velocity ends there; off: it comes to rest before")
+          .get_or("impact", false);
+  Section lands = phase.about("by how much a contact lands beside where it stood before, by its name [m]")
+                      .child_or_empty("foothold_offset");
+  for (const std::string& name : contacts)
+    if (model && !name.empty() && lands.has(name))
+      p.moved.emplace_back(name, read_vector3(lands, name, std::nullopt, metres()));
+  if (model) p.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
+  if (!phase.has("goal")) return p;
+  if (is_last && model) {
+    phase.problem("goal", "the last phase ends in the task's 'goal'; expected none of its own");
+    return p;
+  }
+  read_goal(phase, p, model);
+  return p;
+}
+
+void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotModel* model) {
+  if (!file.about("the motion in phases, one after another, each with contacts and a duration of its own")
+           .has("phases"))
+    return;
+  Section block = file.child("phases");
+  std::vector<Section> phases = block.about("its name behind the word").children("phase");
+  if (phases.empty()) phases.push_back(block.child("phase"));
+  for (std::size_t k = 0; k < phases.size(); ++k) {
+    keys.phases.push_back(read_phase(phases[k], task, keys.free_time, k + 1 == phases.size(), model));
+    const auto is_same = [&](const TaskKeys::Phase& other) { return other.name == keys.phases.back().name; };
+    if (std::count_if(keys.phases.begin(), keys.phases.end(), is_same) > 1)
+      phases[k].problem("", "two phases are called '" + keys.phases.back().name + "'");
+    const TaskKeys::Phase& phase = keys.phases.back();
+    const auto lands = [&](const std::string& name) {
+      const auto holds = [&](const std::vector<std::string>& frames) {
+        return std::find(frames.begin(), frames.end(), name) != frames.end();
+      };
+      return k > 0 && holds(phase.hold) && !holds(keys.phases[k - 1].hold);
+    };
+    for (const auto& [name, by] : phase.moved) {
+      if (!lands(name))
+        phases[k].problem("foothold_offset", "'" + name + "' does not land at the beginning of phase '" +
+                                                 phase.name +
+                                                 "': it is not held in it, held before, or from the start");
+    }
+    if (model && phase.impact && std::none_of(phase.hold.begin(), phase.hold.end(), lands))
+      phases[k].problem("impact", "nothing lands at the beginning of phase '" + phase.name +
+                                      "'; expected a contact that the phase before does not hold");
+    if (model && task.robot.contacts.empty() && phases[k].has("contacts") && !phase.hold.empty())
+      phases[k].problem(
+          "contacts",
+          "the file has no 'contacts' that could be held; expected them, or no 'contacts' in the phase");
+  }
+}
+
+TaskKeys::Guess read_guess(Section& file) {
+  Section guess = file.about("where the solver begins").child_or_empty("guess");
+  guess.about("from start to goal").choice_or<int>("positions", "line", {{"line", 0}});
+  const bool slope = guess.about("at rest, or the slope of the line")
+                         .choice_or<bool>("velocities", "zero", {{"zero", false}, {"slope", true}});
+  guess.about("none, or what holds the robot against gravity");
+  return {slope, guess.choice_or<bool>("control", "zero", {{"zero", false}, {"gravity", true}})};
+}
+
+Limit read_limit(Section& bounds, const std::string& key, const std::string& what) {
+  const std::string word =
+      bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "robot");
+  if (word == "none") return {};
+  if (word == "robot") return {true};
+  const std::optional<double> value = io::parse_double(word);
+  if (!value || !(*value > 0))
+    bounds.problem(key, "'" + key + "' must be none, robot or a positive number, got '" + word + "'");
+  return {false, value.value_or(0)};
+}
+
+TaskKeys::Limits read_limits(Section& file) {
+  Section bounds = file.about("limits of the motion").child_or_empty("bounds");
+  TaskKeys::Limits limits;
+  limits.positions = read_limit(bounds, "positions", "positions [rad or m]");
+  limits.velocities = read_limit(bounds, "velocities", "velocities [rad/s or m/s]");
+  limits.efforts = read_limit(bounds, "efforts", "controls [N m or N]");
+  return limits;
+}
+
+Task::ModelSettings read_model_settings(Section& file) {
+  Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
+  Task::ModelSettings settings;
+  block.about(
+      "compile the dynamics again even if the cache has them (another name of recompileLibrariesCppAd)");
+  if (block.has("recompileLibraries")) settings.recompile_libraries = block.get<bool>("recompileLibraries");
+  settings.recompile_libraries = block.about("compile the dynamics again even if the cache has them")
+                                     .get_or("recompileLibrariesCppAd", settings.recompile_libraries);
+  settings.model_folder =
+      block.about("the cache; empty: the usual one").get_or("modelFolderCppAd", settings.model_folder);
+  settings.verbose = block.about("say what is compiled").get_or("verboseCppAd", settings.verbose);
+  return settings;
+}
+
+void read_demands(Section& file, Task::VerifyOptions& demands) {
+  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
+  verify.about(
+      "most that it breaks a constraint by, computed anew, relative to the program's nominal values");
+  demands.violation = verify.get_or("violation", demands.violation, io::positive());
+  verify.about(
+      "most that an interval differs from its re-simulation, relative to the motion's nominal values");
+  demands.integration_error =
+      verify.get_or("integration_error", demands.integration_error, io::or_infinite(io::positive()));
+  verify.about("how often the mesh is refined until it does not");
+  demands.refinements = verify.get_or("max_refinements", demands.refinements, io::between(0, 10));
+  verify.about("most that an inequality is exceeded by between points, relative to how far its value moves");
+  demands.between = verify.get_or("between_nodes", demands.between, io::or_infinite(io::positive()));
+  verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
+  demands.goal = verify.get_or("goal_error", demands.goal, io::or_infinite(io::positive()));
+  verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
+  demands.limits = verify.get_or("limits", demands.limits);
+}
+
+void read_output(Section& file, Task& task, const RobotModel* model) {
+  Section output = file.about("the pictures").child_or_empty("output");
+  std::vector<std::string> frames;
+  if (model) {
+    for (const auto& frame : model->frames) frames.push_back(frame.name);
+  }
+  output.about("frames whose paths are drawn");
+  task.traces = distinct_names(output, "trace", frames);
+  task.view = output.about("plane that the motion is seen in")
+                  .choice_or<View>(
+                      "view", "xz",
+                      {{"xz", View::kXz}, {"xy", View::kXy}, {"yz", View::kYz}, {"oblique", View::kOblique}});
+}
+
+}  // namespace
+
+MeshOptions read_mesh(Section& file, WithLimitedMemory with) {
+  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
+  MeshOptions mesh;
+  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
+  transcription.about("what connects neighbouring points: " + listed_schemes());
+  const std::string scheme = transcription.get_or("scheme", "hermite-simpson");
+  try {
+    mesh.scheme = scheme_by_name(scheme);
+    const std::string fault = mesh.scheme.fault_on(mesh.intervals);
+    if (!fault.empty()) throw ArgumentError(fault);
+  } catch (const ArgumentError& e) {
+    transcription.problem("scheme", e.what());
+  }
+  std::vector<std::pair<std::string, HessianKind>> kinds = {{"exact", HessianKind::kExact},
+                                                            {"gauss_newton", HessianKind::kGaussNewton}};
+  if (with == WithLimitedMemory::kYes) kinds.emplace_back("limited_memory", HessianKind::kLimitedMemory);
+  mesh.hessian = transcription.about("second derivatives that the solver gets")
+                     .choice_or<HessianKind>("hessian", "exact", kinds);
+  return mesh;
+}
+
+Task::Control read_control(Section& file, const ReadPush& read_push) {
+  Section block = file.about("the task as a controller, for `dyntape mpc`").child_or_empty("mpc");
+  Task::Control control;
+  control.seconds = block.about("of the closed loop [s]").get_or("duration", control.seconds, io::positive());
+  control.period =
+      block.about("from one plan to the next [s]").get_or("period", control.period, io::positive());
+  control.delay = block.about("from measuring to acting [s], less than a period")
+                      .get_or("delay", control.delay, io::not_negative());
+  if (control.delay >= control.period)
+    block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
+                               " s, got " + io::shortest(control.delay));
+  control.feedback = block.about("from one correction by the plan's gains to the next [s]; 0: none")
+                         .get_or("feedback_period", control.feedback, io::not_negative());
+  if (control.feedback >= control.period)
+    block.problem("feedback_period", "'mpc.feedback_period' must be less than the period, " +
+                                         io::shortest(control.period) + " s, got " +
+                                         io::shortest(control.feedback));
+  control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
+                           .get_or("iterations", control.iterations, io::between(0, 1000));
+  control.late = block.about("most of the later steps that may take longer than a period, as a part of all")
+                     .get_or("max_late", control.late, io::between(0.0, 1.0));
+  if (!block.about("something that hits the robot").has("disturbance")) return control;
+  std::vector<Section> disturbances = block.children("disturbance");
+  if (disturbances.empty()) disturbances.push_back(block.child("disturbance"));  // in the list of keys one
+  for (Section& push : disturbances) {
+    const double at = push.about("when [s]").get<double>("at", io::not_negative());
+    control.disturbances.push_back({at, read_push(push)});
+  }
+  return control;
+}
+
+TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
+  TaskKeys keys;
+  task.robot = read_form(file);
+  task.optimise.mesh = read_mesh(file);
+  Section horizon = file.child("horizon");
+  keys.free_time = read_free_time(horizon, task.robot.duration);
+  const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
+  task.optimise.mesh.evaluation = evaluation.options;
+  task.optimise.mesh.threads = evaluation.threads;
+  read_solver(file, task);
+  task.robot.thrusters = read_thrusters(file, model);
+  task.robot.contacts = read_contacts(file, model);
+  task.floor = read_floor(file);
+  Section start = file.about("the state at the beginning").child("start");
+  keys.start = read_end(start, End::kStart, false, model);
+  keys.closed = read_closed(file, task, model);
+  const bool only_follows = model && !file.has("goal") && file.has("reference");
+  if (only_follows) keys.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
+  if (!only_follows && (!keys.closed || (!model && file.has("goal"))))
+    read_goal(file, keys, model, "the state at the end; may be absent where there is a reference to follow");
+  read_soft_goal(file, task);
+  read_phases(file, task, keys, model);
+  if (keys.closed && model) settle_closed(file, task, *model, keys);
+  keys.waypoints = read_waypoints(file, model);
+  keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
+  if (model && !keys.phases.empty()) {  // in the list of keys both stand
+    if (!keys.waypoints.empty())
+      file.problem(
+          "waypoints",
+          "'waypoints' are of motions without phases; expected a 'goal' of the phase that ends there");
+    if (keys.reference) file.problem("reference", "'reference' is of motions without phases");
+  }
+  task.around = read_surroundings(file, model);
+  keys.guess = read_guess(file);
+  read_costs(file, keys, model);
+  keys.terms = read_terms(file, task, model);
+  for (const Term& term : keys.terms) {
+    if (!keys.phases.empty() && term.where == Where::kInstant && term.share > 0 && term.share < 1)
+      file.problem("terms", "'terms." + term.name +
+                                "' stands at a share of the motion, which has phases; expected " +
+                                "'running', 'start' or 'end'");
+  }
+  keys.limits = read_limits(file);
+  check_ddp(file, task, keys);
+  read_output(file, task, model);
+  task.models = read_model_settings(file);
+  task.control = read_control(file, [model](Section& push) {
+    push.about("added to the velocities [rad/s or m/s]");
+    return read_joint_values(push, "v", model, 0.0);
+  });
+  read_demands(file, task.demands);
+  if (file.about("a known optimum to compare with").has("expected")) {
+    Section expected = file.child("expected");
+    const double cost = expected.about("of the optimum").get<double>("cost");
+    expected.about("most that the cost differs by");
+    task.expected = {cost, expected.get<double>("tolerance", io::positive())};
+  }
+  return keys;
+}
+
+std::vector<io::Question> task_questions() {
+  Section file = Section::catalogue();
+  Task task;
+  read_task_name(file, "its file's");
+  read_task_scene(file, task);
+  read_task_keys(file, task, nullptr);
+  return file.questions();
+}
+
+std::string read_task_name(Section& file, const std::string& fallback) {
+  return file.about("of the task, in reports and pictures").get_or<std::string>("name", fallback);
+}
+
+}  // namespace dyntape

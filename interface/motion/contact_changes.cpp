@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/motion/contact_changes.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/interface/motion/of_kinematics.h>
+#include <dyntape/interface/motion/robot_terms.h>
+
+namespace dyntape {
+
+namespace {
+
+constexpr double kSink = 1e-3;  // m
+
+bool is_foot(const HeldContact& contact) { return !contact.corners.empty(); }
+
+void check_place(const HeldContact& contact) {
+  if (contact.place && (contact.axes || !is_foot(contact))) return;
+  throw ArgumentError("contact of \"" + contact.frame +
+                      "\": it has no place; expected one, and of a foot its axes");
+}
+
+}  // namespace
+
+std::vector<Term> landing(const RobotScene& scene, const HeldContact& contact, Landing how) {
+  check_place(contact);
+  FrameTarget place{contact.frame, contact.place, {}};
+  if (is_foot(contact)) place.orientation = contact.axes;
+  const std::vector<int> axes = held_axes(scene.model, contact);
+  std::vector<Term> terms = {
+      terminal_equality(contact.frame + " lands", entries_of(frame_error(scene, place), axes))};
+  if (how == Landing::kImpact) return terms;
+  const StageFunction speed =
+      frame_velocity(scene, contact.frame, dynamics::ReferenceFrame::kLocalWorldAligned);
+  terms.push_back(terminal_equality(contact.frame + " at rest", entries_of(speed, axes)));
+  return terms;
+}
+
+Term stays_above(const RobotScene& scene, const HeldContact& contact) {
+  check_place(contact);
+  std::vector<Eigen::Vector3d> points = contact.corners;
+  if (points.empty()) points.push_back(Eigen::Vector3d::Zero());
+  double floor = HUGE_VAL;
+  for (const Eigen::Vector3d& point : points)
+    floor = std::min(floor, contact.place->z() + (is_foot(contact) ? (*contact.axes * point).z() : 0));
+  const auto heights = [points, floor, frame = moving_frame(scene.model, contact.frame)](
+                           const auto& model, auto& data, const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    const auto at = dynamics::frame_placement(model, data, frame);
+    Eigen::Matrix<T, Eigen::Dynamic, 1> z(Eigen::Index(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      const dynamics::Vector3<T> point = points[i].template cast<T>();
+      z[Eigen::Index(i)] = at.p[2] + dynamics::Vector3<T>(at.R * point)[2] - T(floor);
+    }
+    return z;
+  };
+  const auto n = Eigen::Index(points.size());
+  return path_inequality(contact.frame + " above the floor", of_kinematics(scene, heights),
+                         Eigen::VectorXd::Constant(n, -kSink),
+                         Eigen::VectorXd::Constant(n, std::numeric_limits<double>::infinity()));
+}
+
+StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& contacts) {
+  std::vector<dynamics::Constraint<double>> held;
+  for (const HeldContact& contact : contacts) {
+    check_place(contact);
+    const int frame = moving_frame(scene.model, contact.frame);
+    if (is_foot(contact))
+      held.push_back(dynamics::frame_constraint<double>(scene.model, frame, {*contact.axes, *contact.place}));
+    else
+      held.push_back(dynamics::point_constraint<double>(scene.model, frame, *contact.place));
+  }
+  return [scene, held](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+    const dynamics::Model<T> model = scene.model.template cast<T>();
+    dynamics::Data<T> data(model);
+    std::vector<dynamics::Constraint<T>> list;
+    for (const auto& constraint : held) list.push_back(constraint.template cast<T>());
+    dynamics::ConstraintData<T> constraints(model, list);
+    Vector x = s.x;
+    const Vector q = x.head(model.nq), v = x.segment(model.nq, model.nv);
+    const auto effects = scene.effects.template cast<T>();
+    x.segment(model.nq, model.nv) =
+        dynamics::impulse_dynamics<T>(model, data, constraints, q, v, T(0), effects.acting());
+    return x;
+  };
+}
+
+}  // namespace dyntape

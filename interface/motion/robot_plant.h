@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A robot's dynamics at a stage of its problem, in one scalar: what robot_problem() is made of, and no one else needs.
+//
+//   Plant<double> plant(scene, controls);
+//   a = plant.forward(stage);                                    // FD(q, v, B u), of x = (q, v) and u
+//   tau = plant.inverse(stage) - plant.driving(stage);           // ID(q, v, a) - B u
+//
+// B u: control k drives joint dof k; the next are forces along axes of frames (thrusters), then forces at points of held
+// contacts, three each in the world's axes.
+//
+// Working memory within: one thread at a time.
+#pragma once
+
+#include <utility>
+#include <vector>
+
+#include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/interface/control/problem/stage.h>
+#include <dyntape/interface/robot/robot_scene.h>
+
+namespace dyntape::detail {
+
+// What the controls drive, with frames looked up.
+struct Drives {
+  std::vector<int> dofs;  // of driven joints
+  Eigen::VectorXd gain;   // of each of them: torque = gain u
+  struct Push {
+    int frame;
+    Eigen::Vector3d force, moment;  // of one newton, in the frame's axes
+  };
+  std::vector<Push> thrusters;
+  std::vector<int> contacts;  // frames at which their forces act
+  int n_u() const { return int(dofs.size() + thrusters.size() + 3 * contacts.size()); }
+  bool push() const { return !thrusters.empty() || !contacts.empty(); }
+};
+
+// World axes: (m/s^2, rad/s^2), (m/s, rad/s), m and the frame's axes.
+template <class T>
+struct HeldFrame {
+  dynamics::Motion<T> acceleration, velocity;
+  dynamics::Placement<T> placement;
+};
+
+template <class T>
+struct Plant {
+  using Vector = dynamics::VectorX<T>;
+
+  Plant(dynamics::Model<T> m, dynamics::Effects<T> e, Drives d)
+      : model(std::move(m)),
+        effects(std::move(e)),
+        data(model),
+        torques(model),
+        pushed(model),
+        drives(std::move(d)) {
+    for (const Drives::Push& push : drives.thrusters)
+      pushes.push_back(dynamics::wrench_at_frame<T>(model, push.frame, dynamics::FixedIn::kBody, {}));
+    for (int frame : drives.contacts)
+      pushes.push_back(dynamics::wrench_at_frame<T>(model, frame, dynamics::FixedIn::kWorld, {}));
+  }
+
+  dynamics::Model<T> model;
+  dynamics::Effects<T> effects;
+  dynamics::Data<T> data;
+  dynamics::EffectTorques<T> torques;
+  dynamics::WrenchTorques<T> pushed;
+  Drives drives;
+  std::vector<dynamics::Wrench<T>> pushes;  // of thrusters, then of contacts
+
+  Vector q(const Stage<T>& s) const { return s.x.head(model.nq); }
+  Vector v(const Stage<T>& s) const { return s.x.segment(model.nq, model.nv); }
+
+  Vector command(const Stage<T>& s) const {
+    const Vector u = s.u.head(drives.gain.size());
+    return torques_at(drives.dofs, Vector(drives.gain.template cast<T>().cwiseProduct(u)), model.nv);
+  }
+  // What arrives of the controls, as torques.
+  Vector driving(const Stage<T>& s) {
+    Vector tau = dynamics::driving_torques<T>(model, torques, effects, command(s));
+    return drives.push() ? Vector(tau + push_torques(s)) : tau;
+  }
+  // J^T F of the forces among the controls.
+  Vector push_torques(const Stage<T>& s) {
+    Eigen::Index k = drives.gain.size();
+    std::size_t i = 0;
+    for (const Drives::Push& push : drives.thrusters) {
+      const dynamics::Vector3<T> f(push.force.cast<T>()), m(push.moment.cast<T>());
+      pushes[i++].value = {f * T(s.u[k]), m * T(s.u[k])};
+      ++k;
+    }
+    for (; i < pushes.size(); ++i, k += 3) pushes[i].value.linear = s.u.template segment<3>(k);
+    return dynamics::wrench_torques<T>(model, data, pushed, pushes, q(s));
+  }
+  // What callees are given, which know no other than the robot that moves with v.
+  Vector seen_v(const Stage<T>& s) const {
+    return effects.acting().coriolis ? v(s) : Vector(Vector::Constant(model.nv, T(0)));
+  }
+  // What effects add that are not the callees' own.
+  Vector passive(const Stage<T>& s) {
+    return dynamics::effect_torques<T>(model, data, torques, effects, q(s), v(s));
+  }
+  Vector forward(const Stage<T>& s) {
+    if (!drives.push())
+      return dynamics::forward_dynamics<T>(model, data, torques, effects, q(s), v(s), command(s));
+    const Vector arrives = driving(s), tau = arrives + passive(s);
+    return dynamics::aba<T>(model, data, q(s), v(s), tau, effects.acting());
+  }
+  Vector inverse(const Stage<T>& s) {
+    return dynamics::inverse_dynamics<T>(model, data, torques, effects, q(s), v(s), Vector(s.a));
+  }
+  // A frame at the acceleration a.
+  HeldFrame<T> held(const Stage<T>& s, const Vector& a, int frame) {
+    dynamics::forward_kinematics<T>(model, data, q(s), v(s), a);
+    constexpr auto kAxes = dynamics::ReferenceFrame::kLocalWorldAligned;
+    return {dynamics::frame_classical_acceleration(model, data, frame, kAxes),
+            dynamics::frame_velocity(model, data, frame, kAxes),
+            dynamics::frame_placement(model, data, frame)};
+  }
+};
+
+}  // namespace dyntape::detail

@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The gnuplot script of a plot.  Every margin is set in pixels and the legend is drawn here, so that panels
+// line up and nothing depends upon gnuplot's own guesses.
+#include <dyntape/interface/report/plot/picture.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/report/plot/gnuplot_text.h>
+#include <dyntape/interface/report/plot/picture_layout.h>
+
+namespace dyntape::io {
+namespace {
+
+// M. Okabe and K. Ito, "Color Universal Design", without the yellow, too light for lines on white.
+constexpr const char* kPalette[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
+                                    "#e69f00", "#56b4e9", "#444444"};
+constexpr int kColors = 7;
+// Filled; one less is the same shape hollow (and 2 a cross beside the star of 3).
+constexpr int kPointTypes[] = {7, 5, 9, 13, 11, 15, 3};
+constexpr int kDashes[] = {1, 2, 4, 5};
+
+struct Style {
+  std::string color;
+  int dash, point;
+};
+
+// Where colours come round again, points are hollow, then of another shape.
+int point_type(int round, int index) { return kPointTypes[(index + round / 2) % kColors] - round % 2; }
+
+std::vector<Style> styles_of(const Panel& panel) {
+  std::vector<Style> styles;
+  int next = 0;
+  for (const Series& series : panel.series) {
+    const bool own = !series.color.empty();
+    const int number = series.style >= 0 ? series.style : next;
+    const int round = own ? 0 : number / kColors, index = own ? 0 : number % kColors;
+    const int dash = series.dashed ? 2 : kDashes[round % 4];
+    styles.push_back({own ? series.color : kPalette[index], dash, point_type(round, index)});
+    if (!own && series.style < 0) ++next;
+  }
+  return styles;
+}
+
+void check(const Plot& plot) {
+  if (plot.panels.empty()) throw ArgumentError("draw: the plot '" + plot.title + "' has no panels");
+  if (plot.columns < 1) throw ArgumentError("draw: a plot needs at least one column");
+  for (const Panel& panel : plot.panels) {
+    bool any = false;
+    for (const Series& s : panel.series) {
+      if (s.x.size() != s.y.size()) {
+        throw ArgumentError("draw: the series '" + s.name + "' has " + std::to_string(s.x.size()) +
+                            " x and " + std::to_string(s.y.size()) + " y");
+      }
+      for (size_t i = 0; i < s.x.size(); ++i) any |= drawable(panel, s.x[i], drawn_y(panel, s.y[i]));
+    }
+    if (!any) throw ArgumentError("draw: the panel '" + panel.title + "' has no point that can be drawn");
+  }
+}
+
+class Script {
+ public:
+  explicit Script(const Canvas& canvas) : canvas_(canvas) {}
+  const std::string& text() const { return text_; }
+  void add(const std::string& line) { text_ += line + '\n'; }
+
+  void label(const std::string& text, const std::string& at, double size, const std::string& rest) {
+    add("set label " + gnuplot_quoted(text) + " at " + at + " noenhanced font '," + gnuplot_number(size) +
+        "' " + rest);
+  }
+
+  void data(const Panel& panel) {
+    for (size_t k = 0; k < panel.series.size(); ++k) {
+      const Series& s = panel.series[k];
+      add("$d" + std::to_string(k) + " << EOD");
+      for (size_t i = 0; i < s.x.size(); ++i) {
+        const double y = drawn_y(panel, s.y[i]);
+        const bool shown = drawable(panel, s.x[i], y);
+        add(shown ? gnuplot_number(s.x[i]) + ' ' + gnuplot_number(y) : std::string("NaN NaN"));
+      }
+      add("EOD");
+    }
+  }
+
+  void axes(const Panel& panel, const Box& frame) {
+    add("set lmargin at screen " + canvas_.x(frame.left) + "; set rmargin at screen " +
+        canvas_.x(frame.right));
+    add("set tmargin at screen " + canvas_.y(frame.top) + "; set bmargin at screen " +
+        canvas_.y(frame.bottom));
+    Limits x, y;
+    choose_limits(panel, frame, x, y);
+    axis("x", panel.log_x, x);
+    axis("y", panel.log_y, y);
+    if (std::isfinite(panel.zero)) add("set ytics add ('0' " + gnuplot_number(panel.zero) + ")");
+    const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
+    label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
+    label(panel.y_label, canvas_.at(frame.left - 60, middle_y), kTextSize,
+          "center rotate by 90 tc rgb '#333333'");
+    const bool dots = std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) {
+      return s.mark == Mark::kPoints || s.mark == Mark::kBoth;
+    });
+    if (!dots) add("set autoscale xfix");
+  }
+
+  void axis(const std::string& name, bool log, const Limits& limits) {
+    const auto end = [](double value) {
+      return std::isfinite(value) ? gnuplot_number(value) : std::string("*");
+    };
+    add(log ? "set logscale " + name + "; set format " + name + " '10^{%T}'"
+            : "set format " + name + " '%h'");
+    add("set " + name + "range [" + end(limits.low) + ":" + end(limits.high) + "]");
+  }
+
+  void references(const Panel& panel) {
+    const std::string look = " nohead back lc rgb '#8a8a8a' lw 1.2 dt 2";
+    if (std::isfinite(panel.zero)) {
+      const std::string v = gnuplot_number(panel.zero);
+      add("set arrow from graph 0, first " + v + " to graph 1, first " + v + look);
+    }
+    for (const ReferenceLine& line : panel.horizontal) {
+      if (panel.log_y && line.value <= 0) continue;
+      const std::string v = gnuplot_number(line.value);
+      add("set arrow from graph 0, first " + v + " to graph 1, first " + v + look);
+      if (line.text.empty()) continue;
+      label(line.text, "graph 1, first " + v, kSmallSize, "left offset 0.5, 0 tc rgb '#666666' front");
+    }
+  }
+
+  void head(const Panel& panel, const Place& place, const std::vector<Style>& styles) {
+    double y = place.head + 2;
+    if (!panel.title.empty()) {
+      label(panel.title, canvas_.at(place.frame.left, y), kTextSize + 1, "left tc rgb '#222222'");
+      y += kHeadRow;
+    }
+    for (const auto& row : place.legend) {
+      double x = place.frame.left;
+      for (const size_t i : row) x = legend_entry(panel.series[i], styles[i], x, y);
+      y += kHeadRow;
+    }
+  }
+
+  double legend_entry(const Series& s, const Style& style, double x, double y) {
+    const std::string color = " lc rgb '" + style.color + "'";
+    if (s.mark != Mark::kPoints) {
+      add("set arrow from " + canvas_.at(x, y) + " to " + canvas_.at(x + kSample, y) + " nohead lw " +
+          gnuplot_number(s.width) + color + " dt " + std::to_string(style.dash));
+    }
+    if (s.mark == Mark::kPoints || s.mark == Mark::kBoth) {
+      add("set label '' at " + canvas_.at(x + kSample / 2, y) + " point pt " + std::to_string(style.point) +
+          " ps " + gnuplot_number(0.7 * s.point) + color);
+    }
+    label(s.name, canvas_.at(x + kSample + 6, y), kTextSize, "left tc rgb '#333333'");
+    return x + kSample + 24 + text_width(s.name, kTextSize);
+  }
+
+  void curves(const Panel& panel, const std::vector<Style>& styles) {
+    std::vector<size_t> order(panel.series.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::stable_sort(order.begin(), order.end(),
+                     [&](size_t a, size_t b) { return panel.series[a].layer < panel.series[b].layer; });
+    std::string command = "plot ";
+    for (const size_t i : order) {
+      const Series& s = panel.series[i];
+      const char* with[] = {"lines", "points", "linespoints"};
+      command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with " +
+                 with[static_cast<int>(s.mark)];
+      command += " lc rgb '" + styles[i].color + "'";
+      if (s.mark != Mark::kPoints)
+        command += " lw " + gnuplot_number(s.width) + " dt " + std::to_string(styles[i].dash);
+      const bool dots = s.mark == Mark::kPoints || s.mark == Mark::kBoth;
+      if (dots) command += " pt " + std::to_string(styles[i].point) + " ps " + gnuplot_number(0.7 * s.point);
+    }
+    add(command);
+  }
+
+ private:
+  Canvas canvas_;
+  std::string text_;
+};
+
+std::string terminal(const std::string& format, const Canvas& canvas) {
+  const auto pixels = [](double size) { return std::to_string(std::lround(size)); };
+  if (format == "svg") {
+    return "set terminal svg size " + pixels(canvas.width) + "," + pixels(canvas.height) +
+           " fixed enhanced rounded font 'sans-serif,13' background '#ffffff' name 'dyntape'";
+  }
+  return "set terminal pngcairo size " + pixels(2 * canvas.width) + "," + pixels(2 * canvas.height) +
+         " enhanced rounded font 'sans,13' fontscale 1.5 linewidth 2 pointscale 2 background '#ffffff'";
+}
+
+}  // namespace
+
+std::string gnuplot_script(const Plot& plot, const std::string& format, const std::string& output) {
+  check(plot);
+  std::vector<Place> places;
+  const double height = arrange(plot, places);
+  const Canvas canvas{static_cast<double>(plot.width), height};
+  Script script(canvas);
+  script.add(terminal(format, canvas));
+  script.add("set encoding utf8; set minussign; set output " + gnuplot_quoted(output));
+  script.add("set multiplot; unset key; set border 3 lc rgb '#9a9a9a' lw 1");
+  script.add("set tics nomirror out scale 0.5 textcolor rgb '#444444' font ',12'");
+  script.add("set grid back lt 1 lw 0.8 lc rgb '#e4e4e4'");
+  for (size_t i = 0; i < plot.panels.size(); ++i) {
+    const Panel& panel = plot.panels[i];
+    const std::vector<Style> styles = styles_of(panel);
+    script.data(panel);
+    script.axes(panel, places[i].frame);
+    script.references(panel);
+    script.head(panel, places[i], styles);
+    if (i == 0 && !plot.title.empty()) {
+      script.label(plot.title, canvas.at(kLeft, kTitleRow / 2 + 6), kTitleSize, "left tc rgb '#111111'");
+    }
+    script.curves(panel, styles);
+    script.add("unset label; unset arrow; unset logscale; set autoscale");
+    if (std::isfinite(panel.zero)) script.add("set ytics autofreq");  // the next panel has no zero there
+  }
+  script.add("unset multiplot; unset output");
+  return script.text();
+}
+
+}  // namespace dyntape::io

@@ -1,0 +1,217 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/report/sweep_results.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/result_folder.h>
+#include <dyntape/interface/io/table.h>
+
+namespace dyntape {
+
+namespace {
+
+constexpr std::size_t kShownFailures = 5;
+
+// Entries of a column where the row is ok.
+std::vector<double> sound_column(const io::CsvTable& table, const std::string& name) {
+  const int column = table.index(name), ok = table.index("ok");
+  std::vector<double> values;
+  for (int row = 0; row < table.rows(); ++row) {
+    if (table(row, ok) == 1) values.push_back(table(row, column));
+  }
+  return values;
+}
+
+bool is_in_summary(const std::string& name) { return name != "t" && !name.starts_with("v"); }
+
+// Numbers along an axis in thousands, millionths, ... where plain ones would be long.
+struct Axis {
+  std::string label;
+  std::vector<double> values;
+};
+Axis readable(const std::string& name, std::vector<double> values) {
+  double most = 0;
+  for (double x : values) most = std::max(most, std::abs(x));
+  if (most == 0 || (most < 1e4 && most >= 1e-2)) return {name, std::move(values)};
+  const double power = 3 * std::floor(std::log10(most) / 3), unit = std::pow(10, power);
+  for (double& x : values) x /= unit;
+  return {name + " [1e" + std::to_string(int(power)) + "]", std::move(values)};
+}
+
+// The outline of a histogram.
+io::Series histogram(const std::vector<double>& values) {
+  const auto [least, most] = std::minmax_element(values.begin(), values.end());
+  const double low = *least, width = *most - *least;
+  const auto bins = std::size_t(std::clamp(2 * std::cbrt(double(values.size())), 1.0, 60.0));  // Rice's rule
+  std::vector<double> count(bins, 0);
+  for (double x : values) {
+    const double place = width > 0 ? (x - low) / width * double(bins) : 0;
+    count[std::min(std::size_t(place), bins - 1)] += 1;
+  }
+  io::Series outline{.x = {low}, .y = {0}};
+  for (std::size_t k = 0; k < bins; ++k) {
+    for (double side : {double(k), double(k + 1)}) {
+      outline.x.push_back(low + width * side / double(bins));
+      outline.y.push_back(count[k]);
+    }
+  }
+  outline.x.push_back(low + width), outline.y.push_back(0);
+  return outline;
+}
+
+}  // namespace
+
+Quantiles quantiles_of(std::vector<double> values) {
+  if (values.empty()) return {};
+  std::sort(values.begin(), values.end());
+  const auto at = [&](double part) {
+    return values[std::size_t(std::lround(part * double(values.size() - 1)))];
+  };
+  return {at(0), at(0.05), at(0.5), at(0.95), at(1)};
+}
+
+io::Plot sweep_plot(const SceneSweep& sweep, const io::CsvTable& table) {
+  constexpr std::size_t kMostValues = 3;
+  io::Plot plot{.title = sweep.name};
+  const std::size_t shown = std::min(sweep.values.size(), kMostValues);
+  plot.columns = int(shown) + 1;
+  plot.width = 330 * plot.columns + 60;
+  for (const std::string& result : sweep.shown) {
+    const std::vector<double> y = sound_column(table, result);
+    if (y.empty()) return {};
+    for (std::size_t k = 0; k < shown; ++k) {
+      const SweptValue& value = sweep.values[k];
+      const bool is_log = value.spread == Spread::kLogUniform;
+      Axis x{value.name, io::thinned(sound_column(table, value.name))};
+      if (!is_log) x = readable(x.label, std::move(x.values));
+      io::Panel panel{.x_label = x.label, .y_label = result, .log_x = is_log};
+      panel.series = {
+          {.x = std::move(x.values), .y = io::thinned(y), .mark = io::Mark::kPoints, .point = 0.4}};
+      plot.panels.push_back(std::move(panel));
+    }
+    const Axis along = readable(result, y);
+    plot.panels.push_back(
+        {.x_label = along.label, .y_label = "samples", .series = {histogram(along.values)}});
+  }
+  return plot;
+}
+
+bool SweepReport::success() const {
+  return !outcome.was_stopped && long(outcome.failures.size()) < outcome.rows;
+}
+
+std::string SweepReport::verdict() const {
+  const std::string all = io::with_groups(sweep.rows()) + " samples";
+  if (outcome.was_stopped) {
+    return "stopped after " + io::with_groups(outcome.rows) + " of " + all +
+           "; the same command goes on from there";
+  }
+  std::string text = all;
+  if (outcome.was_finished) text += ", finished by an earlier run";
+  if (outcome.resumed > 0) text += ", of which " + io::with_groups(outcome.resumed) + " were there before";
+  const std::size_t failed = outcome.failures.size();
+  return text + (failed == 0 ? "" : ", " + io::with_groups(long(failed)) + " of them failed");
+}
+
+std::string SweepReport::text() const {
+  std::string text = sweep.name + ": " + verdict() + "\n\n";
+  io::TextTable facts({{"quantity"}, {"value"}});
+  facts.append({"scene", sweep.scene.name + ", " + io::with_groups(sweep.scene.steps()) + " steps of " +
+                             to_string(sweep.scene.integrator)});
+  facts.append({"seed", std::to_string(sweep.seed)});
+  if (!outcome.was_finished) {
+    const double speed = double(outcome.rows - outcome.resumed) / std::max(outcome.step_seconds, 1e-9);
+    facts.append({"one step", io::with_groups(long(outcome.operations)) + " operations"});
+    facts.append({"ready after", io::duration(outcome.build_seconds)});
+    facts.append({"computed in", io::duration(outcome.step_seconds) + ", " + io::significant(speed, 3) +
+                                     " samples a second, " +
+                                     io::significant(speed * double(sweep.scene.steps()), 3) +
+                                     " steps a second"});
+  }
+  text += facts.text();
+  if (!outcome.was_stopped && outcome.failures.size() < std::size_t(outcome.rows)) {
+    io::TextTable table({{"result"},
+                         {"least", "", io::Align::kRight},
+                         {"5 %", "", io::Align::kRight},
+                         {"median", "", io::Align::kRight},
+                         {"95 %", "", io::Align::kRight},
+                         {"most", "", io::Align::kRight}});
+    for (const std::string& name : result_names(sweep.scene)) {
+      if (!is_in_summary(name)) continue;
+      const Quantiles q = quantiles_of(sound_column(outcome.table, name));
+      std::vector<std::string> row = {name};
+      for (double x : {q.least, q.low, q.median, q.high, q.most}) row.push_back(io::with_digits(x, 5));
+      table.append(row);
+    }
+    text += "\n" + table.text();
+  }
+  for (std::size_t k = 0; k < std::min(outcome.failures.size(), kShownFailures); ++k)
+    text += (k == 0 ? "\n" : "") + outcome.failures[k] + "\n";
+  if (outcome.failures.size() > kShownFailures)
+    text += "and " + io::with_groups(long(outcome.failures.size() - kShownFailures)) + " more\n";
+  return text;
+}
+
+std::string SweepReport::json() const {
+  nlohmann::ordered_json j;
+  j["sweep"] = sweep.name;
+  j["scene"] = sweep.scene.name;
+  j["identity"] =
+      outcome.was_stopped || !unwritten.empty() ? "" : outcome.identity;  // of results that are whole
+  j["success"] = success() && unwritten.empty();
+  j["verdict"] = verdict();
+  j["samples"] = sweep.rows();
+  j["seed"] = sweep.seed;
+  j["resumed"] = outcome.resumed;
+  j["failed"] = outcome.failures.size();
+  j["operations"] = outcome.operations;
+  j["seconds"] = {{"build", outcome.build_seconds}, {"steps", outcome.step_seconds}};
+  if (!outcome.was_stopped) {
+    for (const std::string& name : result_names(sweep.scene)) {
+      const Quantiles q = quantiles_of(sound_column(outcome.table, name));
+      j["quantiles"][name] = {q.least, q.low, q.median, q.high, q.most};
+    }
+  }
+  j["unwritten"] = unwritten;
+  return j.dump(2) + "\n";
+}
+
+void write_sweep_results(SweepReport& report, const std::string& folder, const std::stop_token& stop) {
+  io::ResultFolder results(folder, report.unwritten);
+  const SweepOutcome& outcome = report.outcome;
+  const auto put = [&](const char* file, const std::string& text) {
+    results.write(file, [&](const std::string& path) { write_file_atomically(path, text); });
+  };
+  put(kSweepTable, outcome.csv);
+  std::string failures;
+  for (const std::string& failure : outcome.failures) failures += failure + "\n";
+  results.remove(kSweepFailures);
+  if (!failures.empty()) put(kSweepFailures, failures);
+  put(kSweepUnderstood, report.sweep.effective);
+  results.remove(kSweepPicture);
+  const io::Plot plot = sweep_plot(report.sweep, outcome.table);
+  if (!plot.panels.empty())
+    results.write(kSweepPicture, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
+  put(kSweepReport, report.json());
+}
+
+SweepOutcome finished_outcome(const SceneSweep& sweep, const std::string& folder) {
+  SweepOutcome outcome;
+  outcome.was_finished = true;
+  outcome.identity = identity_of(sweep);
+  outcome.table = io::read_csv(folder + "/" + kSweepTable);
+  outcome.rows = outcome.table.rows();
+  std::error_code none;
+  if (!std::filesystem::is_regular_file(folder + "/" + kSweepFailures, none)) return outcome;
+  std::istringstream lines(read_file(folder + "/" + kSweepFailures));
+  for (std::string line; std::getline(lines, line);) outcome.failures.push_back(line);
+  return outcome;
+}
+
+}  // namespace dyntape

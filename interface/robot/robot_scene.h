@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A robot, what acts on it, and where it is driven: what simulate and solve both are about.
+//
+//   RobotScene scene{load_urdf("cart_pole.urdf"), {}, {"slider"}};
+//   scene.effects.damping = dynamics::model_damping(scene.model);
+//   const std::vector<int> dofs = actuated_dofs(scene);                  // of the commands
+//   VectorX<double> tau = torques_at(dofs, commands, scene.model.nv);    // zero at the others
+//
+// Only the chosen effects are recorded (dynamics/effects/effects.h).
+//
+// Errors: ArgumentError for a driven joint that is unknown, named twice, or of several degrees of freedom.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/effects/effects.h>
+#include <dyntape/interface/robot/scene_constraints.h>
+
+namespace dyntape {
+
+struct RobotScene {
+  dynamics::Model<double> model;
+  dynamics::Effects<double> effects = {};
+  std::vector<std::string> actuated = {};  // joints; empty: all of one degree of freedom
+  // (s) of each driven joint, or empty: its torque follows the command as m' = (u - m) / lag.  0: at once.
+  Eigen::VectorXd lag = {};
+  SceneConstraints constraints = {};  // loops, rigid contacts, hard limits
+};
+
+// ArgumentError where the scene has constraints: of what treats the robot as a free tree.
+void check_has_no_constraints(const RobotScene& scene, const std::string& user);
+
+// Degrees of freedom that are driven, in the order of the commands.
+std::vector<int> actuated_dofs(const RobotScene& scene);
+
+// Joints that are driven, in the same order.
+std::vector<std::string> driven_names(const RobotScene& scene);
+
+// (nv) what drives the joints: drive k at degree of freedom dofs[k].
+template <class Drive>
+dynamics::VectorX<typename Drive::Scalar> torques_at(const std::vector<int>& dofs, const Drive& drive,
+                                                     int nv) {
+  using T = typename Drive::Scalar;
+  dynamics::VectorX<T> tau = dynamics::VectorX<T>::Constant(nv, T(0));
+  for (std::size_t k = 0; k < dofs.size(); ++k) tau[dofs[k]] = drive[Eigen::Index(k)];
+  return tau;
+}
+
+// Whether a free-flyer carries it.
+bool floats(const dynamics::Model<double>& model);
+
+// The names of columns of q ("q") or v ("v") in tables: q.elbow; of joints with several entries by number, q0.
+std::vector<std::string> entry_names(const dynamics::Model<double>& model, const std::string& block);
+
+}  // namespace dyntape

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/mpc/centroidal_pictures.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <dyntape/interface/motion/standing.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+constexpr double kFrames = 60, kLift = 0.04;  // a second; m, of a foot in the air
+
+struct FootOverTime {
+  MatrixXd place;  // (3 x points)
+  VectorXd load;   // (points)
+};
+
+// As the schedule has it.
+FootOverTime foot_over_time(const CentroidalTask& task, const std::string& name, const VectorXd& t) {
+  const Parameter place = task.problem.parameters.find(name + " place"),
+                  load = task.problem.parameters.find(name + " load");
+  FootOverTime foot{MatrixXd(3, t.size()), VectorXd(t.size())};
+  for (Eigen::Index p = 0; p < t.size(); ++p) {
+    const Stage<double> s = task.problem.stage(t[p], {}, {}, {});
+    foot.place.col(p) = place(s);
+    foot.load[p] = load(s)[0];
+  }
+  return foot;
+}
+
+// In the air it goes from where it stood to where it will, in an arc: no more than a picture of a step.
+void swing(FootOverTime& foot) {
+  const Eigen::Index n = foot.load.size();
+  for (Eigen::Index p = 0; p < n; ++p) {
+    if (foot.load[p] > 0) continue;
+    Eigen::Index from = p - 1, to = p;
+    while (to < n && foot.load[to] == 0) ++to;
+    const Vector3d left = foot.place.col(std::max<Eigen::Index>(from, 0));
+    const Vector3d next = foot.place.col(std::min(to, n - 1));
+    for (; p < to; ++p) {
+      const double part = double(p - from) / double(to - from);
+      foot.place.col(p) =
+          left + part * (next - left) + Vector3d(0, 0, kLift * std::sin(std::numbers::pi * part));
+    }
+  }
+}
+
+io::Panel panel_of(const std::string& title, const std::string& y_label,
+                   const std::vector<std::string>& names, const VectorXd& t, const MatrixXd& curves) {
+  io::Panel panel{.title = title, .x_label = "time [s]", .y_label = y_label};
+  for (Eigen::Index i = 0; i < curves.rows(); ++i) {
+    io::Series series{.name = names[std::size_t(i)]};
+    for (Eigen::Index p = 0; p < t.size(); ++p) series.x.push_back(t[p]), series.y.push_back(curves(i, p));
+    panel.series.push_back(std::move(series));
+  }
+  return panel;
+}
+
+io::Series path_of(const std::string& name, const MatrixXd& points) {
+  io::Series series{.name = name};
+  for (Eigen::Index p = 0; p < points.cols(); ++p) {
+    series.x.push_back(points(0, p));
+    series.y.push_back(points(1, p));
+  }
+  return series;
+}
+
+// Closed.
+io::Series outline_of(const std::vector<Vector2d>& corners, const std::string& name) {
+  MatrixXd points(2, Eigen::Index(corners.size()) + 1);
+  for (Eigen::Index k = 0; k < points.cols(); ++k) points.col(k) = corners[std::size_t(k) % corners.size()];
+  io::Series series = path_of(name, points);
+  series.color = "#777777";
+  series.mark = io::Mark::kBoth;
+  return series;
+}
+
+// Points of a motion at so many frames a second.
+std::vector<int> frames_of(const Trajectory& motion) {
+  std::vector<int> frames;
+  double next = 0;
+  for (int p = 0; p < motion.points(); ++p) {
+    const bool is_last = p + 1 == motion.points();
+    if (motion.t[p] < next - 1e-9 && !is_last) continue;
+    frames.push_back(p);
+    next = motion.t[p] + 1 / kFrames;
+  }
+  return frames;
+}
+
+}  // namespace
+
+MatrixXd forces_on_floor(const CentroidalTask& task, const Trajectory& motion) {
+  MatrixXd forces = motion.u;
+  for (std::size_t i = 0; i < task.body.feet.size(); ++i) {
+    const FootOverTime foot = foot_over_time(task, task.body.feet[i].name, motion.t);
+    forces.middleRows(3 * Eigen::Index(i), 3) *= foot.load.asDiagonal();
+  }
+  return forces;
+}
+
+std::vector<Vector2d> support_polygon(std::vector<Vector2d> points) {
+  const auto comes_first = [](const Vector2d& a, const Vector2d& b) {
+    return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y();
+  };
+  std::sort(points.begin(), points.end(), comes_first);
+  std::vector<Vector2d> hull;
+  // The lower side from left to right, then the upper one back: turns to the left alone.
+  for (int side = 0; side < 2; ++side) {
+    const std::size_t begin = hull.size();
+    for (const Vector2d& p : points) {
+      const auto turns_left = [&] {
+        const Vector2d a = hull.back() - hull[hull.size() - 2], b = p - hull.back();
+        return a.x() * b.y() - a.y() * b.x() > 0;
+      };
+      while (hull.size() >= begin + 2 && !turns_left()) hull.pop_back();
+      hull.push_back(p);
+    }
+    if (!hull.empty()) hull.pop_back();
+    std::reverse(points.begin(), points.end());
+  }
+  return hull.empty() ? points : hull;  // a point alone has no sides
+}
+
+Vector2d capture_point(const CentroidalBody& body, const VectorXd& state) {
+  double floor = 0;
+  for (const CentroidalBody::Foot& foot : body.feet) floor += foot.place.z() / double(body.feet.size());
+  const double omega = std::sqrt(-body.gravity.z() / (state[2] - floor));
+  return state.head<2>() + state.segment<2>(3) / omega;
+}
+
+io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion) {
+  const MatrixXd forces = forces_on_floor(task, motion);
+  const auto feet = Eigen::Index(task.body.feet.size());
+  std::vector<std::string> names;
+  MatrixXd upwards(feet, motion.points());
+  for (Eigen::Index i = 0; i < feet; ++i) {
+    names.push_back(task.body.feet[std::size_t(i)].name);
+    upwards.row(i) = forces.row(3 * i + 2);
+  }
+  MatrixXd along(2, motion.points());
+  for (int axis = 0; axis < 2; ++axis) {
+    along.row(axis).setZero();
+    for (Eigen::Index i = 0; i < feet; ++i) along.row(axis) += forces.row(3 * i + axis);
+  }
+  const MatrixXd moved = motion.x.topRows(3).colwise() - task.body.com;
+  const std::vector<std::string> axes = {"x", "y", "z"};
+  io::Plot plot;
+  plot.title = task.name;
+  plot.panels = {panel_of("centre of mass, from where it starts", "[m]", axes, motion.t, moved),
+                 panel_of("its velocity", "[m/s]", axes, motion.t, motion.x.middleRows(3, 3)),
+                 panel_of("angular momentum", "[N m s]", axes, motion.t, motion.x.bottomRows(3)),
+                 panel_of("upward forces", "[N]", names, motion.t, upwards),
+                 panel_of("forces along the floor, of all feet", "[N]", {"x", "y"}, motion.t, along)};
+  return plot;
+}
+
+io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
+  const MatrixXd forces = forces_on_floor(task, motion);
+  MatrixXd capture(2, motion.points()), pressure = MatrixXd::Zero(2, motion.points());
+  VectorXd pressed = VectorXd::Zero(motion.points());
+  std::vector<Vector2d> corners;
+  for (std::size_t i = 0; i < task.body.feet.size(); ++i) {
+    const FootOverTime foot = foot_over_time(task, task.body.feet[i].name, motion.t);
+    corners.push_back(foot.place.col(0).head<2>());
+    for (int p = 0; p < motion.points(); ++p) {
+      const double up = forces(3 * Eigen::Index(i) + 2, p);
+      pressure.col(p) += up * foot.place.col(p).head<2>();
+      pressed[p] += up;
+    }
+  }
+  for (int p = 0; p < motion.points(); ++p) {
+    capture.col(p) = capture_point(task.body, motion.x.col(p));
+    pressure.col(p) /= pressed[p];  // none where nothing presses, which leaves a gap
+  }
+  const std::vector<Vector2d> support = support_polygon(corners);
+  const auto paths = [&](const MatrixXd& place, const MatrixXd& caught, const MatrixXd& pressed_on) {
+    std::vector<io::Series> series = {path_of("centre of pressure", pressed_on),
+                                      path_of("capture point", caught), path_of("centre of mass", place)};
+    series[0].mark = io::Mark::kPoints;
+    series[0].point = 0.5;
+    return series;
+  };
+  io::Plot plot;
+  plot.title = task.name + ": support";
+  io::Panel above{
+      .title = "from above", .x_label = "x [m]", .y_label = "y [m]", .equal_axes = true, .height = 380};
+  above.series = paths(motion.x.topRows(2), capture, pressure);
+  above.series.push_back(outline_of(support, "support at the start"));
+  plot.panels.push_back(std::move(above));
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::string name = axis == 0 ? "x" : "y";
+    const auto over_time = [&](const MatrixXd& points) {
+      MatrixXd curve(2, points.cols());
+      curve << motion.t.transpose(), points.row(axis);
+      return curve;
+    };
+    io::Panel panel{.title = "along " + name, .x_label = "time [s]", .y_label = name + " [m]"};
+    panel.series = paths(over_time(motion.x), over_time(capture), over_time(pressure));
+    if (!task.gait) {
+      const auto [low, high] =
+          std::minmax_element(support.begin(), support.end(),
+                              [axis](const Vector2d& a, const Vector2d& b) { return a[axis] < b[axis]; });
+      panel.horizontal = {{(*low)[axis], "edge"}, {(*high)[axis], ""}};
+    }
+    plot.panels.push_back(std::move(panel));
+  }
+  return plot;
+}
+
+PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion, const std::stop_token& stop) {
+  const std::vector<int> frames = frames_of(motion);
+  const auto n = Eigen::Index(frames.size());
+  PlayerInput player{.title = task.name, .model = task.scene.model};
+  player.visuals = dynamics::read_visuals(task.urdf, task.scene.model, {.stop = stop});
+  player.t = motion.t(frames);
+  player.q.resize(task.scene.model.nq, n);
+  const MatrixXd forces = forces_on_floor(task, motion);
+  std::vector<FootOverTime> feet;
+  for (const CentroidalBody::Foot& foot : task.body.feet) {
+    feet.push_back(foot_over_time(task, foot.name, player.t));
+    swing(feet.back());
+  }
+  VectorXd off(n), speed(n), q = task.q;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const int p = frames[std::size_t(k)];
+    Stand stand{motion.x.col(p).head<3>(), {}};
+    std::vector<PlayerContact> pushes;
+    for (std::size_t i = 0; i < feet.size(); ++i) {
+      stand.feet.push_back({task.body.feet[i].name, feet[i].place.col(k)});
+      if (feet[i].load[k] > 0)
+        pushes.push_back({feet[i].place.col(k), forces.col(p).segment<3>(3 * Eigen::Index(i))});
+    }
+    const Posture pose = standing(task.scene, q, stand);
+    q = player.q.col(k) = pose.q;
+    off[k] = pose.off;
+    speed[k] = motion.x.col(p).segment<3>(3).norm();
+    player.contacts.push_back(std::move(pushes));
+  }
+  player.values = {{"speed of the centre of mass", "m/s", speed}, {"legs too short by", "m", off}};
+  return player;
+}
+
+}  // namespace dyntape

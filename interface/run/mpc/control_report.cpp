@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/mpc/control_report.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <tuple>
+
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/result_folder.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/report/player/player.h>
+
+namespace dyntape {
+
+namespace {
+
+// Of a quantity at times from `after` on.
+std::pair<double, double> most_and_typical(const std::vector<double>& t, const std::vector<double>& off,
+                                           double after) {
+  double most = 0, squares = 0;
+  int count = 0;
+  for (std::size_t k = 0; k < t.size(); ++k) {
+    if (t[k] < after) continue;
+    most = std::max(most, off[k]), squares += off[k] * off[k], ++count;
+  }
+  return {most, count > 0 ? std::sqrt(squares / count) : 0};
+}
+
+std::vector<double> off_of(const Trajectory& motion, const Off& off) {
+  std::vector<double> all;
+  for (int k = 0; k < motion.points(); ++k) all.push_back(off.at(motion, k));
+  return all;
+}
+
+double median_gain_ms(const ClosedLoop& loop) {
+  std::vector<double> ms;
+  for (const ClosedLoop::Step& step : loop.steps) ms.push_back(1e3 * step.gain_seconds);
+  if (ms.empty()) return 0;
+  std::nth_element(ms.begin(), ms.begin() + std::ptrdiff_t(ms.size() / 2), ms.end());
+  return ms[ms.size() / 2];
+}
+
+io::Plot feedback_plot(const ControlReport& report) {
+  const ControlReport::Feedback& of = *report.feedback;
+  io::Plot plot;
+  plot.title = report.task + ": what feedback between plans is worth";
+  plot.panels = {{.title = "distance from " + report.off_of,
+                  .x_label = "time [s]",
+                  .y_label = "[" + report.unit + "]",
+                  .series = {{.name = "with the plan's gains", .x = of.t, .y = of.with},
+                             {.name = "without", .x = of.t, .y = of.without}}}};
+  return plot;
+}
+
+}  // namespace
+
+ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off) {
+  ControlReport report;
+  report.deadline = options.period;
+  report.loop = close_loop(problem, options);
+  const Trajectory& motion = report.loop.motion;
+  if (!off.at) return report;
+  report.off_of = off.what, report.unit = off.unit;
+  report.off_begin = off.at(motion, 0);
+  report.off_end = off.at(motion, motion.points() - 1);
+  if (!(options.feedback > 0) || options.disturbances.empty()) return report;
+  ClosedLoopOptions plain = options;
+  plain.feedback = 0, plain.watch = {};
+  const ClosedLoop without = close_loop(problem, plain);
+  if (without.motion.points() != motion.points()) return report;  // one of them ended early
+  ControlReport::Feedback of;
+  of.t.assign(motion.t.begin(), motion.t.end());
+  of.with = off_of(motion, off), of.without = off_of(without.motion, off);
+  const auto first = std::min_element(options.disturbances.begin(), options.disturbances.end(),
+                                      [](const Disturbance& a, const Disturbance& b) { return a.at < b.at; });
+  of.after = first->at;
+  std::tie(of.most_with, of.typical_with) = most_and_typical(of.t, of.with, of.after);
+  std::tie(of.most_without, of.typical_without) = most_and_typical(of.t, of.without, of.after);
+  report.feedback = std::move(of);
+  return report;
+}
+
+io::Plot steps_plot(const ControlReport& report) {
+  io::Series taken{.name = "a step", .mark = io::Mark::kPoints};
+  for (std::size_t k = 1; k < report.loop.steps.size(); ++k) {
+    taken.x.push_back(report.loop.steps[k].t);
+    taken.y.push_back(1e3 * report.loop.steps[k].seconds);
+  }
+  io::Plot plot;
+  plot.title = report.task + ": what a step takes";
+  plot.panels = {{.title = "from the measured state to the plan",
+                  .x_label = "time [s]",
+                  .y_label = "[ms]",
+                  .series = {taken},
+                  .horizontal = {{1e3 * report.deadline, "period"}},
+                  .log_y = true}};
+  return plot;
+}
+
+void write_loop(ControlReport& report, const io::CsvTable& table,
+                const std::function<LoopPictures()>& pictures, const std::string& folder,
+                const std::stop_token& stop) {
+  io::ResultFolder results(folder, report.unwritten);
+  results.write(kLoopTable,
+                [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
+  results.remove(kLoopFeedback);
+  if (report.loop.motion.points() > 2) {
+    const LoopPictures drawn = pictures();
+    const auto draw = [&](const std::string& file, const io::Plot& plot) {
+      results.write(file.c_str(), [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
+    };
+    for (const auto& [file, plot] : drawn.plots) draw(file, plot);
+    draw(kLoopSteps, steps_plot(report));
+    if (report.feedback) draw(kLoopFeedback, feedback_plot(report));
+    results.write(kLoopPlayer, [&](const std::string& path) { write_player(drawn.player, path); });
+  }
+  results.write(kLoopReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+}
+
+std::vector<std::string> step_columns() { return {"step_ms", "iterations", "usable"}; }
+
+std::vector<double> step_values(const ClosedLoop& loop, int point) {
+  if (std::size_t(point) >= loop.steps.size()) return {0, 0, 0};
+  const ClosedLoop::Step& step = loop.steps[std::size_t(point)];
+  return {1e3 * step.seconds, double(step.iterations), step.usable ? 1.0 : 0.0};
+}
+
+double ControlReport::late_share() const {
+  return loop.steps.size() < 2 ? 0 : double(loop.missed(deadline)) / double(loop.steps.size() - 1);
+}
+
+const ClosedLoop::Step* ControlReport::first_unusable() const {
+  const auto step = std::find_if(loop.steps.begin(), loop.steps.end(),
+                                 [](const ClosedLoop::Step& at) { return !at.usable; });
+  return step == loop.steps.end() ? nullptr : &*step;
+}
+
+std::string ControlReport::text() const {
+  const auto ms = [](double seconds) { return io::significant(1e3 * seconds, 3) + " ms"; };
+  io::TextTable table({{"closed loop"}, {""}});
+  table.append({"task", task});
+  table.append({"simulated", io::significant(loop.motion.t[loop.motion.points() - 1], 4) + " s, " +
+                                 std::to_string(loop.steps.size()) + " steps"});
+  if (!off_of.empty())
+    table.append({"from " + off_of, io::significant(off_begin, 3) + " at the beginning, " +
+                                        io::significant(off_end, 3) + " at the end (" + unit + ")"});
+  if (!loop.steps.empty())
+    table.append(
+        {"first step", ms(loop.steps.front().seconds) + ", " + to_string(loop.steps.front().status)});
+  table.append({"later steps", "median " + ms(loop.latency(0.5)) + ", 99 % " + ms(loop.latency(0.99)) +
+                                   ", longest " + ms(loop.latency(1))});
+  if (feedback) {
+    const auto pair = [](double most, double typical) {
+      return io::significant(most, 3) + " at most, " + io::significant(typical, 3) + " typically";
+    };
+    table.append(
+        {"after the first push", pair(feedback->most_with, feedback->typical_with) + " from " + off_of +
+                                     " with feedback between "
+                                     "plans, " +
+                                     pair(feedback->most_without, feedback->typical_without) + " without"});
+    table.append(
+        {"gains of a plan", "median " + io::significant(median_gain_ms(loop), 3) + " ms of the step"});
+  }
+  table.append({"longer than the period", std::to_string(loop.missed(deadline)) + " (" +
+                                              io::significant(100 * late_share(), 2) + " %, allowed " +
+                                              io::significant(100 * most_late, 2) + " %)"});
+  if (!note.empty()) table.append({"note", note});
+  std::string unusable = std::to_string(loop.unusable());
+  if (const ClosedLoop::Step* step = first_unusable())
+    unusable += ", the first at " + io::significant(step->t, 4) + " s: " + to_string(step->status);
+  table.append({"plans not usable", unusable});
+  if (!loop.trouble.empty()) table.append({"ended early", loop.trouble});
+  return table.text();
+}
+
+std::string ControlReport::json() const {
+  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
+  for (const ClosedLoop::Step& step : loop.steps)
+    steps.push_back({{"t", step.t},
+                     {"ms", 1e3 * step.seconds},
+                     {"iterations", step.iterations},
+                     {"status", to_string(step.status)},
+                     {"usable", step.usable}});
+  nlohmann::ordered_json report = {{"task", task},
+                                   {"success", success()},
+                                   {"trouble", loop.trouble},
+                                   {"late", {{"share", late_share()}, {"allowed", most_late}}},
+                                   {"seconds", loop.motion.t[loop.motion.points() - 1]},
+                                   {"from_goal", nullptr},
+                                   {"step_ms",
+                                    {{"median", 1e3 * loop.latency(0.5)},
+                                     {"p99", 1e3 * loop.latency(0.99)},
+                                     {"longest", 1e3 * loop.latency(1)}}},
+                                   {"missed_deadlines", loop.missed(deadline)},
+                                   {"unusable_plans", loop.unusable()},
+                                   {"steps", steps}};
+  if (!off_of.empty())
+    report["from_goal"] = {{"of", off_of}, {"unit", unit}, {"begin", off_begin}, {"end", off_end}};
+  if (feedback)
+    report["feedback"] = {
+        {"after", feedback->after},
+        {"with", {{"most", feedback->most_with}, {"typical", feedback->typical_with}}},
+        {"without", {{"most", feedback->most_without}, {"typical", feedback->typical_without}}},
+        {"gain_ms", median_gain_ms(loop)}};
+  return report.dump(2) + "\n";
+}
+
+}  // namespace dyntape

@@ -1,0 +1,92 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/mpc/mpc_task.h>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/run/solve/pictures.h>
+
+namespace dyntape {
+
+namespace {
+
+constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.svg";
+
+io::CsvTable loop_table(const Task& task, const ClosedLoop& loop) {
+  const Curves c = curves_of(task, loop.motion);
+  std::vector<std::string> header = {"t"};
+  const std::vector<std::string> joints = joint_names(task.scene.model);
+  for (const char* prefix : {"q.", "v."}) {
+    for (const std::string& joint : joints) header.push_back(prefix + joint);
+  }
+  for (const std::string& joint : driven_names(task.scene)) header.push_back("tau." + joint);
+  for (const std::string& name : step_columns()) header.push_back(name);
+  io::CsvTable table(header);
+  for (int p = 0; p < loop.motion.points(); ++p) {
+    std::vector<double> row = {loop.motion.t[p]};
+    for (const Eigen::MatrixXd* part : {&c.q, &c.v, &c.tau}) {
+      for (Eigen::Index i = 0; i < part->rows(); ++i) row.push_back((*part)(i, p));
+    }
+    for (double value : step_values(loop, p)) row.push_back(value);
+    table.append(row);
+  }
+  return table;
+}
+
+}  // namespace
+
+ControlReport control_task(const Task& task, const std::stop_token& stop,
+                           const std::function<void(double t)>& watch) {
+  if (!task.closing.empty())
+    throw ArgumentError("task \"" + task.name +
+                        "\": a motion that goes on for ever ('periodic') is not known to a controller");
+  if (!task.phases.empty())
+    throw ArgumentError("task \"" + task.name +
+                        "\" has phases, which no controller knows; expected a task without, or a file with a "
+                        "block 'centroidal'");
+  ClosedLoopOptions options{.seconds = task.control.seconds,
+                            .period = task.control.period,
+                            .delay = task.control.delay,
+                            .feedback = task.control.feedback,
+                            .stop = stop,
+                            .watch = watch};
+  for (const Task::Control::Disturbance& push : task.control.disturbances) {
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(task.problem.n_x());
+    change.segment(task.scene.model.nq, push.v.size()) = push.v;
+    options.disturbances.push_back({push.at, change});
+  }
+  options.mpc.mesh = task.optimise.mesh;
+  // Along an arm that is stretched towards what it cannot reach, Gauss-Newton's Hessian has no curvature: what bends the
+  // arm back is the residual times second derivatives.  Steps are then as long as the limits let them be.
+  const bool wants_exact = task.is_out_of_reach && options.mpc.mesh.hessian == HessianKind::kGaussNewton;
+  if (wants_exact) options.mpc.mesh.hessian = HessianKind::kExact;
+  options.mpc.solver = task.optimise.solver;
+  options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
+  options.mpc.iterations = task.control.iterations;
+  Off off = {task.aim.what, task.aim.unit, {}};
+  if (task.aim.off)
+    off.at = [&](const Trajectory& motion, int point) {
+      return task.aim.off(motion.t[point], motion.x.col(point));
+    };
+  ControlReport report = report_loop(tracking_problem(task), options, off);
+  report.task = task.name;
+  report.most_late = task.control.late;
+  if (wants_exact) report.note = "the exact Hessian in place of gauss_newton, as the goal is out of reach";
+  return report;
+}
+
+std::vector<std::string> control_files() {
+  return {kLoopTable, kLoopReport, kLoopCurves, kLoopSteps, kLoopFeedback, kLoopMotion, kLoopPlayer};
+}
+
+void write_control(const Task& task, ControlReport& report, const std::string& folder,
+                   const std::stop_token& stop) {
+  const Trajectory& motion = report.loop.motion;
+  const auto pictures = [&] {
+    return LoopPictures{
+        {{kLoopCurves, trajectory_plot(task, motion)}, {kLoopMotion, motion_plot(task, motion)}},
+        motion_player(task, motion, stop)};
+  };
+  write_loop(report, loop_table(task, report.loop), pictures, folder, stop);
+}
+
+}  // namespace dyntape

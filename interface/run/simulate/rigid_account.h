@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The work of all that acts along steps with rigid contacts, and what these carry.
+//
+//   RigidAccount account(scene, energy_meter);
+//   account.add(rigid, u, h);                        // after each step of a RigidStepper
+//   account.work()                                   // (J) since the start: the meter's flows, rigid contacts, hard limits,
+//                                                    //   what was released; of each mechanism
+//   account.reactions()                              // (m) mean forces of the rows over the last step (N, N m)
+//
+// Powers are integrated piece by piece, between events (step_work.h).  Impulses: p . (u- + u+) / 2, which is the
+// change of the kinetic energy exactly.
+#pragma once
+
+#include <dyntape/interface/run/simulate/step_work.h>
+#include <dyntape/interface/system/rigid/rigid_step.h>
+
+namespace dyntape {
+
+class RigidAccount {
+ public:
+  RigidAccount(const Scene& scene, EnergyMeter& meter);
+
+  // Besides those of the meter: of what the scene has.
+  static std::vector<std::string> names(const SceneConstraints& constraints);
+
+  void add(RigidStepper& rigid, const Eigen::VectorXd& u, double h);
+
+  const Eigen::MatrixXd& work() const { return work_; }
+  const Eigen::VectorXd& reactions() const { return reactions_; }
+  long impacts() const { return impacts_; }  // contacts and stops that hit
+
+ private:
+  void add_rows(const Eigen::VectorXd& products);
+
+  StepWork of_steps_;
+  Eigen::Index flows_;                  // of the meter
+  std::vector<Eigen::Index> row_flow_;  // of each row of contacts and stops: its flow, and its mechanism
+  std::vector<int> row_mechanism_;
+  Eigen::MatrixXd work_;
+  Eigen::VectorXd reactions_;
+  long impacts_ = 0;
+};
+
+}  // namespace dyntape

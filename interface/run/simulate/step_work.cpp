@@ -1,0 +1,78 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/simulate/step_work.h>
+
+#include <cmath>
+
+#include <dyntape/dynamics/model/configuration.h>
+#include <dyntape/interface/run/simulate/accuracy_warnings.h>
+
+namespace dyntape {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+Eigen::Vector3d moments_of_decay(double z) {
+  Eigen::Vector3d moments;
+  if (z >= 1) {
+    const double e = std::exp(-z);
+    moments[0] = (1 - e) / z;
+    for (int n = 1; n < 3; ++n) moments[n] = (n * moments[n - 1] - e) / z;
+    return moments;
+  }
+  // The recurrence loses digits; the series has them after 20 terms.
+  moments.setZero();
+  double term = 1;
+  for (int k = 0; k < 20; ++k) {
+    for (int n = 0; n < 3; ++n) moments[n] += term / (n + k + 1);
+    term *= -z / (k + 1);
+  }
+  return moments;
+}
+
+StepWork::StepWork(const Scene& scene, EnergyMeter& meter) : scene_(scene), meter_(meter) {
+  const auto& model = scene.robot.model;
+  const std::vector<int> place = mechanism_of_joints(meter.mechanisms(), model.njoints());
+  std::vector<int> of_dof(std::size_t(model.nv), 0);
+  for (int i = 0; i < model.njoints(); ++i) {
+    const auto& joint = model.joints[std::size_t(i)];
+    for (int k = 0; k < dynamics::nv(joint.type); ++k)
+      of_dof[std::size_t(joint.idx_v + k)] = place[std::size_t(i)];
+  }
+  Eigen::Index m = model.nq + model.nv;
+  Eigen::Index k = 0;
+  for (const int dof : actuated_dofs(scene.robot)) {
+    const double lag = scene.robot.lag.size() > 0 ? scene.robot.lag[k++] : 0;
+    motors_.push_back({dof, of_dof[std::size_t(dof)], lag, m});
+    m += lag > 0;
+  }
+}
+
+// moved: the end's configuration less the beginning's.
+double StepWork::of_motor(std::size_t k, const States& x, const VectorXd& moved, double u, double h) const {
+  const Motor& motor = motors_[k];
+  const double of_command = u * moved[motor.dof];
+  if (motor.lag == 0) return of_command;
+  const Eigen::Index v = scene_.robot.model.nq + motor.dof;
+  const double v_0 = x.begin[v], v_1 = x.middle[v], v_2 = x.end[v];
+  const Eigen::Vector3d parabola(v_0, -3 * v_0 + 4 * v_1 - v_2, 2 * (v_0 - 2 * v_1 + v_2));
+  return of_command + (x.begin[motor.in_x] - u) * h * parabola.dot(moments_of_decay(h / motor.lag));
+}
+
+MatrixXd StepWork::between(const States& x, const VectorXd& u, double h) {
+  MatrixXd work = h / 6 * at(x.begin, u);
+  work += 4 * h / 6 * at(x.middle, u);
+  work += h / 6 * at(x.end, u);
+  work.row(0).setZero();
+  const auto& model = scene_.robot.model;
+  const VectorXd moved =
+      dynamics::difference<double>(model, VectorXd(x.begin.head(model.nq)), VectorXd(x.end.head(model.nq)));
+  for (std::size_t k = 0; k < motors_.size(); ++k)
+    work(0, motors_[k].mechanism) += of_motor(k, x, moved, u[Eigen::Index(k)], h);
+  return work;
+}
+
+const MatrixXd& StepWork::at(const VectorXd& x, const VectorXd& u) {
+  return meter_.at(x, drive_in(scene_, x, u)).power;
+}
+
+}  // namespace dyntape

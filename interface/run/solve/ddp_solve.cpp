@@ -1,0 +1,239 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A task solved by differential dynamic programming, and on shorter steps where the motion is not what its controls do.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/io/stopwatch.h>
+#include <dyntape/interface/run/solve/refined_solve.h>
+
+namespace dyntape {
+
+namespace {
+
+// Two points an interval, the control of the first held: what verification and pictures are to know of such a motion.
+Scheme held_controls() {
+  return {"held", Eigen::Vector2d(0, 1), Eigen::MatrixXd(0, 2), Eigen::MatrixXd(0, 2), Eigen::Vector2d(1, 0),
+          4};
+}
+
+Trajectory motion_of(const Problem& problem, const DdpSolution& s) {
+  const Eigen::Index points = s.t.size();
+  Trajectory motion{s.t, s.x, Eigen::MatrixXd::Zero(problem.n_a(), points),
+                    Eigen::MatrixXd(problem.n_u(), points), held_controls()};
+  motion.u << s.u, s.u.rightCols(1);
+  return motion;
+}
+
+std::vector<std::string> controls_at_limits(const Problem& problem, const Trajectory& motion) {
+  std::vector<std::string> names;
+  for (int k = 0; k < motion.intervals(); ++k) {
+    for (int i = 0; i < problem.n_u(); ++i) {
+      const double u = motion.u(i, k);
+      if (u <= problem.u.lower[i] || u >= problem.u.upper[i])
+        names.push_back(problem.controls[std::size_t(i)] + " at node " + std::to_string(k));
+    }
+  }
+  return names;
+}
+
+// How far the motion ends from the goal: the states that it gives, and its frame.
+void look_at_goal(const Task& task, const Trajectory& motion, DdpFacts& facts) {
+  double squares = 0;
+  const auto note = [&](double away, double moved, const std::string& what) {
+    squares += away * away;
+    const double share = away == 0 ? 0 : away / moved;
+    if (!(share <= facts.goal_miss)) facts.goal_miss = share, facts.missed = what;
+  };
+  const Problem& problem = task.problem;
+  const int last = motion.points() - 1;
+  const Eigen::VectorXd extents = extents_of(problem, motion);
+  for (Eigen::Index i = 0; i < problem.goal.size(); ++i) {
+    if (std::isnan(problem.goal[i])) continue;
+    note(std::abs(motion.x(i, last) - problem.goal[i]), extents[i], problem.states[std::size_t(i)]);
+  }
+  const auto at = [&](int p) {
+    return problem.stage(motion.t[p], motion.x.col(p), motion.a.col(p), motion.u.col(p));
+  };
+  for (const Term& term : problem.terms) {
+    if (term.where != Where::kTerminal || term.role != Role::kEquality) continue;
+    note(term.function(at(last)).norm(), term.function(at(0)).norm(), term.name);
+  }
+  facts.off_goal = std::sqrt(squares);
+}
+
+class DdpRounds {
+ public:
+  DdpRounds(const Task& task, const SolveWatch& watch)
+      : task_(task), watch_(watch), problem_(tracking_problem(task)) {
+    is_exact_ = task.optimise.mesh.hessian != HessianKind::kGaussNewton;
+  }
+
+  RefinedSolve run(const MeshOptions& mesh) {
+    moment_.intervals = mesh.intervals;
+    for (;;) {
+      Solution solution = solve(mesh);
+      note(solution);
+      if (is_for_exact(solution)) {
+        is_exact_ = true;
+        begin_at(solution.motion);
+        Solution by_exact = solve(mesh);
+        note(by_exact);
+        by_exact.nlp.is_by_other_method = true;
+        if (by_exact.converged()) solution = std::move(by_exact);
+      }
+      const bool is_first = moment_.refinement == 0;
+      if (!is_first && !solution.converged()) {
+        result_.trouble = "the mesh of " + std::to_string(moment_.intervals) +
+                          " intervals: " + describe(solution.nlp.status);
+        break;
+      }
+      take(std::move(solution));
+      if (moment_.refinement >= task_.demands.refinements ||
+          !is_too_coarse(result_.solution, result_.excesses, task_) || watch_.stop.stop_requested())
+        break;
+      ++moment_.refinement, moment_.intervals *= 2;
+      begin_at(result_.solution.motion);
+    }
+    return std::move(result_);
+  }
+
+ private:
+  void begin_at(const Trajectory& at) {
+    problem_.guess = [motion = at](double t) {
+      const double share = t / motion.t[motion.points() - 1] * motion.intervals();
+      const int k = std::clamp(int(share + 1e-9), 0, motion.intervals() - 1);
+      return Stage<double>{t, motion.x.col(k), {}, motion.u.col(k)};
+    };
+  }
+
+  // Where the motion curves otherwise than the squares of the costs do, Gauss-Newton's steps get no shorter, or ever less: Newton's
+  // own end there in a few.
+  bool is_for_exact(const Solution& solution) const {
+    const SolverOptions& asked = task_.optimise.solver;
+    const SolveStatus status = solution.nlp.status;
+    return !is_exact_ && asked.try_other_method && (is_stuck(status) || status == SolveStatus::kAcceptable) &&
+           asked.max_iterations > iterations_ && asked.max_seconds > seconds_ &&
+           !watch_.stop.stop_requested();
+  }
+
+  void note(const Solution& solution) {
+    result_.meshes.push_back({moment_.intervals, solution.nlp.iterations(),
+                              solution.nlp.times.total + solution.verify_seconds, solution.cost(),
+                              solution.verification.worst_relative, solution.nlp.status});
+  }
+
+  void tell(SolveStage stage) {
+    moment_.stage = stage;
+    if (watch_.tell) watch_.tell(moment_);
+  }
+
+  DdpOptions options(const MeshOptions& mesh) {
+    const SolverOptions& asked = task_.optimise.solver;
+    DdpOptions options;
+    options.intervals = moment_.intervals;
+    options.scheme = shooting_scheme(task_);
+    options.hessian = is_exact_ ? DdpHessian::kExact : DdpHessian::kGaussNewton;
+    options.tolerance = asked.tolerance;
+    options.max_iterations = std::max(asked.max_iterations - iterations_, 0);
+    options.max_seconds = asked.max_seconds - seconds_;
+    options.evaluation = mesh.evaluation;
+    options.evaluation.lanes = Lanes::kNative;
+    options.evaluation.stop = watch_.stop;
+    options.evaluation.compiled_piece = [this](std::size_t done, std::size_t of) {
+      moment_.done = done, moment_.of = of;
+      tell(SolveStage::kCompiling);
+    };
+    options.verify = false;
+    options.stop = watch_.stop;
+    options.watch = [this](const DdpIteration& at) {
+      now_.push_back(record_of(at, int(now_.size())));
+      moment_.now = &now_.back();
+      tell(SolveStage::kSolving);
+      moment_.now = nullptr;
+    };
+    return options;
+  }
+
+  static IterationRecord record_of(const DdpIteration& at, int iteration) {
+    return {iteration, at.cost, at.gap, at.slope, 0, 0, at.shift, 0, at.length, 0, false};
+  }
+
+  Solution solve(const MeshOptions& mesh) {
+    tell(SolveStage::kRecording);
+    now_.clear();
+    std::optional<DdpSolver> solver;
+    try {
+      solver.emplace(problem_, options(mesh));
+    } catch (const ToolError&) {
+      if (!watch_.stop.stop_requested()) throw;
+      throw Interrupted("interrupted before the first iteration: there is no motion yet");
+    }
+    result_.build = solver->build();
+    tell(SolveStage::kSolving);
+    const DdpSolution found = solver->solve();
+    if (found.iterations.empty() && watch_.stop.stop_requested())
+      throw Interrupted("interrupted before the first iteration: there is no motion yet");
+    Solution solution;
+    solution.demands = task_.demands;
+    solution.nlp.status = found.status;
+    solution.nlp.objective = found.cost;
+    solution.nlp.log = now_;
+    solution.nlp.times.total = found.seconds;
+    iterations_ += solution.nlp.iterations(), seconds_ += found.seconds;
+    solution.motion = motion_of(problem_, found);
+    tell(SolveStage::kVerifying);
+    const auto begin = std::chrono::steady_clock::now();
+    solution.verification = verify(problem_, solution.motion, {}, watch_.stop);
+    solution.verify_seconds = seconds_since(begin);
+    facts_ = {};
+    facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
+    look_at_goal(task_, solution.motion, facts_);
+    if (found.is_saddle) solution.nlp.stationary_point = StationaryPoint::kNotMinimum;
+    if (is_exact_ && found.success()) {
+      facts_.is_minimum = found.is_minimum;
+      solution.nlp.stationary_point =
+          found.is_minimum ? StationaryPoint::kMinimum : StationaryPoint::kNotMinimum;
+    }
+    return solution;
+  }
+
+  void take(Solution solution) {
+    result_.solution = std::move(solution);
+    result_.excesses = limit_excesses(task_, result_.solution.motion);
+    result_.ddp = facts_;
+    result_.active = controls_at_limits(problem_, result_.solution.motion);
+    result_.sizes.points = std::size_t(result_.solution.motion.points());
+    result_.sizes.variables = std::size_t(moment_.intervals * problem_.n_u());
+    result_.sizes.operations =
+        total_operations(dissolved(record_shooting(problem_, shooting_scheme(task_)).step));
+  }
+
+  const Task& task_;
+  const SolveWatch& watch_;
+  Problem problem_;
+  RefinedSolve result_;
+  DdpFacts facts_;
+  SolveMoment moment_{SolveStage::kRecording};
+  std::vector<IterationRecord> now_;
+  bool is_exact_;  // the Hessian
+  int iterations_ = 0;
+  double seconds_ = 0;
+};
+
+}  // namespace
+
+ShootingScheme shooting_scheme(const Task& task) {
+  const Scheme& scheme = task.optimise.mesh.scheme;
+  if (scheme.step) return *scheme.step;
+  return scheme.name == "euler" ? ShootingScheme::kEuler : ShootingScheme::kRungeKutta4;
+}
+
+RefinedSolve solve_by_steps(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {
+  return DdpRounds(task, watch).run(mesh);
+}
+
+}  // namespace dyntape

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/solve/pictures.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/report/player/shapes.h>
+
+namespace dyntape {
+
+namespace {
+
+using Eigen::MatrixXd;
+
+// "rad", "m" or "rad, m".
+std::string unit(const Task& task, const std::vector<int>& dofs, const char* rotation,
+                 const char* translation) {
+  bool turns = false, slides = false;
+  for (const auto& joint : task.scene.model.joints) {
+    if (std::find(dofs.begin(), dofs.end(), joint.idx_v) == dofs.end()) continue;
+    if (joint.type != dynamics::JointType::kPrismatic) turns = true;
+    if (joint.type == dynamics::JointType::kPrismatic || dynamics::nv(joint.type) > 1) slides = true;
+  }
+  if (turns && slides) return std::string(rotation) + ", " + translation;
+  return turns ? rotation : translation;
+}
+
+// Limits that a curve comes near to, by three quarters of its range; of many curves, only those that it all but
+// meets.  The others would only squeeze the picture.
+std::vector<io::ReferenceLine> near_limits(const MatrixXd& curves, const Bounds& limits) {
+  std::set<double> shown;
+  const double near = curves.rows() > 3 ? 0.97 : 0.75;
+  for (Eigen::Index i = 0; i < curves.rows(); ++i) {
+    const double lower = limits.lower[i], upper = limits.upper[i];
+    if (!std::isfinite(lower) || !std::isfinite(upper)) continue;
+    if (curves.row(i).maxCoeff() > lower + near * (upper - lower)) shown.insert(upper);
+    if (curves.row(i).minCoeff() < upper - near * (upper - lower)) shown.insert(lower);
+  }
+  std::vector<io::ReferenceLine> lines;
+  for (double value : shown) lines.push_back({value, lines.empty() ? "limit" : ""});
+  return lines;
+}
+
+// Where the task bounds something, its bounds; elsewhere the robot's.
+Bounds or_else(const Bounds& bounds, const Bounds& robot) {
+  const auto choose = [](const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+    return Eigen::VectorXd(a.array().isFinite().select(a, b));
+  };
+  return {choose(bounds.lower, robot.lower), choose(bounds.upper, robot.upper)};
+}
+
+io::Panel panel(const std::string& title, const std::string& y_label, const std::vector<std::string>& names,
+                const Trajectory& motion, const MatrixXd& curves, std::vector<io::ReferenceLine> lines) {
+  io::Panel p{.title = title, .x_label = "time [s]", .y_label = y_label, .horizontal = std::move(lines)};
+  const std::vector<double> t(motion.t.begin(), motion.t.end());
+  for (Eigen::Index i = 0; i < curves.rows(); ++i) {
+    io::Series series{.name = names[std::size_t(i)], .x = t};
+    const Eigen::VectorXd row = curves.row(i);
+    series.y.assign(row.begin(), row.end());
+    p.series.push_back(std::move(series));
+  }
+  return p;
+}
+
+// Without the letter of their block: of joints "elbow", of a floating base "root_joint[0]".
+std::vector<std::string> plain_names(std::vector<std::string> names) {
+  for (std::string& name : names) name.erase(0, name.find('.') + 1);
+  return names;
+}
+
+}  // namespace
+
+io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
+  const Curves c = curves_of(task, motion);
+  const auto& model = task.scene.model;
+  const std::vector<int> driven = actuated_dofs(task.scene);
+  std::vector<int> all;
+  for (const auto& joint : model.joints) all.push_back(joint.idx_v);
+  Problem robot = task.problem;  // with the robot's limits for bounds
+  limit_positions(robot, task.scene);
+  limit_velocities(robot, task.scene);
+  limit_efforts(robot, task.scene, task.robot.unit);
+  const Bounds x = or_else(task.problem.x, robot.x);
+  Bounds u = or_else(task.problem.u, robot.u);
+  if (task.robot.unit == ControlUnit::kFraction) {
+    for (std::size_t k = 0; k < driven.size(); ++k) {
+      const double limit = effort_limit(model, driven[k]);
+      u.lower[long(k)] *= limit;
+      u.upper[long(k)] *= limit;
+    }
+  }
+  const std::string angle = unit(task, all, "rad", "m"), speed = unit(task, all, "rad/s", "m/s");
+  std::string torque = unit(task, driven, "N m", "N");
+  if (long(driven.size()) < c.tau.rows() && torque != "N") torque = driven.empty() ? "N" : "N m, N";
+  io::Plot plot;
+  plot.title = task.name;
+  plot.panels = {panel("position", "q [" + angle + "]", plain_names(entry_names_of(model, "q.", true)),
+                       motion, c.q, near_limits(c.q, {x.lower.head(model.nq), x.upper.head(model.nq)})),
+                 panel("velocity", "v [" + speed + "]", plain_names(entry_names_of(model, "v.", false)),
+                       motion, c.v, near_limits(c.v, {x.lower.tail(model.nv), x.upper.tail(model.nv)})),
+                 panel("drive", "tau [" + torque + "]", plain_names(task.problem.controls), motion, c.tau,
+                       near_limits(c.tau, u))};
+  return plot;
+}
+
+namespace {
+
+// World to picture.  Oblique: z upwards, x to the right, y backwards at half length.
+std::array<double, 2> project(View view, const Eigen::Vector3d& p) {
+  switch (view) {
+    case View::kXz:
+      return {p.x(), p.z()};
+    case View::kXy:
+      return {p.x(), p.y()};
+    case View::kYz:
+      return {p.y(), p.z()};
+    case View::kOblique:
+      break;
+  }
+  const double depth = 0.5 * std::sqrt(0.5);
+  return {p.x() + depth * p.y(), p.z() + depth * p.y()};
+}
+
+// The outline of a ball or bar that stands in the world.  The picture of a point p is M p; seen from afar in the direction n
+// of the picture, a ball's edge is at M (c + r M^T n / |M^T n|), a bar's at that of the end that lies further out.
+io::Polyline outline(View view, const Capsule& capsule) {
+  Eigen::Matrix<double, 2, 3> M;
+  for (int k = 0; k < 3; ++k) {
+    const auto [x, y] = project(view, Eigen::Vector3d::Unit(k));
+    M.col(k) << x, y;
+  }
+  constexpr int kSides = 64;
+  io::Polyline line;
+  for (int i = 0; i <= kSides; ++i) {
+    const double angle = 2 * std::numbers::pi * (i % kSides) / kSides;
+    const Eigen::Vector3d out = M.transpose() * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+    const Eigen::Vector3d& end = out.dot(capsule.to - capsule.from) > 0 ? capsule.to : capsule.from;
+    const Eigen::Vector2d p = M * (end + capsule.radius * out.normalized());
+    line.push_back({p.x(), p.y()});
+  }
+  return line;
+}
+
+// Its shapes in a page: a ball an end, and what lies between.
+void add_capsule(const Capsule& capsule, std::vector<dynamics::Visual>& shapes) {
+  using dynamics::Shape;
+  const Eigen::Vector4d color(0.80, 0.36, 0.30, 1);
+  const auto add = [&](Shape shape, const dynamics::Placement<double>& X, const Eigen::Vector3d& scale) {
+    shapes.push_back({.link = "", .body = -1, .X_BV = X, .shape = shape, .scale = scale, .color = color});
+  };
+  const double r = capsule.radius;
+  const Eigen::Vector3d along = capsule.to - capsule.from;
+  add(Shape::kSphere, {Eigen::Matrix3d::Identity(), capsule.from}, Eigen::Vector3d::Constant(r));
+  if (capsule.is_ball()) return;
+  const Eigen::Matrix3d R = Eigen::Quaterniond::FromTwoVectors(Eigen::Vector3d::UnitZ(), along).matrix();
+  add(Shape::kCylinder, {R, (capsule.from + capsule.to) / 2}, {r, r, along.norm()});
+  add(Shape::kSphere, {R, capsule.to}, Eigen::Vector3d::Constant(r));
+}
+
+bool slides_on_world(const dynamics::Model<double>& model, int joint) {
+  return model.parent[std::size_t(joint)] < 0 && !only_places(model, joint) &&
+         model.joints[std::size_t(joint)].type == dynamics::JointType::kPrismatic;
+}
+
+constexpr double kShortBone = 1e-6;  // m
+
+// Bones of the robot: from each body's origin to the joints and frames that it carries; of a robot that has none its bodies.
+std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& data) {
+  const auto& model = task.scene.model;
+  std::vector<io::Polyline> parts;
+  const auto add = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+    if ((to - from).norm() > kShortBone) parts.push_back({project(task.view, from), project(task.view, to)});
+  };
+  for (int i = 0; i < model.njoints(); ++i) {
+    if (slides_on_world(model, i)) continue;  // what lies between is its rail
+    const int parent = model.parent[std::size_t(i)];
+    if (only_places(model, i) || (parent >= 0 && only_places(model, parent))) continue;
+    const Eigen::Vector3d origin = data.X_WB[std::size_t(i)].p;
+    add(parent < 0 ? Eigen::Vector3d::Zero() : data.X_WB[std::size_t(parent)].p, origin);
+  }
+  for (std::size_t f = 0; f < model.frames.size(); ++f) {
+    const int body = model.frames[f].body;
+    if (body < 0) continue;
+    add(data.X_WB[std::size_t(body)].p, frame_placement(model, data, int(f)).p);
+  }
+  if (!parts.empty()) return parts;
+  for (int i = 0; i < model.njoints(); ++i) {
+    const auto at = project(task.view, data.X_WB[std::size_t(i)].p);
+    if (!slides_on_world(model, i)) parts.push_back({at, at});
+  }
+  return parts;
+}
+
+// Sliders on the world are drawn as boxes on rails: paths of their origins, in the picture.
+using Path = std::vector<Eigen::Vector2d>;
+
+Eigen::Vector2d vector_of(const std::array<double, 2>& p) { return {p[0], p[1]}; }
+
+double extent(const io::Motion& picture, const std::vector<Path>& sliders) {
+  Eigen::AlignedBox2d box;
+  for (const io::MotionFrame& frame : picture.frames) {
+    for (const io::Polyline& part : frame.parts) {
+      for (const auto& p : part) box.extend(vector_of(p));
+    }
+  }
+  for (const Path& path : sliders) {
+    for (const Eigen::Vector2d& p : path) box.extend(p);
+  }
+  return box.isEmpty() ? 0 : box.sizes().maxCoeff();
+}
+
+void add_sliders(io::Motion& picture, const std::vector<Path>& sliders) {
+  if (sliders.empty()) return;
+  double size = extent(picture, sliders);
+  if (size < kShortBone) size = 1;  // it stands still: boxes as of a motion of a metre
+  const double a = 0.05 * size, b = 0.03 * size;
+  for (const Path& path : sliders) {
+    for (std::size_t k = 0; k < path.size(); ++k) {
+      const double x = path[k].x(), y = path[k].y();
+      picture.frames[k].parts.push_back(
+          {{x - a, y - b}, {x + a, y - b}, {x + a, y + b}, {x - a, y + b}, {x - a, y - b}});
+    }
+    const auto order = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q) { return p.sum() < q.sum(); };
+    const auto [low, high] = std::minmax_element(path.begin(), path.end(), order);
+    const Eigen::Vector2d margin = 0.12 * size * (*high - *low).stableNormalized();
+    const Eigen::Vector2d from = *low - margin, to = *high + margin;
+    picture.scenery.push_back({{from.x(), from.y()}, {to.x(), to.y()}});
+  }
+}
+
+}  // namespace
+
+io::Plot motion_plot(const Task& task, const Trajectory& motion) {
+  const auto& model = task.scene.model;
+  dynamics::Data<double> data(model);
+  constexpr std::pair<const char*, const char*> kAxes[] = {
+      {"x [m]", "z [m]"}, {"x [m]", "y [m]"}, {"y [m]", "z [m]"}, {"x, y aslant [m]", "z [m]"}};
+  io::Motion picture{.title = task.name};
+  picture.x_label = kAxes[int(task.view)].first;
+  picture.y_label = kAxes[int(task.view)].second;
+  for (const std::string& name : task.traces) picture.traces.push_back({name, {}});
+  std::vector<int> sliding;
+  for (int i = 0; i < model.njoints(); ++i) {
+    if (slides_on_world(model, i)) sliding.push_back(i);
+  }
+  std::vector<Path> sliders(sliding.size());
+  for (int p = 0; p < motion.points(); ++p) {
+    dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
+    picture.frames.push_back({motion.t[p], bones(task, data)});
+    for (std::size_t k = 0; k < sliding.size(); ++k) {
+      sliders[k].push_back(vector_of(project(task.view, data.X_WB[std::size_t(sliding[k])].p)));
+    }
+    for (io::Trace& trace : picture.traces) {
+      const int frame = model.frame_index(trace.name);
+      trace.points.push_back(project(task.view, frame_placement(model, data, frame).p));
+    }
+  }
+  add_sliders(picture, sliders);
+  for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
+    for (const Capsule& thing : *things) picture.scenery.push_back(outline(task.view, thing));
+  }
+  io::Plot plot;
+  plot.panels = {io::motion_panel(picture)};
+  return plot;
+}
+
+PlayerInput motion_player(const Task& task, const Trajectory& motion, const std::stop_token& stop) {
+  const auto& model = task.scene.model;
+  const Curves c = curves_of(task, motion);
+  const std::vector<int> driven = actuated_dofs(task.scene);
+  PlayerInput player{.title = task.name, .model = model, .t = motion.t, .q = c.q, .traces = task.traces};
+  player.visuals = dynamics::read_visuals(task.urdf, model, {.stop = stop});
+  for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
+    for (const Capsule& thing : *things) add_capsule(thing, player.surroundings);
+  }
+  dynamics::Data<double> data(model);
+  Eigen::VectorXd power = Eigen::VectorXd::Zero(motion.points()), potential = power;
+  for (int p = 0; p < motion.points(); ++p) {
+    for (std::size_t k = 0; k < driven.size(); ++k) power[p] += c.tau(long(k), p) * c.v(driven[k], p);
+    potential[p] = dynamics::potential_energy<double>(model, data, c.q.col(p));
+  }
+  player.values = {{"power of the drives", "W", power}, {"potential energy", "J", potential}};
+  return player;
+}
+
+}  // namespace dyntape

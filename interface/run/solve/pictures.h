@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Pictures of the motion of a task.
+//
+//   io::draw(trajectory_plot(task, motion), "out/trajectory.svg");
+//   io::draw(motion_plot(task, motion), "out/motion.png");
+//   write_player(motion_player(task, motion), "out/motion.html");
+#pragma once
+
+#include <dyntape/interface/files/task/curves.h>
+#include <dyntape/interface/report/player/player.h>
+#include <dyntape/interface/report/plot/picture.h>
+
+namespace dyntape {
+
+// Positions, velocities and torques over time, with the limits that they come near to.
+io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
+
+// The robot at instants of its motion, as lines between its joints and frames, seen as the task says.
+io::Plot motion_plot(const Task& task, const Trajectory& motion);
+
+// The same motion for a page that plays it, in the shapes of the robot's file.
+PlayerInput motion_player(const Task& task, const Trajectory& motion, const std::stop_token& stop = {});
+
+}  // namespace dyntape

@@ -1,0 +1,159 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/solve/solve.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+
+#include <dyntape/interface/control/nlp/scaled_nlp.h>
+#include <dyntape/interface/files/task/task_phases.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/run/simulate/effect_costs.h>
+#include <dyntape/interface/run/solve/whole_motion.h>
+
+namespace dyntape {
+
+namespace {
+
+MeshOptions mesh_of(const Task& task) {
+  MeshOptions mesh = task.optimise.mesh;
+  if (!task.models.model_folder.empty()) mesh.evaluation.cache_folder = task.models.model_folder;
+  mesh.evaluation.force_rebuild = mesh.evaluation.force_rebuild || task.models.recompile_libraries;
+  return mesh;
+}
+
+SolveSizes sizes_of(const PhasedCollocation& nlp) {
+  const NlpShape& shape = nlp.shape();
+  SolveSizes sizes{shape.n(), shape.m(), shape.jacobian.nnz(), shape.hessian.nnz()};
+  for (std::size_t k = 0; k < nlp.phases(); ++k) {
+    const Collocation& phase = nlp.phase(k);
+    sizes.points += phase.times().size();
+    sizes.operations = std::max(sizes.operations, total_operations(dissolved(phase.stage().node)));
+  }
+  return sizes;
+}
+
+std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
+  return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
+}
+
+// Its sizes, and what rests on a bound.
+void look_at_program(RefinedSolve& solve) {
+  solve.sizes = sizes_of(*solve.program);
+  ScaledNlp scaled(*solve.program, solve.solution.nlp.units);
+  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(solve.solution.nlp));
+  std::set<std::string> seen;
+  for (std::size_t i : active.variables) {  // a free duration is one variable a point
+    const std::string name = solve.program->variable_name(i);
+    if (seen.insert(name).second) solve.active.push_back(name);
+  }
+  for (std::size_t j : active.rows) solve.active.push_back(solve.program->constraint_name(j));
+}
+
+// What verboseCppAd asks for.
+void say(const Task& task, const BuildReport& build) {
+  std::fprintf(stderr,
+               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d interpreted\n",
+               task.name.c_str(), build.compiled, build.seconds.total() - build.seconds.record,
+               build.from_cache, build.interpreted);
+  for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
+}
+
+// " rad/s", of a state of the robot; "" of entries of a quaternion, or of a cosine and a sine.
+std::string unit_of_state(const dynamics::Model<double>& model, int index) {
+  if (index < 0 || index >= model.nq + model.nv) return "";
+  const bool is_velocity = index >= model.nq;
+  const int entry = is_velocity ? index - model.nq : index;
+  for (const auto& joint : model.joints) {
+    const int first = is_velocity ? joint.idx_v : joint.idx_q;
+    const int count = is_velocity ? dynamics::nv(joint.type) : dynamics::nq(joint.type);
+    if (entry < first || entry >= first + count) continue;
+    using dynamics::JointType;
+    const int linear = joint.type == JointType::kPrismatic   ? 1
+                       : joint.type == JointType::kPlanar    ? 2
+                       : joint.type == JointType::kFreeFlyer ? 3
+                                                             : 0;
+    const bool slides = entry - first < linear;
+    if (is_velocity) return slides ? " m/s" : " rad/s";
+    return slides ? " m" : dynamics::traits(joint.type).has_angle ? " rad" : "";
+  }
+  return "";
+}
+
+std::string program_text(const Task& task) {
+  MeshOptions mesh = mesh_of(task);
+  mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
+  const PhasedCollocation nlp(phases_of(task), meshes_of(task, mesh));
+  const SolveSizes sizes = sizes_of(nlp);
+  int intervals = 0;
+  for (const Task* part : parts_of(task)) intervals += part->optimise.mesh.intervals;
+  std::string text =
+      "\nOne point with its costs and constraints: " + io::with_groups(sizes.operations) + " operations\n";
+  text += "Program (" + task.optimise.mesh.scheme.name + ", " + std::to_string(intervals) + " intervals, " +
+          io::with_groups(sizes.points) + " points): " + io::with_groups(sizes.variables) + " variables, " +
+          io::with_groups(sizes.constraints) + " constraints, " + io::with_groups(sizes.jacobian) +
+          " non-zeros of the Jacobian, " + io::with_groups(sizes.hessian) + " of the Hessian\n";
+  return text;
+}
+
+std::string steps_text(const Task& task) {
+  const std::size_t operations =
+      total_operations(dissolved(record_shooting(tracking_problem(task), shooting_scheme(task)).step));
+  return "\nDifferential dynamic programming: " + std::to_string(task.optimise.mesh.intervals) +
+         " steps of " + io::with_groups(operations) + " operations with their costs\n";
+}
+
+}  // namespace
+
+SolveReport solve_task(const Task& task, const SolveWatch& watch) {
+  SolveReport report;
+  report.task = task.name;
+  report.notes = task.notes;
+  report.robot = task.scene.model.name;
+  report.expected = task.expected;
+  report.demands = task.demands;
+  if (task.phases.empty()) report.free_time = task.problem.free_time;
+  RefinedSolve solve =
+      task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
+  if (solve.program) look_at_program(solve);
+  if (task.models.verbose) say(task, solve.build);
+  report.build = std::move(solve.build);
+  report.sizes = solve.sizes;
+  report.meshes = std::move(solve.meshes);
+  report.refinement_trouble = std::move(solve.trouble);
+  report.solution = std::move(solve.solution);
+  report.has_soft_goal = task.has_soft_goal;
+  report.excesses = std::move(solve.excesses);
+  report.phases = std::move(solve.phases);
+  report.active = std::move(solve.active);
+  report.ddp = solve.ddp;
+  report.open_loop_unit = unit_of_state(task.scene.model, report.solution.verification.miss_index);
+  // A request that comes when all is done changes nothing.
+  report.interrupted = watch.stop.stop_requested() && !report.success();
+  return report;
+}
+
+std::string explain(const Task& task) {
+  const RobotScene& scene = task.scene;
+  std::string text =
+      "Task \"" + task.name + "\" (" + task.file + ")\n" + robot_text(scene, task.urdf, task.notes);
+  const std::size_t all = dynamics_operations(scene, task.robot);
+  text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +
+          " form: " + io::with_groups(all) + " operations\n\n";
+  io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
+  RobotScene without = scene;
+  dynamics::for_each_effect(without.effects, [&](auto& effect) {
+    if (!effect) return table.append({dynamics::effect_name(effect), "no", "not recorded"});
+    const auto kept = effect;
+    effect.reset();
+    const std::size_t added = all - dynamics_operations(without, task.robot);
+    effect = kept;
+    table.append({dynamics::effect_name(effect), "yes", io::with_groups(added)});
+  });
+  text += table.text();
+  text += task.by_ddp ? steps_text(task) : program_text(task);
+  text += "\nThe task as it was understood:\n\n" + task.effective;
+  return text;
+}
+
+}  // namespace dyntape

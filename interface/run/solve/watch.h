@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The solve of a task, seen while it runs, and stopped.
+//
+//   std::stop_source stop;
+//   const SolveWatch watch{stop.get_token(), [](const SolveMoment& m) { std::cerr << m.text() << "\n"; }};
+//   const SolveReport report = solve_task(task, watch);
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/nlp/solution.h>
+
+namespace dyntape {
+
+enum class SolveStage { kRecording, kCompiling, kChecking, kSolving, kVerifying };
+
+struct SolveMoment {
+  SolveStage stage;
+  int intervals = 0;                     // of the mesh
+  int refinement = 0;                    // 0: the mesh that the task asks for
+  std::size_t done = 0, of = 0;          // pieces that are compiled
+  const IterationRecord* now = nullptr;  // of the solver, where there is one
+  std::string text() const;  // "solving on 50 intervals: iteration 12, cost 0.1321, violation 3.0e-05"
+};
+
+struct SolveWatch {
+  std::stop_token stop = {};
+  std::function<void(const SolveMoment&)> tell = {};  // in the thread that solves
+};
+
+// The solve was stopped before there was any motion.
+struct Interrupted : Sentence {
+  using Sentence::Sentence;
+};
+
+}  // namespace dyntape

@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/sweep/lane_motions.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace dyntape {
+
+using Eigen::VectorXd;
+
+LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
+    : functions_(functions),
+      scene_(functions.sweep.scene),
+      width_(long(functions.stepper.lane_width())),
+      nx_(functions.stepper.nx()),
+      nq_(scene_.robot.model.nq),
+      nv_(scene_.robot.model.nv),
+      n_arguments_(2 + functions.stepper.n_u() + functions.stepper.n_p()),
+      rule_(work_rule(scene_)) {
+  for (long k = 0; k < count; ++k) {
+    motions.push_back(begin_of(functions, first + k));
+    judges_.emplace_back(functions, motions.back());
+  }
+  is_over_.assign(std::size_t(count), 0);
+  work_.resize(std::size_t(count));
+  const auto n = std::size_t(places());
+  status_.assign(n, 0), unread_.assign(n, 0);
+  for (codegen::AlignedRoom* array : {&x_, &next_, &half_, &twice_, &kept_x_})
+    array->resize(n * std::size_t(nx_));
+  arguments_.resize(n * std::size_t(n_arguments_));
+  energies_.resize(n * std::size_t(functions.layout.size()));
+  for (codegen::AlignedRoom* array : {&speeds_, &most_energy_, &kept_speeds_, &kept_most_energy_})
+    array->resize(n);
+  // Places without a sample of their own repeat the last.
+  for (long k = 0; k < places(); ++k) put(k, motions[std::size_t(std::min(k, count - 1))]);
+  set_times(0, scene_.step);
+}
+
+void LaneMotions::put(long k, const SampleMotion& motion) {
+  for (long i = 0; i < nx_; ++i) at(x_.data(), nx_, i, k) = motion.x[i];
+  const VectorXd u = motion.start.u.col(0);
+  for (long i = 0; i < u.size(); ++i) at(arguments_.data(), n_arguments_, 2 + i, k) = u[i];
+  for (long i = 0; i < motion.start.p.size(); ++i)
+    at(arguments_.data(), n_arguments_, 2 + u.size() + i, k) = motion.start.p[i];
+  speeds_.data()[k] = motion.extremes.v;
+  most_energy_.data()[k] = motion.extremes.energy;
+}
+
+void LaneMotions::set_times(double t, double h) {
+  for (long b = 0; b < places() / width_; ++b) {
+    double* block = arguments_.data() + b * n_arguments_ * width_;
+    std::fill_n(block, width_, t);
+    std::fill_n(block + width_, width_, h);
+  }
+  if (!functions_.has_table) return;
+  const long n_u = functions_.stepper.n_u();
+  const VectorXd u = scene_.commands.at(double(step_) * scene_.step + scene_.step / 2, {});
+  for (long k = 0; k < places(); ++k) {
+    for (long i = 0; i < n_u; ++i) at(arguments_.data(), n_arguments_, 2 + i, k) = u[i];
+  }
+}
+
+void LaneMotions::note_speeds() {
+  for (long b = 0; b < places() / width_; ++b) {
+    double* most = speeds_.data() + b * width_;
+    const double* v = x_.data() + (b * nx_ + nq_) * width_;
+    for (long i = 0; i < nv_; ++i, v += width_) {
+      for (long lane = 0; lane < width_; ++lane) {
+        const double speed = std::abs(v[lane]);
+        most[lane] = speed > most[lane] ? speed : most[lane];
+      }
+    }
+  }
+}
+
+void LaneMotions::evaluate_energies(const double* x) {
+  (void)functions_.energy.run(Order::kValue,
+                              {.count = std::size_t(places()),
+                               .x = x,
+                               .p = arguments_.data(),
+                               .y = energies_.data(),
+                               .status = unread_.data(),
+                               .side_by_side = std::size_t(width_)},
+                              functions_.of_energy);
+}
+
+void LaneMotions::note_energies() {
+  const Eigen::Index size = functions_.layout.size();
+  for (long k = 0; k < places(); ++k) {
+    double& most = most_energy_.data()[k];
+    most = std::max(most, at(energies_.data(), size, 0, k) + at(energies_.data(), size, 1, k));
+  }
+}
+
+void LaneMotions::judge_energies() {
+  const Eigen::Index size = functions_.layout.size();
+  for (std::size_t k = 0; k < motions.size(); ++k) {
+    if (is_over_[k]) continue;
+    functions_.layout.read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+    if (rule_ == WorkRule::kCubic)
+      judges_[k].balance.step(energy_);
+    else
+      judges_[k].balance.step(energy_, work_[k]);
+  }
+}
+
+// By Simpson's rule; after the whole step, whose end is in next_.
+void LaneMotions::work_of_step(double t) {
+  const double h = scene_.step;
+  const auto n = std::size_t(places());
+  const Eigen::Index size = functions_.layout.size();
+  std::fill(unread_.begin(), unread_.end(), 0);
+  set_times(t, h / 2);
+  functions_.stepper.steps_side_by_side(n, x_.data(), arguments_.data(), half_.data(), unread_.data());
+  set_times(t, h);
+  const std::pair<const double*, double> states[] = {{x_.data(), 1}, {half_.data(), 4}, {next_.data(), 1}};
+  for (const auto& [x, weight] : states) {
+    evaluate_energies(x);
+    for (std::size_t k = 0; k < motions.size(); ++k) {
+      functions_.layout.read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+      if (x == x_.data()) work_[k].setZero(energy_.power.rows(), energy_.power.cols());
+      work_[k] += h / 6 * weight * energy_.power;
+    }
+  }
+}
+
+// After the whole step, whose end is in next_.
+void LaneMotions::try_halves(double t) {
+  const double h = scene_.step;
+  Stepper& stepper = functions_.stepper;
+  const auto n = std::size_t(places());
+  std::fill(unread_.begin(), unread_.end(), 0);
+  set_times(t, h / 2);
+  stepper.steps_side_by_side(n, x_.data(), arguments_.data(), half_.data(), unread_.data());
+  std::vector<std::uint32_t> second(n, 0);
+  set_times(t + h / 2, h / 2);
+  stepper.steps_side_by_side(n, half_.data(), arguments_.data(), twice_.data(), second.data());
+  VectorXd whole(nx_), twice(nx_);
+  for (long k = 0; k < long(motions.size()); ++k) {
+    if (is_over_[std::size_t(k)] || unread_[std::size_t(k)] || second[std::size_t(k)]) continue;
+    Look look{step_, VectorXd(nx_)};
+    for (long i = 0; i < nx_; ++i) {
+      look.x[i] = at(x_.data(), nx_, i, k);
+      whole[i] = at(next_.data(), nx_, i, k);
+      twice[i] = at(twice_.data(), nx_, i, k);
+    }
+    judges_[std::size_t(k)].halves.note(scene_, std::move(look), whole, twice);
+  }
+}
+
+bool LaneMotions::step(long step) {
+  step_ = step;
+  const double t = double(step) * scene_.step;
+  set_times(t, scene_.step);
+  const bool sound = functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(),
+                                                           arguments_.data(), next_.data(), status_.data());
+  if (rule_ == WorkRule::kSimpson) work_of_step(t);
+  if (is_look(functions_, step)) try_halves(t);
+  std::swap(x_, next_);
+  step_ = step + 1;
+  note_speeds();
+  set_times(t, scene_.step);
+  evaluate_energies(x_.data());
+  judge_energies();
+  if (is_sample_time(scene_, step_)) note_energies();
+  return sound;
+}
+
+void LaneMotions::keep() {
+  kept_step_ = step_;
+  std::copy_n(x_.data(), places() * nx_, kept_x_.data());
+  std::copy_n(speeds_.data(), places(), kept_speeds_.data());
+  std::copy_n(most_energy_.data(), places(), kept_most_energy_.data());
+}
+
+bool LaneMotions::is_within(long k) {
+  double squares = 0;
+  for (long i = 0; i < nx_; ++i) squares += at(x_.data(), nx_, i, k) * at(x_.data(), nx_, i, k);
+  return squares < kBeyond;
+}
+
+void LaneMotions::take(long k, const double* x, const SampleExtremes* extremes) {
+  SampleMotion& motion = motions[std::size_t(k)];
+  for (long i = 0; i < nx_; ++i) motion.x[i] = at(const_cast<double*>(x), nx_, i, k);
+  motion.extremes = *extremes;
+}
+
+void LaneMotions::look_for_failures() {
+  for (long k = 0; k < long(motions.size()); ++k) {
+    const auto place = std::size_t(k);
+    if (is_over_[place] || (status_[place] == 0 && is_within(k))) continue;
+    const SampleExtremes before{kept_speeds_.data()[k], kept_most_energy_.data()[k]};
+    take(k, kept_x_.data(), &before);
+    SampleMotion& motion = motions[place];
+    motion.steps = kept_step_;
+    advance(functions_, motion, step_);
+    is_over_[place] = !motion.trouble.empty();
+    // What is over runs on from its start, unseen.
+    SampleMotion now = motion;
+    if (is_over_[place]) now.x = motion.start.x;
+    put(k, now);
+  }
+}
+
+// The last place where half steps are tried, of which the whole one is made for that alone.
+void LaneMotions::look_behind_the_end() {
+  if (!is_look(functions_, step_)) return;
+  const double t = double(step_) * scene_.step;
+  std::fill(unread_.begin(), unread_.end(), 0);
+  set_times(t, scene_.step);
+  functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(), arguments_.data(), next_.data(),
+                                        unread_.data());
+  try_halves(t);
+}
+
+bool LaneMotions::run(const std::stop_token& stop) {
+  constexpr long kWindow = 16;
+  const long steps = scene_.steps();
+  while (step_ < steps) {
+    if (stop.stop_requested()) return false;
+    keep();
+    const long end = std::min(step_ + kWindow, steps);
+    while (step_ < end && step(step_)) {
+    }
+    look_for_failures();
+  }
+  look_behind_the_end();
+  for (long k = 0; k < long(motions.size()); ++k) {
+    const bool is_over = is_over_[std::size_t(k)];
+    warnings.push_back(
+        is_over ? "" : judges_[std::size_t(k)].warning(functions_.sweep, motions[std::size_t(k)].row));
+    if (is_over) continue;
+    const SampleExtremes extremes{speeds_.data()[k], most_energy_.data()[k]};
+    take(k, x_.data(), &extremes);
+    motions[std::size_t(k)].steps = steps;
+  }
+  return true;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Samples of an explicit scheme that move together and stay in lanes from their start to their end.
+//
+//   LaneMotions together(functions, first, count);
+//   if (together.run(stop)) ... together.motions[i], together.warnings[i]
+//
+// Nothing is laid out anew between steps.  Whether states are finite is looked at every few steps; a sample that is not is
+// taken back to where it last was, and goes on alone, to the step that failed and its sentence.  Internal.
+#pragma once
+
+#include <cstdint>
+#include <stop_token>
+
+#include <dyntape/codegen/run/lanes.h>
+#include <dyntape/interface/run/sweep/sample_motion.h>
+
+namespace dyntape {
+
+class LaneMotions {
+ public:
+  LaneMotions(SweptFunctions& functions, long first, long count);
+
+  bool run(const std::stop_token& stop);  // false: stopped on the way
+
+  std::vector<SampleMotion> motions;
+  std::vector<std::string> warnings;
+
+ private:
+  // Entry i of sample k, of `entries` a sample.
+  double& at(double* array, long entries, long i, long k) const {
+    return array[(k / width_ * entries + i) * width_ + k % width_];
+  }
+  long places() const { return (long(motions.size()) + width_ - 1) / width_ * width_; }
+  void put(long k, const SampleMotion& motion);
+  void take(long k, const double* x, const SampleExtremes* extremes);
+  bool step(long step);
+  void set_times(double t, double h);
+  void note_speeds();
+  void evaluate_energies(const double* x);
+  void note_energies();
+  void judge_energies();
+  void work_of_step(double t);
+  void try_halves(double t);
+  void keep();
+  void look_for_failures();
+  void look_behind_the_end();
+  bool is_within(long k);
+
+  SweptFunctions& functions_;
+  const Scene& scene_;
+  long width_, nx_, nq_, nv_, n_arguments_;
+  std::vector<char> is_over_;
+  codegen::AlignedRoom x_, next_, arguments_, half_, twice_, energies_, speeds_, most_energy_;
+  codegen::AlignedRoom kept_x_, kept_speeds_, kept_most_energy_;
+  long kept_step_ = 0, step_ = 0;
+  std::vector<std::uint32_t> status_, unread_;
+  std::vector<SampleJudge> judges_;
+  const WorkRule rule_;
+  std::vector<Eigen::MatrixXd> work_;  // of the step, a matrix a sample
+  Energy energy_;                      // of one of them
+};
+
+}  // namespace dyntape

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// One sample of a sweep, step by step; and the functions that all samples share.
+//
+//   SweptFunctions functions(sweep, options);             // recorded, compiled; functions.twin() for another thread
+//   SampleMotion motion = begin_of(sweep, row);
+//   advance(functions, motion, sweep.scene.steps());      // motion.trouble: why it ended ahead of that
+//
+// Internal.
+#pragma once
+
+#include <string>
+
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/files/sweep/sweep.h>
+#include <dyntape/interface/run/simulate/accuracy_warnings.h>
+#include <dyntape/interface/run/sweep/sample_balance.h>
+#include <dyntape/interface/system/energy.h>
+
+namespace dyntape {
+
+// Of many samples: those that a file of results tells of.
+struct SampleExtremes {
+  double v = 0;       // largest |entry of v| at any step
+  double energy = 0;  // largest kinetic and stored energy at any sample of the scene (J)
+};
+
+// What is known of the steps of a motion: at a few places, how far two half ones lead from a whole one.
+class HalfSteps {
+ public:
+  // `end` of the whole step from `look`, and of the two halves.
+  void note(const Scene& scene, Look look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
+
+  // As simulate warnings the steps of a motion (interface/run/simulate/accuracy_warnings.h).  "" or a sentence.
+  std::string warning(const SceneSweep& sweep, long row) const;
+
+ private:
+  std::vector<Look> looks_;
+  std::vector<Eigen::VectorXd> errors_;
+  Eigen::VectorXd most_;  // change of v in a step
+};
+
+struct SampleMotion {
+  SampleStart start;
+  long row = 0, steps = 0;  // made
+  Eigen::VectorXd x;
+  SampleExtremes extremes;
+  std::string trouble;
+};
+
+class SweptFunctions {
+ public:
+  SweptFunctions(const SceneSweep& sweep, const CodegenOptions& options);
+  SweptFunctions twin() const;
+
+  // At a state of a sample, whose motors are told u.
+  const Energy& energies(const SampleMotion& of, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+  const Energy& latest() const { return energy_; }
+
+  const SceneSweep& sweep;
+  Stepper stepper;
+  EnergyLayout layout;
+  CompiledFunction energy;  // of variables x and parameters (t, h, u, p)
+  CompiledFunction::Workspace of_energy;
+  bool is_implicit, has_table;
+  long look_stride;
+
+ private:
+  SweptFunctions(const SweptFunctions& other, Stepper stepper);
+  Eigen::VectorXd arguments_, output_;
+  Energy energy_;
+};
+
+// Scene steps between two places where half steps are tried.
+bool is_look(const SweptFunctions& functions, long step);
+bool is_sample_time(const Scene& scene, long step);
+
+SampleMotion begin_of(SweptFunctions& functions, long row);
+
+// What judges a motion: its half steps and its energy.
+struct SampleJudge {
+  SampleJudge(SweptFunctions& functions, const SampleMotion& motion);
+  std::string warning(const SceneSweep& sweep, long row);
+
+  HalfSteps halves;
+  SampleBalance balance;
+};
+
+// What the motors are told over a step from `t`.
+Eigen::VectorXd commands_at(const SceneSweep& sweep, const SampleStart& start, double t);
+
+// Up to `step` steps; `judge`, where there is one, is told of them.
+void advance(SweptFunctions& functions, SampleMotion& motion, long step, SampleJudge* judge = nullptr);
+
+}  // namespace dyntape

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/system/scene_system.h>
+
+#include <dyntape/dynamics/algorithms/algorithms.h>
+
+namespace dyntape {
+
+namespace {
+
+using dynamics::Data;
+using dynamics::Model;
+
+int reactions_of(const SceneConstraints& constraints) {
+  int rows = 0;
+  for (const auto& block : dynamics::blocks_of(constraints.rigid)) rows += block.rows;
+  return rows;
+}
+
+// What rigid contacts and stops do to the joints, by the forces of their rows, which end the parameters.
+VectorXad reaction_torques(const SceneConstraints& constraints, const Model<AD>& model, Data<AD>& data,
+                           const SystemPoint<AD>& s) {
+  const auto rows = dynamics::unilateral_rows<AD>(model, data, constraints.rigid, s.q);
+  return rows.J.transpose() * s.p.tail(reactions_of(constraints));
+}
+
+// The acceleration of a robot that is held: loops close, rigid contacts push as the parameters say.
+VectorXad held_acceleration(const SceneConstraints& constraints, const Model<AD>& model,
+                            const dynamics::Effects<AD>& effects, const std::vector<int>& dofs,
+                            const SystemPoint<AD>& s) {
+  Data<AD> data(model);
+  dynamics::EffectTorques<AD> torques(model);
+  const VectorXad command = torques_at(dofs, s.drive, model.nv);
+  const VectorXad driven = dynamics::driving_torques<AD>(model, torques, effects, command);
+  VectorXad tau = driven + dynamics::effect_torques<AD>(model, data, torques, effects, s.q, s.v);
+  if (!constraints.rigid.empty()) tau += reaction_torques(constraints, model, data, s);
+  if (constraints.loops.empty()) return dynamics::aba<AD>(model, data, s.q, s.v, tau, effects.acting());
+  dynamics::ConstraintData<AD> loops(model, loops_of<AD>(constraints));
+  return dynamics::constrained_dynamics<AD>(model, data, loops, s.q, s.v, tau, effects.acting());
+}
+
+}  // namespace
+
+RecordedScene recorded(const RobotScene& scene) { return {scene.model.cast<AD>(), scene.effects.cast<AD>()}; }
+
+System system_of(const RobotScene& scene) {
+  return system_of(scene, 0, [](RecordedScene&, const VectorXad&) {});
+}
+
+System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit) {
+  System system;
+  system.name = scene.model.name;
+  system.model = scene.model;
+  const std::vector<int> dofs = actuated_dofs(scene);
+  system.n_u = int(dofs.size());
+  system.lag = scene.lag;
+  const int n_forces = reactions_of(scene.constraints);
+  system.n_p = n_p + n_forces;
+  const auto with = [scene, edit, n_p](const VectorXad& p) {
+    RecordedScene now = recorded(scene);
+    edit(now, p.head(n_p));
+    return now;
+  };
+  system.acceleration = [with, dofs, constraints = scene.constraints](const SystemPoint<AD>& s) -> VectorXad {
+    const auto [model, effects] = with(s.p);
+    if (!constraints.empty()) return held_acceleration(constraints, model, effects, dofs, s);
+    dynamics::Data<AD> data(model);
+    dynamics::EffectTorques<AD> torques(model);
+    const VectorXad tau = torques_at(dofs, s.drive, model.nv);
+    return dynamics::forward_dynamics<AD>(model, data, torques, effects, s.q, s.v, tau);
+  };
+  // No Lagrangian: loops are equations of accelerations, and without velocity products forces are no derivatives of energies.
+  if (!scene.constraints.loops.empty() || !scene.effects.acting().coriolis) return system;
+  system.lagrangian = [with](const VectorXad& q, const VectorXad& v, const VectorXad& p) -> AD {
+    const auto [robot, effects] = with(p);
+    const dynamics::Model<AD> model = dynamics::acting_model<AD>(robot, effects);
+    dynamics::Data<AD> data(model);
+    const AD kinetic = dynamics::kinetic_energy<AD>(model, data, q, v, {.added = effects.acting().added});
+    return kinetic - dynamics::potential_energy<AD>(model, data, q);
+  };
+  system.forces = [with, dofs, constraints = scene.constraints](const SystemPoint<AD>& s) -> VectorXad {
+    const auto [model, effects] = with(s.p);
+    dynamics::Data<AD> data(model);
+    dynamics::EffectTorques<AD> torques(model);
+    const VectorXad command = torques_at(dofs, s.drive, model.nv);
+    const VectorXad driven = dynamics::driving_torques<AD>(model, torques, effects, command);
+    const VectorXad sum = driven + dynamics::effect_torques<AD>(model, data, torques, effects, s.q, s.v);
+    if (constraints.rigid.empty()) return sum;
+    return sum + reaction_torques(constraints, model, data, s);
+  };
+  return system;
+}
+
+}  // namespace dyntape

@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Fails where two sources of a library give the same name to something in an anonymous namespace: sources are compiled
+many to a unit (tools/build), in which such names are one.  Overloads may share a name.
+
+    tools/unity_names.py
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+LIBRARIES = ('autodiff', 'dynamics', 'codegen', 'interface', 'tools')
+HIDDEN = re.compile(r'^namespace \{$(.*?)^\}  // namespace$', re.M | re.S)
+FUNCTION = re.compile(r'^(?:template <[^\n]*>\n)?(?!struct|class|enum|using|return)[A-Za-z_][^\n;={}()]*?[\s*&](\w+)\(([^{};]*?)\)[^;{}]*\{', re.M)
+TYPE = re.compile(r'^(?:struct|class|enum class|enum) (\w+)\b[^;\n]*\{', re.M)
+VALUE = re.compile(r'^(?:inline )?(?:static )?const(?:expr)? [^\n;({]*?\b(\w+)(?:\[[^\]]*\])?(?: =|\{)', re.M)
+USING = re.compile(r'^using (\w+) = (.*?);', re.M | re.S)
+
+
+def types_of(parameters):
+    """'const A& a, int n = 2' -> 'const A&, int'."""
+    depth, parts, part = 0, [], ''
+    for c in parameters + ',':
+        depth += (c in '<([') - (c in '>)]')
+        if c == ',' and depth == 0:
+            parts.append(part)
+            part = ''
+        else:
+            part += c
+    names_off = lambda p: re.sub(r'(?<=[\s&*>])\w+$', '', p.split(' = ')[0].strip()).strip()
+    return ', '.join(' '.join(names_off(p).split()) for p in parts)
+
+
+def names_in(text):
+    for block in HIDDEN.findall(text):
+        for name, parameters in FUNCTION.findall(block):
+            yield f'{name}({types_of(parameters)})', None
+        for pattern in (TYPE, VALUE):
+            yield from ((name, None) for name in pattern.findall(block))
+        yield from USING.findall(block)
+
+
+def main():
+    problems = []
+    for library in LIBRARIES:
+        seen = {}
+        for path in sorted((ROOT / library).rglob('*.cpp')):
+            where = path.relative_to(ROOT).as_posix()
+            for name, meaning in set(names_in(path.read_text())):
+                before, other = seen.setdefault(name, (meaning, where))
+                if other != where and (meaning is None or meaning != before):  # one alias of one type is no other
+                    problems.append(f'{where}: {name} is in {other} as well')
+    for problem in problems:
+        print(problem)
+    print(f'{len(problems)} names in anonymous namespaces are there twice' if problems else
+          'names in anonymous namespaces are unique')
+    return 1 if problems else 0
+
+
+sys.exit(main())
