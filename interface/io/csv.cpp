@@ -91,6 +91,8 @@ class CsvReader {
                     [](const std::string& n) { return parse_double(n).has_value(); })) {
       fail(1, "the first line must name the columns, but it holds numbers");
     }
+    if (names.size() == 1 && names[0].find(';') != std::string::npos)
+      fail(1, "the columns are separated by ';', expected ','");
     table_ = CsvTable(std::move(names), file_);
   }
 

@@ -5,6 +5,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/io/table.h>
@@ -137,7 +138,7 @@ std::string SimulationReport::text() const {
     flows.append({"work of " + flow.name, "0", io::with_digits(flow.work.back(), 5)});
   text += "\n" + flows.text();
   if (accuracy) text += "accuracy: " + accuracy->sentence() + "\n";
-  for (const std::string& note : scene.notes) text += "note: " + note + "\n";
+  for (const std::string& note : folded(scene.notes)) text += "note: " + note + "\n";
   return text;
 }
 

@@ -72,7 +72,7 @@ TEST(Csv, refusals_say_where_and_why) {
   EXPECT_EQ(refusal("a,b\n1,2,\n"), "t.csv:2:5: the row has 3 entries, the header names 2");
   EXPECT_EQ(refusal("a,b\n1, x\n"), "t.csv:2:4: column 'b' expects a number, got 'x'");
   EXPECT_EQ(refusal("a,b\n1,\n"), "t.csv:2:3: column 'b' expects a number, got ''");
-  EXPECT_EQ(refusal("a;b\n1;2\n"), "t.csv:2:1: column 'a;b' expects a number, got '1;2'");
+  EXPECT_EQ(refusal("a;b\n1;2\n"), "t.csv:1:1: the columns are separated by ';', expected ','");
   EXPECT_EQ(refusal("a\n1\n\n2\n"), "t.csv:3:1: the line is empty, but rows follow");
   EXPECT_EQ(refusal("a\n1e999\n"),
             "t.csv:2:1: column 'a' expects a number in the range of a double, got '1e999'");

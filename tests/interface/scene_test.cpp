@@ -278,7 +278,7 @@ TEST(Scenes, SayWhatIsWrongWithItsPlace) {
        "'force' has 2 numbers"},
       {pendulum_with("gravity off", "duration 1\nstep 2"), "longer than the duration"},
       {pendulum_with("gravity off", "duration -1"), "must be positive"},
-      {pendulum_with("gravity off", "duration 1\nintegrator euler"), "valid are"},
+      {pendulum_with("gravity off", "duration 1\nintegrator euler"), "did you mean 'semi-implicit-euler'"},
       {pendulum_with("coriolis off", "duration 1\nintegrator variational"), "velocity products"},
       {pendulum_with("gravity maybe"), "on, off or a block"},
       {pendulum_with("gravity \"0 0 -1.62\""), "on, off or a block"},

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <gtest/gtest.h>
 
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "run.h"
@@ -83,4 +84,34 @@ TEST(CommandLine, HelpTeaches) {
     EXPECT_NE(help.out.find(command), std::string::npos) << command;
     EXPECT_EQ(run_dyntape({command, "--help"}).status, 0) << command;
   }
+}
+
+// Links are listed by the joint that carries them; what is said of many places in the same words is one line.
+TEST(Info, ListsLinksAndFoldsNotes) {
+  const dyntape::test::Scratch scratch;
+  std::ofstream file(scratch / "arm.urdf");
+  file << "<robot name='arm'>\n<link name='base'/>\n";
+  for (int k = 0; k < 5; ++k) {
+    const std::string parent = k == 0 ? "base" : "link" + std::to_string(k - 1);
+    file << "<joint name='j" << k << "' type='continuous'><origin rpy='1.57079632 0 0'/><parent link='"
+         << parent << "'/><child link='link" << k << "'/></joint>\n<link name='link" << k << "'/>\n";
+  }
+  file << "<joint name='weld' type='fixed'><parent link='link4'/><child link='tool'/></joint><link "
+          "name='tool'/></robot>";
+  file.close();
+  const auto run = run_dyntape({"info", scratch / "arm.urdf"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_NE(run.out.find("link4 tool"), std::string::npos) << run.out;
+  EXPECT_NE(run.out.find("(the world)"), std::string::npos) << run.out;
+  EXPECT_NE(
+      run.out.find("arm.urdf:3: 5 rotations and axes snapped to a right angle, by at most 6.795e-09 rad"),
+      std::string::npos)
+      << run.out;
+  const auto notes = [](const std::string& text) {
+    std::size_t count = 0;
+    for (std::size_t at = text.find("note: "); at != text.npos; at = text.find("note: ", at + 1)) ++count;
+    return count;
+  };
+  EXPECT_EQ(notes(run.out), 1u) << run.out;
+  EXPECT_EQ(notes(run_dyntape({"info", scratch / "arm.urdf", "--verbose"}).out), 5u);
 }

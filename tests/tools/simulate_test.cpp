@@ -120,13 +120,13 @@ TEST(Simulate, RefusesInASentence) {
       {{"simulate", "none.urdf"}, "none.urdf"},
       {{"simulate", solo, "--q0", "1,2,3"}, "--q0: got 3 numbers; expected"},
       {{"simulate", solo, "--effects", "joint_dampin=1"}, "did you mean 'joint_damping'"},
-      {{"simulate", solo, "--integrator", "euler"}, "valid are"},
+      {{"simulate", solo, "--integrator", "euler"}, "did you mean 'semi-implicit-euler'"},
       {{"simulate", solo, "--step", "-1"}, "must be positive"},
       {{"simulate", solo, "--v0", "nan"}, ""},
       {{"simulate", config("scenes/pendulum.info"), "--for", "2"},
        "--for is of a robot without a scene file"},
-      {{"simulate", config("tasks/block_move.info")}, "simulation"},
-      {{"solve", config("scenes/pendulum.info")}, "horizon"},
+      {{"simulate", config("tasks/block_move.info")}, "this is a task"},
+      {{"solve", config("scenes/pendulum.info")}, "this is a scene"},
   };
   for (const auto& [words, expected] : cases) {
     const Outcome run = run_dyntape(words);

@@ -236,7 +236,7 @@ TEST(Sweep, RefusesInASentence) {
   const std::pair<std::vector<std::string>, std::string> cases[] = {
       {{"sweep", file}, "--output is required"},
       {words_of("none.info", out), "none.info"},
-      {words_of(config("scenes/pendulum.info"), out), "'robot'"},
+      {words_of(config("scenes/pendulum.info"), out), "this is a scene"},
       {words_of(config("robots/pendulum.urdf"), out), "not a sweep"},
       {words_of(scratch / "bad.info", out), "bad.info:7:13: nothing in the scene is called 'start.k'"},
       {words_of(file, out, {"--sample", "-1"}), "whole number"},

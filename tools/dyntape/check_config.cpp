@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/old_names.h>
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/files/sweep/sweep.h>
 #include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/io/table.h>
@@ -128,7 +129,7 @@ void add_check_config(CLI::App& app) {
       return;
     }
     std::cout << *file << ": sound (" << found.size << ")\n";
-    for (const std::string& note : found.notes) std::cout << "note: " << note << "\n";
+    for (const std::string& note : folded(found.notes)) std::cout << "note: " << note << "\n";
   });
   const auto printing = [](const std::string& kind, std::vector<io::Question> (*questions)()) {
     return [=] {

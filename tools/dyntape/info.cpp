@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include <dyntape/dynamics/algorithms/mimic.h>
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/table.h>
 
 #include "commands.h"
@@ -125,7 +126,22 @@ std::vector<std::string> tree_lines(const Model<double>& model) {
   return line;
 }
 
-void print(const dynamics::UrdfRobot& file) {
+// Links by the joint that carries them: the names that tasks and scenes use.
+void print_frames(const Model<double>& model) {
+  std::vector<std::string> links(static_cast<std::size_t>(model.njoints()) + 1);  // the world's first
+  for (const auto& frame : model.frames) {
+    std::string& names = links[static_cast<std::size_t>(frame.body + 1)];
+    names += (names.empty() ? "" : " ") + frame.name;
+  }
+  io::TextTable table({{"joint"}, {"links that it carries"}});
+  for (int i = -1; i < model.njoints(); ++i) {
+    const std::string& names = links[static_cast<std::size_t>(i + 1)];
+    if (!names.empty()) table.append({i < 0 ? "(the world)" : model.joints[i].name, names});
+  }
+  std::cout << "\n" << table.text();
+}
+
+void print(const dynamics::UrdfRobot& file, bool verbose) {
   const MimicModel<double> robot(file.model, file.mimics);
   const Model<double>& model = robot.full;
   std::cout << model.name << ": " << model.njoints() << " joints, nq " << robot.nq << ", nv " << robot.nv
@@ -150,29 +166,32 @@ void print(const dynamics::UrdfRobot& file) {
                   significant(model.inertias[i].mass, 4)});
   }
   std::cout << table.text();
+  print_frames(model);
   if (!robot.rules.empty()) std::cout << "\n";
   for (const MimicRule& rule : robot.rules)
     std::cout << "mimic: " << rule.joint << " = " << rule_text(rule) << "\n";
   if (!file.notes.empty()) std::cout << "\n";
-  for (const std::string& note : file.notes) std::cout << "note: " << note << "\n";
+  for (const std::string& note : verbose ? file.notes : folded(file.notes))
+    std::cout << "note: " << note << "\n";
 }
 
 }  // namespace
 
 void add_info(CLI::App& app) {
   CLI::App* command =
-      app.add_subcommand("info", "print the tree of a robot: joints, indices, limits, masses, notes");
+      app.add_subcommand("info", "print the tree of a robot: joints, indices, limits, masses, links, notes");
   const auto options = std::make_shared<RobotOptions>();
-  const auto json = std::make_shared<bool>(false);
+  const auto json = std::make_shared<bool>(false), verbose = std::make_shared<bool>(false);
   add_robot_options(*command, *options);
+  command->add_flag("--verbose", *verbose, "every note, also what is said of many places in the same words");
   command->add_flag("--json", *json,
                     "for programs: nq, nv, mass, joints (name, type, idx_q, idx_v, nv, ...), frames");
-  command->callback([options, json] {
+  command->callback([options, json, verbose] {
     const dynamics::UrdfRobot robot = load_robot(*options);
     if (*json) {
       std::cout << to_json(robot).dump(2) << "\n";
     } else {
-      print(robot);
+      print(robot, *verbose);
     }
   });
 }

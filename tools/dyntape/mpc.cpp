@@ -4,6 +4,7 @@
 #include <iostream>
 #include <memory>
 
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/mpc/centroidal_control.h>
@@ -40,7 +41,7 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
   if (!options.output.empty()) write_control(task, report, options.output, interruption.token());
   std::cout << (options.json ? report.json() : report.text());
   if (!options.json)
-    for (const std::string& note : task.notes) std::cout << "note: " << note << "\n";
+    for (const std::string& note : folded(task.notes)) std::cout << "note: " << note << "\n";
   if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
   std::cout << std::flush;
   if (!report.loop.trouble.empty()) std::cerr << "dyntape: " << report.loop.trouble << "\n";

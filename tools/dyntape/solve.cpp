@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/info/info.h>
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/run/solve/solve.h>
 
@@ -111,7 +112,7 @@ void run(const SolveOptions& options) {
   std::cout << std::flush;
   if (!report.success()) {
     std::cerr << "dyntape: " << report.verdict() << "\n";
-    for (const std::string& note : task.notes) std::cerr << "dyntape: note: " << note << "\n";
+    for (const std::string& note : folded(task.notes)) std::cerr << "dyntape: note: " << note << "\n";
   }
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
   if (report.interrupted) throw Failure{interruption.status()};

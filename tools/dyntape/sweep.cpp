@@ -10,6 +10,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/scene/folded_notes.h>
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/simulation_results.h>
@@ -32,7 +33,7 @@ struct SweepWords {
 void print(const SweepReport& report, const SweepWords& words, const Scene& scene) {
   std::cout << (words.json ? report.json() : report.text());
   if (!words.json)
-    for (const std::string& note : scene.notes) std::cout << "note: " << note << "\n";
+    for (const std::string& note : folded(scene.notes)) std::cout << "note: " << note << "\n";
   if (!words.json) std::cout << "\nresults in " << words.output << "\n";
   std::cout << std::flush;
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";

@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/files/info/section_state.h>
+#include <dyntape/interface/files/info/synonyms.h>
 
 namespace dyntape::io {
 
@@ -201,8 +202,11 @@ std::string Section::unknown(const std::string& key) const {
   return "unknown key '" + key + "'" + place + hint(key);
 }
 
-// The nearest key that was asked for here; failing that, another block where this very key was asked for.
+// What other tools call a key of this block; the nearest key that was asked for here; failing that, another block where this
+// very key was asked for.
 std::string Section::hint(const std::string& key) const {
+  if (const std::string meant = synonym_of(key, state_->asked); !meant.empty())
+    return "; did you mean '" + meant + "'?";
   if (nearest_name(key, state_->asked).empty()) {
     const auto other = reading_->asked_in.find(key);
     if (other != reading_->asked_in.end())

@@ -11,6 +11,7 @@
 #include <dyntape/autodiff/suggest.h>
 #include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/files/info/section_state.h>
+#include <dyntape/interface/files/info/synonyms.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape::io {
@@ -157,7 +158,9 @@ size_t Section::choose(const std::string& key, const std::vector<std::string>& n
     return i;
   }
   const Where place = node ? node->value_where : state_->where;
-  note(place, "'" + full(key) + "' cannot be '" + wanted + "'" + suggestion(wanted, names));
+  const std::string meant = synonym_of(wanted, names);
+  note(place, "'" + full(key) + "' cannot be '" + wanted + "'" +
+                  (meant.empty() ? suggestion(wanted, names) : "; did you mean '" + meant + "'?"));
   return 0;
 }
 

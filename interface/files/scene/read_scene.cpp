@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/effects/check.h>
+#include <dyntape/interface/files/file_kind.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/old_names.h>
@@ -279,6 +280,7 @@ long Scene::stride() const { return std::max(1L, std::lround(sample / step)); }
 
 Scene read_scene_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path, "a scene; expected an .info file, as those in config/scenes");
+  check_file_kind(text, path, FileKind::kScene);
   Section file = Section::parse(text, path, old_names());
   Scene scene;
   scene.file = path;

@@ -4,6 +4,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/file_kind.h>
 #include <dyntape/interface/files/old_names.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/sweep/sweep.h>
@@ -110,6 +111,7 @@ std::string read_sweep_name(Section& file, const std::string& fallback) {
 
 SceneSweep read_sweep_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path, "a sweep; expected an .info file, as those in config/sweeps");
+  check_file_kind(text, path, FileKind::kSweep);
   Section file = Section::parse(text, path, old_names());
   SceneSweep sweep;
   sweep.file = path;

@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/file_kind.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/old_names.h>
@@ -129,6 +130,7 @@ CentroidalTask read_centroidal_task(const std::string& path) {
 
 CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path, "an .info file that names its robot, as those in config/control do");
+  check_file_kind(text, path, FileKind::kCentroidal);
   Section file = Section::parse(text, path, old_names());
   CentroidalTask task;
   task.file = path;

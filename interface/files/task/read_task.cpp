@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/control/problem/penalties.h>
+#include <dyntape/interface/files/file_kind.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/old_names.h>
 #include <dyntape/interface/files/scene/left_out.h>
@@ -340,6 +341,7 @@ Task read_task(const std::string& path) { return read_task_text(read_file(path),
 Task read_task_text(const std::string& text, const std::string& path) {
   check_is_no_robot(text, path,
                     "a task file; expected an .info file that names its robot, as those in config/tasks do");
+  check_file_kind(text, path, FileKind::kTask);
   Section file = Section::parse(text, path, old_names());
   Task task;
   task.file = path;
