@@ -11,7 +11,7 @@
 // Writing makes missing folders, flushes a temporary file beside the old one to disk and renames it, with the old
 // one's owner and permissions; if anything fails, nothing new is left.  A symbolic link stays one: what it points to
 // is replaced.  A file with a second name (a hard link) leaves it behind: under that name the old contents stay, as
-// in checkpoints that are made of such links.  Pipes, devices and the program's own descriptors (/dev/stdout) are
+// in snapshots that are made of such links.  Pipes, devices and the program's own descriptors (/dev/stdout) are
 // written to as they are.  A file that the user may not write is not replaced, though its folder would allow it.
 //
 // Errors.  FileError naming the path and what the system said.  Like error.h, this header is everybody's.

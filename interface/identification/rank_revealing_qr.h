@@ -23,7 +23,7 @@ struct ColumnSpace {
   std::vector<int> independent, dependent;  // columns of A, ascending
   Eigen::MatrixXd combination;              // (independent x dependent)
   // What is left of the columns, of unit length, after the projection: the gap between these two tells
-  // whether the rank is beyond warning.  Infinite and zero where there are none.
+  // whether the rank is beyond doubt.  Infinite and zero where there are none.
   double least_kept = 0, most_dropped = 0;
 
   int rank() const { return static_cast<int>(independent.size()); }

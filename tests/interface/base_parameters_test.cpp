@@ -48,7 +48,7 @@ class BaseParametersOf : public testing::TestWithParam<Case> {
   Model<double> model;
 };
 
-// Errata E23: the ranks are known, and the gap leaves no warning.
+// Errata E23: the ranks are known, and the gap leaves no doubt.
 TEST_P(BaseParametersOf, HaveTheKnownRank) {
   for (unsigned long seed : {1UL, 2UL, 3UL}) {
     const BaseParameters base = base_parameters(model, {.columns = {}, .seed = seed});

@@ -3,7 +3,7 @@
 // What a motion is worth, found without any recorded, derived or generated code: the problem's functions are
 // run as they are, in doubles.
 //
-//   const Verification v = verify(problem, motion, nlp.nominal values(start));
+//   const Verification v = verify(problem, motion, nlp.scaling(start));
 //   v.violation            largest violation of defects, path and end constraints, bounds and boundary values,
 //                          relative to the program's nominal values (nlp.h), so that units do not change what is small
 //   v.worst_defect         true defect: what the scheme cannot know about itself

@@ -11,7 +11,7 @@
 // To see twelve digits of an optimum: tolerance 1e-12, dual_tolerance 1e-10, bound_relaxation 0.  With the
 // defaults, relaxed bounds and the tolerance leave an error of about 1e-9 in the cost.
 //
-// What Ipopt sees is divided by the program's nominal values (Nlp::nominal values): its tolerances, and the
+// What Ipopt sees is divided by the program's nominal values (Nlp::scaling): its tolerances, and the
 // infeasibilities in its log, are in those units; the solution is in the program's own.
 //
 // Rounds.  A wild start makes nominal values, and with them the tolerances, many times too large.  Where those at the

@@ -11,7 +11,7 @@
 // moved together (greedy colouring), so the number of evaluations does not grow with the mesh.  An entry
 // outside the pattern shows as a mismatch in its row.  What the rounding of a row's terms makes of a difference is no
 // error.  An entry is a mismatch where it is one at each of three such points: a wrong derivative is wrong everywhere, and
-// one that disagrees at one point alone is right, but next to a kink.  Errors are measured in the program's nominal values (Nlp::nominal values); mismatches are told in its own units.
+// one that disagrees at one point alone is right, but next to a kink.  Errors are measured in the program's nominal values (Nlp::scaling); mismatches are told in its own units.
 //
 // Formula: f'(x) = (8 (f(x + h) - f(x - h)) - (f(x + 2h) - f(x - 2h))) / 12h.
 //

@@ -2,7 +2,7 @@
 //
 // A program in units in which its numbers are near one, whatever units it is written in.
 //
-//   ScaledNlp scaled(problem, problem.nominal values(start));
+//   ScaledNlp scaled(problem, problem.scaling(start));
 //   NlpSolution s = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start)));
 //
 // Variables, constraints and the objective are divided by their nominal values, which are rounded to powers of two:

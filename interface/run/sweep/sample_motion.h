@@ -31,7 +31,7 @@ class HalfSteps {
   // `end` of the whole step from `look`, and of the two halves.
   void note(const Scene& scene, Look look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
 
-  // As simulate warnings the steps of a motion (interface/run/simulate/accuracy_warnings.h).  "" or a sentence.
+  // As simulate warns of the steps of a motion (interface/run/simulate/accuracy_warnings.h).  "" or a sentence.
   std::string warning(const SceneSweep& sweep, long row) const;
 
  private:
