@@ -1,4 +1,4 @@
-# `cmake --install build --prefix P`: headers, libraries, the command, robots, tasks and examples, and a package for
+# `tools/install P`, or `cmake --install build --prefix P` of a build with its libraries: headers, libraries, the command, robots, tasks and examples, and a package for
 # find_package(dyntape).
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
@@ -6,11 +6,16 @@ include(GNUInstallDirs)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
 install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface dyntape_scalars
   EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+# All that is installed whatever else is built.
+add_custom_target(dyntape_libraries DEPENDS dyntape_cli dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions
+  dyntape_codegen dyntape_interface dyntape_scalars)
 install(EXPORT dyntape FILE dyntapeTargets.cmake NAMESPACE dyntape:: DESTINATION ${package_dir})
-install(TARGETS dyntape_cli dyntape-bench RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-if(TARGET dyntape-mpi)
-  install(TARGETS dyntape-mpi RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
-endif()
+install(TARGETS dyntape_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+foreach(program dyntape-bench dyntape-mpi)  # where they are built
+  if(TARGET ${program})
+    install(TARGETS ${program} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} OPTIONAL)
+  endif()
+endforeach()
 execute_process(COMMAND python3 ${PROJECT_SOURCE_DIR}/tools/public_headers.py
   OUTPUT_VARIABLE headers OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
 string(REPLACE "\n" ";" headers "${headers}")

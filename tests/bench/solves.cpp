@@ -10,7 +10,7 @@
 #include <cstdlib>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 #include <dyntape/interface/control/nlp/solver_options.h>
 #include <dyntape/interface/files/task/task.h>
 
@@ -32,7 +32,7 @@ struct Best {
 void run(const std::string& file, int times) {
   const auto start = Clock::now();
   Task task = read_task(file);
-  Collocation program(task.problem, task.optimise.mesh);
+  StagedNlp program = discretize(task.problem, task.optimise.mesh);
   const double ready = seconds_since_start(start);
   const std::vector<double> x = program.start();
   Best all[] = {{NlpMethod::kIpopt, "ipopt", {}}, {NlpMethod::kRiccati, "stages", {}}};

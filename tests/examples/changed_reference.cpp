@@ -35,7 +35,7 @@ Problem crane() {
 }
 
 int main() try {
-  Collocation nlp(crane(), {.intervals = 40});
+  StagedNlp nlp = discretize(crane(), {.intervals = 40});
   const BuildReport made = nlp.build();
   std::printf("made once: record %.1f ms, compile %.0f ms\n", 1e3 * made.seconds.record,
               1e3 * made.seconds.compile);

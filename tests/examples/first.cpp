@@ -24,7 +24,11 @@ int main(int argc, char** argv) {
   CodegenOptions options;
   options.order = Order::kSecond;
   const auto compiled = CompiledFunction::make(distance, options);  // derived, printed, compiled, cached
-  const auto r = compiled.evaluate(Order::kSecond, {0, -0.5, 0, -2, 0, 1.5, 0.5, 0, 0}, {0.5, 0, 0.5}, {1});
-  std::cout << "distance^2 " << r.y[0] << ", d/dq1 " << r.jacobian[0] << ", " << r.hessian.size()
-            << " second derivatives, " << compiled.operations(Order::kSecond) << " operations\n";
+  const auto r = compiled.evaluate(Order::kSecond, {0.3, -0.5, 0, -2, 0, 1.5, 0.5, 0, 0}, {0.5, 0, 0.5}, {1});
+  std::cout << "distance^2 " << r.y[0] << ", " << r.hessian.size() << " second derivatives, "
+            << compiled.operations(Order::kSecond) << " operations\n";
+  // Non-zeros of the derivatives: entry k is that of jacobian_pattern().row[k] by .col[k].  The hand does not see the fingers' joints.
+  const Pattern& pattern = compiled.jacobian_pattern();
+  for (std::size_t k = 0; k < pattern.nnz(); ++k)
+    std::cout << "  by q" << pattern.col[k] << "  " << r.jacobian[k] << "\n";
 }

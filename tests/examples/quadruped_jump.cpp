@@ -6,7 +6,7 @@
 #include <cstdio>
 
 #include <dyntape/dynamics/urdf/urdf.h>
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/motion/contact_changes.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_problem.h>
@@ -61,17 +61,17 @@ int main(int argc, char** argv) try {
   Phases jump("jump");
   jump.add("push-off", push_off), jump.add("flight", flight), jump.add("landing", settling);
   const SolverOptions solver{.method = NlpMethod::kRiccati};
-  const PhasedSolution s = optimise(jump, {.meshes = {{.intervals = 10}}, .solver = solver});
-  const auto [t, states] = s.states();
+  const Solution s = optimise(jump, {.meshes = {{.intervals = 10}}, .solver = solver});
+  const Eigen::MatrixXd& states = s.motion.x;
   const double rise = states.row(2).maxCoeff() - q[2];
-  double defect = 0;
-  for (const Verification& v : s.verifications) defect = std::max(defect, v.worst_relative);
+  const double defect = s.verification.worst_relative;
   std::printf("%s: %d iterations, %.1f s, cost %.4f, trunk rises by %.3f m, true defect %.1e\n",
               to_string(s.nlp.status), s.nlp.iterations(), s.nlp.times.total, s.cost(), rise, defect);
   const auto visuals = dynamics::read_visuals(kRobot, scene.model);
   if (argc > 1)
-    write_player({.title = "jump", .model = scene.model, .visuals = visuals, .t = t, .q = states.topRows(nq)},
-                 argv[1]);
+    write_player(
+        {.title = "jump", .model = scene.model, .visuals = visuals, .t = s.motion.t, .q = states.topRows(nq)},
+        argv[1]);
   // A mesh for looking at: 40 intervals a phase make every interval true to a thousandth, and s.success() with it.
   return s.converged() && rise > 0.07 && defect < 0.05 ? 0 : 1;
 } catch (const Error& e) {

@@ -4,7 +4,7 @@
 //
 //   sigma f(x) + lambda . g(x)         its lower triangle, each place once
 //
-// as Collocation serves them (interface/control/nlp/nlp.h): a fixed pattern, and a call that fills in the numbers and allocates
+// as StagedNlp serves them (interface/control/nlp/nlp.h): a fixed pattern, and a call that fills in the numbers and allocates
 // nothing.  A single function has the same: AdFunction::hessianPattern(), in custom_constraint.cpp its Jacobian's.
 #include <Eigen/SparseCore>
 #include <cstdio>
@@ -39,7 +39,7 @@ Sparse matrix(const Pattern& pattern, const std::vector<double>& values) {
 }
 
 int main() try {
-  Collocation nlp(swing(), {.intervals = 20});
+  StagedNlp nlp = discretize(swing(), {.intervals = 20});
   const NlpShape& shape = nlp.shape();
   const NlpSolution s = solve_nlp(nlp, nlp.start());
   const auto n = Eigen::Index(shape.n()), m = Eigen::Index(shape.m());

@@ -171,7 +171,7 @@ using Guess = std::function<Stage<double>(double t)>;
 std::map<std::string, int> from_random_starts(Problem problem, int starts, unsigned seed, NlpMethod method,
                                               const std::function<Guess(std::mt19937_64&)>& draw) {
   std::mt19937_64 random(seed);
-  Collocation program(problem, {.intervals = 40, .evaluation = test::kInterpreted});
+  StagedNlp program = discretize(problem, {.intervals = 40, .evaluation = test::kInterpreted});
   std::map<std::string, int> found;
   for (int i = 0; i < starts; ++i) {
     problem.guess = draw(random);

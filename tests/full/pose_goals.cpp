@@ -140,7 +140,7 @@ class Goals {
   };
   Outcome solve(const Placement& goal) {
     set(goal);
-    if (!program_) program_.emplace(task_.problem, task_.optimise.mesh);
+    if (!program_) program_.emplace(discretize(task_.problem, task_.optimise.mesh));
     program_->set_values(task_.problem);
     Outcome outcome{optimise(*program_, program_->start(), task_.optimise), ""};
     for (;; ++outcome.meshes) {
@@ -148,7 +148,7 @@ class Goals {
       outcome.failure = failure(s);
       if (outcome.failure.empty() || !s.success() || outcome.meshes > task_.demands.refinements)
         return outcome;
-      Collocation finer(*program_, halved(s.motion));
+      StagedNlp finer = discretize(*program_, halved(s.motion));
       std::vector<double> x = finer.variables(resampled(task_.problem, s.motion, finer.times()));
       for (std::size_t i = 0; i < x.size(); ++i)
         x[i] = std::clamp(x[i], finer.shape().x_lower[i], finer.shape().x_upper[i]);
@@ -209,7 +209,7 @@ class Goals {
   int n_;
   dynamics::Data<double> data_;
   std::function<Stage<double>(double t)> rest_;
-  std::optional<Collocation> program_;
+  std::optional<StagedNlp> program_;
 };
 
 double quantile(std::vector<double> values, double share) {

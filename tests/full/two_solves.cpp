@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <thread>
 
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 #include <dyntape/interface/control/ipopt/ipopt.h>
 
 namespace {
@@ -22,7 +22,7 @@ Problem block(double mass) {
 
 // How many of a thousand solves miss the optimum 12 m^2.
 void solve(double mass, int* wrong) {
-  Collocation nlp(block(mass), {.intervals = 40, .evaluation = {.route = Route::kInterpreter}});
+  StagedNlp nlp = discretize(block(mass), {.intervals = 40, .evaluation = {.route = Route::kInterpreter}});
   for (int k = 0; k < 1000; ++k) {
     const NlpSolution s = solve_with_ipopt(nlp, nlp.start());
     const double error = s.objective / (12 * mass * mass) - 1;

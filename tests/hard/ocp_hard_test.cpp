@@ -192,7 +192,7 @@ TEST_P(ByMethod, LostValuesShortenTheStep) {
 // value and what was expected | routes: Ipopt
 TEST(Options, OfIpoptPassAndAreChecked) {
   const auto message = [](const SolverOptions& options) {
-    Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
     try {
       solve_with_ipopt(nlp, nlp.start(), options);
     } catch (const ArgumentError& e) {
@@ -226,7 +226,7 @@ TEST(Options, OfIpoptPassAndAreChecked) {
   EXPECT_NE(message({.tolerance = 0}).find("expected a number above 0"), std::string::npos);
   EXPECT_NE(message({.max_iterations = -1}).find("whole number from 0"), std::string::npos);
   EXPECT_EQ(message({.extra = {{"tol", "+1e-7"}, {"max_iter", "200"}}}), "nothing thrown");
-  Collocation nlp(test::swing_up(), {.intervals = 40, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(test::swing_up(), {.intervals = 40, .evaluation = test::kInterpreted});
   const NlpSolution cut = solve_with_ipopt(nlp, nlp.start(), {.max_iterations = 3});
   EXPECT_EQ(cut.status, SolveStatus::kIterationLimit);
   EXPECT_EQ(cut.log.size(), 4u);
@@ -235,7 +235,7 @@ TEST(Options, OfIpoptPassAndAreChecked) {
 // Nothing that a task file asks of the solver touches files, prints, or starts from multipliers that are not there.
 // X15 | naive: a task file makes the solver overwrite a file | holds: such options are refused | routes: Ipopt
 TEST(Options, OfIpoptThatNameFilesPrintOrWarmStartAreRefused) {
-  Collocation nlp(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
   for (const auto& [name, value] : {std::pair{"output_file", "/tmp/dyntape-no-such-file"},
                                     {"option_file_name", "/etc/hostname"},
                                     {"print_level", "12"},
@@ -262,7 +262,7 @@ TEST(Options, OfIpoptThatNameFilesPrintOrWarmStartAreRefused) {
 // Ipopt
 TEST(Threads, SolvesTakeTurns) {
   const auto solve = [](double* cost) {
-    Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
     for (int k = 0; k < 3; ++k) *cost = solve_with_ipopt(nlp, nlp.start()).objective;
   };
   double expected = 0, costs[4] = {};
@@ -277,7 +277,7 @@ TEST(Threads, SolvesTakeTurns) {
 // H80 | naive: solvers keep state | holds: solves side by side give equal bits | routes: own solver
 TEST(Threads, SolvesByStagesRunAtOnce) {
   const auto solve = [](double* cost) {
-    Collocation nlp(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(test::swing_up(), {.intervals = 20, .evaluation = test::kInterpreted});
     for (int k = 0; k < 3; ++k)
       *cost = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kRiccati}).objective;
   };
@@ -290,13 +290,14 @@ TEST(Threads, SolvesByStagesRunAtOnce) {
 }
 
 // A cost that solves a program of its own.
-class Recursive : public Collocation {
+class Recursive : public StagedNlp {
  public:
-  Recursive() : Collocation(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted}) {}
+  Recursive()
+      : StagedNlp(discretize(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted})) {}
   bool objective(const double* x, double& value) override {
-    Collocation inner(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+    StagedNlp inner = discretize(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
     value = solve_with_ipopt(inner, inner.start()).objective;
-    return Collocation::objective(x, value);
+    return StagedNlp::objective(x, value);
   }
 };
 
@@ -310,7 +311,7 @@ TEST(Threads, ASolveWithinASolveIsRefused) {
   } catch (const ArgumentError& e) {
     EXPECT_NE(std::string(e.what()).find("being solved"), std::string::npos) << e.what();
   }
-  Collocation after(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
+  StagedNlp after = discretize(test::block_move(), {.intervals = 2, .evaluation = test::kInterpreted});
   EXPECT_NEAR(solve_with_ipopt(after, after.start()).objective, 12, 1e-6);
 }
 

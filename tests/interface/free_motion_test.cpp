@@ -54,7 +54,7 @@ TEST(FreeMotion, FollowsTheGuessedControlsToTheGoal) {
   p.goal = VectorXd{{4, Problem::kFree}};
   p.u.lower << -0.5, p.u.upper << 0.5;
   p.guess = [](double t) { return Stage<double>{t, VectorXd::Zero(2), {}, VectorXd::Constant(1, 3)}; };
-  const Collocation program(p, by(NlpMethod::kRiccati).mesh);
+  const StagedNlp program = discretize(p, by(NlpMethod::kRiccati).mesh);
   const std::optional<Trajectory> motion = free_motion(program);
   ASSERT_TRUE(motion);
   for (int k = 0; k < motion->points(); ++k) {
@@ -68,9 +68,9 @@ TEST(FreeMotion, FollowsTheGuessedControlsToTheGoal) {
 TEST(FreeMotion, ThereIsNoneWithoutAStartOrWhereItBreaksOff) {
   Problem p("growth", {"x"}, {"u"}, 2, [](const auto& at) { return vector(at.x[0] * at.x[0] + at.u[0]); });
   p.start << 1;  // without end at t = 1
-  EXPECT_FALSE(free_motion(Collocation(p, by(NlpMethod::kRiccati).mesh)));
+  EXPECT_FALSE(free_motion(StagedNlp(discretize(p, by(NlpMethod::kRiccati).mesh))));
   p.start << Problem::kFree;
-  EXPECT_FALSE(free_motion(Collocation(p, by(NlpMethod::kRiccati).mesh)));
+  EXPECT_FALSE(free_motion(StagedNlp(discretize(p, by(NlpMethod::kRiccati).mesh))));
 }
 
 }  // namespace

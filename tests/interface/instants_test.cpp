@@ -11,7 +11,7 @@
 #include <dyntape/interface/control/problem/phases.h>
 #include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 #include <dyntape/interface/control/solve/ddp.h>
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/control/solve/refine.h>
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -108,8 +108,8 @@ TEST(Instants, AreWhatTwoPhasesSay) {
   second.start << Problem::kFree, Problem::kFree;
   Phases phases("two");
   phases.add("to", first), phases.add("from", second);
-  const PhasedSolution two = optimise(phases, {.meshes = {{.intervals = 4, .evaluation = test::kInterpreted}},
-                                               .solver = {.method = NlpMethod::kRiccati}});
+  const Solution two = optimise(phases, {.meshes = {{.intervals = 4, .evaluation = test::kInterpreted}},
+                                         .solver = {.method = NlpMethod::kRiccati}});
   const Solution one = optimise(through(0.25, place), by(NlpMethod::kRiccati, 8));
   ASSERT_TRUE(one.success());
   EXPECT_NEAR(one.cost(), two.nlp.objective, 1e-7 * one.cost());
@@ -140,8 +140,8 @@ TEST(Instants, DerivativesAndNames) {
     Problem p = with_terms_at_instants();
     for (bool is_free : {false, true}) {
       if (is_free) p.free_duration(1, 4);
-      Collocation nlp(p,
-                      {.scheme = scheme_by_name(scheme), .intervals = 8, .evaluation = test::kInterpreted});
+      StagedNlp nlp =
+          discretize(p, {.scheme = scheme_by_name(scheme), .intervals = 8, .evaluation = test::kInterpreted});
       std::mt19937_64 random(5);
       std::normal_distribution<double> normal;
       std::vector<double> x = nlp.start();
@@ -160,7 +160,7 @@ TEST(Instants, DerivativesAndNames) {
 // program says of it.
 TEST(Instants, TheAuditCountsTheSameRows) {
   const Problem p = with_terms_at_instants();
-  Collocation nlp(p, {.intervals = 8, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(p, {.intervals = 8, .evaluation = test::kInterpreted});
   const std::vector<double> x = nlp.start();
   std::vector<double> g(nlp.shape().m());
   double cost = 0, worst = 0;
@@ -188,8 +188,8 @@ TEST(Instants, AMeshHasANodeThere) {
     for (double s : instants_of(many)) EXPECT_NEAR(nodes[node_at_share(many, s, nodes)], 2.5 * s, 1e-8);
   }
   // Refined meshes keep their nodes.
-  Collocation nlp(through(1. / 3, 0.4), {.intervals = 5, .evaluation = test::kInterpreted});
-  EXPECT_NO_THROW(Collocation(nlp, halved(nlp.trajectory(nlp.start()))));
+  StagedNlp nlp = discretize(through(1. / 3, 0.4), {.intervals = 5, .evaluation = test::kInterpreted});
+  EXPECT_NO_THROW(discretize(nlp, halved(nlp.trajectory(nlp.start()))));
 }
 
 TEST(Instants, WhatHasNoneIsToldSo) {
@@ -200,7 +200,7 @@ TEST(Instants, WhatHasNoneIsToldSo) {
             }).find("nothing"),
             0u);  // known at a program
   EXPECT_EQ(said([&] {
-              Collocation(p, {.nodes = {0, 0.25, 0.5, 1}, .evaluation = test::kInterpreted});
+              discretize(p, {.nodes = {0, 0.25, 0.5, 1}, .evaluation = test::kInterpreted});
             }),
             "problem \"block move\": the term \"via\" stands at 0.3 of the duration, where the mesh has no "
             "node; expected "
@@ -231,7 +231,7 @@ TEST(Instants, SolutionsHaveSlopesByAWaypoint) {
                       return vector(std::decay_t<decltype(s.t)>(s.x[0] - place(s)[0]));
                     })));
   const MeshOptions mesh{.intervals = 10, .evaluation = test::kInterpreted};
-  Collocation nlp(p, mesh);
+  StagedNlp nlp = discretize(p, mesh);
   const NlpSolution solution = solve_with_riccati(nlp, nlp.start(), {});
   MotionSensitivity sensitivity(p, mesh);
   const MotionSensitivities derivatives = sensitivity.at(p, solution);

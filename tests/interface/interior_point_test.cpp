@@ -259,7 +259,7 @@ TEST(InteriorPoint, GoalsOfFewControlsOnFineMeshes) {
     p.add(running_squares("effort", [](const auto& s) { return s.u; }));
     p.start << 0, 0, 0, 0, 0, 0;
     p.goal << 1, 1, 1, 0, 0, 0;
-    Collocation nlp(p, {.intervals = N, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(p, {.intervals = N, .evaluation = test::kInterpreted});
     const NlpSolution s = solve_nlp(nlp, nlp.start(), {.method = NlpMethod::kRiccati});
     EXPECT_EQ(s.status, SolveStatus::kSolved) << N;
     EXPECT_LE(s.iterations(), 2) << N;

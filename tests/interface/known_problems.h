@@ -45,7 +45,7 @@ struct Solved {
 };
 
 // d/dx0 (f + lambda . g), the start being variables of the program that do not move.
-inline Eigen::VectorXd slope_by_start(Collocation& program, const NlpSolution& s) {
+inline Eigen::VectorXd slope_by_start(StagedNlp& program, const NlpSolution& s) {
   const Pattern& pattern = program.shape().jacobian;
   std::vector<double> gradient(s.x.size()), jacobian(pattern.nnz());
   program.gradient(s.x.data(), gradient.data());
@@ -63,7 +63,7 @@ inline Solved solve_on(const Problem& problem, const MeshOptions& mesh, const So
                        const Trajectory* from = nullptr) {
   MeshOptions interpreted = mesh;
   interpreted.evaluation = kInterpreted;
-  Collocation program(problem, interpreted);
+  StagedNlp program = discretize(problem, interpreted);
   Solved s;
   s.nlp = solve_nlp(program,
                     from ? program.variables(resampled(problem, *from, program.times())) : program.start(),

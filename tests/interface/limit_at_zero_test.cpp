@@ -37,7 +37,7 @@ TEST_F(LimitAtZero, AMotionMayRestOnIt) {
 
 TEST_F(LimitAtZero, BeyondItIsAnExcess) {
   const Task task = read();
-  Collocation program(task.problem, task.optimise.mesh);
+  StagedNlp program = discretize(task.problem, task.optimise.mesh);
   Trajectory motion = program.trajectory(program.start());
   EXPECT_TRUE(limit_excesses(task, motion).empty());
   for (const auto& [beyond, count] : {std::pair(5e-9, 0u), {1e-5, 1u}}) {

@@ -25,7 +25,7 @@ MeshOptions mesh_of(const char* scheme, int intervals) {
   return {.scheme = scheme_by_name(scheme), .intervals = intervals, .evaluation = kInterpreted};
 }
 
-NlpSolution solved(Collocation& nlp, NlpMethod method = NlpMethod::kRiccati, double tolerance = 1e-11) {
+NlpSolution solved(StagedNlp& nlp, NlpMethod method = NlpMethod::kRiccati, double tolerance = 1e-11) {
   NlpSolution s =
       solve_nlp(nlp, nlp.start(), {.method = method, .tolerance = tolerance, .bound_relaxation = 0});
   EXPECT_TRUE(s.status == SolveStatus::kSolved || s.status == SolveStatus::kAcceptable)
@@ -50,7 +50,7 @@ TEST(MotionSensitivities, BlockMoveInClosedForm) {
   for (const double d : {1.0, 1e-6, 1e6}) {
     const Problem p = to_a_place(d);
     const MeshOptions mesh = mesh_of("hermite-simpson", 8);
-    Collocation nlp(p, mesh);
+    StagedNlp nlp = discretize(p, mesh);
     const NlpSolution s = solved(nlp);
     MotionSensitivity sensitivity(p, mesh);
     const MotionSensitivities derivatives = sensitivity.at(p, s);
@@ -76,7 +76,7 @@ TEST(MotionSensitivities, GainIsThatOfTheFirstControl) {
   const Problem p = to_a_place();
   for (const Scheme& scheme : {lobatto(5), radau(3), radau(5)}) {
     const MeshOptions mesh = mesh_of(scheme.name.c_str(), 4);
-    Collocation nlp(p, mesh);
+    StagedNlp nlp = discretize(p, mesh);
     const MotionSensitivities derivatives = MotionSensitivity(p, mesh).at(p, solved(nlp));
     ASSERT_TRUE(derivatives.good()) << derivatives.why;
     EXPECT_LT((derivatives.gain - Eigen::RowVector2d(-6, -4)).norm(), 1e-8) << scheme.name;
@@ -120,7 +120,7 @@ TEST(MotionSensitivities, GainIsRiccatisOfTheSameSteps) {
                                 .upper = {}},
                                0));
     const MeshOptions mesh = mesh_of("euler", N);
-    Collocation nlp(p, mesh);
+    StagedNlp nlp = discretize(p, mesh);
     MotionSensitivity sensitivity(p, mesh);
     const MotionSensitivities derivatives = sensitivity.at(p, solved(nlp));
     ASSERT_TRUE(derivatives.good()) << seed << ": " << derivatives.why;
@@ -144,7 +144,7 @@ TEST(MotionSensitivities, GainApproachesThatOfDifferentialDynamicProgramming) {
     const DdpSolution ddp = solve_with_ddp(p, {.intervals = N, .evaluation = kInterpreted});
     ASSERT_TRUE(ddp.success() && ddp.is_minimum);
     const MeshOptions mesh = mesh_of("hermite-simpson", N);
-    Collocation nlp(p, mesh);
+    StagedNlp nlp = discretize(p, mesh);
     MotionSensitivity sensitivity(p, mesh);
     const MotionSensitivities derivatives = sensitivity.at(p, solved(nlp));
     ASSERT_TRUE(derivatives.good()) << derivatives.why;
@@ -217,7 +217,7 @@ TEST_P(EveryMotion, SlopesAreThoseOfSolves) {
   const MeshOptions mesh = mesh_of(c.scheme, c.intervals);
   Problem p = told(c.inverse, c.limit);
   if (mesh.scheme.step) p.parameters.set("push", 0.3);
-  Collocation nlp(p, mesh);
+  StagedNlp nlp = discretize(p, mesh);
   const NlpSolution s = solved(nlp, c.method);
   MotionSensitivity sensitivity(p, mesh);
   const MotionSensitivities derivatives = sensitivity.at(p, s);
@@ -274,7 +274,7 @@ TEST_P(EveryMotion, SlopesAreThoseOfSolves) {
 TEST(MotionSensitivities, PredictionsAreOfTheFirstOrder) {
   const Problem p = told(true, 8);
   const MeshOptions mesh = mesh_of("hermite-simpson", 9);
-  Collocation nlp(p, mesh);
+  StagedNlp nlp = discretize(p, mesh);
   const NlpSolution s = solved(nlp);
   MotionSensitivity sensitivity(p, mesh);
   ASSERT_TRUE(sensitivity.at(p, s).good());
@@ -311,7 +311,7 @@ TEST(MotionSensitivities, KnowAFreeDuration) {
   p.free_duration(0.2, 5);
   p.add(running_cost("time", [w](const auto& s) { return w(s)[0]; }));
   const MeshOptions mesh = mesh_of("hermite-simpson", 10);
-  Collocation nlp(p, mesh);
+  StagedNlp nlp = discretize(p, mesh);
   const NlpSolution s = solved(nlp);
   MotionSensitivity sensitivity(p, mesh);
   const MotionSensitivities derivatives = sensitivity.at(p, s);
@@ -331,7 +331,7 @@ TEST(MotionSensitivities, KnowADurationAtItsBound) {
     p.free_duration(0.2, 1);
     p.add(running_cost("time", [w](const auto& s) { return w(s)[0]; }));
     const MeshOptions mesh = mesh_of(scheme, 10);
-    Collocation nlp(p, mesh);
+    StagedNlp nlp = discretize(p, mesh);
     const NlpSolution s = solved(nlp);
     MotionSensitivity sensitivity(p, mesh);
     const MotionSensitivities derivatives = sensitivity.at(p, s);
@@ -340,7 +340,7 @@ TEST(MotionSensitivities, KnowADurationAtItsBound) {
     EXPECT_NEAR(derivatives.parameters.cost[0], 1, 1e-7) << scheme;
     EXPECT_GT(derivatives.parameters.to[0], 1) << scheme;
     Problem given = test::block_move(0.8, 1);
-    Collocation same(given, mesh);
+    StagedNlp same = discretize(given, mesh);
     const MotionSensitivities of_given = MotionSensitivity(given, mesh).at(given, solved(same));
     ASSERT_TRUE(of_given.good());
     EXPECT_LT((derivatives.gain - of_given.gain).norm(), 1e-6) << scheme;
@@ -366,7 +366,7 @@ TEST(MotionSensitivities, PredictionsRefuseWhatTheyDoNotKnow) {
       "pace", [](const auto& s) { return vector(s.x[1]); }, VectorXd::Constant(1, -9.),
       VectorXd::Constant(1, 9.)));
   const MeshOptions mesh = mesh_of("trapezoid", 8);
-  Collocation nlp(p, mesh);
+  StagedNlp nlp = discretize(p, mesh);
   const NlpSolution s = solved(nlp);
   MotionSensitivity sensitivity(p, mesh);
   ASSERT_TRUE(sensitivity.at(p, s).good());
@@ -400,11 +400,11 @@ TEST(MotionSensitivities, PredictionsRefuseWhatTheyDoNotKnow) {
 TEST(MotionSensitivities, AreExactWhateverFoundTheSolution) {
   const Problem p = told(false, 8);
   MeshOptions mesh = mesh_of("trapezoid", 8);
-  Collocation exact(p, mesh);
+  StagedNlp exact = discretize(p, mesh);
   MotionSensitivity sensitivity(p, mesh);
   const MotionSensitivities one = sensitivity.at(p, solved(exact));
   mesh.hessian = HessianKind::kGaussNewton;
-  Collocation approximate(p, mesh);
+  StagedNlp approximate = discretize(p, mesh);
   const NlpSolution s = solved(approximate, NlpMethod::kRiccati, 1e-10);
   const MotionSensitivities other = sensitivity.at(p, s);
   ASSERT_TRUE(one.good() && other.good()) << other.why;
@@ -416,7 +416,7 @@ TEST(MotionSensitivities, AreExactWhateverFoundTheSolution) {
 TEST(MotionSensitivities, ArcsOnFineMeshesAreFlaggedUntilTheyAreTold) {
   const Problem p = told(true, 8);
   const MeshOptions mesh = mesh_of("trapezoid", 200);
-  Collocation nlp(p, mesh);
+  StagedNlp nlp = discretize(p, mesh);
   MotionSensitivity sensitivity(p, mesh);
   const MotionSensitivities loose = sensitivity.at(p, solved(nlp, NlpMethod::kRiccati, 1e-9)),
                             tight = sensitivity.at(p, solved(nlp, NlpMethod::kRiccati, 1e-13));
@@ -444,7 +444,7 @@ TEST(MotionSensitivities, ArcsOnFineMeshesAreFlaggedUntilTheyAreTold) {
 TEST(MotionSensitivities, FlagWhatHasNone) {
   const MeshOptions mesh = mesh_of("trapezoid", 8);
   const auto derivatives = [&](const Problem& p, const Problem& now) {
-    Collocation nlp(p, mesh);
+    StagedNlp nlp = discretize(p, mesh);
     MotionSensitivity sensitivity(p, mesh);
     return sensitivity.at(now, solved(nlp, NlpMethod::kRiccati, 1e-10));
   };
@@ -458,7 +458,7 @@ TEST(MotionSensitivities, FlagWhatHasNone) {
   EXPECT_TRUE(std::isnan(wrong.gain(0, 0)));
   // A limit just where the greatest force is.
   Problem weak = p;
-  Collocation free(p, mesh);
+  StagedNlp free = discretize(p, mesh);
   weak.u.upper[0] = solved(free).x[2];
   const MotionSensitivities touching = derivatives(weak, weak);
   EXPECT_EQ(touching.status, SensitivityStatus::kWeaklyActive);
@@ -471,7 +471,7 @@ TEST(MotionSensitivities, FlagWhatHasNone) {
   Problem idle = p;
   idle.terms.erase(idle.terms.begin());
   EXPECT_EQ(derivatives(idle, idle).status, SensitivityStatus::kNoStrictMinimum);
-  Collocation nlp(p, mesh_of("trapezoid", 9));
+  StagedNlp nlp = discretize(p, mesh_of("trapezoid", 9));
   MotionSensitivity sensitivity(p, mesh);
   EXPECT_EQ(message_of<ArgumentError>([&] { sensitivity.at(p, solved(nlp)); }),
             "problem \"block move\": the solution has 30 variables and 20 multipliers, on this mesh there "
@@ -482,7 +482,7 @@ TEST(MotionSensitivities, FlagWhatHasNone) {
   ASSERT_TRUE(sensitivity
                   .at(p,
                       [&] {
-                        Collocation same(p, mesh);
+                        StagedNlp same = discretize(p, mesh);
                         return solved(same);
                       }())
                   .good());

@@ -8,7 +8,7 @@
 #include <dyntape/interface/control/mpc/receding_horizon.h>
 #include <dyntape/interface/control/sensitivity/motion_sensitivities.h>
 #include <dyntape/interface/control/solve/ddp.h>
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "known_problems.h"
 #include "message_of.h"
 
@@ -196,7 +196,7 @@ TEST(MultipleShooting, WhatItDoesNotKnowIsRefused) {
       {"a"}, [](const auto& s) { return s.u[0] - s.a[0]; }, inverse.ode);
   const MeshOptions mesh{.scheme = runge_kutta_4(1), .intervals = 5, .evaluation = test::kInterpreted};
   EXPECT_EQ(
-      message_of<ArgumentError>([&] { Collocation(inverse, mesh); }),
+      message_of<ArgumentError>([&] { discretize(inverse, mesh); }),
       "problem \"block move\": the dynamics are in their inverse form, which steps do not know; expected "
       "the forward form");
   EXPECT_EQ(
@@ -205,18 +205,18 @@ TEST(MultipleShooting, WhatItDoesNotKnowIsRefused) {
       "well, which derivatives of multiple shooting do not know; expected constants");
   Problem odd = test::block_move();
   odd.rate = [](const auto& s) { return s.u; };
-  EXPECT_EQ(message_of<ArgumentError>([&] { Collocation(odd, mesh); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { discretize(odd, mesh); }),
             "problem \"block move\": the rate has 1 entries, expected one a state: 2");
   Problem wide = test::block_move();
   wide.add(running_cost("wide", [](const auto& s) { return s.x; }));
-  EXPECT_EQ(message_of<ArgumentError>([&] { Collocation(wide, mesh); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { discretize(wide, mesh); }),
             "problem \"block move\": the cost \"wide\" has 2 entries, expected a scalar");
   for (const std::vector<double>& nodes :
        {std::vector<double>{0, 0}, {0, std::nan(""), 1}, {0, 0.5, 0.5, 1}}) {
     MeshOptions odd_mesh = mesh;
     odd_mesh.nodes = nodes;
     EXPECT_NE(message_of<ArgumentError>([&] {
-                Collocation(test::block_move(), odd_mesh);
+                discretize(test::block_move(), odd_mesh);
               }).find("increasing node times"),
               std::string::npos);
   }

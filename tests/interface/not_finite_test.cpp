@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
 #include <dyntape/interface/control/solve/ddp.h>
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -41,7 +41,7 @@ TEST(NotFinite, IsNamedByEveryMethod) {
     const std::string optimised = message_of<NumericalError>(
         [&] { optimise(root(true), {.mesh = mesh, .solver = {.method = method}}); });
     expect_named(optimised);
-    Collocation nlp(root(true), mesh);
+    StagedNlp nlp = discretize(root(true), mesh);
     EXPECT_EQ(message_of<NumericalError>([&] { solve_nlp(nlp, nlp.start(), {.method = method}); }),
               optimised);
     Phases phases("root");

@@ -191,7 +191,7 @@ TEST(FreeTime, ValuesChangeInPlace) {
   };
   p.add(minimum_time(4));
   p.free_duration(0.2, 10);
-  Collocation nlp(p, on_mesh(6).mesh);
+  StagedNlp nlp = discretize(p, on_mesh(6).mesh);
   Problem now = nlp.problem();
   now.start[0] = -0.5;
   now.parameters.set("load", 2.0);
@@ -209,12 +209,12 @@ TEST(FreeTime, FinerMeshesBeginWithTheMotion) {
   Problem p = test::swing_up(0, 12);
   p.add(minimum_time(40));
   p.free_duration(0.5, 6);
-  Collocation coarse(p, on_mesh(20).mesh);
+  StagedNlp coarse = discretize(p, on_mesh(20).mesh);
   const Solution first = optimise(coarse, coarse.start(), on_mesh(20));
   ASSERT_TRUE(first.converged());
   const double T = first.motion.t.tail(1)[0];
   EXPECT_GT(std::abs(T - p.duration), 0.05);
-  Collocation finer(coarse, halved(first.motion));
+  StagedNlp finer = discretize(coarse, halved(first.motion));
   EXPECT_EQ(finer.times().size(), 81u);
   EXPECT_NEAR(finer.times().back(), T, 1e-12);
   EXPECT_EQ(finer.build().compiled, 0);
@@ -253,7 +253,8 @@ TEST(FreeTime, DerivativesAreThoseOfTheFunctions) {
   p.add(minimum_time(3));
   p.free_duration(0.5, 6);
   for (const Scheme& scheme : test::every_scheme()) {
-    Collocation nlp(p, on_mesh(scheme.step ? 20 : 4, scheme).mesh);  // differences do not resolve long steps
+    StagedNlp nlp =
+        discretize(p, on_mesh(scheme.step ? 20 : 4, scheme).mesh);  // differences do not resolve long steps
     std::vector<double> x = nlp.start();
     for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.2 * std::sin(3.0 * double(i));
     const DerivativeCheck check = check_derivatives(nlp, x);
@@ -266,7 +267,7 @@ TEST(FreeTime, MistakesAreOneSentence) {
   const auto told = [](const std::function<void(Problem&)>& change) {
     Problem p = timed_block(1, 4);
     change(p);
-    return message_of<ArgumentError>([&] { Collocation(p, on_mesh(4).mesh); });
+    return message_of<ArgumentError>([&] { discretize(p, on_mesh(4).mesh); });
   };
   EXPECT_EQ(told([](Problem&) {}), "nothing thrown");
   EXPECT_EQ(
@@ -289,7 +290,7 @@ TEST(FreeTime, MistakesAreOneSentence) {
             std::string::npos);
   EXPECT_THROW(minimum_time(-1), ArgumentError);
   Problem fixed = test::block_move();
-  Collocation nlp(fixed, on_mesh(4).mesh);
+  StagedNlp nlp = discretize(fixed, on_mesh(4).mesh);
   EXPECT_NE(message_of<ArgumentError>([&] {
               nlp.set_values(timed_block(1, 4));
             }).find("another one than was recorded"),

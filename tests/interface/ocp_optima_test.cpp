@@ -3,7 +3,7 @@
 // Known optima of problems written by hand.
 #include <gtest/gtest.h>
 
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 #include "known_problems.h"
 
 namespace dyntape {
@@ -13,7 +13,7 @@ using test::tight;
 
 NlpSolution solve_on(const Problem& problem, const Scheme& scheme, int intervals,
                      const SolverOptions& options, HessianKind hessian = HessianKind::kExact) {
-  Collocation nlp(
+  StagedNlp nlp = discretize(
       problem,
       {.scheme = scheme, .intervals = intervals, .hessian = hessian, .evaluation = test::kInterpreted});
   return solve_nlp(nlp, nlp.start(), options);

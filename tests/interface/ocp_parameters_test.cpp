@@ -97,7 +97,7 @@ struct All {
   std::vector<double> gradient, g, jacobian, hessian;
 };
 
-All evaluate_all(Collocation& nlp, const std::vector<double>& x) {
+All evaluate_all(StagedNlp& nlp, const std::vector<double>& x) {
   const NlpShape& shape = nlp.shape();
   All all{0, std::vector<double>(shape.n()), std::vector<double>(shape.m()),
           std::vector<double>(shape.jacobian.nnz()), std::vector<double>(shape.hessian.nnz())};
@@ -116,7 +116,7 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
   return most;
 }
 
-std::vector<double> wavy(const Collocation& nlp) {
+std::vector<double> wavy(const StagedNlp& nlp) {
   std::vector<double> x = nlp.start();
   for (std::size_t i = 0; i < x.size(); ++i) x[i] += 0.3 * std::sin(2.0 * double(i));
   return x;
@@ -137,10 +137,11 @@ TEST_P(EveryForm, ValuesInPlaceAreThoseOfAProgramMadeWithThem) {
                          .hessian = hessian,
                          .evaluation = test::kInterpreted};
   if (inverse && scheme_by_name(scheme).step) {  // steps know the forward form alone
-    EXPECT_THROW(Collocation(with_parameters(kOne, inverse), mesh), ArgumentError);
+    EXPECT_THROW(discretize(with_parameters(kOne, inverse), mesh), ArgumentError);
     return;
   }
-  Collocation nlp(with_parameters(kOne, inverse), mesh), made(with_constants(kOther, inverse), mesh);
+  StagedNlp nlp = discretize(with_parameters(kOne, inverse), mesh),
+            made = discretize(with_constants(kOther, inverse), mesh);
   const std::vector<double> x = wavy(nlp);
   const All before = evaluate_all(nlp, x);
   Parameters now = nlp.problem().parameters;
@@ -163,10 +164,10 @@ TEST_P(EveryForm, ValuesInPlaceAreThoseOfAProgramMadeWithThem) {
 TEST_P(EveryForm, DerivativesAreThoseOfTheFunctions) {
   const auto& [scheme, inverse, hessian] = GetParam();
   if (inverse && scheme_by_name(scheme).step) return;  // refused, see above
-  Collocation nlp(with_parameters(kOther, inverse), {.scheme = scheme_by_name(scheme),
-                                                     .intervals = 3,
-                                                     .hessian = hessian,
-                                                     .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(with_parameters(kOther, inverse), {.scheme = scheme_by_name(scheme),
+                                                                .intervals = 3,
+                                                                .hessian = hessian,
+                                                                .evaluation = test::kInterpreted});
   const DerivativeCheck check = check_derivatives(nlp, wavy(nlp));
   EXPECT_TRUE(check.good());
 }
@@ -174,7 +175,7 @@ TEST_P(EveryForm, DerivativesAreThoseOfTheFunctions) {
 TEST(OcpParameters, ASolutionInPlaceIsThatOfConstants) {
   for (const bool inverse : {false, true}) {
     const MeshOptions mesh{.intervals = 20, .evaluation = test::kInterpreted};
-    Collocation nlp(with_parameters(kOne, inverse), mesh);
+    StagedNlp nlp = discretize(with_parameters(kOne, inverse), mesh);
     const OptimiseOptions options{.mesh = mesh, .solver = {.tolerance = 1e-10}};
     const Solution first = optimise(nlp, nlp.start(), options);
     ASSERT_TRUE(first.success());
@@ -213,7 +214,7 @@ TEST(OcpParameters, EndsAndBoundsChangeInPlace) {
   };
   for (const Scheme& scheme : test::every_scheme()) {
     const MeshOptions mesh{.scheme = scheme, .intervals = 25, .evaluation = test::kInterpreted};
-    Collocation nlp(problem, mesh), made(other, mesh);
+    StagedNlp nlp = discretize(problem, mesh), made = discretize(other, mesh);
     nlp.set_values(other);
     EXPECT_EQ(nlp.shape().x_lower, made.shape().x_lower);
     EXPECT_EQ(nlp.shape().x_upper, made.shape().x_upper);
@@ -242,7 +243,7 @@ TEST(OcpParameters, NothingIsCompiledAgain) {
     return vector(s.x[1], typename std::decay_t<decltype(s.x)>::Scalar(s.u[0] / load(s)[0]));
   };
   const MeshOptions mesh{.intervals = 4, .evaluation = {.cache_folder = cache.path()}};
-  Collocation nlp(problem, mesh);
+  StagedNlp nlp = discretize(problem, mesh);
   EXPECT_EQ(nlp.build().compiled, 1);
   const std::size_t files = files_in(cache.path());
   EXPECT_GT(files, 0u);
@@ -259,7 +260,7 @@ TEST(OcpParameters, NothingIsCompiledAgain) {
   EXPECT_EQ(files_in(cache.path()), files);
   // Values are not in the keys of the cache either: another program with others finds its functions there.
   problem.parameters.set("load", 7.0);
-  const Collocation again(problem, mesh);
+  const StagedNlp again = discretize(problem, mesh);
   EXPECT_EQ(again.build().compiled, 0);
   EXPECT_EQ(again.build().from_cache, 1);
   EXPECT_EQ(files_in(cache.path()), files);
@@ -388,7 +389,7 @@ TEST(OcpParameters, MistakesAreOneSentence) {
 
 // What cannot be taken changes nothing.
 TEST(OcpParameters, ValuesThatDoNotFitLeaveAProgramAsItWas) {
-  Collocation nlp(with_parameters(kOne), {.intervals = 6, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(with_parameters(kOne), {.intervals = 6, .evaluation = test::kInterpreted});
   const std::vector<double> x = wavy(nlp);
   const All before = evaluate_all(nlp, x);
   const auto refused = [&](const std::function<void(Problem&)>& change) {
@@ -419,7 +420,7 @@ TEST(OcpParameters, ValuesThatDoNotFitLeaveAProgramAsItWas) {
 
 // An x that is no number is none of what was evaluated before.
 TEST(OcpParameters, NothingStaleIsGivenForWhatIsNoNumber) {
-  Collocation nlp(with_parameters(kOne), {.intervals = 6, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(with_parameters(kOne), {.intervals = 6, .evaluation = test::kInterpreted});
   const std::vector<double> x = wavy(nlp), none(x.size(), std::nan(""));
   std::vector<double> slope(x.size());
   double cost = 0;
@@ -439,7 +440,7 @@ TEST(OcpParameters, ValuesThatFailLaterAreErrorsEverywhere) {
     Problem p = soft(kOne);
     p.parameters.set("push", late(bad));
     EXPECT_NE(message_of<ArgumentError>([&] {
-                Collocation(p, {.intervals = 6, .evaluation = test::kInterpreted});
+                discretize(p, {.intervals = 6, .evaluation = test::kInterpreted});
               }).find("\"push\""),
               std::string::npos);
     EXPECT_NE(message_of<ArgumentError>([&] {

@@ -172,7 +172,7 @@ TEST(Verification, SaysWhichIntervalCannotBeSimulated) {
     using std::log;
     return vector(s.x[1], s.u[0] + log(0.5 - s.t));
   };
-  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(p, {.intervals = 4, .evaluation = test::kInterpreted});
   const Verification v = verify(p, nlp.trajectory(nlp.start()));
   EXPECT_TRUE(std::isnan(v.worst_defect));
   EXPECT_TRUE(std::isnan(v.miss));

@@ -3,12 +3,10 @@
 // The program that collocation makes: derivatives, patterns, names, and what it allocates.
 #include <gtest/gtest.h>
 
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <limits>
@@ -69,7 +67,7 @@ Problem inverse_form() {
   return p;
 }
 
-std::vector<double> random_point(const Collocation& nlp, unsigned seed) {
+std::vector<double> random_point(const StagedNlp& nlp, unsigned seed) {
   std::mt19937_64 random(seed);
   std::normal_distribution<double> normal;
   std::vector<double> x = nlp.start();
@@ -93,7 +91,7 @@ TEST_P(EveryScheme, DerivativesAreThoseOfTheFunctions) {
     if (scheme.step) problem.duration /= 10;  // what long steps curve differences do not resolve
     std::vector<double> nodes{0, 0.3 * problem.duration, 0.4 * problem.duration, problem.duration};
     if (scheme.spans_all) nodes = {0, problem.duration};
-    Collocation nlp(problem, {.scheme = scheme, .nodes = nodes, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(problem, {.scheme = scheme, .nodes = nodes, .evaluation = test::kInterpreted});
     for (unsigned seed = 1; seed <= 3; ++seed) {
       const DerivativeCheck check = check_derivatives(nlp, random_point(nlp, seed), {.seed = seed});
       EXPECT_TRUE(check.good()) << problem.name << ", seed " << seed << ": " << check.mismatches[0].row
@@ -111,7 +109,7 @@ TEST_P(EveryScheme, PatternsAreExact) {
   problem.add(terminal_cost("end", [](const auto& s) { return s.x[0] * s.u[0] * s.u[0]; }));
   const Scheme scheme = scheme_by_name(GetParam());
   const int n = scheme.spans_all ? 1 : 3;
-  Collocation nlp(problem, {.scheme = scheme, .intervals = n, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(problem, {.scheme = scheme, .intervals = n, .evaluation = test::kInterpreted});
   const NlpShape& shape = nlp.shape();
   const std::vector<double> x = random_point(nlp, 7);
   std::vector<double> lambda(shape.m(), 0.0);
@@ -153,7 +151,7 @@ TEST_P(EveryScheme, PatternsAreExact) {
 }
 
 TEST(Collocation, PatternsAreSortedAndHaveEachPlaceOnce) {
-  Collocation nlp(with_every_kind_of_term(), {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(with_every_kind_of_term(), {.intervals = 4, .evaluation = test::kInterpreted});
   for (const Pattern* pattern : {&nlp.shape().jacobian, &nlp.shape().hessian}) {
     for (std::size_t k = 1; k < pattern->nnz(); ++k) {
       const auto before = std::pair(pattern->row[k - 1], pattern->col[k - 1]);
@@ -167,9 +165,10 @@ TEST(Collocation, GaussNewtonIsTwiceTheSquareOfTheJacobianOfTheResiduals) {
   Problem problem = test::block_move();
   problem.add(running_squares("tracking", [](const auto& s) { return (s.x * 3.0 + s.x.reverse()).eval(); }));
   problem.add(terminal_squares("end", [](const auto& s) { return (s.x[0] - 2.0 * s.x[1]); }));
-  Collocation exact(problem, {.intervals = 3, .evaluation = test::kInterpreted}),
-      squares(problem,
-              {.intervals = 3, .hessian = HessianKind::kGaussNewton, .evaluation = test::kInterpreted});
+  MeshOptions mesh{.intervals = 3, .evaluation = test::kInterpreted};
+  StagedNlp exact = discretize(problem, mesh);
+  mesh.hessian = HessianKind::kGaussNewton;
+  StagedNlp squares = discretize(problem, mesh);
   ASSERT_EQ(exact.shape().hessian, squares.shape().hessian);
   const std::vector<double> x = random_point(exact, 3), lambda(exact.shape().m(), 1.0);
   std::vector<double> a(exact.shape().hessian.nnz()), b(a.size());
@@ -183,7 +182,7 @@ TEST(Collocation, EvaluationsAllocateNothing) {
   const auto cache = std::filesystem::temp_directory_path() / ("dyntape-ocp-" + std::to_string(getpid()));
   for (Route route : {Route::kInterpreter, Route::kAutomatic}) {
     for (HessianKind kind : {HessianKind::kExact, HessianKind::kGaussNewton}) {
-      Collocation nlp(
+      StagedNlp nlp = discretize(
           test::swing_up(1.0),
           {.intervals = 20, .hessian = kind, .evaluation = {.route = route, .cache_folder = cache.string()}});
       std::vector<std::vector<double>> points;
@@ -204,8 +203,8 @@ TEST(Collocation, EvaluationsAllocateNothing) {
 }
 
 TEST(Collocation, NamesVariablesAndConstraints) {
-  Collocation nlp(with_every_kind_of_term(),
-                  {.scheme = trapezoid(), .intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(with_every_kind_of_term(),
+                             {.scheme = trapezoid(), .intervals = 4, .evaluation = test::kInterpreted});
   EXPECT_EQ(nlp.variable_name(0), "p at point 0 (t = 0 s)");
   EXPECT_EQ(nlp.variable_name(9), "u at point 1 (t = 0.5 s)");
   EXPECT_EQ(nlp.constraint_name(5), "defect of th in interval 1");
@@ -216,7 +215,7 @@ TEST(Collocation, NamesVariablesAndConstraints) {
 TEST(Collocation, RefusesWhatDoesNotFit) {
   const auto message = [](const Problem& problem, const MeshOptions& mesh) {
     try {
-      Collocation nlp(problem, mesh);
+      StagedNlp nlp = discretize(problem, mesh);
     } catch (const ArgumentError& e) {
       return std::string(e.what());
     }
@@ -251,7 +250,7 @@ TEST(Collocation, RefusesBoundsThatAreEmpty) {
   const double infinity = std::numeric_limits<double>::infinity();
   const auto message = [](const Problem& problem) {
     try {
-      Collocation nlp(problem, {.intervals = 2, .evaluation = test::kInterpreted});
+      StagedNlp nlp = discretize(problem, {.intervals = 2, .evaluation = test::kInterpreted});
     } catch (const ArgumentError& e) {
       return std::string(e.what());
     }
@@ -288,7 +287,7 @@ TEST(Collocation, RefusesAStartThatIsNoNumber) {
     return std::string("nothing thrown");
   };
   const MeshOptions mesh{.intervals = 2, .evaluation = test::kInterpreted};
-  Collocation nlp(test::block_move(), mesh);
+  StagedNlp nlp = discretize(test::block_move(), mesh);
   for (double bad : {std::nan(""), HUGE_VAL}) {
     std::vector<double> start = nlp.start();
     start[3] = bad;
@@ -297,10 +296,10 @@ TEST(Collocation, RefusesAStartThatIsNoNumber) {
   }
   Problem from = test::block_move(), to = from;
   from.start[0] = -HUGE_VAL;
-  EXPECT_NE(message([&] { Collocation(from, mesh); }).find("the start of \"p\" is -inf, expected a number"),
+  EXPECT_NE(message([&] { discretize(from, mesh); }).find("the start of \"p\" is -inf, expected a number"),
             std::string::npos);
   to.goal[1] = HUGE_VAL;
-  EXPECT_NE(message([&] { Collocation(to, mesh); }).find("the goal of \"v\" is inf, expected a number"),
+  EXPECT_NE(message([&] { discretize(to, mesh); }).find("the goal of \"v\" is inf, expected a number"),
             std::string::npos);
 }
 
@@ -320,8 +319,8 @@ TEST(Collocation, MeshesEndAtTheDurationWhateverRoundingDoes) {
     ASSERT_EQ(node_times(p, {.nodes = summed}).back(), p.duration) << "seed 17, trial " << trial;
   }
   for (const auto& [duration, intervals] : {std::pair{0.8, 24}, {0.9, 36}, {0.7, 48}}) {
-    Collocation nlp(test::block_move(1, duration),
-                    {.intervals = intervals, .evaluation = test::kInterpreted});
+    StagedNlp nlp =
+        discretize(test::block_move(1, duration), {.intervals = intervals, .evaluation = test::kInterpreted});
     EXPECT_EQ(nlp.times().back(), duration);
   }
   p.duration = 1;
@@ -334,7 +333,8 @@ TEST(Collocation, MeshesEndAtTheDurationWhateverRoundingDoes) {
 // The kind of Hessian is the program's, whatever the options of the call say.
 TEST(Collocation, KnowsItsKindOfHessian) {
   for (HessianKind kind : {HessianKind::kLimitedMemory, HessianKind::kGaussNewton, HessianKind::kExact}) {
-    Collocation nlp(test::swing_up(), {.intervals = 20, .hessian = kind, .evaluation = test::kInterpreted});
+    StagedNlp nlp =
+        discretize(test::swing_up(), {.intervals = 20, .hessian = kind, .evaluation = test::kInterpreted});
     EXPECT_THROW(optimise(nlp, {1, 2, 3}, {}), ArgumentError);
     const Solution s = optimise(nlp, nlp.start(), {.verify = false});
     EXPECT_NEAR(s.cost(), 58.70267, 1e-4) << int(kind);
@@ -344,19 +344,19 @@ TEST(Collocation, KnowsItsKindOfHessian) {
 }
 
 // A program that lies about one derivative is found out, by name.
-class Liar : public Collocation {
+class Liar : public StagedNlp {
  public:
   Liar(bool first, bool second)
-      : Collocation(test::swing_up(), {.intervals = 5, .evaluation = test::kInterpreted}),
+      : StagedNlp(discretize(test::swing_up(), {.intervals = 5, .evaluation = test::kInterpreted})),
         first_(first),
         second_(second) {}
   bool jacobian(const double* x, double* nonzeros) override {
-    const bool good = Collocation::jacobian(x, nonzeros);
+    const bool good = StagedNlp::jacobian(x, nonzeros);
     if (first_) nonzeros[40] += 1e-3;
     return good;
   }
   bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override {
-    const bool good = Collocation::hessian(x, sigma, lambda, nonzeros);
+    const bool good = StagedNlp::hessian(x, sigma, lambda, nonzeros);
     if (second_) nonzeros[17] += 1e-3;
     return good;
   }
@@ -384,7 +384,7 @@ TEST(Kkt, PricesHaveASign) {
   p.add(path_inequality(
       "from below", [](const auto& s) { return s.x; }, Eigen::Vector2d(-1e3, -1e3),
       Eigen::Vector2d::Constant(HUGE_VAL)));
-  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(p, {.intervals = 4, .evaluation = test::kInterpreted});
   const NlpSolution good = solve_with_ipopt(nlp, nlp.start());
   EXPECT_LT(kkt_residuals(nlp, good).complementarity, 1e-5);
   for (const auto& spoil : std::vector<std::function<void(NlpSolution&)>>{
@@ -398,7 +398,7 @@ TEST(Kkt, PricesHaveASign) {
 }
 
 TEST(Kkt, WhatIsNoNumberIsNotOptimal) {
-  Collocation nlp(test::block_move(), {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(test::block_move(), {.intervals = 4, .evaluation = test::kInterpreted});
   const NlpSolution good = solve_with_ipopt(nlp, nlp.start());
   ASSERT_LT(kkt_residuals(nlp, good).stationarity, 1e-6);
   for (std::size_t j = 0; j < good.lambda.size(); ++j) {
@@ -452,48 +452,6 @@ TEST(Verification, TheMissFallsWithTheFourthPowerOfTheStep) {
     }
     previous = s.verification.miss;
   }
-}
-
-// A limit on what the process may have, for a test.
-class AddressSpace {
- public:
-  explicit AddressSpace(rlim_t bytes) {
-    getrlimit(RLIMIT_AS, &given_);
-    const rlimit limit{std::min(bytes, given_.rlim_max), given_.rlim_max};
-    setrlimit(RLIMIT_AS, &limit);
-  }
-  ~AddressSpace() { setrlimit(RLIMIT_AS, &given_); }
-
- private:
-  struct rlimit given_ {};
-};
-
-// Refused with one sentence, before the memory is asked for.
-TEST(Size, OfAProgramIsBounded) {
-  const auto message = [](int intervals) -> std::string {
-    try {
-      Collocation(test::swing_up(), {.intervals = intervals, .evaluation = test::kInterpreted});
-      return "";
-    } catch (const ArgumentError& e) {
-      return e.what();
-    }
-  };
-  const auto begin = std::chrono::steady_clock::now();
-  for (int intervals : {30'000'000, std::numeric_limits<int>::max()}) {
-    EXPECT_NE(
-        message(intervals).find("problem \"cart-pole\": " + std::to_string(intervals) + " intervals make "),
-        std::string::npos)
-        << message(intervals);
-  }
-  const AddressSpace small(rlim_t{16} << 30);
-  const std::string million = message(1'000'000);
-  EXPECT_NE(million.find("expected at most "), std::string::npos) << million;
-  const int most = std::stoi(million.substr(million.find("expected at most ") + 17));
-  EXPECT_GT(most, 100'000);
-  EXPECT_LT(most, 500'000);
-  EXPECT_NE(message(most + 1), "");
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(10));
-  EXPECT_EQ(message(most / 100), "");
 }
 
 }  // namespace

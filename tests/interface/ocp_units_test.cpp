@@ -84,7 +84,7 @@ TEST_P(EveryKind, OptimumAndVerdictDoNotDependOnThem) {
 // A motion that is a little wrong is as wrong in any units.
 TEST(Violation, DoesNotDependOnThem) {
   const auto of_moved = [](const Units& unit) {
-    Collocation nlp(hills(unit), {.intervals = 10, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(hills(unit), {.intervals = 10, .evaluation = test::kInterpreted});
     Trajectory motion = nlp.trajectory(nlp.start());
     motion.u(0, 3) = 6.001 * unit.force();
     return verify(nlp.problem(), motion, ScaledNlp(nlp, nlp.scaling(nlp.start())).units());
@@ -101,7 +101,7 @@ TEST(Violation, DoesNotDependOnThem) {
 }
 
 TEST(Violation, AsksForMagnitudesOfItsProgram) {
-  Collocation nlp(hills({1, 1, 1}), {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(hills({1, 1, 1}), {.intervals = 4, .evaluation = test::kInterpreted});
   const Trajectory motion = nlp.trajectory(nlp.start());
   NlpScaling of_another = nlp.scaling(nlp.start());
   EXPECT_EQ(of_another.x.size(), nlp.shape().n());
@@ -110,7 +110,7 @@ TEST(Violation, AsksForMagnitudesOfItsProgram) {
 }
 
 TEST(ScaledNlp, SolutionsComeBackToTheProgramsUnits) {
-  Collocation nlp(hills({1e-3, 10, 2}), {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(hills({1e-3, 10, 2}), {.intervals = 4, .evaluation = test::kInterpreted});
   ScaledNlp scaled(nlp, nlp.scaling(nlp.start()));
   const NlpSolution own = solve_with_ipopt(nlp, nlp.start());
   const NlpSolution again = scaled.in_own_units(scaled.in_scaled_units(own));
@@ -126,7 +126,7 @@ TEST(ScaledNlp, SolutionsComeBackToTheProgramsUnits) {
 }
 
 TEST(ScaledNlp, DerivativesAreThoseOfItsFunctions) {
-  Collocation nlp(hills({1e-3, 10, 2}), {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(hills({1e-3, 10, 2}), {.intervals = 4, .evaluation = test::kInterpreted});
   ScaledNlp scaled(nlp, nlp.scaling(nlp.start()));
   EXPECT_TRUE(check_derivatives(scaled, scaled.in_scaled_units(nlp.start())).good());
 }
@@ -136,7 +136,7 @@ TEST(Magnitudes, OfWhatStandsStillComeFromWhatMovesIt) {
   Problem p = test::swing_up();
   p.goal[0] = 1e-17;
   p.guess = nullptr;
-  Collocation nlp(p, {.intervals = 10, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(p, {.intervals = 10, .evaluation = test::kInterpreted});
   const NlpScaling m = nlp.scaling(nlp.start());
   for (double x : m.x) EXPECT_GT(x, 0.1);
   for (double g : m.g) EXPECT_GT(g, 0.1);
@@ -227,14 +227,14 @@ TEST(Magnitudes, OfStiffSpringsAndNarrowBoundsAreNoWrongDerivatives) {
     p.add(running_squares("effort", [](const auto& s) { return s.u; }));
     p.start << 0, 0, 0, 0;
     p.goal << 1, 1, 0, 0;
-    Collocation nlp(p, {.intervals = 6, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(p, {.intervals = 6, .evaluation = test::kInterpreted});
     EXPECT_TRUE(check_derivatives(nlp, nlp.start()).good()) << stiffness;
   }
   for (double bound : {1e-9, 1e-300}) {
     Problem p = test::block_move();
     p.x.lower[1] = -bound;
     p.x.upper[1] = bound;
-    Collocation nlp(p, {.intervals = 6, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(p, {.intervals = 6, .evaluation = test::kInterpreted});
     EXPECT_TRUE(check_derivatives(nlp, nlp.start()).good()) << bound;
   }
 }
@@ -244,7 +244,7 @@ TEST(Magnitudes, OfAShortWayFarFromZeroAreNoWrongDerivatives) {
   for (double place : {1e3, 1e6, 1e8}) {
     Problem p = hills({1, 1, 1});
     p.start[0] += place, p.goal[0] += place;
-    Collocation nlp(p, {.intervals = 6, .evaluation = test::kInterpreted});
+    StagedNlp nlp = discretize(p, {.intervals = 6, .evaluation = test::kInterpreted});
     EXPECT_TRUE(check_derivatives(nlp, nlp.start()).good()) << place;
   }
 }
@@ -285,7 +285,7 @@ TEST(Magnitudes, OfRowsThatLackRoundingComeFromTheOthers) {
   });
   p.add(running_squares("effort", [](const auto& s) { return s.u; }));
   p.start << 0, 0, 0, 0;
-  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(p, {.intervals = 4, .evaluation = test::kInterpreted});
   const std::vector<double> start = nlp.start();
   for (double x : nlp.scaling(start).x) EXPECT_GT(x, 1e-6);
   EXPECT_TRUE(check_derivatives(nlp, start).good());
@@ -300,7 +300,7 @@ TEST(Magnitudes, OfEndsThatLackRoundingComeFromTheOthers) {
     return vector(T(s.x[0] - 1.0), T(s.x[1] + 1e-3 * s.x[0] + 1e-19));
   }));
   p.start << 0, 0;
-  Collocation nlp(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  StagedNlp nlp = discretize(p, {.intervals = 4, .evaluation = test::kInterpreted});
   for (double x : nlp.scaling(nlp.start()).x) EXPECT_GT(x, 1e-6);
   EXPECT_TRUE(optimise(nlp, nlp.start(), {}).success());
 }
@@ -320,7 +320,7 @@ TEST(Magnitudes, OfACosineAtItsTopComeFromAround) {
         return vector(cos(s.x[0] / length) - target);
       }));
       p.start << angle * length, 0;
-      Collocation nlp(p, {.intervals = 10, .evaluation = test::kInterpreted});
+      StagedNlp nlp = discretize(p, {.intervals = 10, .evaluation = test::kInterpreted});
       const NlpScaling m = nlp.scaling(nlp.start());
       EXPECT_GT(m.x[0] / length, 0.02) << length << " " << angle;
       EXPECT_LT(m.x[0] / length, 20) << length << " " << angle;

@@ -171,7 +171,7 @@ TEST(Penalties, WrongOnesAreRefusedInOneSentence) {
             "the soft term \"zero\" has a weight of -1, expected a positive number");
   Problem p = test::block_move();
   p.add(soft(path_inequality("two", all_states(), one(0), one(1)), Quadratic{}));
-  EXPECT_EQ(message_of<ArgumentError>([&] { Collocation(p, {.evaluation = test::kInterpreted}); }),
+  EXPECT_EQ(message_of<ArgumentError>([&] { discretize(p, {.evaluation = test::kInterpreted}); }),
             "the soft term \"two\" has 2 entries, its bounds have 1 and 1");
 }
 

@@ -222,7 +222,7 @@ TEST_F(PhasesTask, DurationsAreThoseOfTheHorizonOrOfThePhase) {
   EXPECT_NEAR(phased.solution.cost(), plain.solution.cost(), 1e-8);
   EXPECT_NEAR(phased.duration(), plain.duration(), 1e-6);
   EXPECT_FALSE(phased.free_time.has_value());
-  ASSERT_EQ(phased.phases.size(), 1u);
+  ASSERT_EQ(phased.solution.phases.size(), 1u);
 }
 
 // What draws to the goal draws to that of the whole motion, in every phase, and what draws at its end does so only there.

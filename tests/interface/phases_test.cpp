@@ -5,7 +5,7 @@
 
 #include <random>
 
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -18,13 +18,13 @@ using Eigen::VectorXd;
 
 class PhasesBy : public testing::TestWithParam<NlpMethod> {
  protected:
-  PhasedSolution solved(const Phases& phases, std::vector<MeshOptions> meshes = {{.intervals = 10}}) {
+  Solution solved(const Phases& phases, std::vector<MeshOptions> meshes = {{.intervals = 10}}) {
     for (MeshOptions& mesh : meshes) mesh.evaluation = test::kInterpreted;
-    const PhasedSolution s =
+    const Solution s =
         optimise(phases, {.meshes = std::move(meshes), .solver = {.method = GetParam(), .tolerance = 1e-10}});
     EXPECT_TRUE(s.success()) << describe(s.nlp.status);
     EXPECT_LT(s.link_violation, 1e-8);
-    for (const Verification& v : s.verifications) EXPECT_LT(v.violation, 1e-8) << v.worst_row;
+    EXPECT_LT(s.verification.violation, 1e-8) << s.verification.worst_row;
     return s;
   }
 };
@@ -56,16 +56,17 @@ TEST_P(PhasesBy, AMotionCutInPiecesIsTheSame) {
   cut.add("first", from(push(0.3), 0, 0));
   cut.add("second", push(0.5));
   cut.add("third", to(push(0.2), 1, 0));
-  const PhasedSolution s = solved(cut, {{.intervals = 3}, {.intervals = 7}, {.intervals = 2}});
+  const Solution s = solved(cut, {{.intervals = 3}, {.intervals = 7}, {.intervals = 2}});
   EXPECT_NEAR(s.cost(), 12, 1e-8);
-  EXPECT_DOUBLE_EQ(s.begin(2), 0.8);
-  const auto [t, x] = s.states();
+  EXPECT_DOUBLE_EQ(s.phases[2].begin, 0.8);
+  const Eigen::VectorXd& t = s.motion.t;
+  const MatrixXd& x = s.motion.x;
   ASSERT_EQ(t.size(), 27);
   for (Eigen::Index i = 0; i < t.size(); ++i) EXPECT_NEAR(x(0, i), t[i] * t[i] * (3 - 2 * t[i]), 1e-8);
   for (std::size_t k = 0; k < 3; ++k) {
-    const Trajectory& motion = s.motions[k];
+    const Trajectory& motion = s.phases[k].motion;
     for (int i = 0; i < motion.points(); ++i) {
-      const double t = s.begin(k) + motion.t[i];
+      const double t = s.phases[k].begin + motion.t[i];
       EXPECT_NEAR(motion.x(0, i), t * t * (3 - 2 * t), 1e-8);
       EXPECT_NEAR(motion.u(0, i), 6 - 12 * t, 1e-6);
     }
@@ -97,9 +98,9 @@ TEST_P(PhasesBy, ALinkChangesTheState) {
     using T = std::decay_t<decltype(s.t)>;
     return vector(T(s.x[0]), T(-e * s.x[1]));
   });
-  const PhasedSolution s = solved(bounce);
+  const Solution s = solved(bounce);
   EXPECT_NEAR(s.cost(), 24 - 9 * (1 + e) * (1 + e) / (1 + e * e), 1e-8);
-  EXPECT_NEAR(s.motions[0].x(1, s.motions[0].points() - 1), 1.5 * (1 + e) / (1 + e * e), 1e-7);
+  EXPECT_NEAR(s.phases[0].motion.x(1, s.phases[0].motion.points() - 1), 1.5 * (1 + e) / (1 + e * e), 1e-7);
 }
 
 // The least over the speed at the wall, of the same two costs with another law of impact, found by bisection of its slope.
@@ -120,7 +121,7 @@ TEST_P(PhasesBy, ALinkMayBeCurved) {
     using T = std::decay_t<decltype(s.t)>;
     return vector(T(s.x[0]), T(-0.8 * s.x[1] + 0.1 * s.x[1] * s.x[1]));
   });
-  const PhasedSolution s = solved(bounce);
+  const Solution s = solved(bounce);
   EXPECT_NEAR(s.cost(), least, 1e-8 * least);
 }
 
@@ -135,9 +136,9 @@ TEST_P(PhasesBy, DurationsMayBeFree) {
     p.start.setConstant(Problem::kFree), p.goal.setConstant(Problem::kFree);
     bang.add(u > 0 ? "faster" : "slower", u > 0 ? from(p, 0, 0) : to(p, 1, 0));
   }
-  const PhasedSolution s = solved(bang);
+  const Solution s = solved(bang);
   EXPECT_NEAR(s.cost(), 2, 1e-8);
-  EXPECT_NEAR(s.begin(1), 1, 1e-8);
+  EXPECT_NEAR(s.phases[1].begin, 1, 1e-8);
 }
 
 // States of another kind: a phase that has one less.
@@ -149,9 +150,9 @@ TEST_P(PhasesBy, PhasesMayHaveOtherStates) {
   still.start.setConstant(Problem::kFree), still.goal << 1;
   stop.add("slide", still, [](const auto& s) { return s.x.head(1).eval(); });
   // To (d, v free): 3 d^2; then (1 - d)^2: least at d = 1/4.
-  const PhasedSolution s = solved(stop);
+  const Solution s = solved(stop);
   EXPECT_NEAR(s.cost(), 0.75, 1e-8);
-  EXPECT_NEAR(s.motions[1].x(0, 0), 0.25, 1e-8);
+  EXPECT_NEAR(s.phases[1].motion.x(0, 0), 0.25, 1e-8);
 }
 
 Phases forced() {
@@ -170,9 +171,9 @@ Phases forced() {
 
 // x'' + 0.2 x' + x = cos 2t: the motion that goes on for ever is a cos 2t + b sin 2t.
 TEST_P(PhasesBy, AClosedMotionIsPeriodic) {
-  const PhasedSolution s = solved(forced(), {{.intervals = 60}});
+  const Solution s = solved(forced(), {{.intervals = 60}});
   const double a = 1 / (-3 - 0.16 / 3), b = -0.4 * a / 3;
-  const Trajectory& motion = s.motions[0];
+  const Trajectory& motion = s.phases[0].motion;
   for (int i = 0; i < motion.points(); ++i)
     EXPECT_NEAR(motion.x(0, i), a * std::cos(2 * motion.t[i]) + b * std::sin(2 * motion.t[i]), 1e-6);
   EXPECT_LT(s.link_violation, 1e-10);
@@ -210,7 +211,7 @@ TEST(Phases, ClosedMotionsAreSolvedByBothMethods) {
       return optimise(cycle, {.meshes = {{.intervals = intervals, .evaluation = test::kInterpreted}},
                               .solver = {.method = method, .tolerance = 1e-10}});
     };
-    const PhasedSolution stages = by(NlpMethod::kRiccati), ipopt = by(NlpMethod::kIpopt);
+    const Solution stages = by(NlpMethod::kRiccati), ipopt = by(NlpMethod::kIpopt);
     ASSERT_TRUE(stages.success() && ipopt.success()) << k << describe(stages.nlp.status);
     EXPECT_LT(stages.link_violation, 1e-9);
     EXPECT_LT(stages.kkt.stationarity, 1e-8);
@@ -226,7 +227,7 @@ TEST(Phases, ClosedMotionsAreSolvedByBothMethods) {
 TEST(Phases, MistakesAreOneSentence) {
   const auto told = [](const Phases& phases, std::vector<MeshOptions> meshes = {{}}) {
     for (MeshOptions& mesh : meshes) mesh.evaluation = test::kInterpreted;
-    return message_of<ArgumentError>([&] { PhasedCollocation(phases, meshes); });
+    return message_of<ArgumentError>([&] { discretize(phases, meshes); });
   };
   EXPECT_EQ(told(Phases("none")), "phases \"none\": there are none");
   Phases two("two");
@@ -240,8 +241,6 @@ TEST(Phases, MistakesAreOneSentence) {
   Phases twice = two;
   twice.add("one", push(1));
   EXPECT_EQ(told(twice), "phases \"two\": two are called \"one\"");
-  EXPECT_EQ(message_of<ArgumentError>([] { PhasedSolution().begin(1); }),
-            "there is no phase 1, expected a number below 0");
   Phases first("first");
   first.add("one", push(1), [](const auto& s) { return s.x; });
   EXPECT_NE(told(first).find("the first, \"one\", has a link, but nothing is before it"), std::string::npos);
@@ -302,10 +301,12 @@ TEST(Phases, NamesSayWhichPhase) {
   Phases two("two");
   two.add("one", from(push(1), 0, 0));
   two.add("other", to(push(1), 1, 0));
-  const PhasedCollocation nlp(two, {{.intervals = 2, .evaluation = test::kInterpreted}});
+  const StagedNlp nlp = discretize(two, {{.intervals = 2, .evaluation = test::kInterpreted}});
   EXPECT_EQ(nlp.variable_name(0), "one: p at point 0 (t = 0 s)");
   EXPECT_EQ(nlp.variable_name(16), "other: v at point 0 (t = 0 s)");
-  const std::size_t link = nlp.phase(0).shape().m();
+  const std::vector<RowBlock>& rows = nlp.program().rows;
+  const auto is_link = [](const RowBlock& block) { return block.kind == RowBlock::Kind::kLink; };
+  const std::size_t link = std::find_if(rows.begin(), rows.end(), is_link)->row;
   EXPECT_EQ(nlp.constraint_name(link + 1), "link from \"one\" to \"other\": v");
   EXPECT_EQ(nlp.constraint_name(link + 2).rfind("other: ", 0), 0u);
 }

@@ -7,7 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/control/solve/refine.h>
 #include "known_problems.h"
 #include "message_of.h"
@@ -94,10 +94,10 @@ TEST(SchemeFamilies, PseudospectralIsOfOneInterval) {
   const Problem p = test::block_move();
   const auto said = [&](int intervals, std::vector<double> nodes = {}) {
     return message_of<ArgumentError>([&] {
-      Collocation(p, {.scheme = pseudospectral(16),
-                      .intervals = intervals,
-                      .nodes = nodes,
-                      .evaluation = test::kInterpreted});
+      discretize(p, {.scheme = pseudospectral(16),
+                     .intervals = intervals,
+                     .nodes = nodes,
+                     .evaluation = test::kInterpreted});
     });
   };
   EXPECT_EQ(
@@ -107,9 +107,10 @@ TEST(SchemeFamilies, PseudospectralIsOfOneInterval) {
   EXPECT_NE(said(1, {0, 0.5, 1}).find("got 2"), std::string::npos);
   EXPECT_EQ(said(1), "nothing thrown");
   EXPECT_NE(said(0).find("at least one interval"), std::string::npos);
-  const Collocation one(p, {.scheme = pseudospectral(8), .intervals = 1, .evaluation = test::kInterpreted});
+  const StagedNlp one =
+      discretize(p, {.scheme = pseudospectral(8), .intervals = 1, .evaluation = test::kInterpreted});
   EXPECT_NE(message_of<ArgumentError>([&] {
-              Collocation(one, {0, 0.5, 1});
+              discretize(one, {0, 0.5, 1});
             }).find("is of one interval"),
             std::string::npos);
   for (const Scheme& scheme : test::every_scheme()) EXPECT_EQ(scheme.fault_on(100), "") << scheme.name;
@@ -255,25 +256,25 @@ TEST(SchemeFamilies, InPhases) {
   first.start << 0, 0, last.goal << 1, 0;
   phases.add("first", first), phases.add("second", part(0.5)), phases.add("third", last);
   for (const NlpMethod method : {NlpMethod::kIpopt, NlpMethod::kRiccati}) {
-    const PhasedSolution s =
+    const Solution s =
         optimise(phases, {.meshes = {{.scheme = radau(3), .intervals = 2, .evaluation = test::kInterpreted},
                                      {.scheme = lobatto(5), .intervals = 1, .evaluation = test::kInterpreted},
                                      {.scheme = radau(4), .intervals = 3, .evaluation = test::kInterpreted}},
                           .solver = {.method = method, .tolerance = 1e-10}});
     ASSERT_TRUE(s.success());
     EXPECT_NEAR(s.cost(), 12, 1e-8);
-    for (const Verification& v : s.verifications) EXPECT_LT(v.violation, 1e-8) << v.worst_row;
+    EXPECT_LT(s.verification.violation, 1e-8) << s.verification.worst_row;
   }
 }
 
 // The motion on a finer mesh of the same functions is nearly solved.
 TEST(SchemeFamilies, MeshesAreRefined) {
   for (const Scheme& scheme : {lobatto(5), radau(4)}) {
-    Collocation coarse(test::swing_up(),
-                       {.scheme = scheme, .intervals = 20, .evaluation = test::kInterpreted});
+    StagedNlp coarse =
+        discretize(test::swing_up(), {.scheme = scheme, .intervals = 20, .evaluation = test::kInterpreted});
     const OptimiseOptions options{.solver = {.method = NlpMethod::kRiccati}};
     const Solution before = optimise(coarse, coarse.start(), options);
-    Collocation finer(coarse, halved(before.motion));
+    StagedNlp finer = discretize(coarse, halved(before.motion));
     const Solution after =
         optimise(finer, finer.variables(resampled(test::swing_up(), before.motion, finer.times())), options);
     ASSERT_TRUE(before.success() && after.success());

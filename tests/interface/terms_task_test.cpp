@@ -81,8 +81,8 @@ TEST_F(Places, WithoutObstaclesItWouldCollide) {
 
 TEST_F(Places, MotionsThatPassThroughAreReported) {
   const Task task = read();
-  Trajectory motion = Collocation(task.problem, task.optimise.mesh)
-                          .trajectory(Collocation(task.problem, task.optimise.mesh).start());
+  const StagedNlp nlp = discretize(task.problem, task.optimise.mesh);
+  Trajectory motion = nlp.trajectory(nlp.start());
   const std::vector<LimitExcess> excesses = limit_excesses(task, motion);
   const auto is_hand = [](const LimitExcess& e) { return e.joint == "hand from post"; };
   const auto found = std::find_if(excesses.begin(), excesses.end(), is_hand);
@@ -140,7 +140,7 @@ TEST_F(Places, BodiesKeepClearOfEachOther) {
 
 TEST_F(Places, PicturesShowObstacles) {
   const Task task = read();
-  Collocation program(task.problem, task.optimise.mesh);
+  StagedNlp program = discretize(task.problem, task.optimise.mesh);
   const Trajectory motion = program.trajectory(program.start());
   const PlayerInput player = motion_player(task, motion);
   EXPECT_EQ(player.surroundings.size(), 4u);  // a bar is a cylinder and two balls
@@ -236,7 +236,7 @@ TEST_F(Slider, WhatIsPassedIsFoundAsDeepAsItIs) {
     Task task = read();
     Task free = task;
     std::erase_if(free.problem.terms, [](const Term& term) { return term.role == Role::kInequality; });
-    Collocation program(free.problem, task.optimise.mesh);
+    StagedNlp program = discretize(free.problem, task.optimise.mesh);
     const Solution s = optimise(program, program.start(), free.optimise);
     ASSERT_TRUE(s.success());
     const std::vector<LimitExcess> excesses = limit_excesses(task, s.motion);
@@ -312,7 +312,7 @@ bodies {
 )";
   const auto check = [&] {
     const Task task = read();
-    Collocation program(task.problem, task.optimise.mesh);
+    StagedNlp program = discretize(task.problem, task.optimise.mesh);
     const std::vector<double> start = program.start();
     for (double g : program.scaling(start).g) EXPECT_GT(g, 1e-9);
     for (unsigned seed = 1; seed < 6; ++seed)

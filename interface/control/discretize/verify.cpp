@@ -6,7 +6,7 @@
 #include <map>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 
 namespace dyntape {
 

@@ -90,7 +90,7 @@ Eigen::VectorXd Plan::control(double t, const Eigen::VectorXd& x) const {
 }
 
 RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& options)
-    : options_(options), values_(checked(problem)), program_(problem, options.mesh) {
+    : options_(options), values_(checked(problem)), program_(discretize(problem, options.mesh)) {
   if (options.iterations < 0)
     throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.iterations) +
                         " iterations a step, expected 0 (until it is solved) or more");

@@ -50,7 +50,7 @@
 
 #include <memory>
 
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 #include <dyntape/interface/control/mpc/triple_buffer.h>
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
 #include <dyntape/interface/control/riccati/interior_point.h>
@@ -123,7 +123,7 @@ class RecedingHorizon {
 
   MpcOptions options_;
   Problem values_;
-  Collocation program_;
+  StagedNlp program_;
   std::unique_ptr<ScaledNlp> scaled_;
   std::unique_ptr<StructuredInteriorPoint> solver_, of_model_;
   StructuredInteriorPoint* planner_ = nullptr;  // that the plan is from

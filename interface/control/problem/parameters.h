@@ -10,7 +10,7 @@
 //   const Parameter target = p.parameters.add("target", Eigen::Vector2d(1, 0));            // "target[0]", "target[1]"
 //   p.add(running_squares("gap", [target](const auto& s) { return (s.x - target(s)).eval(); }));
 //
-//   Collocation nlp(p, mesh);                                                              // recorded, compiled
+//   StagedNlp nlp = discretize(p, mesh);                                                              // recorded, compiled
 //   Parameters now = p.parameters;
 //   now.set("target", Eigen::Vector2d(2, 0));
 //   nlp.set_parameters(now);                                                               // nothing is made anew

@@ -7,7 +7,7 @@
 //   jump.add("push-off", stance);                             // Problem: start given, goal free
 //   jump.add("flight", flight);                               // begins in the state in which the push-off ends
 //   jump.add("landing", landing, [](const auto& s) { return impact(s.x); });    // begins in impact(state of before)
-//   PhasedSolution s = optimise(jump, ...);                   // optimise_phases.h
+//   Solution s = optimise(jump, ...);                         // optimise.h
 //
 // A link is a function of the stage (stage.h) at the end of the phase before: its state and parameters, at the time that the
 // problem calls its duration (of a free one the first guess), without accelerations and controls.  It gives the first state of the next phase (n_x of that one); without a link both are the same,
@@ -41,6 +41,8 @@ struct Phases {
 
   std::string name;
   std::vector<Phase> phases;
+  std::vector<std::string> controls =
+      {};  // of the whole motion, in their order; empty: as they appear in phases
   std::optional<StageFunction> closing;  // from the end of the last phase to the start of the first
 };
 

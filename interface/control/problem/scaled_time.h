@@ -8,7 +8,7 @@
 //   other terms, the residual                  as they are, at the real time t
 //   the state "duration"                       within the range at every point, T of the first guess at first
 //
-// Here and nowhere else is it known how time is scaled; Collocation solves q and gives motions of p, in real time.
+// Here and nowhere else is it known how time is scaled; a staged program is that of q and its motions are of p, in real time.
 // A problem of given duration comes back as it is.
 #pragma once
 

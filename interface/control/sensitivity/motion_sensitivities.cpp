@@ -115,7 +115,7 @@ struct MotionSensitivity::Made {
   class HeldParameters : public Nlp {
    public:
     HeldParameters(const Problem& problem, const MeshOptions& mesh)
-        : program_(with_parameters_as_states(problem), exact(mesh)),
+        : program_(discretize(with_parameters_as_states(problem), exact(mesh))),
           shape_(program_.shape()),
           is_of_steps_(mesh.scheme.step) {
       const Eigen::Index free = problem.free_time ? 1 : 0, n_p = problem.parameters.size();
@@ -175,7 +175,7 @@ struct MotionSensitivity::Made {
       }
     }
 
-    Collocation program_;
+    StagedNlp program_;
     NlpShape shape_;
     bool is_of_steps_;
     Places places_;

@@ -3,7 +3,7 @@
 // How an optimal motion changes with the parameters of its problem (parameters.h) and with its start.
 //
 //   const MeshOptions mesh{.intervals = 40};
-//   Collocation nlp(p, mesh);
+//   StagedNlp nlp = discretize(p, mesh);
 //   const NlpSolution s = solve_nlp(nlp, nlp.start(), {.tolerance = 1e-10});
 //   MotionSensitivity sensitivity(p, mesh);                      // recorded and compiled: once
 //   const MotionSensitivities derivatives = sensitivity.at(nlp.problem(), s);
@@ -13,7 +13,7 @@
 //   next.parameters.set("load", 2.1);
 //   NlpSolution near = sensitivity.predict(next);                // of the first order: a start for the next solve
 //
-// Shapes, in the order of Collocation's variables (n) and rows (m): x (n x k), lambda (m x k), cost (k).  Slopes of a
+// Shapes, in the order of the program's variables (n) and rows (m): x (n x k), lambda (m x k), cost (k).  Slopes of a
 // parameter that is a function of time are by a number added to it at all times; predict() takes what it is at every
 // point.  A start entry that is free has no derivatives: zero.
 //
@@ -26,14 +26,14 @@
 // Gauss-Newton, or one step of the real-time iteration, derivatives are those of the problem itself, if it is a solution
 // (status).
 //
-// Errors: ArgumentError for what Collocation refuses, for parameters of time where the scheme is multiple shooting, for a solution of another mesh; for predict() before at(), or
+// Errors: ArgumentError for what StagedNlp refuses, for parameters of time where the scheme is multiple shooting, for a solution of another mesh; for predict() before at(), or
 // where it is asked for values that leave open what was held, hold what was open (a goal that is new, say), or move a limit
 // that did not hold to where the prediction would be beyond it: which of the limits hold is what it takes from the solution.
 #pragma once
 
 #include <optional>
 
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 #include <dyntape/interface/control/sensitivity/solution_sensitivities.h>
 
 namespace dyntape {
@@ -57,13 +57,13 @@ struct MotionSensitivities {
 
 class MotionSensitivity {
  public:
-  // `mesh` as of the Collocation that is solved; its kind of Hessian is not read.
+  // `mesh` as of the StagedNlp that is solved; its kind of Hessian is not read.
   MotionSensitivity(const Problem& problem, const MeshOptions& mesh);
   ~MotionSensitivity();
   MotionSensitivity(MotionSensitivity&&) noexcept;
   MotionSensitivity& operator=(MotionSensitivity&&) noexcept;
 
-  // `now`: the values that were solved with, as of Collocation::problem().
+  // `now`: the values that were solved with, as of StagedNlp::problem().
   MotionSensitivities at(const Problem& now, const NlpSolution& solution);
 
   // What x, lambda, bound multipliers and cost will be with other values, to first order from the last at(): parameters, start,

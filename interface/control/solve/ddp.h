@@ -42,7 +42,7 @@
 #include <vector>
 
 #include <dyntape/codegen/options/options.h>
-#include <dyntape/interface/control/discretize/stage_functions.h>
+#include <dyntape/interface/control/discretize/evaluation.h>
 #include <dyntape/interface/control/nlp/status.h>
 #include <dyntape/interface/control/problem/record_stage.h>
 #include <dyntape/interface/control/riccati/riccati.h>

@@ -17,7 +17,7 @@ constexpr double kGuessTolerance = 1e-6;  // of a guess
 
 }  // namespace
 
-std::optional<Trajectory> free_motion(const Collocation& program) {
+std::optional<Trajectory> free_motion(const StagedNlp& program) {
   const Problem& problem = program.problem();
   if (problem.start.size() != problem.n_x() || !problem.start.allFinite()) return std::nullopt;
   // Accelerations are the rates of the last states, as of robots.

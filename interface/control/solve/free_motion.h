@@ -11,14 +11,14 @@
 #include <functional>
 #include <optional>
 
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 #include <dyntape/interface/control/nlp/solver_options.h>
 
 namespace dyntape {
 
 // From the problem's start, by the controls of its guess within their bounds, at the points of the program; the error at a given
 // goal is taken off in proportion to time.  Nothing where the start is not given as a whole, or the motion breaks off.
-std::optional<Trajectory> free_motion(const Collocation& program);
+std::optional<Trajectory> free_motion(const StagedNlp& program);
 
 // solve_nlp from a start; where it gets stuck (solver_options.h), once more from `elsewhere`, if there is such a place.
 NlpSolution solve_or_let_go(Nlp& program, const std::vector<double>& start, const SolverOptions& options,

@@ -28,18 +28,56 @@ namespace {
                        "check_derivatives off");
 }
 
-}  // namespace
+// The largest, in units of the states behind the link; NaN where one is no number.
+double link_violation(const StagedProgram& program, const std::vector<SolvedPhase>& phases,
+                      const NlpScaling& scaling) {
+  double worst = 0;
+  for (const StagedLink& link : program.links) {
+    const Eigen::VectorXd last = phases[link.from].motion.x.rightCols(1),
+                          first = phases[link.to].motion.x.col(0);
+    const Problem& before = program.phases[link.from].asked;
+    const Eigen::VectorXd next =
+        link.change.empty() ? last : link.change(before.stage(link.time, last, {}, {}));
+    for (Eigen::Index i = 0; i < first.size(); ++i) {
+      const double unit =
+          scaling.x.empty() ? 1 : scaling.x[program.phases[link.to].variable + std::size_t(i)];
+      const double lacks = std::abs(first[i] - next[i]) / unit;
+      if (!(lacks <= worst)) worst = lacks;
+    }
+  }
+  return worst;
+}
 
-bool is_optimal(const KktResiduals& kkt, StationaryPoint order, const VerifyOptions& demands) {
-  return kkt.stationarity <= demands.stationarity && kkt.complementarity <= demands.complementarity &&
-         order != StationaryPoint::kNotMinimum;
+void verify_phases(const StagedNlp& nlp, const NlpScaling& scaling, const OptimiseOptions& options,
+                   Solution& solution) {
+  double begin = 0;
+  std::vector<std::vector<std::string>> controls;
+  for (std::size_t k = 0; k < nlp.phases(); ++k) {
+    SolvedPhase phase{nlp.phase(k).name, begin, nlp.trajectory(solution.nlp.x, k), {}};
+    begin += phase.duration();
+    if (options.verify)
+      phase.verification =
+          verify(nlp.problem(k), phase.motion, nlp.of_motion(scaling, k), options.solver.stop);
+    controls.push_back(nlp.problem(k).controls);
+    solution.phases.push_back(std::move(phase));
+  }
+  solution.motion = whole_motion(solution.phases, controls, nlp.program().controls);
+  if (!options.verify) return;
+  solution.link_violation = link_violation(nlp.program(), solution.phases, scaling);
+  solution.verification = whole_verification(solution.phases, solution.link_violation);
 }
-bool is_feasible(const Verification& verification, const VerifyOptions& demands) {
-  return verification.violation <= demands.violation;
+
+template <class Make>
+Solution optimise_program(const Make& make, const OptimiseOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  StagedNlp nlp = make();
+  const double build_seconds = seconds_since(begin);
+  Solution solution = optimise(nlp, nlp.start(), options);
+  solution.build_seconds = build_seconds;
+  return solution;
 }
-bool is_accurate(const Verification& verification, const VerifyOptions& demands) {
-  return verification.worst_relative <= demands.integration_error && verification.trouble.empty();
-}
+
+}  // namespace
 
 VerifyOptions allowing(VerifyOptions demands, const SolverOptions& solver) {
   demands.stationarity = std::max(demands.stationarity, 10 * solver.tolerance);
@@ -64,7 +102,7 @@ DerivativeCheck checked_start(Nlp& nlp, const std::string& problem, const std::v
   return check;
 }
 
-Solution optimise(Collocation& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
+Solution optimise(StagedNlp& nlp, const std::vector<double>& start, const OptimiseOptions& options) {
   Solution solution;
   solution.demands = allowing(options.demands, options.solver);
   const auto enter = [&](OptimiseStep step) {
@@ -72,33 +110,32 @@ Solution optimise(Collocation& nlp, const std::vector<double>& start, const Opti
   };
   enter(OptimiseStep::kChecking);
   auto begin = std::chrono::steady_clock::now();
-  solution.derivatives = checked_start(nlp, nlp.problem().name, start, options.check_derivatives);
+  solution.derivatives = checked_start(nlp, nlp.program().name, start, options.check_derivatives);
   solution.check_seconds = seconds_since(begin);
   enter(OptimiseStep::kSolving);
   solution.nlp = solve_or_let_go(nlp, start, options.solver, [&]() -> std::optional<std::vector<double>> {
+    if (nlp.phases() > 1) return std::nullopt;  // others begin where links lead
     const std::optional<Trajectory> motion = free_motion(nlp);
     if (!motion) return std::nullopt;
     return nlp.variables(*motion);
   });
   enter(OptimiseStep::kVerifying);
   begin = std::chrono::steady_clock::now();
-  solution.motion = nlp.trajectory(solution.nlp.x);
   ScaledNlp scaled(nlp, solution.nlp.units);
   solution.kkt = kkt_residuals(scaled, scaled.in_scaled_units(solution.nlp));
-  if (options.verify)
-    solution.verification =
-        verify(nlp.problem(), solution.motion, nlp.of_motion(scaled.units()), options.solver.stop);
+  verify_phases(nlp, scaled.units(), options, solution);
   solution.verify_seconds = seconds_since(begin);
   return solution;
 }
 
 Solution optimise(const Problem& problem, const OptimiseOptions& options) {
-  const auto begin = std::chrono::steady_clock::now();
-  Collocation nlp(problem, options.mesh);
-  const double build_seconds = seconds_since(begin);
-  Solution solution = optimise(nlp, nlp.start(), options);
-  solution.build_seconds = build_seconds;
-  return solution;
+  return optimise_program([&] { return discretize(problem, options.mesh); }, options);
+}
+
+Solution optimise(const Phases& phases, const OptimiseOptions& options) {
+  const std::vector<MeshOptions> for_all{options.mesh};
+  return optimise_program(
+      [&] { return discretize(phases, options.meshes.empty() ? for_all : options.meshes); }, options);
 }
 
 }  // namespace dyntape

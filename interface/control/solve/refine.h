@@ -2,7 +2,7 @@
 //
 // A finer mesh for a motion that is not what its controls do, and the motion on it as the next start.
 //
-//   Collocation finer(coarse, halved(motion));
+//   StagedNlp finer = discretize(coarse, halved(motion));
 //   Solution s = optimise(finer, finer.variables(resampled(problem, motion, finer.times())), options);
 #pragma once
 

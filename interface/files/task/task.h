@@ -86,7 +86,7 @@
 //                   print_level [0], check_derivatives [on],
 //                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
 //   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed, relative to the
-//                   nominal values of the program (collocation.h);
+//                   nominal values of the program (staged_nlp.h);
 //                   integration_error [1e-3]: most that an interval may differ from its re-simulation, as a part of how far
 //                   the motion moves each state (verify.h); the simulation has to come to an end whatever is demanded;
 //                   max_refinements [4]: times that the mesh is refined and the task solved again where it is more;

@@ -107,6 +107,7 @@ Phases phases_of(const Task& task) {
     phases.add(phase.name, phase.problem,
                phase.impact ? impact(phase.scene, phase.robot.contacts) : StageFunction());
   if (!task.closing.empty()) phases.close(task.closing);
+  phases.controls = task.problem.controls;
   return phases;
 }
 

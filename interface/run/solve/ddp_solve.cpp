@@ -72,7 +72,7 @@ class DdpRounds {
     is_exact_ = task.optimise.mesh.hessian != HessianKind::kGaussNewton;
   }
 
-  RefinedSolve run(const MeshOptions& mesh) {
+  SolveReport run(const MeshOptions& mesh) {
     moment_.intervals = mesh.intervals;
     for (;;) {
       Solution solution = solve(mesh);
@@ -87,18 +87,18 @@ class DdpRounds {
       }
       const bool is_first = moment_.refinement == 0;
       if (!is_first && !solution.converged()) {
-        result_.trouble = "the mesh of " + std::to_string(moment_.intervals) +
-                          " intervals: " + describe(solution.nlp.status);
+        report_.refinement_trouble = "the mesh of " + std::to_string(moment_.intervals) +
+                                     " intervals: " + describe(solution.nlp.status);
         break;
       }
       take(std::move(solution));
-      if (moment_.refinement >= task_.demands.refinements ||
-          !is_too_coarse(result_.solution, result_.excesses, task_) || watch_.stop.stop_requested())
+      if (moment_.refinement >= task_.demands.refinements || !is_too_coarse(report_, task_) ||
+          watch_.stop.stop_requested())
         break;
       ++moment_.refinement, moment_.intervals *= 2;
-      begin_at(result_.solution.motion);
+      begin_at(report_.solution.motion);
     }
-    return std::move(result_);
+    return std::move(report_);
   }
 
  private:
@@ -121,7 +121,7 @@ class DdpRounds {
   }
 
   void note(const Solution& solution) {
-    result_.meshes.push_back({moment_.intervals, solution.nlp.iterations(),
+    report_.meshes.push_back({moment_.intervals, solution.nlp.iterations(),
                               solution.nlp.times.total + solution.verify_seconds, solution.cost(),
                               solution.verification.worst_relative, solution.nlp.status});
   }
@@ -172,7 +172,7 @@ class DdpRounds {
       if (!watch_.stop.stop_requested()) throw;
       throw Interrupted("interrupted before the first iteration: there is no motion yet");
     }
-    result_.build = solver->build();
+    report_.build = solver->build();
     tell(SolveStage::kSolving);
     const DdpSolution found = solver->solve();
     if (found.iterations.empty() && watch_.stop.stop_requested())
@@ -202,20 +202,20 @@ class DdpRounds {
   }
 
   void take(Solution solution) {
-    result_.solution = std::move(solution);
-    result_.excesses = limit_excesses(task_, result_.solution.motion);
-    result_.ddp = facts_;
-    result_.active = controls_at_limits(problem_, result_.solution.motion);
-    result_.sizes.points = std::size_t(result_.solution.motion.points());
-    result_.sizes.variables = std::size_t(moment_.intervals * problem_.n_u());
-    result_.sizes.operations =
+    report_.solution = std::move(solution);
+    report_.excesses = limit_excesses(task_, report_.solution.motion);
+    report_.ddp = facts_;
+    report_.active = controls_at_limits(problem_, report_.solution.motion);
+    report_.sizes.points = std::size_t(report_.solution.motion.points());
+    report_.sizes.variables = std::size_t(moment_.intervals * problem_.n_u());
+    report_.sizes.operations =
         total_operations(dissolved(record_shooting(problem_, shooting_scheme(task_)).step));
   }
 
   const Task& task_;
   const SolveWatch& watch_;
   Problem problem_;
-  RefinedSolve result_;
+  SolveReport report_;
   DdpFacts facts_;
   SolveMoment moment_{SolveStage::kRecording};
   std::vector<IterationRecord> now_;
@@ -232,7 +232,7 @@ ShootingScheme shooting_scheme(const Task& task) {
   return scheme.name == "euler" ? ShootingScheme::kEuler : ShootingScheme::kRungeKutta4;
 }
 
-RefinedSolve solve_by_steps(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {
+SolveReport solve_by_steps(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {
   return DdpRounds(task, watch).run(mesh);
 }
 

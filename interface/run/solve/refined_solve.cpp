@@ -2,13 +2,14 @@
 #include <dyntape/interface/run/solve/refined_solve.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cmath>
+#include <set>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/nlp/scaled_nlp.h>
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/run/solve/whole_motion.h>
 
 namespace dyntape {
 
@@ -45,20 +46,57 @@ void still(Eigen::Ref<Eigen::MatrixXd> values) {
   }
 }
 
+// Of each joint and quantity the worst of all phases.
+std::vector<LimitExcess> excesses_of(const Task& task, const std::vector<SolvedPhase>& phases) {
+  std::vector<LimitExcess> all;
+  const std::vector<const Task*> parts = parts_of(task);
+  const auto beyond = [](const LimitExcess& e) { return std::abs(e.value - e.limit); };
+  for (std::size_t k = 0; k < parts.size(); ++k) {
+    for (LimitExcess excess : limit_excesses(*parts[k], phases[k].motion)) {
+      excess.time += phases[k].begin;
+      const auto is_same = [&](const LimitExcess& e) {
+        return e.quantity == excess.quantity && e.joint == excess.joint;
+      };
+      const auto before = std::find_if(all.begin(), all.end(), is_same);
+      if (before == all.end())
+        all.push_back(excess);
+      else if (beyond(excess) > beyond(*before))
+        *before = excess;
+    }
+  }
+  return all;
+}
+
+// Names of variables and rows that rest on a bound.
+std::vector<std::string> active_names(StagedNlp& nlp, const NlpSolution& solution) {
+  ScaledNlp scaled(nlp, solution.units);
+  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(solution));
+  std::vector<std::string> names;
+  std::set<std::string> seen;
+  for (std::size_t i : active.variables) {  // a free duration is one variable a point
+    const std::string name = nlp.variable_name(i);
+    if (seen.insert(name).second) names.push_back(name);
+  }
+  for (std::size_t j : active.rows) names.push_back(nlp.constraint_name(j));
+  return names;
+}
+
 class Rounds {
  public:
-  Rounds(const Task& task, const SolveWatch& watch) : task_(task), phases_(phases_of(task)), watch_(watch) {}
+  Rounds(const Task& task, const SolveWatch& watch) : task_(task), watch_(watch) {}
 
-  RefinedSolve run(const MeshOptions& mesh) {
+  SolveReport run(const MeshOptions& mesh) {
     build(mesh);
-    take(optimise(*result_.program, phases_, result_.program->start(), options()));
-    if (result_.solution.nlp.log.empty()) check_not_stopped();
-    note(result_.solution);
-    while (moment_.refinement < task_.demands.refinements &&
-           is_too_coarse(result_.solution, result_.excesses, task_) && !watch_.stop.stop_requested()) {
+    take(optimise(*program_, program_->start(), options()));
+    if (report_.solution.nlp.log.empty()) check_not_stopped();
+    note(report_.solution);
+    while (moment_.refinement < task_.demands.refinements && is_too_coarse(report_, task_) &&
+           !watch_.stop.stop_requested()) {
       if (!refine()) break;
     }
-    return std::move(result_);
+    report_.sizes = sizes_of(program_->program(), program_->shape());
+    report_.active = active_names(*program_, report_.solution.nlp);
+    return std::move(report_);
   }
 
  private:
@@ -80,12 +118,12 @@ class Rounds {
     for (MeshOptions& own : meshes) watch(own);
     tell(SolveStage::kRecording);
     try {
-      result_.program = std::make_unique<PhasedCollocation>(phases_, meshes);
+      program_ = std::make_unique<StagedNlp>(discretize(phases_of(task_), meshes));
     } catch (const ToolError&) {
       if (!watch_.stop.stop_requested()) throw;
     }
     check_not_stopped();
-    result_.build = result_.program->build();
+    report_.build = program_->build();
   }
 
   void watch(MeshOptions& mesh) {
@@ -114,60 +152,55 @@ class Rounds {
     return options;
   }
 
-  void take(PhasedSolution solution) {
-    found_ = std::move(solution);
-    result_.solution = whole(task_, found_);
-    result_.excesses = excesses_of(task_, found_);
-    result_.phases.clear();
-    for (std::size_t k = 0; k < task_.phases.size(); ++k) {
-      const Eigen::VectorXd& t = found_.motions[k].t;
-      result_.phases.push_back({task_.phases[k].name, found_.begin(k), t[t.size() - 1]});
-    }
+  void take(Solution solution) {
+    report_.solution = std::move(solution);
+    report_.excesses = excesses_of(task_, report_.solution.phases);
   }
 
   void note(const Solution& s) {
     iterations_ += s.nlp.iterations();
     processor_seconds_ += s.nlp.times.processor;
-    result_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
+    report_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
                               s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
                               s.verification.worst_relative, s.nlp.status});
   }
 
   // False where the finer mesh is given up, and the coarser motion stays.
   bool refine() {
-    const PhasedSolution& coarse = found_;
+    const Solution& coarse = report_.solution;
+    std::vector<Trajectory> motions;
     std::vector<std::vector<double>> nodes;
     ++moment_.refinement;
     moment_.intervals = 0;
-    for (const Trajectory& motion : coarse.motions) {
-      nodes.push_back(halved(motion));
+    for (const SolvedPhase& phase : coarse.phases) {
+      motions.push_back(phase.motion);
+      nodes.push_back(halved(phase.motion));
       moment_.intervals += int(nodes.back().size()) - 1;
     }
     const std::string where = "the mesh of " + std::to_string(moment_.intervals) + " intervals: ";
     try {
-      auto program = std::make_unique<PhasedCollocation>(*result_.program, phases_, nodes);
-      PhasedSolution fine = optimise(*program, phases_, warm_start(coarse.motions, *program), options());
-      note(whole(task_, fine));
+      auto program = std::make_unique<StagedNlp>(discretize(program_->program(), nodes));
+      Solution fine = optimise(*program, warm_start(motions, *program), options());
+      note(fine);
       if (!fine.converged()) {
-        result_.trouble = where + describe(fine.nlp.status);
+        report_.refinement_trouble = where + describe(fine.nlp.status);
         return false;
       }
       fine.derivatives = coarse.derivatives;
       fine.check_seconds += coarse.check_seconds;
       take(std::move(fine));
-      result_.program = std::move(program);
+      program_ = std::move(program);
     } catch (const Error& e) {  // too large, or without a finite value at the start
-      result_.trouble = where + e.what();
+      report_.refinement_trouble = where + e.what();
       return false;
     }
     return true;
   }
 
   const Task& task_;
-  const Phases phases_;
   const SolveWatch& watch_;
-  PhasedSolution found_;
-  RefinedSolve result_;
+  std::unique_ptr<StagedNlp> program_;
+  SolveReport report_;
   SolveMoment moment_{SolveStage::kRecording};
   int iterations_ = 0;
   double processor_seconds_ = 0;
@@ -179,11 +212,27 @@ std::string share(std::size_t done, std::size_t of) {
 
 }  // namespace
 
-std::vector<double> warm_start(const std::vector<Trajectory>& motions, const PhasedCollocation& program) {
+std::vector<const Task*> parts_of(const Task& task) {
+  std::vector<const Task*> parts;
+  for (const Task& phase : task.phases) parts.push_back(&phase);
+  if (parts.empty()) parts.push_back(&task);
+  return parts;
+}
+
+SolveSizes sizes_of(const StagedProgram& program, const NlpShape& shape) {
+  SolveSizes sizes{shape.n(), shape.m(), shape.jacobian.nnz(), shape.hessian.nnz()};
+  for (const StagedPhase& phase : program.phases) {
+    sizes.points += phase.points;
+    sizes.operations = std::max(sizes.operations, total_operations(dissolved(phase.stage.node)));
+  }
+  return sizes;
+}
+
+std::vector<double> warm_start(const std::vector<Trajectory>& motions, const StagedNlp& program) {
   std::vector<Trajectory> finer;
   for (std::size_t k = 0; k < motions.size(); ++k) {
-    const Problem& problem = program.phase(k).problem();
-    finer.push_back(resampled(problem, motions[k], program.phase(k).times()));
+    const Problem& problem = program.problem(k);
+    finer.push_back(resampled(problem, motions[k], program.times(k)));
     Trajectory& motion = finer.back();
     still(motion.x.topRows(problem.positions));
     still(motion.x.bottomRows(problem.n_x() - problem.positions));
@@ -216,17 +265,17 @@ std::string SolveMoment::text() const {
          io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility);
 }
 
-bool is_too_coarse(const Solution& solution, const std::vector<LimitExcess>& excesses, const Task& task) {
-  const Verification& v = solution.verification;
-  if (is_nearly_feasible(solution)) return true;
-  if (!solution.converged() || !(v.violation <= task.demands.violation)) return false;
+bool is_too_coarse(const SolveReport& report, const Task& task) {
+  const Verification& v = report.solution.verification;
+  if (is_nearly_feasible(report.solution)) return true;
+  if (!report.solution.converged() || !(v.violation <= task.demands.violation)) return false;
   if (!(v.worst_relative <= task.demands.integration_error)) return true;
   if (!task.demands.limits) return false;
   const auto between = [](const LimitExcess& excess) { return excess.between_points; };
-  return !excesses.empty() && std::all_of(excesses.begin(), excesses.end(), between);
+  return !report.excesses.empty() && std::all_of(report.excesses.begin(), report.excesses.end(), between);
 }
 
-RefinedSolve solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {
+SolveReport solve_refined(const Task& task, const MeshOptions& mesh, const SolveWatch& watch) {
   return Rounds(task, watch).run(mesh);
 }
 

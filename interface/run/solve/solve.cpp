@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <set>
 
-#include <dyntape/interface/control/nlp/scaled_nlp.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/simulate/effect_costs.h>
-#include <dyntape/interface/run/solve/whole_motion.h>
+#include <dyntape/interface/run/solve/refined_solve.h>
 
 namespace dyntape {
 
@@ -22,32 +20,8 @@ MeshOptions mesh_of(const Task& task) {
   return mesh;
 }
 
-SolveSizes sizes_of(const PhasedCollocation& nlp) {
-  const NlpShape& shape = nlp.shape();
-  SolveSizes sizes{shape.n(), shape.m(), shape.jacobian.nnz(), shape.hessian.nnz()};
-  for (std::size_t k = 0; k < nlp.phases(); ++k) {
-    const Collocation& phase = nlp.phase(k);
-    sizes.points += phase.times().size();
-    sizes.operations = std::max(sizes.operations, total_operations(dissolved(phase.stage().node)));
-  }
-  return sizes;
-}
-
 std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
   return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
-}
-
-// Its sizes, and what rests on a bound.
-void look_at_program(RefinedSolve& solve) {
-  solve.sizes = sizes_of(*solve.program);
-  ScaledNlp scaled(*solve.program, solve.solution.nlp.units);
-  const ActiveBounds active = active_bounds(scaled, scaled.in_scaled_units(solve.solution.nlp));
-  std::set<std::string> seen;
-  for (std::size_t i : active.variables) {  // a free duration is one variable a point
-    const std::string name = solve.program->variable_name(i);
-    if (seen.insert(name).second) solve.active.push_back(name);
-  }
-  for (std::size_t j : active.rows) solve.active.push_back(solve.program->constraint_name(j));
 }
 
 // What verboseCppAd asks for.
@@ -83,8 +57,8 @@ std::string unit_of_state(const dynamics::Model<double>& model, int index) {
 std::string program_text(const Task& task) {
   MeshOptions mesh = mesh_of(task);
   mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count
-  const PhasedCollocation nlp(phases_of(task), meshes_of(task, mesh));
-  const SolveSizes sizes = sizes_of(nlp);
+  const StagedNlp nlp = discretize(phases_of(task), meshes_of(task, mesh));
+  const SolveSizes sizes = sizes_of(nlp.program(), nlp.shape());
   int intervals = 0;
   for (const Task* part : parts_of(task)) intervals += part->optimise.mesh.intervals;
   std::string text =
@@ -106,27 +80,16 @@ std::string steps_text(const Task& task) {
 }  // namespace
 
 SolveReport solve_task(const Task& task, const SolveWatch& watch) {
-  SolveReport report;
+  SolveReport report =
+      task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
   report.task = task.name;
   report.notes = task.notes;
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;
   if (task.phases.empty()) report.free_time = task.problem.free_time;
-  RefinedSolve solve =
-      task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
-  if (solve.program) look_at_program(solve);
-  if (task.models.verbose) say(task, solve.build);
-  report.build = std::move(solve.build);
-  report.sizes = solve.sizes;
-  report.meshes = std::move(solve.meshes);
-  report.refinement_trouble = std::move(solve.trouble);
-  report.solution = std::move(solve.solution);
+  if (task.models.verbose) say(task, report.build);
   report.has_soft_goal = task.has_soft_goal;
-  report.excesses = std::move(solve.excesses);
-  report.phases = std::move(solve.phases);
-  report.active = std::move(solve.active);
-  report.ddp = solve.ddp;
   report.open_loop_unit = unit_of_state(task.scene.model, report.solution.verification.miss_index);
   // A request that comes when all is done changes nothing.
   report.interrupted = watch.stop.stop_requested() && !report.success();

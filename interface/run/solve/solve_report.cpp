@@ -6,7 +6,7 @@
 
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/run/solve/solve.h>
+#include <dyntape/interface/run/solve/solve_report.h>
 
 namespace dyntape {
 
@@ -50,10 +50,10 @@ std::string excess_text(const std::vector<LimitExcess>& excesses) {
 }
 
 // "push_off 0.3 s, flight 0.25 s"
-std::string phases_text(const std::vector<PhaseTime>& phases) {
+std::string phases_text(const std::vector<SolvedPhase>& phases) {
   std::string text;
-  for (const PhaseTime& phase : phases)
-    text += (text.empty() ? "" : ", ") + phase.name + " " + io::significant(phase.duration, 5) + " s";
+  for (const SolvedPhase& phase : phases)
+    text += (text.empty() ? "" : ", ") + phase.name + " " + io::significant(phase.duration(), 5) + " s";
   return text;
 }
 
@@ -115,7 +115,7 @@ std::string SolveReport::text() const {
     facts.append({"duration found", precise(duration()) + " s (between " + precise(free_time->shortest) +
                                         " and " + precise(free_time->longest) + ")"});
   }
-  if (!phases.empty()) facts.append({"phases", phases_text(phases)});
+  if (solution.phases.size() > 1) facts.append({"phases", phases_text(solution.phases)});
   if (expected) {
     facts.append({"known optimum", precise(expected->cost) + " (difference " +
                                        io::scientific(solution.cost() - expected->cost) + ", allowed " +
@@ -194,8 +194,10 @@ std::string SolveReport::json() const {
   j["cost"] = number(solution.cost());
   j["duration"] = number(duration());
   if (free_time) j["duration_range"] = {free_time->shortest, free_time->longest};
-  for (const PhaseTime& phase : phases)
-    j["phases"].push_back({{"name", phase.name}, {"begin", phase.begin}, {"duration", phase.duration}});
+  for (const SolvedPhase& phase : solution.phases) {
+    if (solution.phases.size() > 1)
+      j["phases"].push_back({{"name", phase.name}, {"begin", phase.begin}, {"duration", phase.duration()}});
+  }
   if (expected) {
     j["expected"] = {
         {"cost", expected->cost}, {"tolerance", expected->tolerance}, {"matches", cost_matches()}};

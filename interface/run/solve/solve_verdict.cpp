@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/run/solve/solve.h>
+#include <dyntape/interface/run/solve/solve_report.h>
 
 namespace dyntape {
 

@@ -11,7 +11,6 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/solve/refined_solve.h>
-#include <dyntape/interface/run/solve/whole_motion.h>
 
 #include "task_program.h"
 
@@ -118,14 +117,13 @@ class Advisor {
     Outcome outcome;
     outcome.intervals = program->intervals(fineness);
     try {
-      const std::shared_ptr<PhasedCollocation> nlp = program->on(fineness, from);
+      const std::shared_ptr<StagedNlp> nlp = program->on(fineness, from);
       const SolverOptions how = solver(method, 0.25);
       const std::vector<double> start = from.empty() ? nlp->start() : warm_start(from, *nlp);
-      const PhasedSolution found =
-          optimise(*nlp, program->phases(), start, {.solver = how, .check_derivatives = false});
-      outcome.motions = found.motions;
-      outcome.solution = whole(task_, found);
-      outcome.seconds = found.nlp.times.total;
+      Solution found = optimise(*nlp, start, {.solver = how, .check_derivatives = false});
+      outcome.solution = std::move(found);
+      for (const SolvedPhase& phase : outcome.solution.phases) outcome.motions.push_back(phase.motion);
+      outcome.seconds = outcome.solution.nlp.times.total;
       outcome.again = [program, nlp, start, how] { return solve_nlp(*nlp, start, how).times.total; };
       for (int again = 0; again < 4 && outcome.seconds < kShort && from.empty(); ++again)
         outcome.seconds = std::min(outcome.seconds, outcome.again());

@@ -153,7 +153,7 @@ std::string name_of(const Solver& solver, const Kind& kind) {
   return std::string(solver.name) + ", " + kind.name;
 }
 
-Solve solve_of(Collocation& program, const Solver& solver) {
+Solve solve_of(StagedNlp& program, const Solver& solver) {
   return [&program, method = solver.method](const Guess& guess) {
     Problem now = program.problem();
     now.guess = guess;
@@ -174,11 +174,11 @@ bool randomly(const Solver& solver, const Kind& kind, double weight) {
 void measure(Measured& measured, const Problem& problem, const Scheme& scheme, int intervals,
              const std::vector<std::pair<std::string, double>>& subjects) {
   for (const Kind& kind : kKinds) {
-    std::optional<Collocation> program;
+    std::optional<StagedNlp> program;
     std::string why;
     try {
-      program.emplace(problem,
-                      MeshOptions{.scheme = scheme, .intervals = intervals, .hessian = kind.hessian});
+      program.emplace(discretize(
+          problem, MeshOptions{.scheme = scheme, .intervals = intervals, .hessian = kind.hessian}));
     } catch (const ArgumentError& refused) {
       why = refused.what();
     }

@@ -36,7 +36,7 @@ SolverOptions by_stages() {
   return {.method = NlpMethod::kRiccati, .tolerance = kTolerance, .bound_relaxation = 0};
 }
 
-Solution solved(Collocation& program, bool verified) {
+Solution solved(StagedNlp& program, bool verified) {
   return optimise(program, program.start(),
                   {.solver = by_stages(), .check_derivatives = false, .verify = verified});
 }
@@ -51,7 +51,7 @@ Eigen::VectorXd state_at(const Trajectory& motion, double t) {
 
 // The optimum on so fine a mesh that nothing is left to see.
 Solution finest(const Problem& problem, const Scheme& scheme, int intervals) {
-  Collocation program(problem, {.scheme = scheme, .intervals = intervals});
+  StagedNlp program = discretize(problem, {.scheme = scheme, .intervals = intervals});
   const Solution solution = solved(program, false);
   if (solution.nlp.status != SolveStatus::kSolved && solution.nlp.status != SolveStatus::kAcceptable)
     throw NumericalError("study schemes: the reference by " + scheme.name +
@@ -116,7 +116,7 @@ void add_rows(Study& study, Moved& moved, const std::string& method, double para
   }
 }
 
-void measure(Study& study, Moved& moved, const std::string& method, double parameter, Collocation& program,
+void measure(Study& study, Moved& moved, const std::string& method, double parameter, StagedNlp& program,
              const StudyOptions& options) {
   options.watch(moved.label + ", " + method + ", " + io::shortest(parameter));
   const Solution s = solved(program, true);
@@ -129,10 +129,10 @@ void measure(Study& study, Moved& moved, const std::string& method, double param
 void measure(Study& study, Moved& moved, const StudyOptions& options) {
   for (const Scheme& scheme : chosen_schemes()) {
     try {
-      Collocation program(moved.problem, {.scheme = scheme, .intervals = moved.meshes.front()});
+      StagedNlp program = discretize(moved.problem, {.scheme = scheme, .intervals = moved.meshes.front()});
       for (const int intervals : moved.meshes) {
         const MeshOptions mesh{.scheme = scheme, .intervals = intervals};
-        Collocation finer(program, node_times(moved.problem, mesh));
+        StagedNlp finer = discretize(program, node_times(moved.problem, mesh));
         measure(study, moved, scheme.name, intervals, finer, options);
       }
     } catch (const ArgumentError& refused) {
@@ -142,7 +142,7 @@ void measure(Study& study, Moved& moved, const StudyOptions& options) {
     }
   }
   for (const int points : moved.points) {
-    Collocation program(moved.problem, {.scheme = pseudospectral(points), .intervals = 1});
+    StagedNlp program = discretize(moved.problem, {.scheme = pseudospectral(points), .intervals = 1});
     measure(study, moved, "pseudospectral", points, program, options);
   }
 }

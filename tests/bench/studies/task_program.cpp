@@ -17,7 +17,7 @@ const char* name_of(NlpMethod method) { return method == NlpMethod::kIpopt ? "ip
 
 TaskProgram::TaskProgram(const Task& task, const TaskWay& way)
     : task_(task), phases_(phases_of(task)), way_(way) {
-  first_ = std::make_unique<PhasedCollocation>(phases_, meshes(way.fineness));
+  first_ = std::make_unique<StagedNlp>(discretize(phases_, meshes(way.fineness)));
 }
 
 int TaskProgram::intervals(double fineness) const {
@@ -26,18 +26,17 @@ int TaskProgram::intervals(double fineness) const {
   return all;
 }
 
-std::unique_ptr<PhasedCollocation> TaskProgram::on(double fineness,
-                                                   const std::vector<Trajectory>& along) const {
+std::unique_ptr<StagedNlp> TaskProgram::on(double fineness, const std::vector<Trajectory>& along) const {
   std::vector<std::vector<double>> nodes;
   const std::vector<MeshOptions> own = meshes(fineness);
   for (std::size_t k = 0; k < own.size(); ++k) {
-    const Problem& problem = first_->phase(k).problem();
+    const Problem& problem = first_->problem(k);
     nodes.push_back(node_times(problem, own[k]));
     if (along.empty() || !problem.free_time) continue;
     const double longer = along[k].t[along[k].points() - 1] / nodes[k].back();
     for (double& t : nodes[k]) t *= longer;
   }
-  return std::make_unique<PhasedCollocation>(*first_, phases_, nodes);
+  return std::make_unique<StagedNlp>(discretize(first_->program(), nodes));
 }
 
 std::vector<MeshOptions> TaskProgram::meshes(double fineness) const {

@@ -4,15 +4,15 @@
 //
 //   const TaskProgram program(task, {.scheme = lobatto(4), .evaluation = {.route = Route::kInterpreter}});
 //   auto nlp = program.on(1.5);                                  // 1.5 times as many intervals as the task has
-//   const PhasedSolution s = optimise(*nlp, program.phases(), nlp->start(), {});
+//   const Solution s = optimise(*nlp, nlp->start(), {});
 //
-// Errors: those of PhasedCollocation.
+// Errors: those of discretize().
 #pragma once
 
 #include <memory>
 #include <vector>
 
-#include <dyntape/interface/control/solve/optimise_phases.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/files/task/task.h>
 
 namespace dyntape::tools {
@@ -34,11 +34,10 @@ class TaskProgram {
  public:
   TaskProgram(const Task& task, const TaskWay& way);
 
-  const Phases& phases() const { return phases_; }
   BuildReport build() const { return first_->build(); }
   int intervals(double fineness) const;  // of all phases
   // Along motions of its phases, whose durations those of the meshes are then where they are free.
-  std::unique_ptr<PhasedCollocation> on(double fineness, const std::vector<Trajectory>& along = {}) const;
+  std::unique_ptr<StagedNlp> on(double fineness, const std::vector<Trajectory>& along = {}) const;
 
  private:
   std::vector<MeshOptions> meshes(double fineness) const;
@@ -46,7 +45,7 @@ class TaskProgram {
   const Task& task_;
   Phases phases_;
   TaskWay way_;
-  std::unique_ptr<PhasedCollocation> first_;
+  std::unique_ptr<StagedNlp> first_;
 };
 
 }  // namespace dyntape::tools

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_program.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {

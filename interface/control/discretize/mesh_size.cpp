@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-//
-// A program that is too large is refused before memory is spent on it.
+#include <dyntape/interface/control/discretize/mesh_size.h>
+
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -9,7 +9,6 @@
 #include <cstdio>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/discretize/collocation.h>
 
 namespace dyntape {
 
@@ -36,24 +35,13 @@ std::string rounded(double number) {
 
 }  // namespace
 
-// Variables, constraints and non-zeros of an interval.
-double Collocation::numbers_of_interval() const {
-  const auto terms = [](const Eigen::MatrixXd& weights) { return double((weights.array() != 0).count()); };
-  double of_point = double(n_z_ + stage_.path_rows.size()), of_rates = 0;
-  const CompiledFunction& node = functions_->node();
-  for (std::size_t row : node.jacobian_pattern().row) (row < n_x_ ? of_rates : of_point) += 1;
-  if (node.order() == Order::kSecond) of_point += double(node.hessian_pattern().nnz());
-  return double(stride_) * of_point + double(rows_ * n_x_) + terms(scheme_.alpha) * double(n_x_) +
-         terms(scheme_.beta) * of_rates;
-}
-
-void Collocation::check_size() const {
-  const double each = numbers_of_interval(), numbers = double(intervals_) * each;
+void check_size(const std::string& problem, std::size_t intervals, double each) {
+  const double numbers = double(intervals) * each;
   const double memory = dyntape::memory(), most = std::min(kMostNumbers, memory / kBytesOfNumber);
   if (numbers <= most) return;
   throw ArgumentError(
-      "problem \"" + problem_.name + "\": " + std::to_string(intervals_) + " intervals make " +
-      rounded(numbers) + " variables, constraints and non-zeros, for which a solve asks for " +
+      "problem \"" + problem + "\": " + std::to_string(intervals) + " intervals make " + rounded(numbers) +
+      " variables, constraints and non-zeros, for which a solve asks for " +
       rounded(numbers * kBytesOfNumber / 1e9) + " GB of memory, where there are " + rounded(memory / 1e9) +
       "; expected at most " + std::to_string(static_cast<long>(most / each)) + " intervals");
 }

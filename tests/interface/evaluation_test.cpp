@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// All points of a mesh and its end in one call, by every option that solve has.
+// Points of a mesh and its end in one call, by every option that solve has.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/interface/control/discretize/stage_functions.h>
+#include <dyntape/interface/control/discretize/evaluation.h>
 
 namespace dyntape {
 namespace {
@@ -33,25 +33,22 @@ Results results(const CodegenOptions& options, unsigned threads, std::size_t poi
     for (double& v : x) v = number(random);
     return x;
   };
-  StageFunctions f(pendulum(), {pendulum()}, options, points - 1, threads);  // the end is one like the others
-  f.node().wait();
-  const std::vector<double> z = draw(3 * points), p = draw(points), w = draw(2 * points);
-  Results r{std::vector<double>(f.values()), std::vector<double>(f.jacobians()),
-            std::vector<double>(f.hessians())};
+  std::vector<Evaluator> all;  // the end is one like the others
+  add_evaluator(all, pendulum(), options, {.count = points - 1, .threads = threads});
+  add_evaluator(all, pendulum(), options, {.variable = 3 * (points - 1)});
+  const std::vector<double> z = draw(3 * points), p = draw(points);
+  all.front().parameters.assign(p.begin(), p.end() - 1), all.back().parameters = {p.back()};
+  for (const Evaluator& e : all) e.function.wait();
+  Evaluation evaluation(all, Order::kSecond);
+  evaluation.weights = draw(2 * points);
+  EXPECT_TRUE(evaluation.run(all, Order::kSecond, z.data()));
+  const Results r{evaluation.y, evaluation.jacobian, evaluation.hessian};
   EXPECT_EQ(r.y.size(), 2 * points);
-  const Points at{.x = z.data(),
-                  .p = p.data(),
-                  .w = w.data(),
-                  .y = r.y.data(),
-                  .jacobian = r.jacobian.data(),
-                  .hessian = r.hessian.data()};
-  const StageFunctions::At end[] = {{&z[3 * (points - 1)], &p.back()}};
-  EXPECT_TRUE(f.run(Order::kSecond, at, end));
   return r;
 }
 
 // Threads, and lanes in strict with portable functions, change no bit; fast stays within rounding.
-TEST(StageFunctions, EveryOptionGivesTheSame) {
+TEST(Evaluation, EveryOptionGivesTheSame) {
   constexpr std::size_t kPoints = 83;
   const CodegenOptions interpreted{.order = Order::kSecond, .route = Route::kInterpreter};
   const Results expected = results(interpreted, 1, kPoints);
@@ -67,25 +64,28 @@ TEST(StageFunctions, EveryOptionGivesTheSame) {
 }
 
 // Interpreted, and some day compiled: the same.
-TEST(StageFunctions, Tiers) {
+TEST(Evaluation, Tiers) {
   EXPECT_EQ(results({.order = Order::kSecond, .route = Route::kTiered}, 2, 83),
             results({.order = Order::kSecond, .route = Route::kInterpreter}, 1, 83));
 }
 
-TEST(StageFunctions, ABranchIsLeftAtOnePointOrAtTheEnd) {
+TEST(Evaluation, ABranchIsLeftAtOnePointOrAtTheEnd) {
   const Function f = record(
       "side", 1, [](const VectorXad& x) { return VectorXad::Constant(1, x[0] > 0.0 ? x[0] * x[0] : -x[0]); });
-  std::vector<double> z(64, 0.5), y(65);
-  const double good = 1, bad = -1;
-  const StageFunctions::At inside[] = {{&good, nullptr}}, outside[] = {{&bad, nullptr}};
+  const CodegenOptions interpreted{.order = Order::kValue, .route = Route::kInterpreter};
   for (unsigned threads : {1u, 2u}) {
-    StageFunctions g(f, {f}, {.order = Order::kValue, .route = Route::kInterpreter}, 64, threads);
-    const Points at{.x = z.data(), .y = y.data()};
-    EXPECT_TRUE(g.run(Order::kValue, at, inside));
-    EXPECT_FALSE(g.run(Order::kValue, at, outside));
-    z[40] = -1;
-    EXPECT_FALSE(g.run(Order::kValue, at, inside));
-    z[40] = 0.5;
+    std::vector<Evaluator> all;
+    add_evaluator(all, f, interpreted, {.count = 64, .threads = threads});
+    add_evaluator(all, f, interpreted, {.variable = 64});
+    Evaluation evaluation(all, Order::kValue);
+    std::vector<double> z(65, 0.5);
+    EXPECT_TRUE(evaluation.run(all, Order::kValue, z.data()));
+    z[64] = -1;
+    EXPECT_FALSE(evaluation.run(all, Order::kValue, z.data()));
+    EXPECT_TRUE(evaluation.run(all, Order::kValue, z.data(), {0, 1}));
+    z[64] = 0.5, z[40] = -1;
+    EXPECT_FALSE(evaluation.run(all, Order::kValue, z.data()));
+    EXPECT_TRUE(evaluation.run(all, Order::kValue, z.data(), {1, 2}));
   }
 }
 

@@ -14,8 +14,9 @@
 // as they change the numbers.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
-#include <dyntape/interface/control/discretize/collocation.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
 
 namespace dyntape {
 
@@ -71,13 +72,75 @@ std::vector<double> sample(std::vector<double> start, const VectorXd& reach, int
   return start;
 }
 
+// The first variable that rows add up, or none.
+std::optional<std::size_t> variable_of(const StagedProgram& program, const RowBlock& block) {
+  for (std::size_t t = block.first_term; t < block.last_term; ++t) {
+    if (program.terms[t].evaluator == LinearTerm::kVariables) return program.terms[t].first;
+  }
+  return std::nullopt;
+}
+
+bool has_costs(const Problem& problem) {
+  return std::any_of(problem.terms.begin(), problem.terms.end(), [](const Term& term) {
+    return term.role == Role::kCost || term.role == Role::kSquares;
+  });
+}
+
 }  // namespace
 
-Collocation::Linearisation Collocation::linearisation() const {
-  const Index n_c = Index(stage_.path_rows.size()), n_node = Index(n_x_) + n_c,
-              m = n_node + Index(stage_.instant_rows.size());
+// The nominal values of one phase; its functions are evaluated by the whole program's.
+class PhaseScaling {
+ public:
+  PhaseScaling(StagedNlp& nlp, std::size_t k, const std::vector<double>& at)
+      : nlp_(nlp), k_(k), phase_(nlp.phase(k)), problem_(phase_.problem), x_(at) {}
+
+  // Into its places of `all`; false where nothing can be evaluated at the start and nothing is known of before.
+  bool add_to(NlpScaling& all, const NlpScaling& before);
+
+ private:
+  // Of the node's rows, its rates first, then of those of instants, at what was evaluated last.
+  struct Linearisation {
+    MatrixXd derivatives;    // (rows x n_z) the largest |entries| of the Jacobian over the points
+    VectorXd lacks, values;  // by how much rows lie outside their bounds, and |values|, at most
+    VectorXd room;           // between their bounds
+    RowFlags equations() const { return room.array() == 0 || lacks.array() > 0; }
+  };
+  bool evaluate_first(const std::vector<double>& own);
+  bool gradient(const std::vector<double>& own, std::vector<double>& gradient);
+  Linearisation linearisation() const;
+  VectorXd extents(const std::vector<double>& start) const;
+  VectorXd completed(VectorXd z, const Linearisation& at) const;
+  VectorXd nominal_values(const std::vector<double>& start, Linearisation at);
+  std::pair<VectorXd, VectorXd> cost_slopes(const std::vector<double>& start, const VectorXd& displacement);
+  double newton_step(const std::vector<double>& start, Index entry);
+
+  StagedNlp& nlp_;
+  std::size_t k_;
+  const StagedPhase& phase_;
+  const Problem& problem_;
+  std::vector<double> x_;  // of the whole program
+};
+
+bool PhaseScaling::evaluate_first(const std::vector<double>& own) {
+  std::copy(own.begin(), own.end(), x_.begin() + long(phase_.variable));
+  return nlp_.first_.run(nlp_.program_.evaluators, Order::kFirst, x_.data(), phase_.evaluators());
+}
+
+bool PhaseScaling::gradient(const std::vector<double>& own, std::vector<double>& gradient) {
+  if (!evaluate_first(own)) return false;
+  std::fill(gradient.begin(), gradient.end(), 0.0);
+  for (std::size_t c = nlp_.gradient_begin_[k_]; c < nlp_.gradient_begin_[k_ + 1]; ++c) {
+    const StagedNlp::Contribution& one = nlp_.of_gradient_[c];
+    gradient[one.target - phase_.variable] += one.factor * nlp_.first_.jacobian[one.source];
+  }
+  return true;
+}
+
+PhaseScaling::Linearisation PhaseScaling::linearisation() const {
+  const Index n_c = Index(phase_.stage.path_rows.size()), n_node = Index(phase_.n_x) + n_c,
+              m = n_node + Index(phase_.stage.instant_rows.size());
   const VectorXd zero = VectorXd::Zero(m);
-  Linearisation at{MatrixXd::Zero(m, Index(n_z_)), zero, zero, zero};
+  Linearisation at{MatrixXd::Zero(m, Index(phase_.n_z)), zero, zero, zero};
   const auto read = [&](Index to, const std::vector<ConstraintRow>& rows, const double* values) {
     for (const auto& [name, lower, upper] : rows) {
       at.lacks[to] = std::max({at.lacks[to], lower - *values, *values - upper});
@@ -85,19 +148,22 @@ Collocation::Linearisation Collocation::linearisation() const {
       at.room[to++] = upper - lower;
     }
   };
+  const std::vector<Evaluator>& evaluators = nlp_.program_.evaluators;
+  const double *y = nlp_.first_.y.data(), *jacobian = nlp_.first_.jacobian.data();
+  const Evaluator& node = evaluators[phase_.evaluator];
   at.derivatives.topRows(n_node) =
-      largest_slopes(functions_->node().jacobian_pattern(), first_j_.data(), used_).topRows(n_node);
-  for (std::size_t p = 0; p < used_; ++p)
-    read(Index(n_x_), stage_.path_rows, first_y_.data() + p * stage_.node.n_y() + n_x_);
+      largest_slopes(node.function.jacobian_pattern(), jacobian + node.jacobian, phase_.used).topRows(n_node);
+  for (std::size_t p = 0; p < phase_.used; ++p)
+    read(Index(phase_.n_x), phase_.stage.path_rows, y + node.y + p * node.function.n_y() + phase_.n_x);
   Index first = n_node;
-  for (std::size_t k = 0; k < stage_.instants.size(); ++k) {
-    const StageFunctions::Instant& instant = functions_->instants()[k];
-    const std::vector<ConstraintRow>& rows = stage_.instants[k].rows;
+  for (std::size_t k = 0; k < phase_.instants.size(); ++k) {
+    const Evaluator& instant = evaluators[phase_.evaluator + 1 + k];
+    const std::vector<ConstraintRow>& rows = phase_.stage.instants[k].rows;
     if (rows.empty()) continue;
-    const Pattern& pattern = instant.function.jacobian_pattern();
     at.derivatives.middleRows(first, Index(rows.size())) =
-        largest_slopes(pattern, first_j_.data() + instant.jacobian, 1).topRows(Index(rows.size()));
-    read(first, rows, first_y_.data() + instant.y);
+        largest_slopes(instant.function.jacobian_pattern(), jacobian + instant.jacobian, 1)
+            .topRows(Index(rows.size()));
+    read(first, rows, y + instant.y);
     first += Index(rows.size());
   }
   return at;
@@ -105,8 +171,8 @@ Collocation::Linearisation Collocation::linearisation() const {
 
 // Nominal values that are not known (0), from those that are and from what rows lack: states that other states move, then
 // accelerations and controls, then states that these move.
-VectorXd Collocation::completed(VectorXd z, const Linearisation& at) const {
-  const Index n_x = Index(n_x_), n_z = Index(n_z_), n_u = n_z - n_x;
+VectorXd PhaseScaling::completed(VectorXd z, const Linearisation& at) const {
+  const Index n_x = Index(phase_.n_x), n_z = Index(phase_.n_z), n_u = n_z - n_x;
   MatrixXd derivatives = at.derivatives;
   auto own = derivatives.topLeftCorner(n_x, n_x).diagonal();
   own = own.cwiseMax(kPace / problem_.duration);
@@ -130,27 +196,27 @@ VectorXd Collocation::completed(VectorXd z, const Linearisation& at) const {
 }
 
 // Sums over the points of the cost's derivatives by entries of z, and of what a displacement of all points changes them by.
-std::pair<VectorXd, VectorXd> Collocation::cost_slopes(const std::vector<double>& start,
-                                                       const VectorXd& displacement) {
-  std::vector<double> here(shape_.n()), there(shape_.n()), moved = start;
-  std::pair<VectorXd, VectorXd> sums{VectorXd::Zero(Index(n_z_)), VectorXd::Zero(Index(n_z_))};
-  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += displacement[Index(i % n_z_)];
-  const bool bends = gradient(moved.data(), there.data());
-  if (!gradient(start.data(), here.data())) return sums;
+std::pair<VectorXd, VectorXd> PhaseScaling::cost_slopes(const std::vector<double>& start,
+                                                        const VectorXd& displacement) {
+  std::vector<double> here(phase_.variables()), there(phase_.variables()), moved = start;
+  std::pair<VectorXd, VectorXd> sums{VectorXd::Zero(Index(phase_.n_z)), VectorXd::Zero(Index(phase_.n_z))};
+  for (std::size_t i = 0; i < moved.size(); ++i) moved[i] += displacement[Index(i % phase_.n_z)];
+  const bool bends = gradient(moved, there);
+  if (!gradient(start, here)) return sums;
   for (std::size_t i = 0; i < start.size(); ++i) {
-    sums.first[Index(i % n_z_)] += std::abs(here[i]);
-    if (bends) sums.second[Index(i % n_z_)] += std::abs(there[i] - here[i]);
+    sums.first[Index(i % phase_.n_z)] += std::abs(here[i]);
+    if (bends) sums.second[Index(i % phase_.n_z)] += std::abs(there[i] - here[i]);
   }
   return sums;
 }
 
 // How far the cost alone would move an entry: its slope over its curvature, 0 where that says nothing.  The second
 // look is from a displacement in the entry's own unit.
-double Collocation::newton_step(const std::vector<double>& start, Index entry) {
+double PhaseScaling::newton_step(const std::vector<double>& start, Index entry) {
   double step = 1;
   for (int look = 0; look < 2; ++look) {
     const double displacement = kDisplacement * step;
-    const auto [slope, bend] = cost_slopes(start, displacement * VectorXd::Unit(Index(n_z_), entry));
+    const auto [slope, bend] = cost_slopes(start, displacement * VectorXd::Unit(Index(phase_.n_z), entry));
     step = slope[entry] / (bend[entry] / displacement);
     if (!(step > 0 && std::isfinite(step))) return 0;
   }
@@ -158,22 +224,23 @@ double Collocation::newton_step(const std::vector<double>& start, Index entry) {
 }
 
 // How far the guess moves states, where nothing better is known of them; 0: they stand still.
-VectorXd Collocation::extents(const std::vector<double>& start) const {
-  const Eigen::Map<const MatrixXd> values(start.data(), Index(n_z_), Index(points_));
+VectorXd PhaseScaling::extents(const std::vector<double>& start) const {
+  const Eigen::Map<const MatrixXd> values(start.data(), Index(phase_.n_z), Index(phase_.points));
   VectorXd extent = values.rowwise().maxCoeff() - values.rowwise().minCoeff();
   extent = (extent.array() < kRounding * values.cwiseAbs().maxCoeff()).select(0, extent);
-  extent.tail(Index(n_z_ - n_x_)).setZero();
+  extent.tail(Index(phase_.n_z - phase_.n_x)).setZero();
   for (Index c = 0; c < problem_.typical.size(); ++c) {
     if (problem_.typical[c] > 0) extent[c] = problem_.typical[c];
   }
   return extent;
 }
 
-VectorXd Collocation::nominal_values(const std::vector<double>& start, Linearisation at) {
-  const Index n_x = Index(n_x_), n_z = Index(n_z_);
-  const Eigen::Map<const MatrixXd> values(start.data(), n_z, Index(points_));
+VectorXd PhaseScaling::nominal_values(const std::vector<double>& start, Linearisation at) {
+  const Index n_x = Index(phase_.n_x), n_z = Index(phase_.n_z);
+  const Eigen::Map<const MatrixXd> values(start.data(), n_z, Index(phase_.points));
   const VectorXd extent = extents(start);
-  VectorXd given = values.middleCols(Index(first_used_), Index(used_)).cwiseAbs().rowwise().maxCoeff();
+  VectorXd given =
+      values.middleCols(Index(phase_.first_used), Index(phase_.used)).cwiseAbs().rowwise().maxCoeff();
   given.head(n_x).setZero();
   // What a row lacks by rounding, beside what it then amounts to, moves nothing.
   const VectorXd norms = row_norms(at.derivatives, completed(extent, at).cwiseMax(given));
@@ -211,9 +278,11 @@ VectorXd Collocation::nominal_values(const std::vector<double>& start, Linearisa
   return z;
 }
 
-NlpScaling Collocation::scaling(const std::vector<double>& at, const NlpScaling& before) {
-  if (!evaluate_first(at.data())) return before;
-  const Index n_x = Index(n_x_), n_c = Index(stage_.path_rows.size());
+bool PhaseScaling::add_to(NlpScaling& all, const NlpScaling& before) {
+  const auto first_variable = x_.begin() + long(phase_.variable);
+  const std::vector<double> at(first_variable, first_variable + long(phase_.variables()));
+  if (!evaluate_first(at)) return false;
+  const Index n_x = Index(phase_.n_x), n_c = Index(phase_.stage.path_rows.size());
   const Linearisation here = linearisation();
   const RowFlags equations = here.equations();
   Linearisation around = here;
@@ -225,7 +294,7 @@ NlpScaling Collocation::scaling(const std::vector<double>& at, const NlpScaling&
   still.tail(z.size() - n_x).setConstant(false);
   bool settled = !still.any();
   for (int sweep = 0; sweep < kSweeps && !settled; ++sweep) {
-    if (!evaluate_first(sample(at, still.select(z, 0), sweep).data())) continue;
+    if (!evaluate_first(sample(at, still.select(z, 0), sweep))) continue;
     MatrixXd there = linearisation().derivatives;
     // What moves a state by rounding beside the change that its own nominal value is: forces that cancel.
     for (Index i = 0; i < n_x; ++i) {
@@ -241,13 +310,14 @@ NlpScaling Collocation::scaling(const std::vector<double>& at, const NlpScaling&
     settled = (z.array() < kSettled * last.array() && last.array() < kSettled * z.array()).all();
   }
   if (!before.x.empty()) {
-    const VectorXd last = Eigen::Map<const VectorXd>(before.x.data(), z.size());
+    const VectorXd last = Eigen::Map<const VectorXd>(before.x.data() + phase_.variable, z.size());
     z = (z.array() < kUnresolved * last.array()).select(last, z);
   }
   // Of the cost, from its derivatives at the start and a little beside it: a least-squares cost may start at its least.
   const auto [slope, bend] = cost_slopes(at, kDisplacement * z);
   const double cost = slope.cwiseMax(bend / (2 * kDisplacement)).cwiseProduct(z).maxCoeff();
-  NlpScaling m{cost > 0 && std::isfinite(cost) ? cost / kCostResolution : 1};
+  if (phase_.cost < nlp_.program_.end_of_costs(k_) && has_costs(problem_))
+    all.objective += cost > 0 && std::isfinite(cost) ? cost / kCostResolution : 1;
   // Of rows their norms, else the room between their bounds, else 1.  A row whose norm is rounding beside its value is constant:
   // the distance of two bodies that no joint moves.
   VectorXd norms = row_norms(around.derivatives, z);
@@ -255,16 +325,33 @@ NlpScaling Collocation::scaling(const std::vector<double>& at, const NlpScaling&
     if (norms[i] > kRounding * here.values[i]) continue;
     norms[i] = here.room[i] > 0 && std::isfinite(here.room[i]) ? here.room[i] : 1;
   }
-  const auto append = [](std::vector<double>& to, const auto& part) {
-    to.insert(to.end(), part.begin(), part.end());
-  };
-  for (std::size_t p = 0; p < points_; ++p) append(m.x, z);
-  for (std::size_t k = 0; k < intervals_ * rows_; ++k) append(m.g, z.head(n_x));
-  for (std::size_t k = 0; k < intervals_ * std::size_t(scheme_.held.rows()); ++k)
-    append(m.g, z.tail(Index(problem_.n_u())));
-  for (std::size_t p = 0; p < used_; ++p) append(m.g, norms.segment(n_x, n_c));
-  append(m.g, norms.tail(norms.size() - n_x - n_c));
-  return m;
+  for (std::size_t p = 0; p < phase_.points; ++p)
+    std::copy(z.begin(), z.end(), all.x.begin() + long(phase_.variable_of(p)));
+  Index of_instants = n_x + n_c;
+  for (const RowBlock& block : nlp_.program_.rows) {
+    if (block.phase != k_ || variable_of(nlp_.program_, block)) continue;
+    const auto size = Index(block.size);
+    const bool is_of_node = nlp_.program_.terms[block.first_term].evaluator == phase_.evaluator;
+    const Index first = is_of_node ? n_x : of_instants;
+    VectorXd::Map(all.g.data() + block.row, size) = norms.segment(first, size);
+    if (!is_of_node) of_instants += size;
+  }
+  return true;
+}
+
+// Costs of phases add up.  Rows that add up variables are as large as these.
+NlpScaling StagedNlp::scaling(const std::vector<double>& at, const NlpScaling& before) {
+  NlpScaling all{0, std::vector<double>(shape().n()), std::vector<double>(shape().m())};
+  forget();
+  for (std::size_t k = 0; k < phases(); ++k) {
+    if (!PhaseScaling(*this, k, at).add_to(all, before)) return before;
+  }
+  if (all.objective == 0) all.objective = 1;
+  for (const RowBlock& block : program_.rows) {
+    if (const std::optional<std::size_t> variable = variable_of(program_, block))
+      std::copy_n(all.x.begin() + long(*variable), block.size, all.g.begin() + long(block.row));
+  }
+  return all;
 }
 
 }  // namespace dyntape

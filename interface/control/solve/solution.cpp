@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/control/solve/solution.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace dyntape {
+
+namespace {
+
+std::size_t place_of(const std::string& name, const std::vector<std::string>& all) {
+  return std::size_t(std::find(all.begin(), all.end(), name) - all.begin());
+}
+
+bool is_worse(double a, double b) { return !(a <= b); }  // NaN is worse than any number
+
+void append(Eigen::VectorXd& all, const Eigen::VectorXd& more) {
+  all.conservativeResize(all.size() + more.size());
+  all.tail(more.size()) = more;
+}
+
+}  // namespace
+
+bool is_optimal(const KktResiduals& kkt, StationaryPoint order, const VerifyOptions& demands) {
+  return kkt.stationarity <= demands.stationarity && kkt.complementarity <= demands.complementarity &&
+         order != StationaryPoint::kNotMinimum;
+}
+bool is_feasible(const Verification& verification, const VerifyOptions& demands) {
+  return verification.violation <= demands.violation;
+}
+bool is_accurate(const Verification& verification, const VerifyOptions& demands) {
+  return verification.worst_relative <= demands.integration_error && verification.trouble.empty();
+}
+
+Trajectory whole_motion(const std::vector<SolvedPhase>& phases,
+                        const std::vector<std::vector<std::string>>& controls_of_phases,
+                        std::vector<std::string> controls) {
+  const Trajectory& first = phases.front().motion;
+  if (phases.size() == 1 && (controls.empty() || controls == controls_of_phases.front())) return first;
+  for (const auto& names : controls_of_phases) {
+    for (const std::string& name : names) {
+      if (place_of(name, controls) == controls.size()) controls.push_back(name);
+    }
+  }
+  Eigen::Index n = 0;
+  for (const SolvedPhase& phase : phases) {
+    n += phase.motion.points();
+    if (phase.motion.x.rows() != first.x.rows() || phase.motion.a.rows() != first.a.rows()) return {};
+  }
+  Trajectory all{Eigen::VectorXd(n), Eigen::MatrixXd(first.x.rows(), n), Eigen::MatrixXd(first.a.rows(), n),
+                 Eigen::MatrixXd::Zero(Eigen::Index(controls.size()), n), first.scheme};
+  Eigen::Index at = 0;
+  for (std::size_t k = 0; k < phases.size(); ++k) {
+    const Trajectory& motion = phases[k].motion;
+    const Eigen::Index points = motion.points();
+    all.t.segment(at, points) = motion.t.array() + phases[k].begin;
+    all.x.middleCols(at, points) = motion.x;
+    all.a.middleCols(at, points) = motion.a;
+    for (std::size_t i = 0; i < controls_of_phases[k].size(); ++i) {
+      const auto row = Eigen::Index(place_of(controls_of_phases[k][i], controls));
+      all.u.row(row).segment(at, points) = motion.u.row(Eigen::Index(i));
+    }
+    at += points;
+  }
+  return all;
+}
+
+Verification whole_verification(const std::vector<SolvedPhase>& phases, double link_violation) {
+  Verification all = phases.front().verification;
+  const std::string of_links = phases.size() == 1 ? "the end against the start" : "the links between phases";
+  if (phases.size() == 1) {
+    if (is_worse(link_violation, all.violation)) all.violation = link_violation, all.worst_row = of_links;
+    return all;
+  }
+  all = {};
+  all.violation = link_violation;
+  all.worst_row = of_links;
+  for (std::size_t k = 0; k < phases.size(); ++k) {
+    const Verification& v = phases[k].verification;
+    const std::string in = phases[k].name + ": ";
+    if (is_worse(v.violation, all.violation)) all.violation = v.violation, all.worst_row = in + v.worst_row;
+    if (k == 0 || is_worse(v.worst_defect, all.worst_defect)) all.worst_defect = v.worst_defect;
+    if (k == 0 || is_worse(v.worst_relative, all.worst_relative)) {
+      all.worst_relative = v.worst_relative;
+      all.worst_interval = int(all.relative_defect.size()) + v.worst_interval;
+      all.worst_state = v.worst_state.empty() ? "" : in + v.worst_state;
+      all.worst_state_defect = v.worst_state_defect;
+    }
+    if (k == 0 || is_worse(v.miss, all.miss)) {
+      all.miss = v.miss;
+      all.miss_state = v.miss_state.empty() ? "" : in + v.miss_state;
+      all.miss_index = v.miss_index;
+    }
+    if (all.trouble.empty() && !v.trouble.empty()) all.trouble = in + v.trouble;
+    append(all.integration_error, v.integration_error);
+    append(all.relative_defect, v.relative_defect);
+    all.cost += v.cost;
+  }
+  return all;
+}
+
+}  // namespace dyntape
