@@ -80,16 +80,15 @@ class CsvReader {
   void read_header(const std::vector<Entry>& entries) {
     std::vector<std::string> names;
     std::unordered_set<std::string> met;
+    const auto is_number = [this](const Entry& entry) { return parse_double(unquoted(entry)).has_value(); };
+    if (std::all_of(entries.begin(), entries.end(), is_number))
+      fail(1, "the first line must name the columns, but it holds numbers");
     for (const Entry& entry : entries) {
       std::string name = unquoted(entry);
       const int number = static_cast<int>(names.size()) + 1;
       if (name.empty()) fail(entry.column, "column " + std::to_string(number) + " has no name");
       if (!met.insert(name).second) fail(entry.column, "two columns are named '" + name + "'");
       names.push_back(std::move(name));
-    }
-    if (std::all_of(names.begin(), names.end(),
-                    [](const std::string& n) { return parse_double(n).has_value(); })) {
-      fail(1, "the first line must name the columns, but it holds numbers");
     }
     if (names.size() == 1 && names[0].find(';') != std::string::npos)
       fail(1, "the columns are separated by ';', expected ','");

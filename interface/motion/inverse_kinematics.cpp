@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 
 #include <Eigen/Cholesky>
@@ -153,6 +154,33 @@ std::optional<VectorXd> inverse_kinematics(const RobotScene& scene, const FrameT
     if (q && (!options.accept || options.accept(*q))) return q;
   }
   return std::nullopt;
+}
+
+Reach reach_of(const dynamics::Model<double>& model, const std::string& frame) {
+  const auto& at = model.frames[std::size_t(model.frame_index(frame))];
+  Reach reach{"", at.X_BF.p, 0};
+  double beyond = at.X_BF.p.norm();  // of the origin of the joint that is looked at
+  for (int i = at.body; i >= 0; i = model.parent[std::size_t(i)]) {
+    const auto& joint = model.joints[std::size_t(i)];
+    if (joint.type == dynamics::JointType::kPrismatic)
+      beyond += std::max(std::abs(joint.limits.lower), std::abs(joint.limits.upper));
+    if (joint.type == dynamics::JointType::kHelical || !dynamics::is_single(joint.type)) beyond = HUGE_VAL;
+    reach = {joint.name, model.X_PJ[std::size_t(i)].p, beyond};
+    beyond += model.X_PJ[std::size_t(i)].p.norm();
+  }
+  return reach;
+}
+
+std::string why_unreachable(const dynamics::Model<double>& model, const FrameTarget& target,
+                            const std::string& what) {
+  if (!target.position) return "";
+  constexpr double kRounding = 1e-9;
+  const Reach reach = reach_of(model, target.frame);
+  const double distance = (*target.position - reach.centre).norm();
+  if (reach.joint.empty() || !(distance > (1 + kRounding) * reach.radius)) return "";
+  return what + " is " + io::significant(distance, 3) + " m from joint '" + reach.joint + "', and '" +
+         target.frame + "' gets " + io::significant(reach.radius, 3) + " m away from it at most" +
+         (distance > 30 * reach.radius ? "; positions are in metres" : "");
 }
 
 }  // namespace dyntape

@@ -37,4 +37,18 @@ std::optional<Eigen::VectorXd> inverse_kinematics(const RobotScene& scene, const
                                                   const Eigen::VectorXd& from,
                                                   const InverseKinematicsOptions& options = {});
 
+// Within which sphere a frame stays, by lengths alone, of a robot with a fixed base: about the origin of the first joint that moves
+// it.  Infinite where a joint that slides has no limits.
+struct Reach {
+  std::string joint;       // "": none moves the frame
+  Eigen::Vector3d centre;  // m, world
+  double radius;           // m
+};
+Reach reach_of(const dynamics::Model<double>& model, const std::string& frame);
+
+// Why a position cannot be reached, in one sentence: "the goal is 611 m from 'pan', and 'tip' gets 0.731 m away from it at most; positions
+// are in metres".  Empty: lengths do not forbid it.
+std::string why_unreachable(const dynamics::Model<double>& model, const FrameTarget& target,
+                            const std::string& what);
+
 }  // namespace dyntape

@@ -64,6 +64,8 @@ TEST(Csv, marks_line_ends_blanks_and_quotes_are_tolerated) {
 
 TEST(Csv, refusals_say_where_and_why) {
   EXPECT_EQ(refusal(""), "t.csv:1:1: there is no header line");
+  EXPECT_EQ(refusal("0,2,0\n3,4,0\n"),
+            "t.csv:1:1: the first line must name the columns, but it holds numbers");
   EXPECT_EQ(refusal("1,2\n3,4\n"), "t.csv:1:1: the first line must name the columns, but it holds numbers");
   EXPECT_EQ(refusal("a,,b\n"), "t.csv:1:3: column 2 has no name");
   EXPECT_EQ(refusal("a,b,a\n"), "t.csv:1:5: two columns are named 'a'");

@@ -160,7 +160,13 @@ TEST_F(FloatingTasks, TheQuadrotorFliesByBothMethods) {
     EXPECT_EQ(table.column("q6").size(), std::size_t(motion.points()));
     EXPECT_EQ(table.column("f.front")[0], motion.u(0, 0));
     EXPECT_EQ(motion_player(task, motion).q.rows(), 7);
-    EXPECT_EQ(trajectory_plot(task, motion).panels[2].series[1].name, "left");
+    // A panel a unit: position, orientation, two velocities, thrusts.
+    const io::Plot plot = trajectory_plot(task, motion);
+    ASSERT_EQ(plot.panels.size(), 5u);
+    EXPECT_EQ(plot.panels[0].y_label, "q [m]");
+    EXPECT_EQ(plot.panels[1].series.size(), 4u);
+    EXPECT_EQ(plot.panels[4].y_label, "f [N]");
+    EXPECT_EQ(plot.panels[4].series[1].name, "left");
   }
   EXPECT_NEAR(costs[1] / costs[0], 1, 1e-6);
 }

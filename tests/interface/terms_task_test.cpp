@@ -108,9 +108,15 @@ TEST_F(Places, WhatIsOutOfReachIsNoted) {
   replace("0.4 0.35 0.3", "1.4 0.35 0.3");
   const Task task = read();
   ASSERT_FALSE(task.notes.empty());
-  EXPECT_NE(task.notes.back().find("'panda_hand' is at its goal, which may be out of reach"),
+  EXPECT_NE(task.notes.back().find(
+                "'panda_hand' is at its goal: the place of 'panda_hand' at its goal is 1.44 m from"),
             std::string::npos)
       << task.notes.back();
+  // Within the arm's length, and the joints' limits forbid it.
+  replace("1.4 0.35 0.3", "0 0 -0.6");
+  EXPECT_NE(read().notes.back().find("'panda_hand' is at its goal, which may be out of reach"),
+            std::string::npos)
+      << read().notes.back();
   EXPECT_EQ(task.problem.guess(0).x, task.problem.guess(2).x);
 }
 

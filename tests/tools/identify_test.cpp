@@ -71,6 +71,37 @@ TEST(Identify, EstimatesFromAFileOfSamples) {
   for (int k = 0; k < found.rows(); ++k) EXPECT_NEAR(found(k, 0), found(k, 2), 1e-9);
 }
 
+// Friction is found exactly with the width that it has, and not with another.
+TEST(Identify, FrictionHasAWidth) {
+  const Scratch scratch;
+  constexpr double kFriction = 0.7, kWidth = 0.5;
+  auto arm = dyntape::dynamics::load_urdf(config("robots/arm_2r.urdf"));
+  const auto samples = dyntape::random_samples(arm, 60, 4);
+  dyntape::io::CsvTable table({"q0", "q1", "v0", "v1", "a0", "a1", "tau0", "tau1"});
+  dyntape::dynamics::Data<double> data(arm);
+  for (int i = 0; i < 60; ++i) {
+    Eigen::VectorXd tau =
+        dyntape::dynamics::rnea(arm, data, samples.q.col(i), samples.v.col(i), samples.a.col(i));
+    tau += kFriction * (samples.v.col(i).array() / kWidth).tanh().matrix();
+    table.append({samples.q(0, i), samples.q(1, i), samples.v(0, i), samples.v(1, i), samples.a(0, i),
+                  samples.a(1, i), tau[0], tau[1]});
+  }
+  dyntape::io::write_csv(scratch / "samples.csv", table);
+  const auto coulomb = [&](const std::string& width) {
+    const auto run = run_dyntape({"identify", config("robots/arm_2r.urdf"), "--friction", "--friction-width",
+                                  width, "--data", scratch / "samples.csv", "--output", scratch / width});
+    EXPECT_EQ(run.status, 0) << run.err;
+    const auto found = dyntape::io::read_csv(scratch / width + "/base_parameters.csv");
+    return std::pair(found(found.rows() - 2, 0), found(found.rows() - 1, 0));
+  };
+  const auto [first, second] = coulomb("0.5");
+  EXPECT_NEAR(first, kFriction, 1e-9);
+  EXPECT_NEAR(second, kFriction, 1e-9);
+  EXPECT_GT(std::abs(coulomb("0.01").first - kFriction), 1e-3);
+  for (const char* wrong : {"0", "-1", "nan", "x"})
+    EXPECT_NE(run_dyntape({"identify", config("robots/arm_2r.urdf"), "--friction-width", wrong}).status, 0);
+}
+
 // What solve writes needs no editing, and what does not belong is said once.
 TEST(Identify, EstimatesFromTheMotionThatSolveWrites) {
   const Scratch scratch;

@@ -3,6 +3,8 @@
 // dyntape simulate as a new user types it: scene files, robots with a few options, what is refused, what is written.
 #include <gtest/gtest.h>
 
+#include <regex>
+
 #include <nlohmann/json.hpp>
 
 #include "run.h"
@@ -18,6 +20,57 @@ using nlohmann::json;
 namespace fs = std::filesystem;
 
 bool holds(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+TEST(Simulate, NumbersWithoutADirectionAreNoRotation) {
+  const Outcome base =
+      run_dyntape({"simulate", config("robots/box.urdf"), "--base", "floating", "--q0", "0,0,1,0,0,0,0"});
+  EXPECT_EQ(base.status, 1);
+  EXPECT_TRUE(
+      holds(base.err, "--q0: the quaternion (x y z w) of \"root_joint\" is zero, which is no rotation"))
+      << base.err;
+  const Outcome longer = run_dyntape({"simulate", config("robots/box.urdf"), "--base", "floating", "--for",
+                                      "0.01", "--q0", "0,0,1,0,0,0,9"});
+  EXPECT_EQ(longer.status, 0) << longer.err;
+}
+
+// As the same lines in a file do: of a scene, of a robot without one, in a task and a sweep.
+TEST(Simulate, SettingsStandInPlaceOfWhatTheFileSays) {
+  const Scratch scratch;
+  const auto effective = [&](std::vector<std::string> command, const std::string& folder) {
+    command.insert(command.end(), {"--output", scratch / folder});
+    const Outcome run = run_dyntape(command);
+    EXPECT_EQ(run.status, 0) << run.err;
+    return slurp(scratch / folder + "/effective.info");
+  };
+  const auto says = [](const std::string& text, const char* line) {
+    return std::regex_search(text, std::regex(line));
+  };
+  const std::string scene = config("scenes/pendulum.info"), robot = config("robots/pendulum.urdf");
+  EXPECT_TRUE(
+      says(effective({"simulate", scene, "--set", "simulation.duration=0.02"}, "a"), "duration +0.02"));
+  const std::string damped = effective(
+      {"simulate", robot, "--for", "0.02", "--set", "effects.joint_damping=0.25", "--set", "start.q=0.5"},
+      "b");
+  EXPECT_TRUE(says(damped, "joint_damping +0.25")) << damped;
+  EXPECT_TRUE(holds(slurp(scratch / "b/motion.csv"), "\n0,0.5,0,")) << slurp(scratch / "b/motion.csv");
+  EXPECT_TRUE(says(effective({"solve", config("tasks/block_move.info"), "--set", "horizon.intervals=4",
+                              "--set", "expected="},
+                             "c"),
+                   "intervals +4"));
+  for (const char* command : {"simulate", "solve", "mpc", "sweep"}) {
+    const std::string kind = std::string(command) == "simulate" ? "scenes/pendulum.info"
+                             : std::string(command) == "sweep"  ? "sweeps/quadruped_dropped.info"
+                             : std::string(command) == "mpc"    ? "control/arm_holds.info"
+                                                                : "tasks/block_move.info";
+    const Outcome wrong =
+        run_dyntape({command, config(kind), "--set", "nonsense.key=1", "--output", scratch / "d"});
+    EXPECT_NE(wrong.status, 0);
+    EXPECT_TRUE(holds(wrong.err, "--set nonsense.key: unknown key 'nonsense'")) << wrong.err;
+    EXPECT_FALSE(fs::exists(scratch / "d")) << command;
+    const Outcome none = run_dyntape({command, config(kind), "--set", "nonsense", "--output", scratch / "d"});
+    EXPECT_TRUE(holds(none.err, "--set nonsense: expected a path of keys")) << none.err;
+  }
+}
 
 TEST(Simulate, WritesTheMotionItsPicturesAndItsPage) {
   const Scratch scratch;

@@ -80,11 +80,15 @@ class OutputFolder {
   codegen::Descriptor lock_;
 };
 
-// A file, read once: it may come by a pipe.
+// A file, read once, as it may come by a pipe; and what the command line says in place of it.
 struct TextOfFile {
-  explicit TextOfFile(const std::string& file);
+  explicit TextOfFile(const std::string& file, const std::vector<std::string>& set = {});
   std::string path, text;
+  std::vector<io::Setting> settings;
 };
+
+// The option --set of commands that read an .info file.
+void add_settings(CLI::App& command, std::vector<std::string>& set);
 
 // A task file, with a name that reports can carry; one of a robot as one mass.
 Task task_in(const TextOfFile& file);

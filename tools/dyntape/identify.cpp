@@ -189,6 +189,12 @@ void add_identify(CLI::App& app) {
       "--friction",
       [options](std::int64_t) { options->base.columns.viscous = options->base.columns.coulomb = true; },
       "viscous and Coulomb friction are parameters too");
+  command
+      ->add_option("--friction-width", options->base.columns.smoothing,
+                   "W of --friction: Coulomb friction is F tanh(v / W) [rad/s or m/s]")
+      ->check(positive_number())
+      ->type_name("W")
+      ->capture_default_str();
   command->add_flag("--excite", options->excite,
                     "find the most telling motion; excitation.csv, excitation.svg");
   command->add_option("--period", options->excitation.period, "of the motion [s]")

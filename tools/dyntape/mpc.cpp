@@ -20,6 +20,7 @@ namespace {
 
 struct ControlOptions {
   std::string task, output;
+  std::vector<std::string> set;
   bool json = false;
 };
 
@@ -59,7 +60,7 @@ void run_control(const ControlOptions& options, const AnyTask& task, const std::
 }
 
 void run_control(const ControlOptions& options) {
-  const TextOfFile file(options.task);
+  const TextOfFile file(options.task, options.set);
   if (has_block(file, "centroidal"))
     run_control(options, centroidal_task_in(file), centroidal_files());
   else
@@ -86,6 +87,7 @@ void add_mpc(CLI::App& app) {
   command->add_option("--output", options->output, "where closed_loop.csv, report.json and the pictures go")
       ->check(not_empty())
       ->type_name("DIR");
+  add_settings(*command, options->set);
   command->add_flag("--json", options->json, "the report for programs");
   command->callback([options] { run_control(*options); });
 }

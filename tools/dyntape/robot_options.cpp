@@ -45,6 +45,16 @@ dynamics::UrdfRobot load_robot(const RobotOptions& options) {
   return dynamics::read_urdf(options.path, urdf);
 }
 
+void add_settings(CLI::App& command, std::vector<std::string>& set) {
+  command
+      .add_option("--set", set,
+                  "a value in place of what the file says, or in addition; as often as there are values: "
+                  "--set effects.gravity=off --set start.q=0.5")
+      ->allow_extra_args(false)
+      ->check(not_empty())
+      ->type_name("KEY.PATH=VALUE");
+}
+
 std::vector<std::string> numbered(const std::string& prefix, int count) {
   std::vector<std::string> names;
   for (int i = 0; i < count; ++i) names.push_back(prefix + std::to_string(i));

@@ -31,7 +31,7 @@ struct SimulateOptions {
   // Of a robot without a scene file.
   std::string base = "fixed", integrator = "runge-kutta-4";
   std::vector<double> q0, v0;
-  std::vector<std::string> effects, lock;
+  std::vector<std::string> effects, lock, set;
   double duration = 1, step = 1e-3;
   bool explain = false, json = false, accuracy = false;
 };
@@ -90,6 +90,22 @@ Eigen::VectorXd spread(const std::vector<double>& given, const dynamics::Model<d
   return is_q ? configuration_of(model, all) : all;
 }
 
+// A rotation is read by the direction of its numbers, and zeros have none.
+void check_rotations(const Eigen::VectorXd& q, const dynamics::Model<double>& model) {
+  for (const auto& joint : model.joints) {
+    const int linear = joint.type == dynamics::JointType::kFreeFlyer ? 3
+                       : joint.type == dynamics::JointType::kPlanar  ? 2
+                                                                     : 0;
+    const int numbers = dynamics::nq(joint.type) - linear;
+    if (numbers == dynamics::nv(joint.type) - linear || !q.segment(joint.idx_q + linear, numbers).isZero(0))
+      continue;
+    throw ArgumentError(
+        "--q0: the " + std::string(numbers == 4 ? "quaternion (x y z w)" : "cosine and sine") + " of \"" +
+        joint.name + "\" is zero, which is no rotation; expected numbers of any other length, as " +
+        (numbers == 4 ? "0,0,0,1" : "1,0"));
+  }
+}
+
 std::string quoted(const auto& numbers) {
   std::string text;
   for (double x : numbers) text += (text.empty() ? "" : " ") + io::shortest(x);
@@ -131,25 +147,26 @@ std::string start_text(const dynamics::Model<double>& model, const Eigen::Vector
 }
 
 Scene scene_in(const SimulateOptions& options) {
-  const TextOfFile file(options.file);  // says at once what is wrong with the file itself
+  const TextOfFile file(options.file, options.set);  // says at once what is wrong with the file itself
   if (!is_robot(file)) {
     for (const CLI::Option* option : options.of_robot) {
       if (option->count() > 0)
         throw ArgumentError(option->get_name() +
                             " is of a robot without a scene file; a scene says it itself");
     }
-    return read_scene_text(file.text, file.path);
+    return read_scene_text(file.text, file.path, file.settings);
   }
   if (std::error_code none; !std::filesystem::is_regular_file(file.path, none))
     throw FileError(file.path + ": a robot by a pipe can be read once only; expected the name of its file");
   const std::string here = (std::filesystem::path(options.file).parent_path() / "(command line)").string();
   const std::string text = scene_text(options);
-  Scene scene = read_scene_text(text, here);
+  Scene scene = read_scene_text(text, here, file.settings);
   if (options.q0.empty() && options.v0.empty()) return scene;
   const dynamics::Model<double>& model = scene.robot.model;
   const Eigen::VectorXd q = spread(options.q0, model, "--q0", scene.q, true);
+  check_rotations(q, model);
   const Eigen::VectorXd v = spread(options.v0, model, "--v0", scene.v, false);
-  scene = read_scene_text(text + start_text(model, q, v), here);
+  scene = read_scene_text(text + start_text(model, q, v), here, file.settings);
   scene.q = q, scene.v = v;  // also of joints that a file has no words for
   return scene;
 }
@@ -217,6 +234,7 @@ void add_simulate(CLI::App& app) {
       "--accuracy", options->accuracy,
       "also estimate how far the end is off, and whether nearby motions part: runs the motion three "
       "times more");
+  add_settings(*command, options->set);
   command->add_flag("--json", options->json, "the report for programs");
   const std::string group = "Of a robot without a scene file";
   command->add_option("--base", options->base, "fixed: the root link is the world; floating: it moves freely")

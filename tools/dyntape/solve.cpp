@@ -27,20 +27,21 @@ void check_name(const std::string& file, const std::string& name) {
 
 }  // namespace
 
-TextOfFile::TextOfFile(const std::string& file) : path(file), text(read_file(file)) {}
+TextOfFile::TextOfFile(const std::string& file, const std::vector<std::string>& set)
+    : path(file), text(read_file(file)), settings(io::settings_of(set)) {}
 
 Task task_in(const TextOfFile& file) {
   if (has_block(file, "centroidal"))
     throw FileError(
         file.path +
         ": it is about a robot as one mass ('centroidal'), which `dyntape mpc` steers; expected a task");
-  Task task = read_task_text(file.text, file.path);
+  Task task = read_task_text(file.text, file.path, file.settings);
   check_name(file.path, task.name);
   return task;
 }
 
 CentroidalTask centroidal_task_in(const TextOfFile& file) {
-  CentroidalTask task = read_centroidal_task_text(file.text, file.path);
+  CentroidalTask task = read_centroidal_task_text(file.text, file.path, file.settings);
   check_name(file.path, task.name);
   return task;
 }
@@ -57,6 +58,7 @@ namespace {
 
 struct SolveOptions {
   std::string task, output;
+  std::vector<std::string> set;
   bool explain = false, json = false;
 };
 
@@ -97,7 +99,7 @@ SolveReport watched(const Task& task, SolveDisplay& display, const Interruption&
 }
 
 void run(const SolveOptions& options) {
-  const Task task = task_in(TextOfFile(options.task));
+  const Task task = task_in(TextOfFile(options.task, options.set));
   if (options.explain) {
     std::cout << explain(task);
     return;
@@ -141,6 +143,7 @@ void add_solve(CLI::App& app) {
   command->add_flag(
       "--explain", options->explain,
       "print the resolved scene, which effects act and what each costs in operations; solve nothing");
+  add_settings(*command, options->set);
   command->add_flag("--json", options->json, "the report for programs");
   command->callback([options] { run(*options); });
 }

@@ -28,6 +28,7 @@ struct SweepWords {
   std::string file, output;
   bool restart = false, json = false;
   std::optional<long> sample;
+  std::vector<std::string> set;
 };
 
 void print(const SweepReport& report, const SweepWords& words, const Scene& scene) {
@@ -105,8 +106,8 @@ void simulate_sample(const SweepWords& words, const SceneSweep& sweep) {
 }
 
 void sweep(const SweepWords& words, const SweepSide& side) {
-  if (side.master) return serve_sweep(words.file, *side.master);
-  const SceneSweep sweep = read_sweep(words.file);
+  if (side.master) return serve_sweep(words.file, io::settings_of(words.set), *side.master);
+  const SceneSweep sweep = read_sweep(words.file, io::settings_of(words.set));
   if (const std::string fault = fault_of_name(sweep.name); !fault.empty())
     throw FileError(words.file + ": the sweep has a name that " + fault);
   if (words.sample) return simulate_sample(words, sweep);
@@ -147,6 +148,7 @@ void add_sweep_command(CLI::App& app, const SweepSide& side) {
                    "simulate this sample alone, with the results of simulate in DIR")
       ->transform(whole_number(0L, kMostRows))
       ->type_name("I");
+  add_settings(*command, words->set);
   command->add_flag("--json", words->json, "the report for programs");
   command->callback([words, side] { sweep(*words, side); });
 }

@@ -32,6 +32,7 @@
 #include <dyntape/interface/files/info/info.h>
 #include <dyntape/interface/files/info/question.h>
 #include <dyntape/interface/files/info/renamed.h>
+#include <dyntape/interface/files/info/settings.h>
 
 namespace dyntape::io {
 
@@ -42,9 +43,10 @@ struct SectionState;    // what is known of one block
 
 class Section {
  public:
-  // Keys that had another name in the version before are read by it as well (renamed.h).
+  // Keys that had another name in the version before are read by it as well (renamed.h).  Settings stand in place of what the file
+  // says (settings.h).
   static Section parse(std::string_view text, const std::string& file_name,
-                       const std::vector<Renamed>& renamed = {});
+                       const std::vector<Renamed>& renamed = {}, const std::vector<Setting>& settings = {});
   const std::vector<Replacement>& replacements() const;
 
   // For the list of all keys: a file in which nothing stands, where has() says yes and nothing is a problem, so that a

@@ -278,10 +278,11 @@ VectorXd Commands::at(double time, const VectorXd& x) const {
 long Scene::steps() const { return std::max(1L, std::lround(duration / step)); }
 long Scene::stride() const { return std::max(1L, std::lround(sample / step)); }
 
-Scene read_scene_text(const std::string& text, const std::string& path) {
+Scene read_scene_text(const std::string& text, const std::string& path,
+                      const std::vector<io::Setting>& settings) {
   check_is_no_robot(text, path, "a scene; expected an .info file, as those in config/scenes");
   check_file_kind(text, path, FileKind::kScene);
-  Section file = Section::parse(text, path, old_names());
+  Section file = Section::parse(text, path, old_names(), settings);
   Scene scene;
   scene.file = path;
   scene.name = read_name(file, std::filesystem::path(path).stem().string());
@@ -307,7 +308,9 @@ Scene read_scene_text(const std::string& text, const std::string& path) {
   return scene;
 }
 
-Scene read_scene(const std::string& path) { return read_scene_text(read_file(path), path); }
+Scene read_scene(const std::string& path, const std::vector<io::Setting>& settings) {
+  return read_scene_text(read_file(path), path, settings);
+}
 
 std::vector<io::Question> scene_questions() {
   Section file = Section::catalogue();

@@ -26,6 +26,7 @@
 #include <dyntape/codegen/options/options.h>
 #include <dyntape/interface/files/info/question.h>
 #include <dyntape/interface/files/info/section.h>
+#include <dyntape/interface/files/info/settings.h>
 #include <dyntape/interface/robot/robot_scene.h>
 #include <dyntape/interface/system/steps/stepper.h>
 
@@ -76,10 +77,12 @@ struct Scene {
   long stride() const;  // steps from one sample to the next
 };
 
-Scene read_scene(const std::string& path);
+// Settings stand in place of what the file says (settings.h).
+Scene read_scene(const std::string& path, const std::vector<io::Setting>& settings = {});
 // The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
 // for.
-Scene read_scene_text(const std::string& text, const std::string& path);
+Scene read_scene_text(const std::string& text, const std::string& path,
+                      const std::vector<io::Setting>& settings = {});
 
 // The block `base` of a section that says a state: what it does not say is zero.
 BaseStart read_base(io::Section& state);

@@ -109,10 +109,11 @@ std::string read_sweep_name(Section& file, const std::string& fallback) {
 
 }  // namespace
 
-SceneSweep read_sweep_text(const std::string& text, const std::string& path) {
+SceneSweep read_sweep_text(const std::string& text, const std::string& path,
+                           const std::vector<io::Setting>& settings) {
   check_is_no_robot(text, path, "a sweep; expected an .info file, as those in config/sweeps");
   check_file_kind(text, path, FileKind::kSweep);
-  Section file = Section::parse(text, path, old_names());
+  Section file = Section::parse(text, path, old_names(), settings);
   SceneSweep sweep;
   sweep.file = path;
   sweep.name = read_sweep_name(file, std::filesystem::path(path).stem().string());
@@ -126,7 +127,9 @@ SceneSweep read_sweep_text(const std::string& text, const std::string& path) {
   return sweep;
 }
 
-SceneSweep read_sweep(const std::string& path) { return read_sweep_text(read_file(path), path); }
+SceneSweep read_sweep(const std::string& path, const std::vector<io::Setting>& settings) {
+  return read_sweep_text(read_file(path), path, settings);
+}
 
 std::vector<io::Question> sweep_questions() {
   Section file = Section::catalogue();

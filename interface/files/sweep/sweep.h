@@ -31,6 +31,7 @@
 #include <vector>
 
 #include <dyntape/interface/files/info/question.h>
+#include <dyntape/interface/files/info/settings.h>
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/files/sweep/effect_numbers.h>
 #include <dyntape/interface/system/scene_system.h>
@@ -84,8 +85,10 @@ struct SceneSweep {
 
 constexpr long kMostRows = 1000000;
 
-SceneSweep read_sweep(const std::string& path);
-SceneSweep read_sweep_text(const std::string& text, const std::string& path);
+// Settings stand in place of what the file says (settings.h).
+SceneSweep read_sweep(const std::string& path, const std::vector<io::Setting>& settings = {});
+SceneSweep read_sweep_text(const std::string& text, const std::string& path,
+                           const std::vector<io::Setting>& settings = {});
 
 // Every key that a sweep file may have, in the order of reading.
 std::vector<io::Question> sweep_questions();

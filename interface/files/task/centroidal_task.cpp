@@ -124,14 +124,15 @@ MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<do
 
 }  // namespace
 
-CentroidalTask read_centroidal_task(const std::string& path) {
-  return read_centroidal_task_text(read_file(path), path);
+CentroidalTask read_centroidal_task(const std::string& path, const std::vector<io::Setting>& settings) {
+  return read_centroidal_task_text(read_file(path), path, settings);
 }
 
-CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path) {
+CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path,
+                                         const std::vector<io::Setting>& settings) {
   check_is_no_robot(text, path, "an .info file that names its robot, as those in config/control do");
   check_file_kind(text, path, FileKind::kCentroidal);
-  Section file = Section::parse(text, path, old_names());
+  Section file = Section::parse(text, path, old_names(), settings);
   CentroidalTask task;
   task.file = path;
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());

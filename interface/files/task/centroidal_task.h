@@ -29,6 +29,7 @@
 #pragma once
 
 #include <dyntape/interface/files/info/question.h>
+#include <dyntape/interface/files/info/settings.h>
 #include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/motion/centroidal_problem.h>
 
@@ -50,8 +51,10 @@ struct CentroidalTask {
   std::string effective;  // the file as it was understood, defaults included
 };
 
-CentroidalTask read_centroidal_task(const std::string& path);
-CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path);
+// Settings stand in place of what the file says (settings.h).
+CentroidalTask read_centroidal_task(const std::string& path, const std::vector<io::Setting>& settings = {});
+CentroidalTask read_centroidal_task_text(const std::string& text, const std::string& path,
+                                         const std::vector<io::Setting>& settings = {});
 
 // Every key that such a file may have, in the order of reading.
 std::vector<io::Question> centroidal_questions();

@@ -172,8 +172,11 @@ Eigen::VectorXd placed_for_guess(Task& task, const FrameTarget& target, const Ei
                          there + " and every body keeps clear; the guess has one that does not");
   if (q) return *q;
   task.is_out_of_reach = true;
+  const std::string why = why_unreachable(model, target, "the place of '" + target.frame + "' " + there);
+  if (task.unreachable.empty()) task.unreachable = why;
   task.notes.push_back(task.file + ": no configuration within the robot's limits was found in which '" +
-                       target.frame + "' is " + there + ", which may be out of reach; " + stays);
+                       target.frame + "' is " + there +
+                       (why.empty() ? ", which may be out of reach; " : ": " + why + "; ") + stays);
   return otherwise;
 }
 
@@ -336,13 +339,16 @@ bool read_task_scene(Section& file, Task& task) {
   return found.robot.has_value();
 }
 
-Task read_task(const std::string& path) { return read_task_text(read_file(path), path); }
+Task read_task(const std::string& path, const std::vector<io::Setting>& settings) {
+  return read_task_text(read_file(path), path, settings);
+}
 
-Task read_task_text(const std::string& text, const std::string& path) {
+Task read_task_text(const std::string& text, const std::string& path,
+                    const std::vector<io::Setting>& settings) {
   check_is_no_robot(text, path,
                     "a task file; expected an .info file that names its robot, as those in config/tasks do");
   check_file_kind(text, path, FileKind::kTask);
-  Section file = Section::parse(text, path, old_names());
+  Section file = Section::parse(text, path, old_names(), settings);
   Task task;
   task.file = path;
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());

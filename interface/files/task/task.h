@@ -113,6 +113,7 @@
 #include <vector>
 
 #include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/files/info/settings.h>
 #include <dyntape/interface/motion/capsules.h>
 #include <dyntape/interface/motion/robot_problem.h>
 
@@ -167,7 +168,8 @@ struct Task {
   VerifyOptions demands;
   // No configuration was found in which a frame is where it shall be: costs draw it as near as it can get.
   bool is_out_of_reach = false;
-  bool has_soft_goal = false;  // costs draw to it, and it need not be met
+  std::string unreachable = {};  // why lengths alone forbid it: a sentence; empty: they do not
+  bool has_soft_goal = false;    // costs draw to it, and it need not be met
   std::vector<std::string> traces;
   View view = View::kXz;
   struct ModelSettings {
@@ -205,10 +207,12 @@ struct Task {
   std::string effective;  // the file as it was understood, defaults included
 };
 
-Task read_task(const std::string& path);
+// Settings stand in place of what the file says (settings.h).
+Task read_task(const std::string& path, const std::vector<io::Setting>& settings = {});
 // The same of text in memory; `path` stands for its place in messages, and its folder for where other files are looked
 // for.
-Task read_task_text(const std::string& text, const std::string& path);
+Task read_task_text(const std::string& text, const std::string& path,
+                    const std::vector<io::Setting>& settings = {});
 
 // The problem with a goal that costs of tracking draw to, which is not demanded: for controllers, and for methods that know no demands.
 // ArgumentError where nothing draws.

@@ -87,13 +87,15 @@ Panel motion_panel(const Motion& motion) {
     panel.series.push_back(std::move(series));
   }
   const std::vector<const MotionFrame*> frames = selected(motion);
-  const auto add_end = [&](const char* what, const MotionFrame& frame, const char* color) {
+  // The start is wider, so that it shows under an end at the same place.
+  const auto add_end = [&](const char* what, const MotionFrame& frame, const char* color, double wider = 0) {
     Series series = frame_series(frame, color, true);
+    series.width += wider;
     series.name = at_time(what, frame.time);
     series.layer = 2;
     panel.series.push_back(std::move(series));
   };
-  add_end("start", *frames.front(), kStart);
+  add_end("start", *frames.front(), kStart, frames.size() > 1 ? 4 : 0);
   for (size_t k = 1; k + 1 < frames.size(); ++k) {
     const double s = static_cast<double>(k) / static_cast<double>(frames.size() - 1);
     panel.series.push_back(frame_series(*frames[k], shade(s), false));

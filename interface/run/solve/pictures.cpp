@@ -16,17 +16,75 @@ namespace {
 
 using Eigen::MatrixXd;
 
-// "rad", "m" or "rad, m".
-std::string unit(const Task& task, const std::vector<int>& dofs, const char* rotation,
-                 const char* translation) {
-  bool turns = false, slides = false;
-  for (const auto& joint : task.scene.model.joints) {
-    if (std::find(dofs.begin(), dofs.end(), joint.idx_v) == dofs.end()) continue;
-    if (joint.type != dynamics::JointType::kPrismatic) turns = true;
-    if (joint.type == dynamics::JointType::kPrismatic || dynamics::nv(joint.type) > 1) slides = true;
+// What one panel shows: curves of one unit.
+struct Quantity {
+  std::string title, unit;
+  bool operator==(const Quantity&) const = default;
+};
+struct Group {
+  Quantity quantity;
+  std::vector<Eigen::Index> rows;
+};
+
+// Rows of one quantity together, in the order in which they come.
+class Groups {
+ public:
+  void add(const Quantity& quantity, Eigen::Index row) {
+    const auto is_same = [&](const Group& group) { return group.quantity == quantity; };
+    auto group = std::find_if(groups_.begin(), groups_.end(), is_same);
+    if (group == groups_.end()) group = groups_.insert(groups_.end(), {quantity, {}});
+    group->rows.push_back(row);
   }
-  if (turns && slides) return std::string(rotation) + ", " + translation;
-  return turns ? rotation : translation;
+  const std::vector<Group>& all() const { return groups_; }
+
+ private:
+  std::vector<Group> groups_;
+};
+
+// Entry k of a joint's velocity, or of its position where that has as many, or one of a rotation's numbers.
+Quantity quantity_of(dynamics::JointType type, int k, bool of_q) {
+  using dynamics::JointType;
+  const bool is_single = dynamics::is_single(type);
+  const int linear = type == JointType::kFreeFlyer ? 3 : type == JointType::kPlanar ? 2 : 0;
+  const std::string of = linear > 0 ? " of the base" : "";
+  if (type == JointType::kPrismatic || k < linear)
+    return of_q ? Quantity{"position" + of, "q [m]"} : Quantity{"velocity" + of, "v [m/s]"};
+  if (!of_q)
+    return linear > 0 ? Quantity{"angular velocity" + of, "v [rad/s]"}
+                      : Quantity{"joint velocity", "v [rad/s]"};
+  if (is_single && dynamics::nq(type) == 1) return {"joint angle", "q [rad]"};
+  if (is_single) return {"cosine and sine of the joint angle", "q [-]"};
+  return {type == JointType::kPlanar ? "cosine and sine of the base's angle"
+                                     : "orientation" + of + ", quaternion",
+          "q [-]"};
+}
+
+Groups groups_of(const dynamics::Model<double>& model, bool of_q) {
+  Groups groups;
+  for (const auto& joint : model.joints) {
+    const int count = of_q ? dynamics::nq(joint.type) : dynamics::nv(joint.type);
+    for (int k = 0; k < count; ++k)
+      groups.add(quantity_of(joint.type, k, of_q), (of_q ? joint.idx_q : joint.idx_v) + k);
+  }
+  return groups;
+}
+
+// Motors, then forces at contacts and of thrusters.
+Groups groups_of_controls(const Task& task, Eigen::Index rows) {
+  Groups groups;
+  const std::vector<int> driven = actuated_dofs(task.scene);
+  for (Eigen::Index row = 0; row < rows; ++row) {
+    const bool is_motor = row < Eigen::Index(driven.size());
+    bool slides = !is_motor;
+    for (const auto& joint : task.scene.model.joints)
+      slides = slides || (is_motor && joint.idx_v == driven[std::size_t(row)] &&
+                          joint.type == dynamics::JointType::kPrismatic);
+    groups.add(!is_motor ? Quantity{"forces", "f [N]"}
+               : slides  ? Quantity{"force of the drives", "tau [N]"}
+                         : Quantity{"torque of the drives", "tau [N m]"},
+               row);
+  }
+  return groups;
 }
 
 // Limits that a curve comes near to, by three quarters of its range; of many curves, only those that it all but
@@ -53,22 +111,43 @@ Bounds or_else(const Bounds& bounds, const Bounds& robot) {
   return {choose(bounds.lower, robot.lower), choose(bounds.upper, robot.upper)};
 }
 
-io::Panel panel(const std::string& title, const std::string& y_label, const std::vector<std::string>& names,
-                const Trajectory& motion, const MatrixXd& curves, std::vector<io::ReferenceLine> lines) {
-  io::Panel p{.title = title, .x_label = "time [s]", .y_label = y_label, .horizontal = std::move(lines)};
+// A panel a quantity.
+void add_panels(io::Plot& plot, const Groups& groups, const std::vector<std::string>& names,
+                const Trajectory& motion, const MatrixXd& curves, const Bounds& limits) {
   const std::vector<double> t(motion.t.begin(), motion.t.end());
-  for (Eigen::Index i = 0; i < curves.rows(); ++i) {
-    io::Series series{.name = names[std::size_t(i)], .x = t};
-    const Eigen::VectorXd row = curves.row(i);
-    series.y.assign(row.begin(), row.end());
-    p.series.push_back(std::move(series));
+  for (const auto& [quantity, rows] : groups.all()) {
+    const MatrixXd own = curves(rows, Eigen::all);
+    io::Panel p{.title = quantity.title, .x_label = "time [s]", .y_label = quantity.unit};
+    p.horizontal = near_limits(own, {limits.lower(rows), limits.upper(rows)});
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      io::Series series{.name = names[std::size_t(rows[i])], .x = t};
+      const Eigen::VectorXd row = own.row(Eigen::Index(i));
+      series.y.assign(row.begin(), row.end());
+      p.series.push_back(std::move(series));
+    }
+    plot.panels.push_back(std::move(p));
   }
-  return p;
 }
 
-// Without the letter of their block: of joints "elbow", of a floating base "root_joint[0]".
+// Without the letter of their block: of joints "elbow".
 std::vector<std::string> plain_names(std::vector<std::string> names) {
   for (std::string& name : names) name.erase(0, name.find('.') + 1);
+  return names;
+}
+
+// Likewise, and of a base the axes.
+std::vector<std::string> names_of(const dynamics::Model<double>& model, bool of_q) {
+  using dynamics::JointType;
+  std::vector<std::string> names = plain_names(entry_names_of(model, of_q ? "q." : "v.", of_q));
+  for (const auto& joint : model.joints) {
+    const auto first = names.begin() + (of_q ? joint.idx_q : joint.idx_v);
+    const std::vector<std::string> of_base =
+        joint.type == JointType::kFreeFlyer ? std::vector<std::string>{"x", "y", "z", "x", "y", "z", "w"}
+        : joint.type == JointType::kPlanar  ? std::vector<std::string>{"x", "y", of_q ? "cos" : "z", "sin"}
+                                            : std::vector<std::string>{};
+    const int count = of_q ? dynamics::nq(joint.type) : dynamics::nv(joint.type);
+    if (!of_base.empty()) std::copy_n(of_base.begin(), count, first);
+  }
   return names;
 }
 
@@ -78,8 +157,6 @@ io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
   const Curves c = curves_of(task, motion);
   const auto& model = task.scene.model;
   const std::vector<int> driven = actuated_dofs(task.scene);
-  std::vector<int> all;
-  for (const auto& joint : model.joints) all.push_back(joint.idx_v);
   Problem robot = task.problem;  // with the robot's limits for bounds
   limit_positions(robot, task.scene);
   limit_velocities(robot, task.scene);
@@ -93,17 +170,14 @@ io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
       u.upper[long(k)] *= limit;
     }
   }
-  const std::string angle = unit(task, all, "rad", "m"), speed = unit(task, all, "rad/s", "m/s");
-  std::string torque = unit(task, driven, "N m", "N");
-  if (long(driven.size()) < c.tau.rows() && torque != "N") torque = driven.empty() ? "N" : "N m, N";
   io::Plot plot;
   plot.title = task.name;
-  plot.panels = {panel("position", "q [" + angle + "]", plain_names(entry_names_of(model, "q.", true)),
-                       motion, c.q, near_limits(c.q, {x.lower.head(model.nq), x.upper.head(model.nq)})),
-                 panel("velocity", "v [" + speed + "]", plain_names(entry_names_of(model, "v.", false)),
-                       motion, c.v, near_limits(c.v, {x.lower.tail(model.nv), x.upper.tail(model.nv)})),
-                 panel("drive", "tau [" + torque + "]", plain_names(task.problem.controls), motion, c.tau,
-                       near_limits(c.tau, u))};
+  add_panels(plot, groups_of(model, true), names_of(model, true), motion, c.q,
+             {x.lower.head(model.nq), x.upper.head(model.nq)});
+  add_panels(plot, groups_of(model, false), names_of(model, false), motion, c.v,
+             {x.lower.tail(model.nv), x.upper.tail(model.nv)});
+  add_panels(plot, groups_of_controls(task, c.tau.rows()), plain_names(task.problem.controls), motion, c.tau,
+             u);
   return plot;
 }
 
@@ -166,6 +240,10 @@ bool slides_on_world(const dynamics::Model<double>& model, int joint) {
          model.joints[std::size_t(joint)].type == dynamics::JointType::kPrismatic;
 }
 
+bool floats_in_world(const dynamics::Model<double>& model, int joint) {
+  return model.parent[std::size_t(joint)] < 0 && dynamics::nv(model.joints[std::size_t(joint)].type) > 1;
+}
+
 constexpr double kShortBone = 1e-6;  // m
 
 // Bones of the robot: from each body's origin to the joints and frames that it carries; of a robot that has none its bodies.
@@ -176,7 +254,7 @@ std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& 
     if ((to - from).norm() > kShortBone) parts.push_back({project(task.view, from), project(task.view, to)});
   };
   for (int i = 0; i < model.njoints(); ++i) {
-    if (slides_on_world(model, i)) continue;  // what lies between is its rail
+    if (slides_on_world(model, i) || floats_in_world(model, i)) continue;  // nothing, or a rail, lies between
     const int parent = model.parent[std::size_t(i)];
     if (only_places(model, i) || (parent >= 0 && only_places(model, parent))) continue;
     const Eigen::Vector3d origin = data.X_WB[std::size_t(i)].p;
@@ -259,6 +337,8 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
       trace.points.push_back(project(task.view, frame_placement(model, data, frame).p));
     }
   }
+  constexpr std::size_t kManyBones = 12;  // of which few instants are enough to see the motion
+  if (picture.frames.front().parts.size() > kManyBones) picture.most_frames = 5;
   add_sliders(picture, sliders);
   for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
     for (const Capsule& thing : *things) picture.scenery.push_back(outline(task.view, thing));

@@ -90,6 +90,7 @@ SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   if (task.phases.empty()) report.free_time = task.problem.free_time;
   if (task.models.verbose) say(task, report.build);
   report.has_soft_goal = task.has_soft_goal;
+  report.unreachable = task.unreachable;
   report.open_loop_unit = unit_of_state(task.scene.model, report.solution.verification.miss_index);
   // A request that comes when all is done changes nothing.
   report.interrupted = watch.stop.stop_requested() && !report.success();

@@ -134,8 +134,10 @@ std::string SolveReport::text() const {
                       io::scientific(solution.kkt.complementarity)});
   }
   facts.append({"a minimum, to the second order", order_text(nlp.stationary_point)});
-  facts.append({"true defect, re-simulated", io::scientific(v.worst_defect) + " (" +
-                                                 (v.trouble.empty() ? "worst interval" : v.trouble) + ")"});
+  facts.append(
+      {"true defect, re-simulated",
+       io::scientific(v.worst_defect) + " (" +
+           (v.trouble.empty() ? "worst interval, in the unit of the state that it is of" : v.trouble) + ")"});
   facts.append({"true defect, of the motion", defect_text(*this)});
   facts.append({"open-loop error at the end", io::scientific(v.miss) + open_loop_unit +
                                                   (v.miss_state.empty() ? "" : " (" + v.miss_state + ")")});

@@ -61,7 +61,8 @@ struct SolveReport {
 
   Task::VerifyOptions demands;
   bool has_soft_goal = false;
-  std::string open_loop_unit;  // " rad", of the state that verification.miss is of
+  std::string unreachable = {};  // why no configuration meets the goal (Task::unreachable)
+  std::string open_loop_unit;    // " rad", of the state that verification.miss is of
 
   // A motion that breaks a constraint, has multipliers that do not show it to be an optimum, is not what its controls do,
   // or is beyond the robot, is no success, whatever the solver says.

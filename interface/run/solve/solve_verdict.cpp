@@ -114,6 +114,8 @@ int SolveReport::iterations() const {
 std::string SolveReport::verdict() const {
   const Verification& v = solution.verification;
   if (interrupted) return of_interrupted(*this);
+  if (!solution.converged() && !unreachable.empty())
+    return "Out of reach: " + unreachable + "." + of_violated(*this);
   if (solution.nlp.status == SolveStatus::kLocallyInfeasible)
     return describe(solution.nlp.status) + of_violated(*this) + kLimitsHold;
   if (!solution.converged()) return describe(solution.nlp.status) + of_violated(*this);

@@ -77,11 +77,12 @@ std::optional<DoneChunk> SweepWorkers::take(std::chrono::milliseconds patience) 
   return done;
 }
 
-void serve_sweep(const std::string& file, SweepCoordinator& master) {
+void serve_sweep(const std::string& file, const std::vector<io::Setting>& settings,
+                 SweepCoordinator& master) {
   const std::optional<std::string> identity = master.begin();
   if (!identity) return;
   try {
-    const SceneSweep sweep = read_sweep(file);
+    const SceneSweep sweep = read_sweep(file, settings);
     if (*identity != identity_of(sweep))
       throw FileError(sweep.file + " means another sweep on this machine than on that of rank 0");
     const SweepRows rows(sweep, sweep.evaluation);

@@ -90,7 +90,7 @@ class SweepCoordinator {
 };
 
 // The work of a process that does not write, until it is dismissed: it reads the file itself.
-void serve_sweep(const std::string& file, SweepCoordinator& master);
+void serve_sweep(const std::string& file, const std::vector<io::Setting>& settings, SweepCoordinator& master);
 
 unsigned threads_of(const SceneSweep& sweep);
 

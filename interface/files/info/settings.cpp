@@ -1,0 +1,87 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/files/info/settings.h>
+
+#include <algorithm>
+#include <charconv>
+
+#include <dyntape/autodiff/error.h>
+
+namespace dyntape::io {
+
+namespace {
+
+constexpr const char* kOption = "--set ";
+
+struct PathStep {
+  std::string key;
+  std::size_t number;  // among those of this key
+};
+
+[[noreturn]] void refuse(const std::string& option) {
+  throw ArgumentError(kOption + option +
+                      ": expected a path of keys, '=' and a value, as in --set horizon.intervals=60");
+}
+
+std::vector<PathStep> steps_of(const Setting& setting) {
+  std::vector<PathStep> steps;
+  const std::string& path = setting.path;
+  for (std::size_t begin = 0; begin <= path.size();) {
+    const std::size_t end = std::min(path.find('.', begin), path.size());
+    PathStep step{path.substr(begin, end - begin), 0};
+    if (const std::size_t bracket = step.key.find('['); bracket != std::string::npos) {
+      const char *first = step.key.data() + bracket + 1, *last = step.key.data() + step.key.size();
+      const auto read = std::from_chars(first, last, step.number);
+      if (read.ec != std::errc() || read.ptr + 1 != last || *read.ptr != ']')
+        refuse(path + "=" + setting.value);
+      step.key.resize(bracket);
+    }
+    if (step.key.empty()) refuse(path + "=" + setting.value);
+    steps.push_back(std::move(step));
+    begin = end + 1;
+  }
+  return steps;
+}
+
+// The block's entry of this key and number, made where there is none.
+InfoNode& entry_of(InfoNode& block, const PathStep& step, const Where& where) {
+  std::size_t number = 0;
+  for (InfoNode& node : block.children) {
+    if (node.key == step.key && number++ == step.number) return node;
+  }
+  InfoNode made;
+  made.key = step.key;
+  made.where = made.value_where = where;
+  block.has_block = true;
+  block.children.push_back(std::move(made));
+  return block.children.back();
+}
+
+}  // namespace
+
+std::vector<Setting> settings_of(const std::vector<std::string>& options) {
+  std::vector<Setting> settings;
+  for (const std::string& option : options) {
+    const std::size_t equals = option.find('=');
+    if (equals == std::string::npos || equals == 0) refuse(option);
+    settings.push_back({option.substr(0, equals), option.substr(equals + 1)});
+    steps_of(settings.back());
+  }
+  return settings;
+}
+
+void apply(const std::vector<Setting>& settings, InfoNode& root) {
+  for (const Setting& setting : settings) {
+    const Where where{std::make_shared<const std::string>(kOption + setting.path), 0, 0};
+    const std::vector<PathStep> steps = steps_of(setting);
+    InfoNode* block = &root;
+    for (std::size_t k = 0; k + 1 < steps.size(); ++k) block = &entry_of(*block, steps[k], where);
+    InfoNode& node = entry_of(*block, steps.back(), where);
+    if (setting.value.empty()) {
+      block->children.erase(block->children.begin() + (&node - block->children.data()));
+      continue;
+    }
+    node.value = setting.value, node.has_value = true, node.value_where = where;
+  }
+}
+
+}  // namespace dyntape::io
