@@ -7,7 +7,7 @@
 #include <cmath>
 #include <random>
 
-#include <dyntape/interface/control/discretize/staged_nlp.h>
+#include <dyntape/interface/control/solve/optimise.h>
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -153,6 +153,85 @@ TEST_P(Staged, ACopyAndTheSameNodesMeanTheSame) {
   const NlpScaling scaling = nlp.scaling(x), of_again = again.scaling(x);
   EXPECT_EQ(scaling.x, of_again.x);
   EXPECT_EQ(scaling.g, of_again.g);
+}
+
+// What a link's function reads changes with the phase before it, and stays changed on other nodes.
+TEST(StagedLinks, ReadTheParametersOfNow) {
+  Parameters parameters;
+  const Parameter bounce = parameters.add("bounce", 0.5);
+  Problem before = test::block_move(), after = before;
+  before.parameters = parameters;
+  before.goal << 1, Problem::kFree;
+  after.start.setConstant(Problem::kFree);
+  after.goal << 2, 0;
+  Phases phases("bouncing");
+  phases.add("before", before);
+  phases.add("after", after, [bounce](const auto& s) { return vector(s.x[0], bounce(s)[0] * s.x[1]); });
+  StagedNlp nlp = discretize(phases, {{.intervals = 6, .evaluation = test::kInterpreted}});
+  Problem now = nlp.problem();
+  now.parameters.set("bounce", 0.9);
+  nlp.set_values(now);
+  StagedNlp finer = discretize(nlp.program(), {{0, 0.25, 0.5, 1}, {0, 0.5, 0.75, 1}});
+  for (StagedNlp* each : {&nlp, &finer}) {
+    const Solution s = optimise(*each, each->start(), {});
+    EXPECT_TRUE(s.success()) << describe(s.nlp.status);
+    const Trajectory &first = s.phases[0].motion, &second = s.phases[1].motion;
+    EXPECT_NEAR(second.x(1, 0), 0.9 * first.x(1, first.points() - 1), 1e-7);
+  }
+}
+
+// A violation that is no number is no success, whatever phases and links before and behind it say.
+TEST(WholeVerification, NothingIsWorseThanWhatIsNoNumber) {
+  const double nan = std::nan("");
+  const auto phases = [](std::initializer_list<double> violations) {
+    std::vector<SolvedPhase> all;
+    for (double violation : violations) {
+      all.push_back({"p", 0, {}, {}});
+      all.back().verification.violation = all.back().verification.worst_relative = violation;
+      all.back().verification.worst_defect = all.back().verification.miss = violation;
+    }
+    return all;
+  };
+  EXPECT_TRUE(std::isnan(whole_verification(phases({nan}), 0).violation));
+  EXPECT_TRUE(std::isnan(whole_verification(phases({0, 0}), nan).violation));
+  for (const auto& some : {phases({nan, 0}), phases({0, nan}), phases({1, nan, 2})}) {
+    const Verification v = whole_verification(some, 0);
+    EXPECT_TRUE(std::isnan(v.violation) && std::isnan(v.worst_relative) && std::isnan(v.worst_defect) &&
+                std::isnan(v.miss));
+  }
+  Problem p = test::block_move();
+  p.add(path_inequality(
+      "odd",
+      [](const auto& s) {
+        using S = std::decay_t<decltype(s.t)>;
+        if constexpr (std::is_same_v<S, double>)
+          return vector(s.t > 0.4 && s.t < 0.6 ? std::nan("") : 0.);
+        else
+          return vector(S(s.x[0]));
+      },
+      VectorXd::Constant(1, -10.), VectorXd::Constant(1, 10.)));
+  EXPECT_FALSE(optimise(p, {.mesh = {.intervals = 10, .evaluation = test::kInterpreted}}).success());
+}
+
+// Steps are as long as the intervals of the mesh, whatever rounding its nodes have.
+TEST(MultipleShooting, NodesThatMissTheDurationByRoundingMeanTheSame) {
+  const auto cost = [](double end) {
+    const Solution s = optimise(test::block_move(1, 2), {.mesh = {.scheme = scheme_by_name("runge-kutta-4"),
+                                                                  .nodes = {0, 0.3, 0.9, 1.1, end},
+                                                                  .evaluation = test::kInterpreted}});
+    EXPECT_TRUE(s.success()) << s.verification.violation;
+    return s.cost();
+  };
+  EXPECT_NEAR(cost(2 - 1e-12), cost(2), 1e-9);
+  Problem free = test::block_move(1, 1.1);
+  free.free_duration(1.1 / 3, 3.3);
+  free.add(at_fraction(1. / 3, path_inequality(
+                                   "via", [](const auto& s) { return vector(s.x[0]); },
+                                   VectorXd::Constant(1, -9.), VectorXd::Constant(1, 9.))));
+  const Solution s = optimise(free, {.mesh = {.scheme = scheme_by_name("runge-kutta-4"),
+                                              .intervals = 5,
+                                              .evaluation = test::kInterpreted}});
+  EXPECT_LT(s.verification.violation, 1e-7);
 }
 
 }  // namespace

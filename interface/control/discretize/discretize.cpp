@@ -41,16 +41,21 @@ std::vector<double> scaled_to(double duration, std::vector<double> nodes) {
   return nodes;
 }
 
-// A mesh that is none is refused later.
-IntervalLength lengths_of(const Problem& problem, const MeshOptions& mesh) {
-  const double duration = problem.free_time ? 1 : problem.duration;
+// Over the time of scaled_time().
+MeshOptions in_scaled_time(const Problem& asked, MeshOptions mesh) {
+  if (asked.free_time) mesh.nodes = scaled_to(1, mesh.nodes);
+  return mesh;
+}
+
+// Of a problem over its scaled time.  Where nodes are not even, those of place_points() to the bit; what is no mesh is refused later.
+IntervalLength lengths_of(const Problem& scaled, const MeshOptions& mesh) {
   const auto not_later = [](double a, double b) { return !(a < b); };  // NaN included
-  const bool increase =
+  const bool is_mesh =
+      mesh.nodes.size() >= 2 && mesh.nodes.front() == 0 &&
       std::adjacent_find(mesh.nodes.begin(), mesh.nodes.end(), not_later) == mesh.nodes.end();
-  if (mesh.nodes.size() >= 2 && increase) return interval_lengths(scaled_to(duration, mesh.nodes));
-  if (mesh.nodes.empty() && mesh.intervals > 0 && instants_of(problem).size() > 1)
-    return interval_lengths(scaled_to(duration, node_times(problem, mesh)));
-  return [h = duration / std::max(mesh.intervals, 1)](double) { return h; };
+  const bool is_uneven = mesh.nodes.empty() && mesh.intervals > 0 && instants_of(scaled).size() > 1;
+  if (is_mesh || is_uneven) return interval_lengths(node_times(scaled, mesh));
+  return [h = scaled.duration / std::max(mesh.intervals, 1)](double) { return h; };
 }
 
 // Variables, constraints and non-zeros of an interval.
@@ -114,12 +119,9 @@ class Discretization {
       options.lanes = Lanes::kNone;
       link.evaluator =
           std::ptrdiff_t(add_evaluator(program_.evaluators, *change, options, {.variable = last}));
-      const Eigen::VectorXd p = parameters_of(from.asked, link.time);
-      program_.evaluators.back().parameters.assign(p.begin(), p.end());
     } else if (ready && link.evaluator >= 0) {
       const Evaluator& own = ready->evaluators[std::size_t(link.evaluator)];
       link.evaluator = std::ptrdiff_t(add_evaluator(program_.evaluators, own.function, {.variable = last}));
-      program_.evaluators.back().parameters = own.parameters;
     }
     begin_block({RowBlock::Kind::kLink, link.from, number, 0}, states);
     add_term(1, LinearTerm::kVariables, 0);  // of the phase behind, which is placed in finish()
@@ -129,6 +131,7 @@ class Discretization {
       add_term(-1, LinearTerm::kVariables, last);
     end_block(0, 0);
     program_.links.push_back(std::move(link));
+    place_values(program_, program_.links.back().from);
   }
 
   StagedProgram finish() {
@@ -144,8 +147,9 @@ class Discretization {
   StagedPhase sized(const Problem& problem, const MeshOptions& mesh, const StagedPhase* ready) {
     StagedPhase phase;
     phase.asked = problem;
-    phase.length = lengths_of(problem, mesh);
-    phase.problem = mesh.scheme.taken_by(scaled_time(problem), phase.length);
+    const Problem scaled = scaled_time(problem);
+    phase.length = lengths_of(scaled, in_scaled_time(problem, mesh));
+    phase.problem = mesh.scheme.taken_by(scaled, phase.length);
     phase.mesh = mesh;
     phase.mesh.evaluation.order = mesh.hessian == HessianKind::kExact ? Order::kSecond : Order::kFirst;
     const auto begin = std::chrono::steady_clock::now();
@@ -192,8 +196,7 @@ class Discretization {
   }
 
   void place_points(StagedPhase& phase) {
-    MeshOptions mesh = phase.mesh;
-    if (phase.asked.free_time) mesh.nodes = scaled_to(1, mesh.nodes);
+    const MeshOptions mesh = in_scaled_time(phase.asked, phase.mesh);
     const std::vector<double> nodes = node_times(phase.problem, mesh);
     for (std::size_t k = 0; k < phase.instants.size(); ++k) {
       phase.instants[k] = node_at_share(phase.problem, phase.stage.instants[k].share, nodes) * phase.stride;
@@ -409,6 +412,13 @@ void place_values(StagedProgram& program, std::size_t k) {
       give(evaluators[node + 1 + e], phase.instants[e], 1);
   };
   give_all(program.evaluators, phase.evaluator);
+  for (StagedLink& link : program.links) {
+    if (link.from != k) continue;
+    link.time = phase.asked.duration;
+    if (link.evaluator < 0) continue;
+    const Eigen::VectorXd p = parameters_of(phase.asked, link.time);
+    program.evaluators[std::size_t(link.evaluator)].parameters.assign(p.begin(), p.end());
+  }
   if (phase.mesh.hessian == HessianKind::kGaussNewton) give_all(program.squares, phase.squares);
 }
 

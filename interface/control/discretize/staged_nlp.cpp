@@ -78,7 +78,9 @@ void StagedNlp::set_values(const Problem& now, std::size_t k) {
   Problem next = phase.asked;
   next.take_values(now);
   Problem taken = phase.scheme().taken_by(scaled_time(next), phase.length);
-  for (double t : phase.t) taken.parameters.at(t);  // throws, if it does, before anything has changed
+  // What throws, throws before anything has changed.
+  for (double t : phase.t) taken.parameters.at(t);
+  for (double t : {phase.t.front(), phase.t.back()}) static_cast<void>(taken.first_guess(t));
   phase.asked = std::move(next);
   phase.problem = std::move(taken);
   place_values(program_, k);

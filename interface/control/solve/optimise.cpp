@@ -42,7 +42,7 @@ double link_violation(const StagedProgram& program, const std::vector<SolvedPhas
       const double unit =
           scaling.x.empty() ? 1 : scaling.x[program.phases[link.to].variable + std::size_t(i)];
       const double lacks = std::abs(first[i] - next[i]) / unit;
-      if (!(lacks <= worst)) worst = lacks;
+      if (!std::isnan(worst) && !(lacks <= worst)) worst = lacks;
     }
   }
   return worst;

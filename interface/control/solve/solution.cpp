@@ -12,7 +12,8 @@ std::size_t place_of(const std::string& name, const std::vector<std::string>& al
   return std::size_t(std::find(all.begin(), all.end(), name) - all.begin());
 }
 
-bool is_worse(double a, double b) { return !(a <= b); }  // NaN is worse than any number
+// NaN is worse than any number, and nothing is worse than NaN.
+bool is_worse(double a, double b) { return !std::isnan(b) && !(a <= b); }
 
 void append(Eigen::VectorXd& all, const Eigen::VectorXd& more) {
   all.conservativeResize(all.size() + more.size());
