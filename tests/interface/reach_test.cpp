@@ -7,6 +7,7 @@
 #include <random>
 
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
