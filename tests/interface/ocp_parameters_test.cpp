@@ -11,6 +11,7 @@
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/control/solve/refine.h>
+#include "evaluated.h"
 #include "message_of.h"
 #include "ocp_problems.h"
 #include "temporary_cache.h"
@@ -92,23 +93,6 @@ void tell(Parameters& parameters, const Told& told) {
   parameters.set("reach", told.reach);
 }
 
-struct All {
-  double cost;
-  std::vector<double> gradient, g, jacobian, hessian;
-};
-
-All evaluate_all(StagedNlp& nlp, const std::vector<double>& x) {
-  const NlpShape& shape = nlp.shape();
-  All all{0, std::vector<double>(shape.n()), std::vector<double>(shape.m()),
-          std::vector<double>(shape.jacobian.nnz()), std::vector<double>(shape.hessian.nnz())};
-  std::vector<double> lambda(shape.m());
-  for (std::size_t j = 0; j < lambda.size(); ++j) lambda[j] = std::cos(double(j));
-  EXPECT_TRUE(nlp.objective(x.data(), all.cost) && nlp.gradient(x.data(), all.gradient.data()));
-  EXPECT_TRUE(nlp.constraints(x.data(), all.g.data()) && nlp.jacobian(x.data(), all.jacobian.data()));
-  EXPECT_TRUE(nlp.hessian(x.data(), 0.7, lambda.data(), all.hessian.data()));
-  return all;
-}
-
 double difference(const std::vector<double>& a, const std::vector<double>& b) {
   EXPECT_EQ(a.size(), b.size());
   double most = 0;
@@ -143,11 +127,11 @@ TEST_P(EveryForm, ValuesInPlaceAreThoseOfAProgramMadeWithThem) {
   StagedNlp nlp = discretize(with_parameters(kOne, inverse), mesh),
             made = discretize(with_constants(kOther, inverse), mesh);
   const std::vector<double> x = wavy(nlp);
-  const All before = evaluate_all(nlp, x);
+  const Evaluated before = evaluated(nlp, x);
   Parameters now = nlp.problem().parameters;
   tell(now, kOther);
   nlp.set_parameters(now);
-  const All after = evaluate_all(nlp, x), expected = evaluate_all(made, x);
+  const Evaluated after = evaluated(nlp, x), expected = evaluated(made, x);
   EXPECT_NEAR(after.cost, expected.cost, 1e-12 * expected.cost);
   EXPECT_GT(std::abs(after.cost - before.cost), 1e-3);
   EXPECT_LT(difference(after.gradient, expected.gradient), 1e-12);
@@ -158,7 +142,7 @@ TEST_P(EveryForm, ValuesInPlaceAreThoseOfAProgramMadeWithThem) {
   EXPECT_GT(difference(after.gradient, before.gradient), 1e-3);
   tell(now, kOne);
   nlp.set_parameters(now);
-  EXPECT_EQ(evaluate_all(nlp, x).cost, before.cost);
+  EXPECT_EQ(evaluated(nlp, x).cost, before.cost);
 }
 
 TEST_P(EveryForm, DerivativesAreThoseOfTheFunctions) {
@@ -391,12 +375,12 @@ TEST(OcpParameters, MistakesAreOneSentence) {
 TEST(OcpParameters, ValuesThatDoNotFitLeaveAProgramAsItWas) {
   StagedNlp nlp = discretize(with_parameters(kOne), {.intervals = 6, .evaluation = test::kInterpreted});
   const std::vector<double> x = wavy(nlp);
-  const All before = evaluate_all(nlp, x);
+  const Evaluated before = evaluated(nlp, x);
   const auto refused = [&](const std::function<void(Problem&)>& change) {
     Problem now = nlp.problem();
     change(now);
     const std::string what = message_of<ArgumentError>([&] { nlp.set_values(now); });
-    EXPECT_EQ(evaluate_all(nlp, x).cost, before.cost);
+    EXPECT_EQ(evaluated(nlp, x).cost, before.cost);
     return what;
   };
   EXPECT_NE(refused([](Problem& p) { p.start[0] = HUGE_VAL; }).find("the start of \"p\" is inf"),

@@ -8,6 +8,7 @@
 #include <random>
 
 #include <dyntape/interface/control/solve/optimise.h>
+#include "evaluated.h"
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -48,23 +49,6 @@ std::vector<double> random_point(const StagedNlp& nlp, unsigned seed) {
   std::vector<double> x = nlp.start();
   for (double& value : x) value += near(random);
   return x;
-}
-
-struct All {
-  double f = 0;
-  std::vector<double> g, gradient, jacobian, hessian;
-  bool operator==(const All&) const = default;
-};
-All all_of(StagedNlp& nlp, const std::vector<double>& x) {
-  const NlpShape& shape = nlp.shape();
-  All all{0, std::vector<double>(shape.m()), std::vector<double>(shape.n()),
-          std::vector<double>(shape.jacobian.nnz()), std::vector<double>(shape.hessian.nnz())};
-  std::vector<double> lambda(shape.m());
-  for (std::size_t j = 0; j < lambda.size(); ++j) lambda[j] = std::sin(double(j));
-  EXPECT_TRUE(nlp.objective(x.data(), all.f) && nlp.constraints(x.data(), all.g.data()) &&
-              nlp.gradient(x.data(), all.gradient.data()) && nlp.jacobian(x.data(), all.jacobian.data()) &&
-              nlp.hessian(x.data(), 0.7, lambda.data(), all.hessian.data()));
-  return all;
 }
 
 class Staged : public testing::TestWithParam<std::string> {};
@@ -114,7 +98,7 @@ TEST_P(Staged, RowsAreWhatTheirTermsSayOfPlainFunctions) {
   StagedNlp nlp = discretize(bouncing(), meshes(GetParam()));
   const StagedProgram& program = nlp.program();
   const std::vector<double> x = random_point(nlp, 5);
-  const All found = all_of(nlp, x);
+  const Evaluated found = evaluated(nlp, x);
   for (const RowBlock& block : program.rows) {
     if (block.kind != RowBlock::Kind::kDefect) continue;
     const StagedPhase& phase = program.phases[block.phase];
@@ -144,9 +128,9 @@ TEST_P(Staged, ACopyAndTheSameNodesMeanTheSame) {
   }
   StagedNlp again = discretize(program, nodes);
   const std::vector<double> x = random_point(nlp, 9);
-  const All found = all_of(nlp, x);
-  EXPECT_EQ(all_of(copy, x), found);
-  EXPECT_EQ(all_of(again, x), found);
+  const Evaluated found = evaluated(nlp, x);
+  EXPECT_EQ(evaluated(copy, x), found);
+  EXPECT_EQ(evaluated(again, x), found);
   EXPECT_EQ(again.shape().jacobian, nlp.shape().jacobian);
   for (std::size_t j = 0; j < nlp.shape().m(); ++j)
     EXPECT_EQ(again.constraint_name(j), nlp.constraint_name(j));

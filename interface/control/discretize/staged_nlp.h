@@ -43,7 +43,7 @@ class StagedNlp : public Nlp {
   // Of a problem with the same functions: parameters, start, goal, bounds, guess (Problem::take_values); bounds of terms
   // stay.  ArgumentError where something does not fit, and then nothing has changed.
   void set_values(const Problem& now, std::size_t phase = 0);
-  void set_parameters(const Parameters& now);
+  void set_parameters(const Parameters& now);  // of phase 0
   // Where the motion begins, beyond its bounds too: a plant may be there.  Of a problem whose start is given.
   void start_at(const Eigen::VectorXd& x);
 

@@ -51,7 +51,7 @@ struct SolvedPhase {
 struct Solution {
   NlpSolution nlp;
   // The whole motion; of phases one after another, so that where two meet there are two points of one time.  It has the
-  // controls of all phases, by name, zero where a phase has none; of phases with different states it is empty.
+  // controls of all phases, by name, zero where a phase has none; of phases with different numbers of states it has no points.
   Trajectory motion;
   // The worst of all phases and of the links between them; intervals are counted through, names begin with the phase: "flight: v.knee".
   Verification verification;
