@@ -105,7 +105,7 @@ CYCLES = {
     ('interface/files/sweep/sweep', 'interface/files/sweep/value_keys'): 'reading a sweep reads values of that type',
     tuple(f'interface/files/task/{name}' for name in TASK_KEYS): 'reading a task reads its blocks, which fill the task',
     ('interface/identification/excitation', 'interface/identification/excitation_problem'): 'a solve makes its problem from its options',
-    ('interface/report/plot/picture', 'interface/report/plot/picture_layout'): 'a plot is drawn by its layout',
+    tuple(f'interface/report/plot/{name}' for name in ('picture', 'picture_layout', 'series_looks')): 'a plot is drawn by its layout and looks',
 }
 SOURCES = ('.h', '.hxx', '.cpp', '.def')
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]')

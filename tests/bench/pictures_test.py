@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Committed pictures of studies and benchmarks can be read: no text leaves them.
+"""Committed pictures of studies and benchmarks can be read: no text leaves them, no two numbers of an axis run into each other.
 
     pictures_test.py SOURCE_DIR
 """
@@ -40,6 +40,19 @@ def size(svg):
     return [float(x) for x in re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', svg).groups()]
 
 
+def numbers_that_meet(svg):
+    """Neighbours in one line of which one begins before the other ends."""
+    found = []
+    lines = {}
+    for text in texts(svg):
+        if not text.is_turned and re.fullmatch(r'[-−]?[\d.]+(e[-+]\d+)?', text.text):
+            lines.setdefault(round(text.y), []).append(text)
+    for line in lines.values():
+        line.sort(key=lambda t: t.left)
+        found += [(a.text, b.text) for a, b in zip(line, line[1:]) if b.left < a.right]
+    return found
+
+
 class Pictures(unittest.TestCase):
     def test_there_are_some(self):
         self.assertGreater(len(PICTURES), 25)
@@ -52,6 +65,10 @@ class Pictures(unittest.TestCase):
             for text in texts(svg):
                 if not text.is_turned:
                     self.assertTrue(-1 <= text.left and text.right <= width + 1 and 0 < text.y < height, f'{path.name}: {text.text}')
+
+    def test_numbers_along_an_axis_keep_apart(self):
+        for path in PICTURES:
+            self.assertEqual(numbers_that_meet(path.read_text()), [], path.name)
 
     def test_names_of_bars_stand_above_all_panels(self):
         table = Table(ROOT / 'docs' / 'studies' / 'benchmarks.csv')

@@ -117,6 +117,24 @@ TEST_F(CentroidalTasks, TheLoopLeavesItsFiles) {
     EXPECT_NEAR(forces(2, k) + forces(5, k) + forces(8, k) + forces(11, k), trot.body.weight(), 0.5)
         << motion.t[k];
   }
+  // Each pair has a support of its own in each step: 0.2 s long, from above a line.
+  const std::vector<SupportPhase> phases = support_phases(trot, motion.t);
+  EXPECT_NEAR(double(phases.size()), 5, 1);
+  const io::Plot support = support_plot(trot, motion), curves = with_pushes(mass_plot(trot, motion), report);
+  std::size_t outlines = 0;
+  for (const io::Series& series : support.panels[0].series)
+    outlines += series.mark == io::Mark::kBoth ? 1 : 0;
+  EXPECT_EQ(outlines, phases.size());
+  for (const SupportPhase& phase : phases) EXPECT_EQ(phase.corners.size(), 2u);
+  // Where the mass shall be, how far it is from there, and when it is pushed.
+  EXPECT_EQ(std::count_if(curves.panels[0].series.begin(), curves.panels[0].series.end(),
+                          [](const io::Series& series) { return !series.target_of.empty(); }),
+            3);
+  EXPECT_EQ(curves.panels.back().series[0].y, report.off);
+  for (const io::Panel& panel : curves.panels) {
+    ASSERT_EQ(panel.vertical.size(), 1u);
+    EXPECT_EQ(panel.vertical[0].value, 0.5);
+  }
   const PlayerInput page = mass_player(trot, motion);
   EXPECT_EQ(page.q.cols(), page.t.size());
   EXPECT_EQ(page.contacts[3].size(), 2u);

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <random>
 #include <regex>
 #include <set>
@@ -74,21 +75,133 @@ TEST_F(Picture, colours_follow_the_palette) {
   }
 }
 
-// The studies of derivatives have a dozen methods in a panel.
-TEST_F(Picture, no_two_series_of_a_panel_look_alike) {
-  Plot plot;
-  plot.panels.resize(1);
-  constexpr int kSeries = 28;
-  for (int k = 0; k < kSeries; ++k)
-    plot.panels[0].series.push_back(
-        {.name = std::to_string(k), .x = {0, 1}, .y = {0.0, k + 1.0}, .mark = Mark::kPoints});
-  std::istringstream script(gnuplot_script(plot, "svg", "x.svg"));
-  std::set<std::string> looks;
-  for (std::string line; std::getline(script, line);) {
-    const std::size_t look = line.find(" with points ");
-    if (look != std::string::npos) looks.insert(line.substr(look, line.find_last_not_of(", \\") + 1 - look));
+// What the curves of a script look like: all behind "with" but the sizes.
+std::vector<std::string> looks_in(const std::string& script) {
+  std::vector<std::string> looks;
+  const std::regex look("\\$d[0-9]+ using 1:2 with ([^\\\\\n]*)");
+  for (std::sregex_iterator it(script.begin(), script.end(), look), end; it != end; ++it) {
+    std::string text = (*it)[1];
+    while (!text.empty() && (text.back() == ' ' || text.back() == ',')) text.pop_back();
+    looks.push_back(text);
   }
-  EXPECT_EQ(looks.size(), kSeries);
+  return looks;
+}
+
+// The studies of derivatives have a dozen methods in a panel, and the study of effects one in each of many panels.
+TEST_F(Picture, no_two_names_of_a_picture_look_alike) {
+  for (const Mark mark : {Mark::kLine, Mark::kPoints, Mark::kBoth}) {
+    Plot plot;
+    plot.panels.resize(3);
+    constexpr int kSeries = 300;
+    for (int k = 0; k < kSeries; ++k) {
+      Series series{.name = std::to_string(k), .x = {0, 1}, .y = {0.0, k + 1.0}, .mark = mark};
+      if (k % 10 == 7) series.color = "#0072b2";  // the first of the palette, or one that others have
+      if (k % 10 == 8) series.dashed = true;
+      if (k % 10 == 9) series.style = k / 2;
+      plot.panels[std::size_t(k % 3)].series.push_back(std::move(series));
+    }
+    const std::vector<std::string> looks = looks_in(gnuplot_script(plot, "svg", "x.svg"));
+    EXPECT_EQ(looks.size(), kSeries);
+    EXPECT_EQ(std::set<std::string>(looks.begin(), looks.end()).size(), kSeries) << int(mark);
+  }
+}
+
+TEST_F(Picture, a_name_looks_alike_in_all_panels_and_its_target_is_dotted_in_its_colour) {
+  Plot plot;
+  plot.panels = {
+      {.series = {{.name = "a", .x = {0, 1}, .y = {0, 1}}, {.name = "b", .x = {0, 1}, .y = {1, 0}}}},
+      {.series = {{.name = "b", .x = {0, 1}, .y = {1, 0}},
+                  {.x = {0, 1}, .y = {1, 1}, .target_of = "b"},
+                  {.name = "c", .x = {0, 1}, .y = {2, 0}}}}};
+  const std::vector<std::string> looks = looks_in(gnuplot_script(plot, "svg", "x.svg"));
+  ASSERT_EQ(looks.size(), 5u);
+  EXPECT_EQ(looks[1], looks[2]);
+  EXPECT_EQ(std::set<std::string>(looks.begin(), looks.end()).size(), 4u);
+  const std::size_t dashes = looks[2].find(" dt ");
+  EXPECT_EQ(looks[2].substr(0, dashes), looks[3].substr(0, dashes));
+}
+
+struct Text {
+  double x, y;
+  std::string anchor, text;
+  // About, in pixels: of characters, of which a minus has three bytes.
+  double width() const {
+    return 0.56 * 12 *
+           double(std::count_if(text.begin(), text.end(), [](char c) { return (c & 0xC0) != 0x80; }));
+  }
+  double left() const { return x - (anchor == "middle" ? 0.5 : anchor == "end" ? 1 : 0) * width(); }
+};
+
+std::vector<Text> texts_of(const std::string& svg) {
+  std::vector<Text> texts;
+  const std::regex pattern(
+      "translate\\(([-0-9.]+),([-0-9.]+)\\)\"[^>]*text-anchor=\"([a-z]+)\">\\s*<text>(<tspan[^>]*>)?([^<]*)"
+      "<");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), pattern), end; it != end; ++it)
+    texts.push_back({std::stod((*it)[1]), std::stod((*it)[2]), (*it)[3], (*it)[5]});
+  return texts;
+}
+
+// Ten methods of long names took ten rows above the first of three panels.
+TEST_F(Picture, one_legend_stands_in_columns_above_all_panels) {
+  Plot plot{.title = "Title", .columns = 3, .width = 1280, .one_legend = true};
+  for (int p = 0; p < 3; ++p) {
+    Panel panel{.title = "panel " + std::to_string(p)};
+    for (int k = 0; k < 10; ++k)
+      panel.series.push_back(
+          {.name = "compliant, implicit-midpoint " + std::to_string(k), .x = {0, 1}, .y = {0.0, k + 1.0}});
+    plot.panels.push_back(std::move(panel));
+  }
+  std::set<double> rows, columns;
+  double top = 1e9;
+  int names = 0;
+  for (const Text& text : texts_of(drawn(plot))) {
+    if (text.text.starts_with("panel")) top = std::min(top, text.y);
+    if (!text.text.starts_with("compliant")) continue;
+    ++names, rows.insert(text.y), columns.insert(text.x);
+    EXPECT_LT(text.x + text.width(), plot.width);
+  }
+  ASSERT_EQ(names, 10);
+  EXPECT_LE(rows.size(), 3u);
+  EXPECT_LE(columns.size(), 5u);
+  EXPECT_LT(*rows.rbegin(), top);
+}
+
+TEST_F(Picture, a_name_that_is_longer_than_the_picture_ends_inside) {
+  Plot plot = sample();
+  plot.panels[1].series[0].name = "a " + std::string(200, 'x') + " z";
+  for (const Text& text : texts_of(drawn(plot)))
+    EXPECT_LE(text.left() + 0.9 * text.width(), plot.width) << text.text;
+}
+
+// The last panel of a sweep has bars from -0.17 to 0.24: numbers of five letters each twentieth.
+TEST_F(Picture, numbers_along_an_axis_do_not_meet) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  for (int k = 0; k < 40; ++k) {
+    const double size = std::pow(10, 5 * uniform(random)), low = size * uniform(random);
+    const bool log = k % 4 == 3;
+    Plot plot{.columns = 3, .width = 760};
+    plot.panels.resize(3);
+    for (Panel& panel : plot.panels) {
+      panel.log_x = log;
+      panel.series = {
+          {.x = {log ? size : low, log ? size * 1e14 : low + size * (1 + uniform(random)) + 1e-3 * size},
+           .y = {0, 1},
+           .mark = k % 2 ? Mark::kLine : Mark::kPoints}};
+    }
+    std::map<double, std::vector<Text>> lines;
+    for (const Text& text : texts_of(drawn(plot)))
+      if (text.anchor == "middle") lines[text.y].push_back(text);
+    ASSERT_FALSE(lines.empty());
+    for (auto& [y, line] : lines) {
+      std::sort(line.begin(), line.end(), [](const Text& a, const Text& b) { return a.x < b.x; });
+      for (std::size_t i = 1; i < line.size(); ++i) {
+        EXPECT_LT(line[i - 1].left() + line[i - 1].width(), line[i].left())
+            << line[i - 1].text << " " << line[i].text;
+      }
+    }
+  }
 }
 
 TEST_F(Picture, texts_cannot_break_out) {
@@ -203,6 +316,30 @@ TEST_F(Picture, a_motion_keeps_its_ends_and_thins_out_between) {
     EXPECT_TRUE(has_end);
     EXPECT_NO_THROW(drawn({.panels = {panel}}));
   }
+}
+
+// A part of each frame is behind the obstacle, and a part of that before it again.
+TEST_F(Picture, obstacles_have_names_and_hide_what_is_behind_them) {
+  Motion motion = swing(2);
+  motion.obstacles = {{"post, r = 0.1 m", {{0.4, -0.1}, {0.6, -0.1}, {0.6, 0.1}, {0.4, 0.1}, {0.4, -0.1}}}};
+  for (MotionFrame& frame : motion.frames)
+    std::swap(frame.parts, frame.behind), frame.in_front = {{{0, 0}, {0.3, 0}}};
+  const Panel panel = motion_panel(motion);
+  int below = 0, filled = 0, above = 0;
+  for (const Series& series : panel.series) {
+    if (series.filled)
+      ++filled;
+    else if (series.layer < -1)
+      ++below;
+    else if (series.x.size() > 0)
+      ++above;
+  }
+  EXPECT_EQ(filled, 1);
+  EXPECT_EQ(below, 2);
+  EXPECT_EQ(above, 2);
+  const std::string svg = drawn({.panels = {panel}});
+  EXPECT_NE(svg.find(">post, r = 0.1 m<"), std::string::npos);
+  EXPECT_NE(svg.find("fill-opacity"), std::string::npos);
 }
 
 // The ranges in the script divided by the sides of the frame: a metre is as long in x as in y.

@@ -16,6 +16,7 @@
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/motion/robot_terms.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
+#include <dyntape/interface/run/solve/pictures.h>
 #include "../dynamics/robot_files.h"
 #include "message_of.h"
 #include "ocp_problems.h"
@@ -142,6 +143,15 @@ TEST(Mpc, FarFromItsPlanItBeginsAnew) {
   }
 }
 
+// Names whose target is in the picture, one after the other.
+std::string targets_in(const io::Plot& plot) {
+  std::string names;
+  for (const io::Panel& panel : plot.panels)
+    for (const io::Series& series : panel.series)
+      if (!series.target_of.empty()) names += series.target_of + " ";
+  return names;
+}
+
 // The task that is shipped, pushed twice, acting 5 ms after it measures: it comes back to its goal.
 TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
@@ -156,6 +166,14 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   EXPECT_LT(report.feedback->typical_with, 0.8 * report.feedback->typical_without);
   EXPECT_EQ(report.feedback->with.size(), std::size_t(report.loop.motion.points()));
   EXPECT_NE(report.text().find("with feedback between plans"), std::string::npos) << report.text();
+  // The picture: the goal of each joint and of its velocity, the distance from it, and when the arm is pushed.
+  const io::Plot picture = with_pushes(tracking_plot(task, report.loop.motion), report);
+  const std::string targets = targets_in(picture);
+  EXPECT_EQ(std::count(targets.begin(), targets.end(), ' '), 14) << targets;
+  EXPECT_EQ(picture.panels.back().title, "distance from the goal");
+  EXPECT_EQ(picture.panels.back().series[0].y.front(), report.off_begin);
+  for (const io::Panel& panel : picture.panels) EXPECT_EQ(panel.vertical.size(), 2u) << panel.title;
+  EXPECT_TRUE(targets_in(trajectory_plot(task, report.loop.motion)).empty());
   // The second push, at 2 s, is in the motion, and in none before.
   const Trajectory& motion = report.loop.motion;
   const auto fastest = [&](double from, double to) {
@@ -206,12 +224,16 @@ TEST(Mpc, ReportsTellWhatIsMeasuredTo) {
   EXPECT_GT(framed.off_begin, 0.1);
   EXPECT_NE(framed.text().find("from the goal of hand"), std::string::npos) << framed.text();
 
+  EXPECT_EQ(targets_in(tracking_plot(of_frame, motion)), "x of hand y of hand z of hand ");
+  EXPECT_EQ(tracking_plot(of_frame, motion).panels[0].series[5].y.back(), 0.6);
+
   write_file_atomically(folder + "/wanted.csv", "t,q.shoulder,q.elbow\n0,1,1\n0.1,1.5,1\n");
   const std::string follows = "reference\n{\n file wanted.csv\n q \"10 0\"\n}\ncosts\n{\n effort 1e-3\n}\n";
   for (const std::string goal : {"", "goal\n{\n q \"-1 -1\"\n}\n"}) {
     const auto [task, followed] = report_of(goal + follows);
     EXPECT_EQ(followed.off_of, "the reference");
     EXPECT_NEAR(followed.off_begin, 0.7, 1e-12);  // of the joint that counts
+    EXPECT_EQ(targets_in(tracking_plot(task, followed.loop.motion)), "shoulder ");
     const Trajectory& moved = followed.loop.motion;
     EXPECT_NEAR(followed.off_end, std::abs(moved.x(0, moved.points() - 1) - 1.5), 1e-9);
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include <dyntape/interface/io/csv.h>
 
@@ -416,6 +417,38 @@ TEST(Study, EachIsATableWithPicturesAndAPage) {
   EXPECT_EQ(std::count(derivatives.begin(), derivatives.end(), '\n'),
             1 + 2 * 6 * 5);  // shapes, functions, sizes
   EXPECT_TRUE(std::filesystem::exists(scratch / "study/slopes_time.svg"));
+}
+
+// Texts of a picture: they are the same by every version of gnuplot.
+std::vector<std::string> texts_of(const std::string& svg) {
+  std::vector<std::string> texts;
+  const std::regex text("<text>(.*)</text>");
+  for (std::sregex_iterator it(svg.begin(), svg.end(), text), end; it != end; ++it) texts.push_back((*it)[1]);
+  return texts;
+}
+
+TEST(Study, CommittedPicturesAreThoseOfCommittedTables) {
+  const std::filesystem::path committed = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "docs/studies";
+  for (const char* name : {"routes", "integrators", "slopes", "compile", "schemes", "hessians", "arithmetic",
+                           "contacts", "effects"}) {
+    const Scratch scratch;
+    const std::string table = std::string(name) + ".csv",
+                      page = slurp(committed / (std::string(name) + ".md"));
+    std::filesystem::create_directories(scratch / "study");
+    std::filesystem::copy_file(committed / table, scratch / ("study/" + table));
+    const auto run = run_dyntape({"study", name, "--redraw", "--output", scratch / "study"});
+    ASSERT_EQ(run.status, 0) << run.err;
+    EXPECT_EQ(slurp(scratch / ("study/" + table)), slurp(committed / table));
+    int pictures = 0;
+    for (const auto& file : std::filesystem::directory_iterator(scratch / "study")) {
+      if (file.path().extension() != ".svg") continue;
+      ++pictures;
+      EXPECT_EQ(texts_of(slurp(file.path())), texts_of(slurp(committed / file.path().filename())))
+          << file.path();
+      EXPECT_NE(page.find("](" + file.path().filename().string() + ")"), std::string::npos) << file.path();
+    }
+    EXPECT_GT(pictures, 0) << name;
+  }
 }
 
 }  // namespace

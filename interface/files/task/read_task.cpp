@@ -105,6 +105,9 @@ Task::Aim aim_of(const ReferenceMotion& reference, Eigen::Index nq) {
           has_positions ? "norm over the joints, rad or m" : "norm over the joints, rad/s or m/s",
           [reference, counts](double t, const Eigen::VectorXd& x) {
             return ((x.head(counts.size()) - reference.at(t)).array() * counts).matrix().norm();
+          },
+          [reference](double t) {
+            return Eigen::VectorXd((reference.weight.array() > 0).select(reference.at(t), std::nan("")));
           }};
 }
 
@@ -112,10 +115,14 @@ Task::Aim aim_of(const RobotScene& scene, const FrameTarget& target) {
   const bool has_position = target.position.has_value();
   const StageFunction away = has_position ? frame_position(scene, target.frame, *target.position)
                                           : frame_orientation(scene, target.frame, *target.orientation);
-  return {"the goal of " + target.frame, has_position ? "m" : "rad",
+  return {"the goal of " + target.frame,
+          has_position ? "m" : "rad",
           [away](double t, const Eigen::VectorXd& x) {
             return away(Stage<double>{t, x, {}, {}}).norm();
-          }};
+          },
+          {},
+          has_position ? target.frame : "",
+          target.position.value_or(Eigen::Vector3d::Zero())};
 }
 
 Task::Aim aim_of(const Task& task, const TaskKeys& keys) {
@@ -124,11 +131,13 @@ Task::Aim aim_of(const Task& task, const TaskKeys& keys) {
   if (keys.target) return aim_of(task.scene, *keys.target);
   const Eigen::VectorXd goal = keys.goal.head(model.nq);
   if (goal.array().isNaN().all()) return {};
-  return {"the goal", "norm over the joints, rad or m", [model, goal](double, const Eigen::VectorXd& x) {
+  return {"the goal", "norm over the joints, rad or m",
+          [model, goal](double, const Eigen::VectorXd& x) {
             Eigen::VectorXd q = x.head(model.nq), known = goal;
             fill_free(model, q, known);
             return dynamics::difference<double>(model, known, q).norm();
-          }};
+          },
+          [state = keys.goal](double) { return state; }};
 }
 
 void add_limits(Problem& problem, const Task& task, const TaskKeys::Limits& limits) {

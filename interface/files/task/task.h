@@ -196,6 +196,10 @@ struct Task {
   struct Aim {
     std::string what, unit;  // "the goal of hand"; "m"
     std::function<double(double t, const Eigen::VectorXd& x)> off;
+    // The same for pictures: the state (nq + nv, NaN where it is open), or a frame and its place (m); empty where there is none.
+    std::function<Eigen::VectorXd(double t)> state = {};
+    std::string frame = {};
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();
   };
   Aim aim;
   // The motion in phases, each a task of its own; empty: it has none.  The problem is then that of all contacts at once, and

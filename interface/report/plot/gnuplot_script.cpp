@@ -11,39 +11,10 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/report/plot/gnuplot_text.h>
 #include <dyntape/interface/report/plot/picture_layout.h>
+#include <dyntape/interface/report/plot/series_looks.h>
 
 namespace dyntape::io {
 namespace {
-
-// M. Okabe and K. Ito, "Color Universal Design", without the yellow, too light for lines on white.
-constexpr const char* kPalette[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                    "#e69f00", "#56b4e9", "#444444"};
-constexpr int kColors = 7;
-// Filled; one less is the same shape hollow (and 2 a cross beside the star of 3).
-constexpr int kPointTypes[] = {7, 5, 9, 13, 11, 15, 3};
-constexpr int kDashes[] = {1, 2, 4, 5};
-
-struct Style {
-  std::string color;
-  int dash, point;
-};
-
-// Where colours come round again, points are hollow, then of another shape.
-int point_type(int round, int index) { return kPointTypes[(index + round / 2) % kColors] - round % 2; }
-
-std::vector<Style> styles_of(const Panel& panel) {
-  std::vector<Style> styles;
-  int next = 0;
-  for (const Series& series : panel.series) {
-    const bool own = !series.color.empty();
-    const int number = series.style >= 0 ? series.style : next;
-    const int round = own ? 0 : number / kColors, index = own ? 0 : number % kColors;
-    const int dash = series.dashed ? 2 : kDashes[round % 4];
-    styles.push_back({own ? series.color : kPalette[index], dash, point_type(round, index)});
-    if (!own && series.style < 0) ++next;
-  }
-  return styles;
-}
 
 void check(const Plot& plot) {
   if (plot.panels.empty()) throw ArgumentError("draw: the plot '" + plot.title + "' has no panels");
@@ -94,10 +65,12 @@ class Script {
     choose_limits(panel, frame, x, y);
     axis("x", panel.log_x, x);
     axis("y", panel.log_y, y);
+    const double step = tick_step(panel, frame, x);
+    if (std::isfinite(step) && step > 0) add("set xtics " + gnuplot_number(step));
     if (std::isfinite(panel.zero)) add("set ytics add ('0' " + gnuplot_number(panel.zero) + ")");
     const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
     label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
-    label(panel.y_label, canvas_.at(frame.left - 60, middle_y), kTextSize,
+    label(panel.y_label, canvas_.at(frame.left - 67, middle_y), kTextSize,
           "center rotate by 90 tc rgb '#333333'");
     const bool dots = std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) {
       return s.mark == Mark::kPoints || s.mark == Mark::kBoth;
@@ -127,36 +100,55 @@ class Script {
       if (line.text.empty()) continue;
       label(line.text, "graph 1, first " + v, kSmallSize, "left offset 0.5, 0 tc rgb '#666666' front");
     }
+    for (const ReferenceLine& line : panel.vertical) {
+      const std::string v = gnuplot_number(line.value);
+      add("set arrow from first " + v + ", graph 0 to first " + v + ", graph 1" + look);
+      if (line.text.empty()) continue;
+      label(line.text, "first " + v + ", graph 0.97", kSmallSize,
+            "right rotate by 90 offset -1, 0 tc rgb '#666666' front");
+    }
+    for (const Remark& remark : panel.remarks) {
+      label(remark.text, "first " + gnuplot_number(remark.x) + ", first " + gnuplot_number(remark.y),
+            kSmallSize, "center tc rgb '#444444' front");
+    }
   }
 
-  void head(const Panel& panel, const Place& place, const std::vector<Style>& styles) {
+  void head(const Plot& plot, size_t number, const Place& place,
+            const std::vector<std::vector<Look>>& looks) {
+    const Panel& panel = plot.panels[number];
     double y = place.head + 2;
     if (!panel.title.empty()) {
       label(panel.title, canvas_.at(place.frame.left, y), kTextSize + 1, "left tc rgb '#222222'");
       y += kHeadRow;
     }
-    for (const auto& row : place.legend) {
-      double x = place.frame.left;
-      for (const size_t i : row) x = legend_entry(panel.series[i], styles[i], x, y);
+    legend(plot, place.legend, y, looks);
+  }
+
+  void legend(const Plot& plot, const std::vector<LegendRow>& rows, double y,
+              const std::vector<std::vector<Look>>& looks) {
+    for (const LegendRow& row : rows) {
+      for (const LegendEntry& e : row)
+        legend_entry(plot.panels[e.panel].series[e.series], looks[e.panel][e.series], e.x, y);
       y += kHeadRow;
     }
   }
 
-  double legend_entry(const Series& s, const Style& style, double x, double y) {
+  void legend_entry(const Series& s, const Look& style, double x, double y) {
     const std::string color = " lc rgb '" + style.color + "'";
     if (s.mark != Mark::kPoints) {
       add("set arrow from " + canvas_.at(x, y) + " to " + canvas_.at(x + kSample, y) + " nohead lw " +
-          gnuplot_number(s.width) + color + " dt " + std::to_string(style.dash));
+          gnuplot_number(s.width) + color + " dt " + style.dash);
     }
     if (s.mark == Mark::kPoints || s.mark == Mark::kBoth) {
       add("set label '' at " + canvas_.at(x + kSample / 2, y) + " point pt " + std::to_string(style.point) +
           " ps " + gnuplot_number(0.7 * s.point) + color);
     }
-    label(s.name, canvas_.at(x + kSample + 6, y), kTextSize, "left tc rgb '#333333'");
-    return x + kSample + 24 + text_width(s.name, kTextSize);
+    const double room = canvas_.width - (x + kSample + 12);
+    label(shortened(s.name, kTextSize, room), canvas_.at(x + kSample + 6, y), kTextSize,
+          "left tc rgb '#333333'");
   }
 
-  void curves(const Panel& panel, const std::vector<Style>& styles) {
+  void curves(const Panel& panel, const std::vector<Look>& styles) {
     std::vector<size_t> order(panel.series.size());
     std::iota(order.begin(), order.end(), 0);
     std::stable_sort(order.begin(), order.end(),
@@ -165,11 +157,15 @@ class Script {
     for (const size_t i : order) {
       const Series& s = panel.series[i];
       const char* with[] = {"lines", "points", "linespoints"};
-      command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with " +
-                 with[static_cast<int>(s.mark)];
+      command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with ";
+      if (s.filled) {
+        command += "filledcurves closed fc rgb '#ebebeb' fs transparent solid 0.8 border lc rgb '" +
+                   styles[i].color + "' lw " + gnuplot_number(s.width);
+        continue;
+      }
+      command += with[static_cast<int>(s.mark)];
       command += " lc rgb '" + styles[i].color + "'";
-      if (s.mark != Mark::kPoints)
-        command += " lw " + gnuplot_number(s.width) + " dt " + std::to_string(styles[i].dash);
+      if (s.mark != Mark::kPoints) command += " lw " + gnuplot_number(s.width) + " dt " + styles[i].dash;
       const bool dots = s.mark == Mark::kPoints || s.mark == Mark::kBoth;
       if (dots) command += " pt " + std::to_string(styles[i].point) + " ps " + gnuplot_number(0.7 * s.point);
     }
@@ -195,9 +191,9 @@ std::string terminal(const std::string& format, const Canvas& canvas) {
 
 std::string gnuplot_script(const Plot& plot, const std::string& format, const std::string& output) {
   check(plot);
-  std::vector<Place> places;
-  const double height = arrange(plot, places);
-  const Canvas canvas{static_cast<double>(plot.width), height};
+  const Layout layout = arrange(plot);
+  const std::vector<std::vector<Look>> looks = looks_of(plot);
+  const Canvas canvas{static_cast<double>(plot.width), layout.height};
   Script script(canvas);
   script.add(terminal(format, canvas));
   script.add("set encoding utf8; set minussign; set output " + gnuplot_quoted(output));
@@ -206,16 +202,16 @@ std::string gnuplot_script(const Plot& plot, const std::string& format, const st
   script.add("set grid back lt 1 lw 0.8 lc rgb '#e4e4e4'");
   for (size_t i = 0; i < plot.panels.size(); ++i) {
     const Panel& panel = plot.panels[i];
-    const std::vector<Style> styles = styles_of(panel);
     script.data(panel);
-    script.axes(panel, places[i].frame);
+    script.axes(panel, layout.places[i].frame);
     script.references(panel);
-    script.head(panel, places[i], styles);
+    script.head(plot, i, layout.places[i], looks);
     if (i == 0 && !plot.title.empty()) {
       script.label(plot.title, canvas.at(kLeft, kTitleRow / 2 + 6), kTitleSize, "left tc rgb '#111111'");
     }
-    script.curves(panel, styles);
-    script.add("unset label; unset arrow; unset logscale; set autoscale");
+    if (i == 0) script.legend(plot, layout.legend, layout.legend_top, looks);
+    script.curves(panel, looks[i]);
+    script.add("unset label; unset arrow; unset logscale; set autoscale; set xtics autofreq");
     if (std::isfinite(panel.zero)) script.add("set ytics autofreq");  // the next panel has no zero there
   }
   script.add("unset multiplot; unset output");

@@ -3,22 +3,49 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 namespace dyntape::io {
 namespace {
 
-std::vector<std::vector<size_t>> legend_rows(const Panel& panel, double width) {
-  std::vector<std::vector<size_t>> rows;
+double entry_width(const Series& series) { return kSample + 24 + text_width(series.name, kTextSize); }
+
+// One after the other.
+std::vector<LegendRow> legend_rows(const Panel& panel, size_t number, double left, double width) {
+  std::vector<LegendRow> rows;
   double used = 0;
   for (size_t i = 0; i < panel.series.size(); ++i) {
     if (panel.series[i].name.empty()) continue;
-    const double need = kSample + 24 + text_width(panel.series[i].name, kTextSize);
+    const double need = entry_width(panel.series[i]);
     if (rows.empty() || used + need > width) {
       rows.emplace_back();
       used = 0;
     }
-    rows.back().push_back(i);
+    rows.back().push_back({number, i, left + used});
     used += need;
+  }
+  return rows;
+}
+
+// In columns of one width, each name once.
+std::vector<LegendRow> legend_of_all(const Plot& plot) {
+  std::set<std::string> names = {""};
+  LegendRow entries;
+  double need = 1;
+  for (size_t p = 0; p < plot.panels.size(); ++p) {
+    for (size_t k = 0; k < plot.panels[p].series.size(); ++k) {
+      const Series& series = plot.panels[p].series[k];
+      if (!names.insert(series.name).second) continue;
+      entries.push_back({p, k, 0});
+      need = std::max(need, entry_width(series));
+    }
+  }
+  const auto columns = size_t(std::max(1.0, std::floor((plot.width - kLeft - kRight) / need)));
+  std::vector<LegendRow> rows;
+  for (size_t i = 0; i < entries.size(); ++i) {
+    if (i % columns == 0) rows.emplace_back();
+    entries[i].x = kLeft + double(i % columns) * need;
+    rows.back().push_back(entries[i]);
   }
   return rows;
 }
@@ -36,11 +63,39 @@ double head_height(const Panel& panel, size_t legend_rows) {
   return kTop + kHeadRow * (static_cast<double>(legend_rows) + (panel.title.empty() ? 0 : 1));
 }
 
+// The last byte of a character is where the next one begins.
+std::vector<size_t> starts_of_characters(const std::string& text) {
+  std::vector<size_t> starts;
+  for (size_t i = 0; i < text.size(); ++i)
+    if ((text[i] & 0xC0) != 0x80) starts.push_back(i);
+  starts.push_back(text.size());
+  return starts;
+}
+
 }  // namespace
 
-double arrange(const Plot& plot, std::vector<Place>& places) {
+std::string shortened(const std::string& text, double size, double width) {
+  if (text_width(text, size) <= width) return text;
+  const std::vector<size_t> starts = starts_of_characters(text);
+  std::string some;
+  for (size_t half = 0; 2 * half + 1 < starts.size(); ++half) {
+    const std::string longer =
+        text.substr(0, starts[half]) + "..." + text.substr(*(starts.end() - 1 - std::ptrdiff_t(half)));
+    if (text_width(longer, size) > width) break;
+    some = longer;
+  }
+  return some;
+}
+
+Layout arrange(const Plot& plot) {
+  Layout layout;
   const double cell = static_cast<double>(plot.width) / plot.columns;
   double y = plot.title.empty() ? 6 : kTitleRow + 6;
+  if (plot.one_legend) {
+    layout.legend = legend_of_all(plot);
+    layout.legend_top = y + kTop / 2;
+    y += kHeadRow * static_cast<double>(layout.legend.size());
+  }
   size_t i = 0;
   while (i < plot.panels.size()) {
     double head = 0, height = 0;
@@ -50,18 +105,21 @@ double arrange(const Plot& plot, std::vector<Place>& places) {
       if (panel.wide && column > 0) break;
       const double left = column * cell + kLeft,
                    right = (panel.wide ? plot.width : (column + 1) * cell) - right_margin(panel);
-      places.push_back({{left, 0, right, 0}, y + kTop, legend_rows(panel, right - left)});
-      head = std::max(head, head_height(panel, places.back().legend.size()));
+      Place place{{left, 0, right, 0}, y + kTop, {}};
+      if (!plot.one_legend) place.legend = legend_rows(panel, i, left, right - left);
+      head = std::max(head, head_height(panel, place.legend.size()));
       height = std::max(height, static_cast<double>(panel.height));
+      layout.places.push_back(std::move(place));
       if (panel.wide) column = plot.columns;
     }
     for (size_t k = first; k < i; ++k) {
-      places[k].frame.top = y + head;
-      places[k].frame.bottom = y + head + height;
+      layout.places[k].frame.top = y + head;
+      layout.places[k].frame.bottom = y + head + height;
     }
     y += head + height + kBottom;
   }
-  return std::ceil(y + 4);
+  layout.height = std::ceil(y + 4);
+  return layout;
 }
 
 }  // namespace dyntape::io

@@ -15,15 +15,32 @@ inline constexpr double kLeft = 78, kRight = 26, kBottom = 58, kTop = 14;  // ar
 inline constexpr double kHeadRow = 24, kTitleRow = 40;
 inline constexpr double kSample = 26;  // the line in the legend [px]
 
-// What stands where: one entry a panel.
+// A row of a legend: which series, and where each begins [px].
+struct LegendEntry {
+  size_t panel, series;
+  double x;
+};
+using LegendRow = std::vector<LegendEntry>;
+
+// What stands where in a panel.
 struct Place {
   Box frame;
-  double head;                              // where the title begins [px]; the legend follows
-  std::vector<std::vector<size_t>> legend;  // rows of indices into series
+  double head;                    // where the title begins [px]; the legend follows
+  std::vector<LegendRow> legend;  // none where the picture has one for all
 };
 
-// Fills `places`, row by row of the grid; returns the height of the picture.
-double arrange(const Plot& plot, std::vector<Place>& places);
+struct Layout {
+  std::vector<Place> places;  // one entry a panel
+  double legend_top = 0;      // of the legend of all panels [px]
+  std::vector<LegendRow> legend;
+  double height = 0;  // of the picture [px]
+};
+
+// Row by row of the grid.
+Layout arrange(const Plot& plot);
+
+// A text that is no wider [px]: of longer ones the middle is left out.
+std::string shortened(const std::string& text, double size, double width);
 
 // Zeros are drawn where the panel wants them.
 double drawn_y(const Panel& panel, double y);
@@ -33,5 +50,8 @@ bool drawable(const Panel& panel, double x, double y);
 
 // The part of the plane to show in the frame; an end that is NaN is left to gnuplot.
 void choose_limits(const Panel& panel, const Box& frame, Limits& x, Limits& y);
+
+// The distance between numbers along the axis, or of a logarithmic one the factor, at which they do not run into each other.
+double tick_step(const Panel& panel, const Box& frame, const Limits& x);
 
 }  // namespace dyntape::io

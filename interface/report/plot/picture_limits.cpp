@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/plot/picture_layout.h>
 
 namespace dyntape::io {
@@ -75,6 +76,16 @@ Limits widened(const Extent& data, const std::vector<ReferenceLine>& lines, bool
   return {all.low - room, all.high + room};
 }
 
+// 1, 2, 5, 10, 20, ... times a power of ten, from the first that is at least as large as asked for.
+double round_step(double least, int further) {
+  const double power = std::pow(10, std::floor(std::log10(least)));
+  constexpr double kRound[] = {1, 2, 5};
+  int k = 0;
+  const auto step = [&](int i) { return power * kRound[i % 3] * std::pow(10, i / 3); };
+  while (step(k) < least * (1 - 1e-9)) ++k;
+  return step(k + further);
+}
+
 bool given(const Limits& limits) { return std::isfinite(limits.low) || std::isfinite(limits.high); }
 
 }  // namespace
@@ -86,6 +97,35 @@ void choose_limits(const Panel& panel, const Box& frame, Limits& x, Limits& y) {
   x = widened(x_data, {}, panel.log_x, false);
   y = given(panel.y_limits) ? panel.y_limits
                             : widened(y_data, panel.horizontal, panel.log_y, !panel.horizontal.empty());
+}
+
+double tick_step(const Panel& panel, const Box& frame, const Limits& x) {
+  constexpr int kMostTicks = 8;
+  constexpr double kGap = 10;  // px between two numbers
+  Extent shown;
+  if (std::isfinite(x.low) && std::isfinite(x.high)) {
+    shown.add(x.low), shown.add(x.high);
+  } else {
+    Extent y;
+    data_extent(panel, shown, y);
+  }
+  const double width = frame.right - frame.left;
+  if (panel.log_x) {
+    const double decades = std::ceil(std::log10(shown.high)) - std::floor(std::log10(shown.low));
+    const double label = text_width("10", kSmallSize) + text_width("-10", 0.8 * kSmallSize) + kGap;
+    return std::pow(10, std::max(1.0, std::ceil(decades * label / width)));
+  }
+  const double span = shown.high - shown.low;
+  for (int further = 0; further < 12; ++further) {
+    const double step = round_step(span / kMostTicks, further);
+    double widest = 0;
+    const double first = std::floor(shown.low / step), last = std::ceil(shown.high / step);
+    for (int k = 0; k <= kMostTicks + 2 && first + k <= last; ++k)
+      widest = std::max(widest, text_width(with_digits((first + k) * step, 6), kSmallSize + 1));
+    // Gnuplot may widen the axis to whole steps.
+    if (widest + kGap <= width / std::max(last - first, 1.0)) return step;
+  }
+  return span;  // one number
 }
 
 }  // namespace dyntape::io

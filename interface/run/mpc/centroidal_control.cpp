@@ -7,15 +7,9 @@ namespace dyntape {
 
 namespace {
 
-using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr const char *kMassCurves = "closed_loop.svg", *kMassSupport = "support.svg";
-
-// Where the centre of mass is to be.
-Vector3d target_of(const CentroidalTask& task, double t) {
-  return task.problem.parameters.find("com")(task.problem.stage(t, {}, {}, {}));
-}
 
 io::CsvTable mass_table(const CentroidalTask& task, const ClosedLoop& loop) {
   std::vector<std::string> header = {"t"};
@@ -53,7 +47,7 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   options.mpc.solver = task.solver;
   options.mpc.iterations = task.control.iterations;
   const auto off = [&](const Trajectory& motion, int point) {
-    return (motion.x.col(point).head<3>() - target_of(task, motion.t[point])).norm();
+    return (motion.x.col(point).head<3>() - wanted_mass(task, motion.t[point])).norm();
   };
   ControlReport report = report_loop(task.problem, options, {"the goal of the centre of mass", "m", off});
   report.task = task.name;
@@ -69,7 +63,8 @@ void write_control(const CentroidalTask& task, ControlReport& report, const std:
                    const std::stop_token& stop) {
   const Trajectory& motion = report.loop.motion;
   const auto pictures = [&] {
-    return LoopPictures{{{kMassCurves, mass_plot(task, motion)}, {kMassSupport, support_plot(task, motion)}},
+    return LoopPictures{{{kMassCurves, with_pushes(mass_plot(task, motion), report)},
+                         {kMassSupport, support_plot(task, motion)}},
                         mass_player(task, motion, stop)};
   };
   write_loop(report, mass_table(task, report.loop), pictures, folder, stop);

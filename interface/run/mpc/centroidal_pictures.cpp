@@ -74,13 +74,46 @@ io::Series path_of(const std::string& name, const MatrixXd& points) {
 }
 
 // Closed.
-io::Series outline_of(const std::vector<Vector2d>& corners, const std::string& name) {
+io::Series outline_of(const std::vector<Vector2d>& corners, const std::string& color) {
   MatrixXd points(2, Eigen::Index(corners.size()) + 1);
   for (Eigen::Index k = 0; k < points.cols(); ++k) points.col(k) = corners[std::size_t(k) % corners.size()];
-  io::Series series = path_of(name, points);
-  series.color = "#777777";
+  io::Series series = path_of("", points);
+  series.color = color;
   series.mark = io::Mark::kBoth;
   return series;
+}
+
+// Light to dark as time goes on, each place once: of feet that come back to it, the first.
+void add_supports(const std::vector<SupportPhase>& phases, io::Panel& above) {
+  std::vector<const SupportPhase*> shown;
+  for (const SupportPhase& phase : phases) {
+    const auto is_there = [&](const SupportPhase* other) { return other->corners == phase.corners; };
+    if (!phase.corners.empty() && std::none_of(shown.begin(), shown.end(), is_there)) shown.push_back(&phase);
+  }
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const double s = shown.size() > 1 ? double(k) / double(shown.size() - 1) : 0.5;
+    above.series.push_back(outline_of(shown[k]->corners, io::shade("#c8c8c8", "#404040", s)));
+    above.series.back().layer = -1;
+    if (k == shown.size() / 2)
+      above.series.back().name = shown.size() > 1 ? "supports, light to dark" : "support";
+  }
+}
+
+// How far the supports reach along an axis while they last.
+io::Series edges_of(const std::vector<SupportPhase>& phases, const VectorXd& t, int axis) {
+  io::Series edges{.name = "edges of the support", .color = "#8a8a8a", .width = 1.2};
+  for (const bool is_upper : {false, true}) {
+    for (const SupportPhase& phase : phases) {
+      if (phase.corners.empty()) continue;
+      const auto [low, high] =
+          std::minmax_element(phase.corners.begin(), phase.corners.end(),
+                              [axis](const Vector2d& a, const Vector2d& b) { return a[axis] < b[axis]; });
+      const double edge = is_upper ? (*high)[axis] : (*low)[axis];
+      edges.x.insert(edges.x.end(), {t[phase.first], t[phase.last], std::nan("")});
+      edges.y.insert(edges.y.end(), {edge, edge, std::nan("")});
+    }
+  }
+  return edges;
 }
 
 // Points of a motion at so many frames a second.
@@ -137,6 +170,25 @@ Vector2d capture_point(const CentroidalBody& body, const VectorXd& state) {
   return state.head<2>() + state.segment<2>(3) / omega;
 }
 
+Vector3d wanted_mass(const CentroidalTask& task, double t) {
+  return task.problem.parameters.find("com")(task.problem.stage(t, {}, {}, {}));
+}
+
+std::vector<SupportPhase> support_phases(const CentroidalTask& task, const VectorXd& t) {
+  std::vector<FootOverTime> feet;
+  for (const CentroidalBody::Foot& foot : task.body.feet) feet.push_back(foot_over_time(task, foot.name, t));
+  std::vector<SupportPhase> phases;
+  for (int p = 0; p < t.size(); ++p) {
+    std::vector<Vector2d> places;
+    for (const FootOverTime& foot : feet)
+      if (foot.load[p] > 0) places.push_back(foot.place.col(p).head<2>());
+    std::vector<Vector2d> corners = support_polygon(places);
+    if (phases.empty() || phases.back().corners != corners) phases.push_back({p, p, std::move(corners)});
+    phases.back().last = std::min(p + 1, int(t.size()) - 1);  // it holds until the next point
+  }
+  return phases;
+}
+
 io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion) {
   const MatrixXd forces = forces_on_floor(task, motion);
   const auto feet = Eigen::Index(task.body.feet.size());
@@ -160,6 +212,14 @@ io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion) {
                  panel_of("angular momentum", "[N m s]", axes, motion.t, motion.x.bottomRows(3)),
                  panel_of("upward forces", "[N]", names, motion.t, upwards),
                  panel_of("forces along the floor, of all feet", "[N]", {"x", "y"}, motion.t, along)};
+  MatrixXd wanted(3, motion.points());
+  for (int p = 0; p < motion.points(); ++p) wanted.col(p) = wanted_mass(task, motion.t[p]) - task.body.com;
+  io::Panel targets = panel_of("", "", {"", "", ""}, motion.t, wanted);
+  for (std::size_t i = 0; i < axes.size(); ++i) {
+    targets.series[i].target_of = axes[i];
+    plot.panels[0].series.push_back(std::move(targets.series[i]));
+  }
+  plot.panels[0].title += ", dotted: its target";
   return plot;
 }
 
@@ -167,10 +227,8 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
   const MatrixXd forces = forces_on_floor(task, motion);
   MatrixXd capture(2, motion.points()), pressure = MatrixXd::Zero(2, motion.points());
   VectorXd pressed = VectorXd::Zero(motion.points());
-  std::vector<Vector2d> corners;
   for (std::size_t i = 0; i < task.body.feet.size(); ++i) {
     const FootOverTime foot = foot_over_time(task, task.body.feet[i].name, motion.t);
-    corners.push_back(foot.place.col(0).head<2>());
     for (int p = 0; p < motion.points(); ++p) {
       const double up = forces(3 * Eigen::Index(i) + 2, p);
       pressure.col(p) += up * foot.place.col(p).head<2>();
@@ -181,7 +239,7 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
     capture.col(p) = capture_point(task.body, motion.x.col(p));
     pressure.col(p) /= pressed[p];  // none where nothing presses, which leaves a gap
   }
-  const std::vector<Vector2d> support = support_polygon(corners);
+  const std::vector<SupportPhase> phases = support_phases(task, motion.t);
   const auto paths = [&](const MatrixXd& place, const MatrixXd& caught, const MatrixXd& pressed_on) {
     std::vector<io::Series> series = {path_of("centre of pressure", pressed_on),
                                       path_of("capture point", caught), path_of("centre of mass", place)};
@@ -194,7 +252,7 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
   io::Panel above{
       .title = "from above", .x_label = "x [m]", .y_label = "y [m]", .equal_axes = true, .height = 380};
   above.series = paths(motion.x.topRows(2), capture, pressure);
-  above.series.push_back(outline_of(support, "support at the start"));
+  add_supports(phases, above);
   plot.panels.push_back(std::move(above));
   for (int axis = 0; axis < 2; ++axis) {
     const std::string name = axis == 0 ? "x" : "y";
@@ -205,12 +263,7 @@ io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion) {
     };
     io::Panel panel{.title = "along " + name, .x_label = "time [s]", .y_label = name + " [m]"};
     panel.series = paths(over_time(motion.x), over_time(capture), over_time(pressure));
-    if (!task.gait) {
-      const auto [low, high] =
-          std::minmax_element(support.begin(), support.end(),
-                              [axis](const Vector2d& a, const Vector2d& b) { return a[axis] < b[axis]; });
-      panel.horizontal = {{(*low)[axis], "edge"}, {(*high)[axis], ""}};
-    }
+    panel.series.push_back(edges_of(phases, motion.t, axis));
     plot.panels.push_back(std::move(panel));
   }
   return plot;

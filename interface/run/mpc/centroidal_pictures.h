@@ -23,10 +23,20 @@ std::vector<Eigen::Vector2d> support_polygon(std::vector<Eigen::Vector2d> points
 // that are given.  (2), m.
 Eigen::Vector2d capture_point(const CentroidalBody& body, const Eigen::VectorXd& state);
 
-// Centre of mass, velocity, angular momentum and forces over time.
+// (3) Where the centre of mass is to be, m.
+Eigen::Vector3d wanted_mass(const CentroidalTask& task, double t);
+
+// Feet that stand together, from one point of a motion to another: the corners of their support, from above.
+struct SupportPhase {
+  int first, last;
+  std::vector<Eigen::Vector2d> corners;
+};
+std::vector<SupportPhase> support_phases(const CentroidalTask& task, const Eigen::VectorXd& t);
+
+// Centre of mass beside where it is to be, velocity, angular momentum and forces over time.
 io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion);
 
-// Centre of mass, capture point and centre of pressure beside the support at the beginning: from above, and over time.
+// Centre of mass, capture point and centre of pressure with every support: from above, and over time with the supports' edges.
 io::Plot support_plot(const CentroidalTask& task, const Trajectory& motion);
 
 // The robot with its trunk as at the start and its legs where they have to be for that.  Where they cannot be, the page says

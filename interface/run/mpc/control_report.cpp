@@ -61,10 +61,12 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   report.deadline = options.period;
   report.loop = close_loop(problem, options);
   const Trajectory& motion = report.loop.motion;
+  for (const Disturbance& push : options.disturbances) report.pushes.push_back(push.at);
   if (!off.at) return report;
   report.off_of = off.what, report.unit = off.unit;
-  report.off_begin = off.at(motion, 0);
-  report.off_end = off.at(motion, motion.points() - 1);
+  report.off = off_of(motion, off);
+  report.off_begin = report.off.front();
+  report.off_end = report.off.back();
   if (!(options.feedback > 0) || options.disturbances.empty()) return report;
   ClosedLoopOptions plain = options;
   plain.feedback = 0, plain.watch = {};
@@ -72,7 +74,7 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   if (without.motion.points() != motion.points()) return report;  // one of them ended early
   ControlReport::Feedback of;
   of.t.assign(motion.t.begin(), motion.t.end());
-  of.with = off_of(motion, off), of.without = off_of(without.motion, off);
+  of.with = report.off, of.without = off_of(without.motion, off);
   const auto first = std::min_element(options.disturbances.begin(), options.disturbances.end(),
                                       [](const Disturbance& a, const Disturbance& b) { return a.at < b.at; });
   of.after = first->at;
@@ -80,6 +82,22 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   std::tie(of.most_without, of.typical_without) = most_and_typical(of.t, of.without, of.after);
   report.feedback = std::move(of);
   return report;
+}
+
+io::Plot with_pushes(io::Plot curves, const ControlReport& report) {
+  const Eigen::VectorXd& t = report.loop.motion.t;
+  if (!report.off.empty()) {
+    curves.panels.push_back(
+        {.title = "distance from " + report.off_of,
+         .x_label = "time [s]",
+         .y_label = "[" + report.unit + "]",
+         .series = {{.name = "distance", .x = {t.begin(), t.end()}, .y = report.off, .color = "#111111"}}});
+  }
+  for (io::Panel& panel : curves.panels)
+    for (const double at : report.pushes)
+      if (at <= t[t.size() - 1])
+        panel.vertical.push_back({at, &panel == &curves.panels.front() ? "push" : ""});
+  return curves;
 }
 
 io::Plot steps_plot(const ControlReport& report) {

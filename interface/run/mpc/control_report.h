@@ -23,6 +23,8 @@ struct ControlReport {
   double deadline = 0;                 // s, the period
   std::string off_of = {}, unit = {};  // "the goal of hand", "m"; empty where a task has no goal:
   double off_begin = 0, off_end = 0;   // the distance from it at the beginning and the end
+  std::vector<double> off = {};        // and at every point of the motion
+  std::vector<double> pushes = {};     // s, when a disturbance acts
   // What feedback between plans is worth: how far off the loop is over time with it, and the same loop without.
   struct Feedback {
     std::vector<double> t, with, without;
@@ -51,6 +53,9 @@ struct Off {
 };
 // The report of a loop: with feedback, of a second one without as well.
 ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off);
+
+// The curves of a loop with how far it is from its goal below them, and lines where pushes act.
+io::Plot with_pushes(io::Plot curves, const ControlReport& report);
 
 io::Plot steps_plot(const ControlReport& report);
 

@@ -82,9 +82,9 @@ void write_control(const Task& task, ControlReport& report, const std::string& f
                    const std::stop_token& stop) {
   const Trajectory& motion = report.loop.motion;
   const auto pictures = [&] {
-    return LoopPictures{
-        {{kLoopCurves, trajectory_plot(task, motion)}, {kLoopMotion, motion_plot(task, motion)}},
-        motion_player(task, motion, stop)};
+    return LoopPictures{{{kLoopCurves, with_pushes(tracking_plot(task, motion), report)},
+                         {kLoopMotion, motion_plot(task, motion)}},
+                        motion_player(task, motion, stop)};
   };
   write_loop(report, loop_table(task, report.loop), pictures, folder, stop);
 }

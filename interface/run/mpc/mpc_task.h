@@ -16,8 +16,9 @@
 // A goal that is out of reach is one that the robot stretches towards: the exact Hessian is taken then.
 //
 // write_control leaves in the folder: closed_loop.csv (t, q.*, v.*, tau.*, and of each step ms, iterations, usable),
-// report.json, closed_loop.svg, steps.svg, motion.svg, motion.html; with feedback and a push, feedback.svg: how far it is from
-// the goal with it and without, for which the loop is run twice.
+// report.json, closed_loop.svg (with targets, the distance from the goal, and when pushes act), steps.svg, motion.svg,
+// motion.html; with feedback and a push, feedback.svg: how far it is from the goal with it and without, for which the loop is
+// run twice.
 //
 // Errors: ArgumentError for a task without costs of tracking; those of close_loop.
 #pragma once

@@ -7,8 +7,10 @@
 #include <numbers>
 #include <set>
 
+#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/report/player/shapes.h>
+#include <dyntape/interface/run/solve/hidden_parts.h>
 
 namespace dyntape {
 
@@ -111,20 +113,39 @@ Bounds or_else(const Bounds& bounds, const Bounds& robot) {
   return {choose(bounds.lower, robot.lower), choose(bounds.upper, robot.upper)};
 }
 
-// A panel a quantity.
+io::Series series_of(const std::string& name, const std::vector<double>& t, const Eigen::VectorXd& row) {
+  return {.name = name, .x = t, .y = {row.begin(), row.end()}};
+}
+
+// What curves shall be, where a task says it (NaN: where it does not).
+void add_targets(io::Panel& panel, const std::vector<std::string>& names, const std::vector<double>& t,
+                 const MatrixXd& targets) {
+  bool any = false;
+  for (Eigen::Index i = 0; i < targets.rows(); ++i) {
+    if (!targets.row(i).array().isFinite().any()) continue;
+    io::Series series = series_of("", t, targets.row(i));
+    series.target_of = names[std::size_t(i)];
+    panel.series.push_back(std::move(series));
+    any = true;
+  }
+  if (any) panel.title += ", dotted: its target";
+}
+
+// A panel a quantity; `targets` has no rows, or those of the curves.
 void add_panels(io::Plot& plot, const Groups& groups, const std::vector<std::string>& names,
-                const Trajectory& motion, const MatrixXd& curves, const Bounds& limits) {
+                const Trajectory& motion, const MatrixXd& curves, const Bounds& limits,
+                const MatrixXd& targets = {}) {
   const std::vector<double> t(motion.t.begin(), motion.t.end());
   for (const auto& [quantity, rows] : groups.all()) {
     const MatrixXd own = curves(rows, Eigen::all);
     io::Panel p{.title = quantity.title, .x_label = "time [s]", .y_label = quantity.unit};
     p.horizontal = near_limits(own, {limits.lower(rows), limits.upper(rows)});
+    std::vector<std::string> own_names;
     for (std::size_t i = 0; i < rows.size(); ++i) {
-      io::Series series{.name = names[std::size_t(rows[i])], .x = t};
-      const Eigen::VectorXd row = own.row(Eigen::Index(i));
-      series.y.assign(row.begin(), row.end());
-      p.series.push_back(std::move(series));
+      own_names.push_back(names[std::size_t(rows[i])]);
+      p.series.push_back(series_of(own_names.back(), t, own.row(Eigen::Index(i))));
     }
+    if (targets.rows() > 0) add_targets(p, own_names, t, targets(rows, Eigen::all));
     plot.panels.push_back(std::move(p));
   }
 }
@@ -153,7 +174,37 @@ std::vector<std::string> names_of(const dynamics::Model<double>& model, bool of_
 
 }  // namespace
 
-io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
+namespace {
+
+// (nq + nv x points) What a controller draws states to, NaN where it does not; without rows where it knows none.
+MatrixXd targets_of(const Task& task, const Eigen::VectorXd& t) {
+  if (!task.aim.state) return {};
+  MatrixXd targets(task.scene.model.nq + task.scene.model.nv, t.size());
+  for (Eigen::Index p = 0; p < t.size(); ++p) targets.col(p) = task.aim.state(t[p]);
+  return targets;
+}
+
+// Of the frame that a controller draws to a place.
+io::Panel place_panel(const Task& task, const Trajectory& motion) {
+  const auto& model = task.scene.model;
+  const std::vector<double> t(motion.t.begin(), motion.t.end());
+  dynamics::Data<double> data(model);
+  MatrixXd place(3, motion.points());
+  for (int p = 0; p < motion.points(); ++p) {
+    dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
+    place.col(p) = frame_placement(model, data, model.frame_index(task.aim.frame)).p;
+  }
+  io::Panel panel{.title = "place of " + task.aim.frame, .x_label = "time [s]", .y_label = "[m]"};
+  std::vector<std::string> names;
+  for (int axis = 0; axis < 3; ++axis) {
+    names.push_back(std::string(1, "xyz"[axis]) + " of " + task.aim.frame);
+    panel.series.push_back(series_of(names.back(), t, place.row(axis)));
+  }
+  add_targets(panel, names, t, task.aim.place.replicate(1, motion.points()));
+  return panel;
+}
+
+io::Plot plot_of_curves(const Task& task, const Trajectory& motion, const MatrixXd& targets) {
   const Curves c = curves_of(task, motion);
   const auto& model = task.scene.model;
   const std::vector<int> driven = actuated_dofs(task.scene);
@@ -173,31 +224,29 @@ io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
   io::Plot plot;
   plot.title = task.name;
   add_panels(plot, groups_of(model, true), names_of(model, true), motion, c.q,
-             {x.lower.head(model.nq), x.upper.head(model.nq)});
+             {x.lower.head(model.nq), x.upper.head(model.nq)},
+             targets.topRows(targets.rows() > 0 ? model.nq : 0));
   add_panels(plot, groups_of(model, false), names_of(model, false), motion, c.v,
-             {x.lower.tail(model.nv), x.upper.tail(model.nv)});
+             {x.lower.tail(model.nv), x.upper.tail(model.nv)},
+             targets.bottomRows(targets.rows() > 0 ? model.nv : 0));
   add_panels(plot, groups_of_controls(task, c.tau.rows()), plain_names(task.problem.controls), motion, c.tau,
              u);
   return plot;
 }
 
-namespace {
+}  // namespace
 
-// World to picture.  Oblique: z upwards, x to the right, y backwards at half length.
-std::array<double, 2> project(View view, const Eigen::Vector3d& p) {
-  switch (view) {
-    case View::kXz:
-      return {p.x(), p.z()};
-    case View::kXy:
-      return {p.x(), p.y()};
-    case View::kYz:
-      return {p.y(), p.z()};
-    case View::kOblique:
-      break;
-  }
-  const double depth = 0.5 * std::sqrt(0.5);
-  return {p.x() + depth * p.y(), p.z() + depth * p.y()};
+io::Plot trajectory_plot(const Task& task, const Trajectory& motion) {
+  return plot_of_curves(task, motion, {});
 }
+
+io::Plot tracking_plot(const Task& task, const Trajectory& motion) {
+  io::Plot plot = plot_of_curves(task, motion, targets_of(task, motion.t));
+  if (!task.aim.frame.empty()) plot.panels.insert(plot.panels.begin(), place_panel(task, motion));
+  return plot;
+}
+
+namespace {
 
 // The outline of a ball or bar that stands in the world.  The picture of a point p is M p; seen from afar in the direction n
 // of the picture, a ball's edge is at M (c + r M^T n / |M^T n|), a bar's at that of the end that lies further out.
@@ -247,11 +296,11 @@ bool floats_in_world(const dynamics::Model<double>& model, int joint) {
 constexpr double kShortBone = 1e-6;  // m
 
 // Bones of the robot: from each body's origin to the joints and frames that it carries; of a robot that has none its bodies.
-std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& data) {
+std::vector<Bone> bones(const Task& task, const dynamics::Data<double>& data) {
   const auto& model = task.scene.model;
-  std::vector<io::Polyline> parts;
+  std::vector<Bone> parts;
   const auto add = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
-    if ((to - from).norm() > kShortBone) parts.push_back({project(task.view, from), project(task.view, to)});
+    if ((to - from).norm() > kShortBone) parts.push_back({from, to});
   };
   for (int i = 0; i < model.njoints(); ++i) {
     if (slides_on_world(model, i) || floats_in_world(model, i)) continue;  // nothing, or a rail, lies between
@@ -267,7 +316,7 @@ std::vector<io::Polyline> bones(const Task& task, const dynamics::Data<double>& 
   }
   if (!parts.empty()) return parts;
   for (int i = 0; i < model.njoints(); ++i) {
-    const auto at = project(task.view, data.X_WB[std::size_t(i)].p);
+    const Eigen::Vector3d at = data.X_WB[std::size_t(i)].p;
     if (!slides_on_world(model, i)) parts.push_back({at, at});
   }
   return parts;
@@ -281,9 +330,9 @@ Eigen::Vector2d vector_of(const std::array<double, 2>& p) { return {p[0], p[1]};
 double extent(const io::Motion& picture, const std::vector<Path>& sliders) {
   Eigen::AlignedBox2d box;
   for (const io::MotionFrame& frame : picture.frames) {
-    for (const io::Polyline& part : frame.parts) {
-      for (const auto& p : part) box.extend(vector_of(p));
-    }
+    for (const auto* parts : {&frame.parts, &frame.behind})
+      for (const io::Polyline& part : *parts)
+        for (const auto& p : part) box.extend(vector_of(p));
   }
   for (const Path& path : sliders) {
     for (const Eigen::Vector2d& p : path) box.extend(p);
@@ -328,7 +377,7 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
   std::vector<Path> sliders(sliding.size());
   for (int p = 0; p < motion.points(); ++p) {
     dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
-    picture.frames.push_back({motion.t[p], bones(task, data)});
+    picture.frames.push_back(frame_of(task.view, task.around.obstacles, motion.t[p], bones(task, data)));
     for (std::size_t k = 0; k < sliding.size(); ++k) {
       sliders[k].push_back(vector_of(project(task.view, data.X_WB[std::size_t(sliding[k])].p)));
     }
@@ -338,11 +387,14 @@ io::Plot motion_plot(const Task& task, const Trajectory& motion) {
     }
   }
   constexpr std::size_t kManyBones = 12;  // of which few instants are enough to see the motion
-  if (picture.frames.front().parts.size() > kManyBones) picture.most_frames = 5;
+  const io::MotionFrame& first = picture.frames.front();
+  if (first.parts.size() + first.behind.size() > kManyBones) picture.most_frames = 5;
   add_sliders(picture, sliders);
-  for (const std::vector<Capsule>* things : {&task.around.obstacles, &task.passed}) {
-    for (const Capsule& thing : *things) picture.scenery.push_back(outline(task.view, thing));
-  }
+  for (const Capsule& thing : task.around.obstacles)
+    picture.obstacles.push_back(
+        {thing.name + ", r = " + io::shortest(thing.radius) + " m", outline(task.view, thing)});
+  for (const Capsule& place : task.passed)
+    picture.obstacles.push_back({place.name, outline(task.view, place), false});
   io::Plot plot;
   plot.panels = {io::motion_panel(picture)};
   return plot;

@@ -16,6 +16,9 @@ namespace dyntape {
 // Positions, velocities and torques over time, with the limits that they come near to.
 io::Plot trajectory_plot(const Task& task, const Trajectory& motion);
 
+// The same of a task as a controller, with what it draws to: dotted in the colours of the curves.
+io::Plot tracking_plot(const Task& task, const Trajectory& motion);
+
 // The robot at instants of its motion, as lines between its joints and frames, seen as the task says.
 io::Plot motion_plot(const Task& task, const Trajectory& motion);
 

@@ -231,7 +231,7 @@ std::string sweep_told(const Study& study, const std::string& part, const std::s
 
 }  // namespace
 
-Study study_arithmetic(const StudyOptions& options) {
+Study outline_of_arithmetic() {
   Study study{.name = "arithmetic",
               .title = "Arithmetic: digits, and what they cost",
               .question = "In which numbers should dynamics be computed?"};
@@ -257,6 +257,11 @@ Study study_arithmetic(const StudyOptions& options) {
                   .x = StudyPart::kParameter,
                   .x_label = "ratio of masses [1]",
                   .y_label = "relative error [1]"}};
+  return study;
+}
+
+Study study_arithmetic(const StudyOptions& options) {
+  Study study = outline_of_arithmetic();
   const std::string robots = options.config + "/robots/";
   const Model<double> pendulum = dynamics::load_urdf(robots + "pendulum.urdf");
   const Model<double> arm =

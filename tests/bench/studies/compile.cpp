@@ -83,7 +83,7 @@ constexpr Quantity kQuantities[] = {
 
 }  // namespace
 
-Study study_compile(const StudyOptions& options) {
+Study outline_of_compile() {
   Study study{.name = "compile",
               .title = "From a model to a library",
               .question = "How long until a robot's function is machine code, and in how much memory?"};
@@ -93,6 +93,11 @@ Study study_compile(const StudyOptions& options) {
                            .x = StudyPart::kParameter,
                            .x_label = "operations",
                            .y_label = std::string("[") + quantity.unit + "]"});
+  return study;
+}
+
+Study study_compile(const StudyOptions& options) {
+  Study study = outline_of_compile();
   const int longest = options.quick ? 32 : 256;
   const std::size_t most = options.quick ? 30000 : 250000;
   for (const char* function : kFunctions) {

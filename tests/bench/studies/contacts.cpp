@@ -283,7 +283,7 @@ std::string limits_told(const Study& study, double stiffness) {
 
 }  // namespace
 
-Study study_contacts(const StudyOptions& options) {
+Study outline_of_contacts() {
   Study study{.name = "contacts",
               .title = "Contacts: compliant and rigid",
               .question = "What does a contact lose, by which model, which scheme and which step?"};
@@ -300,6 +300,11 @@ Study study_contacts(const StudyOptions& options) {
                   .title = "A quadruped that stands",
                   .x_label = "time of a simulated second [s]",
                   .y_label = "error of the weight [1], depth [m]"}};
+  return study;
+}
+
+Study study_contacts(const StudyOptions& options) {
+  Study study = outline_of_contacts();
   measure_block(study, options);
   measure_limits(study, options);
   measure_standing(study, options);

@@ -297,7 +297,7 @@ void measure(Study& study, const Body& body, const StudyOptions& options, bool i
 
 }  // namespace
 
-Study study_effects(const StudyOptions& options) {
+Study outline_of_effects() {
   Study study{.name = "effects",
               .title = "What each effect costs",
               .question = "By how much does a step take longer with an effect than without?"};
@@ -315,6 +315,11 @@ Study study_effects(const StudyOptions& options) {
                   .y_label = "time with / without [1]",
                   .log_y = false,
                   .mark = io::Mark::kPoints}};
+  return study;
+}
+
+Study study_effects(const StudyOptions& options) {
+  Study study = outline_of_effects();
   const std::string robots = options.config + "/robots/";
   const Body arm{
       "arm",

@@ -265,7 +265,7 @@ void add_findings(Study& study, const Measured& measured) {
 
 }  // namespace
 
-Study study_hessians(const StudyOptions& options) {
+Study outline_of_hessians() {
   Study study{.name = "hessians",
               .title = "Hessians: what the curvature is worth",
               .question = "Which Hessian, and which solver, for a swing-up?"};
@@ -281,6 +281,11 @@ Study study_hessians(const StudyOptions& options) {
                   .y_label = "share of the starts [1]",
                   .x_scale = 1e3,
                   .mark = io::Mark::kPoints}};
+  return study;
+}
+
+Study study_hessians(const StudyOptions& options) {
+  Study study = outline_of_hessians();
   Measured measured(study, options);
   Problem demanded = read_task(options.config + "/tasks/cart_pole_swing_up.info").problem;
   const Parameter root = demanded.parameters.add("tracking", 0.0);

@@ -212,7 +212,7 @@ std::string quickest_for(const Study& study, const std::string& subject, double 
 
 }  // namespace
 
-Study study_integrators(const StudyOptions& options) {
+Study outline_of_integrators() {
   Study study{.name = "integrators",
               .title = "Integrators: what a step loses, and what it takes",
               .question = "Which scheme, and which step, for which digits?"};
@@ -227,10 +227,15 @@ Study study_integrators(const StudyOptions& options) {
                   .x_scale = 1e6,
                   .mark = io::Mark::kPoints},
                  {.name = "stiff",
-                  .title = "The largest step that a stiff spring allows",
+                  .title = "A stiff spring: its largest excursion by the step",
                   .x = StudyPart::kParameter,
                   .x_label = "step times the spring's angular frequency [1]",
                   .y_label = "largest excursion / first [1]"}};
+  return study;
+}
+
+Study study_integrators(const StudyOptions& options) {
+  Study study = outline_of_integrators();
   const std::vector<Free> all = robots(options);
   for (const Free& robot : all) measure_errors(study, robot, options);
   for (const Free& robot : all)

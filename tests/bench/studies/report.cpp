@@ -49,6 +49,28 @@ std::string quoted(const std::string& text) {
   return q + "\"";
 }
 
+// Of a line of CSV, which quoted() wrote.
+Strings entries_of(const std::string& line) {
+  Strings entries = {""};
+  bool is_quoted = false;
+  for (std::size_t i = 0; i < line.size(); ++i) {
+    const char c = line[i];
+    if (c == '"' && is_quoted && i + 1 < line.size() && line[i + 1] == '"')
+      entries.back() += line[++i];
+    else if (c == '"')
+      is_quoted = !is_quoted;
+    else if (c == ',' && !is_quoted)
+      entries.emplace_back();
+    else
+      entries.back() += c;
+  }
+  return entries;
+}
+
+double number_of(const std::string& entry) {
+  return entry.empty() ? std::numeric_limits<double>::quiet_NaN() : std::stod(entry);
+}
+
 std::string number_or_none(double value) { return std::isnan(value) ? "" : io::shortest(value); }
 
 // Two decades below all else of a panel, where some point is an exact zero.
@@ -114,12 +136,30 @@ std::string study_csv(const Study& study, const StudyOptions& options) {
   return text.str();
 }
 
+std::vector<StudyRow> read_study_csv(const std::string& path) {
+  std::istringstream lines(read_file(path));
+  std::vector<StudyRow> rows;
+  std::string line;
+  std::getline(lines, line);
+  for (int number = 2; std::getline(lines, line); ++number) {
+    const Strings entries = entries_of(line);
+    if (entries.size() != 11)
+      throw FileError(path + ", line " + std::to_string(number) + ": " + std::to_string(entries.size()) +
+                      " entries; expected the 11 of a study's table");
+    StudyRow row{entries[0], entries[1], entries[2]};
+    row.parameter = number_of(entries[3]), row.seconds = number_of(entries[4]);
+    row.value = number_of(entries[5]), row.trouble = entries[6];
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
 io::Plot study_picture(const Study& study, const StudyPart& part) {
   const Strings subjects = subjects_of(study, part.name), methods = methods_of(study);
   io::Plot plot{.title = part.title,
                 .columns = int(subjects.size() == 4 ? 2 : std::clamp<std::size_t>(subjects.size(), 1, 3))};
   plot.width = plot.columns == 1 ? 860 : plot.columns == 2 ? 1060 : 1280;
-  Strings named;  // in a legend above
+  plot.one_legend = true;
   for (const std::string& subject : subjects) {
     io::Panel panel{
         .title = subject, .x_label = part.x_label, .log_x = true, .log_y = part.log_y, .height = 300};
@@ -127,15 +167,13 @@ io::Plot study_picture(const Study& study, const StudyPart& part) {
     if (part.log_y) panel.zero = place_of_zeros(study, part, subject);
     if (std::isfinite(panel.zero)) panel.y_limits.low = panel.zero / 4;  // not on the axis
     for (std::size_t k = 0; k < methods.size(); ++k) {
-      io::Series series{.mark = part.mark, .style = int(k)};
+      io::Series series{.name = methods[k], .mark = part.mark, .style = int(k)};
       for (const StudyRow& row : curve(study, part.name, subject, methods[k])) {
         const double x = part.x == StudyPart::kSeconds ? row.seconds : row.parameter;
         if (std::isnan(x) || std::isnan(row.value)) continue;
         series.x.push_back(x * part.x_scale), series.y.push_back(row.value);
       }
       if (series.x.empty()) continue;
-      if (std::find(named.begin(), named.end(), methods[k]) == named.end()) series.name = methods[k];
-      add_once(named, methods[k]);
       panel.series.push_back(std::move(series));
     }
     if (!panel.series.empty()) plot.panels.push_back(std::move(panel));
@@ -168,6 +206,15 @@ std::string study_text(const Study& study) {
   return text;
 }
 
+std::vector<std::string> draw_study(const Study& study, const std::string& folder) {
+  std::vector<std::string> files;
+  for (const StudyPart& part : study.parts) {
+    files.push_back(folder + "/" + picture_name(study, part));
+    io::draw(study_picture(study, part), files.back());
+  }
+  return files;
+}
+
 std::vector<std::string> write_study(const Study& study, const StudyOptions& options,
                                      const std::string& folder) {
   std::vector<std::string> files;
@@ -176,10 +223,8 @@ std::vector<std::string> write_study(const Study& study, const StudyOptions& opt
     write_file_atomically(files.back(), text);
   };
   write(study.name + ".csv", study_csv(study, options));
-  for (const StudyPart& part : study.parts) {
-    files.push_back(folder + "/" + picture_name(study, part));
-    io::draw(study_picture(study, part), files.back());
-  }
+  const std::vector<std::string> drawn = draw_study(study, folder);
+  files.insert(files.end(), drawn.begin(), drawn.end());
   write(study.name + ".md", study_page(study, options));
   return files;
 }

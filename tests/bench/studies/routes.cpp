@@ -153,7 +153,7 @@ StudyRow best(const Study& study, const std::string& subject, const std::string&
 
 }  // namespace
 
-Study study_routes(const StudyOptions& options) {
+Study outline_of_routes() {
   Study study{.name = "routes",
               .title = "Routes to derivatives: error against time",
               .question = "What do more digits of the derivatives of forward dynamics cost?"};
@@ -168,6 +168,11 @@ Study study_routes(const StudyOptions& options) {
                   .y_label = "relative error [1]",
                   .x_scale = 1e6,
                   .mark = io::Mark::kPoints}};
+  return study;
+}
+
+Study study_routes(const StudyOptions& options) {
+  Study study = outline_of_routes();
   const std::vector<Subject> robots = subjects(options.config);
   std::vector<std::string> paid;
   for (const Subject& subject : robots) {

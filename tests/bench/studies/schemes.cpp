@@ -230,7 +230,7 @@ void add_findings(Study& study, const std::vector<Moved>& all) {
 
 }  // namespace
 
-Study study_schemes(const StudyOptions& options) {
+Study outline_of_schemes() {
   Study study{.name = "schemes",
               .title = "Transcription schemes: what a mesh loses, and what a solve takes",
               .question = "Which scheme, on which mesh, for which digits?"};
@@ -249,6 +249,11 @@ Study study_schemes(const StudyOptions& options) {
                   .x_label = "time of a solve [ms]",
                   .y_label = "miss [m, rad, m/s, rad/s]",
                   .x_scale = 1e3}};
+  return study;
+}
+
+Study study_schemes(const StudyOptions& options) {
+  Study study = outline_of_schemes();
   double between_families = 0;
   options.watch("references");
   std::vector<Moved> all = {cart_pole(options), arm(options, between_families)};

@@ -32,7 +32,7 @@ double seconds_of(const Model<double>& model, const RobotFunction& function, int
 
 }  // namespace
 
-Study study_slopes(const StudyOptions& options) {
+Study outline_of_slopes() {
   Study study{.name = "slopes",
               .title = "How the cost of the dynamics grows with the robot",
               .question = "What do twice as many bodies cost?"};
@@ -41,6 +41,11 @@ Study study_slopes(const StudyOptions& options) {
                   .x = StudyPart::kParameter,
                   .x_label = "bodies",
                   .y_label = "time [us]"}};
+  return study;
+}
+
+Study study_slopes(const StudyOptions& options) {
+  Study study = outline_of_slopes();
   const int largest = options.quick ? 128 : 1024;
   for (auto make : {chain, binary_tree}) {
     const std::string shape = make(1).name;

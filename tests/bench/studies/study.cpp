@@ -17,6 +17,7 @@ namespace {
 
 struct Wanted {
   StudyOptions options;
+  bool redraw = false;
   std::string output;
 };
 
@@ -29,7 +30,16 @@ std::string config_folder(const std::string& wanted) {
   return std::filesystem::exists(installed / "robots", none) ? installed.string() : DYNTAPE_CONFIG_FOLDER;
 }
 
+void print(const std::vector<std::string>& files) {
+  for (const std::string& file : files) std::cout << file << "\n";
+}
+
 void run_study(const StudyEntry& entry, Wanted wanted) {
+  if (wanted.redraw) {
+    Study study = entry.outline();
+    study.rows = read_study_csv(wanted.output + "/" + entry.name + ".csv");
+    return print(draw_study(study, wanted.output));
+  }
   prepare_folder(wanted.output, {std::string(entry.name) + ".csv"});
   wanted.options.config = config_folder(wanted.options.config);
   Study study;
@@ -39,7 +49,7 @@ void run_study(const StudyEntry& entry, Wanted wanted) {
     study = entry.run(wanted.options);
   }
   std::cout << study_text(study) << "\n";
-  for (const std::string& file : write_study(study, wanted.options, wanted.output)) std::cout << file << "\n";
+  print(write_study(study, wanted.options, wanted.output));
 }
 
 }  // namespace
@@ -49,25 +59,27 @@ const std::vector<StudyEntry>& studies() {
       {"routes",
        "every route to the derivatives of forward dynamics: error against time, and against the step of "
        "differences",
-       study_routes},
+       outline_of_routes, study_routes},
       {"integrators",
        "steps in time: error, drift over a million steps, the largest step, against what a step takes",
-       study_integrators},
-      {"slopes", "how the cost of the dynamics grows with the number of bodies", study_slopes},
+       outline_of_integrators, study_integrators},
+      {"slopes", "how the cost of the dynamics grows with the number of bodies", outline_of_slopes,
+       study_slopes},
       {"compile", "how time and memory from model to library grow with the number of operations",
-       study_compile},
+       outline_of_compile, study_compile},
       {"schemes", "transcription schemes by mesh: error of the cost, true defect, miss, against time",
-       study_schemes},
-      {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", study_hessians},
+       outline_of_schemes, study_schemes},
+      {"hessians", "iterations, time and optima found, by kind of Hessian and by solver", outline_of_hessians,
+       study_hessians},
       {"arithmetic",
        "float to 113 bits, packs, strict and fast code: digits against time, along chains and by mass ratios",
-       study_arithmetic},
+       outline_of_arithmetic, study_arithmetic},
       {"contacts",
        "a block that drops, creeps and slides, a quadruped that stands: compliant and rigid contact, error "
        "against time",
-       study_contacts},
+       outline_of_contacts, study_contacts},
       {"effects", "what each effect of a scene adds to a step and to its Jacobians, and what is off",
-       study_effects},
+       outline_of_effects, study_effects},
   };
   return all;
 }
@@ -83,6 +95,8 @@ void add_study(CLI::App& app) {
         ->check(not_empty())
         ->required()
         ->type_name("DIR");
+    one->add_flag("--redraw", wanted->redraw,
+                  "measure nothing: draw the pictures of the table that is there");
     one->add_flag("--quick", wanted->options.quick, "fewer points of the same kinds");
     one->add_option("--seed", wanted->options.seed, "of random states")
         ->transform(seed())

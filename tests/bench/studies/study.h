@@ -72,6 +72,17 @@ std::vector<StudyRow> curve(const Study& study, const std::string& part, const s
 const StudyRow& point(const Study& study, const std::string& part, const std::string& subject,
                       const std::string& method, double parameter = std::numeric_limits<double>::quiet_NaN());
 
+// What a study is before it is measured: names, titles and parts, without points and findings.  Pictures are drawn of these and a table.
+Study outline_of_routes();
+Study outline_of_integrators();
+Study outline_of_slopes();
+Study outline_of_compile();
+Study outline_of_schemes();
+Study outline_of_hessians();
+Study outline_of_arithmetic();
+Study outline_of_contacts();
+Study outline_of_effects();
+
 // One function a study, each in the file of its name.
 Study study_routes(const StudyOptions& options);
 Study study_integrators(const StudyOptions& options);
@@ -85,6 +96,7 @@ Study study_effects(const StudyOptions& options);
 
 struct StudyEntry {
   const char *name, *what;
+  Study (*outline)();
   Study (*run)(const StudyOptions& options);
 };
 const std::vector<StudyEntry>& studies();
