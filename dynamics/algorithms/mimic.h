@@ -14,14 +14,15 @@
 // the full model, and are interchangeable with those of what Pinocchio builds with mimic = True.
 //
 // With the constant matrix G (full.nv x nv) of the multipliers (docs/math.md J.3):
-//   q_full = G q + offset   v_full = G v   a_full = G a        (on the lines on which followers live)
+//   q_full = G q + offset   v_full = G v   a_full = G a        (on lines; angles of followers that turn)
 //   tau = G^T tau_full      M = G^T M_full G                   (virtual work)
 //   d tau/dx = G^T (d tau_full/dx) G                           (G is constant)
 //   a = M^-1 (tau - h)      d a/dx = -M^-1 d tau/dx
 // G has one entry a row and is kept as such.
 //
-// Followers and leaders have one entry in q on a line: revolute, prismatic or helical.  A leader may follow
-// another; chains are resolved to their first leader.
+// Followers and leaders move along a line (revolute, prismatic, helical), or turn (continuous): one that turns follows
+// joints on a line, and with a whole multiplier others that turn.  A leader may follow another; chains are resolved to
+// their first leader.
 #pragma once
 
 #include <dyntape/dynamics/algorithms/algorithms.h>

@@ -17,16 +17,27 @@
 #pragma once
 
 #include <dyntape/dynamics/algebra/scalar.h>
+#include <dyntape/dynamics/model/joints.h>
 
+#include <cmath>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace dyntape::dynamics {
 
-// An entry of a full vector: factor x[index] + offset.
+// An entry of a full vector.
 struct FollowedEntry {
+  enum class Is {
+    kNumber,       // factor x[index] + offset
+    kPairOfAngle,  // with the next entry (cos, sin) of factor x[index] + offset
+    kPairOfPair,  // with the next entry (cos, sin) of factor angle + offset, (cos, sin) of the angle, of any length, at
+                  // x[index]; the factor is whole, so that turns of the angle do not matter
+    kSecondOfPair
+  };
   int index = 0;
   double factor = 1, offset = 0;
+  Is is = Is::kNumber;
 };
 
 template <class T>
@@ -54,12 +65,45 @@ T scaled(const T& x, double factor) {
   return factor == 1 ? x : T(x * T(factor));
 }
 
+// factor x[index] + offset.
+template <class T>
+T followed(const FollowedEntry& entry, const VectorRef<T>& x) {
+  T value = scaled<T>(x[entry.index], entry.factor);
+  if (entry.offset != 0) value += T(entry.offset);
+  return value;
+}
+
+// (cos, sin) of factor angle + offset by as many turns of the pair as the factor has: no angle is taken, nothing jumps.
+template <class T>
+std::pair<T, T> followed_pair(const FollowedEntry& entry, const VectorRef<T>& x) {
+  const auto [cos_angle, sin_angle] = direction<T>(x[entry.index], x[entry.index + 1]);
+  const T step = entry.factor < 0 ? T(-sin_angle) : sin_angle;
+  T c(std::cos(entry.offset)), s(std::sin(entry.offset));
+  for (double turned = 0; turned < std::abs(entry.factor); ++turned) {
+    const T before = c;
+    c = before * cos_angle - s * step;
+    s = s * cos_angle + before * step;
+  }
+  return {c, s};
+}
+
 // G x, and offsets.
 template <class T>
 void expand(const std::vector<FollowedEntry>& entries, const VectorRef<T>& x, VectorX<T>& full) {
   for (size_t k = 0; k < entries.size(); ++k) {
-    full[k] = scaled<T>(x[entries[k].index], entries[k].factor);
-    if (entries[k].offset != 0) full[k] += T(entries[k].offset);
+    switch (entries[k].is) {
+      case FollowedEntry::Is::kNumber:
+        full[k] = followed<T>(entries[k], x);
+        break;
+      case FollowedEntry::Is::kPairOfAngle:
+        sincos(followed<T>(entries[k], x), full[k + 1], full[k]);
+        break;
+      case FollowedEntry::Is::kPairOfPair:
+        std::tie(full[k], full[k + 1]) = followed_pair<T>(entries[k], x);
+        break;
+      case FollowedEntry::Is::kSecondOfPair:
+        break;
+    }
   }
 }
 

@@ -24,25 +24,46 @@ const JointKind* joint_of(const std::vector<JointKind>& joints, const std::strin
   return found == joints.end() ? nullptr : &*found;
 }
 
+MimicRule followed_to_its_end(const std::vector<MimicRule>& rules, MimicRule rule) {
+  while (const MimicRule* above = rule_of(rules, rule.leader)) {
+    rule.leader = above->leader;
+    rule.offset += rule.multiplier * above->offset;
+    rule.multiplier *= above->multiplier;
+  }
+  return rule;
+}
+
 // What is wrong with one rule, without its subject; nothing if empty.
 std::string fault_of(const std::vector<JointKind>& joints, const std::vector<MimicRule>& rules,
                      const MimicRule& rule) {
   const std::string mimics = " mimics \"" + rule.leader + "\"";
-  const std::string expected = "; expected a revolute, prismatic or helical joint";
+  const std::string expected = "; expected a revolute, continuous, prismatic or helical joint";
   const auto suggested = [&](const std::string& name) { return suggestion(name, detail::names_of(joints)); };
-  const auto is_on_a_line = [](const JointKind* joint) { return traits(joint->type).on_a_line; };
+  const auto turns = [](const JointKind* joint) { return joint->type == JointType::kContinuous; };
   const JointKind *joint = joint_of(joints, rule.joint), *leader = joint_of(joints, rule.leader);
   if (!joint) return mimics + ", but no joint that moves has its own name" + suggested(rule.joint);
   if (rule.joint == rule.leader) return " mimics itself; expected another joint";
   if (!leader) return mimics + ", and no joint that moves has that name" + suggested(rule.leader);
-  if (!is_on_a_line(joint)) return mimics + " but is " + to_string(joint->type) + expected;
-  if (!is_on_a_line(leader)) return mimics + ", which is " + to_string(leader->type) + expected;
+  if (nv(joint->type) != 1) return mimics + " but is " + to_string(joint->type) + expected;
+  if (nv(leader->type) != 1) return mimics + ", which is " + to_string(leader->type) + expected;
   if (!std::isfinite(rule.multiplier) || !std::isfinite(rule.offset))
     return mimics + " with a multiplier or an offset that is not a finite number";
   if (rule_of(rules, rule.joint) != &rule) return " has two rules to mimic another; expected one";
   size_t steps = 0;
   for (const MimicRule* next = &rule; next; next = rule_of(rules, next->leader))
     if (++steps > rules.size()) return mimics + ", which in the end follows itself; expected no circle";
+  // What it follows in the end.
+  const MimicRule chain = followed_to_its_end(rules, rule);
+  const JointKind* first = joint_of(joints, chain.leader);
+  if (!first || !turns(first)) return "";
+  const std::string end = first == leader ? "" : ", and so in the end \"" + first->name + "\"";
+  if (!turns(joint))
+    return mimics + end + ", which is continuous, its angle known but for whole turns; expected a " +
+           "revolute, prismatic or helical joint, or a follower that is continuous too";
+  if (chain.multiplier != std::round(chain.multiplier))
+    return mimics + end + ", which is continuous, by a multiplier that is not whole (" +
+           std::to_string(chain.multiplier) +
+           "), and would jump where that ends a turn; expected 1, -1, 2, ...";
   return "";
 }
 
@@ -66,13 +87,7 @@ void check_mimic_rules(const std::string& model_name, const std::vector<JointKin
 
 std::vector<MimicRule> resolved(const std::vector<MimicRule>& rules) {
   std::vector<MimicRule> result = rules;
-  for (MimicRule& rule : result) {
-    while (const MimicRule* above = rule_of(rules, rule.leader)) {
-      rule.leader = above->leader;
-      rule.offset += rule.multiplier * above->offset;
-      rule.multiplier *= above->multiplier;
-    }
-  }
+  for (MimicRule& rule : result) rule = followed_to_its_end(rules, rule);
   return result;
 }
 
@@ -93,7 +108,13 @@ Model<double> lock_with_followers(const Model<double>& model, const std::vector<
       left.push_back(rule);
       continue;
     }
-    q[model.joints[model.joint_index(rule.joint)].idx_q] = rule.offset;
+    const Joint<double>& joint = model.joints[model.joint_index(rule.joint)];
+    if (joint.type == JointType::kContinuous) {
+      q[joint.idx_q] = std::cos(rule.offset);
+      q[joint.idx_q + 1] = std::sin(rule.offset);
+    } else {
+      q[joint.idx_q] = rule.offset;
+    }
     if (!is_named(rule.joint)) held.push_back(rule.joint);
   }
   rules = left;

@@ -37,11 +37,12 @@ std::vector<JointKind> joint_kinds(const Model<T>& model) {
   return kinds;
 }
 
-// What is wrong with the rules: unknown joints, joints with two rules, circles, joints not on a line,
-// numbers that are not finite.
+// What is wrong with the rules: unknown joints, joints with two rules, circles, joints of several degrees of freedom,
+// numbers that are not finite; followers on a line of a joint that turns, whose angle is known but for turns, and turning
+// followers of such a one by a multiplier that is not whole, which a turn of the leader would make jump.
 struct MimicFault {
   std::string joint;     // whose rule it is
-  std::string sentence;  // `joint "b" mimics "a", which is continuous; expected ...`
+  std::string sentence;  // `joint "b" mimics "a", which is spherical; expected ...`
 };
 std::optional<MimicFault> mimic_fault(const std::vector<JointKind>& joints,
                                       const std::vector<MimicRule>& rules);

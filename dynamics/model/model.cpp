@@ -1,17 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/suggest.h>
 #include <dyntape/dynamics/model/model.h>
 #include <algorithm>
 #include <cmath>
 
 namespace dyntape::dynamics::detail {
-int find_name(const std::string& what, const std::string& model_name, const std::string& wanted,
-              const std::vector<std::string>& names) {
+int place_of(const std::string& wanted, const std::vector<std::string>& names) {
   const auto found = std::find(names.begin(), names.end(), wanted);
-  if (found != names.end()) return static_cast<int>(found - names.begin());
-  throw ArgumentError("model \"" + model_name + "\" has no " + what + " \"" + wanted + "\"" +
-                      suggestion(wanted, names));
+  return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+}
+
+void refuse_name(const std::string& what, const std::string& model_name, const std::string& wanted,
+                 const std::string& meant) {
+  throw ArgumentError("model \"" + model_name + "\" has no " + what + " \"" + wanted + "\"" + meant);
 }
 
 void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, double pitch,

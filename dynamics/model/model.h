@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/autodiff/suggest.h>
 #include <dyntape/dynamics/algebra/spatial.h>
 
 namespace dyntape::dynamics {
@@ -116,9 +117,12 @@ struct Model {
 
 namespace detail {
 
-// Index of `wanted` among n names; throws ArgumentError naming `what`, the model and the nearest name.
-int find_name(const std::string& what, const std::string& model_name, const std::string& wanted,
-              const std::vector<std::string>& names);
+// Index of `wanted` among n names, -1 if it is none of them.
+int place_of(const std::string& wanted, const std::vector<std::string>& names);
+
+// ArgumentError naming `what`, the model and what was meant.
+[[noreturn]] void refuse_name(const std::string& what, const std::string& model_name,
+                              const std::string& wanted, const std::string& meant);
 
 // What add_joint demands: a parent that exists, an axis of unit length, a finite pitch.
 void check_new_joint(const std::string& name, JointType type, const Eigen::Vector3d& axis, double pitch,
@@ -134,14 +138,30 @@ std::vector<std::string> names_of(const std::vector<T>& named) {
 
 }  // namespace detail
 
+// What a name that no frame has may have meant, to end a sentence with: the link of the joint that has it, else the nearest
+// name of a frame.
+template <class T>
+std::string meant_frame(const Model<T>& model, const std::string& wanted) {
+  const int joint = detail::place_of(wanted, detail::names_of(model.joints));
+  for (const Frame<T>& frame : model.frames) {
+    if (joint >= 0 && frame.body == joint) return "; that is a joint, and its link is '" + frame.name + "'";
+  }
+  return suggestion(wanted, detail::names_of(model.frames));
+}
+
 template <class T>
 int Model<T>::joint_index(const std::string& joint_name) const {
-  return detail::find_name("joint", name, joint_name, detail::names_of(joints));
+  const auto names = detail::names_of(joints);
+  const int index = detail::place_of(joint_name, names);
+  if (index < 0) detail::refuse_name("joint", name, joint_name, suggestion(joint_name, names));
+  return index;
 }
 
 template <class T>
 int Model<T>::frame_index(const std::string& frame_name) const {
-  return detail::find_name("frame", name, frame_name, detail::names_of(frames));
+  const int index = detail::place_of(frame_name, detail::names_of(frames));
+  if (index < 0) detail::refuse_name("frame", name, frame_name, meant_frame(*this, frame_name));
+  return index;
 }
 
 template <class T>

@@ -24,14 +24,15 @@ class VisualReader {
       : text_(text),
         file_(file),
         model_(model),
+        of_(options.of),
         most_triangles_(options.most_triangles),
         stop_(options.stop) {}
 
   UrdfVisuals read() {
     for (const XMLElement* material : text_.children("material")) or_note([&] { learn(*material); });
     for (const XMLElement* link : text_.children("link")) {
-      for (auto* visual = link->FirstChildElement("visual"); visual;
-           visual = visual->NextSiblingElement("visual")) {
+      const char* const kind = of_ == VisualOptions::Of::kVisuals ? "visual" : "collision";
+      for (auto* visual = link->FirstChildElement(kind); visual; visual = visual->NextSiblingElement(kind)) {
         if (or_note([&] { add(*link, *visual); })) continue;
         if (const char* name = link->Attribute("name")) result_.incomplete.push_back(name);
       }
@@ -98,16 +99,19 @@ class VisualReader {
     const Eigen::Vector3d rpy = text_.vector_below(visual, "origin", "rpy", Eigen::Vector3d::Zero());
     Visual shape{.link = frame.name, .body = frame.body};
     shape.X_BV = frame.X_BF * Placement<double>{rotation_from_rpy(rpy, 0).R, xyz};
-    shape.color = color_of(visual);
+    if (of_ == VisualOptions::Of::kVisuals) shape.color = color_of(visual);
     const XMLElement* geometry = visual.FirstChildElement("geometry");
     const XMLElement* kind = geometry ? geometry->FirstChildElement() : nullptr;
     if (!kind)
-      text_.fail(visual, describe(link) + " has a <visual> without a shape in its <geometry>; " + kKinds);
+      text_.fail(visual, describe(link) + " has a <" + visual.Name() +
+                             "> without a shape in its <geometry>; " + kKinds);
     read_shape(link, *kind, shape);
   }
 
   void read_shape(const XMLElement& link, const XMLElement& kind, Visual& shape) {
     const std::string_view name = kind.Name();
+    if (name == "mesh" && of_ == VisualOptions::Of::kCollisions)
+      return result_.incomplete.push_back(shape.link);
     if (name == "mesh") return add_mesh(link, kind, shape);
     if (name == "box") {
       shape.shape = Shape::kBox;
@@ -120,8 +124,8 @@ class VisualReader {
       shape.shape = Shape::kSphere;
       shape.scale.setConstant(positive(kind, "radius", 1)[0]);
     } else {
-      text_.fail(kind, describe(link) + " has a <visual> of the unknown shape <" + one_line(kind.Name()) +
-                           ">; " + kKinds);
+      text_.fail(kind,
+                 describe(link) + " has a shape <" + one_line(kind.Name()) + "> that is unknown; " + kKinds);
     }
     result_.shapes.push_back(shape);
   }
@@ -186,6 +190,7 @@ class VisualReader {
   const UrdfText& text_;
   const std::string& file_;
   const Model<double>& model_;
+  const VisualOptions::Of of_;
   const std::size_t most_triangles_;
   const std::stop_token stop_;
   std::size_t triangles_ = 0;

@@ -57,6 +57,9 @@ struct VisualOptions {
   std::size_t most_triangles =
       kMostTriangles;         // of all meshes together, each shape counted; a mesh beyond is left out
   std::stop_token stop = {};  // meshes that are not read by then are left out
+  // The <collision> shapes instead, without colours, and without meshes: links with such are incomplete (collisions.h).
+  enum class Of { kVisuals, kCollisions };
+  Of of = Of::kVisuals;
 };
 
 UrdfVisuals read_visuals(const std::string& path, const Model<double>& model,

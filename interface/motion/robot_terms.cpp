@@ -87,6 +87,18 @@ StageFunction frame_orientation(const RobotScene& scene, const std::string& fram
       });
 }
 
+StageFunction moving_frame_orientation(const RobotScene& scene, const std::string& frame,
+                                       const StageFunction& target) {
+  return of_kinematics(scene, [target, index = moving_frame(scene.model, frame)](
+                                  const auto& model, const auto& data, const auto& s) {
+    using T = decltype(scalar_of(model));
+    const auto rows = target(s);
+    const dynamics::Matrix3<T> back(dynamics::Matrix3<T>::Map(rows.data()));  // by columns: the transpose
+    const dynamics::Matrix3<T> R = back * dynamics::frame_placement(model, data, index).R;
+    return dynamics::log(R);
+  });
+}
+
 StageFunction frame_error(const RobotScene& scene, const FrameTarget& target) {
   if (!target.position && !target.orientation) {
     throw ArgumentError("robot \"" + scene.model.name + "\": the target of frame \"" + target.frame +

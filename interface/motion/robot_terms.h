@@ -48,6 +48,10 @@ StageFunction frame_position(const RobotScene& scene, const std::string& frame,
 StageFunction frame_orientation(const RobotScene& scene, const std::string& frame,
                                 const Eigen::Matrix3d& target);
 
+// The same of a target that moves: (9) the rotation row by row, of a parameter for one.
+StageFunction moving_frame_orientation(const RobotScene& scene, const std::string& frame,
+                                       const StageFunction& target);
+
 // (3) or (6) What the target gives of these: position, then orientation.
 StageFunction frame_error(const RobotScene& scene, const FrameTarget& target);
 

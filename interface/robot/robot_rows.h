@@ -50,8 +50,10 @@ const std::vector<RobotRow<T>>& robot_rows();
 
 template <class T>
 RobotSizes sizes_of(const dynamics::Model<T>& model, const RobotFunction& function) {
-  const int followers = static_cast<int>(function.mimics.size());
-  return {model.nq - followers, model.nv - followers, model.njoints(),
+  int nq = model.nq;
+  for (const dynamics::MimicRule& rule : function.mimics)
+    nq -= dynamics::nq(model.joints[static_cast<std::size_t>(model.joint_index(rule.joint))].type);
+  return {nq, model.nv - static_cast<int>(function.mimics.size()), model.njoints(),
           std::max(1, static_cast<int>(function.contacts.size()))};
 }
 

@@ -50,13 +50,25 @@ class Mimic : public testing::TestWithParam<unsigned long> {
 // What the rules say, entry by entry.
 TEST_P(Mimic, FollowersFollow) {
   EXPECT_EQ(model.nv, full.nv - static_cast<int>(model.rules.size()));
-  EXPECT_EQ(model.nq, full.nq - static_cast<int>(model.rules.size()));
+  int followed = 0;
+  const auto angle = [&](const Joint<double>& joint) {
+    return joint.type == JointType::kContinuous ? std::atan2(q_full[joint.idx_q + 1], q_full[joint.idx_q])
+                                                : q_full[joint.idx_q];
+  };
   for (const MimicRule& rule : model.rules) {
     const Joint<double>& joint = full.joints[full.joint_index(rule.joint)];
     const Joint<double>& leader = full.joints[full.joint_index(rule.leader)];
-    EXPECT_NEAR(q_full[joint.idx_q], rule.multiplier * q_full[leader.idx_q] + rule.offset, 1e-15);
+    followed += nq(joint.type);
+    const double off = angle(joint) - (rule.multiplier * angle(leader) + rule.offset);
+    if (joint.type == JointType::kContinuous) {
+      EXPECT_NEAR(std::remainder(off, 2 * M_PI), 0, 1e-14);
+      EXPECT_NEAR(std::hypot(q_full[joint.idx_q], q_full[joint.idx_q + 1]), 1, 1e-14);
+    } else {
+      EXPECT_NEAR(off, 0, 1e-15);
+    }
     EXPECT_EQ(v_full[joint.idx_v], rule.multiplier * v_full[leader.idx_v]);
   }
+  EXPECT_EQ(model.nq, full.nq - followed);
   EXPECT_EQ(G.colwise().any().count(), model.nv);
   EXPECT_LE((G * v - v_full).norm(), 1e-14);
 }
@@ -146,6 +158,7 @@ Model<double> hand() {
                                                       {"b", JointType::kPrismatic},
                                                       {"c", JointType::kHelical},
                                                       {"wheel", JointType::kContinuous},
+                                                      {"wheel_2", JointType::kContinuous},
                                                       {"ball", JointType::kSpherical}})
     model.add_joint(model.njoints() - 1, random_joint(random, name, type), {}, random_inertia(random));
   return model;
@@ -160,7 +173,7 @@ TEST(MimicRules, WhatCannotBeFollowed) {
     }
     return std::string();
   };
-  const std::string on_a_line = "expected a revolute, prismatic or helical joint",
+  const std::string on_a_line = "expected a revolute, continuous, prismatic or helical joint",
                     hand = "model \"hand\": joint ";
   EXPECT_EQ(error({{"c", "b", -1, 0.5}, {"b", "a"}}), "");
   EXPECT_EQ(error({{"b", "aa"}}),
@@ -170,7 +183,20 @@ TEST(MimicRules, WhatCannotBeFollowed) {
   EXPECT_EQ(error({{"b", "b"}}), hand + "\"b\" mimics itself; expected another joint");
   EXPECT_EQ(error({{"a", "b"}, {"b", "c"}, {"c", "a"}}),
             hand + "\"a\" mimics \"b\", which in the end follows itself; expected no circle");
-  EXPECT_EQ(error({{"b", "wheel"}}), hand + "\"b\" mimics \"wheel\", which is continuous; " + on_a_line);
+  EXPECT_EQ(
+      error({{"b", "wheel"}}),
+      hand +
+          "\"b\" mimics \"wheel\", which is continuous, its angle known but for whole turns; expected a "
+          "revolute, prismatic or helical joint, or a follower that is continuous too");
+  EXPECT_EQ(error({{"wheel", "a", 0.5, 1}}), "");
+  EXPECT_EQ(error({{"wheel_2", "wheel", 0.5, 1}}),
+            hand +
+                "\"wheel_2\" mimics \"wheel\", which is continuous, by a multiplier that is not whole "
+                "(0.500000), and would jump where that ends a turn; expected 1, -1, 2, ...");
+  EXPECT_NE(error({{"wheel_2", "wheel"}, {"b", "wheel_2"}})
+                .find("\"b\" mimics \"wheel_2\", and so in the end \"wheel\", which is continuous"),
+            std::string::npos);
+  EXPECT_EQ(error({{"wheel_2", "wheel", 3, 0}, {"wheel", "c", 0.5, 0}, {"b", "wheel_2"}}), "");
   EXPECT_EQ(error({{"ball", "a"}}), hand + "\"ball\" mimics \"a\" but is spherical; " + on_a_line);
   EXPECT_EQ(error({{"b", "a"}, {"b", "c"}}), hand + "\"b\" has two rules to mimic another; expected one");
   EXPECT_EQ(error({{"b", "a", 1 / 0., 0}}),
@@ -181,15 +207,23 @@ TEST(MimicRules, FollowersOfAHeldLeaderAreHeld) {
   Rules rules = {{"c", "b", 2, 0.5}, {"b", "a", 3, -1}};
   const Model<double> model = lock_with_followers(hand(), {"a"}, rules);
   EXPECT_TRUE(rules.empty());
-  ASSERT_EQ(model.njoints(), 2);
+  ASSERT_EQ(model.njoints(), 3);
   const Model<double> expected =
-      lock_joints(hand(), {"a", "b", "c"}, (VectorXd(9) << 0, -1, -1.5, 1, 0, 0, 0, 0, 1).finished());
+      lock_joints(hand(), {"a", "b", "c"}, (VectorXd(11) << 0, -1, -1.5, 1, 0, 1, 0, 0, 0, 0, 1).finished());
   EXPECT_EQ(model.X_PJ[0].p, expected.X_PJ[0].p);
   EXPECT_EQ(model.X_PJ[0].R, expected.X_PJ[0].R);
   rules = {{"b", "a"}};
   EXPECT_THROW(lock_with_followers(hand(), {"b"}, rules), ArgumentError);
-  EXPECT_EQ(lock_with_followers(hand(), {"wheel"}, rules).njoints(), 4);
+  EXPECT_EQ(lock_with_followers(hand(), {"wheel"}, rules).njoints(), 5);
   EXPECT_EQ(rules.size(), 1u);
+  rules = {{"wheel_2", "wheel", -1, 0.5}};
+  const Model<double> turned = lock_with_followers(hand(), {"wheel"}, rules);
+  EXPECT_EQ(turned.njoints(), 4);
+  EXPECT_TRUE(rules.empty());
+  const Model<double> held =
+      lock_joints(hand(), {"wheel", "wheel_2"},
+                  (VectorXd(11) << 0, 0, 0, 1, 0, std::cos(0.5), std::sin(0.5), 0, 0, 0, 1).finished());
+  EXPECT_EQ(turned.X_PJ[3].R, held.X_PJ[3].R);
 }
 
 // Pinocchio 4.1 with mimic = True.
@@ -248,8 +282,9 @@ TEST(MimicFiles, RulesAreReadOrRefusedWithTheirLine) {
   EXPECT_EQ(error("fixed", "<mimic joint='a'/>"),
             "t.urdf:4: joint \"b\" mimics \"a\", which is fixed; expected a joint that moves");
   EXPECT_EQ(error("continuous", "<mimic joint='a'/>"),
-            "t.urdf:4: joint \"b\" mimics \"a\", which is continuous; expected a revolute, prismatic or "
-            "helical joint");
+            "t.urdf:4: joint \"b\" mimics \"a\", which is continuous, its angle known but for whole turns; "
+            "expected "
+            "a revolute, prismatic or helical joint, or a follower that is continuous too");
   EXPECT_EQ(error("revolute", "<mimic joint='b'/>"),
             "t.urdf:4: joint \"b\" mimics itself; expected another joint");
 }

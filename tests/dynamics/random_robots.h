@@ -88,15 +88,22 @@ inline Model<double> random_tree(Random& random, const RandomTreeShape& shape = 
 // Every second joint on a line follows one before it, some of which follow others.
 inline std::vector<MimicRule> random_rules(const Model<double>& model, Random& random) {
   std::vector<MimicRule> rules;
-  std::vector<std::string> before;
+  std::vector<std::string> on_lines, turning;
+  const auto one_of = [&](const std::vector<std::string>& names) {
+    return names[random.below(static_cast<int>(names.size()))];
+  };
   for (const Joint<double>& joint : model.joints) {
-    if (nq(joint.type) != 1) continue;
-    if (!before.empty() && random.below(2) == 0) {
-      rules.push_back({joint.name, before[random.below(static_cast<int>(before.size()))],
-                       random.below(3) == 0 ? 1 : random.uniform(-2, 2),
+    if (nv(joint.type) != 1) continue;
+    const bool turns = joint.type == JointType::kContinuous;
+    const bool of_turning = turns && !turning.empty() && (on_lines.empty() || random.below(2) == 0);
+    const auto& leaders = of_turning ? turning : on_lines;
+    if (!leaders.empty() && random.below(2) == 0) {
+      const double whole = random.below(2) == 0 ? -1 - random.below(2) : 1 + random.below(3);
+      rules.push_back({joint.name, one_of(leaders),
+                       of_turning || random.below(3) == 0 ? whole : random.uniform(-2, 2),
                        random.below(3) == 0 ? 0 : random.uniform()});
     }
-    before.push_back(joint.name);
+    (turns ? turning : on_lines).push_back(joint.name);
   }
   return rules;
 }

@@ -178,6 +178,8 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   says("frame panda_hand {", "frame panda_hnd {",
        "task.info:13:3: 'goal.frame' names 'panda_hnd', which is no link of the robot; did you mean "
        "'panda_hand'?");
+  says("frame panda_hand {", "frame panda_joint4 {",
+       "'panda_joint4', which is no link of the robot; that is a joint, and its link is 'panda_link4'");
   says("frame panda_hand {", "frame {", "needs the name of a link");
   says("frame panda_hand {", "frame panda_link0 {", "'panda_link0' is fixed to the world");
   says("frame panda_hand {", "q 0\n frame panda_hand {", "'goal' has both 'frame' and 'q'");
@@ -194,6 +196,7 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   says("bodies {", "bodies {\n pair \"hand\"", "names 1 bodies, expected two");
   says("costs { acceleration 1 }", "costs {\n acceleration 1\n tracking {\n q 1\n }\n}",
        "weighs a distance to 'goal.q'");
+  says("\"-0.8 0.2 0 -2 0 2.2 0\"", "\"-0.8 0.2 0 -2 0 126 0\"", "in degrees? 126 degrees are 2.19911");
   says("radius 0.12", "radius 0.5", "at the start the clearance of \"forearm\" and \"lamp\" is -0.");
   text_ = sound;
   remove("bodies");

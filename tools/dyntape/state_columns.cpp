@@ -65,6 +65,7 @@ StateColumns::StateColumns(const io::CsvTable& table, const dynamics::UrdfRobot&
   const dynamics::MimicModel<double> model(robot.model, robot.mimics);
   for (const auto& joint : robot.model.joints) {
     const int begin = model.q_entries[static_cast<std::size_t>(joint.idx_q)].index;
+    if (model.q_owners[static_cast<std::size_t>(begin)] != joint.idx_q) continue;
     if (joint.type == JointType::kContinuous) directions_.push_back({joint.name, begin, 2});
     if (joint.type == JointType::kPlanar) directions_.push_back({joint.name, begin + 2, 2});
     if (joint.type == JointType::kSpherical) directions_.push_back({joint.name, begin, 4});

@@ -57,6 +57,11 @@ MimicModel<T>::MimicModel(const Model<T>& model, const std::vector<MimicRule>& g
     if (rule == rules.end()) continue;
     const Joint<T>& leader = full.joints[full.joint_index(rule->leader)];
     q_entries[joint.idx_q] = {q_entries[leader.idx_q].index, rule->multiplier, rule->offset};
+    if (joint.type == JointType::kContinuous) {
+      using Is = FollowedEntry::Is;
+      q_entries[joint.idx_q].is = leader.type == joint.type ? Is::kPairOfPair : Is::kPairOfAngle;
+      q_entries[joint.idx_q + 1] = {q_entries[leader.idx_q].index, 0, 0, Is::kSecondOfPair};
+    }
     v_entries[joint.idx_v] = {v_entries[leader.idx_v].index, rule->multiplier, 0};
   }
 }

@@ -72,20 +72,35 @@ void read_loop(Section& block, const RobotModel* model, SceneConstraints& constr
   constraints.loop_names.push_back(name);
 }
 
-void read_contact(Section& block, const RobotModel* model, dynamics::UnilateralConstraints& rigid) {
-  const std::vector<int> frames = frames_named(block, "links whose origins touch, each of them", model);
+void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralConstraints& rigid) {
   dynamics::RigidContact contact;
-  block.about("of the sphere, 0: a point [m]");
-  contact.radius = block.get_or("radius", 0.0, io::not_negative());
+  const auto spheres = read_collision_shapes(block, robot);
+  std::vector<int> frames;
+  if (!spheres) {
+    frames = frames_named(block, "links whose origins touch, each of them", robot.model);
+    block.about("of the sphere, 0: a point [m]");
+    contact.radius = block.get_or("radius", 0.0, io::not_negative());
+  }
   contact.friction = block.about("coefficient").get_or("friction", 0.0, io::not_negative());
   block.about("speed after an impact by that before it");
   contact.restitution = block.get_or("restitution", 0.0, io::between(0, 1));
   block.about("of the plane, upwards, any length");
   contact.normal = read_vector3(block, "normal", contact.normal);
   contact.offset = block.about("height of the plane along the normal [m]").get_or("offset", 0.0);
+  int number = 0;
   if (!(contact.normal.norm() > 0)) block.problem("normal", "'normal' is zero, expected a direction");
+  for (std::size_t k = 0; spheres && k < spheres->size(); ++k) {
+    const dynamics::CollisionSphere& sphere = (*spheres)[k];
+    const bool goes_on = k > 0 && (*spheres)[k - 1].link == sphere.link;
+    number = goes_on ? number + 1 : 1;
+    contact.name = sphere.link + "." + std::to_string(number);
+    contact.body = sphere.body;
+    contact.X_BF = {Eigen::Matrix3d::Identity(), sphere.center};
+    contact.radius = sphere.radius;
+    rigid.contacts.push_back(contact);
+  }
   for (const int frame : frames) {
-    const auto& at = model->frames[std::size_t(frame)];
+    const auto& at = robot.model->frames[std::size_t(frame)];
     if (at.body < 0) {
       block.problem("frames", "'" + at.name + "' is fixed to the world; it touches nothing new");
       continue;
@@ -113,13 +128,14 @@ void read_limits(Section& parent, const RobotModel* model, dynamics::UnilateralC
 
 }  // namespace
 
-SceneConstraints read_constraints(Section& file, const RobotModel* model) {
+SceneConstraints read_constraints(Section& file, const KeyedRobot& robot) {
+  const RobotModel* const model = robot.model;
   Section block = file.about("what holds the robot and does not give way").child_or_empty("constraints");
   SceneConstraints constraints;
   read_list(block, "loops", "loop", "closed loops of bodies",
             [&](Section& loop) { read_loop(loop, model, constraints); });
   read_list(block, "contacts", "contact", "rigid contacts of spheres and points with planes",
-            [&](Section& contact) { read_contact(contact, model, constraints.rigid); });
+            [&](Section& contact) { read_contact(contact, robot, constraints.rigid); });
   read_limits(block, model, constraints.rigid);
   return constraints;
 }

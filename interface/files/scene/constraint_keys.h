@@ -9,14 +9,15 @@
 //     limits   { restitution 0 }                            ; the robot's own, hard
 //   }
 //
-//   SceneConstraints constraints = read_constraints(file, &model);       // null: no robot, whose frames are names
+//   SceneConstraints constraints = read_constraints(file, {&model, urdf});  // null: no robot, whose frames are names
 #pragma once
 
 #include <dyntape/interface/files/info/section.h>
+#include <dyntape/interface/files/scene/collision_keys.h>
 #include <dyntape/interface/robot/scene_constraints.h>
 
 namespace dyntape {
 
-SceneConstraints read_constraints(io::Section& file, const dynamics::Model<double>* model);
+SceneConstraints read_constraints(io::Section& file, const KeyedRobot& robot);
 
 }  // namespace dyntape

@@ -85,7 +85,8 @@ class ParameterReader {
 template <class Effect>
 class EffectReader {
  public:
-  EffectReader(Section& effects, const RobotModel* model) : effects_(effects), model_(model) {}
+  EffectReader(Section& effects, const KeyedRobot& robot)
+      : effects_(effects), robot_(robot), model_(robot.model) {}
 
   // Unchanged where the key is absent.
   template <class Stored>
@@ -182,6 +183,10 @@ class EffectReader {
   void read_item(Section& block, Effect& effect) {
     using Item = typename Effect::Item;
     Item item;
+    if constexpr (std::is_same_v<Item, dynamics::ContactBody<double>>) {
+      if (const auto spheres = read_collision_shapes(block, robot_))
+        return push_spheres(block, *spheres, effect);
+    }
     std::vector<std::string> frames = {""};
     if constexpr (requires { item.X_BF; }) frames = frames_of(block);
     Item::visit_parameters(item, ParameterReader(block, model_));
@@ -190,6 +195,17 @@ class EffectReader {
         if (!is_frame(frame)) continue;
         dynamics::place_at_frame(*model_, frame, item);
       }
+      effect.push_back(item);
+    }
+  }
+
+  void push_spheres(Section& block, const std::vector<dynamics::CollisionSphere>& spheres, Effect& effect) {
+    typename Effect::Item item;
+    Effect::Item::visit_parameters(item, ParameterReader(block, model_));
+    for (const dynamics::CollisionSphere& sphere : spheres) {
+      item.body = sphere.body;
+      item.X_BF = {Eigen::Matrix3d::Identity(), sphere.center};
+      item.radius = sphere.radius;
       effect.push_back(item);
     }
   }
@@ -217,6 +233,7 @@ class EffectReader {
   }
 
   Section& effects_;
+  const KeyedRobot& robot_;
   const RobotModel* model_;
 };
 
@@ -233,12 +250,12 @@ io::Range range_of(const ParameterInfo& info) {
   return range;
 }
 
-dynamics::Effects<double> read_effects(Section& file, const RobotModel* model) {
+dynamics::Effects<double> read_effects(Section& file, const KeyedRobot& robot) {
   Section section =
       file.about("what acts on the robot; what is not chosen costs nothing").child_or_empty("effects");
   dynamics::Effects<double> effects;
   dynamics::for_each_effect(effects, [&]<class Stored>(Stored& effect) {
-    EffectReader<dynamics::effect_type<Stored>>(section, model).read(effect);
+    EffectReader<dynamics::effect_type<Stored>>(section, robot).read(effect);
   });
   return effects;
 }

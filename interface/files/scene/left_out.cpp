@@ -72,7 +72,12 @@ void note_left_out(std::vector<std::string>& notes, const std::string& urdf,
   std::vector<std::string> items;
   append_damping_and_friction(items, scene);
   append_limits(items, scene, limits);
-  items.insert(items.end(), elements.begin(), elements.end());
+  for (const std::string& element : elements)
+    append(
+        items, element,
+        element.starts_with("<collision> of")
+            ? "'contacts { contact { shapes collision ... } }' in 'effects' or 'constraints' has them touch"
+            : "");
   if (items.empty()) return;
   std::string note = urdf + kLeftOut;
   for (std::size_t i = 0; i < items.size(); ++i)

@@ -221,8 +221,9 @@ void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
 }
 
 void read_keys(Section& file, Scene& scene, const std::string& path, const RobotModel* model) {
-  read_scene_keys(file, scene.robot, model);
-  scene.robot.constraints = read_constraints(file, model);
+  const KeyedRobot robot{model, scene.urdf, &scene.left_out};
+  read_scene_keys(file, scene.robot, robot);
+  scene.robot.constraints = read_constraints(file, robot);
   read_lag(file, model, scene.robot);
   read_start(file, model, scene);
   scene.commands = read_commands(file, path, scene, model != nullptr);

@@ -82,8 +82,9 @@ void check_is_no_robot(std::string_view text, const std::string& path, const std
                   "a robot)");
 }
 
-void read_scene_keys(Section& file, RobotScene& scene, const dynamics::Model<double>* model) {
-  scene.effects = read_effects(file, model);
+void read_scene_keys(Section& file, RobotScene& scene, const KeyedRobot& robot) {
+  const dynamics::Model<double>* const model = robot.model;
+  scene.effects = read_effects(file, robot);
   scene.actuated = distinct_names(file.about("joints that are driven; absent: all"), "actuated",
                                   model ? single_joint_names(*model) : std::vector<std::string>{});
 }

@@ -5,7 +5,7 @@
 //
 //   io::Section file = io::Section::parse(text, path);
 //   SceneRobot robot = read_scene_robot(file, path, Floating::kAllowed);      // empty model: it is a problem of the file
-//   read_scene_keys(file, scene, &robot.model);
+//   read_scene_keys(file, scene, {&robot.model, urdf});
 //
 // Without a robot (null), keys over its joints and frames are known but not read.
 #pragma once
@@ -17,6 +17,7 @@
 #include <dyntape/codegen/options/options.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/files/info/section.h>
+#include <dyntape/interface/files/scene/collision_keys.h>
 #include <dyntape/interface/robot/robot_scene.h>
 
 namespace dyntape {
@@ -33,7 +34,7 @@ SceneRobot read_scene_robot(io::Section& file, const std::string& path, Floating
 void check_is_no_robot(std::string_view text, const std::string& path, const std::string& expected);
 
 // effects, actuated.
-void read_scene_keys(io::Section& file, RobotScene& scene, const dynamics::Model<double>* model);
+void read_scene_keys(io::Section& file, RobotScene& scene, const KeyedRobot& robot);
 
 // A path that a file names: from the folder of that file; in its effective values it means the same elsewhere.
 std::string path_beside(const std::string& file, io::Section& block, const std::string& key,

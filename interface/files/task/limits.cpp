@@ -301,23 +301,42 @@ void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& part
   if (parts.efforts) limit_efforts(problem, task.scene, task.robot.unit);
 }
 
+namespace {
+
+// A value far outside that another unit puts within: "; in degrees? -46 degrees are -0.802851 rad".  Empty for others.
+std::string other_unit(const Joint& joint, double value, double lower, double upper) {
+  struct Unit {
+    const char *name, *of;
+    double factor;
+  };
+  const bool slides = joint.type == dynamics::JointType::kPrismatic;
+  const Unit unit = slides ? Unit{"millimetres", " m", 1e-3} : Unit{"degrees", " rad", std::acos(-1.0) / 180};
+  const double meant = unit.factor * value;
+  if (!dynamics::traits(joint.type).on_a_line || meant < lower || meant > upper) return "";
+  return std::string("; in ") + unit.name + "? " + plain_digits(value) + " " + unit.name + " are " +
+         plain_digits(meant) + unit.of;
+}
+
+}  // namespace
+
 void check_ends(const Task& task, const RatedParts& parts) {
   const Problem& problem = task.problem;
   const int n = task.scene.model.nq;
   std::vector<std::string> faults;
-  const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i, const char* key) {
+  const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i, const Joint* joint,
+                         const char* key) {
     const double lower = problem.x.lower[i], upper = problem.x.upper[i];
     const double rounding = 1e-12 * std::max(1.0, std::abs(state[i]));  // as check() of the problem takes it
     if (!(state[i] < lower - rounding || state[i] > upper + rounding)) return;
     faults.push_back(task.file + ": the " + end + " of \"" + problem.states[std::size_t(i)] + "\" is " +
                      plain_digits(state[i]) + ", the robot's limits are " + plain_digits(lower) + " and " +
                      plain_digits(upper) + "; expected a value within them, or '" + key +
-                     " none' in 'bounds'");
+                     " none' in 'bounds'" + (joint ? other_unit(*joint, state[i], lower, upper) : ""));
   };
   for (const Joint& joint : task.scene.model.joints) {
     for (const auto& [state, end] : {std::pair(&problem.start, "start"), std::pair(&problem.goal, "goal")}) {
-      if (parts.positions) check(*state, end, joint.idx_q, "positions");
-      if (parts.velocities) check(*state, end, n + joint.idx_v, "velocities");
+      if (parts.positions) check(*state, end, joint.idx_q, &joint, "positions");
+      if (parts.velocities) check(*state, end, n + joint.idx_v, nullptr, "velocities");
     }
   }
   const auto check_clear = [&](const Eigen::VectorXd& state, const std::string& end) {

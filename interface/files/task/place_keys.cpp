@@ -17,11 +17,10 @@ using RobotModel = dynamics::Model<double>;
 // Empty where the robot has no link of this name, which is noted at the key, or at the block itself where that is "".
 std::string known_frame(Section& block, const std::string& key, const std::string& name,
                         const RobotModel& model) {
-  std::vector<std::string> valid;
-  for (const auto& frame : model.frames) valid.push_back(frame.name);
-  if (std::find(valid.begin(), valid.end(), name) != valid.end()) return name;
+  if (std::any_of(model.frames.begin(), model.frames.end(), [&](const auto& f) { return f.name == name; }))
+    return name;
   block.problem(key, "'" + block.path() + (key.empty() ? "" : "." + key) + "' names '" + name +
-                         "', which is no link of the robot" + suggestion(name, valid));
+                         "', which is no link of the robot" + dynamics::meant_frame(model, name));
   return "";
 }
 

@@ -304,7 +304,7 @@ void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKn
   add_places(task.problem, task, keys);
   add_costs(task.problem, task, keys.costs);
   if (keys.reference) follow(task.problem, *keys.reference);
-  for (const Term& term : keys.terms) task.problem.add(term);
+  for (const TaskTerm& term : keys.terms) add(term, task.problem);
   add_limits(task.problem, task, keys.limits);
   add_guess(task.problem, task, guess, keys.guess);
   check_ends(task, keys.limits.of_robot());
@@ -344,7 +344,7 @@ bool read_task_scene(Section& file, Task& task) {
     task.left_out = std::move(found.robot->left_out);
     task.scene.model = std::move(found.robot->model);
   }
-  read_scene_keys(file, task.scene, found.robot ? &task.scene.model : nullptr);
+  read_scene_keys(file, task.scene, {found.robot ? &task.scene.model : nullptr, task.urdf, &task.left_out});
   return found.robot.has_value();
 }
 

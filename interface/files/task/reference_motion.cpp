@@ -5,10 +5,10 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/moving_target.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/task/waypoint_keys.h>
 #include <dyntape/interface/io/csv.h>
-#include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 
 namespace dyntape {
@@ -22,14 +22,7 @@ using RobotModel = dynamics::Model<double>;
 // Columns that nothing weighs need not be there.
 void take_table(const std::string& path, const RobotModel& model, ReferenceMotion& reference) {
   const io::CsvTable table = io::read_csv(path);
-  if (table.rows() == 0) throw FileError(path + ": there are no rows, expected a motion");
-  reference.t = table.column("t");
-  for (std::size_t k = 1; k < reference.t.size(); ++k) {
-    if (reference.t[k] > reference.t[k - 1]) continue;
-    throw FileError(path + ": the time of row " + std::to_string(k + 1) + " is " +
-                    io::shortest(reference.t[k]) + " s, expected more than " +
-                    io::shortest(reference.t[k - 1]) + " s, that of the row before");
-  }
+  reference.t = times_in(table, path);
   std::vector<std::string> names = entry_names(model, "q");
   const std::vector<std::string> velocities = entry_names(model, "v");
   names.insert(names.end(), velocities.begin(), velocities.end());

@@ -19,6 +19,7 @@
 #include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/files/task/term_keys.h>
 #include <dyntape/interface/files/task/waypoint_keys.h>
 #include <dyntape/interface/motion/periodic_gait.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -44,7 +45,7 @@ struct TaskKeys {
   std::optional<Problem::Range> free_time;  // of the duration, where it is to be found
   std::vector<TaskWaypoint> waypoints;
   std::optional<ReferenceMotion> reference;
-  std::vector<Term> terms;  // of the block `terms`
+  std::vector<TaskTerm> terms;  // of the block `terms`
   struct Costs {
     std::vector<double> weights;  // of task_costs()
     Eigen::VectorXd tracking_q, tracking_v;

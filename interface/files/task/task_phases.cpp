@@ -77,7 +77,7 @@ void compose_phases(Task& task, const TaskKeys& keys, const VectorXd& from, cons
     own.free_time = phase.free_time;
     if (k > 0) own.start = VectorXd::Constant(n, Problem::kFree);
     if (!is_last) own.goal = phase.goal, own.target = phase.target;
-    std::erase_if(own.terms, [&](const Term& term) { return !is_of_phase(term, k == 0, is_last); });
+    std::erase_if(own.terms, [&](const TaskTerm& t) { return !is_of_phase(t.term, k == 0, is_last); });
     compose_problem(part, own, {{0, q[k]}, {1, q[k + 1]}});
     draw_to_goal(part, keys, is_last);
     for (const HeldContact& contact : contacts) {

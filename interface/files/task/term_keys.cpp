@@ -8,6 +8,7 @@
 #include <dyntape/interface/control/problem/penalties.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/task/place_keys.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -28,12 +29,22 @@ struct TermAsked {
   ReferenceFrame in = ReferenceFrame::kLocalWorldAligned;
   Eigen::Vector3d axis, place;
   VectorXd target;
+  StageFunction moving = {};  // empty: `target` stands still
 };
 
 StageFunction less(const StageFunction& f, const VectorXd& target) {
   return [f, target](const auto& s) {
     using T = std::decay_t<decltype(s.t)>;
     return (f(s) - target.template cast<T>()).eval();
+  };
+}
+
+// place: of a target, still or not.
+template <class OfPlace>
+StageFunction away(const TermAsked& asked, const OfPlace& of) {
+  if (asked.moving.empty()) return of(Eigen::Vector3d(asked.target));
+  return [f = of(Eigen::Vector3d::Zero()), target = asked.moving](const auto& s) {
+    return (f(s) - target(s)).eval();
   };
 }
 
@@ -59,53 +70,63 @@ Names aside(const RobotScene&) { return {"first", "second"}; }
 Names joints(const RobotScene& scene) { return single_joint_names(scene.model); }
 Names driven(const RobotScene& scene) { return driven_names(scene); }
 
+// How the target of a kind may move.
+enum class Moves { kNot, kPlace, kTurn };
+
 // All there are: a new one is a row here.
 struct TermKind {
   const char *name, *meaning;
   // Whether it asks for a frame; for the axes of a velocity; for axis and place, and then for no target.
   bool has_frame, has_axes, looks;
   Names (*entries)(const RobotScene& scene);
-  StageFunction (*function)(const Task& task, const TermAsked& asked);
+  StageFunction (*function)(const RobotScene& scene, ControlUnit unit, const TermAsked& asked);
+  Moves moves = Moves::kNot;
 };
 constexpr TermKind kTermKinds[] = {
     {"frame_position", "the origin of a link [m]", true, false, false, xyz,
-     [](const Task& task, const TermAsked& a) {
-       return frame_position(task.scene, a.frame, Eigen::Vector3d(a.target));
-     }},
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       return away(a, [&](const Eigen::Vector3d& p) { return frame_position(scene, a.frame, p); });
+     },
+     Moves::kPlace},
     {"frame_orientation", "the turn of a link away from roll, pitch and yaw in target [rad]", true, false,
      false, xyz,
-     [](const Task& task, const TermAsked& a) {
-       return frame_orientation(task.scene, a.frame, rotation_of(a.target[0], a.target[1], a.target[2]));
-     }},
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       if (!a.moving.empty()) return moving_frame_orientation(scene, a.frame, a.moving);
+       return frame_orientation(scene, a.frame, rotation_of(a.target[0], a.target[1], a.target[2]));
+     },
+     Moves::kTurn},
     {"frame_velocity", "linear and angular velocity of a link [m/s, rad/s]", true, true, false,
      linear_angular,
-     [](const Task& task, const TermAsked& a) {
-       return less(frame_velocity(task.scene, a.frame, a.in), a.target);
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       return less(frame_velocity(scene, a.frame, a.in), a.target);
      }},
     {"looks_at", "how far an axis of a link points past a place, tan(angle / 2)", true, false, true, aside,
-     [](const Task& task, const TermAsked& a) {
-       return frame_looks_at(task.scene, a.frame, a.axis, a.place);
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       return frame_looks_at(scene, a.frame, a.axis, a.place);
      }},
     {"com", "the centre of mass [m]", false, false, false, xyz,
-     [](const Task& task, const TermAsked& a) {
-       return com_position(task.scene, Eigen::Vector3d(a.target));
-     }},
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       return away(a, [&](const Eigen::Vector3d& p) { return com_position(scene, p); });
+     },
+     Moves::kPlace},
     {"momentum", "of the whole robot, linear and about its centre of mass [kg m/s, kg m^2/s]", false, false,
      false, linear_angular,
-     [](const Task& task, const TermAsked& a) {
-       return centroidal_momentum(task.scene, Eigen::Matrix<double, 6, 1>(a.target));
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       return centroidal_momentum(scene, Eigen::Matrix<double, 6, 1>(a.target));
      }},
     {"joint_position", "of joints [rad or m]", false, false, false, joints,
-     [](const Task& task, const TermAsked& a) { return joints_off(task.scene, a.target); }},
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) { return joints_off(scene, a.target); }},
     {"joint_velocity", "of joints [rad/s or m/s]", false, false, false, joints,
-     [](const Task& task, const TermAsked& a) { return less(joint_velocities(task.scene), a.target); }},
+     [](const RobotScene& scene, ControlUnit, const TermAsked& a) {
+       return less(joint_velocities(scene), a.target);
+     }},
     {"torque", "of driven joints [N m or N]", false, false, false, driven,
-     [](const Task& task, const TermAsked& a) {
-       return less(joint_torque(task.scene, task.robot.unit), a.target);
+     [](const RobotScene& scene, ControlUnit unit, const TermAsked& a) {
+       return less(joint_torque(scene, unit), a.target);
      }},
     {"power", "of driven joints, torque times velocity [W]", false, false, false, driven,
-     [](const Task& task, const TermAsked& a) {
-       return less(joint_power(task.scene, task.robot.unit), a.target);
+     [](const RobotScene& scene, ControlUnit unit, const TermAsked& a) {
+       return less(joint_power(scene, unit), a.target);
      }},
 };
 
@@ -127,6 +148,14 @@ constexpr TermKey kTermKeys[] = {
      "of looks_at: the direction in the link's axes, of any length"},
     {"place", "three numbers \"x y z\"", "", "of looks_at: where it looks, in the world [m]"},
     {"target", "numbers", "0", "what is subtracted, one number an entry, or one for all"},
+    {"moves", "still | circle | file", "still",
+     "how the target goes with time, of frame_position, frame_orientation and com: on a circle about target, "
+     "or by a table"},
+    {"radius", "a number, positive", "0.1", "of the circle [m]"},
+    {"period", "a number, positive", "", "of the circle, once round [s]"},
+    {"normal", "three numbers \"x y z\"", "0 0 1", "of the circle's plane, of any length"},
+    {"file", "name of a table", "",
+     "of the target: columns t [s] and x, y, z [m], or roll, pitch, yaw [rad]; a path from here"},
     {"entries", "names", "",
      "those that count, x y z of places, turn_x ... of what turns, else names of joints; none named: all"},
     {"role", "cost | equality | inequality", "cost", "a weight, zero, or between lower and upper"},
@@ -155,21 +184,35 @@ class TermReader {
   TermReader(Section& block, const Task& task, const TermKind& kind)
       : block_(block), task_(task), kind_(kind) {}
 
-  Term read(const std::string& name) {
+  TaskTerm read(const std::string& name) {
     TermAsked asked = read_asked();
     const Names names = kind_.entries(task_.scene);
     read_entries(names);
     const auto n = Eigen::Index(names.size());
     asked.target = VectorXd::Zero(n);
     if (!kind_.looks) asked.target = read_numbers("target", n, "0");
+    const TargetOverTime moving = read_moving(asked);
     const Role role = about("role").choice_or<Role>(
         "role", "cost",
         {{"cost", Role::kCost}, {"equality", Role::kEquality}, {"inequality", Role::kInequality}});
     Term term{name, Where::kRunning, Role::kEquality, {}};
     if (role != Role::kEquality) read_bounds(role, term);
-    if (!asked.frame.empty() || !kind_.has_frame) term.function = chosen_of(asked);
+    const bool is_known = !asked.frame.empty() || !kind_.has_frame;
+    if (is_known) term.function = chosen_of(asked);
     place(term);
-    return role == Role::kCost ? penalised(term) : term;
+    const std::function<Term(const Term&)> priced =
+        role == Role::kCost ? penalised(term.role == Role::kInequality) : nullptr;
+    const auto finished = [priced](const Term& t) { return priced ? priced(t) : t; };
+    if (!moving || !is_known || !block_.sound()) return {finished(term), {}, {}};
+    return {term, moving,
+            [=, kind = kind_, scene = task_.scene, unit = task_.robot.unit,
+             entries = entries_](const StageFunction& target) {
+              TermAsked now = asked;
+              now.moving = target;
+              Term with = term;
+              with.function = entries_of(kind.function(scene, unit, now), entries);
+              return finished(with);
+            }};
   }
 
  private:
@@ -187,6 +230,36 @@ class TermReader {
     asked.axis = read_vector3(about("axis"), "axis", Eigen::Vector3d::UnitZ());
     asked.place = read_vector3(about("place"), "place", std::nullopt);
     return asked;
+  }
+
+  // Empty where the target stands still.
+  TargetOverTime read_moving(const TermAsked& asked) {
+    if (kind_.moves == Moves::kNot) return {};
+    enum { kStill, kCircle, kFile };
+    const int how = about("moves").choice_or<int>("moves", "still",
+                                                  {{"still", kStill}, {"circle", kCircle}, {"file", kFile}});
+    if (how == kCircle) return read_circle(asked.target);
+    if (how == kStill) return {};
+    const std::string name = about("file").get<std::string>("file");
+    if (name.empty()) return {};
+    try {
+      const std::string path = path_beside(task_.file, block_, "file", name);
+      return kind_.moves == Moves::kTurn ? turns_in(path) : places_in(path);
+    } catch (const Error& e) {
+      block_.problem("file", e.what());
+      return {};
+    }
+  }
+
+  TargetOverTime read_circle(const VectorXd& center) {
+    const double radius = about("radius").get_or("radius", 0.1, io::positive());
+    const double period = about("period").get<double>("period", io::positive());
+    const Eigen::Vector3d normal = read_vector3(about("normal"), "normal", Eigen::Vector3d::UnitZ());
+    if (kind_.moves == Moves::kTurn)
+      block_.problem("moves", "an orientation does not move on a circle; expected still or file");
+    if (!(normal.norm() > 0)) block_.problem("normal", "'normal' is zero, expected a direction");
+    if (kind_.moves == Moves::kTurn || !(normal.norm() > 0) || !(period > 0)) return {};
+    return circle(center, normal, radius, period);
   }
 
   VectorXd read_numbers(const char* key, Eigen::Index n, const char* fallback) {
@@ -217,7 +290,7 @@ class TermReader {
 
   StageFunction chosen_of(const TermAsked& asked) {
     try {
-      return entries_of(kind_.function(task_, asked), entries_);
+      return entries_of(kind_.function(task_.scene, task_.robot.unit, asked), entries_);
     } catch (const ArgumentError& e) {
       block_.problem(kind_.has_frame ? "frame" : "type", e.what());
       return {};
@@ -232,7 +305,7 @@ class TermReader {
     if (where > 0) term = at_fraction(share, term);
   }
 
-  Term penalised(const Term& term) {
+  std::function<Term(const Term&)> penalised(bool has_bounds) {
     enum Kind { kQuadratic, kHuber, kAbsolute, kBarrier };
     const double weight = about("weight").get_or("weight", 1.0, io::positive());
     const Kind kind = about("penalty").choice_or<Kind>(
@@ -240,20 +313,20 @@ class TermReader {
         {{"quadratic", kQuadratic}, {"huber", kHuber}, {"absolute", kAbsolute}, {"barrier", kBarrier}});
     double width = 1;
     if (kind != kQuadratic) width = about("width").get_or("width", 0.01, io::positive());
-    if (kind == kBarrier && term.role != Role::kInequality)
+    if (kind == kBarrier && !has_bounds)
       block_.problem("penalty", "a barrier keeps away from bounds; expected 'lower', 'upper' or both");
-    if (!block_.sound()) return term;
+    if (!block_.sound()) return {};
     switch (kind) {
       case kQuadratic:
-        return soft(term, Quadratic{weight});
+        return [=](const Term& term) { return soft(term, Quadratic{weight}); };
       case kHuber:
-        return soft(term, Huber{weight, width});
+        return [=](const Term& term) { return soft(term, Huber{weight, width}); };
       case kAbsolute:
-        return soft(term, SmoothAbsolute{weight, width});
+        return [=](const Term& term) { return soft(term, SmoothAbsolute{weight, width}); };
       case kBarrier:
-        return soft(term, RelaxedBarrier{weight, width});
+        return [=](const Term& term) { return soft(term, RelaxedBarrier{weight, width}); };
     }
-    return term;
+    return {};
   }
 
   Section& block_;
@@ -278,10 +351,16 @@ const TermKind* read_kind(Section& block, const RobotModel* model) {
 
 }  // namespace
 
-std::vector<Term> read_terms(Section& file, const Task& task, const RobotModel* model) {
+void add(const TaskTerm& term, Problem& problem) {
+  if (!term.target) return problem.add(term.term);
+  const Parameter now = problem.parameters.add(term.term.name + " target", term.target);
+  problem.add(term.with_target(now));
+}
+
+std::vector<TaskTerm> read_terms(Section& file, const Task& task, const RobotModel* model) {
   if (!file.about("ready terms").has("terms")) return {};
   Section list = file.child("terms");
-  std::vector<Term> terms;
+  std::vector<TaskTerm> terms;
   if (!list.about("one of them; its name behind the word").has("term")) return {};
   std::vector<Section> blocks = list.children("term");
   if (blocks.empty()) blocks.push_back(list.child("term"));
@@ -293,8 +372,8 @@ std::vector<Term> read_terms(Section& file, const Task& task, const RobotModel* 
       for (const TermKey& key : kTermKeys) block.about(key.meaning).defer(key.key, key.takes, key.fallback);
       continue;
     }
-    for (const Term& other : terms) {
-      if (other.name == name) block.problem("", "'" + name + "' names two of 'terms', expected one");
+    for (const TaskTerm& other : terms) {
+      if (other.term.name == name) block.problem("", "'" + name + "' names two of 'terms', expected one");
     }
     terms.push_back(TermReader(block, task, *kind).read(name));
   }

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// `shapes collision` of a contact: its links touch the ground with the <collision> shapes of the robot's file.
+//
+//   effects     { contacts { contact { shapes collision  stiffness 1e5  dissipation 0.5  friction 0.7 } } }
+//   constraints { contacts { contact { shapes collision  frames "foot"  friction 0.7 } } }
+//
+//   if (const auto spheres = read_collision_shapes(block, robot)) ...     // none: the key is absent
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <dyntape/dynamics/urdf/collisions.h>
+#include <dyntape/interface/files/info/section.h>
+
+namespace dyntape {
+
+// The robot whose joints and links are keys, and its file.
+struct KeyedRobot {
+  const dynamics::Model<double>* model = nullptr;  // null: no robot, keys are known but not read
+  std::string urdf;
+  std::vector<std::string>* left_out =
+      nullptr;  // of Scene and Task; <collision> is read where it is asked for
+};
+
+// The spheres of the links that `frames` names, of all where it is absent.  What is wrong is noted in the block; a sphere of
+// a link that is fixed to the world is none.
+std::optional<std::vector<dynamics::CollisionSphere>> read_collision_shapes(io::Section& block,
+                                                                            const KeyedRobot& robot);
+
+}  // namespace dyntape
