@@ -60,6 +60,10 @@ std::string fault_of(const std::vector<JointKind>& joints, const std::vector<Mim
   if (!turns(joint))
     return mimics + end + ", which is continuous, its angle known but for whole turns; expected a " +
            "revolute, prismatic or helical joint, or a follower that is continuous too";
+  constexpr double kMostTurns = 1e4;  // each is a product
+  if (std::abs(chain.multiplier) > kMostTurns)
+    return mimics + end + ", which is continuous, by " + std::to_string(chain.multiplier) +
+           "; expected at most 10000, as every turn is a product";
   if (chain.multiplier != std::round(chain.multiplier))
     return mimics + end + ", which is continuous, by a multiplier that is not whole (" +
            std::to_string(chain.multiplier) +

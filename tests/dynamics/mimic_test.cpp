@@ -196,6 +196,7 @@ TEST(MimicRules, WhatCannotBeFollowed) {
   EXPECT_NE(error({{"wheel_2", "wheel"}, {"b", "wheel_2"}})
                 .find("\"b\" mimics \"wheel_2\", and so in the end \"wheel\", which is continuous"),
             std::string::npos);
+  EXPECT_NE(error({{"wheel_2", "wheel", -1e300, 0}}).find("expected at most 10000"), std::string::npos);
   EXPECT_EQ(error({{"wheel_2", "wheel", 3, 0}, {"wheel", "c", 0.5, 0}, {"b", "wheel_2"}}), "");
   EXPECT_EQ(error({{"ball", "a"}}), hand + "\"ball\" mimics \"a\" but is spherical; " + on_a_line);
   EXPECT_EQ(error({{"b", "a"}, {"b", "c"}}), hand + "\"b\" has two rules to mimic another; expected one");

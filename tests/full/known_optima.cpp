@@ -155,7 +155,7 @@ TEST(FullOptima, WhatAHessianIsWorth) {
               newton = count(weight, cost, HessianKind::kGaussNewton, speed, force);
     std::printf("weight %g: exact %d iterations, L-BFGS %d, Gauss-Newton %d\n", weight, exact, memory,
                 newton);
-    EXPECT_LE(exact, 20);
+    EXPECT_LE(exact, 16);
     EXPECT_GE(memory, 30);
     EXPECT_LE(memory, speed > 0 ? 100 : 50);  // in the units that speeds of the start give
     EXPECT_GT(newton, 150);
