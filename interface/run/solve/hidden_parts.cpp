@@ -63,7 +63,9 @@ io::MotionFrame frame_of(View view, const std::vector<Capsule>& obstacles, doubl
                          const std::vector<Bone>& bones) {
   constexpr int kPieces = 60;  // of a bone
   io::MotionFrame frame{time, {}};
-  for (const auto& [from, to] : bones) {
+  for (const Bone& bone : bones) {
+    const Vector3d& from = bone[0];
+    const Vector3d& to = bone[1];
     const auto at = [&](int k) { return Vector3d(from + double(k) / kPieces * (to - from)); };
     std::vector<io::Polyline> seen;
     bool is_open = false, is_whole = true;
