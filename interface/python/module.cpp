@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The extension module that the package `dyntape` is made of.
+#include "module.h"
+
+#include "arrays.h"
+
+NB_MODULE(_dyntape, module) {
+  using namespace dyntape::python;
+  import_numpy();
+  bind_errors(module);
+  bind_recorded_values(module);
+  bind_functions(module);
+  bind_robot(module);
+  module.attr("__version__") = DYNTAPE_VERSION;
+}
