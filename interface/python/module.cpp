@@ -12,5 +12,9 @@ NB_MODULE(_dyntape, module) {
   bind_recorded_values(module);
   bind_functions(module);
   bind_robot(module);
+  bind_scenes(module);
+  bind_tasks(module);
+  bind_problems(module);
+  bind_commands(module);
   module.attr("__version__") = DYNTAPE_VERSION;
 }

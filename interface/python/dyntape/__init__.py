@@ -8,6 +8,8 @@
 array([3., 0.])
 """
 
+import pathlib as _pathlib
+
 from ._arrays import RecordedArray, where
 from ._dyntape import (
     AD,
@@ -18,14 +20,24 @@ from ._dyntape import (
     Function,
     GuardViolation,
     NumericalError,
+    Problem,
     RecordingError,
     Robot,
+    Scene,
+    Simulation,
+    Solution,
+    Stage,
+    StageFunction,
+    Task,
+    TaskSolution,
     ToolError,
     __version__,
     load,
     maximum,
     minimum,
     record,
+    simulate,
+    solve,
 )
 
 __all__ = [
@@ -37,14 +49,30 @@ __all__ = [
     "Function",
     "GuardViolation",
     "NumericalError",
+    "Problem",
     "RecordedArray",
     "RecordingError",
     "Robot",
+    "Scene",
+    "Simulation",
+    "Solution",
+    "Stage",
+    "StageFunction",
+    "Task",
+    "TaskSolution",
     "ToolError",
     "__version__",
+    "config_folder",
     "load",
     "maximum",
     "minimum",
     "record",
+    "simulate",
+    "solve",
     "where",
 ]
+
+
+def config_folder() -> _pathlib.Path:
+    """The folder with the robots, scenes and tasks that come with the package."""
+    return _pathlib.Path(__file__).parent / "config"

@@ -1,0 +1,80 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Long work that Python can watch and interrupt.
+//
+//   const SimulatedMotion motion = watched(progress, [&](const Watch& watch) { return simulate(scene, {watch.stop, watch.tell}); });
+//
+// The work runs in a thread of its own without the lock; the calling one looks every twentieth of a second whether a signal
+// came (Ctrl-C: the work is asked to stop, and KeyboardInterrupt is raised when it has) and hands on what the work last
+// said to `progress`: a callable of one string, or None.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+
+#include <chrono>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+namespace dyntape::python {
+
+namespace nb = nanobind;
+
+struct Watch {
+  std::stop_token stop;
+  std::function<void(const std::string&)> tell;  // from any thread
+};
+
+// What the work says, for the thread that may touch Python.
+class LatestWord {
+ public:
+  void say(const std::string& word) {
+    const std::scoped_lock lock(mutex_);
+    word_ = word;
+    is_new_ = true;
+  }
+  bool take(std::string& word) {
+    const std::scoped_lock lock(mutex_);
+    if (!is_new_) return false;
+    word = word_;
+    is_new_ = false;
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::string word_;
+  bool is_new_ = false;
+};
+
+template <class Work>
+auto watched(nb::handle progress, const Work& work) {
+  std::stop_source stop;
+  LatestWord latest;
+  Watch watch{stop.get_token(), {}};
+  const bool is_told = progress.is_valid() && !progress.is_none();
+  if (is_told) watch.tell = [&](const std::string& word) { latest.say(word); };
+  auto result = std::async(std::launch::async, [&] { return work(watch); });
+  const auto is_done = [&] {
+    const nb::gil_scoped_release unlocked;
+    return result.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
+  };
+  try {
+    while (!is_done()) {
+      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+      std::string word;
+      if (is_told && latest.take(word)) progress(word);
+    }
+  } catch (...) {  // the work refers to what is here: it ends before this does
+    stop.request_stop();
+    const nb::gil_scoped_release unlocked;
+    result.wait();
+    throw;
+  }
+  return result.get();
+}
+
+}  // namespace dyntape::python
