@@ -41,6 +41,13 @@ const char* kept(std::string text) {
   return texts.emplace_back(std::move(text)).c_str();
 }
 
+std::string text_of(nb::handle given, const std::string& what) {
+  if (PyUnicode_Check(given.ptr())) return nb::cast<std::string>(given);
+  const std::string sentence =
+      what + ": expected a str, got " + nb::cast<std::string>(nb::repr(given.type()));
+  throw nb::type_error(sentence.c_str());
+}
+
 void import_numpy() {
   if (_import_array() < 0) nb::raise_python_error();
 }
@@ -203,6 +210,14 @@ void for_chunks(const Rows& rows, const ChunkBody& body) {
   const nb::gil_scoped_release unlocked;
   if (all <= kChunk) return chunk(0);
   codegen::run_tasks((all + kChunk - 1) / kChunk, chunk);
+}
+
+void for_one(const Rows& rows, const ChunkBody& body) {
+  constexpr std::size_t kMost = 512;
+  if (rows.entries() > kMost) return for_chunks(rows, body);
+  double state[kMost];
+  rows.gather(0, 1, state);
+  body(0, 1, state);
 }
 
 std::size_t Block::size() const { return product(shape.data(), shape.size()); }

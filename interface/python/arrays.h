@@ -12,6 +12,7 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>  // in every unit that casts strings, or none: the caster is chosen when it is compiled
 
 #include <cstddef>
 #include <functional>
@@ -29,6 +30,9 @@ inline std::string shape_text(const Shape& shape) { return shape_text(shape.data
 
 // Text that Python refers to for as long as the process lives: signatures, docstrings.
 const char* kept(std::string text);
+
+// A str; TypeError, naming `what`, for anything else.
+std::string text_of(nb::handle given, const std::string& what);
 
 // Must run once, before anything else here.
 void import_numpy();
@@ -93,6 +97,9 @@ class Rows {
 //   body(first, count, states)    states first to first + count, one after the other; must not touch Python
 using ChunkBody = std::function<void(std::size_t first, std::size_t count, const double* states)>;
 void for_chunks(const Rows& rows, const ChunkBody& body);
+// The one state of rows without batch axes, in this thread, with the lock: of work that is done in a microsecond or two,
+// which is about what it takes to give the lock away and to get it back.
+void for_one(const Rows& rows, const ChunkBody& body);
 
 // A block of a result: shape of one, row by row.
 struct Block {

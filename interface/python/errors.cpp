@@ -2,7 +2,8 @@
 //
 // The family of exceptions (autodiff/error.h) in Python: the same sentences, and each also what Python has for it.
 #include <dyntape/autodiff/error.h>
-#include <dyntape/codegen/options/options.h>
+
+#include <typeinfo>
 
 #include "module.h"
 
@@ -38,6 +39,9 @@ void translate(const std::exception_ptr& exception, void*) {
     std::rethrow_exception(exception);
   } catch (const Error& error) {
     PyErr_SetString(type_of(error).ptr(), error.what());
+  } catch (const std::bad_cast&) {
+    PyErr_SetString(PyExc_TypeError,
+                    "an argument, or an entry of one, has a type that nothing can be made of");
   }
 }
 

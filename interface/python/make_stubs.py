@@ -12,7 +12,7 @@ import sys
 
 from nanobind.stubgen import StubGen
 
-HEADER = '''from collections.abc import Callable, Sequence
+HEADER = '''from collections.abc import Callable, Mapping, Sequence
 import os
 from typing import Any, NamedTuple
 
@@ -50,7 +50,7 @@ def main():
     generator.put(module)
     text = re.sub(r"^(from|import) .*\n|^from .* import \((.|\n)*?\)\n", "", generator.get(), flags=re.M)
     text = re.sub(r"^    __array_ufunc__.*\n", "", text, flags=re.M)
-    text = text.replace("os.PathLike", "os.PathLike[str]")
+    text = re.sub(r"os\.PathLike(?!\[)", "os.PathLike[str]", text)
     parts = [HEADER, *(named_tuple(name, value) for name, value in sorted(results.items())), text.strip()]
     pathlib.Path(output).write_text("\n\n".join(parts) + "\n")
 

@@ -123,7 +123,8 @@ Capsule capsule_of(nb::handle given, bool moves) {
                         "center, radius) or (name, " + (moves ? "frame, " : "") + "from, to, radius), got " +
                         std::to_string(t.size()) + " entries");
   }
-  const std::string name = nb::cast<std::string>(t[0]), frame = moves ? nb::cast<std::string>(t[1]) : kWorld;
+  const std::string name = text_of(t[0], "keep_clear: name"),
+                    frame = moves ? text_of(t[1], "keep_clear: frame") : kWorld;
   const Eigen::Vector3d from = vector_of(t[first], name, 3), to = vector_of(t[first + n - 2], name, 3);
   return capsule(name, frame, from, to, nb::cast<double>(t[first + n - 1]));
 }

@@ -183,7 +183,7 @@ void bind_problems(nb::module_& module) {
       ">>> p = dyntape.Problem(\"block\", [\"p\", \"v\"], [\"u\"], 1.0, lambda s: [s.x[1], s.u[0]])\n"
       ">>> p.add_squares(\"effort\", lambda s: s.u)\n"
       ">>> p.start, p.goal = [0, 0], [1, 0]\n"
-      ">>> p.solve(10).cost\n"
+      ">>> round(p.solve(10).cost, 9)\n"
       "12.0");
   problem.def(
       "__init__",

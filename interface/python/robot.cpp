@@ -286,7 +286,8 @@ void bind_robot(nb::module_& module) {
       "Raises FileError, `file:line: sentence`, for what is wrong in the file, and ArgumentError for an "
       "option that\n"
       "does not fit it.\n\n"
-      ">>> robot = dyntape.load(\"panda.urdf\", lock=[\"panda_finger_joint1\", \"panda_finger_joint2\"])\n"
+      ">>> robot = dyntape.load(\"config/robots/panda.urdf\", lock=[\"panda_finger_joint1\", "
+      "\"panda_finger_joint2\"])\n"
       ">>> robot.nq\n7");
 }
 

@@ -48,16 +48,19 @@ struct Choice {
   nb::handle route, frame, axes, contacts;
 };
 
-std::string word_of(nb::handle given, const char* otherwise) {
-  return !given.is_valid() || given.is_none() ? otherwise : nb::cast<std::string>(given);
+std::string word_of(nb::handle given, const char* what, const char* otherwise) {
+  return !given.is_valid() || given.is_none() ? otherwise : text_of(given, what);
 }
 
 bool is_given(nb::handle given) { return given.is_valid() && !given.is_none(); }
 
 RobotFunction chosen(const Robot& robot, const Method& method, const Choice& choice) {
   std::vector<std::string> contacts;
-  if (is_given(choice.contacts)) contacts = nb::cast<std::vector<std::string>>(choice.contacts);
-  return robot.function(method.row, word_of(choice.frame, ""), word_of(choice.axes, "aligned"), contacts);
+  if (is_given(choice.contacts)) {
+    for (nb::handle contact : choice.contacts) contacts.push_back(text_of(contact, "contacts"));
+  }
+  return robot.function(method.row, word_of(choice.frame, "frame", ""),
+                        word_of(choice.axes, "axes", "aligned"), contacts);
 }
 
 bool is_default(const Choice& choice) {
@@ -117,7 +120,8 @@ nb::object call(const Robot& robot, const Method& method, const nb::handle* argu
   if (is_default(choice) && !method.has_frame) {
     route = &robot.default_route(method.row, many);
   } else {
-    owner = robot.route(chosen(robot, method, choice), word_of(choice.route, default_word(many)), many);
+    owner =
+        robot.route(chosen(robot, method, choice), word_of(choice.route, "route", default_word(many)), many);
     route = owner.get();
   }
   const Result result(rows, route->blocks);

@@ -14,6 +14,7 @@ class PlainRoute final : public RobotPath {
  public:
   PlainRoute(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route)
       : model_(model), function_(function), route_(route) {
+    is_brief = route == RobotRoute::kAnalytic;
     const auto evaluator = pool_.take([&] { return made(); });
     n_in = evaluator->n_in();
     n_out = evaluator->n_out();
@@ -134,9 +135,12 @@ std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, cons
 }
 
 void evaluate(RobotPath& route, const Rows& rows, double* results) {
-  for_chunks(rows, [&](std::size_t first, std::size_t count, const double* states) {
+  constexpr std::size_t kBriefOutputs = 64;
+  const auto part = [&](std::size_t first, std::size_t count, const double* states) {
     route.evaluate(states, count, results + first * route.n_out);
-  });
+  };
+  if (rows.is_single() && route.is_brief && route.n_out <= kBriefOutputs) return for_one(rows, part);
+  for_chunks(rows, part);
 }
 
 }  // namespace dyntape::python

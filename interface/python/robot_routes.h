@@ -25,6 +25,7 @@ class RobotPath {
 
   std::size_t n_in = 0, n_out = 0;
   std::vector<Block> blocks;  // of a result
+  bool is_brief = false;      // plain arithmetic, which ends soon
 };
 
 inline constexpr const char* kLanes = "lanes";

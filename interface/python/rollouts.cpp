@@ -56,7 +56,7 @@ std::size_t worlds_of(const std::string& what, const Numbers& given, std::size_t
     throw ArgumentError("rollout: x0 is of " + std::to_string(before) + " worlds, and " + what + " of " +
                         std::to_string(here) + "; expected the same number, or one");
   }
-  return std::max(before, here);
+  return before == 1 ? here : before;
 }
 
 void check_axes(const std::string& what, const Numbers& given, const std::string& expected, std::size_t axes,

@@ -104,7 +104,8 @@ void bind_scene(nb::module_& module) {
       "A robot, what acts on it, how it starts, and how its motion is computed: an .info file, read.\n\n"
       "Raises FileError with a line for every problem of the file.\n\n"
       ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\", set={\"simulation.duration\": 2})\n"
-      ">>> scene.simulate().verdict");
+      ">>> scene.simulate().verdict\n"
+      "'simulated 2 s'");
   scene
       .def(
           "__init__",
@@ -222,7 +223,7 @@ std::vector<io::Setting> settings_from(nb::handle given) {
   std::vector<io::Setting> settings;
   if (!given.is_valid() || given.is_none()) return settings;
   const nb::dict values = nb::cast<nb::dict>(given);
-  for (const auto& [key, value] : values) settings.push_back({nb::cast<std::string>(key), value_text(value)});
+  for (const auto& [key, value] : values) settings.push_back({text_of(key, "set"), value_text(value)});
   return settings;
 }
 

@@ -63,10 +63,11 @@ auto watched(nb::handle progress, const Work& work) {
     return result.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
   };
   try {
-    while (!is_done()) {
+    std::string word;
+    for (bool done = false; !done;) {
+      done = is_done();
       if (PyErr_CheckSignals() != 0) nb::raise_python_error();
-      std::string word;
-      if (is_told && latest.take(word)) progress(word);
+      if (is_told && latest.take(word)) progress(word);  // the last one too
     }
   } catch (...) {  // the work refers to what is here: it ends before this does
     stop.request_stop();

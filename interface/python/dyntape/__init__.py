@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Robot dynamics with exact derivatives: recorded, simplified, compiled, served.
 
->>> robot = dyntape.load("panda.urdf")
->>> robot.rnea(q, v, a)                                  # (..., nq), (..., nv), (..., nv) -> (..., nv)
+>>> robot = dyntape.load("config/robots/panda.urdf", lock=["panda_finger_joint1", "panda_finger_joint2"])
+>>> q, v = robot.random(1000), np.zeros((1000, robot.nv))   # the leading axes are batch axes
+>>> robot.rnea(q, v, v).shape
+(1000, 7)
 >>> f = dyntape.record(lambda x: np.sin(x[0]) * x[1], 2)
 >>> f.jacobian([0.0, 3.0])
 array([3., 0.])

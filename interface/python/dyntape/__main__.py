@@ -26,7 +26,8 @@ def demo(arguments: list[str]) -> int:
     task = config_folder() / "tasks" / "arm_around_obstacles.info"
     status = command_line(["dyntape", "solve", os.fspath(task), "--output", os.fspath(folder)])
     if status == 0:
-        print(f"open {folder / 'motion.html'} in a browser; pictures: {folder / 'motion.svg'}, {folder / 'trajectory.svg'}")
+        pictures = [os.fspath(picture) for picture in sorted(folder.glob("*.svg"))]
+        print(f"open {folder / 'motion.html'} in a browser" + ("; pictures: " + ", ".join(pictures) if pictures else ""))
     return status
 
 

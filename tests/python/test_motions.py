@@ -1,0 +1,175 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Scenes, roll-outs, tasks and problems from Python."""
+
+import json
+import os
+import signal
+import threading
+import time
+
+import dyntape
+import numpy as np
+import pytest
+from conftest import CONFIG
+
+PENDULUM = CONFIG / "scenes" / "pendulum.info"
+
+
+def test_a_scene_is_simulated(tmp_path):
+    words = []
+    motion = dyntape.simulate(PENDULUM, set={"simulation.duration": 0.5, "start.q": [0.3]}, progress=words.append)
+    assert motion.success and motion.trouble == ""
+    assert motion.t[-1] == 0.5 and motion.q[0, 0] == 0.3 and motion.q.shape == (len(motion.t), 1)
+    energy = motion.kinetic + motion.stored
+    np.testing.assert_allclose(energy, energy[0], rtol=1e-8)
+    np.testing.assert_allclose(motion.work["gravity"], motion.kinetic - motion.kinetic[0], atol=1e-8)
+    assert words and "simulated" in motion.verdict and "<canvas" in motion.page()
+    unwritten = motion.write(tmp_path / "out")
+    written = {file.name for file in (tmp_path / "out").iterdir()}
+    assert {"motion.csv", "report.json", "motion.html"} <= written or unwritten
+    assert json.loads(motion.json)
+    with pytest.raises(dyntape.FileError, match="simulation.durration"):
+        dyntape.simulate(PENDULUM, set={"simulation.durration": 1})
+
+
+def test_a_rollout_is_the_simulation():
+    scene = dyntape.Scene(PENDULUM, set={"simulation.duration": 0.2})
+    motion = scene.simulate()
+    x = scene.rollout(np.concatenate([scene.q, scene.v]))
+    assert x.shape == (200, 2)
+    stride = round(motion.t[1] / scene.step)
+    assert np.array_equal(x[stride - 1 :: stride], np.concatenate([motion.q, motion.v], axis=1)[1:])
+
+
+def test_worlds_do_not_depend_on_each_other(random):
+    scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_dropped.info")
+    x0 = np.tile(np.concatenate([scene.q, scene.v]), (37, 1))
+    x0[:, 2] += random.uniform(0, 0.1, size=37)
+    u = random.normal(size=(37, 40, scene.nu))
+    x = scene.rollout(x0, u)
+    assert x.shape == (37, 40, scene.nx) and np.isfinite(x).all()
+    for k in (0, 15, 16, 36):
+        assert np.array_equal(scene.rollout(x0[k], u[k]), x[k])
+    spoilt = x0.copy()
+    spoilt[7, 0] = np.nan
+    spoilt[20, -1] = 1e300
+    y = scene.rollout(spoilt, u)
+    assert np.isnan(y[7]).all() and not np.isfinite(y[20, -1]).all()
+    others = np.delete(np.arange(37), [7, 20])
+    assert np.array_equal(y[others], x[others])
+    assert np.array_equal(scene.rollout(x0, u[0]), np.stack([scene.rollout(one, u[0]) for one in x0]))
+
+
+def test_jacobians_of_a_rollout():
+    scene = dyntape.Scene(PENDULUM)
+    x0, u = np.array([[0.4, 0.1], [1.0, -0.5]]), np.full((2, 30, 1), 0.2)
+    x, A, B = scene.rollout_jacobians(x0, u)
+    assert np.array_equal(x, scene.rollout(x0, u))
+    total = np.eye(2)
+    for k in range(30):
+        total = A[0, k] @ total
+    h = 1e-6
+    by_differences = np.stack(
+        [(scene.rollout(x0 + h * e, u) - scene.rollout(x0 - h * e, u))[0, -1] / (2 * h) for e in np.eye(2)], axis=1
+    )
+    np.testing.assert_allclose(total, by_differences, atol=1e-8)
+    more = u.copy()
+    more[:, -1] += h
+    np.testing.assert_allclose((scene.rollout(x0, more) - x)[0, -1] / h, B[0, -1, :, 0], atol=1e-6)
+
+
+def test_rollouts_say_what_they_expect():
+    scene = dyntape.Scene(PENDULUM)
+    with pytest.raises(dyntape.ArgumentError, match=r"expected x0 of shape \(worlds, 2\) or \(2,\), got \(3,\)"):
+        scene.rollout(np.zeros(3))
+    with pytest.raises(dyntape.ArgumentError, match=r"expected u of shape \(worlds, steps, 1\)"):
+        scene.rollout(np.zeros(2), np.zeros((4, 3)))
+    with pytest.raises(dyntape.ArgumentError, match="x0 is of 3 worlds, and u of 2"):
+        scene.rollout(np.zeros((3, 2)), np.zeros((2, 5, 1)))
+    rigid = dyntape.Scene(CONFIG / "scenes" / "rigid_bounce.info")
+    with pytest.raises(dyntape.ArgumentError, match="rigid contacts"):
+        rigid.rollout(np.zeros(3))
+    assert scene.rollout(np.zeros((0, 2)), np.zeros((5, 1))).shape == (0, 5, 2)
+    assert scene.rollout(np.zeros((3, 2)), np.zeros((3, 0, 1))).shape == (3, 0, 2)
+
+
+def test_a_task_is_solved(tmp_path):
+    task = dyntape.Task(CONFIG / "tasks" / "block_move.info")
+    solution = task.solve()
+    assert solution.success and solution.verdict
+    assert solution.q.shape == (len(solution.t), 1) and solution.tau.shape[0] == len(solution.t)
+    solution.write(tmp_path)
+    assert (tmp_path / "trajectory.csv").exists() and (tmp_path / "motion.html").read_text() == solution.page()
+    coarse = dyntape.solve(CONFIG / "tasks" / "block_move.info", set={"horizon.intervals": 4, "verify.max_refinements": 0})
+    assert len(coarse.t) < len(solution.t) or coarse.cost != solution.cost
+    with pytest.raises(dyntape.FileError, match="horizon.intervals"):
+        dyntape.solve(CONFIG / "tasks" / "block_move.info", set={"horizon.intervals": -3})
+
+
+def test_a_problem_of_ones_own():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    p.add_squares("effort", lambda s: s.u)
+    p.start, p.goal = [0, 0], [1, 0]
+    s = p.solve(10)
+    assert s.success and abs(s.cost - 12) < 1e-9
+    np.testing.assert_allclose(s.u[:, 0], 6 - 12 * s.t, atol=1e-7)
+    p.add_inequality("slow", lambda s: s.x[1], upper=1.2)
+    s = p.solve(20)
+    assert s.success and s.x[:, 1].max() < 1.2 + 1e-6 and s.cost > 12.1
+
+
+def test_terms_of_python_on_a_robot():
+    """A cost of one's own on a robot, with the dynamics in it and exact derivatives of both orders."""
+    arm = dyntape.load(CONFIG / "robots" / "ur5.urdf", continuous="angle")
+    p = arm.problem(1.5, form="inverse")
+    p.start_at(np.zeros(6))
+    p.end_at([0.6, -0.4, 0.5, 0.1, 0.2, 0.0])
+    p.add_accelerations(1e-2)
+    p.add_cost("torques", lambda s: (arm.rnea(s.q, s.v, s.a) ** 2).sum() * 1e-3)
+    p.add_cost("end speed", lambda s: s.v @ s.v, where="end")
+    p.add_equality("via", lambda s: s.q[0] - 0.35, where=0.5)
+    s = p.solve(24)
+    assert s.converged, s.verdict
+    middle = np.argmin(abs(s.t - 0.75))
+    assert abs(s.q[middle, 0] - 0.35) < 1e-7
+    assert "torques" in repr(p) and "<canvas" in s.page()
+
+
+def test_a_pose_behind_an_obstacle():
+    arm = dyntape.load(CONFIG / "robots" / "ur5.urdf", continuous="angle")
+    p = arm.problem(2, form="inverse")
+    p.add_accelerations()
+    p.add_equality("place", p.frame_error("tool0", [0.4, 0.4, 0.3]), where="end")
+    p.keep_clear(("hand", "tool0", [0, 0, 0], 0.08), ("post", [0.6, 0.1, 0], [0.6, 0.1, 0.8], 0.05))
+    p.limit_positions()
+    p.limit_efforts()
+    p.start_at([-0.8, -1.2, 1.4, -0.6, 0.9, 0.2])
+    p.end_at()
+    p.guess_towards(p.inverse_kinematics("tool0", [0.4, 0.4, 0.3]))
+    s = p.solve()
+    assert s.success, s.verdict
+    np.testing.assert_allclose(arm.frame_placement(s.q[-1], frame="tool0").p, [0.4, 0.4, 0.3], atol=1e-6)
+    hand = arm.frame_placement(s.q, frame="tool0").p
+    assert (np.hypot(hand[:, 0] - 0.6, hand[:, 1] - 0.1) > 0.13 - 1e-6).all()
+
+
+def test_a_term_that_branches_is_refused():
+    p = dyntape.Problem("block", ["p", "v"], ["u"], 1.0, lambda s: [s.x[1], s.u[0]])
+    with pytest.raises(dyntape.RecordingError, match="test_motions.py"):
+        p.add_cost("kink", lambda s: s.u[0] if s.u[0] > 0 else -s.u[0])
+    p.add_cost("smooth", lambda s: dyntape.where(s.u[0] > 0, s.u[0], -s.u[0]))
+    with pytest.raises(dyntape.ArgumentError, match="where: expected"):
+        p.add_cost("late", lambda s: s.u[0], where="later")
+    with pytest.raises(dyntape.ArgumentError, match="it is of a robot's problem"):
+        p.limit_positions()
+    with pytest.raises(dyntape.ArgumentError, match=r"start: expected an array of shape \(2,\), got \(3,\)"):
+        p.start = [0, 0, 0]
+
+
+def test_ctrl_c_ends_a_simulation():
+    scene = dyntape.Scene(CONFIG / "scenes" / "quadruped_dropped.info", set={"simulation.duration": 3000})
+    threading.Timer(0.5, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        scene.simulate()
+    assert time.monotonic() - begin < 20
