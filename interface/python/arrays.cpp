@@ -48,6 +48,14 @@ std::string text_of(nb::handle given, const std::string& what) {
   throw nb::type_error(sentence.c_str());
 }
 
+std::string in_notebook(const std::string& page) {
+  return nb::cast<std::string>(nb::module_::import_("dyntape._pictures").attr("frame")(page));
+}
+
+nb::object pictures_of(nb::handle result) {
+  return nb::module_::import_("dyntape._pictures").attr("pictures_of")(result);
+}
+
 void import_numpy() {
   if (_import_array() < 0) nb::raise_python_error();
 }

@@ -34,6 +34,10 @@ const char* kept(std::string text);
 // A str; TypeError, naming `what`, for anything else.
 std::string text_of(nb::handle given, const std::string& what);
 
+// What notebooks show (dyntape/_pictures.py): a page as a part of theirs, and the pictures that writing a result makes.
+std::string in_notebook(const std::string& page);
+nb::object pictures_of(nb::handle result);
+
 // Must run once, before anything else here.
 void import_numpy();
 

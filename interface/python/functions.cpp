@@ -326,7 +326,7 @@ std::shared_ptr<Kernels> RecordedFunction::compiled() const {
 
 std::shared_ptr<const Callee> RecordedFunction::callee() const {
   const std::scoped_lock lock(mutex_);
-  if (!callee_) callee_ = recorded_callee(n_p() > 0 ? all_as_variables(function) : function);
+  if (!callee_) callee_ = dissolving_callee(n_p() > 0 ? all_as_variables(function) : function);
   return callee_;
 }
 
@@ -347,6 +347,7 @@ void bind_functions(nb::module_& module) {
         "was\n"
         "recorded is left.");
   bind_derivatives(f);
+  bind_function_state(f);
   f.def_prop_ro(
       "jacobian_pattern", [](const RecordedFunction& g) { return pattern_of(g, Order::kFirst); },
       nb::sig("def jacobian_pattern(self) -> tuple[IntArray, IntArray]"),

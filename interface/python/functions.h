@@ -48,4 +48,6 @@ class RecordedFunction {
   mutable std::shared_ptr<const Callee> callee_;
 };
 
+void bind_function_state(nb::class_<RecordedFunction>& f);  // function_state.cpp
+
 }  // namespace dyntape::python

@@ -19,6 +19,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._pictures import Pictures
+
 Array = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 

@@ -123,6 +123,9 @@ void bind_found(nb::class_<ProblemSolution>& type) {
           "true_defect", [](const S& s) { return s.solution.verification.worst_defect; },
           "Most that an interval differs from its re-simulation.")
       .def("page", page, "The motion in 3D, an HTML page.")
+      .def(
+          "_repr_html_", [](const S& s) { return in_notebook(page(s)); },
+          "The page, within that of a notebook.")
       .def("__repr__", [](const S& s) {
         return "<dyntape.Solution of \"" + s.problem.name + "\": " + verdict(s) + ", cost " +
                io::with_digits(s.solution.cost(), 6) + ", " + std::to_string(s.solution.motion.points()) +

@@ -211,6 +211,13 @@ void bind_simulation(nb::module_& module) {
            "motion.csv, report.json, pictures and motion.html; returns a sentence for each that could not be "
            "written.")
       .def("page", page, "The motion in 3D, an HTML page.")
+      .def(
+          "_repr_html_", [](const S& s) { return in_notebook(page(s)); },
+          "The page, within that of a notebook.")
+      .def(
+          "plot", [](nb::handle self) { return pictures_of(self); }, nb::sig("def plot(self) -> Pictures"),
+          "The pictures that `write` makes, by name, as SVG; a notebook shows them.\n\n"
+          "Raises RuntimeError where gnuplot is not installed.")
       .def("__repr__", [](const S& s) {
         return "<dyntape.Simulation of \"" + s.scene->scene.name +
                "\": " + std::to_string(s.report.motion.samples()) + " samples; " + s.report.verdict() + ">";

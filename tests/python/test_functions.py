@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Recorded functions: values and derivatives of Python code, decisions, dynamics as parts, compilation."""
 
+import copy
+import pickle
 from concurrent.futures import ThreadPoolExecutor
 
 import dyntape
@@ -159,6 +161,31 @@ def test_content_not_names(random):
     one, other = (dyntape.record(lambda x: x[0] * x[1] + 1, 2, name=name) for name in ("one", "other"))
     assert one.content_hash == other.content_hash != dyntape.record(lambda x: x[0] * x[1], 2).content_hash
     assert "Mul" in one.to_text()
+
+
+def test_copies_have_the_same_content(panda, random):
+    f = dyntape.record(rosenbrock, 6, 1)
+    x, p = random.normal(size=(20, 6)), [1.5]
+    for twin in (pickle.loads(pickle.dumps(f)), copy.copy(f), copy.deepcopy(f)):
+        assert twin.content_hash == f.content_hash and twin.name == f.name and twin.shape == f.shape
+        for a, b in ((twin(x, p), f(x, p)), (twin.jacobian(x, p), f.jacobian(x, p)), (twin.hessian(x, p), f.hessian(x, p))):
+            assert np.array_equal(a, b)
+    guarded = pickle.loads(pickle.dumps(dyntape.record(lambda x: x[0] if x[0] > 0 else -x[0], 1)))
+    with pytest.raises(dyntape.GuardViolation, match="test_functions.py"):
+        guarded([-1.0])
+    g = dyntape.record(lambda x: panda.rnea(x[:7], x[7:14], x[14:]), 21)
+    y = random.normal(size=(4, 21))
+    assert np.array_equal(pickle.loads(pickle.dumps(g))(y), g(y))
+    np.testing.assert_allclose(pickle.loads(pickle.dumps(g)).jacobian(y), g.jacobian(y), atol=1e-11)
+
+
+def test_damaged_pickles_are_refused():
+    f = dyntape.record(rosenbrock, 3, 1)
+    state = list(f.__getstate__())
+    for place, damaged in [(0, 99), (3, (2,)), (4, ["Sine"] * len(state[4])), (5, state[5][::-1]), (6, b""), (7, [10**6])]:
+        broken = dyntape.Function.__new__(dyntape.Function)
+        with pytest.raises(dyntape.ArgumentError, match="a pickled function"):
+            broken.__setstate__(tuple([*state[:place], damaged, *state[place + 1 :]]))
 
 
 def test_what_goes_wrong_says_so():

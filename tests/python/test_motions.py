@@ -3,6 +3,7 @@
 
 import json
 import os
+import shutil
 import signal
 import threading
 import time
@@ -24,12 +25,20 @@ def test_a_scene_is_simulated(tmp_path):
     np.testing.assert_allclose(energy, energy[0], rtol=1e-8)
     np.testing.assert_allclose(motion.work["gravity"], motion.kinetic - motion.kinetic[0], atol=1e-8)
     assert words and "simulated" in motion.verdict and "<canvas" in motion.page()
+    assert motion._repr_html_().startswith("<iframe srcdoc=") and "<canvas" not in motion._repr_html_()  # escaped
     unwritten = motion.write(tmp_path / "out")
     written = {file.name for file in (tmp_path / "out").iterdir()}
     assert {"motion.csv", "report.json", "motion.html"} <= written or unwritten
     assert json.loads(motion.json)
     with pytest.raises(dyntape.FileError, match="simulation.durration"):
         dyntape.simulate(PENDULUM, set={"simulation.durration": 1})
+
+
+@pytest.mark.skipif(not shutil.which("gnuplot"), reason="gnuplot draws them")
+def test_pictures(tmp_path):
+    pictures = dyntape.solve(CONFIG / "tasks" / "block_move.info").plot()
+    assert {"trajectory", "motion"} <= set(pictures) and all("<svg" in picture for picture in pictures.values())
+    assert all(path.read_text() in pictures._repr_html_() for path in pictures.save(tmp_path))
 
 
 def test_a_rollout_is_the_simulation():

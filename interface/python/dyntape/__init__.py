@@ -13,6 +13,7 @@ array([3., 0.])
 import pathlib as _pathlib
 
 from ._arrays import RecordedArray, where
+from ._pictures import Pictures
 from ._dyntape import (
     AD,
     ArgumentError,
@@ -51,6 +52,7 @@ __all__ = [
     "Function",
     "GuardViolation",
     "NumericalError",
+    "Pictures",
     "Problem",
     "RecordedArray",
     "RecordingError",
