@@ -48,13 +48,24 @@ std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duratio
   return p;
 }
 
+void add_parameters(P& p, nb::handle given) {
+  if (given.is_none()) return;
+  const nb::dict values = nb::cast<nb::dict>(given);
+  for (const auto& [name, value] : values)
+    p.problem.parameters.add(text_of(name, "parameters"), parameter_value(value, nb::none()));
+}
+
 P own_problem(const std::string& name, const std::vector<std::string>& states,
-              const std::vector<std::string>& controls, double duration, nb::callable rate) {
+              const std::vector<std::string>& controls, double duration, nb::callable rate,
+              nb::handle parameters) {
   P p;
   // The sizes first: the rate is recorded with them.
   p.problem = Problem(name, states, controls, duration, StageFunction([](const auto& s) { return s.x; }));
+  add_parameters(p, parameters);
+  const Parameters all = p.problem.parameters;
   const StageFunction recorded = record_stage_function(p, name + ": rate", rate);
   p.problem = Problem(name, states, controls, duration, recorded);
+  p.problem.parameters = all;
   return p;
 }
 
@@ -160,6 +171,27 @@ void bind_parts(nb::class_<P>& problem) {
                   "-> None"),
           "Bounds at every point; a number is for all.")
       .def(
+          "add_parameter",
+          [](P& p, const std::string& name, nb::handle value, nb::handle times) {
+            p.problem.parameters.add(name, parameter_value(value, times));
+          },
+          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+          nb::sig(
+              "def add_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
+          "What terms that are added later read as s[name] and what changes without another recording: a "
+          "number or (n,).\n"
+          "With times (m,), s, a function of time: value (m,) or (m, n), straight lines between, constant "
+          "outside.")
+      .def(
+          "set_parameter",
+          [](P& p, const std::string& name, nb::handle value, nb::handle times) {
+            p.problem.parameters.set(name, parameter_value(value, times));
+          },
+          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+          nb::sig(
+              "def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
+          "Another value for a parameter.")
+      .def(
           "free_duration", [](P& p, double s, double l) { p.problem.free_duration(s, l); },
           nb::arg("shortest"), nb::arg("longest"),
           "Leaves the duration to the solver, between these bounds, s.")
@@ -188,15 +220,19 @@ void bind_problems(nb::module_& module) {
   problem.def(
       "__init__",
       [](P* self, const std::string& name, const std::vector<std::string>& states,
-         const std::vector<std::string>& controls, double duration,
-         nb::callable rate) { new (self) P(own_problem(name, states, controls, duration, rate)); },
+         const std::vector<std::string>& controls, double duration, nb::callable rate,
+         nb::handle parameters) {
+        new (self) P(own_problem(name, states, controls, duration, rate, parameters));
+      },
       nb::arg("name"), nb::arg("states"), nb::arg("controls"), nb::arg("duration"), nb::arg("rate"),
+      nb::kw_only(), nb::arg("parameters") = nb::none(),
       nb::sig(
           "def __init__(self, name: str, states: Sequence[str], controls: Sequence[str], duration: float, "
-          "rate: Callable[[Stage], Any]) -> None"));
+          "rate: Callable[[Stage], Any], *, parameters: Mapping[str, ArrayLike] | None = None) -> None"));
   bind_parts(problem);
   bind_terms(problem);
   bind_problem_solve(module, problem);
+  bind_control(module, problem);
   nb::object robot = module.attr("Robot");
   robot.attr("problem") = nb::cpp_function(
       problem_of, nb::name("problem"), nb::is_method(), nb::scope(robot), nb::arg("duration"), nb::kw_only(),

@@ -22,6 +22,7 @@ struct StageSizes {
 struct PythonStage {
   nb::object t, x, a, u, p;
   StageSizes sizes;
+  Parameters parameters;  // where each stands in p
 };
 
 // A stage function that C++ made, or that was recorded of a Python function.
@@ -45,9 +46,13 @@ StageFunction record_stage_function(const PythonProblem& problem, const std::str
 // What a Python argument stands for: a ready function, or a callable of the stage.
 StageFunction stage_function_of(const PythonProblem& problem, const std::string& name, nb::handle given);
 
+// A number or an array; of a function of time the array has a row for each of the times, straight lines between.
+ParameterValue parameter_value(nb::handle value, nb::handle times);
+
 Eigen::VectorXd vector_of(nb::handle given, const std::string& what, Eigen::Index entries);
 
 void bind_stages(nb::module_& module);                                             // stages.cpp
+void bind_control(nb::module_& module, nb::class_<PythonProblem>& problem);        // control.cpp
 void bind_terms(nb::class_<PythonProblem>& problem);                               // problem_terms.cpp
 void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem);  // problem_solve.cpp
 

@@ -141,29 +141,28 @@ nb::object rollout(const PythonScene& self, nb::handle x0, nb::handle u, std::op
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A step of each world in turn, with Jacobians; NaN from a step that failed on.
-void with_jacobians(SceneSteps& steps, const Plan& plan, double* states, double* by_x, double* by_u) {
+// The steps of one world with their Jacobians; NaN from a step that failed on.
+void roll_world(SceneSteps& steps, const Plan& plan, std::size_t world, double* states, double* by_x,
+                double* by_u) {
   const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
-  in_parts(plan, 1, [&](std::size_t world, std::size_t) {
-    const auto stepper = steps.pool.take([&] { return steps.stepper(); });
-    Eigen::VectorXd x = Eigen::VectorXd::Map(plan.start(world), nx), next(nx);
-    Eigen::MatrixXd A, B, P;
-    bool goes_on = true;
-    for (std::size_t k = 0; k < plan.steps; ++k) {
-      const auto row = static_cast<Eigen::Index>(world * plan.steps + k);
-      goes_on = goes_on && stepper->jacobians(plan.times[Eigen::Index(k)], steps.scene.step, x.data(),
-                                              plan.command(world, k, static_cast<std::size_t>(n_u)), nullptr,
-                                              next.data(), A, B, P);
-      if (!goes_on) {
-        const double none = std::numeric_limits<double>::quiet_NaN();
-        next.setConstant(none), A.setConstant(nt, nt, none), B.setConstant(nt, n_u, none);
-      }
-      Eigen::VectorXd::Map(states + row * nx, nx) = next;
-      RowMajor::Map(by_x + row * nt * nt, nt, nt) = A;
-      RowMajor::Map(by_u + row * nt * n_u, nt, n_u) = B;
-      x = next;
+  const auto stepper = steps.pool.take([&] { return steps.stepper(); });
+  Eigen::VectorXd x = Eigen::VectorXd::Map(plan.start(world), nx), next(nx);
+  Eigen::MatrixXd A, B, P;
+  bool goes_on = true;
+  for (std::size_t k = 0; k < plan.steps; ++k) {
+    const auto row = static_cast<Eigen::Index>(k);
+    goes_on = goes_on && stepper->jacobians(plan.times[row], steps.scene.step, x.data(),
+                                            plan.command(world, k, static_cast<std::size_t>(n_u)), nullptr,
+                                            next.data(), A, B, P);
+    if (!goes_on) {
+      const double none = std::numeric_limits<double>::quiet_NaN();
+      next.setConstant(none), A.setConstant(nt, nt, none), B.setConstant(nt, n_u, none);
     }
-  });
+    Eigen::VectorXd::Map(states + row * nx, nx) = next;
+    RowMajor::Map(by_x + row * nt * nt, nt, nt) = A;
+    RowMajor::Map(by_u + row * nt * n_u, nt, n_u) = B;
+    x = next;
+  }
 }
 
 nb::tuple rollout_jacobians(const PythonScene& self, nb::handle x0, nb::handle u,
@@ -175,8 +174,48 @@ nb::tuple rollout_jacobians(const PythonScene& self, nb::handle x0, nb::handle u
   nb::object x = new_array(shape_of(plan, {steps.first.nx()}), states);
   nb::object A = new_array(shape_of(plan, {nt, nt}), by_x);
   nb::object B = new_array(shape_of(plan, {nt, steps.first.n_u()}), by_u);
-  with_jacobians(steps, plan, states, by_x, by_u);
+  in_parts(plan, 1, [&](std::size_t world, std::size_t) {
+    const auto row = static_cast<std::ptrdiff_t>(world * plan.steps);
+    roll_world(steps, plan, world, states + row * steps.first.nx(), by_x + row * nt * nt,
+               by_u + row * nt * steps.first.n_u());
+  });
   return nb::make_tuple(x, A, B);
+}
+
+// One world: lambda_k = w_k + A_{k+1}^T lambda_{k+1}, slopes by u are B_k^T lambda_k, by x0 A_0^T lambda_0.
+void sweep_back(const RowMajor& A, const RowMajor& B, const RowMajor& weights, Eigen::VectorXd& by_x0,
+                RowMajor& by_u) {
+  const Eigen::Index steps = weights.rows(), nt = weights.cols();
+  Eigen::VectorXd lambda = Eigen::VectorXd::Zero(nt);
+  for (Eigen::Index k = steps; k-- > 0;) {
+    lambda += weights.row(k).transpose();
+    by_u.row(k) = (B.middleRows(k * nt, nt).transpose() * lambda).transpose();
+    lambda = (A.middleRows(k * nt, nt).transpose() * lambda).eval();
+  }
+  by_x0 = lambda;
+}
+
+nb::tuple rollout_gradient(const PythonScene& self, nb::handle x0, nb::handle u, nb::handle weights) {
+  SceneSteps& steps = self.steps(true);
+  const Plan plan = plan_of(steps, x0, u, std::nullopt);
+  const int nx = steps.first.nx(), nt = steps.first.nt(), n_u = steps.first.n_u();
+  const Numbers w = numbers(weights, "rollout_gradient: weights", shape_of(plan, {nt}));
+  double *states = nullptr, *by_x0 = nullptr, *by_u = nullptr;
+  nb::object x = new_array(shape_of(plan, {nx}), states);
+  Shape of_start = shape_of(plan, {nt});
+  of_start.erase(of_start.end() - 2);
+  nb::object start = new_array(of_start, by_x0), commands = new_array(shape_of(plan, {n_u}), by_u);
+  const auto n = static_cast<Eigen::Index>(plan.steps);
+  in_parts(plan, 1, [&](std::size_t world, std::size_t) {
+    const auto row = static_cast<Eigen::Index>(world) * n;
+    RowMajor A(n * nt, nt), B(n * nt, n_u), slopes(n, n_u);
+    roll_world(steps, plan, world, states + row * nx, A.data(), B.data());
+    Eigen::VectorXd of_x0;
+    sweep_back(A, B, RowMajor::Map(w.data + row * nt, n, nt), of_x0, slopes);
+    Eigen::VectorXd::Map(by_x0 + static_cast<Eigen::Index>(world) * nt, nt) = of_x0;
+    RowMajor::Map(by_u + row * n_u, n, n_u) = slopes;
+  });
+  return nb::make_tuple(x, start, commands);
 }
 
 // Several states in registers, of explicit schemes.
@@ -248,6 +287,14 @@ void bind_rollouts(nb::class_<PythonScene>& scene) {
             "B = dx'/du (worlds, steps, nt, nu); increments of q in the moving frame on both sides, nt = 2 "
             "nv + lagged\n"
             "motors.");
+  scene.def(
+      "rollout_gradient", rollout_gradient, nb::arg("x0"), nb::arg("u"), nb::arg("weights"),
+      nb::sig("def rollout_gradient(self, x0: ArrayLike, u: ArrayLike, weights: ArrayLike) -> tuple[Array, "
+              "Array, Array]"),
+      "The states, and the slopes of sum weights . x by x0 and u in one sweep back: x (worlds, steps, nx),\n"
+      "(worlds, nt), (worlds, steps, nu).  weights: (worlds, steps, nt), slopes of a cost by the states, "
+      "along the tangent\n"
+      "where q has more entries than v.");
 }
 
 }  // namespace dyntape::python

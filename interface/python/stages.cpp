@@ -30,7 +30,7 @@ typename Stage<T>::Vector joined(const Stage<T>& stage, const StageSizes& sizes)
   return all;
 }
 
-PythonStage stage_of(const VectorXad& all, const StageSizes& sizes) {
+PythonStage stage_of(const VectorXad& all, const StageSizes& sizes, const Parameters& parameters) {
   const AD* from = all.data();
   const auto part = [&](Eigen::Index entries) {
     nb::object array = recorded_array(from, {entries});
@@ -39,17 +39,19 @@ PythonStage stage_of(const VectorXad& all, const StageSizes& sizes) {
   };
   PythonStage stage;
   stage.sizes = sizes;
+  stage.parameters = parameters;
   stage.t = nb::cast(*from++);
   stage.x = part(sizes.x), stage.a = part(sizes.a), stage.u = part(sizes.u), stage.p = part(sizes.p);
   return stage;
 }
 
-Function record_python(const std::string& name, const StageSizes& sizes, const nb::callable& f) {
+Function record_python(const std::string& name, const PythonProblem& problem, const nb::callable& f) {
+  const StageSizes sizes = problem.sizes();
   const auto n = static_cast<std::size_t>(1 + sizes.x + sizes.a + sizes.u + sizes.p);
   RecordOptions options;
   options.branches = RecordOptions::Branches::kError;  // a solve goes through both sides
   Recorder recorder(name, n, 0, options, nullptr, 0);
-  const nb::object y = f(nb::cast(stage_of(recorder.x(), sizes)));
+  const nb::object y = f(nb::cast(stage_of(recorder.x(), sizes, problem.problem.parameters)));
   return recorder.end(recorded_vector(y, name));
 }
 
@@ -65,7 +67,7 @@ void check_is_robot(const PythonStage& stage) {
 
 StageFunction record_stage_function(const PythonProblem& problem, const std::string& name, nb::callable f) {
   const StageSizes sizes = problem.sizes();
-  const Function recorded = record_python(name, sizes, f);
+  const Function recorded = record_python(name, problem, f);
   const std::shared_ptr<const Callee> callee = dissolving_callee(recorded);
   CodegenOptions options;
   options.order = Order::kValue;
@@ -107,7 +109,14 @@ void bind_stages(nb::module_& module) {
           [](const PythonStage& s) {
             return check_is_robot(s), slice(s.x, s.sizes.nq, s.sizes.nq + s.sizes.nv);
           },
-          "(nv,) of a robot's problem.");
+          "(nv,) of a robot's problem.")
+      .def(
+          "__getitem__",
+          [](const PythonStage& s, const std::string& name) {
+            const Parameter parameter = s.parameters.find(name);
+            return slice(s.p, parameter.first(), parameter.first() + parameter.size());
+          },
+          nb::arg("name"), "The entries of the parameter of this name.");
   nb::class_<PythonStageFunction>(module, "StageFunction",
                                   "A function of the stage that is ready to be made a term.")
       .def_ro("name", &PythonStageFunction::name, "What it is.")

@@ -182,3 +182,87 @@ def test_ctrl_c_ends_a_simulation():
     with pytest.raises(KeyboardInterrupt):
         scene.simulate()
     assert time.monotonic() - begin < 20
+
+
+def test_a_gradient_of_a_rollout(random):
+    scene = dyntape.Scene(PENDULUM)
+    x0, u = np.array([[0.4, 0.1], [1.0, -0.5], [2.0, 0.3]]), random.normal(size=(3, 25, 1))
+    w = random.normal(size=(3, 25, 2))
+    x, by_x0, by_u = scene.rollout_gradient(x0, u, w)
+    assert np.array_equal(x, scene.rollout(x0, u)) and by_x0.shape == (3, 2) and by_u.shape == u.shape
+    cost = lambda x0, u: (w * scene.rollout(x0, u)).sum(axis=(1, 2))
+    h = 1e-6
+    for k in range(2):
+        step = h * np.eye(2)[k]
+        np.testing.assert_allclose((cost(x0 + step, u) - cost(x0 - step, u)) / (2 * h), by_x0[:, k], atol=1e-7)
+    for k in (0, 12, 24):
+        step = np.zeros_like(u)
+        step[:, k] = h
+        np.testing.assert_allclose((cost(x0, u + step) - cost(x0, u - step)) / (2 * h), by_u[:, k, 0], atol=1e-7)
+    alone = scene.rollout_gradient(x0[1], u[1], w[1])
+    assert np.array_equal(alone[1], by_x0[1]) and np.array_equal(alone[2], by_u[1])
+    with pytest.raises(dyntape.ArgumentError, match=r"weights: expected an array of shape \(3, 25, 2\)"):
+        scene.rollout_gradient(x0, u, w[:2])
+
+
+def lifting():
+    """An arm of one joint with a load at its end, 0.4 m from the joint, that follows a reference."""
+
+    def rate(s):
+        m = s["load"][0]
+        return [s.x[1], (s.u[0] - m * 9.81 * 0.4 * np.cos(s.x[0])) / (m * 0.4 * 0.4)]
+
+    p = dyntape.Problem("lift", ["angle", "rate"], ["torque"], 1.0, rate, parameters={"load": 1.0})
+    t = np.linspace(0, 20, 400)
+    p.add_parameter("reference", 0.5 * np.sin(t), times=t)
+    p.add_squares("near", lambda s: 10 * (s.x[:1] - s["reference"]))
+    p.add_squares("calm", lambda s: 0.02 * s.u)
+    p.start = [0, 0]
+    p.bound_controls(-15, 15)
+    return p
+
+
+def test_a_controller():
+    """The plan is followed; a heavier load is answered once the controller is told."""
+    mpc = dyntape.Mpc(lifting(), iterations=1)
+    x, t, h, off = np.zeros(2), 0.0, 0.05, []
+    mpc.set_parameter("load", 1.5)
+    for k in range(120):
+        step = mpc.step(t, x)
+        assert step.usable, step
+        for i in range(50):  # the plant: a load of 1.5 kg
+            torque = step.control(t + i * h / 50)[0]
+            x = x + h / 50 * np.array([x[1], (torque - 1.5 * 9.81 * 0.4 * np.cos(x[0])) / (1.5 * 0.16)])
+        t += h
+        off.append(abs(x[0] - 0.5 * np.sin(t)))
+    assert max(off[60:]) < 0.02
+    with pytest.raises(dyntape.ArgumentError, match="load"):
+        mpc.set_parameter("laod", 1.0)
+    with pytest.raises(dyntape.ArgumentError, match=r"step: x: expected an array of shape \(2,\)"):
+        mpc.step(t, [0.0])
+
+
+def test_a_policy():
+    def rate(s):
+        return [s.x[1], (s.u[0] - 0.05 * s.x[1] - 9.81 * 0.5 * np.sin(s.x[0])) / 0.25]
+
+    p = dyntape.Problem("pendulum", ["angle", "rate"], ["torque"], 3.0, rate)
+    p.add_squares("effort", lambda s: s.u)
+    p.add_squares("upright", lambda s: [20 * (s.x[0] - np.pi), 20 * s.x[1]], where="end")
+    p.start, p.goal = [0, 0], [np.nan, np.nan]
+    s = p.solve_ddp(100)
+    assert s.success and s.x.shape == (101, 2) and s.u.shape == (100, 1) and s.K.shape == (100, 1, 2)
+    assert abs(s.x[-1, 0] - np.pi) < 0.1 and s.integration_error < 1e-3
+    with pytest.raises(dyntape.ArgumentError, match="no parameter"):
+        p.add_cost("unknown", lambda s: s["mass"][0])
+
+
+def test_masses_are_identified(random):
+    arm = dyntape.load(CONFIG / "robots" / "double_pendulum.urdf")
+    q, v, a = arm.random(400, seed=2), random.normal(size=(400, 2)), random.normal(size=(400, 2))
+    tau = arm.rnea(q, v, a) + random.normal(scale=0.02, size=(400, 2))
+    found = arm.identify(q, v, a, tau)
+    assert len(found.names) == len(found.values) and (abs(found.values - found.nominal) < 5 * found.deviations).all()
+    np.testing.assert_allclose(found.noise, 0.02, rtol=0.2)
+    with pytest.raises(dyntape.ArgumentError, match=r"tau: expected an array of shape \(400, 2\)"):
+        arm.identify(q, v, a, tau[1:])

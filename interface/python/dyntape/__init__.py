@@ -13,15 +13,18 @@ array([3., 0.])
 import pathlib as _pathlib
 
 from ._arrays import RecordedArray, where
-from ._pictures import Pictures
 from ._dyntape import (
     AD,
     ArgumentError,
     Condition,
+    DdpSolution,
     Error,
     FileError,
     Function,
     GuardViolation,
+    Identification,
+    Mpc,
+    MpcStep,
     NumericalError,
     Problem,
     RecordingError,
@@ -42,15 +45,20 @@ from ._dyntape import (
     simulate,
     solve,
 )
+from ._pictures import Pictures
 
 __all__ = [
     "AD",
     "ArgumentError",
     "Condition",
+    "DdpSolution",
     "Error",
     "FileError",
     "Function",
     "GuardViolation",
+    "Identification",
+    "Mpc",
+    "MpcStep",
     "NumericalError",
     "Pictures",
     "Problem",
