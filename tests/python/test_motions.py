@@ -242,6 +242,13 @@ def test_a_controller():
         mpc.step(t, [0.0])
 
 
+def test_a_task_as_a_controller(tmp_path):
+    loop = dyntape.control(CONFIG / "control" / "arm_holds.info", set={"mpc.duration": 1.3, "mpc.max_late": 1})
+    assert loop.success and loop.x.shape[0] == len(loop.t) and (loop.step_seconds > 0).all()
+    loop.write(tmp_path)
+    assert (tmp_path / "closed_loop.csv").exists()
+
+
 def test_a_policy():
     def rate(s):
         return [s.x[1], (s.u[0] - 0.05 * s.x[1] - 9.81 * 0.5 * np.sin(s.x[0])) / 0.25]

@@ -15,6 +15,7 @@ import pathlib as _pathlib
 from ._arrays import RecordedArray, where
 from ._dyntape import (
     AD,
+    ClosedLoop,
     ArgumentError,
     Condition,
     DdpSolution,
@@ -38,6 +39,7 @@ from ._dyntape import (
     TaskSolution,
     ToolError,
     __version__,
+    control,
     load,
     maximum,
     minimum,
@@ -50,6 +52,7 @@ from ._pictures import Pictures
 __all__ = [
     "AD",
     "ArgumentError",
+    "ClosedLoop",
     "Condition",
     "DdpSolution",
     "Error",
@@ -75,6 +78,7 @@ __all__ = [
     "ToolError",
     "__version__",
     "config_folder",
+    "control",
     "load",
     "maximum",
     "minimum",
