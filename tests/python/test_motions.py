@@ -243,7 +243,7 @@ def test_a_controller():
 
 
 def test_a_task_as_a_controller(tmp_path):
-    loop = dyntape.control(CONFIG / "control" / "arm_holds.info", set={"mpc.duration": 1.3, "mpc.max_late": 1})
+    loop = dyntape.control(CONFIG / "control" / "arm_holds.info", set={"mpc.duration": 2.1, "mpc.max_late": 1})
     assert loop.success and loop.x.shape[0] == len(loop.t) and (loop.step_seconds > 0).all()
     loop.write(tmp_path)
     assert (tmp_path / "closed_loop.csv").exists()
