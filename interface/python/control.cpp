@@ -87,7 +87,7 @@ void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem) {
       nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("progress") = nb::none(),
       nb::sig(
           "def solve_ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
-          "max_iterations: int = 500, progress: Callable[[str], object] | None = None) -> DdpSolution"),
+          "max_iterations: int = 500, progress: Progress = None) -> DdpSolution"),
       "Solves by differential dynamic programming: costs and limits of controls, from a given start.\n\n"
       "Controls are held over each interval, one step of the classical Runge-Kutta scheme.\n"
       "Raises ArgumentError for what the method does not know, as goals and path constraints.");

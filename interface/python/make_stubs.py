@@ -24,6 +24,8 @@ from ._pictures import Pictures
 Array = NDArray[np.float64]
 IntArray = NDArray[np.intp]
 
+Progress = Callable[[str], object] | bool | None
+
 __version__: str
 '''
 

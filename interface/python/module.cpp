@@ -16,6 +16,7 @@ NB_MODULE(_dyntape, module) {
   bind_tasks(module);
   bind_problems(module);
   bind_task_control(module);
+  bind_sweeps(module);
   bind_identification(module);
   bind_commands(module);
   module.attr("__version__") = DYNTAPE_VERSION;

@@ -17,6 +17,7 @@ void bind_scenes(nb::module_& module);           // scenes.cpp
 void bind_tasks(nb::module_& module);            // tasks.cpp
 void bind_problems(nb::module_& module);         // problems.cpp
 void bind_task_control(nb::module_& module);     // task_control.cpp
+void bind_sweeps(nb::module_& module);           // sweeps.cpp
 void bind_identification(nb::module_& module);   // identification.cpp
 void bind_commands(nb::module_& module);         // commands.cpp
 

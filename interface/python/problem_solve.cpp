@@ -16,7 +16,7 @@ namespace dyntape::python {
 namespace {
 
 struct ProblemSolution {
-  std::shared_ptr<const Robot> robot;
+  std::shared_ptr<const PythonProblem> of;
   Problem problem;
   Solution solution;
   int nq = 0, nv = 0;
@@ -41,10 +41,10 @@ std::string words_of(const IterationRecord& now) {
          ", violation " + io::with_digits(now.primal_infeasibility, 2);
 }
 
-std::shared_ptr<ProblemSolution> solve(const PythonProblem& p, int intervals, const std::string& scheme,
-                                       const std::string& hessian, const std::string& method,
-                                       double tolerance, int max_iterations, bool compile,
-                                       nb::handle progress) {
+std::shared_ptr<ProblemSolution> solve(std::shared_ptr<PythonProblem> p, int intervals,
+                                       const std::string& scheme, const std::string& hessian,
+                                       const std::string& method, double tolerance, int max_iterations,
+                                       bool compile, nb::handle progress) {
   OptimiseOptions options;
   options.mesh.scheme = scheme_by_name(scheme);
   options.mesh.intervals = intervals;
@@ -53,16 +53,16 @@ std::shared_ptr<ProblemSolution> solve(const PythonProblem& p, int intervals, co
   options.solver.method = method_from(method);
   options.solver.tolerance = tolerance;
   options.solver.max_iterations = max_iterations;
-  Problem problem = p.problem;
+  Problem problem = p->problem;
   Solution solution = watched(progress, [&](const Watch& watch) {
     options.solver.stop = options.mesh.evaluation.stop = watch.stop;
     if (watch.tell) options.solver.watch = [&](const IterationRecord& now) { watch.tell(words_of(now)); };
     return optimise(problem, options);
   });
-  const StageSizes sizes = p.sizes();
-  return std::shared_ptr<ProblemSolution>(new ProblemSolution{p.robot, std::move(problem),
-                                                              std::move(solution), static_cast<int>(sizes.nq),
-                                                              static_cast<int>(sizes.nv)});
+  const StageSizes sizes = p->sizes();
+  return std::shared_ptr<ProblemSolution>(
+      new ProblemSolution{std::make_shared<PythonProblem>(*p), std::move(problem), std::move(solution),
+                          static_cast<int>(sizes.nq), static_cast<int>(sizes.nv)});
 }
 
 nb::object transposed(const Eigen::MatrixXd& columns) {
@@ -70,17 +70,17 @@ nb::object transposed(const Eigen::MatrixXd& columns) {
 }
 
 nb::object rows_of_state(const ProblemSolution& s, int first, int count, const char* what) {
-  if (!s.robot) throw ArgumentError(std::string(what) + ": it is of a robot's problem; expected x");
+  if (!s.of->is_robot) throw ArgumentError(std::string(what) + ": it is of a robot's problem; expected x");
   return transposed(s.solution.motion.x.middleRows(first, count));
 }
 
 std::string page(const ProblemSolution& s) {
-  if (!s.robot) throw ArgumentError("page: it is of a robot's problem; there is nothing to draw");
+  if (!s.of->is_robot) throw ArgumentError("page: it is of a robot's problem; there is nothing to draw");
   const nb::gil_scoped_release unlocked;
   PlayerInput input;
   input.title = s.problem.name;
-  input.model = s.robot->model();
-  input.visuals = dynamics::read_visuals_text(s.robot->source.text, s.robot->source.file, s.robot->model());
+  input.model = s.of->scene.model;
+  input.visuals = s.of->visuals();
   input.t = s.solution.motion.t;
   input.q = s.solution.motion.x.topRows(s.nq);
   return player_page(input);
@@ -166,7 +166,7 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
           "def solve(self, intervals: int = 40, *, scheme: str = 'hermite-simpson', hessian: str = 'exact', "
           "method: str = 'ipopt', tolerance: float = 1e-08, max_iterations: int = 3000, compile: bool = "
           "True, "
-          "progress: Callable[[str], object] | None = None) -> Solution"),
+          "progress: Progress = None) -> Solution"),
       "Solves and verifies.\n\n"
       "intervals: of the mesh.  scheme: euler, trapezoid, hermite-simpson, ...  hessian: \"exact\", "
       "\"gauss_newton\" or\n"

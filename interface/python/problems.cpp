@@ -14,6 +14,7 @@
 #include <dyntape/interface/motion/robot_configuration.h>
 
 #include "module.h"
+#include "scenes.h"
 
 namespace dyntape::python {
 namespace {
@@ -33,18 +34,37 @@ ControlUnit unit_from(const std::string& word) {
   throw ArgumentError("problem: unit: expected \"physical\" or \"fraction\", got \"" + word + "\"");
 }
 
-std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duration, const std::string& form,
-                              const std::string& unit, const std::vector<std::string>& driven) {
-  if (!robot->urdf.mimics.empty())
-    throw ArgumentError("problem: not for robots whose joints follow others; load it without mimic=True");
+std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::string& form,
+                              const std::string& unit) {
   auto p = std::make_shared<P>();
-  p->robot = robot;
-  p->scene.model = robot->model();
-  p->scene.actuated = driven;
+  p->is_robot = true;
+  p->scene = std::move(scene);
   p->options.duration = duration;
   p->options.form = form_from(form);
   p->options.unit = unit_from(unit);
   p->problem = robot_problem(p->scene, p->options);
+  return p;
+}
+
+std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duration, const std::string& form,
+                              const std::string& unit, const std::vector<std::string>& driven) {
+  if (!robot->urdf.mimics.empty())
+    throw ArgumentError("problem: not for robots whose joints follow others; load it without mimic=True");
+  RobotScene scene;
+  scene.model = robot->model();
+  scene.actuated = driven;
+  const auto p = problem_in(std::move(scene), duration, form, unit);
+  p->visuals = [robot] {
+    return dynamics::read_visuals_text(robot->source.text, robot->source.file, robot->model());
+  };
+  return p;
+}
+
+std::shared_ptr<P> problem_of_scene(std::shared_ptr<PythonScene> scene, std::optional<double> duration,
+                                    const std::string& form, const std::string& unit) {
+  const auto p = problem_in(scene->scene.robot, duration.value_or(scene->scene.duration), form, unit);
+  start_at(p->problem, p->scene, scene->scene.q, scene->scene.v);
+  p->visuals = [scene] { return dynamics::read_visuals(scene->scene.urdf, scene->scene.robot.model); };
   return p;
 }
 
@@ -77,7 +97,8 @@ VectorXd velocity_of(const P& p, nb::handle v) {
 }
 
 void check_robot(const P& p, const char* what) {
-  if (!p.robot) throw ArgumentError(std::string(what) + ": it is of a robot's problem; set start and goal");
+  if (!p.is_robot)
+    throw ArgumentError(std::string(what) + ": it is of a robot's problem; set start and goal");
 }
 
 void start_at_state(P& p, nb::handle q, nb::handle v) {
@@ -202,7 +223,7 @@ void bind_parts(nb::class_<P>& problem) {
 
 StageSizes PythonProblem::sizes() const {
   StageSizes sizes{problem.n_x(), problem.n_a(), problem.n_u(), problem.parameters.size(), 0, 0};
-  if (robot) sizes.nq = scene.model.nq, sizes.nv = scene.model.nv;
+  if (is_robot) sizes.nq = scene.model.nq, sizes.nv = scene.model.nv;
   return sizes;
 }
 
@@ -244,6 +265,15 @@ void bind_problems(nb::module_& module) {
       "duration: s.  form: \"forward\" or \"inverse\" dynamics, the latter mostly faster.  unit of u: "
       "\"physical\", N m or\n"
       "N, or \"fraction\" of the effort limit.  driven: joints, by default all.");
+  nb::object scene = module.attr("Scene");
+  scene.attr("problem") = nb::cpp_function(
+      problem_of_scene, nb::name("problem"), nb::is_method(), nb::scope(scene),
+      nb::arg("duration") = nb::none(), nb::kw_only(), nb::arg("form") = "forward",
+      nb::arg("unit") = "physical",
+      nb::sig("def problem(self, duration: float | None = None, *, form: str = 'forward', unit: str = "
+              "'physical') -> Problem"),
+      "An optimal control problem of this scene: its robot, effects and driven joints, from its start.\n\n"
+      "duration: s, by default the scene's; the rest as of Robot.problem.");
 }
 
 }  // namespace dyntape::python

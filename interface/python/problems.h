@@ -3,8 +3,10 @@
 // Optimal control problems as Python makes them: a robot's or one's own, with terms that are Python functions.
 #pragma once
 
+#include <functional>
 #include <memory>
 
+#include <dyntape/dynamics/urdf/visuals.h>
 #include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/motion/robot_problem.h>
 
@@ -32,7 +34,8 @@ struct PythonStageFunction {
 };
 
 struct PythonProblem {
-  std::shared_ptr<const Robot> robot;  // null: a problem of one's own
+  bool is_robot = false;                                // or of one's own
+  std::function<dynamics::UrdfVisuals()> visuals = {};  // of a robot, for pages
   RobotScene scene;
   RobotProblemOptions options;
   Problem problem;

@@ -63,18 +63,41 @@ Eigen::Vector3d gravity_from(const std::vector<double>& gravity) {
   return Eigen::Map<const Eigen::Vector3d>(gravity.data());
 }
 
-std::shared_ptr<Robot> load(const std::filesystem::path& file, const std::string& base,
-                            const std::vector<std::string>& lock, bool mimic,
-                            const std::vector<double>& gravity, const std::string& continuous,
-                            const std::string& root, double snap, bool accept_nonphysical_inertia) {
+// Options of reading, as keywords.
+struct LoadOptions {
+  std::string base;
+  std::vector<std::string> lock;
+  bool mimic;
+  std::vector<double> gravity;
+  std::string continuous, root;
+  double snap;
+  bool accept_nonphysical_inertia;
+};
+
+std::shared_ptr<Robot> robot_of(const std::string& text, const std::string& file, const LoadOptions& o) {
   RobotSourceText source;
-  source.text = read_file(file.string());
-  source.file = file.string();
-  source.gravity = gravity_from(gravity);
-  source.options = {
-      base_from(base), lock, snap, continuous_from(continuous), root, accept_nonphysical_inertia, mimic};
+  source.text = text;
+  source.file = file;
+  source.gravity = gravity_from(o.gravity);
+  source.options = {base_from(o.base),
+                    o.lock,
+                    o.snap,
+                    continuous_from(o.continuous),
+                    o.root,
+                    o.accept_nonphysical_inertia,
+                    o.mimic};
   const nb::gil_scoped_release unlocked;
   return std::make_shared<Robot>(std::move(source));
+}
+
+// The function with its keywords; `first` are those before them.
+template <class F, class... First>
+void define_load(nb::module_& module, const char* name, F f, const char* what, const First&... first) {
+  module.def(name, f, first..., nb::kw_only(), nb::arg("base") = "fixed",
+             nb::arg("lock") = std::vector<std::string>(), nb::arg("mimic") = false,
+             nb::arg("gravity") = std::vector<double>{0, 0, -9.81}, nb::arg("continuous") = "cos-sin",
+             nb::arg("root") = "", nb::arg("snap") = 1e-8, nb::arg("accept_nonphysical_inertia") = false,
+             what);
 }
 
 // --- Pickling: a robot is the text that it was read from --------------------------------------------------
@@ -269,11 +292,16 @@ void bind_robot(nb::module_& module) {
   bind_facts(robot);
   bind_configurations(robot);
   bind_robot_methods(module, robot);
-  module.def(
-      "load", load, nb::arg("file"), nb::kw_only(), nb::arg("base") = "fixed",
-      nb::arg("lock") = std::vector<std::string>(), nb::arg("mimic") = false,
-      nb::arg("gravity") = std::vector<double>{0, 0, -9.81}, nb::arg("continuous") = "cos-sin",
-      nb::arg("root") = "", nb::arg("snap") = 1e-8, nb::arg("accept_nonphysical_inertia") = false,
+  using Strings = std::vector<std::string>;
+  using Vector = std::vector<double>;
+  define_load(
+      module, "load",
+      [](const std::filesystem::path& file, const std::string& base, const Strings& lock, bool mimic,
+         const Vector& gravity, const std::string& continuous, const std::string& root, double snap,
+         bool accept) {
+        return robot_of(read_file(file.string()), file.string(),
+                        {base, lock, mimic, gravity, continuous, root, snap, accept});
+      },
       "Reads a robot from a URDF file.\n\n"
       "base: \"fixed\", the root link is the world, or \"floating\", a free-flyer carries it.\n"
       "lock: names of joints that are held at their neutral position.\n"
@@ -288,7 +316,18 @@ void bind_robot(nb::module_& module) {
       "does not fit it.\n\n"
       ">>> robot = dyntape.load(\"config/robots/panda.urdf\", lock=[\"panda_finger_joint1\", "
       "\"panda_finger_joint2\"])\n"
-      ">>> robot.nq\n7");
+      ">>> robot.nq\n7",
+      nb::arg("file"));
+  define_load(
+      module, "load_text",
+      [](const std::string& text, const std::string& name, const std::string& base, const Strings& lock,
+         bool mimic, const Vector& gravity, const std::string& continuous, const std::string& root,
+         double snap, bool accept) {
+        return robot_of(text, name, {base, lock, mimic, gravity, continuous, root, snap, accept});
+      },
+      "The same of the text of a URDF file; `name` stands for the file in messages, and meshes are looked "
+      "for beside it.",
+      nb::arg("text"), nb::arg("name") = "robot.urdf");
 }
 
 }  // namespace dyntape::python

@@ -154,7 +154,7 @@ void bind_scene(nb::module_& module) {
           },
           "What is recorded: the effects that act and what each costs, and how accurate the motion would be.")
       .def("simulate", simulated, nb::kw_only(), nb::arg("progress") = nb::none(),
-           nb::sig("def simulate(self, *, progress: Callable[[str], object] | None = None) -> Simulation"),
+           nb::sig("def simulate(self, *, progress: Progress = None) -> Simulation"),
            "The motion from the start.  progress: is told in words how far it is.  Ctrl-C stops it.")
       .def("__repr__", summary);
   bind_rollouts(scene);
@@ -241,11 +241,11 @@ void bind_scenes(nb::module_& module) {
       "simulate", simulate_file, nb::arg("scene"), nb::kw_only(), nb::arg("set") = nb::none(),
       nb::arg("progress") = nb::none(),
       nb::sig("def simulate(scene: str | os.PathLike[str] | Scene, *, set: Mapping[str, Any] | None = None, "
-              "progress: Callable[[str], object] | None = None) -> Simulation"),
+              "progress: Progress = None) -> Simulation"),
       "The motion of a scene file or Scene.\n\n"
       "set: values in place of what the file says, by key path: {\"simulation.duration\": 2, "
       "\"effects.gravity\": \"off\"}.\n"
-      "progress: is told in words how far it is, `print` for one.  Ctrl-C stops it.\n\n"
+      "progress: is told in words how far it is, `print` for one; True shows a line.  Ctrl-C stops it.\n\n"
       "Raises FileError for what is wrong in the file.  A motion that ends ahead of its time is no error: "
       "see "
       "`success`,\n`verdict`, `trouble`.");

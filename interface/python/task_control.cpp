@@ -92,7 +92,7 @@ void bind_task_control(nb::module_& module) {
       "control", control, nb::arg("task"), nb::kw_only(), nb::arg("set") = nb::none(),
       nb::arg("progress") = nb::none(),
       nb::sig("def control(task: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None, "
-              "progress: Callable[[str], object] | None = None) -> ClosedLoop"),
+              "progress: Progress = None) -> ClosedLoop"),
       "A task file with a block `mpc` as a controller, in closed loop with its own model.\n\n"
       "set: values in place of what the file says.  progress: is told the time.  Ctrl-C stops it.\n\n"
       "Raises FileError for what is wrong in the file, ArgumentError for a task without costs of tracking.");

@@ -178,7 +178,7 @@ void bind_task(nb::module_& module) {
           "What is recorded: the resolved scene, each effect with the operations it adds, sizes.  Solves "
           "nothing.")
       .def("solve", solved, nb::kw_only(), nb::arg("progress") = nb::none(),
-           nb::sig("def solve(self, *, progress: Callable[[str], object] | None = None) -> TaskSolution"),
+           nb::sig("def solve(self, *, progress: Progress = None) -> TaskSolution"),
            "Solves and verifies.  progress: is told in words how far it is.  Ctrl-C stops it.")
       .def("__repr__", [](const T& t) {
         return "<dyntape.Task \"" + t.task.name + "\": robot \"" + t.task.scene.model.name + "\", " +
@@ -196,10 +196,10 @@ void bind_tasks(nb::module_& module) {
       "solve", solve_file, nb::arg("task"), nb::kw_only(), nb::arg("set") = nb::none(),
       nb::arg("progress") = nb::none(),
       nb::sig("def solve(task: str | os.PathLike[str] | Task, *, set: Mapping[str, Any] | None = None, "
-              "progress: Callable[[str], object] | None = None) -> TaskSolution"),
+              "progress: Progress = None) -> TaskSolution"),
       "Solves a task file or Task and verifies the motion.\n\n"
       "set: values in place of what the file says, by key path: {\"horizon.intervals\": 60}.\n"
-      "progress: is told in words how far it is, `print` for one.  Ctrl-C stops it.\n\n"
+      "progress: is told in words how far it is, `print` for one; True shows a line.  Ctrl-C stops it.\n\n"
       "Raises FileError for what is wrong in the file.  A solve that fails is no error: see `success` and\n"
       "`verdict`.");
 }

@@ -6,7 +6,8 @@
 //
 // The work runs in a thread of its own without the lock; the calling one looks every twentieth of a second whether a signal
 // came (Ctrl-C: the work is asked to stop, and KeyboardInterrupt is raised when it has) and hands on what the work last
-// said to `progress`: a callable of one string, or None.
+// said to `progress`: a callable of one string,
+// True for a line on stderr (dyntape/_progress.py), or None.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -50,13 +51,40 @@ class LatestWord {
   bool is_new_ = false;
 };
 
+// What is told: nothing, a callable, or a line of our own, which goes when the work is over.
+class Listener {
+ public:
+  explicit Listener(nb::handle progress) {
+    if (!progress.is_valid() || progress.is_none() || progress.is(Py_False)) return;
+    is_line_ = progress.is(Py_True);
+    listener_ = is_line_ ? nb::module_::import_("dyntape._progress").attr("Line")() : nb::borrow(progress);
+  }
+  ~Listener() {
+    if (!is_line_) return;
+    const nb::error_scope kept;  // an exception may be on its way
+    try {
+      listener_.attr("erase")();
+    } catch (nb::python_error&) {  // nobody is there to read it
+    }
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  bool listens() const { return listener_.is_valid(); }
+  void operator()(const std::string& word) const { listener_(word); }
+
+ private:
+  nb::object listener_;
+  bool is_line_ = false;
+};
+
 template <class Work>
 auto watched(nb::handle progress, const Work& work) {
+  const Listener listener(progress);
   std::stop_source stop;
   LatestWord latest;
   Watch watch{stop.get_token(), {}};
-  const bool is_told = progress.is_valid() && !progress.is_none();
-  if (is_told) watch.tell = [&](const std::string& word) { latest.say(word); };
+  if (listener.listens()) watch.tell = [&](const std::string& word) { latest.say(word); };
   auto result = std::async(std::launch::async, [&] { return work(watch); });
   const auto is_done = [&] {
     const nb::gil_scoped_release unlocked;
@@ -67,7 +95,7 @@ auto watched(nb::handle progress, const Work& work) {
     for (bool done = false; !done;) {
       done = is_done();
       if (PyErr_CheckSignals() != 0) nb::raise_python_error();
-      if (is_told && latest.take(word)) progress(word);  // the last one too
+      if (latest.take(word)) listener(word);  // the last one too
     }
   } catch (...) {  // the work refers to what is here: it ends before this does
     stop.request_stop();

@@ -127,6 +127,28 @@ def test_a_problem_of_ones_own():
     assert s.success and s.x[:, 1].max() < 1.2 + 1e-6 and s.cost > 12.1
 
 
+def test_a_problem_of_a_scene(capfd):
+    """Effects and driven joints of the file act in it."""
+    scene = dyntape.Scene(CONFIG / "scenes" / "pendulum.info", set={"effects.joint_damping": 0.5})
+    p = scene.problem(1.0)
+    p.add_effort()
+    p.end_at([0.5])
+    s = p.solve(20, progress=True)
+    assert s.success and "iteration" in capfd.readouterr().err and "<canvas" in s.page()
+    assert s.q[0, 0] == scene.q[0]
+    free = dyntape.Scene(CONFIG / "scenes" / "pendulum.info").problem(1.0)
+    free.add_effort()
+    free.end_at([0.5])
+    assert free.solve(20).cost != s.cost
+
+
+def test_a_sweep(tmp_path):
+    columns = dyntape.sweep(CONFIG / "sweeps" / "pendulum_amplitudes.info", tmp_path / "out")
+    assert len({len(column) for column in columns.values()}) == 1 and (tmp_path / "out" / "sweep.csv").exists()
+    again = dyntape.sweep(CONFIG / "sweeps" / "pendulum_amplitudes.info", tmp_path / "out")
+    assert all(np.array_equal(again[name], column, equal_nan=True) for name, column in columns.items())
+
+
 def test_terms_of_python_on_a_robot():
     """A cost of one's own on a robot, with the dynamics in it and exact derivatives of both orders."""
     arm = dyntape.load(CONFIG / "robots" / "ur5.urdf", continuous="angle")

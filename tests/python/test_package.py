@@ -99,6 +99,12 @@ def test_whatever_is_passed(panda):
         lambda a, b, c: f.jacobian(a, b),
         lambda a, b, c: f.hessian(a, b, c),
     ]
+    scene = dyntape.Scene(CONFIG / "scenes" / "pendulum.info")
+    calls += [
+        lambda a, b, c: scene.rollout(a, b, steps=2),
+        lambda a, b, c: scene.rollout(np.zeros((2, 2)), a),
+        lambda a, b, c: dyntape.record(lambda x: dyntape.where(x > 0, x, b), 2)(a),
+    ]
     q = np.full((3, 7), 0.3)
     before = panda.rnea(q, q, q)
     results = 0

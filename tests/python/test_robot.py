@@ -161,6 +161,15 @@ def test_gravity():
     np.testing.assert_allclose(there.gravity(q) * 9.81, here.gravity(q) * 1.62, rtol=1e-12, atol=1e-12)
 
 
+def test_a_robot_from_text(panda):
+    text = (CONFIG / "robots" / "panda.urdf").read_text()
+    robot = dyntape.load_text(text, lock=FINGERS)
+    q = robot.random(seed=4)
+    assert np.array_equal(robot.crba(q), panda.crba(q))
+    with pytest.raises(dyntape.FileError, match="mine.urdf"):
+        dyntape.load_text("<robot/>", "mine.urdf")
+
+
 def test_followers_have_no_entries():
     robot = dyntape.load(CONFIG / "robots" / "panda.urdf", mimic=True)
     assert (robot.nq, robot.nv, len(robot.joints)) == (8, 8, 8)

@@ -41,11 +41,13 @@ from ._dyntape import (
     __version__,
     control,
     load,
+    load_text,
     maximum,
     minimum,
     record,
     simulate,
     solve,
+    sweep,
 )
 from ._pictures import Pictures
 
@@ -80,11 +82,13 @@ __all__ = [
     "config_folder",
     "control",
     "load",
+    "load_text",
     "maximum",
     "minimum",
     "record",
     "simulate",
     "solve",
+    "sweep",
     "where",
 ]
 
