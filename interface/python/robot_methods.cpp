@@ -155,6 +155,18 @@ std::string python_shape(const std::string& shape) {
   return text + ")";
 }
 
+std::string field_name(const RobotBlock& output) {
+  return output.name == "lambda" ? "lambda_" : output.name;  // a word of Python
+}
+
+// >>> dtau_dq, dtau_dv, dtau_da = robot.id_derivatives(q, v, a)
+std::string example(const Method& method, const std::vector<RobotBlock>& outputs) {
+  std::string results, arguments;
+  for (const RobotBlock& output : outputs) results += (results.empty() ? "" : ", ") + field_name(output);
+  for (const char* input : method.inputs) arguments += (arguments.empty() ? "" : ", ") + std::string(input);
+  return ">>> " + results + " = robot." + method.name + "(" + arguments + ")";
+}
+
 std::string documentation(const Method& method, const RobotFunction& function,
                           const std::vector<RobotBlock>& outputs) {
   std::string text = description(function);
@@ -181,7 +193,9 @@ std::string documentation(const Method& method, const RobotFunction& function,
   return text +
          "\nOf values that are recorded, the function becomes part of the recording.\n"
          "Raises ArgumentError for wrong shapes and names" +
-         (is_forward(function) ? ", NumericalError for a robot without inertia about a joint." : ".");
+         (is_forward(function) ? ", NumericalError for a robot without inertia about a joint.\n\n"
+                               : ".\n\n") +
+         example(method, outputs);
 }
 
 // A named tuple that can be pickled: Python finds it in the module by its name.
@@ -191,8 +205,7 @@ PyTypeObject* results_type(nb::module_& module, const RobotFunction& function,
   std::vector<PyStructSequence_Field> fields;
   std::string what = std::string("Results of ") + python_name(to_string(function)) + ":";
   for (const RobotBlock& output : outputs) {
-    const std::string field = output.name == "lambda" ? "lambda_" : output.name;  // a word of Python
-    fields.push_back({kept(field), kept(python_shape(output.shape))});
+    fields.push_back({kept(field_name(output)), kept(python_shape(output.shape))});
     what += " " + output.name + " " + python_shape(output.shape) + (&output == &outputs.back() ? "." : ",");
   }
   fields.push_back({nullptr, nullptr});

@@ -28,15 +28,17 @@ EXAMPLES = {name: doc for name, doc in documented() if doc and ">>>" in doc}
 
 
 @pytest.mark.parametrize("name", sorted(EXAMPLES))
-def test_examples_in_docstrings(name):
-    test = doctest.DocTestParser().get_doctest(EXAMPLES[name], {"dyntape": dyntape, "np": np}, name, None, None)
+def test_examples_in_docstrings(name, panda):
+    q = panda.random(4, seed=6)
+    names = {"dyntape": dyntape, "np": np, "robot": panda, "q": q, "v": q + 1, "a": q - 1, "tau": 2 * q, "mu": -q}
+    test = doctest.DocTestParser().get_doctest(EXAMPLES[name], names, name, None, None)
     output = []
     result = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE).run(test, out=output.append)
     assert result.failed == 0, "".join(output)
 
 
 def test_examples_are_there():
-    assert {"dyntape", "load", "record", "where", "Problem", "Scene"} <= set(EXAMPLES)
+    assert {"dyntape", "load", "record", "where", "Problem", "Scene", "Robot.rnea"} <= set(EXAMPLES)
 
 
 def test_types_of_the_examples():
