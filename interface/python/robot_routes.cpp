@@ -135,7 +135,7 @@ std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, cons
 }
 
 void evaluate(RobotPath& route, const Rows& rows, double* results) {
-  constexpr std::size_t kBriefOutputs = 64;
+  constexpr std::size_t kBriefOutputs = 256;
   const auto part = [&](std::size_t first, std::size_t count, const double* states) {
     route.evaluate(states, count, results + first * route.n_out);
   };

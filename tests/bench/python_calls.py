@@ -38,7 +38,7 @@ def main():
         call = quickest(calls, 10_000)
         kernel = quickest(lambda: method(*some, route='analytic'), 1000, 200)
         batch = quickest(lambda: method(*arguments), 1, 10)
-        print(f'{name:16} a call {call * 1e6:7.3f} us, kernel on all threads {kernel * 1e6:7.3f} us, 1e5 states {batch * 1e3:7.1f} ms')
+        print(f'{name:16} a call {call * 1e6:7.3f} us, a state in a batch by the same route {kernel * 1e6:7.3f} us, 1e5 states {batch * 1e3:7.1f} ms')
 
 
 main()

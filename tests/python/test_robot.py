@@ -7,6 +7,8 @@ import io
 import pickle
 import subprocess
 import sys
+import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import dyntape
@@ -202,6 +204,30 @@ def test_threads_share_a_robot(panda, random):
         found = list(pool.map(lambda _: panda.fd_derivatives(q, v, a), range(16)))
     for result in found:
         assert np.array_equal(result.ddq_dq, expected.ddq_dq)
+
+
+def test_a_batch_runs_without_the_lock(panda, random):
+    q, v, a = states(panda, random, 60_000)
+    f = dyntape.record(lambda x: (np.sin(x) * x).sum(), 7)
+    ticks, stop = [], threading.Event()
+
+    def tick():
+        while not stop.is_set():
+            ticks.append(time.perf_counter())
+            time.sleep(0.0005)
+
+    other = threading.Thread(target=tick)
+    other.start()
+    try:
+        for work in (lambda: panda.id_second_derivatives(q[:8000], v[:8000], a[:8000]), lambda: [f.hessian(q) for _ in range(3)]):
+            begin = time.perf_counter()
+            work()
+            end = time.perf_counter()
+            during = [t for t in ticks if begin + 0.1 * (end - begin) < t < end - 0.1 * (end - begin)]
+            assert len(during) > 3, (len(during), end - begin)
+    finally:
+        stop.set()
+        other.join()
 
 
 @pytest.mark.parametrize(
