@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record/linear_algebra.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/interface/robot/robot_workspace.h>
 
@@ -227,6 +228,42 @@ void bind_scalar(nb::module_& module) {
   define_functions(module, ad);
 }
 
+// --- Matrices ---------------------------------------------------------------------------------------------
+
+using RowMajorAd = Eigen::Matrix<AD, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// The extents of an array or of nested lists.
+Shape shape_of(nb::handle given) {
+  return nb::cast<Shape>(nb::list(nb::module_::import_("numpy").attr("shape")(given)));
+}
+
+MatrixXad recorded_matrix(nb::handle given, const std::string& what) {
+  const Shape shape = shape_of(given);
+  if (shape.size() != 2) throw ArgumentError(what + ": expected a matrix (n, n), got " + shape_text(shape));
+  const VectorXad values = recorded_vector(given, what);
+  return RowMajorAd::Map(values.data(), shape[0], shape[1]);
+}
+
+nb::object array_of_matrix(const MatrixXad& matrix, const Shape& shape) {
+  const RowMajorAd rows = matrix;
+  return recorded_array(rows.data(), shape);
+}
+
+nb::object cholesky(nb::handle a) {
+  const MatrixXad matrix = recorded_matrix(a, "cholesky");
+  return array_of_matrix(llt(matrix), {matrix.rows(), matrix.cols()});
+}
+
+nb::object symmetric_solve(nb::handle a, nb::handle b) {
+  const MatrixXad matrix = recorded_matrix(a, "symmetric_solve: a");
+  const Shape shape = shape_of(b);
+  if (shape.empty() || shape.size() > 2)
+    throw ArgumentError("symmetric_solve: expected b of shape (n,) or (n, k), got " + shape_text(shape));
+  const VectorXad values = recorded_vector(b, "symmetric_solve: b");
+  const MatrixXad right = RowMajorAd::Map(values.data(), shape[0], shape.size() == 2 ? shape[1] : 1);
+  return array_of_matrix(ldlt_solve(ldlt(matrix), right), shape);
+}
+
 }  // namespace
 
 bool as_recorded(nb::handle given, AD& value) {
@@ -292,6 +329,16 @@ VectorXad record_in_place(const Robot& robot, const RobotFunction& function, con
 
 void bind_recorded_values(nb::module_& module) {
   bind_scalar(module);
+  module.def("cholesky", cholesky, nb::arg("a"));
+  module.def(
+      "symmetric_solve", symmetric_solve, nb::arg("a"), nb::arg("b"),
+      nb::sig("def symmetric_solve(a: Any, b: Any) -> Any"),
+      "x with a x = b, a (n, n) symmetric, of which the lower triangle is read, b (n,) or (n, k), of "
+      "recorded values.\n\n"
+      "By L D L^T, pivots in order, so that no guard is left.  Raises ArgumentError for other shapes.\n\n"
+      ">>> f = dyntape.record(lambda x: dyntape.symmetric_solve(np.diag(x), np.ones(2)), 2)\n"
+      ">>> f([2.0, 4.0])\n"
+      "array([0.5 , 0.25])");
   bind_conditions(module);
 }
 

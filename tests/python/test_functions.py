@@ -92,6 +92,23 @@ def test_decisions_record_both_sides(random):
     assert [g(x) for x in ([1.0, 3], [3, 1.0], [0, 2])] == [7, 1, 0]
 
 
+def test_matrices_leave_no_guards(panda, random):
+    A, b = random.normal(size=(4, 4)), random.normal(size=(4, 2))
+    spd = A @ A.T + np.eye(4)
+    f = dyntape.record(lambda x: dyntape.symmetric_solve(spd * x[0] + np.diag(x), b), 4)
+    x = np.array([1.0, 0.4, 0.7, 2.0])
+    np.testing.assert_allclose(f(x), np.linalg.solve(spd * x[0] + np.diag(x), b), rtol=1e-12)
+    g = dyntape.record(lambda x: np.linalg.cholesky(panda.crba(x)), 7)
+    q = panda.random(seed=8)
+    np.testing.assert_allclose(g(q), np.linalg.cholesky(panda.crba(q)), rtol=1e-11, atol=1e-13)
+    h = dyntape.record(lambda x: np.clip(x, -1.0, 0.5), 3)
+    np.testing.assert_array_equal(h([-3.0, 0.2, 4]), [-1, 0.2, 0.5])
+    with pytest.raises(dyntape.ArgumentError, match="np.linalg.solve of recorded values"):
+        dyntape.record(lambda x: np.linalg.solve(np.diag(x), x), 3)
+    with pytest.raises(dyntape.ArgumentError, match=r"expected a matrix \(n, n\)"):
+        dyntape.record(lambda x: dyntape.symmetric_solve(x, x), 3)
+
+
 def test_a_branch_is_a_guard_with_its_line():
     def h(x):
         if x[0] > 0.1:  # this line

@@ -48,6 +48,7 @@ from ._dyntape import (
     simulate,
     solve,
     sweep,
+    symmetric_solve,
 )
 from ._pictures import Pictures
 
@@ -89,6 +90,7 @@ __all__ = [
     "simulate",
     "solve",
     "sweep",
+    "symmetric_solve",
     "where",
 ]
 

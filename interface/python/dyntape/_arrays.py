@@ -29,6 +29,8 @@ _FUNCTIONS: dict[np.ufunc, tuple[Any, int]] = {
     np.power: (_d.power, 2),
 }
 _OWN = {ufunc: np.frompyfunc(function, arguments, 1) for ufunc, (function, arguments) in _FUNCTIONS.items()}
+_LINALG = np.linalg
+_OF_PIVOTS = {_LINALG.solve, _LINALG.inv, _LINALG.lstsq, _LINALG.pinv, _LINALG.det, _LINALG.eigh, _LINALG.svd, _LINALG.qr}
 _SELECT = np.frompyfunc(_d.select, 3, 1)
 
 
@@ -51,6 +53,8 @@ def _taped(value: Any) -> Any:
 def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
     if ufunc in _COMPARISONS and method == "__call__":
         options["dtype"] = object
+    if ufunc.__name__ == "clip" and method == "__call__" and len(inputs) == 3:
+        return np.minimum(np.maximum(inputs[0], inputs[1]), inputs[2])
     if "out" in options:
         options["out"] = tuple(_plain(out) for out in options["out"])
     result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
@@ -69,6 +73,13 @@ class RecordedArray(np.ndarray):
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
         if func is np.where and len(args) == 3:
             return where(*args)
+        if func is np.linalg.cholesky and len(args) == 1:
+            return _d.cholesky(*args)
+        if func in _OF_PIVOTS:
+            raise _d.ArgumentError(
+                f"np.linalg.{func.__name__} of recorded values would decide by pivots; "
+                "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
+            )
         return super().__array_function__(func, types, args, kwargs)
 
 
