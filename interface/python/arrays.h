@@ -12,7 +12,9 @@
 #pragma once
 
 #include <nanobind/nanobind.h>
-#include <nanobind/stl/string.h>  // in every unit that casts strings, or none: the caster is chosen when it is compiled
+// In every unit that casts these or in none: a caster is chosen when a unit is compiled, and two choices are one program too many.
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <cstddef>
 #include <functional>
