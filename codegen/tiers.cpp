@@ -159,6 +159,7 @@ class TierBuilder {
     if (product_.library) return tiers_of(std::move(product_), true);
     Product interpreted = product_;
     derived_ = interpreted.interpreted = derive(interpreted, options_);
+    product_.timings = interpreted.timings;
     const bool has_compiler = builder_ || !opens_at_once;
     tiers_ = tiers_of(std::move(interpreted), !has_compiler);
     if (has_compiler) thread_ = std::thread([this] { run(); });
@@ -188,19 +189,31 @@ class TierBuilder {
   }
 
   void build() {
-    if (!builder_) builder_ = find(product_, options_);
-    if (product_.library) return serve(Tier::kFinal, std::move(product_));
-    if (!builder_) return;
+    if (builder_ ? serve_cached() : is_done()) return;
     go_on();
     const Source source = print(product_, std::move(derived_), builder_->content(), options_);
     if (const auto quick = builder_->quick(); quick && is_worth_a_quick_tier(source)) {
       const Turn turn(options_.stop);
       go_on();
+      if (is_done()) return;
       serve(Tier::kQuick, make(product_, source, *quick));
     }
     const Turn turn(options_.stop);
     go_on();
+    if (is_done()) return;
     serve(Tier::kFinal, make(std::move(product_), source, *builder_));
+  }
+
+  // There may be no compiler, or a library by now: an equal function has had its turn.
+  bool is_done() {
+    builder_ = find(product_, options_);
+    return serve_cached() || !builder_;
+  }
+
+  bool serve_cached() {
+    if (!product_.library) return false;
+    serve(Tier::kFinal, std::move(product_));
+    return true;
   }
 
   void go_on() const {

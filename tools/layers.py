@@ -31,6 +31,7 @@ ROOMS = {
     'autodiff/scalars': ['autodiff/graph'],
     'autodiff/evaluate': ['autodiff/graph', 'autodiff/scalars'],
     'autodiff/record': ['autodiff/graph', 'autodiff/evaluate'],
+    'autodiff/matrices': ['autodiff/graph', 'autodiff/derive', 'autodiff/record'],  # what record/ declares in detail/
     'dynamics/algebra': [],
     'dynamics/model': ['dynamics/algebra'],
     'dynamics/algorithms': ['dynamics/algebra', 'dynamics/model'],

@@ -404,6 +404,29 @@ TEST_F(Tiered, OneFunctionAtATimeIsCompiled) {
   EXPECT_FALSE(std::ifstream(clash).good());
 }
 
+TEST_F(Tiered, EqualFunctionsAreCompiledOnce) {
+  CodegenOptions o = options();
+  const std::string calls = scratch_ / "calls";
+  o.compiler = fake_compiler(scratch_, "case \"$*\" in *-c*) echo call >> '" + calls + "';; esac\ncc \"$@\"");
+  const auto parabola = [](const VectorXad& x) { return VectorXad::Constant(1, x[0] * x[0] + 3); };
+  const auto count = [&] {
+    std::ifstream file(calls);
+    return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
+  };
+  CompiledFunction::make(record("first", 1, parabola), o).wait();
+  const auto of_one = count();
+  EXPECT_GT(of_one, 0);
+  o.cache_folder = scratch_ / "other";
+  std::vector<CompiledFunction> functions;
+  for (const char* name : {"one", "two", "three"})
+    functions.push_back(CompiledFunction::make(record(name, 1, parabola), o));
+  for (const CompiledFunction& t : functions) {
+    t.wait();
+    EXPECT_EQ(t.tier(), Tier::kFinal) << t.trouble();
+  }
+  EXPECT_EQ(count(), 2 * of_one);
+}
+
 TEST_F(Tiered, WorkspacesMoveAndBelongToOneFunction) {
   const CompiledFunction a = CompiledFunction::make(small(), options()),
                          b = CompiledFunction::make(small(), options());

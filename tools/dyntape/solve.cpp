@@ -70,7 +70,7 @@ class SolveDisplay {
   void show(const SolveMoment& moment) {
     using enum SolveStage;
     has_iterated_ = has_iterated_ || moment.now;
-    nothing_to_save_ = !has_iterated_ && moment.stage != kCompiling;
+    nothing_to_save_ = !has_iterated_ && moment.stage != kCompiling && !moment.compiles;
     if (!moment.now) line_.show(moment.text());
     if (moment.now && silent_solver_) line_.show(moment.text());
   }

@@ -76,6 +76,7 @@ void add_to(BuildReport& report, const CompiledFunction& function) {
   report.interpreted += interpreted && function.n_y() > 0;
   report.from_cache += cached;
   report.compiled += !interpreted && !cached;
+  report.unfinished += !function.is_settled();
   if (!function.source_path().empty()) report.sources.push_back(function.source_path());
 }
 

@@ -67,6 +67,7 @@ class Evaluation {
 struct BuildReport {
   Timings seconds;
   int compiled = 0, from_cache = 0, interpreted = 0;  // functions
+  int unfinished = 0;                                 // whose compiler is still at work
   std::vector<std::string> sources = {};              // C files, where there are any
 };
 void add_to(BuildReport& report, const CompiledFunction& function);

@@ -25,6 +25,10 @@ struct KeyedRobot {
       nullptr;  // of Scene and Task; <collision> is read where it is asked for
 };
 
+// The links, at least one of them, that `frames` names; none without a model.
+std::vector<std::string> read_frames(io::Section& block, const std::string& meaning,
+                                     const dynamics::Model<double>* model);
+
 // The spheres of the links that `frames` names, of all where it is absent.  What is wrong is noted in the block; a sphere of
 // a link that is fixed to the world is none.
 std::optional<std::vector<dynamics::CollisionSphere>> read_collision_shapes(io::Section& block,

@@ -438,10 +438,10 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
-  const bool only_follows = model && !file.has("goal") && file.has("reference");
+  const bool only_follows = model && !file.has("goal") && (file.has("reference") || file.has("terms"));
   if (only_follows) keys.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!only_follows && (!keys.closed || (!model && file.has("goal"))))
-    read_goal(file, keys, model, "the state at the end; may be absent where there is a reference to follow");
+    read_goal(file, keys, model, "the state at the end; may be absent where a reference or terms are followed");
   read_soft_goal(file, task);
   read_phases(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);

@@ -166,7 +166,11 @@ std::string SolveReport::text() const {
     times.append({"check derivatives", io::duration(solution.check_seconds),
                   "worst relative difference beyond rounding " +
                       io::scientific(solution.derivatives.worst_first) + ", second order " +
-                      io::scientific(solution.derivatives.worst_second)});
+                      io::scientific(solution.derivatives.worst_second) +
+                      (solution.derivatives.hessian_directions
+                           ? ", along " + std::to_string(solution.derivatives.hessian_directions) +
+                                 " random directions"
+                           : "")});
   times.append({"solve", io::duration(nlp.times.total),
                 ddp ? ""
                     : "functions " + io::duration(nlp.times.functions) + ", Jacobian " +
@@ -234,6 +238,8 @@ std::string SolveReport::json() const {
                           {"unit", open_loop_unit.empty() ? "" : open_loop_unit.substr(1)}};
   j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},
                            {"second", number(solution.derivatives.worst_second)}};
+  if (solution.derivatives.hessian_directions)
+    j["derivative_check"]["hessian_directions"] = solution.derivatives.hessian_directions;
   j["active_bounds"] = active;
   j["sizes"] = {{"variables", sizes.variables},
                 {"constraints", sizes.constraints},
