@@ -441,7 +441,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   const bool only_follows = model && !file.has("goal") && (file.has("reference") || file.has("terms"));
   if (only_follows) keys.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!only_follows && (!keys.closed || (!model && file.has("goal"))))
-    read_goal(file, keys, model, "the state at the end; may be absent where a reference or terms are followed");
+    read_goal(file, keys, model, "the state at the end; may be absent where a reference, or terms, say it");
   read_soft_goal(file, task);
   read_phases(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);

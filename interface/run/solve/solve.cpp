@@ -34,7 +34,9 @@ void begin_interpreted(const Task& task, CodegenOptions& options) {
 // Of a solve that was done before its compiler, if it was not done at once.
 void note_unfinished(SolveReport& report) {
   constexpr double kSoon = 2;  // s
-  if (report.build.unfinished == 0 || !(report.solution.nlp.times.total > kSoon)) return;
+  const auto& times = report.solution.nlp.times;
+  const double evaluating = times.functions + times.jacobian + times.hessian;
+  if (report.build.unfinished == 0 || !(evaluating > kSoon)) return;
   report.notes.push_back(
       "the solve ended before its functions were compiled, so they are not kept: where it is to be solved "
       "often, evaluation.route "
