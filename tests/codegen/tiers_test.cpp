@@ -60,8 +60,11 @@ Function small() {
   });
 }
 
+// Of processors without machine code, on all.
 class Tiered : public ::testing::Test {
  protected:
+  void SetUp() override { setenv("DYNTAPE_MACHINE_CODE", "off", 1); }
+  void TearDown() override { unsetenv("DYNTAPE_MACHINE_CODE"); }
   CodegenOptions options(Order order = Order::kValue) const {
     CodegenOptions o;
     o.order = order;

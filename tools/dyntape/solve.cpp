@@ -105,6 +105,7 @@ void run(const SolveOptions& options) {
     return;
   }
   const OutputFolder folder(options.output, result_files(), task.inputs);
+  if (!task.unreachable.empty()) std::cerr << "dyntape: note: " << task.unreachable << "\n";
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = folder.hold([&] { return watched(task, display, interruption); });

@@ -54,9 +54,9 @@ std::optional<std::vector<CollisionSphere>> read_collision_shapes(Section& block
   block.about("collision: spheres, corners of boxes and rims of cylinders of the robot's file");
   if (!block.has("shapes")) return std::nullopt;
   block.choice_or<int>("shapes", "collision", {{"collision", 0}});
+  if (!robot.model) return std::nullopt;
   if (block.has("radius")) block.problem("radius", "'radius' is given beside 'shapes', which have their own");
   std::vector<CollisionSphere> spheres;
-  if (!robot.model) return spheres;
   const std::vector<std::string> links = frame_names(*robot.model);
   block.about("links that touch; absent: all that have shapes");
   const std::vector<std::string> named = distinct_names(block, "frames", links);

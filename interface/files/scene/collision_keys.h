@@ -5,7 +5,7 @@
 //   effects     { contacts { contact { shapes collision  stiffness 1e5  dissipation 0.5  friction 0.7 } } }
 //   constraints { contacts { contact { shapes collision  frames "foot"  friction 0.7 } } }
 //
-//   if (const auto spheres = read_collision_shapes(block, robot)) ...     // none: the key is absent
+//   if (const auto spheres = read_collision_shapes(block, robot)) ...     // none: the key is absent, or the robot
 #pragma once
 
 #include <optional>

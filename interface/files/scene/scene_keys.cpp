@@ -105,12 +105,13 @@ EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
           .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
   keys.options.route = block
                            .about(
-                               "automatic: compiled where there is a compiler, and by `solve` interpreted "
-                               "until that is done; compiled: "
-                               "before all else; interpreter: nothing is compiled")
+                               "automatic: compiled where there is a compiler, and by `solve` machine code "
+                               "until that is done; compiled: before all else; machine_code: made here, "
+                               "without a compiler; interpreter: node by node")
                            .choice_or<Route>("route", "automatic",
                                              {{"automatic", Route::kAutomatic},
                                               {"compiled", Route::kCompiled},
+                                              {"machine_code", Route::kMachineCode},
                                               {"interpreter", Route::kInterpreter}});
   if (points == PointsAtOnce::kOne) return keys;
   keys.options.lanes =

@@ -458,13 +458,13 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.guess = read_guess(file);
   read_costs(file, keys, model);
   keys.terms = read_terms(file, task, model);
-  for (const auto& [term, target, with_target] : keys.terms) {
-    if (target && (keys.free_time || !keys.phases.empty()))
+  for (const TaskTerm& of : keys.terms) {
+    const Term& term = of.term;
+    if (of.target && (keys.free_time || !keys.phases.empty()))
       file.problem("terms", "'" + term.name + "' moves its target; expected no phases, a given duration");
     if (!keys.phases.empty() && term.where == Where::kInstant && term.share > 0 && term.share < 1)
       file.problem("terms", "'terms." + term.name +
-                                "' stands at a share of the motion, which has phases; expected " +
-                                "'running', 'start' or 'end'");
+                                "' stands at a share of a motion in phases; expected running, start, end");
   }
   keys.limits = read_limits(file);
   check_ddp(file, task, keys);

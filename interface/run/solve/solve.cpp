@@ -21,9 +21,9 @@ MeshOptions mesh_of(const Task& task) {
   return mesh;
 }
 
-// Iterations begin while functions are compiled, where that changes no bit of what they give, and nobody asked for the libraries.
+// Iterations begin with machine code while functions are compiled, where that changes no bit of what they give, and nobody asked for the libraries.
 // A core is left to the solver.
-void begin_interpreted(const Task& task, CodegenOptions& options) {
+void begin_at_once(const Task& task, CodegenOptions& options) {
   if (options.route != Route::kAutomatic || options.profile != Profile::kStrict) return;
   if (options.force_rebuild || !task.models.model_folder.empty()) return;
   options.route = Route::kTiered;
@@ -50,9 +50,10 @@ std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptio
 // What verboseCppAd asks for.
 void say(const Task& task, const BuildReport& build) {
   std::fprintf(stderr,
-               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d interpreted\n",
+               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d as machine "
+               "code, %d interpreted\n",
                task.name.c_str(), build.compiled, build.seconds.total() - build.seconds.record,
-               build.from_cache, build.interpreted);
+               build.from_cache, build.machine_code, build.interpreted);
   for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
 }
 
@@ -104,7 +105,7 @@ std::string steps_text(const Task& task) {
 
 SolveReport solve_task(const Task& task, const SolveWatch& watch) {
   MeshOptions mesh = mesh_of(task);
-  begin_interpreted(task, mesh.evaluation);
+  begin_at_once(task, mesh.evaluation);
   SolveReport report = task.by_ddp ? solve_by_steps(task, mesh, watch) : solve_refined(task, mesh, watch);
   report.task = task.name;
   report.notes = task.notes;

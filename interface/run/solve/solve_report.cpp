@@ -155,6 +155,7 @@ std::string SolveReport::text() const {
   io::TextTable times({{"step"}, {"time", "", io::Align::kRight}, {"remark"}});
   const std::string origin = std::to_string(build.compiled) + " compiled, " +
                              std::to_string(build.from_cache) + " from the cache, " +
+                             std::to_string(build.machine_code) + " as machine code, " +
                              std::to_string(build.interpreted) + " interpreted";
   times.append(
       {"record", io::duration(seconds.record), io::with_groups(sizes.operations) + " operations a point"});
@@ -249,6 +250,7 @@ std::string SolveReport::json() const {
                 {"operations_a_point", sizes.operations}};
   j["functions"] = {{"compiled", build.compiled},
                     {"from_cache", build.from_cache},
+                    {"machine_code", build.machine_code},
                     {"interpreted", build.interpreted},
                     {"sources", build.sources}};
   j["seconds"] = {{"record", seconds.record},
