@@ -174,7 +174,14 @@ const Pattern& CompiledFunction::hessian_pattern() const {
 std::size_t CompiledFunction::lane_width() const { return tiers_->first().lane_width(); }
 
 Route CompiledFunction::route() const {
-  return tiers_->serving().is_compiled() ? Route::kCompiled : Route::kInterpreter;
+  switch (tiers_->serving().tier()) {
+    case Tier::kInterpreted:
+      return Route::kInterpreter;
+    case Tier::kMachineCode:
+      return Route::kMachineCode;
+    default:
+      return Route::kCompiled;
+  }
 }
 const Timings& CompiledFunction::timings() const { return tiers_->serving().product.timings; }
 const std::string& CompiledFunction::source_path() const { return tiers_->serving().product.source_path; }

@@ -25,14 +25,14 @@
 // A copy is cheap and shares the library, which stays loaded while any copy or workspace lives.  Evaluation is const
 // and thread-safe on separate workspaces, and allocates nothing (but where a function with guards is given more points than
 // a workspace has seen, and no `status`).  y, J and H have the same bits in all three
-// calls, for any number of points and threads, and in the strict profile the same as the interpreter's, which is what
-// runs where there is no compiler.
+// calls, for any number of points and threads, and in the strict profile the same as the interpreter's.  Where there is no
+// compiler, machine code runs.
 //
-// Tiers.  With options.route = Route::kTiered a function is there at once, and gets faster: interpreted while a thread
-// compiles it in the background, which swaps the better code in between two evaluations of a workspace.  No evaluation
-// waits.  What the cache has is used at once and for good.  Where the flags ask for more than -O1, a long function is
-// compiled at -O1 first, which is soon done and not kept; there is no tier at -O0, which would be no faster than the
-// interpreter.  If the compiler fails, what serves goes on serving: it is said once on stderr, trouble() has the reason,
+// Tiers.  With options.route = Route::kTiered a function is there at once, and gets faster: machine code (machine/machine_code.h)
+// while a thread compiles it in the background, which swaps the better code in between two evaluations of a workspace.  No evaluation
+// waits.  What the cache has is used at once and for good.  On processors without machine code it is interpreted meanwhile, and
+// where the flags ask for more than -O1, a long function is compiled at -O1 first, which is soon done and not kept; there is no tier
+// at -O0, which would be no faster than the interpreter.  If the compiler fails, what serves goes on serving: it is said once on stderr, trouble() has the reason,
 // wait() throws it, as it does in a forked child, where nobody compiles.  When the last copy goes, a compiler that still runs is ended.  One function at a time is compiled
 // in a process, so that memory is bounded (options.jobs compilers side by side).
 //
@@ -99,7 +99,7 @@ class CompiledFunction {
   // With options.lanes several points are evaluated at once, by the widest kernel that the processor runs.  Points that
   // lie side by side do so lane_width() by lane_width().
   [[nodiscard]] Violation run(Order order, const Points& points, Workspace& workspace) const;
-  std::size_t lane_width() const;  // 1: interpreted, tiered, or without options.lanes
+  std::size_t lane_width() const;  // 1: first interpreted, or without options.lanes
   // Throws GuardViolation if there is one, naming the comparison and, of several points, which.
   void check(const Violation& violation, std::size_t points = 1) const;
 
@@ -111,7 +111,7 @@ class CompiledFunction {
                       const std::vector<double>& w = {}) const;
 
   // --- how what serves now was made ---
-  Route route() const;  // kCompiled or kInterpreter
+  Route route() const;  // kCompiled, kMachineCode or kInterpreter
   const Timings& timings() const;
   std::size_t operations(Order order) const;  // of one point
   const std::string& source_path() const;     // empty: interpreted, or without cache

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/dump.h>
 
+#include <unistd.h>
+
 #include <cstdlib>
 #include <filesystem>
 
 #include <dyntape/autodiff/graph/dump.h>
 #include <dyntape/codegen/print/c_text.h>
 #include <dyntape/codegen/system/files.h>
+#include <dyntape/codegen/system/process.h>
 
 namespace dyntape::codegen {
 namespace {
@@ -47,6 +50,23 @@ void Dump::schedules(const std::vector<KernelPlan>& plans) const {
   for (const KernelPlan& plan : plans)
     text("schedule" + std::to_string(static_cast<int>(plan.derivatives.order)) + ".txt",
          schedule_text(plan.schedule));
+}
+
+void Dump::machine(const MachineCode& code) const {
+  if (prefix_.empty()) return;
+  const std::string objdump = "/usr/bin/objdump";
+  std::size_t k = 0;
+  for (const auto& instructions : code.instructions()) {
+    const dyntape_kernel& kernel = code.descriptor().kernels[k++];
+    const std::string name =
+        "machine" + std::to_string(kernel.order) + ".lanes" + std::to_string(kernel.lane_width);
+    text(name + ".bin", {reinterpret_cast<const char*>(instructions.data()), instructions.size()});
+    if (access(objdump.c_str(), X_OK) != 0) continue;
+    run_all({{{objdump, "-D", "-b", "binary", "-m", "i386:x86-64", "-M", "intel", prefix_ + name + ".bin"},
+              prefix_ + name + ".asm",
+              {}}},
+            {});
+  }
 }
 
 void Dump::text(const std::string& extension, const std::string& text) const {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/codegen/machine/machine_code.h>
 #include <dyntape/codegen/print/source.h>
 
 namespace dyntape::codegen {
@@ -20,6 +21,8 @@ class Dump {
   void graph(const std::string& stage, const Function& function) const;
   void graphs(const std::string& stage, const std::vector<Derivatives>& derivatives) const;
   void schedules(const std::vector<KernelPlan>& plans) const;
+  // Instructions, disassembled where there is objdump.
+  void machine(const MachineCode& code) const;
   void text(const std::string& extension, const std::string& text) const;
 
  private:

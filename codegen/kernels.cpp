@@ -34,17 +34,24 @@ Kernels::Kernels(Product made, const CodegenOptions& options)
     : product(std::move(made)),
       name(options.label.empty() ? product.function.name : options.label),
       order(options.order) {
+  std::vector<Derivatives> derived = std::exchange(product.derived, {});
   if (product.library)
     take_kernels(product.library->descriptor(), options.widest_lanes);
+  else if (product.machine)
+    take_kernels(product.machine->descriptor(), options.widest_lanes);
   else
-    take_interpreters(std::exchange(product.interpreted, {}), options.functions);
+    take_interpreters(std::move(derived), options.functions);
+}
+
+Tier Kernels::tier() const {
+  return product.library ? Tier::kFinal : product.machine ? Tier::kMachineCode : Tier::kInterpreted;
 }
 
 // Those of one point, and of the most lanes that the processor has.
 void Kernels::take_kernels(const dyntape_descriptor& descriptor, std::size_t widest) {
   for (const dyntape_kernel* k = descriptor.kernels; k != descriptor.kernels + descriptor.n_kernels; ++k) {
     if (k->lane_width == 1) {
-      compiled_.push_back(*k);
+      code_.push_back(*k);
       operations.push_back(k->operations);
     } else if (k->lane_width <= widest && has_lanes(k->lane_width)) {
       if (!wide_.empty() && wide_.back().lane_width < k->lane_width) wide_.clear();
@@ -54,7 +61,7 @@ void Kernels::take_kernels(const dyntape_descriptor& descriptor, std::size_t wid
   jacobian = pattern_from(descriptor.jacobian);
   hessian = pattern_from(descriptor.hessian);
   const std::size_t orders = at(order) + 1;
-  if (compiled_.size() == orders && (wide_.empty() || wide_.size() == orders)) return;
+  if (code_.size() == orders && (wide_.empty() || wide_.size() == orders)) return;
   throw ToolError("a library of \"" + name + "\" has " + std::to_string(descriptor.n_kernels) + " kernels");
 }
 
@@ -79,7 +86,7 @@ Strides Kernels::sizes(Order wanted) const {
 
 Kernels::Room::Room(const Kernels& kernels) {
   std::size_t work = 0, lanes = 0;
-  for (const dyntape_kernel& kernel : kernels.compiled_) work = std::max(work, kernel.work);
+  for (const dyntape_kernel& kernel : kernels.code_) work = std::max(work, kernel.work);
   for (const dyntape_kernel& kernel : kernels.wide_)
     lanes = std::max(lanes, room_for_lanes(kernel, kernels.sizes(static_cast<Order>(kernel.order))));
   for (const Interpreter& interpreter : kernels.interpreters_) {
@@ -94,13 +101,13 @@ Kernels::Room::Room(const Kernels& kernels) {
 Violation Kernels::run_one(Order wanted, const Points& point, Room& room) const {
   std::uint32_t own = 0;
   std::uint32_t* const status = point.status ? point.status : &own;
-  compiled_[at(wanted)].run(point.x, point.p, point.w, point.y, point.jacobian, point.hessian,
-                            room.work_.data(), 1, nullptr, status);
+  code_[at(wanted)].run(point.x, point.p, point.w, point.y, point.jacobian, point.hessian, room.work_.data(),
+                        1, nullptr, status);
   return {*status, 0};
 }
 
 Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
-  if (points.count == 1 && is_compiled()) return run_one(wanted, points, room);
+  if (points.count == 1 && !code_.empty()) return run_one(wanted, points, room);
   const Strides n = sizes(wanted);
   Points all = points;
   if (!all.strides && all.side_by_side == 1) all.strides = &n;
@@ -110,8 +117,8 @@ Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
     if (all.count > 1 && all.count > room.status_.size()) room.status_.resize(all.count);
     all.status = all.count > 1 ? room.status_.data() : &one;
   }
-  if (is_compiled())
-    run_compiled(wanted, all, n, room);
+  if (!code_.empty())
+    run_code(wanted, all, n, room);
   else
     run_interpreted(wanted, all, n, room);
   if (!guarded) return {};
@@ -122,14 +129,14 @@ Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
 }
 
 // A single point that is left over goes through the kernel of one.
-void Kernels::run_compiled(Order wanted, const Points& points, const Strides& sizes, Room& room) const {
+void Kernels::run_code(Order wanted, const Points& points, const Strides& sizes, Room& room) const {
   if (points.side_by_side > 1) return run_kernel(wide_[at(wanted)], points, room.lanes_.data());
   const std::size_t width = lane_width(),
                     together = width == 1 ? 0 : points.count - (points.count % width == 1);
   if (together)
     run_in_lanes(wide_[at(wanted)], sizes, part_of(points, *points.strides, 0, together), room.lanes_.data());
   if (together < points.count)
-    run_kernel(compiled_[at(wanted)], part_of(points, *points.strides, together, points.count - together),
+    run_kernel(code_[at(wanted)], part_of(points, *points.strides, together, points.count - together),
                room.work_.data());
 }
 

@@ -35,7 +35,7 @@ class Kernels {
   // An order that there is.  Points that lie side by side: as many as lane_width(), or one.
   Violation run(Order order, const Points& points, Room& room) const;
 
-  bool is_compiled() const { return !compiled_.empty(); }
+  Tier tier() const;  // kFinal where a compiler made it
   std::size_t lane_width() const { return wide_.empty() ? 1 : wide_.front().lane_width; }
   // Doubles of one point in each array.
   Strides sizes(Order order) const;
@@ -50,11 +50,11 @@ class Kernels {
   void take_kernels(const dyntape_descriptor& descriptor, std::size_t widest);
   void take_interpreters(std::vector<Derivatives> derivatives, Functions functions);
   Violation run_one(Order order, const Points& point, Room& room) const;
-  void run_compiled(Order order, const Points& points, const Strides& sizes, Room& room) const;
+  void run_code(Order order, const Points& points, const Strides& sizes, Room& room) const;
   void run_interpreted(Order order, const Points& points, const Strides& sizes, Room& room) const;
 
-  std::vector<Interpreter> interpreters_;  // by order; empty if compiled
-  std::vector<dyntape_kernel> compiled_;   // by order; empty if interpreted
+  std::vector<Interpreter> interpreters_;  // by order; empty if there is code
+  std::vector<dyntape_kernel> code_;       // by order; empty if interpreted
   std::vector<dyntape_kernel> wide_;       // the same of several lanes; empty if there are none
 };
 

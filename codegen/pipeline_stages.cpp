@@ -64,7 +64,7 @@ auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltyp
   } catch (const Unavailable& e) {
     if (options.route == Route::kCompiled) throw;
     const std::string reason = e.what();
-    warn_once(reason.substr(0, reason.find('\n')) + "; derivatives are interpreted");
+    warn_once(reason.substr(0, reason.find('\n')) + "; derivatives are not compiled");
     return std::nullopt;
   }
 }
@@ -97,7 +97,7 @@ Product begin(const Function& recorded) {
 }
 
 std::optional<LibraryBuilder> find(Product& product, const CodegenOptions& options) {
-  if (options.route == Route::kInterpreter) return std::nullopt;
+  if (options.route == Route::kInterpreter || options.route == Route::kMachineCode) return std::nullopt;
   return unless_unavailable(options, [&] { return found(product, options); });
 }
 
@@ -141,11 +141,25 @@ Product make(Product product, const Source& source, const LibraryBuilder& builde
   return with_library(std::move(product), std::move(loaded));
 }
 
+Product make_at_once(Product product, std::vector<Derivatives> derived, const CodegenOptions& options) {
+  if (options.route != Route::kInterpreter && MachineCode::is_possible()) {
+    try {
+      product.machine = timed(product.timings.compile, [&] { return MachineCode::make(derived, options); });
+      Dump(product.function.name).machine(*product.machine);
+    } catch (const Unavailable& e) {
+      warn_once(std::string(e.what()) + "; derivatives are interpreted");
+    }
+  }
+  product.derived = std::move(derived);
+  return product;
+}
+
 Product produce(const Function& recorded, const CodegenOptions& options) {
   Product product = begin(recorded);
   const std::optional<LibraryBuilder> builder = find(product, options);
   if (product.library) return product;
-  if (options.only_cached && options.route != Route::kInterpreter)
+  const bool may_compile = options.route != Route::kInterpreter && options.route != Route::kMachineCode;
+  if (options.only_cached && may_compile)
     throw NotCached("the cache has no library of \"" + product.function.name + "\"");
   check_stop(product, options);
   auto derived = derive(product, options);
@@ -157,8 +171,7 @@ Product produce(const Function& recorded, const CodegenOptions& options) {
     return make(product, source, *builder);
   });
   if (made) return *made;
-  product.interpreted = std::move(derived);
-  return product;
+  return make_at_once(std::move(product), std::move(derived), options);
 }
 
 }  // namespace dyntape::codegen

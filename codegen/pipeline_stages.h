@@ -4,7 +4,7 @@
 //
 //   Product product = begin(recorded);
 //   std::optional<LibraryBuilder> builder = find(product, options);          product.library: it was in the cache
-//   std::vector<Derivatives> derived = derive(product, options);        none: product.interpreted = derived
+//   std::vector<Derivatives> derived = derive(product, options);        none: make_at_once(product, derived, options)
 //   Source source = print(product, derived, builder->content(), options);
 //   product = make(product, source, *builder);
 //
@@ -12,7 +12,7 @@
 //
 //   Product product = produce(function, options);
 //   if (product.library) product.library->descriptor().kernels[0].run(...);
-//   else Interpreter(product.interpreted[0].function)(...);                   there is no compiler
+//   else Interpreter(product.derived[0].function)(...);                       there is neither compiler nor machine code
 //
 // DYNTAPE_DUMP=folder writes what each stage made: the recorded graph, the derived ones, their schedules, the
 // C text and the compiler's command.
@@ -24,16 +24,18 @@
 #include <vector>
 
 #include <dyntape/codegen/build/library_builder.h>
+#include <dyntape/codegen/machine/machine_code.h>
 #include <dyntape/codegen/timings.h>
 
 namespace dyntape::codegen {
 
 struct Product {
-  Function function;                       // as recorded, compact
-  std::shared_ptr<const Library> library;  // null: interpreted
-  std::vector<Derivatives> interpreted;    // by order, where there is no library
-  std::string source_path;                 // beside the library in the cache; empty without cache
-  std::string compiler;                    // its version
+  Function function;                           // as recorded, compact
+  std::shared_ptr<const Library> library;      // null: machine code, or interpreted
+  std::shared_ptr<const MachineCode> machine;  // null: a library, or interpreted
+  std::vector<Derivatives> derived;            // by order, where there is no library
+  std::string source_path;                     // beside the library in the cache; empty without cache
+  std::string compiler;                        // its version
   Timings timings;
 };
 
@@ -56,6 +58,9 @@ Source print(Product& product, std::vector<Derivatives> derived, const std::stri
 
 // Compiled, put into the cache if the builder has one, and loaded.
 Product make(Product product, const Source& source, const LibraryBuilder& builder);
+
+// Without a compiler: machine code, or to be interpreted.
+Product make_at_once(Product product, std::vector<Derivatives> derived, const CodegenOptions& options);
 
 // All of it; NotCached.
 Product produce(const Function& recorded, const CodegenOptions& options);

@@ -85,7 +85,7 @@ void Place::move_to(Tier tier, const Kernels& kernels) {
 // --- tiers ---
 
 Tiers::Tiers(std::unique_ptr<const Kernels> first, bool settled)
-    : tier_(first->is_compiled() ? Tier::kFinal : Tier::kInterpreted), settled_(settled), first_(*first) {
+    : tier_(first->tier()), settled_(settled), first_(*first) {
   kernels_[index_of(tier_)] = std::move(first);
 }
 
@@ -157,10 +157,10 @@ class TierBuilder {
     const bool opens_at_once = LibraryBuilder::opens_at_once(options_);
     if (opens_at_once) builder_ = find(product_, options_);
     if (product_.library) return tiers_of(std::move(product_), true);
-    Product interpreted = product_;
-    derived_ = interpreted.interpreted = derive(interpreted, options_);
+    derived_ = derive(product_, options_);
+    Product at_once = make_at_once(product_, derived_, options_);
     const bool has_compiler = builder_ || !opens_at_once;
-    tiers_ = tiers_of(std::move(interpreted), !has_compiler);
+    tiers_ = tiers_of(std::move(at_once), !has_compiler);
     if (has_compiler) thread_ = std::thread([this] { run(); });
     return tiers_;
   }
@@ -188,19 +188,32 @@ class TierBuilder {
   }
 
   void build() {
-    if (!builder_) builder_ = find(product_, options_);
-    if (product_.library) return serve(Tier::kFinal, std::move(product_));
-    if (!builder_) return;
+    if (builder_ ? serve_cached() : is_done()) return;
     go_on();
     const Source source = print(product_, std::move(derived_), builder_->content(), options_);
-    if (const auto quick = builder_->quick(); quick && is_worth_a_quick_tier(source)) {
+    const auto quick = tiers_->tier() == Tier::kInterpreted ? builder_->quick() : std::nullopt;
+    if (quick && is_worth_a_quick_tier(source)) {
       const Turn turn(options_.stop);
       go_on();
+      if (is_done()) return;
       serve(Tier::kQuick, make(product_, source, *quick));
     }
     const Turn turn(options_.stop);
     go_on();
+    if (is_done()) return;
     serve(Tier::kFinal, make(std::move(product_), source, *builder_));
+  }
+
+  // There may be no compiler, or a library by now: an equal function has had its turn.
+  bool is_done() {
+    builder_ = find(product_, options_);
+    return serve_cached() || !builder_;
+  }
+
+  bool serve_cached() {
+    if (!product_.library) return false;
+    serve(Tier::kFinal, std::move(product_));
+    return true;
   }
 
   void go_on() const {

@@ -28,7 +28,7 @@
 
 namespace dyntape::codegen {
 
-inline constexpr std::size_t kTiers = 3;
+inline constexpr std::size_t kTiers = 4;
 
 class Tiers;
 

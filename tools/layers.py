@@ -16,7 +16,7 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent
 AUTODIFF = ['autodiff/graph', 'autodiff/derive', 'autodiff/scalars', 'autodiff/evaluate', 'autodiff/record']
 DYNAMICS = ['dynamics/algebra', 'dynamics/model', 'dynamics/algorithms', 'dynamics/effects', 'dynamics/contact']
 CODEGEN = ['codegen/options', 'codegen/system', 'codegen/passes', 'codegen/schedule', 'codegen/print', 'codegen/store', 'codegen/build',
-                   'codegen/run']
+                   'codegen/run', 'codegen/machine']
 GENERATE = ['codegen', 'codegen/options']  # to ask for compiled functions
 # Optimal control without robots, from what is solved to how.
 PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, SENSITIVITY, MPC = (
@@ -31,6 +31,7 @@ ROOMS = {
     'autodiff/scalars': ['autodiff/graph'],
     'autodiff/evaluate': ['autodiff/graph', 'autodiff/scalars'],
     'autodiff/record': ['autodiff/graph', 'autodiff/evaluate'],
+    'autodiff/matrices': ['autodiff/graph', 'autodiff/derive', 'autodiff/record'],  # what record/ declares in detail/
     'dynamics/algebra': [],
     'dynamics/model': ['dynamics/algebra'],
     'dynamics/algorithms': ['dynamics/algebra', 'dynamics/model'],
@@ -47,6 +48,7 @@ ROOMS = {
     'codegen/store': ['codegen/system', 'codegen/print'],
     'codegen/build': ['codegen/system', 'codegen/options', 'codegen/print', 'codegen/store'],
     'codegen/run': ['autodiff/scalars', 'codegen/store'],
+    'codegen/machine': ['autodiff', *AUTODIFF, 'codegen/options', 'codegen/system', 'codegen/store', 'codegen/run'],
     'codegen': [*AUTODIFF, *CODEGEN],
     IO: ['codegen/system'],
     'interface/robot/tables': [*AUTODIFF, *DYNAMICS, 'interface/robot'],

@@ -28,7 +28,9 @@ ENVIRONMENT = {
     'DYNTAPE_CACHE_LIMIT': 'Most bytes that the cache may hold, as in 500M or 2G (default: 2G).',
     'DYNTAPE_CC': 'The C compiler, a name or a path, in place of the first of `cc`, `gcc` and `clang`.',
     'DYNTAPE_DUMP': 'A folder into which each stage of the pipeline writes what it made: graphs, schedules, C, the '
-                    "compiler's command.",
+                    "compiler's command, machine code with its disassembly.",
+    'DYNTAPE_MACHINE_CODE': '`off`: no machine code is made in the process; functions are interpreted until they are compiled.  Bits stay the same.',
+    'DYNTAPE_PERF_MAP': 'Anything: `/tmp/perf-PID.map` names the machine code made in the process, for `perf report`.',
     'DYNTAPE_PROCESSOR': '`x86-64-v2`, `x86-64-v3` or `x86-64-v4`: the code that runs, in place of the highest that the processor has '
                          '(`dyntape doctor` says which).  Bits stay the same.',
     'DYNTAPE_THREADS': 'Threads that evaluate and compile, 1 to 1024, in place of what the hardware has.',

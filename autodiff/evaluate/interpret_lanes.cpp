@@ -84,9 +84,13 @@ const Word* check(const Word* code, Word count, const Program& program, int lane
   return code;
 }
 
-// A kernel written by hand takes one lane at a time.
+// A kernel written by hand takes one lane at a time, where it does not say otherwise.
 template <int N>
 void call_kernel(const Callee& callee, LaneRoom<N>& room) {
+  if (callee.kernel()->evaluate_lanes) {
+    double* const all = room.call.data()->lane;
+    return callee.kernel()->evaluate_lanes(all, all + callee.n_in * N, N);
+  }
   double* const in = room.one.data();
   double* const out = in + callee.n_in;
   for (int l = 0; l < N; ++l) {

@@ -52,6 +52,8 @@ using CalleeMaker = std::function<std::shared_ptr<const Callee>()>;
 // A kernel written by hand.  `evaluate` and `c_body` are the same arithmetic in the same order.
 struct Kernel {
   std::function<void(const double* in, double* out)> evaluate;
+  // The same of several lanes at once, entry i of lane l at [i lanes + l]; empty: one lane after the other.
+  std::function<void(const double* in, double* out, int lanes)> evaluate_lanes;
   // What stands between the braces of `static void name(const double* in, double* out)`, ...
   std::string c_body;
   // ... and the same over arrays of `reals`, several lanes at once; empty: c_body runs lane by lane.

@@ -1,127 +1,137 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Factorisations without branches, for any scalar: on a recording they leave no guard, where Eigen's LLT and
-// LDLT compare pivots and so tie the recording to one branch.
+// Linear algebra without branches, for any scalar: on a recording it leaves no guard and holds at every point.
 //
-//   MatrixXad L = llt(M);               // M = L L^T, (n x n) symmetric; the lower triangle is read
-//   VectorXad x = llt_solve(L, b);      // M x = b, (n) or (n x k)
-//   auto f = ldlt(M);                   // M = L D L^T, L unit lower triangular; no square roots
+//   MatrixXad X = solve(A, B);                // A X = B, (n x n), (n x k)
+//   MatrixXad X = inverse(A);                 // (n x n)
+//   AD d = determinant(A);                    // (n x n)
+//   MatrixXad X = least_squares(A, B);        // the X of least |A X - B|, (m x n) with m >= n, (m x k) -> (n x k)
+//   MatrixXad L = llt(M);                     // M = L L^T, (n x n) symmetric; the lower triangle is read
+//   VectorXad x = llt_solve(L, b);            // M x = b, (n) or (n x k)
+//   auto f = ldlt(M);                         // M = L D L^T, L unit lower triangular; no square roots
 //   VectorXad y = ldlt_solve(f, b);
-//   VectorXad u = normalized(v);        // v / |v|; the zero vector stays zero, with slope zero
+//   VectorXad l = eigenvalues_symmetric(M);   // (n), ascending; the lower triangle is read
+//   auto e = eigen_symmetric(M);              // e.values (n), e.vectors (n x n): a column each, its largest entry positive
+//   VectorXad s = singular_values(A);         // (m x n) -> (min(m, n)), descending
+//   VectorXad u = normalized(v);              // v / |v|; the zero vector stays zero, with slope zero
 //
-// Without a branch there is no refusal either: where M is not positive definite, llt gives NaN (the square
-// root of a negative pivot) and ldlt a negative entry of D or a division by zero.  Pivots are taken in order;
-// for the mass matrices and normal equations of robotics that is stable (Golub and Van Loan, 4.2).
+// Eigen's own calls find the same functions (eigen.h): A.inverse(), A.partialPivLu().solve(b), ...  Wrong sizes are
+// an ArgumentError.
+//
+// How.  LU is pivoted by selection: which rows change places is decided at each point anew (detail/pivoted_lu.h, Golub
+// and Van Loan 3.4); determinants up to n = 4 are sums of cofactors.  Least squares by Householder's QR
+// (detail/householder.h, 5.2); eigenvalues and singular values by Jacobi's rotations, a loop that stays one
+// (autodiff/matrices/symmetric_eigen.h, 8.5 and 8.6), in double and on a tape only.  On a tape the derivatives of solve,
+// inverse, determinant, least_squares, eigenvalues and singular values are those of the equations that they satisfy, to any order
+// (detail/recorded_matrices.h has them); those of llt and ldlt are of their statements.  Recorded matrices of n rows
+// take n^3 statements, eigenvalues n^2 and a loop.
+//
+// Poles.  Without a branch there is no refusal: results and slopes are not finite, in part or all,
+//   solve, inverse, determinant from n = 5 on   where A is singular to the last bit: a pivot is 0 (the value of a
+//                                              determinant is 0 there; its slope up to n = 4 is right there)
+//   least_squares                              where a column of A depends on others to the last bit
+//   llt                                        where M is not positive definite: NaN, the root of a negative pivot
+//   ldlt                                       where a leading block of M is singular: a division by zero.  Pivots are taken
+//                                              in order, which is stable for definite M (4.2); solve() is for others
+//   eigenvalues, eigenvectors                  slopes where eigenvalues are repeated, closer than 16 n epsilon |M|: of the
+//                                              repeated ones, and of all eigenvectors that turn into each other
+//   singular_values                            slopes where they are repeated or 0, likewise
+// Nearly singular is not a pole: digits are lost as the condition says.  In a branch of a select that is not taken a pole
+// still makes slopes NaN: give the function a matrix without one there, solve(select(c, A, I), b).  vjp() and jvp() of a
+// function of eigenvectors are to be dissolved (function.h) where other eigenvalues are repeated; derive() does it.
 #pragma once
 
 #include <Eigen/Core>
 #include <cmath>
-#include <string>
+#include <type_traits>
 
-#include <dyntape/autodiff/eigen_layout.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/graph/op.h>
+#include <dyntape/autodiff/record/detail/cholesky.h>
+#include <dyntape/autodiff/record/detail/householder.h>
+#include <dyntape/autodiff/record/detail/pivoted_lu.h>
+#include <dyntape/autodiff/record/detail/recorded_matrices.h>
+#include <dyntape/autodiff/record/eigen.h>
 
 namespace dyntape {
 
 namespace detail {
-template <class A>
-void check_square(const A& a, const char* what) {
-  if (a.rows() != a.cols()) {
-    throw ArgumentError(std::string(what) + ": the matrix is " + std::to_string(a.rows()) + " x " +
-                        std::to_string(a.cols()) + ", expected a square one");
-  }
-}
+
+// Of two matrices, one of which may hold doubles.
 template <class A, class B>
-void check_rows(const A& a, const B& b, const char* what) {
-  if (a.rows() != b.rows()) {
-    throw ArgumentError(std::string(what) + ": the right-hand side has " + std::to_string(b.rows()) +
-                        " rows, the matrix " + std::to_string(a.rows()));
-  }
+using CommonScalar =
+    std::conditional_t<std::is_same_v<typename A::Scalar, double>, typename B::Scalar, typename A::Scalar>;
+
+template <class T>
+DynamicMatrix<T> solution(const DynamicMatrix<T>& a, DynamicMatrix<T> x) {
+  return solve_in_place(pivoted_lu(a), x), x;
 }
+template <class T>
+DynamicMatrix<T> inverse_of(const DynamicMatrix<T>& a) {
+  return solution<T>(a, DynamicMatrix<T>::Identity(a.rows(), a.rows()));
+}
+template <class T>
+DynamicMatrix<T> least_squares_solution(const DynamicMatrix<T>& a, const DynamicMatrix<T>& b) {
+  return least_squares_of(householder(a), b);
+}
+
 }  // namespace detail
 
-// L_jj = sqrt(M_jj - sum_k L_jk^2),  L_ij = (M_ij - sum_k L_ik L_jk) / L_jj
-template <class Derived>
-typename Derived::PlainObject llt(const Eigen::MatrixBase<Derived>& m) {
-  using T = typename Derived::Scalar;
-  using std::sqrt;
-  detail::check_square(m, "llt");
-  typename Derived::PlainObject l = Derived::PlainObject::Zero(m.rows(), m.cols());
-  for (Eigen::Index j = 0; j < m.cols(); ++j) {
-    for (Eigen::Index i = j; i < m.rows(); ++i) {
-      T sum = m(i, j);
-      for (Eigen::Index k = 0; k < j; ++k) sum -= l(i, k) * l(j, k);
-      l(i, j) = i == j ? T(sqrt(sum)) : T(sum / l(j, j));
-    }
-  }
-  return l;
+template <class A, class B>
+auto solve(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  using T = detail::CommonScalar<A, B>;
+  detail::check_square(a, "solve");
+  detail::check_rows(a, b, "solve");
+  const detail::DynamicMatrix<T> left = a.template cast<T>(), right = b.template cast<T>();
+  return Eigen::Matrix<T, A::ColsAtCompileTime, B::ColsAtCompileTime>(detail::solution(left, right));
 }
 
-template <class Matrix>
-struct Ldlt {
-  Matrix l;                                                                // (n x n), unit lower triangular
-  Eigen::Matrix<typename Matrix::Scalar, Matrix::RowsAtCompileTime, 1> d;  // (n)
-};
-
-// d_j = M_jj - sum_k L_jk^2 d_k,  L_ij = (M_ij - sum_k L_ik L_jk d_k) / d_j
-template <class Derived>
-Ldlt<typename Derived::PlainObject> ldlt(const Eigen::MatrixBase<Derived>& m) {
-  using Plain = typename Derived::PlainObject;
-  using T = typename Derived::Scalar;
-  detail::check_square(m, "ldlt");
-  Ldlt<Plain> f{Plain::Identity(m.rows(), m.cols()), {}};
-  f.d.resize(m.rows());
-  Plain scaled = Plain::Zero(m.rows(), m.cols());  // L_ij d_j
-  for (Eigen::Index j = 0; j < m.cols(); ++j) {
-    for (Eigen::Index i = j; i < m.rows(); ++i) {
-      T sum = m(i, j);
-      for (Eigen::Index k = 0; k < j; ++k) sum -= scaled(i, k) * f.l(j, k);
-      if (i == j) {
-        f.d[j] = sum;
-      } else {
-        scaled(i, j) = sum;
-        f.l(i, j) = sum / f.d[j];
-      }
-    }
-  }
-  return f;
+template <class A>
+typename A::PlainObject inverse(const Eigen::MatrixBase<A>& a) {
+  detail::check_square(a, "inverse");
+  return detail::inverse_of(detail::DynamicMatrix<typename A::Scalar>(a));
 }
 
-// Both solves: forward substitution, scaling, backward substitution.
-template <class L, class B>
-typename B::PlainObject llt_solve(const Eigen::MatrixBase<L>& l, const Eigen::MatrixBase<B>& b) {
-  detail::check_rows(l, b, "llt_solve");
-  typename B::PlainObject x = b;
-  const Eigen::Index n = l.rows();
-  for (Eigen::Index c = 0; c < x.cols(); ++c) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index k = 0; k < i; ++k) x(i, c) -= l(i, k) * x(k, c);
-      x(i, c) /= l(i, i);
-    }
-    for (Eigen::Index i = n; i-- > 0;) {
-      for (Eigen::Index k = i + 1; k < n; ++k) x(i, c) -= l(k, i) * x(k, c);
-      x(i, c) /= l(i, i);
-    }
+template <class A>
+typename A::Scalar determinant(const Eigen::MatrixBase<A>& a) {
+  using T = typename A::Scalar;
+  detail::check_square(a, "determinant");
+  if constexpr (std::is_same_v<T, AD>) {
+    if (a.rows() > 4) return detail::determinant_by_pivots(a);
   }
-  return x;
+  return detail::determinant_of<T>(a);
 }
 
-template <class Matrix, class B>
-typename B::PlainObject ldlt_solve(const Ldlt<Matrix>& f, const Eigen::MatrixBase<B>& b) {
-  detail::check_rows(f.l, b, "ldlt_solve");
-  typename B::PlainObject x = b;
-  const Eigen::Index n = f.l.rows();
-  for (Eigen::Index c = 0; c < x.cols(); ++c) {
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index k = 0; k < i; ++k) x(i, c) -= f.l(i, k) * x(k, c);
-    }
-    for (Eigen::Index i = n; i-- > 0;) {
-      x(i, c) /= f.d[i];
-      for (Eigen::Index k = i + 1; k < n; ++k) x(i, c) -= f.l(k, i) * x(k, c);
-    }
-  }
-  return x;
+template <class A, class B>
+auto least_squares(const Eigen::MatrixBase<A>& a, const Eigen::MatrixBase<B>& b) {
+  using T = detail::CommonScalar<A, B>;
+  detail::check_tall(a, "least_squares");
+  detail::check_rows(a, b, "least_squares");
+  const detail::DynamicMatrix<T> left = a.template cast<T>(), right = b.template cast<T>();
+  return Eigen::Matrix<T, A::ColsAtCompileTime, B::ColsAtCompileTime>(
+      detail::least_squares_solution(left, right));
+}
+
+template <class A>
+detail::SymmetricEigen<typename A::Scalar> eigen_symmetric(const Eigen::MatrixBase<A>& a) {
+  using T = typename A::Scalar;
+  static_assert(std::is_same_v<T, double> || std::is_same_v<T, AD>, "eigenvalues are of double and AD only");
+  detail::check_square(a, "eigen_symmetric");
+  return detail::symmetric_eigen(detail::DynamicMatrix<T>(a));
+}
+
+template <class A>
+Eigen::Matrix<typename A::Scalar, A::ColsAtCompileTime, 1> eigenvalues_symmetric(
+    const Eigen::MatrixBase<A>& a) {
+  return eigen_symmetric(a).values;
+}
+
+template <class A>
+Eigen::Matrix<typename A::Scalar, Eigen::Dynamic, 1> singular_values(const Eigen::MatrixBase<A>& a) {
+  using T = typename A::Scalar;
+  static_assert(std::is_same_v<T, double> || std::is_same_v<T, AD>,
+                "singular values are of double and AD only");
+  return detail::singular_values_of(detail::DynamicMatrix<T>(a));
 }
 
 // In units in which squares neither overflow nor vanish; these are powers of two, and change no digit.

@@ -5,7 +5,9 @@
 //   AD f(AD x) { return sin(x) * 2.0 + select(x < 0.0, -x, x); }
 //
 // Inside record() (record.h) an AD that depends on an input is a node of the tape; everything else is a
-// constant. All of <cmath> in ops.def works by argument-dependent lookup, with Eigen through eigen.h.
+// constant. <cmath> works by argument-dependent lookup: what is in ops.def and, made of it, fabs, fdim, fmin, fmax,
+// nearbyint and hypot of three.  What is not there says at compile time what to write (not_recorded.h).  With Eigen
+// through eigen.h.
 //
 // Comparisons give a Condition.  select(condition, a, b) records both branches and is right everywhere.  Used
 // as a bool (`if (x < y)`, as Eigen's factorisations do), a Condition takes the branch of the recording point
@@ -19,6 +21,7 @@
 #include <iosfwd>
 #include <type_traits>
 
+#include <dyntape/autodiff/graph/composed.h>
 #include <dyntape/autodiff/graph/graph.h>
 
 namespace dyntape {
@@ -79,6 +82,7 @@ inline AD& AD::operator*=(const AD& other) { return *this = *this * other; }
 inline AD& AD::operator/=(const AD& other) { return *this = *this / other; }
 
 inline AD fabs(const AD& a) { return abs(a); }
+inline AD nearbyint(const AD& a) { return rint(a); }
 
 // The outcome of a comparison, and where it stands in the source.
 class Condition {
@@ -155,6 +159,9 @@ inline Condition operator||(const Condition& a, const Condition& b) {
 inline AD fmin(const AD& a, const AD& b) { return select(a == a, select(b == b, min(a, b), a), b); }
 inline AD fmax(const AD& a, const AD& b) { return select(a == a, select(b == b, max(a, b), a), b); }
 
+inline AD fdim(const AD& a, const AD& b) { return ops::positive_difference(a, b); }
+inline AD hypot(const AD& a, const AD& b, const AD& c) { return ops::length_of_three(a, b, c); }
+
 // Predicates of the value at the recording point; they do not branch on the tape (Eigen asks them).
 inline bool isnan(const AD& a) { return std::isnan(a.value()); }
 inline bool isinf(const AD& a) { return std::isinf(a.value()); }
@@ -163,3 +170,5 @@ inline bool isfinite(const AD& a) { return std::isfinite(a.value()); }
 std::ostream& operator<<(std::ostream& out, const AD& a);
 
 }  // namespace dyntape
+
+#include <dyntape/autodiff/record/not_recorded.h>

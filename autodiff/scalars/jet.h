@@ -19,6 +19,7 @@
 #include <concepts>
 #include <type_traits>
 
+#include <dyntape/autodiff/graph/composed.h>
 #include <dyntape/autodiff/graph/op.h>
 
 namespace dyntape {
@@ -87,6 +88,9 @@ class Jet {
 
   friend Jet select(bool condition, const Jet& a, const Jet& b) { return condition ? a : b; }
   friend Jet fabs(const Jet& a) { return abs(a); }
+  friend Jet nearbyint(const Jet& a) { return rint(a); }
+  friend Jet fdim(const Jet& a, const Jet& b) { return ops::positive_difference(a, b); }
+  friend Jet hypot(const Jet& a, const Jet& b, const Jet& c) { return ops::length_of_three(a, b, c); }
 
   friend bool operator<(const Jet& a, const Jet& b) { return a.value_ < b.value_; }
   friend bool operator<=(const Jet& a, const Jet& b) { return a.value_ <= b.value_; }

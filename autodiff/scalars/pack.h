@@ -27,6 +27,7 @@
 #include <limits>
 #include <type_traits>
 
+#include <dyntape/autodiff/graph/composed.h>
 #include <dyntape/autodiff/processor.h>
 #include <dyntape/autodiff/scalars/portable.h>
 
@@ -235,11 +236,22 @@ class Pack<double, N> {
   friend Pack round(const Pack& a) {
     return a.each([](double x) { return std::round(x); });
   }
+  friend Pack rint(const Pack& a) {
+    return a.each([](double x) { return std::rint(x); });
+  }
+  friend Pack nearbyint(const Pack& a) { return rint(a); }
   friend Pack fmod(const Pack& a, const Pack& b) {
     Pack r;
     for (int i = 0; i < N; ++i) r.set(i, std::fmod(a[i], b[i]));
     return r;
   }
+  friend Pack remainder(const Pack& a, const Pack& b) {
+    Pack r;
+    for (int i = 0; i < N; ++i) r.set(i, std::remainder(a[i], b[i]));
+    return r;
+  }
+  friend Pack fdim(const Pack& a, const Pack& b) { return ops::positive_difference(a, b); }
+  friend Pack hypot(const Pack& a, const Pack& b, const Pack& c) { return ops::length_of_three(a, b, c); }
 
  private:
   using Bits = typename Truth::Bits;

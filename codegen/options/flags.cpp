@@ -11,7 +11,7 @@ namespace dyntape::codegen {
 namespace {
 
 // Correctly rounded or exact in every implementation, and worth an instruction.
-constexpr std::string_view kExact[] = {"fma", "sqrt", "fabs", "floor", "ceil", "trunc", "copysign"};
+constexpr std::string_view kExact[] = {"fma", "sqrt", "fabs", "floor", "ceil", "trunc", "rint", "copysign"};
 
 std::vector<std::string> make_contract_flags(const std::vector<Op>& operators) {
   // No errno: sqrt need not look for a negative argument.  Values are the same.

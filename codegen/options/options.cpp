@@ -8,12 +8,12 @@ const char* to_string(Profile profile) { return profile == Profile::kStrict ? "s
 const char* to_string(Functions functions) { return functions == Functions::kPortable ? "portable" : "libm"; }
 
 const char* to_string(Route route) {
-  constexpr const char* kNames[] = {"automatic", "interpreter", "compiled", "tiered"};
+  constexpr const char* kNames[] = {"automatic", "interpreter", "machine code", "compiled", "tiered"};
   return kNames[static_cast<int>(route)];
 }
 
 const char* to_string(Tier tier) {
-  constexpr const char* kNames[] = {"interpreted", "compiled at -O1", "compiled"};
+  constexpr const char* kNames[] = {"interpreted", "machine code", "compiled at -O1", "compiled"};
   return kNames[static_cast<int>(tier)];
 }
 

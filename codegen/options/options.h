@@ -24,14 +24,18 @@ namespace dyntape {
 // fast:   rewrites in the graph that change rounding.  Never -ffast-math: NaN stays honest.
 enum class Profile { kStrict, kFast };
 
-// automatic: compiled, or interpreted where there is no compiler (said once on stderr).
-// tiered:    likewise, but there at once: interpreted until a compiler in the background is done.
-enum class Route { kAutomatic, kInterpreter, kCompiled, kTiered };
+// automatic:    compiled, or machine code where there is no compiler (said once on stderr).
+// interpreter:  node by node.
+// machine code: made in this process, without a compiler, in milliseconds (machine/machine_code.h); interpreted where that cannot be.
+// compiled:     a ToolError where there is no compiler.
+// tiered:       as automatic, but there at once: machine code until a compiler in the background is done.
+enum class Route { kAutomatic, kInterpreter, kMachineCode, kCompiled, kTiered };
 
 // What of a tiered function serves now.
 enum class Tier {
   kInterpreted,
-  kQuick,  // compiled at -O1, where the options ask for more
+  kMachineCode,
+  kQuick,  // compiled at -O1, where there is no machine code and the options ask for more
   kFinal   // compiled as the options say, or from the cache
 };
 

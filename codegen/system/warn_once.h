@@ -2,7 +2,7 @@
 //
 // What a user should know and need not be stopped for: one line on stderr, once in a process.
 //
-//   warn_once("no compiler is found; derivatives are interpreted");      dyntape: no compiler is found; ...
+//   warn_once("no compiler is found; derivatives are not compiled");     dyntape: no compiler is found; ...
 #pragma once
 
 #include <string>

@@ -62,7 +62,7 @@ struct AdFunctionSettings {
 
 // What happened in createModels or loadModels, and what was made: of what serves now.
 struct AdFunctionStatistics {
-  std::string route;  // "compiled" or "interpreter"
+  std::string route;  // "compiled", "machine code" or "interpreter"
   Timings timings;
   std::vector<std::size_t> operations;  // of the kernels: value; with Jacobian; with Hessian
   std::size_t jacobianNonZeros = 0, hessianNonZeros = 0;  // of the Hessian: lower triangle

@@ -114,9 +114,9 @@ std::string SweepReport::verdict() const {
   }
   std::string text = all;
   if (outcome.was_finished) text += ", finished by an earlier run";
-  if (outcome.resumed > 0) text += ", of which " + io::with_groups(outcome.resumed) + " were there before";
+  if (outcome.resumed > 0) text += ", " + io::with_groups(outcome.resumed) + " of them there before";
   const std::size_t failed = outcome.failures.size();
-  return text + (failed == 0 ? "" : ", " + io::with_groups(long(failed)) + " of them failed");
+  return text + (failed == 0 ? "" : ", " + io::with_groups(long(failed)) + " of all failed");
 }
 
 std::string SweepReport::text() const {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/robot/minverse_product.h>
 
+#include <dyntape/interface/robot/minverse_columns.h>
+
 #include <algorithm>
 #include <string>
 
@@ -95,6 +97,22 @@ void MinverseProduct::run(const T* in, T* out, Subtract subtract) const {
         out[r * nv_ + j] = x;
       }
       d += end_[j] - begin(j);
+    }
+  }
+}
+
+void MinverseProduct::run(const double* in, double* out, int lanes, Sums sums) const {
+  minverse_columns({nv_, known_.data(), path_.data(), end_.data()}, sums == Sums::kFused, lanes, in, out);
+  const double* u = in + (n_in() - 6) * std::size_t(lanes);
+  const auto at = [&](double* result, int row, int column) { return result + (row * nv_ + column) * lanes; };
+  for (int block = 0; block < 2; ++block, out += nv_ * nv_ * lanes, u += 3 * lanes) {
+    const int known = known_[block];
+    for (int r = 0; r < nv_; ++r) std::fill_n(at(out, r, 0), known * lanes, 0.0);
+    for (int k = 0; k < 3 && known; ++k) {
+      for (int l = 0; l < lanes; ++l) {
+        at(out, k, known - 3 + (k + 1) % 3)[l] = -u[(k + 2) % 3 * lanes + l];
+        at(out, k, known - 3 + (k + 2) % 3)[l] = u[(k + 1) % 3 * lanes + l];
+      }
     }
   }
 }
@@ -203,12 +221,11 @@ std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
   kernel.operations = operations(sums);
   kernel.c_body = c_body(sums);
   kernel.c_body_of_lanes = c_body_of_lanes(sums);
-  if (sums == Sums::kFused) {
-    kernel.evaluate = [self = *this, at_once](const double* in, double* out) { self.run(in, out, at_once); };
-  } else {
-    kernel.evaluate = [self = *this, apart](const double* in, double* out) { self.run(in, out, apart); };
-    kernel.fused = [self = *this] { return self.callee(Sums::kFused); };
-  }
+  kernel.evaluate = [self = *this, sums](const double* in, double* out) { self.run(in, out, 1, sums); };
+  kernel.evaluate_lanes = [self = *this, sums](const double* in, double* out, int lanes) {
+    self.run(in, out, lanes, sums);
+  };
+  if (sums == Sums::kApart) kernel.fused = [self = *this] { return self.callee(Sums::kFused); };
   kernel.unrolled = [=, self = *this] {
     return std::make_shared<const Function>(record(name, self.n_in(), [&](const VectorXad& in) {
       VectorXad out(static_cast<Eigen::Index>(n_out));

@@ -48,6 +48,7 @@ class MinverseProduct {
   std::size_t n_in() const;
   template <class T, class Subtract>
   void run(const T* in, T* out, Subtract subtract) const;
+  void run(const double* in, double* out, int lanes, Sums sums) const;  // entry i of lane l at [i lanes + l]
   std::vector<OperationCount> operations(Sums sums) const;
   std::string c_loops(const std::string& real, const std::string& body) const;
   std::string c_body(Sums sums) const;

@@ -11,10 +11,16 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/codegen/machine/machine_code.h>
 #include <dyntape/codegen/system/files.h>
 #include <dyntape/codegen/system/process.h>
 
 namespace dyntape::testing {
+
+// How functions are evaluated where none is compiled.
+inline Route without_compiler() {
+  return codegen::MachineCode::is_possible() ? Route::kMachineCode : Route::kInterpreter;
+}
 
 // A folder that is removed when the test ends.
 class Scratch {

@@ -3,6 +3,7 @@
 // Kernels of several lanes against one point at a time, bit for bit: every operator, special values in
 // neighbouring lanes, any number of points, gaps, guards, calls; with libm's functions and with portable ones.
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record/linear_algebra.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/options/lane_widths.h>
 #include <gtest/gtest.h>
@@ -28,6 +29,16 @@ CodegenOptions in_lanes(Order order, Functions functions = Functions::kLibm) {
   options.functions = functions;
   options.lanes = Lanes::kAll;
   return options;
+}
+
+// Everything of a (3 x 3) matrix and a vector.
+VectorXad of_matrices(const VectorXad& x) {
+  const MatrixXad A = x.head(9).reshaped(3, 3);
+  const VectorXad b = x.tail(3);
+  VectorXad y(23);
+  y << solve(A, b), inverse(A).reshaped(), determinant(A), least_squares(A.leftCols(2), b),
+      eigen_symmetric(A).values, eigen_symmetric(A).vectors.col(1), singular_values(A).head(2);
+  return y;
 }
 
 // One library, once for each width that this processor has.
@@ -144,6 +155,15 @@ void expect_lanes_are_points(const Function& f, const CodegenOptions& options, R
 }
 
 class LanesOf : public ::testing::TestWithParam<Functions> {};
+
+// Pivots differ from lane to lane, and eigenvalues are a loop in each.
+TEST_P(LanesOf, Matrices) {
+  Random random(409);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = record("matrices", 12, of_matrices);
+  EXPECT_TRUE(f.guards.empty());
+  expect_lanes_are_points(f, in_lanes(Order::kSecond, GetParam()), random);
+}
 
 TEST_P(LanesOf, EveryOperator) {
   Random random(401);

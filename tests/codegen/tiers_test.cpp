@@ -60,8 +60,11 @@ Function small() {
   });
 }
 
+// Of processors without machine code, on all.
 class Tiered : public ::testing::Test {
  protected:
+  void SetUp() override { setenv("DYNTAPE_MACHINE_CODE", "off", 1); }
+  void TearDown() override { unsetenv("DYNTAPE_MACHINE_CODE"); }
   CodegenOptions options(Order order = Order::kValue) const {
     CodegenOptions o;
     o.order = order;
@@ -402,6 +405,29 @@ TEST_F(Tiered, OneFunctionAtATimeIsCompiled) {
         record("f", 1, [k](const VectorXad& x) { return VectorXad::Constant(1, x[0] * k + 3); }), o));
   for (const CompiledFunction& t : functions) t.wait();
   EXPECT_FALSE(std::ifstream(clash).good());
+}
+
+TEST_F(Tiered, EqualFunctionsAreCompiledOnce) {
+  CodegenOptions o = options();
+  const std::string calls = scratch_ / "calls";
+  o.compiler = fake_compiler(scratch_, "case \"$*\" in *-c*) echo call >> '" + calls + "';; esac\ncc \"$@\"");
+  const auto parabola = [](const VectorXad& x) { return VectorXad::Constant(1, x[0] * x[0] + 3); };
+  const auto count = [&] {
+    std::ifstream file(calls);
+    return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
+  };
+  CompiledFunction::make(record("first", 1, parabola), o).wait();
+  const auto of_one = count();
+  EXPECT_GT(of_one, 0);
+  o.cache_folder = scratch_ / "other";
+  std::vector<CompiledFunction> functions;
+  for (const char* name : {"one", "two", "three"})
+    functions.push_back(CompiledFunction::make(record(name, 1, parabola), o));
+  for (const CompiledFunction& t : functions) {
+    t.wait();
+    EXPECT_EQ(t.tier(), Tier::kFinal) << t.trouble();
+  }
+  EXPECT_EQ(count(), 2 * of_one);
 }
 
 TEST_F(Tiered, WorkspacesMoveAndBelongToOneFunction) {

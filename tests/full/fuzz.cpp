@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Random programs through every route, random graphs through the compiler, and random robots through both,
+// Random programs through every route, random graphs through the compiler and as machine code, and random robots through both,
 // random scenes against their balance of energy, as many as asked for.
 //
 //   fuzz --programs 100000 --first-seed 1
@@ -26,8 +26,8 @@ namespace dyntape::testing {
 namespace {
 
 struct Options {
-  std::uint64_t programs = 5000, first_seed = 1, batches = 12, robots = 300, compiled_robots = 4,
-                scenes = 200, accuracy = 200;
+  std::uint64_t programs = 5000, first_seed = 1, batches = 12, machine_batches = 200, robots = 300,
+                compiled_robots = 4, scenes = 200, accuracy = 200;
 };
 
 // Tries `count` seeds on all threads; returns the number of those that fail and prints what `failure` says.
@@ -60,8 +60,8 @@ std::string program_failure(std::uint64_t seed) {
   return disagreement(program, seed).empty() ? "" : shrunk_disagreement(program, seed);
 }
 
-// A hundred graphs in one library, with derivatives.
-std::string compiled_failure(std::uint64_t seed) {
+// A hundred graphs in one function, with derivatives.
+std::string code_failure(std::uint64_t seed, Route route) {
   Random random(seed);
   const Function f = random_functions(random, 100, 5 + random.below(10));
   CodegenOptions options;
@@ -69,7 +69,7 @@ std::string compiled_failure(std::uint64_t seed) {
   options.jobs = 1;
   options.route = Route::kInterpreter;
   const CompiledFunction interpreted = CompiledFunction::make(f, options);
-  options.route = Route::kCompiled;
+  options.route = route;
   options.lanes = Lanes::kNative;
   options.piece_statements = 20 + random.below(400);
   const CompiledFunction compiled = CompiledFunction::make(f, options);
@@ -107,11 +107,16 @@ std::string compiled_failure(std::uint64_t seed) {
   return "";
 }
 
+std::string compiled_failure(std::uint64_t seed) { return code_failure(seed, Route::kCompiled); }
+std::string machine_failure(std::uint64_t seed) { return code_failure(seed, Route::kMachineCode); }
+
 int fuzz(const Options& options) {
   const std::uint64_t bad_programs =
       failures("programs", options.programs, options.first_seed, program_failure);
   const std::uint64_t bad_batches =
       failures("compiled batches of 100 graphs", options.batches, options.first_seed, compiled_failure);
+  const std::uint64_t bad_machine =
+      failures("machine code of 100 graphs", options.machine_batches, options.first_seed, machine_failure);
   const std::uint64_t bad_robots = failures("robots", options.robots, options.first_seed, robot_failure);
   const std::uint64_t bad_compiled =
       failures("compiled robots", options.compiled_robots, options.first_seed, compiled_robot_failure);
@@ -123,6 +128,9 @@ int fuzz(const Options& options) {
             << 100 * options.batches
             << " graphs with derivatives, compiled, single and in lanes: " << bad_batches << " of "
             << options.batches << " batches differ from the interpreter\n"
+            << 100 * options.machine_batches
+            << " graphs with derivatives, as machine code, single and in lanes: " << bad_machine << " of "
+            << options.machine_batches << " batches differ from the interpreter\n"
             << options.robots << " robots, six functions each, as templates and on the tape: " << bad_robots
             << " disagree with 113 bits\n"
             << options.compiled_robots << " robots compiled: " << bad_compiled
@@ -132,7 +140,9 @@ int fuzz(const Options& options) {
             << options.accuracy << " scenes against adaptive steps at 1e-12: " << bad_ends << " disagree, "
             << refused_scenes() - scenes_refused << " were refused\n"
             << "seeds from " << options.first_seed << "\n";
-  return bad_programs + bad_batches + bad_robots + bad_compiled + bad_scenes + bad_ends == 0 ? 0 : 1;
+  return bad_programs + bad_batches + bad_machine + bad_robots + bad_compiled + bad_scenes + bad_ends == 0
+             ? 0
+             : 1;
 }
 
 }  // namespace
@@ -146,6 +156,8 @@ int main(int argc, char** argv) {
   app.add_option("--programs", options.programs, "random programs of 5 to 200 instructions")
       ->capture_default_str();
   app.add_option("--batches", options.batches, "libraries of 100 random graphs")->capture_default_str();
+  app.add_option("--machine-batches", options.machine_batches, "machine code of 100 random graphs")
+      ->capture_default_str();
   app.add_option("--robots", options.robots, "random robots of 1 to 12 joints, interpreted")
       ->capture_default_str();
   app.add_option("--compiled-robots", options.compiled_robots, "random robots of 1 to 8 joints, compiled")

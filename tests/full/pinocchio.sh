@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Agreement with Pinocchio on 1000 states, and times beside it, on our robots and on public files that are not ours.
+# Agreement with Pinocchio on 1000 states, and times beside it, on our robots and on public files that are not ours; which of those are read.
 #   pinocchio.sh DYNTAPE SOURCE_DIR BUILD_DIR
 set -euo pipefail
 dyntape=$1 source=$2 build=$3
@@ -10,6 +10,7 @@ if ! "$python" -c 'import numpy, pinocchio' 2>/dev/null || [ -z "$(robots)" ]; t
   python3 -m venv "$build/peers"
   "$python" -m pip install -q pin numpy example-robot-data
 fi
+"$python" -m pip install -q upkie_description cookie_description jvrc_description
 ours=$source/config/robots
 theirs=$(robots)
 [ -n "$theirs" ] || { echo "pinocchio.sh: example-robot-data brought no robots" >&2; exit 1; }
@@ -19,6 +20,7 @@ theirs=$(robots)
   "$source"/tests/full/planar_cart.urdf{,:floating} \
   "$theirs"/panda_description/urdf/panda.urdf "$theirs"/ur_description/urdf/ur5_robot.urdf \
   "$theirs"/talos_data/robots/talos_reduced.urdf:floating
+"$python" "$source/tests/full/public_robots.py" "$dyntape" "$build/peers/lib"
 # Both in one process: the peer compiles, agrees and is timed.
 "$dyntape" bench "$ours"/panda.urdf --peer --peer-prefix "$build/peers"
 "$dyntape" bench "$ours"/solo12.urdf --base floating --peer --peer-prefix "$build/peers"

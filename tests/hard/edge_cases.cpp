@@ -39,6 +39,10 @@ void add_exponentials(Cases& c) {
                {-52 * e}});
   c.push_back({"erfc vanishes", [](const V& x) { return erfc(x[0]); }, {40}, 0, {0}, {0}});
   c.push_back({"erf saturates", [](const V& x) { return erf(x[0]); }, {40}, 1, {0}, {0}});
+  c.push_back({"log2 at 0", [](const V& x) { return log2(x[0]); }, {0}, -kInf, {kInf}, {-kInf}});
+  const double ln2 = std::log(2.0);
+  c.push_back(
+      {"exp2", [](const V& x) { return exp2(x[0]); }, {-3}, 0.125, {0.125 * ln2}, {0.125 * ln2 * ln2}});
   c.push_back({"log at 0", [](const V& x) { return log(x[0]); }, {0}, -kInf, {kInf}, {-kInf}});
   c.push_back({"log of a negative number", [](const V& x) { return log(x[0]); }, {-1}, kNan, {}, {}});
   c.push_back({"sum of log|x| with one zero",
@@ -100,6 +104,27 @@ void add_steps(Cases& c) {
   c.push_back({"floor", [](const V& x) { return floor(x[0]); }, {-1.5}, -2, {0}, {0}});
   c.push_back({"ceil", [](const V& x) { return ceil(x[0]); }, {-1.5}, -1, {0}, {0}});
   c.push_back({"round half away from zero", [](const V& x) { return round(x[0]); }, {-2.5}, -3, {0}, {0}});
+  c.push_back({"rint of a tie: to even", [](const V& x) { return rint(x[0]); }, {-2.5}, -2, {0}, {0}});
+  c.push_back({"remainder of a tie: the even quotient",
+               [](const V& x) { return remainder(x[0], x[1]); },
+               {7, 2},
+               -1,
+               {1, -4},
+               {0, 0, 0, 0}});
+  c.push_back(
+      {"fdim at a tie", [](const V& x) { return fdim(x[0], x[1]); }, {2, 2}, 0, {0, 0}, {0, 0, 0, 0}});
+  c.push_back({"hypot of three on an axis",
+               [](const V& x) { return hypot(x[0], x[1], x[2]); },
+               {0, 0, -4},
+               4,
+               {0, 0, -1},
+               {0.25, 0, 0, 0, 0.25, 0, 0, 0, 0}});
+  c.push_back({"hypot of three at the origin",
+               [](const V& x) { return hypot(x[0], x[1], x[2]); },
+               {0, 0, 0},
+               0,
+               {0, 0, 0},
+               {}});
   c.push_back({"fmod", [](const V& x) { return fmod(x[0], x[1]); }, {-7.5, 2}, -1.5, {1, 3}, {0, 0, 0, 0}});
   c.push_back({"fmod where the quotient rounds to a whole number",
                [](const V& x) { return fmod(x[0], x[1]); },

@@ -241,6 +241,18 @@ TEST(InfoText, positions_are_those_of_the_text) {
   EXPECT_EQ(to_string(root.children[0].children[0].value_where), "p.info:3:8");
 }
 
+TEST(InfoText, several_keys_stand_on_a_line) {
+  const InfoNode root = parse_info("q { shoulder 0  elbow \"1 2\"  hand { x 1 } } next on last\n", "t.info");
+  ASSERT_EQ(root.children.size(), 3u);
+  const InfoNode& q = root.children[0];
+  ASSERT_EQ(q.children.size(), 3u);
+  EXPECT_EQ(q.children[1].key, "elbow");
+  EXPECT_EQ(q.children[1].value, "1 2");
+  EXPECT_EQ(q.children[2].children[0].value, "1");
+  EXPECT_EQ(root.children[1].value, "on");
+  EXPECT_FALSE(root.children[2].has_value);
+}
+
 TEST(InfoText, names_what_looks_like_a_mistake) {
   const struct {
     const char *text, *message;
@@ -251,8 +263,7 @@ TEST(InfoText, names_what_looks_like_a_mistake) {
       {"a // later\n", "t.info:1:3: '//' does not start a comment"},
       {"a = 1\n", "t.info:1:3: '=' would be the value"},
       {"a=1\n", "t.info:1:1: the key 'a=1' contains '='"},
-      {"a 1 b 2\n", "t.info:1:5: 'b' follows another entry on its line"},
-      {"a { b 1 } c\n", "t.info:1:11: 'c' follows another entry on its line"},
+      {"a 1 2\n", "t.info:1:5: '2' follows the value of 'a' on its line; a list of numbers stands in quotes"},
       {"a { b 1}\n", "t.info:1:7: the brace is part of the value '1}'"},
       {"a { b 1\n", "t.info:1:3: the block of 'a' is never closed"},
       {"a 1\n}\n", "t.info:2:1: '}' closes nothing"},

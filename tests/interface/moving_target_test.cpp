@@ -118,6 +118,26 @@ TEST_F(MovingTargets, AControllerFollowsACircle) {
   EXPECT_GT(m.t[m.points() - 1], 2.9);
 }
 
+// The shipped one: no goal, joints that stand still by symmetry at first, a push on the way.
+TEST_F(MovingTargets, AnArmFollowsACircle) {
+  const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_follows_circle.info");
+  const ControlReport report = control_task(task);
+  EXPECT_EQ(report.loop.steps.front().status, SolveStatus::kSolved);
+  const Trajectory& m = report.loop.motion;
+  ASSERT_GT(m.t[m.points() - 1], 5.9);
+  const TargetOverTime on_circle = circle({0.5, 0, 0.5}, {1, 0, 0}, 0.1, 3);
+  const auto& model = task.scene.model;
+  dynamics::Data<double> data(model);
+  double worst = 0;
+  for (int p = 0; p < m.points(); ++p) {
+    if (m.t[p] < 1 || (m.t[p] > 2 && m.t[p] < 2.6)) continue;
+    dynamics::forward_kinematics<double>(model, data, VectorXd(m.x.col(p).head(model.nq)));
+    const Vector3d hand = dynamics::frame_placement(model, data, model.frame_index("panda_hand")).p;
+    worst = std::max(worst, (hand - on_circle(m.t[p])).norm());
+  }
+  EXPECT_LT(worst, 5e-3);
+}
+
 TEST_F(MovingTargets, WrongOnesAreNamed) {
   const std::string bare = text_;
   const auto says = [&](const std::string& keys, const std::string& part) {

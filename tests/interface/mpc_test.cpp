@@ -210,7 +210,7 @@ TEST(Mpc, ReportsTellWhatIsMeasuredTo) {
   const Eigen::Vector3d place(0.3, 0, 0.6);
   const auto [of_frame, framed] =
       report_of("goal\n{\n frame hand\n {\n  position \"0.3 0 0.6\"\n }\n}\n" + tracking);
-  const auto distance = [&of_frame = of_frame](const VectorXd& x) {
+  const auto distance = [&, &of_frame = of_frame](const VectorXd& x) {
     const auto& model = of_frame.scene.model;
     dynamics::Data<double> data(model);
     dynamics::forward_kinematics<double>(model, data, VectorXd(x.head(2)));

@@ -273,5 +273,31 @@ TEST_F(TaskFiles, CompiledAndInterpretedSolvesAreBitEqual) {
   EXPECT_EQ(compiled.solution.nlp.x, cached.solution.nlp.x);
 }
 
+TEST_F(TaskFiles, TheSolveBeginsBeforeItsFunctionsAreCompiled) {
+  Task task = read(cart_pole());
+  CodegenOptions& how = task.optimise.mesh.evaluation;
+  how.cache_folder = (folder_ / "cache").string();
+  how.compiler = (folder_ / "slow-cc").string();
+  dyntape::write_file_atomically(how.compiler,
+                                 "#!/bin/sh\ncase \"$*\" in *-###*) echo slow version 1;; *' -E '*) exit 1;; "
+                                 "*) sleep 100;; esac\n");
+  fs::permissions(how.compiler, fs::perms::owner_all);
+  const SolveReport report = solve_task(task);
+  EXPECT_TRUE(report.success()) << report.verdict();
+  EXPECT_EQ(report.build.unfinished, 1);
+  EXPECT_EQ(report.build.machine_code + report.build.interpreted, 1);
+  EXPECT_EQ(report.solution.nlp.x, solve_task(without_compiler(task)).solution.nlp.x);
+  for (const auto& entry : fs::directory_iterator(how.cache_folder))
+    EXPECT_FALSE(entry.path().filename().string().starts_with("build-")) << entry.path();
+
+  how.compiler.clear();
+  how.route = Route::kCompiled;
+  EXPECT_EQ(solve_task(task).build.compiled, 1);
+  how.route = Route::kAutomatic;
+  const SolveReport cached = solve_task(task);
+  EXPECT_EQ(cached.build.from_cache, 1);
+  EXPECT_EQ(cached.build.unfinished, 0);
+}
+
 }  // namespace
 }  // namespace dyntape

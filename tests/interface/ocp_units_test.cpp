@@ -289,6 +289,14 @@ TEST(Magnitudes, OfRowsThatLackRoundingComeFromTheOthers) {
   const std::vector<double> start = nlp.start();
   for (double x : nlp.scaling(start).x) EXPECT_GT(x, 1e-6);
   EXPECT_TRUE(check_derivatives(nlp, start).good());
+
+  // A guess that holds what hangs, and the other but for rounding.
+  p.guess = [](double t) {
+    return Stage<double>{t, Eigen::Vector4d(t, t, 0, 0), Eigen::VectorXd::Zero(2),
+                         Eigen::Vector2d(9.81, -1e-19)};
+  };
+  StagedNlp held = discretize(p, {.intervals = 4, .evaluation = test::kInterpreted});
+  for (double x : held.scaling(held.start()).x) EXPECT_GT(x, 1e-6);
 }
 
 // The end lacks a metre of one state, and of a row that both make up but rounding.

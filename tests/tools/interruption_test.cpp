@@ -97,7 +97,8 @@ bool compiles(const std::string& cache) {
   return false;
 }
 
-const std::vector<std::string> kLongToCompile = {"solve", config("tasks/arm_effort.info")};
+const std::vector<std::string> kLongToCompile = {"solve", config("tasks/arm_effort.info"), "--set",
+                                                 "evaluation.route=compiled"};
 
 TEST(Interruption, WhileCompilingNothingIsLeft) {
   const Scratch scratch;
@@ -118,6 +119,22 @@ TEST(Interruption, WhileCompilingNothingIsLeft) {
   for (int k = 0; k < 100 && processes_with(cache) > 0; ++k) std::this_thread::sleep_for(10ms);
   EXPECT_EQ(processes_with(cache), 0);
   EXPECT_FALSE(fs::exists(results + "/trajectory.csv"));
+}
+
+// Where the solve does not wait for it: there may be a motion by then.
+TEST(Interruption, ACompilerInTheBackgroundLeavesNothing) {
+  const Scratch scratch;
+  const std::string cache = scratch / "cache";
+  const Running command(scratch, {"solve", config("tasks/arm_effort.info")});
+  ASSERT_TRUE(reached(command, [&] { return compiles(cache); }));
+  command.send(SIGINT);
+  const Outcome outcome = command.wait();
+  EXPECT_EQ(outcome.status, 130) << outcome.err;
+  EXPECT_NE(outcome.err.find("nterrupted "), std::string::npos) << outcome.err;
+  EXPECT_TRUE(builds_in(cache).empty());
+  EXPECT_TRUE(fs::is_empty(scratch / "tmp"));
+  for (int k = 0; k < 100 && processes_with(cache) > 0; ++k) std::this_thread::sleep_for(10ms);
+  EXPECT_EQ(processes_with(cache), 0);
 }
 
 TEST(Interruption, WhileSolvingTheBestMotionIsWritten) {

@@ -7,6 +7,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/processor_level.h>
@@ -41,34 +42,46 @@ Finding cache() {
   return {"cache", found->folder() + ", " + std::to_string(found->list().size()) + " libraries"};
 }
 
-// The whole way, outside the cache: record, derive, print, compile, load, and the same bits as the interpreter.
-Finding pipeline() {
-  const Function f = record("doctor", 2, [](const VectorXad& x) {
+Function sample() {
+  return record("doctor", 2, [](const VectorXad& x) {
     VectorXad y(1);
     y[0] = sin(x[0]) * exp(x[1]) / (1.0 + x[0] * x[0]);
     return y;
   });
+}
+
+CompiledFunction sample_by(Route route) {
   CodegenOptions options;
   options.order = Order::kSecond;
   options.use_cache = false;
-  options.route = Route::kCompiled;
-  const auto compiled = CompiledFunction::make(f, options);
-  options.route = Route::kInterpreter;
-  const auto interpreted = CompiledFunction::make(f, options);
-  const double x[] = {0.3, -1.2}, w[] = {1};
-  const auto evaluate = [&](const CompiledFunction& g) {
-    std::vector<double> result(1 + g.jacobian_pattern().nnz() + g.hessian_pattern().nnz());
-    CompiledFunction::Workspace workspace(g);
-    g.second_order(x, nullptr, w, result.data(), result.data() + 1,
-                   result.data() + 1 + g.jacobian_pattern().nnz(), workspace);
-    return result;
+  options.route = route;
+  return CompiledFunction::make(sample(), options);
+}
+
+bool equals_interpreter(const CompiledFunction& f) {
+  const auto evaluate = [](const CompiledFunction& g) {
+    const auto all = g.evaluate(Order::kSecond, {0.3, -1.2}, {}, {1});
+    return std::tuple(all.y, all.jacobian, all.hessian);
   };
-  const bool same = evaluate(compiled) == evaluate(interpreted);
-  return {"pipeline",
-          same ? "generated code equals the interpreter bit for bit (compiled in " +
-                     io::duration(compiled.timings().compile) + ")"
+  return evaluate(f) == evaluate(sample_by(Route::kInterpreter));
+}
+
+Finding judged(const char* what, const CompiledFunction& made) {
+  const bool same = equals_interpreter(made);
+  return {what,
+          same ? "generated code equals the interpreter bit for bit (made in " +
+                     io::duration(made.timings().compile) + ")"
                : "generated code differs from the interpreter",
           same};
+}
+
+// The whole way, outside the cache: record, derive, print, compile, load, and the same bits as the interpreter.
+Finding pipeline() { return judged("pipeline", sample_by(Route::kCompiled)); }
+
+Finding machine_code() {
+  const CompiledFunction made = sample_by(Route::kMachineCode);
+  if (made.route() == Route::kMachineCode) return judged("machine code", made);
+  return {"machine code", "none on this processor; functions are interpreted until they are compiled"};
 }
 
 Finding pictures() {
@@ -94,6 +107,7 @@ std::vector<Finding> examine() {
       attempt("compiler", compiler),
       attempt("cache", cache),
       attempt("pipeline", pipeline),
+      attempt("machine code", machine_code),
       attempt("pictures", pictures),
       {"Eigen", std::to_string(EIGEN_WORLD_VERSION) + "." + std::to_string(EIGEN_MAJOR_VERSION) + "." +
                     std::to_string(EIGEN_MINOR_VERSION)},

@@ -60,6 +60,11 @@ Interruption::~Interruption() {
 int Interruption::status() const { return signal_ ? 128 + signal_ : 0; }
 
 void Interruption::note(int signal) {
+  // `timeout` signals a program and then its group: one wish.
+  constexpr auto kAtOnce = std::chrono::milliseconds(100);
+  const auto now = std::chrono::steady_clock::now();
+  if (signal_ && now - noted_ < kAtOnce) return;
+  noted_ = now;
   if (signal_) {
     say("interrupted again: ended at once, files may be missing");
     _exit(128 + signal);

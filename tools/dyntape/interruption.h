@@ -14,6 +14,7 @@
 #include <signal.h>
 
 #include <atomic>
+#include <chrono>
 #include <functional>
 #include <stop_token>
 #include <thread>
@@ -40,6 +41,7 @@ class Interruption {
   std::function<bool()> nothing_to_save_;
   std::stop_source stop_;
   std::atomic<int> signal_ = 0;
+  std::chrono::steady_clock::time_point noted_;
   sigset_t before_{};
   codegen::Descriptor signals_, over_;  // readable when a signal came, when this object goes
   std::jthread thread_;

@@ -70,7 +70,7 @@ class SolveDisplay {
   void show(const SolveMoment& moment) {
     using enum SolveStage;
     has_iterated_ = has_iterated_ || moment.now;
-    nothing_to_save_ = !has_iterated_ && moment.stage != kCompiling;
+    nothing_to_save_ = !has_iterated_ && moment.stage != kCompiling && !moment.compiles;
     if (!moment.now) line_.show(moment.text());
     if (moment.now && silent_solver_) line_.show(moment.text());
   }
@@ -105,6 +105,7 @@ void run(const SolveOptions& options) {
     return;
   }
   const OutputFolder folder(options.output, result_files(), task.inputs);
+  if (!task.unreachable.empty()) std::cerr << "dyntape: note: " << task.unreachable << "\n";
   SolveDisplay display(task);
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = folder.hold([&] { return watched(task, display, interruption); });

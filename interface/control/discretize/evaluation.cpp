@@ -72,10 +72,12 @@ bool Evaluation::run(const std::vector<Evaluator>& evaluators, Order order, cons
 
 void add_to(BuildReport& report, const CompiledFunction& function) {
   report.seconds += function.timings();
-  const bool interpreted = function.route() == Route::kInterpreter, cached = function.timings().cache_hit;
-  report.interpreted += interpreted && function.n_y() > 0;
+  const bool cached = function.timings().cache_hit;
+  report.interpreted += function.route() == Route::kInterpreter && function.n_y() > 0;
+  report.machine_code += function.route() == Route::kMachineCode;
   report.from_cache += cached;
-  report.compiled += !interpreted && !cached;
+  report.compiled += function.route() == Route::kCompiled && !cached;
+  report.unfinished += !function.is_settled();
   if (!function.source_path().empty()) report.sources.push_back(function.source_path());
 }
 

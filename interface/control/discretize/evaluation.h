@@ -66,8 +66,9 @@ class Evaluation {
 // What it took to make functions ready, summed over them.
 struct BuildReport {
   Timings seconds;
-  int compiled = 0, from_cache = 0, interpreted = 0;  // functions
-  std::vector<std::string> sources = {};              // C files, where there are any
+  int compiled = 0, from_cache = 0, machine_code = 0, interpreted = 0;  // functions
+  int unfinished = 0;                                                   // whose compiler is still at work
+  std::vector<std::string> sources = {};                                // C files, where there are any
 };
 void add_to(BuildReport& report, const CompiledFunction& function);
 

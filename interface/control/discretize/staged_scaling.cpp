@@ -242,6 +242,8 @@ VectorXd PhaseScaling::nominal_values(const std::vector<double>& start, Linearis
   VectorXd given =
       values.middleCols(Index(phase_.first_used), Index(phase_.used)).cwiseAbs().rowwise().maxCoeff();
   given.head(n_x).setZero();
+  // Forces that balance but for rounding, as those of a symmetric arm, tell nothing.
+  given = (given.array() < kRounding * given.maxCoeff()).select(0, given);
   // What a row lacks by rounding, beside what it then amounts to, moves nothing.
   const VectorXd norms = row_norms(at.derivatives, completed(extent, at).cwiseMax(given));
   at.lacks = (at.lacks.array() < kNegligible * norms.array()).select(0, at.lacks);

@@ -61,6 +61,15 @@ std::pair<int, double> place_in(const Times& times, int count, double t) {
   return {k, (t - times(k)) / (times(k + 1) - times(k))};
 }
 
+// How far a measured state is off its guess says how far states move, unless that is next to nothing.
+NlpScaling larger(NlpScaling measured, NlpScaling as_made) {
+  constexpr double kLittle = 0.01;
+  for (std::size_t i = 0; i < measured.x.size(); ++i) {
+    if (measured.x[i] < kLittle * as_made.x[i]) return as_made;
+  }
+  return measured;
+}
+
 }  // namespace
 
 Eigen::VectorXd Plan::control(double t) const {
@@ -180,6 +189,8 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
                         " s, expected a time after the last one's, " + io::shortest(step_.plan.begin) + " s");
   std::vector<double> start;
   if (has_plan_) start = moved(t - step_.plan.begin);
+  NlpScaling as_made;
+  if (!has_plan_) as_made = program_.scaling(program_.start());
   Problem now = values_;
   now.start = x.cwiseMax(now.x.lower).cwiseMin(now.x.upper);
   now.parameters = values_.parameters.later(t);
@@ -188,7 +199,7 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
   if (!has_plan_) {
     start = program_.start();
     program_.check_finite(start);
-    scaled_ = std::make_unique<ScaledNlp>(program_, program_.scaling(start));
+    scaled_ = std::make_unique<ScaledNlp>(program_, larger(program_.scaling(start), std::move(as_made)));
     solver_ = std::make_unique<StructuredInteriorPoint>(*scaled_);
     model_ = std::make_unique<QpSubproblem>(*scaled_);
     of_model_ = std::make_unique<StructuredInteriorPoint>(*model_);

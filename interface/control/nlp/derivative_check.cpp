@@ -27,6 +27,8 @@ constexpr double kPerturbation = 0.05;       // of the point, relative to nomina
 constexpr double kFinest = 1e-6;             // of |x|: steps that are relative to less are rounding
 constexpr double kTolerance = 1e-6;          // of |given - difference| / max(1, |given|, |difference|)
 constexpr std::size_t kMostMismatches = 20;  // that are named
+constexpr std::size_t kMostEntries = 64;     // in a row of a Hessian that is checked column by column
+constexpr std::size_t kDirections = 16;      // in which others are checked
 constexpr unsigned kPoints = 3;  // at which an entry has to mismatch: a wrong one is wrong everywhere
 
 // y = f(x); throws where that is not finite.
@@ -189,6 +191,50 @@ class Checker {
     }
   }
 
+  // Whether products of a Hessian that has a long row with random directions are the differences of f along them.  Each direction
+  // moves all variables, with random signs, so that a wrong entry shows in its row in each.
+  bool agrees_along_directions(const Pattern& pattern, const Vector& given, const VectorFunction& f,
+                               const Vector& terms) {
+    std::vector<std::size_t> entries(pattern.rows, 0);
+    for (std::uint32_t row : pattern.row) ++entries[row];
+    if (entries.empty() || *std::max_element(entries.begin(), entries.end()) <= kMostEntries) return false;
+    double worst = 0;
+    std::bernoulli_distribution coin;
+    for (std::size_t k = 0; k < kDirections; ++k) {
+      Vector direction(x_.size());
+      for (std::size_t j = 0; j < x_.size(); ++j)
+        direction[j] = coin(random_) ? step_of(x_[j]) : -step_of(x_[j]);
+      double least = HUGE_VAL;
+      for (double step = kRelativeStep; step > kRelativeStep / 300 && !(least <= kTolerance); step /= 16) {
+        least = std::fmin(least, error_along(pattern, given, f, terms, direction, step));
+        for (double& d : direction) d /= 16;
+      }
+      if (!(least <= kTolerance)) return false;
+      worst = std::max(worst, least);
+    }
+    result_.worst_second = worst;
+    result_.hessian_directions = kDirections;
+    return true;
+  }
+
+  // The largest error of a row along a direction whose relative step is given, beside what the row's terms amount to.
+  double error_along(const Pattern& pattern, const Vector& given, const VectorFunction& f,
+                     const Vector& terms, const Vector& direction, double step) const {
+    Vector expected(pattern.rows, 0.0), size(pattern.rows, 1.0);
+    for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+      const double term = given[k] * direction[pattern.col[k]] / step;
+      expected[pattern.row[k]] += term;
+      size[pattern.row[k]] = std::max(size[pattern.row[k]], std::abs(term));
+    }
+    const Vector found = difference(f, x_, direction, pattern.rows);
+    double worst = 0;
+    for (std::size_t i = 0; i < pattern.rows; ++i) {
+      const double error = std::abs(expected[i] - found[i] / step) - kDifferenceError * terms[i];
+      worst = dyntape::worst(worst, std::max(error, 0.0) / size[i]);
+    }
+    return worst;
+  }
+
   void check_constraints() {
     Vector values(shape_.jacobian.nnz());
     if (!nlp_.jacobian(x_.data(), values.data())) not_finite("Jacobian");
@@ -269,6 +315,7 @@ class Checker {
     }
     add_terms(terms, full, full_values, x_);
     for (std::size_t i = 0; i < x_.size(); ++i) row_unit[i] = units().objective / units().x[i];
+    if (agrees_along_directions(full, full_values, lagrangian_gradient, terms)) return;
     compare_columns(
         full, full_values, lagrangian_gradient, terms, row_unit, result_.worst_second,
         [&](std::size_t i) { return "derivative of the Lagrangian by " + nlp_.variable_name(i); });

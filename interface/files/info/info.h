@@ -21,9 +21,8 @@
 //     relative to the working directory;
 //   - more than kMaxIncludes #include lines, or kMaxIncluded bytes that they bring in, are an error: two lines in
 //     each of 31 files stand for two thousand million.
-// Refused, besides, is what Boost accepts by accident: a second key on the line of another (which is how
-// `//` comments and `=` signs look to this format), a value that is a brace glued to a word, an unfinished
-// continuation, and the byte zero.
+// Refused, besides, is what Boost accepts by accident: a number as a key behind a value (a list without quotes), `//` comments and
+// `=` signs, a value that is a brace glued to a word, an unfinished continuation, and the byte zero.
 //
 // Errors.  FileError, one line `file:line:column: message` for each problem found.
 #pragma once

@@ -13,6 +13,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/info/info_line.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape::io {
 namespace {
@@ -96,9 +97,10 @@ class TreeBuilder {
     const Word word = cursor.word();
     if (!word.quoted && word.raw.starts_with("//")) return reject_slashes(cursor, word);
     OpenBlock& block = blocks_.back();
-    if (block.last_key_line == line_) {
-      problem(word.offset,
-              "'" + std::string(word.raw) + "' follows another entry on its line; one key, one line");
+    if (block.last_key_line == line_ && block.last >= 0 && !word.quoted &&
+        parse_double(std::string(word.raw))) {
+      problem(word.offset, "'" + std::string(word.raw) + "' follows the value of '" + last_node().key +
+                               "' on its line; a list of numbers stands in quotes");
     }
     if (!word.quoted) check_word(word, "key");
     block.last_key_line = line_;

@@ -12,6 +12,12 @@ namespace {
 using dynamics::CollisionSphere;
 using io::Section;
 
+std::vector<std::string> frame_names(const dynamics::Model<double>& model) {
+  std::vector<std::string> names;
+  for (const auto& frame : model.frames) names.push_back(frame.name);
+  return names;
+}
+
 bool holds(const std::vector<std::string>& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
@@ -31,15 +37,27 @@ void note_what_is_left(std::vector<std::string>& left_out, std::vector<std::stri
 
 }  // namespace
 
+std::vector<std::string> read_frames(Section& block, const std::string& meaning,
+                                     const dynamics::Model<double>* model) {
+  block.about(meaning);
+  if (!model) {
+    block.defer("frames", "names of links");
+    return {};
+  }
+  const std::vector<std::string> names = distinct_names(block, "frames", frame_names(*model));
+  if (names.empty() && block.has("frames")) block.problem("frames", "'frames' names no link");
+  if (names.empty()) block.get<std::string>("frames");  // notes that it is missing
+  return names;
+}
+
 std::optional<std::vector<CollisionSphere>> read_collision_shapes(Section& block, const KeyedRobot& robot) {
   block.about("collision: spheres, corners of boxes and rims of cylinders of the robot's file");
   if (!block.has("shapes")) return std::nullopt;
   block.choice_or<int>("shapes", "collision", {{"collision", 0}});
+  if (!robot.model) return std::nullopt;
   if (block.has("radius")) block.problem("radius", "'radius' is given beside 'shapes', which have their own");
   std::vector<CollisionSphere> spheres;
-  if (!robot.model) return spheres;
-  std::vector<std::string> links;
-  for (const auto& frame : robot.model->frames) links.push_back(frame.name);
+  const std::vector<std::string> links = frame_names(*robot.model);
   block.about("links that touch; absent: all that have shapes");
   const std::vector<std::string> named = distinct_names(block, "frames", links);
   const dynamics::UrdfCollisions found = dynamics::read_collisions(robot.urdf, *robot.model);

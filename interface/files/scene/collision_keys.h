@@ -5,7 +5,7 @@
 //   effects     { contacts { contact { shapes collision  stiffness 1e5  dissipation 0.5  friction 0.7 } } }
 //   constraints { contacts { contact { shapes collision  frames "foot"  friction 0.7 } } }
 //
-//   if (const auto spheres = read_collision_shapes(block, robot)) ...     // none: the key is absent
+//   if (const auto spheres = read_collision_shapes(block, robot)) ...     // none: the key is absent, or the robot
 #pragma once
 
 #include <optional>
@@ -24,6 +24,10 @@ struct KeyedRobot {
   std::vector<std::string>* left_out =
       nullptr;  // of Scene and Task; <collision> is read where it is asked for
 };
+
+// The links, at least one of them, that `frames` names; none without a model.
+std::vector<std::string> read_frames(io::Section& block, const std::string& meaning,
+                                     const dynamics::Model<double>* model);
 
 // The spheres of the links that `frames` names, of all where it is absent.  What is wrong is noted in the block; a sphere of
 // a link that is fixed to the world is none.

@@ -12,20 +12,10 @@ using RobotModel = dynamics::Model<double>;
 
 // Indices of the frames that `frames` names; what it names wrongly is noted.
 std::vector<int> frames_named(Section& block, const std::string& meaning, const RobotModel* model) {
-  block.about(meaning);
-  if (!model) {
-    block.defer("frames", "names of links");
-    return {};
-  }
-  std::vector<std::string> valid;
-  for (const auto& frame : model->frames) valid.push_back(frame.name);
-  const std::vector<std::string> names = distinct_names(block, "frames", valid);
-  if (names.empty() && block.has("frames")) block.problem("frames", "'frames' names no link");
-  if (names.empty()) block.get<std::string>("frames");  // notes that it is missing
   std::vector<int> indices;
-  for (const std::string& name : names) {
-    for (std::size_t i = 0; i < valid.size(); ++i) {
-      if (valid[i] == name) indices.push_back(int(i));
+  for (const std::string& name : read_frames(block, meaning, model)) {
+    for (std::size_t i = 0; i < model->frames.size(); ++i) {
+      if (model->frames[i].name == name) indices.push_back(int(i));
     }
   }
   return indices;

@@ -188,7 +188,8 @@ class EffectReader {
         return push_spheres(block, *spheres, effect);
     }
     std::vector<std::string> frames = {""};
-    if constexpr (requires { item.X_BF; }) frames = frames_of(block);
+    if constexpr (requires { item.X_BF; })
+      frames = read_frames(block, "links at whose origins it acts, each of them", model_);
     Item::visit_parameters(item, ParameterReader(block, model_));
     for (const std::string& frame : frames) {
       if constexpr (requires { item.X_BF; }) {
@@ -208,22 +209,6 @@ class EffectReader {
       item.radius = sphere.radius;
       effect.push_back(item);
     }
-  }
-
-  std::vector<std::string> frames_of(Section& block) {
-    std::vector<std::string> valid;
-    if (model_) {
-      for (const auto& frame : model_->frames) valid.push_back(frame.name);
-    }
-    block.about("links at whose origins it acts, each of them");
-    if (!model_) {
-      block.defer("frames", "names of links");
-      return {};
-    }
-    const std::vector<std::string> names = distinct_names(block, "frames", valid);
-    if (names.empty() && block.has("frames")) block.problem("frames", "'frames' names no link");
-    if (names.empty()) block.get<std::string>("frames");  // notes that it is missing
-    return names;
   }
   bool is_frame(const std::string& name) const {
     for (const auto& frame : model_->frames) {

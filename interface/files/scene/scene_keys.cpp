@@ -103,10 +103,16 @@ EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
   keys.options.profile =
       block.about("strict: the interpreter's bits; fast: rounded otherwise")
           .choice_or<Profile>("profile", "strict", {{"strict", Profile::kStrict}, {"fast", Profile::kFast}});
-  keys.options.route =
-      block.about("automatic: compiled where there is a compiler; interpreter: nothing is compiled")
-          .choice_or<Route>("route", "automatic",
-                            {{"automatic", Route::kAutomatic}, {"interpreter", Route::kInterpreter}});
+  keys.options.route = block
+                           .about(
+                               "automatic: compiled where there is a compiler, and by `solve` machine code "
+                               "until that is done; compiled: before all else; machine_code: made here, "
+                               "without a compiler; interpreter: node by node")
+                           .choice_or<Route>("route", "automatic",
+                                             {{"automatic", Route::kAutomatic},
+                                              {"compiled", Route::kCompiled},
+                                              {"machine_code", Route::kMachineCode},
+                                              {"interpreter", Route::kInterpreter}});
   if (points == PointsAtOnce::kOne) return keys;
   keys.options.lanes =
       block.about("points side by side in registers: longer to compile, several times as fast")

@@ -125,12 +125,25 @@ Task::Aim aim_of(const RobotScene& scene, const FrameTarget& target) {
           target.position.value_or(Eigen::Vector3d::Zero())};
 }
 
+// The first frame that follows a target.
+Task::Aim aim_of(const dynamics::Model<double>& model, const std::vector<TaskTerm>& terms) {
+  const auto follows = [](const TaskTerm& term) { return term.target && !term.frame.empty(); };
+  const auto term = std::find_if(terms.begin(), terms.end(), follows);
+  if (term == terms.end()) return {};
+  return {"the moving target of " + term->frame, "m",
+          [model, frame = term->frame, target = term->target](double t, const Eigen::VectorXd& x) {
+            dynamics::Data<double> data(model);
+            dynamics::forward_kinematics<double>(model, data, Eigen::VectorXd(x.head(model.nq)));
+            return (dynamics::frame_placement(model, data, model.frame_index(frame)).p - target(t)).norm();
+          }};
+}
+
 Task::Aim aim_of(const Task& task, const TaskKeys& keys) {
   const auto& model = task.scene.model;
   if (keys.reference) return aim_of(*keys.reference, model.nq);
   if (keys.target) return aim_of(task.scene, *keys.target);
   const Eigen::VectorXd goal = keys.goal.head(model.nq);
-  if (goal.array().isNaN().all()) return {};
+  if (goal.array().isNaN().all()) return aim_of(model, keys.terms);
   return {"the goal", "norm over the joints, rad or m",
           [model, goal](double, const Eigen::VectorXd& x) {
             Eigen::VectorXd q = x.head(model.nq), known = goal;

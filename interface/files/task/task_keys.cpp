@@ -438,10 +438,10 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
-  const bool only_follows = model && !file.has("goal") && file.has("reference");
+  const bool only_follows = model && !file.has("goal") && (file.has("reference") || file.has("terms"));
   if (only_follows) keys.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
   if (!only_follows && (!keys.closed || (!model && file.has("goal"))))
-    read_goal(file, keys, model, "the state at the end; may be absent where there is a reference to follow");
+    read_goal(file, keys, model, "the state at the end; may be absent where a reference, or terms, say it");
   read_soft_goal(file, task);
   read_phases(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);
@@ -458,13 +458,13 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   keys.guess = read_guess(file);
   read_costs(file, keys, model);
   keys.terms = read_terms(file, task, model);
-  for (const auto& [term, target, with_target] : keys.terms) {
-    if (target && (keys.free_time || !keys.phases.empty()))
+  for (const TaskTerm& of : keys.terms) {
+    const Term& term = of.term;
+    if (of.target && (keys.free_time || !keys.phases.empty()))
       file.problem("terms", "'" + term.name + "' moves its target; expected no phases, a given duration");
     if (!keys.phases.empty() && term.where == Where::kInstant && term.share > 0 && term.share < 1)
       file.problem("terms", "'terms." + term.name +
-                                "' stands at a share of the motion, which has phases; expected " +
-                                "'running', 'start' or 'end'");
+                                "' stands at a share of a motion in phases; expected running, start, end");
   }
   keys.limits = read_limits(file);
   check_ddp(file, task, keys);

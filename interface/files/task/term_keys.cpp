@@ -212,7 +212,8 @@ class TermReader {
               Term with = term;
               with.function = entries_of(kind.function(scene, unit, now), entries);
               return finished(with);
-            }};
+            },
+            kind_.moves == Moves::kTurn ? "" : asked.frame};
   }
 
  private:

@@ -32,6 +32,7 @@ struct TaskTerm {
   Term term;              // of a target that moves: without its function
   TargetOverTime target;  // empty: it stands still
   std::function<Term(const StageFunction& target)> with_target;
+  std::string frame = {};  // whose origin follows a target that moves
 };
 
 // task: its scene and the unit of its controls.

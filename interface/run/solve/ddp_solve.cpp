@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/io/stopwatch.h>
+#include <dyntape/interface/run/solve/compile_progress.h>
 #include <dyntape/interface/run/solve/refined_solve.h>
 
 namespace dyntape {
@@ -128,6 +129,7 @@ class DdpRounds {
 
   void tell(SolveStage stage) {
     moment_.stage = stage;
+    progress_->show_in(moment_);
     if (watch_.tell) watch_.tell(moment_);
   }
 
@@ -143,10 +145,8 @@ class DdpRounds {
     options.evaluation = mesh.evaluation;
     options.evaluation.lanes = Lanes::kNative;
     options.evaluation.stop = watch_.stop;
-    options.evaluation.compiled_piece = [this](std::size_t done, std::size_t of) {
-      moment_.done = done, moment_.of = of;
-      tell(SolveStage::kCompiling);
-    };
+    moment_.compiles = options.evaluation.route == Route::kTiered;
+    watch_compilers(options.evaluation, progress_, moment_, watch_.tell);
     options.verify = false;
     options.stop = watch_.stop;
     options.watch = [this](const DdpIteration& at) {
@@ -172,9 +172,9 @@ class DdpRounds {
       if (!watch_.stop.stop_requested()) throw;
       throw Interrupted("interrupted before the first iteration: there is no motion yet");
     }
-    report_.build = solver->build();
     tell(SolveStage::kSolving);
     const DdpSolution found = solver->solve();
+    report_.build = solver->build();
     if (found.iterations.empty() && watch_.stop.stop_requested())
       throw Interrupted("interrupted before the first iteration: there is no motion yet");
     Solution solution;
@@ -219,6 +219,7 @@ class DdpRounds {
   DdpFacts facts_;
   SolveMoment moment_{SolveStage::kRecording};
   std::vector<IterationRecord> now_;
+  const std::shared_ptr<CompileProgress> progress_ = std::make_shared<CompileProgress>();
   bool is_exact_;  // the Hessian
   int iterations_ = 0;
   double seconds_ = 0;

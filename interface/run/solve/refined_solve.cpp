@@ -10,6 +10,7 @@
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/run/solve/compile_progress.h>
 
 namespace dyntape {
 
@@ -94,6 +95,7 @@ class Rounds {
            !watch_.stop.stop_requested()) {
       if (!refine()) break;
     }
+    report_.build = build_report();
     report_.sizes = sizes_of(program_->program(), program_->shape());
     report_.active = active_names(*program_, report_.solution.nlp);
     return std::move(report_);
@@ -102,6 +104,7 @@ class Rounds {
  private:
   void tell(SolveStage stage) {
     moment_.stage = stage;
+    progress_->show_in(moment_);
     if (watch_.tell) watch_.tell(moment_);
   }
 
@@ -123,16 +126,20 @@ class Rounds {
       if (!watch_.stop.stop_requested()) throw;
     }
     check_not_stopped();
-    report_.build = program_->build();
+    record_seconds_ = program_->build().seconds.record;
+  }
+
+  // As functions were at the end, on whatever mesh.
+  BuildReport build_report() const {
+    BuildReport report = program_->build();
+    report.seconds.record = record_seconds_;
+    return report;
   }
 
   void watch(MeshOptions& mesh) {
     mesh.evaluation.stop = watch_.stop;
-    // Outlives this object within the program, so it holds what it needs.
-    mesh.evaluation.compiled_piece = [tell = watch_.tell, intervals = moment_.intervals](std::size_t done,
-                                                                                         std::size_t of) {
-      if (tell) tell({SolveStage::kCompiling, intervals, 0, done, of});
-    };
+    moment_.compiles = mesh.evaluation.route == Route::kTiered;
+    watch_compilers(mesh.evaluation, progress_, moment_, watch_.tell);
   }
 
   // Iterations and time are limited for all meshes together.
@@ -202,12 +209,18 @@ class Rounds {
   std::unique_ptr<StagedNlp> program_;
   SolveReport report_;
   SolveMoment moment_{SolveStage::kRecording};
+  const std::shared_ptr<CompileProgress> progress_ = std::make_shared<CompileProgress>();
   int iterations_ = 0;
-  double processor_seconds_ = 0;
+  double processor_seconds_ = 0, record_seconds_ = 0;
 };
 
-std::string share(std::size_t done, std::size_t of) {
-  return of == 0 ? "" : " piece " + std::to_string(std::min(done + 1, of)) + " of " + std::to_string(of);
+// "compiling piece 3 of 12, about 8 s left".
+std::string compiling_text(const SolveMoment& at) {
+  std::string text = "compiling";
+  if (at.of > 0)
+    text += " piece " + std::to_string(std::min(at.done + 1, at.of)) + " of " + std::to_string(at.of);
+  if (at.seconds_left >= 1) text += ", about " + io::with_groups(std::size_t(at.seconds_left)) + " s left";
+  return text;
 }
 
 }  // namespace
@@ -252,7 +265,7 @@ std::string SolveMoment::text() const {
     case SolveStage::kRecording:
       return "recording and deriving";
     case SolveStage::kCompiling:
-      return "compiling" + share(done, of);
+      return compiling_text(*this);
     case SolveStage::kChecking:
       return "checking the derivatives" + mesh;
     case SolveStage::kSolving:
@@ -262,7 +275,8 @@ std::string SolveMoment::text() const {
   }
   if (!now) return "solving" + mesh;
   return "solving" + mesh + ": iteration " + std::to_string(now->iteration) + ", cost " +
-         io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility);
+         io::significant(now->objective, 7) + ", violation " + io::scientific(now->primal_infeasibility) +
+         (done < of ? "; " + compiling_text(*this) : "");
 }
 
 bool is_too_coarse(const SolveReport& report, const Task& task) {

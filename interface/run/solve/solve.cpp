@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <thread>
 
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
@@ -20,6 +21,28 @@ MeshOptions mesh_of(const Task& task) {
   return mesh;
 }
 
+// Iterations begin with machine code while functions are compiled, where that changes no bit of what they give, and nobody asked for the libraries.
+// A core is left to the solver.
+void begin_at_once(const Task& task, CodegenOptions& options) {
+  if (options.route != Route::kAutomatic || options.profile != Profile::kStrict) return;
+  if (options.force_rebuild || !task.models.model_folder.empty()) return;
+  options.route = Route::kTiered;
+  const unsigned cores = std::thread::hardware_concurrency();
+  if (options.jobs == 0 && cores > 1) options.jobs = cores - 1;
+}
+
+// Of a solve that was done before its compiler, if it was not done at once.
+void note_unfinished(SolveReport& report) {
+  constexpr double kSoon = 2;  // s
+  const auto& times = report.solution.nlp.times;
+  const double evaluating = times.functions + times.jacobian + times.hessian;
+  if (report.build.unfinished == 0 || !(evaluating > kSoon)) return;
+  report.notes.push_back(
+      "the solve ended before its functions were compiled, so they are not kept: where it is to be solved "
+      "often, evaluation.route "
+      "compiled compiles them first");
+}
+
 std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptions& options) {
   return total_operations(dissolved(record_stage(robot_problem(scene, options)).node));
 }
@@ -27,9 +50,10 @@ std::size_t dynamics_operations(const RobotScene& scene, const RobotProblemOptio
 // What verboseCppAd asks for.
 void say(const Task& task, const BuildReport& build) {
   std::fprintf(stderr,
-               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d interpreted\n",
+               "dyntape: task \"%s\": %d functions compiled in %.3f s, %d from the cache, %d as machine "
+               "code, %d interpreted\n",
                task.name.c_str(), build.compiled, build.seconds.total() - build.seconds.record,
-               build.from_cache, build.interpreted);
+               build.from_cache, build.machine_code, build.interpreted);
   for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
 }
 
@@ -80,10 +104,12 @@ std::string steps_text(const Task& task) {
 }  // namespace
 
 SolveReport solve_task(const Task& task, const SolveWatch& watch) {
-  SolveReport report =
-      task.by_ddp ? solve_by_steps(task, mesh_of(task), watch) : solve_refined(task, mesh_of(task), watch);
+  MeshOptions mesh = mesh_of(task);
+  begin_at_once(task, mesh.evaluation);
+  SolveReport report = task.by_ddp ? solve_by_steps(task, mesh, watch) : solve_refined(task, mesh, watch);
   report.task = task.name;
   report.notes = task.notes;
+  note_unfinished(report);
   report.robot = task.scene.model.name;
   report.expected = task.expected;
   report.demands = task.demands;

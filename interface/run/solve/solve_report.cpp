@@ -155,6 +155,7 @@ std::string SolveReport::text() const {
   io::TextTable times({{"step"}, {"time", "", io::Align::kRight}, {"remark"}});
   const std::string origin = std::to_string(build.compiled) + " compiled, " +
                              std::to_string(build.from_cache) + " from the cache, " +
+                             std::to_string(build.machine_code) + " as machine code, " +
                              std::to_string(build.interpreted) + " interpreted";
   times.append(
       {"record", io::duration(seconds.record), io::with_groups(sizes.operations) + " operations a point"});
@@ -166,7 +167,11 @@ std::string SolveReport::text() const {
     times.append({"check derivatives", io::duration(solution.check_seconds),
                   "worst relative difference beyond rounding " +
                       io::scientific(solution.derivatives.worst_first) + ", second order " +
-                      io::scientific(solution.derivatives.worst_second)});
+                      io::scientific(solution.derivatives.worst_second) +
+                      (solution.derivatives.hessian_directions
+                           ? ", along " + std::to_string(solution.derivatives.hessian_directions) +
+                                 " random directions"
+                           : "")});
   times.append({"solve", io::duration(nlp.times.total),
                 ddp ? ""
                     : "functions " + io::duration(nlp.times.functions) + ", Jacobian " +
@@ -234,6 +239,8 @@ std::string SolveReport::json() const {
                           {"unit", open_loop_unit.empty() ? "" : open_loop_unit.substr(1)}};
   j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},
                            {"second", number(solution.derivatives.worst_second)}};
+  if (solution.derivatives.hessian_directions)
+    j["derivative_check"]["hessian_directions"] = solution.derivatives.hessian_directions;
   j["active_bounds"] = active;
   j["sizes"] = {{"variables", sizes.variables},
                 {"constraints", sizes.constraints},
@@ -243,6 +250,7 @@ std::string SolveReport::json() const {
                 {"operations_a_point", sizes.operations}};
   j["functions"] = {{"compiled", build.compiled},
                     {"from_cache", build.from_cache},
+                    {"machine_code", build.machine_code},
                     {"interpreted", build.interpreted},
                     {"sources", build.sources}};
   j["seconds"] = {{"record", seconds.record},

@@ -22,7 +22,9 @@ struct SolveMoment {
   SolveStage stage;
   int intervals = 0;                     // of the mesh
   int refinement = 0;                    // 0: the mesh that the task asks for
-  std::size_t done = 0, of = 0;          // pieces that are compiled
+  std::size_t done = 0, of = 0;          // pieces of a function that are compiled, now or in the background
+  double seconds_left = 0;               // until all are; 0: not known yet
+  bool compiles = false;                 // a compiler may be at work
   const IterationRecord* now = nullptr;  // of the solver, where there is one
   std::string text() const;  // "solving on 50 intervals: iteration 12, cost 0.1321, violation 3.0e-05"
 };

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Functions that are machine code until they are compiled, or for good.
+#include <dyntape/autodiff/record/record.h>
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/machine/machine_code.h>
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "compilers.h"
+#include "random_function.h"
+
+namespace dyntape {
+namespace {
+
+using codegen::MachineCode;
+using testing::fake_compiler;
+using testing::Random;
+using testing::same;
+using testing::Scratch;
+
+Function parabola() {
+  return record("parabola", 1, [](const VectorXad& x) { return VectorXad::Constant(1, x[0] * x[0] + 3); });
+}
+
+class MachineTiers : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!MachineCode::is_possible()) GTEST_SKIP() << "no encoder for this processor";
+  }
+  CodegenOptions options(Order order = Order::kValue) const {
+    CodegenOptions o;
+    o.order = order;
+    o.route = Route::kTiered;
+    o.cache_folder = scratch_ / "cache";
+    return o;
+  }
+  const Scratch scratch_;
+};
+
+TEST_F(MachineTiers, MachineCodeServesUntilTheCompilerIsDone) {
+  Random random(11);
+  SCOPED_TRACE(random.seed_text());
+  const Function f = testing::random_functions(random, 120, 9);
+  CodegenOptions o = options(Order::kFirst);
+  o.lanes = Lanes::kNative;
+  o.compiler = fake_compiler(scratch_, "sleep 0.3\ncc \"$@\"");
+  CodegenOptions interpreted = options(Order::kFirst);
+  interpreted.route = Route::kInterpreter;
+  const CompiledFunction t = CompiledFunction::make(f, o), reference = CompiledFunction::make(f, interpreted);
+  EXPECT_EQ(t.tier(), Tier::kMachineCode);
+  EXPECT_EQ(t.route(), Route::kMachineCode);
+  EXPECT_GT(t.lane_width(), 1u);
+  CompiledFunction::Workspace room(t), of_reference(reference);
+  constexpr std::size_t kPoints = 19;
+  const auto x = testing::random_arguments(random, kPoints * f.n_x()),
+             p = testing::random_arguments(random, kPoints * f.n_p());
+  const std::size_t nnz = reference.jacobian_pattern().nnz();
+  std::vector<double> y(kPoints * f.n_y()), j(kPoints * nnz), expected_y(y), expected_j(j);
+  const auto at = [&](std::vector<double>& to_y, std::vector<double>& to_j) {
+    return Points{.count = kPoints, .x = x.data(), .p = p.data(), .y = to_y.data(), .jacobian = to_j.data()};
+  };
+  EXPECT_FALSE(reference.run(Order::kFirst, at(expected_y, expected_j), of_reference));
+  std::set<Tier> met;
+  for (bool last = false; !last;) {
+    last = t.is_settled();
+    met.insert(t.tier());
+    EXPECT_FALSE(t.run(Order::kFirst, at(y, j), room));
+    for (std::size_t i = 0; i < y.size(); ++i) ASSERT_TRUE(same(y[i], expected_y[i])) << to_string(t.tier());
+    for (std::size_t i = 0; i < j.size(); ++i) ASSERT_TRUE(same(j[i], expected_j[i])) << to_string(t.tier());
+  }
+  EXPECT_EQ(met, (std::set<Tier>{Tier::kMachineCode, Tier::kFinal})) << t.trouble();
+}
+
+TEST_F(MachineTiers, WithoutCompilerItIsMachineCodeForGood) {
+  for (const Route route : {Route::kAutomatic, Route::kTiered, Route::kMachineCode}) {
+    CodegenOptions o = options();
+    o.compiler = "/nowhere/cc";
+    o.route = route;
+    const CompiledFunction t = CompiledFunction::make(parabola(), o);
+    EXPECT_EQ(t.tier(), Tier::kMachineCode) << to_string(route);
+    EXPECT_TRUE(t.is_settled());
+    EXPECT_EQ(t.evaluate(Order::kValue, {0.5}).y[0], 3.25);
+  }
+}
+
+// A hardened system, as it were.
+TEST_F(MachineTiers, SwitchedOffItIsInterpreted) {
+  setenv("DYNTAPE_MACHINE_CODE", "off", 1);
+  CodegenOptions o = options();
+  o.route = Route::kMachineCode;
+  const CompiledFunction f = CompiledFunction::make(parabola(), o);
+  unsetenv("DYNTAPE_MACHINE_CODE");
+  EXPECT_EQ(f.tier(), Tier::kInterpreted);
+  EXPECT_EQ(f.evaluate(Order::kValue, {0.5}).y[0], 3.25);
+}
+
+}  // namespace
+}  // namespace dyntape
