@@ -103,6 +103,7 @@ Violation Kernels::run_one(Order wanted, const Points& point, Room& room) const 
   std::uint32_t* const status = point.status ? point.status : &own;
   code_[at(wanted)].run(point.x, point.p, point.w, point.y, point.jacobian, point.hessian, room.work_.data(),
                         1, nullptr, status);
+  if (product.machine) rethrow_thrown();
   return {*status, 0};
 }
 
@@ -121,6 +122,7 @@ Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
     run_code(wanted, all, n, room);
   else
     run_interpreted(wanted, all, n, room);
+  if (product.machine) rethrow_thrown();
   if (!guarded) return {};
   const std::uint32_t *const begin = all.status, *const end = begin + all.count;
   const auto* const found = std::find_if(begin, end, [](std::uint32_t word) { return word != 0; });

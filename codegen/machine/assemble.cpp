@@ -2,6 +2,9 @@
 #include <dyntape/codegen/machine/assemble.h>
 
 #include <algorithm>
+#include <cmath>
+#include <exception>
+#include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
@@ -12,16 +15,29 @@ namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
+// Of this thread's evaluation: exceptions do not go through machine code.
+thread_local std::exception_ptr thrown;
+
 // Written by hand: one lane after the other, where it does not say otherwise.
 template <int lanes>
-void call_by_hand(const void* of, const double* in, double* out, double* work) {
-  const Callee& callee = *static_cast<const CalleeOfKernel*>(of)->callee;
+void run_by_hand(const Callee& callee, const double* in, double* out, double* work) {
   if (callee.kernel()->evaluate_lanes) return callee.kernel()->evaluate_lanes(in, out, lanes);
   double* const result = work + callee.n_in;
   for (int l = 0; l < lanes; ++l) {
     for (std::size_t i = 0; i < callee.n_in; ++i) work[i] = in[i * lanes + l];
     callee.kernel()->evaluate(work, result);
     for (std::size_t i = 0; i < callee.n_out; ++i) out[i * lanes + l] = result[i];
+  }
+}
+
+template <int lanes>
+void call_by_hand(const void* of, const double* in, double* out, double* work) {
+  const Callee& callee = *static_cast<const CalleeOfKernel*>(of)->callee;
+  try {
+    run_by_hand<lanes>(callee, in, out, work);
+  } catch (...) {
+    if (!thrown) thrown = std::current_exception();
+    std::fill_n(out, callee.n_out * lanes, std::nan(""));
   }
 }
 
@@ -464,6 +480,8 @@ class Assembly {
 };
 
 }  // namespace
+
+std::exception_ptr take_thrown() { return std::exchange(thrown, nullptr); }
 
 std::shared_ptr<const MachineKernel> assemble(const Derivatives& derived, int lanes, Functions functions,
                                               CalledKernels& known) {

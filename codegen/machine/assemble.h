@@ -10,6 +10,7 @@
 // algorithms for a virtual-storage computer, IBM Systems Journal 5(2), 1966): of a function without loops all uses are known.
 #pragma once
 
+#include <exception>
 #include <map>
 #include <memory>
 #include <optional>
@@ -42,6 +43,9 @@ struct MachineKernel {
   std::optional<ExecutableMemory> memory;
   dyntape_kernel kernel = {};
 };
+
+// What a callee written by hand threw in this thread's last evaluation; null: nothing.
+std::exception_ptr take_thrown();
 
 std::shared_ptr<const MachineKernel> assemble(const Derivatives& derived, int lanes, Functions functions,
                                               CalledKernels& known);

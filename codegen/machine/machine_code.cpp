@@ -32,6 +32,10 @@ void note_in_perf_map(const std::string& name, const MachineCode& code) {
 
 }  // namespace
 
+void rethrow_thrown() {
+  if (const std::exception_ptr thrown = take_thrown()) std::rethrow_exception(thrown);
+}
+
 bool MachineCode::is_possible() {
   const char* const wanted = std::getenv("DYNTAPE_MACHINE_CODE");
   return Encoder::can_encode(1) && !(wanted && std::string(wanted) == "off");

@@ -23,6 +23,9 @@ namespace dyntape::codegen {
 
 struct MachineKernel;
 
+// What a callee written by hand threw in this thread's last evaluation.
+void rethrow_thrown();
+
 class MachineCode {
  public:
   // Whether this processor has an encoder (encoder.h).

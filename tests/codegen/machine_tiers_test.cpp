@@ -6,7 +6,9 @@
 #include <dyntape/codegen/machine/machine_code.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <set>
+#include <stdexcept>
 
 #include "compilers.h"
 #include "random_function.h"
@@ -83,6 +85,34 @@ TEST_F(MachineTiers, WithoutCompilerItIsMachineCodeForGood) {
     EXPECT_TRUE(t.is_settled());
     EXPECT_EQ(t.evaluate(Order::kValue, {0.5}).y[0], 3.25);
   }
+}
+
+TEST_F(MachineTiers, WhatAKernelByHandThrowsArrives) {
+  Kernel kernel;
+  kernel.evaluate = [](const double* in, double* out) {
+    if (in[0] < 0) throw std::domain_error("below zero");
+    out[0] = std::sqrt(in[0]);
+  };
+  const auto root = std::make_shared<Callee>("root", 1, 1, kernel);
+  const Function f = record("roots", 2, [&](const VectorXad& x) -> VectorXad {
+    return call(root, x.head(1)) + call(root, x.tail(1));
+  });
+  CodegenOptions o = options();
+  o.route = Route::kMachineCode;
+  o.lanes = Lanes::kNative;
+  const CompiledFunction c = CompiledFunction::make(f, o);
+  EXPECT_EQ(c.tier(), Tier::kMachineCode);
+  EXPECT_EQ(c.evaluate(Order::kValue, {4, 9}).y[0], 5);
+  EXPECT_THROW(c.evaluate(Order::kValue, {4, -9}), std::domain_error);
+  EXPECT_EQ(c.evaluate(Order::kValue, {4, 9}).y[0], 5);
+  CompiledFunction::Workspace room(c);
+  std::vector<double> x(40, 4.0), y(20);
+  x[31] = -1;
+  EXPECT_THROW((void)c.run(Order::kValue, {.count = 20, .x = x.data(), .y = y.data()}, room),
+               std::domain_error);
+  x[31] = 4;
+  EXPECT_FALSE(c.run(Order::kValue, {.count = 20, .x = x.data(), .y = y.data()}, room));
+  EXPECT_EQ(y, std::vector<double>(20, 4.0));
 }
 
 // A hardened system, as it were.

@@ -13,4 +13,7 @@ void open_standard_streams();
 // Parses the command line and runs the command that it names.  0: done; 1: failed; 2: the command line is wrong.
 int run(CLI::App& app, int argc, char** argv);
 
+// All of `dyntape`: what main() does, and the Python package.
+int command_line(int argc, char** argv);
+
 }  // namespace dyntape::tools

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "arrays.h"
+
+#define DYNTAPE_IMPORTS_NUMPY
+#include "numpy_api.h"
+
+#include <algorithm>
+#include <cstring>
+#include <deque>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/run/threads.h>
+
+namespace dyntape::python {
+namespace {
+
+PyArrayObject* array_of(nb::handle object) { return reinterpret_cast<PyArrayObject*>(object.ptr()); }
+
+// A float64 array, aligned and of this machine's byte order.
+nb::object as_float64(nb::handle given, int requirements = 0) {
+  if (PyArray_CheckExact(given.ptr()) && PyArray_TYPE(array_of(given)) == NPY_DOUBLE &&
+      PyArray_ISBEHAVED_RO(array_of(given)) &&
+      (!(requirements & NPY_ARRAY_C_CONTIGUOUS) || PyArray_IS_C_CONTIGUOUS(array_of(given))))
+    return nb::borrow(given);
+  PyObject* made =
+      PyArray_FROM_OTF(given.ptr(), NPY_DOUBLE, NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED | requirements);
+  if (!made) nb::raise_python_error();
+  return nb::steal(made);
+}
+
+std::size_t product(const std::ptrdiff_t* shape, std::size_t n) {
+  std::size_t size = 1;
+  for (std::size_t i = 0; i < n; ++i) size *= static_cast<std::size_t>(shape[i]);
+  return size;
+}
+
+}  // namespace
+
+const char* kept(std::string text) {
+  static std::deque<std::string> texts;
+  return texts.emplace_back(std::move(text)).c_str();
+}
+
+std::string text_of(nb::handle given, const std::string& what) {
+  if (PyUnicode_Check(given.ptr())) return nb::cast<std::string>(given);
+  const std::string sentence =
+      what + ": expected a str, got " + nb::cast<std::string>(nb::repr(given.type()));
+  throw nb::type_error(sentence.c_str());
+}
+
+std::string in_notebook(const std::string& page) {
+  return nb::cast<std::string>(nb::module_::import_("dyntape._pictures").attr("frame")(page));
+}
+
+nb::object pictures_of(nb::handle result) {
+  return nb::module_::import_("dyntape._pictures").attr("pictures_of")(result);
+}
+
+void import_numpy() {
+  if (_import_array() < 0) nb::raise_python_error();
+}
+
+std::string shape_text(const std::ptrdiff_t* shape, std::size_t n) {
+  std::string text = "(";
+  for (std::size_t i = 0; i < n; ++i) text += (i > 0 ? ", " : "") + std::to_string(shape[i]);
+  return text + (n == 1 ? ",)" : ")");
+}
+
+bool holds_objects(nb::handle given) {
+  if (PyArray_Check(given.ptr())) return PyArray_TYPE(array_of(given)) == NPY_OBJECT;
+  if (!PyList_Check(given.ptr()) && !PyTuple_Check(given.ptr())) return false;
+  for (nb::handle entry : given) {
+    if (!PyFloat_Check(entry.ptr()) && !PyLong_Check(entry.ptr()) && !PyArray_CheckScalar(entry.ptr()) &&
+        !PyList_Check(entry.ptr()) && !PyTuple_Check(entry.ptr()))
+      return true;
+  }
+  return false;
+}
+
+std::size_t Numbers::size() const { return product(shape.data(), shape.size()); }
+
+Numbers numbers(nb::handle given, const std::string& what) {
+  Numbers result;
+  if (holds_objects(given)) throw ArgumentError(what + ": expected numbers, got an array of Python objects");
+  result.array = as_float64(given, NPY_ARRAY_C_CONTIGUOUS);
+  PyArrayObject* array = array_of(result.array);
+  result.data = static_cast<const double*>(PyArray_DATA(array));
+  result.shape.assign(PyArray_DIMS(array), PyArray_DIMS(array) + PyArray_NDIM(array));
+  return result;
+}
+
+Numbers numbers(nb::handle given, const std::string& what, const Shape& expected) {
+  Numbers result = numbers(given, what);
+  bool fits = result.shape.size() == expected.size();
+  for (std::size_t i = 0; fits && i < expected.size(); ++i)
+    fits = expected[i] < 0 || expected[i] == result.shape[i];
+  if (fits) return result;
+  std::string wanted = shape_text(expected);
+  for (std::size_t at; (at = wanted.find("-1")) != wanted.npos;) wanted.replace(at, 2, "any");
+  throw ArgumentError(what + ": expected an array of shape " + wanted + ", got " + shape_text(result.shape));
+}
+
+nb::object new_array(const Shape& shape, double*& data) {
+  PyObject* made = PyArray_SimpleNew(static_cast<int>(shape.size()), shape.data(), NPY_DOUBLE);
+  if (!made) nb::raise_python_error();
+  data = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(made)));
+  return nb::steal(made);
+}
+
+nb::object copy_of(const double* from, const Shape& shape) {
+  double* data = nullptr;
+  nb::object array = new_array(shape, data);
+  std::copy_n(from, product(shape.data(), shape.size()), data);
+  return array;
+}
+
+nb::object new_integers(const std::vector<std::ptrdiff_t>& values) {
+  const npy_intp n = static_cast<npy_intp>(values.size());
+  PyObject* made = PyArray_SimpleNew(1, &n, NPY_INTP);
+  if (!made) nb::raise_python_error();
+  std::copy(values.begin(), values.end(),
+            static_cast<npy_intp*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(made))));
+  return nb::steal(made);
+}
+
+void Rows::add(nb::handle given, const char* name, std::size_t entries) {
+  Argument& argument = arguments_[n_];
+  argument.name = name;
+  argument.entries = entries;
+  argument.array = as_float64(given);
+  PyArrayObject* array = array_of(argument.array);
+  argument.data = PyArray_BYTES(array);
+  argument.axes = PyArray_NDIM(array) - 1;
+  if (argument.axes < 0 || PyArray_DIM(array, argument.axes) != static_cast<npy_intp>(entries)) {
+    throw ArgumentError(std::string(function_) + ": expected " + name + " of shape (..., " +
+                        std::to_string(entries) + "), got " +
+                        shape_text(PyArray_DIMS(array), static_cast<std::size_t>(PyArray_NDIM(array))));
+  }
+  if (argument.axes > kMostAxes)
+    throw ArgumentError(std::string(function_) + ": " + name + " has " + std::to_string(argument.axes) +
+                        " batch axes; expected at most " + std::to_string(kMostAxes));
+  argument.stride = PyArray_STRIDE(array, argument.axes);
+  std::copy_n(PyArray_DIMS(array), argument.axes, argument.shape);
+  ++n_;
+  entries_ += entries;
+  if (argument.axes > 0 || axes_ > 0) broadcast(argument);
+}
+
+// As numpy does: axes are aligned at the right, and an extent of one is repeated.
+void Rows::broadcast(const Argument& last) {
+  const int axes = std::max(axes_, last.axes);
+  std::ptrdiff_t shape[kMostAxes];
+  for (int k = 0; k < axes; ++k) {
+    const int of_batch = k - (axes - axes_), of_last = k - (axes - last.axes);
+    const std::ptrdiff_t a = of_batch < 0 ? 1 : batch_[of_batch], b = of_last < 0 ? 1 : last.shape[of_last];
+    if (a != b && a != 1 && b != 1) {
+      throw ArgumentError(
+          std::string(function_) + ": the batch axes of " + last.name + " are " +
+          shape_text(last.shape, static_cast<std::size_t>(last.axes)) + ", which do not broadcast with " +
+          shape_text(batch_, static_cast<std::size_t>(axes_)) + " of the arguments before it");
+    }
+    shape[k] = a == 1 ? b : a;
+  }
+  axes_ = axes;
+  std::copy_n(shape, axes, batch_);
+  for (int i = 0; i < n_; ++i) {
+    Argument& argument = arguments_[i];
+    for (int k = 0; k < axes; ++k) {
+      const int own = k - (axes - argument.axes);
+      const bool moves = own >= 0 && argument.shape[own] != 1;
+      argument.strides[k] = moves ? PyArray_STRIDE(array_of(argument.array), own) : 0;
+    }
+  }
+}
+
+std::size_t Rows::count() const { return product(batch_, static_cast<std::size_t>(axes_)); }
+
+const double* Rows::in_place() const {
+  if (n_ != 1 || !PyArray_IS_C_CONTIGUOUS(array_of(arguments_[0].array))) return nullptr;
+  return reinterpret_cast<const double*>(arguments_[0].data);
+}
+
+void Rows::gather(std::size_t first, std::size_t count, double* states) const {
+  std::ptrdiff_t at[kMostAxes];
+  auto left = static_cast<std::ptrdiff_t>(first);
+  for (int k = axes_; k-- > 0; left /= batch_[k]) at[k] = left % batch_[k];
+  for (std::size_t i = 0; i < count; ++i) {
+    for (int n = 0; n < n_; ++n) {
+      const Argument& argument = arguments_[n];
+      const char* from = argument.data;
+      for (int k = 0; k < axes_; ++k) from += at[k] * argument.strides[k];
+      if (argument.stride == sizeof(double)) {
+        std::memcpy(states, from, argument.entries * sizeof(double));
+      } else {
+        for (std::size_t e = 0; e < argument.entries; ++e)
+          std::memcpy(states + e, from + static_cast<std::ptrdiff_t>(e) * argument.stride, sizeof(double));
+      }
+      states += argument.entries;
+    }
+    for (int k = axes_; k-- > 0 && ++at[k] == batch_[k];) at[k] = 0;
+  }
+}
+
+void for_chunks(const Rows& rows, const ChunkBody& body) {
+  constexpr std::size_t kChunk =
+      128;  // a multiple of all lanes, and long enough that nobody notices the hand-over
+  const std::size_t all = rows.count(), n_in = rows.entries();
+  if (all == 0) return;
+  const double* in_place = rows.in_place();
+  const auto chunk = [&](std::size_t k) {
+    const std::size_t first = k * kChunk, count = std::min(kChunk, all - first);
+    if (in_place) return body(first, count, in_place + first * n_in);
+    thread_local std::vector<double> states;
+    states.resize(std::max(states.size(), count * n_in));
+    rows.gather(first, count, states.data());
+    body(first, count, states.data());
+  };
+  const nb::gil_scoped_release unlocked;
+  if (all <= kChunk) return chunk(0);
+  codegen::run_tasks((all + kChunk - 1) / kChunk, chunk);
+}
+
+void for_one(const Rows& rows, const ChunkBody& body) {
+  constexpr std::size_t kMost = 512;
+  if (rows.entries() > kMost) return for_chunks(rows, body);
+  double state[kMost];
+  rows.gather(0, 1, state);
+  body(0, 1, state);
+}
+
+std::size_t Block::size() const { return product(shape.data(), shape.size()); }
+
+Result::Result(const Rows& rows, const std::vector<Block>& blocks) : rows_(rows), blocks_(blocks) {
+  for (const Block& block : blocks) entries_ += block.size();
+  npy_intp shape[NPY_MAXDIMS];
+  int n = rows.axes();
+  std::copy_n(rows.batch(), n, shape);
+  if (blocks.size() == 1) {
+    for (const std::ptrdiff_t extent : blocks[0].shape) shape[n++] = extent;
+  } else {
+    shape[n++] = static_cast<npy_intp>(entries_);
+  }
+  whole_ = nb::steal(PyArray_SimpleNew(n, shape, NPY_DOUBLE));
+  if (!whole_.is_valid()) nb::raise_python_error();
+  data_ = static_cast<double*>(PyArray_DATA(array_of(whole_)));
+}
+
+nb::object Result::block(std::size_t i) const {
+  if (blocks_.size() == 1) return whole_;
+  npy_intp shape[NPY_MAXDIMS], strides[NPY_MAXDIMS];
+  const int axes = rows_.axes();
+  int n = axes;
+  std::copy_n(rows_.batch(), axes, shape);
+  std::copy_n(PyArray_STRIDES(array_of(whole_)), axes, strides);
+  for (const std::ptrdiff_t extent : blocks_[i].shape) shape[n++] = extent;
+  npy_intp step = sizeof(double);
+  for (int k = n; k-- > axes; step *= shape[k]) strides[k] = step;
+  double* from = data_;
+  for (std::size_t k = 0; k < i; ++k) from += blocks_[k].size();
+  PyObject* view =
+      PyArray_New(&PyArray_Type, n, shape, NPY_DOUBLE, strides, from, 0, NPY_ARRAY_WRITEABLE, nullptr);
+  if (!view) nb::raise_python_error();
+  Py_INCREF(whole_.ptr());
+  if (PyArray_SetBaseObject(reinterpret_cast<PyArrayObject*>(view), whole_.ptr()) < 0)
+    nb::raise_python_error();
+  return nb::steal(view);
+}
+
+}  // namespace dyntape::python

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Problems as controllers: differential dynamic programming with its policy, and model predictive control.
+#include <nanobind/stl/shared_ptr.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/mpc/receding_horizon.h>
+#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/io/number.h>
+
+#include "problems.h"
+#include "watch.h"
+
+namespace dyntape::python {
+namespace {
+
+using Eigen::MatrixXd;
+using Eigen::VectorXd;
+
+nb::object by_rows(const MatrixXd& columns) {
+  return copy_of(columns.data(), {columns.cols(), columns.rows()});
+}
+
+nb::object copied(const VectorXd& values) { return copy_of(values.data(), {values.size()}); }
+
+// --- Differential dynamic programming ---------------------------------------------------------------------
+
+std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, const std::string& hessian,
+                                       double tolerance, int max_iterations, nb::handle progress) {
+  DdpOptions options;
+  options.intervals = intervals;
+  options.tolerance = tolerance;
+  options.max_iterations = max_iterations;
+  if (hessian != "exact" && hessian != "gauss_newton")
+    throw ArgumentError("solve_ddp: hessian: expected \"exact\" or \"gauss_newton\", got \"" + hessian +
+                        "\"");
+  options.hessian = hessian == "exact" ? DdpHessian::kExact : DdpHessian::kGaussNewton;
+  return watched(progress, [&](const Watch& watch) {
+    options.stop = options.evaluation.stop = watch.stop;
+    if (watch.tell)
+      options.watch = [&](const DdpIteration& now) { watch.tell("cost " + io::with_digits(now.cost, 6)); };
+    return std::make_shared<DdpSolution>(solve_with_ddp(p.problem, options));
+  });
+}
+
+// (N, n_u, n_x) gains, row by row.
+nb::object gains_of(const DdpSolution& s) {
+  const auto n = static_cast<std::ptrdiff_t>(s.policy.size());
+  double* to = nullptr;
+  nb::object array = new_array({n, s.u.rows(), s.x.rows()}, to);
+  for (const LqrPolicy& policy : s.policy) {
+    for (Eigen::Index i = 0; i < s.u.rows(); ++i) {
+      for (Eigen::Index j = 0; j < s.x.rows(); ++j) *to++ = policy.K(i, j);
+    }
+  }
+  return array;
+}
+
+void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem) {
+  using S = DdpSolution;
+  nb::class_<S>(module, "DdpSolution", "A motion and the policy u = u_k + K_k (x - x_k) that keeps it.")
+      .def_prop_ro(
+          "t", [](const S& s) { return copied(s.t); }, nb::sig("def t(self) -> Array"), "(N + 1,) s.")
+      .def_prop_ro(
+          "x", [](const S& s) { return by_rows(s.x); }, nb::sig("def x(self) -> Array"), "(N + 1, states).")
+      .def_prop_ro(
+          "u", [](const S& s) { return by_rows(s.u); }, nb::sig("def u(self) -> Array"),
+          "(N, controls), held over each interval.")
+      .def_prop_ro("K", gains_of, nb::sig("def K(self) -> Array"), "(N, controls, states).")
+      .def_ro("cost", &S::cost, "What was minimised.")
+      .def_prop_ro("success", &S::success, "Whether it was solved.")
+      .def_prop_ro(
+          "status", [](const S& s) { return to_string(s.status); }, "How the solver ended.")
+      .def_prop_ro(
+          "iterations", [](const S& s) { return s.iterations.size(); }, "Of the solver.")
+      .def_ro("integration_error", &S::integration_error,
+              "What the steps are off by, found by integrating to 1e-12.")
+      .def("__repr__", [](const S& s) {
+        return std::string("<dyntape.DdpSolution: ") + to_string(s.status) + " in " +
+               std::to_string(s.iterations.size()) + " iterations, cost " + io::with_digits(s.cost, 6) + ">";
+      });
+  problem.def(
+      "solve_ddp", solve_ddp, nb::arg("intervals") = 100, nb::kw_only(), nb::arg("hessian") = "exact",
+      nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("progress") = nb::none(),
+      nb::sig(
+          "def solve_ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
+          "max_iterations: int = 500, progress: Progress = None) -> DdpSolution"),
+      "Solves by differential dynamic programming: costs and limits of controls, from a given start.\n\n"
+      "Controls are held over each interval, one step of the classical Runge-Kutta scheme.\n"
+      "Raises ArgumentError for what the method does not know, as goals and path constraints.");
+}
+
+// --- Model predictive control -----------------------------------------------------------------------------
+
+struct PythonMpc {
+  PythonMpc(const Problem& problem, const MpcOptions& options) : mpc(problem, options) {}
+  RecedingHorizon mpc;
+  std::mutex mutex;  // one step at a time
+};
+
+void make_mpc(PythonMpc* self, const PythonProblem& p, int intervals, const std::string& scheme,
+              int iterations, bool gains) {
+  MpcOptions options;
+  options.mesh.intervals = intervals;
+  options.mesh.scheme = scheme_by_name(scheme);
+  options.iterations = iterations;
+  options.gains = gains;
+  const nb::gil_scoped_release unlocked;
+  new (self) PythonMpc(p.problem, options);
+}
+
+MpcStep step(PythonMpc& self, double t, nb::handle x) {
+  const VectorXd at = vector_of(x, "step: x", self.mpc.values().n_x());
+  const nb::gil_scoped_release unlocked;
+  const std::scoped_lock lock(self.mutex);
+  return self.mpc.step(t, at);
+}
+
+nb::object control_at(const MpcStep& s, double t, nb::handle x) {
+  if (x.is_none()) return copied(s.plan.control(t));
+  return copied(s.plan.control(t, vector_of(x, "control: x", s.plan.motion.x.rows())));
+}
+
+void bind_step(nb::module_& module) {
+  using S = MpcStep;
+  nb::class_<S>(module, "MpcStep", "What one step of a controller came to: the plan from now on.")
+      .def("control", control_at, nb::arg("t"), nb::arg("x") = nb::none(),
+           nb::sig("def control(self, t: float, x: ArrayLike | None = None) -> Array"),
+           "(controls,) at the plant's time t, s; with a measured x (states,) corrected by the plan's gain, "
+           "if it has one.")
+      .def_prop_ro(
+          "t", [](const S& s) { return copied(s.plan.motion.t.array() + s.plan.begin); },
+          nb::sig("def t(self) -> Array"), "(points,) s, the plant's time.")
+      .def_prop_ro(
+          "x", [](const S& s) { return by_rows(s.plan.motion.x); }, nb::sig("def x(self) -> Array"),
+          "(points, states) of the plan.")
+      .def_prop_ro(
+          "u", [](const S& s) { return by_rows(s.plan.motion.u); }, nb::sig("def u(self) -> Array"),
+          "(points, controls) of the plan.")
+      .def_ro("usable", &S::usable, "Whether the plan may be followed.")
+      .def_prop_ro(
+          "status", [](const S& s) { return to_string(s.status); }, "How the solver ended.")
+      .def_ro("iterations", &S::iterations, "Of the solver.")
+      .def_ro("cost", &S::cost, "Of the plan.")
+      .def_ro("violation", &S::violation, "Of the plan, relative to nominal values.")
+      .def_ro("seconds", &S::seconds, "From the call to the plan.")
+      .def("__repr__", [](const S& s) {
+        return std::string("<dyntape.MpcStep: ") + (s.usable ? "usable" : "not usable") + ", " +
+               to_string(s.status) + ", " + io::with_digits(1e3 * s.seconds, 3) + " ms>";
+      });
+}
+
+void bind_mpc(nb::module_& module) {
+  bind_step(module);
+  nb::class_<PythonMpc>(
+      module, "Mpc",
+      "Model predictive control: a Problem solved again and again from where the plant is.\n\n"
+      "The problem's duration is the horizon; it is recorded and compiled once.\n\n"
+      "intervals, scheme: of the mesh.  iterations: of a step at most; 0: until it is solved, 1: the "
+      "real-time\n"
+      "iteration.  gains: plans have feedback.\n\n"
+      "Raises ArgumentError for a problem whose start or duration is free, or whose costs are no squares.")
+      .def("__init__", make_mpc, nb::arg("problem"), nb::kw_only(), nb::arg("intervals") = 20,
+           nb::arg("scheme") = "trapezoid", nb::arg("iterations") = 0, nb::arg("gains") = false,
+           nb::sig("def __init__(self, problem: Problem, *, intervals: int = 20, scheme: str = 'trapezoid', "
+                   "iterations: int = 0, gains: bool = False) -> None"))
+      .def("step", step, nb::arg("t"), nb::arg("x"),
+           nb::sig("def step(self, t: float, x: ArrayLike) -> MpcStep"),
+           "Plans from the state x (states,), measured at the plant's time t, s, which does not go back.  "
+           "One thread at a time\n"
+           "plans; others wait.")
+      .def(
+          "set_parameter",
+          [](PythonMpc& self, const std::string& name, nb::handle value, nb::handle times) {
+            const ParameterValue now = parameter_value(value, times);
+            const nb::gil_scoped_release unlocked;
+            const std::scoped_lock lock(self.mutex);
+            self.mpc.values().parameters.set(name, now);
+          },
+          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+          nb::sig(
+              "def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
+          "Another value for a parameter of the problem, from the next step on; times are the plant's.")
+      .def("__repr__", [](PythonMpc& self) {
+        return "<dyntape.Mpc of \"" + self.mpc.values().name + "\", horizon " +
+               io::shortest(self.mpc.values().duration) + " s>";
+      });
+}
+
+// Straight lines between rows, constant outside.
+ParameterValue table_value(const Numbers& values, const VectorXd& times) {
+  const Eigen::Index n = times.size(), entries = values.shape.size() == 1 ? 1 : values.shape[1];
+  const MatrixXd columns = Eigen::Map<const MatrixXd>(values.data, entries, n);
+  return ParameterValue([columns, times](double t) -> VectorXd {
+    const double* after = std::upper_bound(times.data(), times.data() + times.size(), t);
+    const Eigen::Index k = after - times.data();
+    if (k == 0) return columns.col(0);
+    if (k == times.size()) return columns.col(k - 1);
+    const double share = (t - times[k - 1]) / (times[k] - times[k - 1]);
+    return columns.col(k - 1) + share * (columns.col(k) - columns.col(k - 1));
+  });
+}
+
+}  // namespace
+
+ParameterValue parameter_value(nb::handle value, nb::handle times) {
+  const Numbers values = numbers(value, "parameter: value");
+  if (times.is_none()) {
+    if (values.shape.empty()) return *values.data;
+    return vector_of(value, "parameter: value", values.shape[0]);
+  }
+  const Numbers at = numbers(times, "parameter: times", {-1});
+  const VectorXd t = VectorXd::Map(at.data, at.shape[0]);
+  const bool fits = (values.shape.size() == 1 || values.shape.size() == 2) && values.shape[0] == at.shape[0];
+  if (!fits || t.size() == 0)
+    throw ArgumentError("parameter: expected a row of values for each of the " + std::to_string(t.size()) +
+                        " times, got values of shape " + shape_text(values.shape));
+  if (!std::is_sorted(t.begin(), t.end(), std::less_equal<double>()))
+    throw ArgumentError("parameter: expected times that increase");
+  return table_value(values, t);
+}
+
+void bind_control(nb::module_& module, nb::class_<PythonProblem>& problem) {
+  bind_ddp(module, problem);
+  bind_mpc(module);
+}
+
+}  // namespace dyntape::python

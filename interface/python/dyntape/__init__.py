@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Robot dynamics with exact derivatives: recorded, simplified, compiled, served.
+
+>>> robot = dyntape.load("config/robots/panda.urdf", lock=["panda_finger_joint1", "panda_finger_joint2"])
+>>> q, v = robot.random(1000), np.zeros((1000, robot.nv))   # the leading axes are batch axes
+>>> robot.rnea(q, v, v).shape
+(1000, 7)
+>>> f = dyntape.record(lambda x: np.sin(x[0]) * x[1], 2)
+>>> f.jacobian([0.0, 3.0])
+array([3., 0.])
+"""
+
+import pathlib as _pathlib
+
+from ._arrays import RecordedArray, where
+from ._dyntape import (
+    AD,
+    ClosedLoop,
+    ArgumentError,
+    Condition,
+    DdpSolution,
+    Error,
+    FileError,
+    Function,
+    GuardViolation,
+    Identification,
+    Mpc,
+    MpcStep,
+    NumericalError,
+    Problem,
+    RecordingError,
+    Robot,
+    Scene,
+    Simulation,
+    Solution,
+    Stage,
+    StageFunction,
+    Task,
+    TaskSolution,
+    ToolError,
+    __version__,
+    control,
+    load,
+    load_text,
+    maximum,
+    minimum,
+    record,
+    simulate,
+    solve,
+    sweep,
+    symmetric_solve,
+)
+from ._pictures import Pictures
+
+__all__ = [
+    "AD",
+    "ArgumentError",
+    "ClosedLoop",
+    "Condition",
+    "DdpSolution",
+    "Error",
+    "FileError",
+    "Function",
+    "GuardViolation",
+    "Identification",
+    "Mpc",
+    "MpcStep",
+    "NumericalError",
+    "Pictures",
+    "Problem",
+    "RecordedArray",
+    "RecordingError",
+    "Robot",
+    "Scene",
+    "Simulation",
+    "Solution",
+    "Stage",
+    "StageFunction",
+    "Task",
+    "TaskSolution",
+    "ToolError",
+    "__version__",
+    "config_folder",
+    "control",
+    "load",
+    "load_text",
+    "maximum",
+    "minimum",
+    "record",
+    "simulate",
+    "solve",
+    "sweep",
+    "symmetric_solve",
+    "where",
+]
+
+
+def config_folder() -> _pathlib.Path:
+    """The folder with the robots, scenes and tasks that come with the package."""
+    return _pathlib.Path(__file__).parent / "config"

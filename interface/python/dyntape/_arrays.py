@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arrays of recorded values that numpy computes with: comparisons give conditions, decisions become selections."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from . import _dyntape as _d
+
+# Comparisons keep what the entries answer; numpy would ask each for a bool, which leaves a guard.
+_COMPARISONS = {np.less, np.less_equal, np.greater, np.greater_equal, np.equal, np.not_equal}
+
+# Of objects numpy would decide these by comparisons, or ask the first argument alone, which may be a number.
+_FUNCTIONS: dict[np.ufunc, tuple[Any, int]] = {
+    np.maximum: (_d.maximum, 2),
+    np.minimum: (_d.minimum, 2),
+    np.fmax: (_d.maximum, 2),
+    np.fmin: (_d.minimum, 2),
+    np.sign: (_d.sign, 1),
+    np.floor: (_d.floor, 1),
+    np.ceil: (_d.ceil, 1),
+    np.trunc: (_d.trunc, 1),
+    np.arctan2: (_d.arctan2, 2),
+    np.hypot: (_d.hypot, 2),
+    np.copysign: (_d.copysign, 2),
+    np.fmod: (_d.fmod, 2),
+    np.power: (_d.power, 2),
+}
+_OWN = {ufunc: np.frompyfunc(function, arguments, 1) for ufunc, (function, arguments) in _FUNCTIONS.items()}
+_LINALG = np.linalg
+_OF_PIVOTS = {_LINALG.solve, _LINALG.inv, _LINALG.lstsq, _LINALG.pinv, _LINALG.det, _LINALG.eigh, _LINALG.svd, _LINALG.qr}
+_SELECT = np.frompyfunc(_d.select, 3, 1)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, RecordedArray):
+        return value.view(np.ndarray)
+    if isinstance(value, _d.AD):
+        entry = np.empty((), dtype=object)
+        entry[()] = value
+        return entry
+    return value
+
+
+def _taped(value: Any) -> Any:
+    if isinstance(value, np.ndarray) and value.dtype == object:
+        return value[()] if value.ndim == 0 else value.view(RecordedArray)
+    return value
+
+
+def _array_ufunc(self: Any, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+    if ufunc in _COMPARISONS and method == "__call__":
+        options["dtype"] = object
+    if ufunc.__name__ == "clip" and method == "__call__" and len(inputs) == 3:
+        return np.minimum(np.maximum(inputs[0], inputs[1]), inputs[2])
+    if "out" in options:
+        options["out"] = tuple(_plain(out) for out in options["out"])
+    result = getattr(_OWN.get(ufunc, ufunc), method)(*(_plain(value) for value in inputs), **options)
+    return tuple(map(_taped, result)) if isinstance(result, tuple) else _taped(result)
+
+
+class RecordedArray(np.ndarray):
+    """An array of recorded values, as functions get them while they are recorded.
+
+    numpy computes with it as with floats.  Comparisons give arrays of conditions, for `np.where` or `dyntape.where`;
+    `np.maximum`, `np.minimum` and `np.sign` leave no guard.
+    """
+
+    __array_ufunc__ = _array_ufunc
+
+    def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        if func is np.where and len(args) == 3:
+            return where(*args)
+        if func is np.linalg.cholesky and len(args) == 1:
+            return _d.cholesky(*args)
+        if func in _OF_PIVOTS:
+            raise _d.ArgumentError(
+                f"np.linalg.{func.__name__} of recorded values would decide by pivots; "
+                "expected dyntape.symmetric_solve(a, b), or np.linalg.cholesky"
+            )
+        return super().__array_function__(func, types, args, kwargs)
+
+
+setattr(_d.AD, "__array_ufunc__", _array_ufunc)
+
+
+def where(condition: Any, a: Any, b: Any) -> Any:
+    """a where the condition holds, b elsewhere; both are recorded, and what is not taken contributes nothing to derivatives.
+
+    condition: a comparison of recorded values, or an array of these, or bools.  Arguments broadcast as numpy's do.
+
+    >>> f = dyntape.record(lambda x: dyntape.where(x < 0, -x, x), 1)
+    >>> f([-2.0])
+    array([2.])
+    """
+    values = (_plain(value) for value in (condition, a, b))
+    return _taped(np.asarray(_SELECT(*values), dtype=object))

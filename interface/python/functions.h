@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A recorded function as Python holds it: its kernels, interpreted at first, by order of derivative.
+#pragma once
+
+#include <memory>
+#include <mutex>
+
+#include <dyntape/codegen/compiled_function.h>
+#include <dyntape/interface/robot/workspace_pool.h>
+
+#include "arrays.h"
+
+namespace dyntape::python {
+
+// What evaluates, with workspaces for any number of threads.
+struct Kernels {
+  explicit Kernels(CompiledFunction made) : function(std::move(made)) {}
+
+  const CompiledFunction function;
+  dyntape::detail::WorkspacePool<CompiledFunction::Workspace> pool;
+};
+
+class RecordedFunction {
+ public:
+  RecordedFunction(Function function, Shape y_shape);
+
+  const Function function;
+  const Shape y_shape;  // of what the Python function returned
+
+  std::size_t n_x() const { return function.n_x(); }
+  std::size_t n_p() const { return function.n_p(); }
+  std::size_t n_y() const { return function.n_y(); }
+
+  // What serves up to this order: compiled if it is, else the interpreter, made at the first call.
+  std::shared_ptr<Kernels> kernels(Order order) const;
+  // From now on; evaluations that run go on with what they have.
+  void compile(const CodegenOptions& options);
+  std::shared_ptr<Kernels> compiled() const;
+
+  // Called in other recordings, made once: of variables and parameters.
+  std::shared_ptr<const Callee> callee() const;
+
+ private:
+  mutable std::mutex mutex_;
+  mutable std::shared_ptr<Kernels> interpreted_[3];
+  std::shared_ptr<Kernels> compiled_;
+  mutable std::shared_ptr<const Callee> callee_;
+};
+
+void bind_function_state(nb::class_<RecordedFunction>& f);  // function_state.cpp
+
+}  // namespace dyntape::python

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What the extension module is made of, a file a subject.
+#pragma once
+
+#include <nanobind/nanobind.h>
+
+namespace dyntape::python {
+
+namespace nb = nanobind;
+
+void bind_errors(nb::module_& module);           // errors.cpp
+void bind_recorded_values(nb::module_& module);  // recorded_values.cpp
+void bind_functions(nb::module_& module);        // functions.cpp
+void bind_robot(nb::module_& module);            // robot.cpp
+void bind_scenes(nb::module_& module);           // scenes.cpp
+void bind_tasks(nb::module_& module);            // tasks.cpp
+void bind_problems(nb::module_& module);         // problems.cpp
+void bind_task_control(nb::module_& module);     // task_control.cpp
+void bind_sweeps(nb::module_& module);           // sweeps.cpp
+void bind_identification(nb::module_& module);   // identification.cpp
+void bind_commands(nb::module_& module);         // commands.cpp
+
+}  // namespace dyntape::python

@@ -1,0 +1,279 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape.Problem: optimal control of a robot (robot.problem) or of a dynamics of one's own.
+#include "problems.h"
+
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <optional>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+
+#include "module.h"
+#include "scenes.h"
+
+namespace dyntape::python {
+namespace {
+
+using P = PythonProblem;
+using Eigen::VectorXd;
+
+DynamicsForm form_from(const std::string& word) {
+  if (word == "forward") return DynamicsForm::kForward;
+  if (word == "inverse") return DynamicsForm::kInverse;
+  throw ArgumentError("problem: form: expected \"forward\" or \"inverse\", got \"" + word + "\"");
+}
+
+ControlUnit unit_from(const std::string& word) {
+  if (word == "physical") return ControlUnit::kPhysical;
+  if (word == "fraction") return ControlUnit::kFraction;
+  throw ArgumentError("problem: unit: expected \"physical\" or \"fraction\", got \"" + word + "\"");
+}
+
+std::shared_ptr<P> problem_in(RobotScene scene, double duration, const std::string& form,
+                              const std::string& unit) {
+  auto p = std::make_shared<P>();
+  p->is_robot = true;
+  p->scene = std::move(scene);
+  p->options.duration = duration;
+  p->options.form = form_from(form);
+  p->options.unit = unit_from(unit);
+  p->problem = robot_problem(p->scene, p->options);
+  return p;
+}
+
+std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duration, const std::string& form,
+                              const std::string& unit, const std::vector<std::string>& driven) {
+  if (!robot->urdf.mimics.empty())
+    throw ArgumentError("problem: not for robots whose joints follow others; load it without mimic=True");
+  RobotScene scene;
+  scene.model = robot->model();
+  scene.actuated = driven;
+  const auto p = problem_in(std::move(scene), duration, form, unit);
+  p->visuals = [robot] {
+    return dynamics::read_visuals_text(robot->source.text, robot->source.file, robot->model());
+  };
+  return p;
+}
+
+std::shared_ptr<P> problem_of_scene(std::shared_ptr<PythonScene> scene, std::optional<double> duration,
+                                    const std::string& form, const std::string& unit) {
+  const auto p = problem_in(scene->scene.robot, duration.value_or(scene->scene.duration), form, unit);
+  start_at(p->problem, p->scene, scene->scene.q, scene->scene.v);
+  p->visuals = [scene] { return dynamics::read_visuals(scene->scene.urdf, scene->scene.robot.model); };
+  return p;
+}
+
+void add_parameters(P& p, nb::handle given) {
+  if (given.is_none()) return;
+  const nb::dict values = nb::cast<nb::dict>(given);
+  for (const auto& [name, value] : values)
+    p.problem.parameters.add(text_of(name, "parameters"), parameter_value(value, nb::none()));
+}
+
+P own_problem(const std::string& name, const std::vector<std::string>& states,
+              const std::vector<std::string>& controls, double duration, nb::callable rate,
+              nb::handle parameters) {
+  P p;
+  // The sizes first: the rate is recorded with them.
+  p.problem = Problem(name, states, controls, duration, StageFunction([](const auto& s) { return s.x; }));
+  add_parameters(p, parameters);
+  const Parameters all = p.problem.parameters;
+  const StageFunction recorded = record_stage_function(p, name + ": rate", rate);
+  p.problem = Problem(name, states, controls, duration, recorded);
+  p.problem.parameters = all;
+  return p;
+}
+
+// --- Ends, bounds, guesses --------------------------------------------------------------------------------
+
+VectorXd velocity_of(const P& p, nb::handle v) {
+  const int nv = p.scene.model.nv;
+  return v.is_none() ? VectorXd::Zero(nv).eval() : vector_of(v, "v", nv);
+}
+
+void check_robot(const P& p, const char* what) {
+  if (!p.is_robot)
+    throw ArgumentError(std::string(what) + ": it is of a robot's problem; set start and goal");
+}
+
+void start_at_state(P& p, nb::handle q, nb::handle v) {
+  check_robot(p, "start_at");
+  start_at(p.problem, p.scene, vector_of(q, "q", p.scene.model.nq), velocity_of(p, v));
+}
+
+void end_at_state(P& p, nb::handle q, nb::handle v) {
+  check_robot(p, "end_at");
+  const int nq = p.scene.model.nq;
+  const VectorXd there = q.is_none() ? VectorXd::Constant(nq, Problem::kFree).eval() : vector_of(q, "q", nq);
+  end_at(p.problem, p.scene, there, velocity_of(p, v));
+}
+
+// The guess goes straight to these joints, whatever the goal gives.
+void guess_towards(P& p, nb::handle q) {
+  check_robot(p, "guess_towards");
+  Problem ends = p.problem;
+  end_at(ends, p.scene, vector_of(q, "q", p.scene.model.nq), VectorXd::Zero(p.scene.model.nv));
+  p.problem.guess = straight_line(ends);
+}
+
+nb::object of(const VectorXd& values) { return copy_of(values.data(), {values.size()}); }
+
+void bound_part(Bounds& bounds, const std::string& what, nb::handle lower, nb::handle upper) {
+  const auto set = [&](VectorXd& side, nb::handle given) {
+    if (given.is_none()) return;
+    const Numbers values = numbers(given, what);
+    if (values.shape.empty())
+      side.setConstant(*values.data);
+    else
+      side = vector_of(given, what, side.size());
+  };
+  set(bounds.lower, lower);
+  set(bounds.upper, upper);
+}
+
+std::string summary(const P& p) {
+  std::string terms;
+  for (const Term& term : p.problem.terms) terms += (terms.empty() ? "" : ", ") + term.name;
+  return "<dyntape.Problem \"" + p.problem.name + "\": " + std::to_string(p.problem.n_x()) + " states, " +
+         std::to_string(p.problem.n_u()) + " controls, " +
+         (terms.empty() ? std::string("no terms") : "terms: " + terms) + ">";
+}
+
+void bind_parts(nb::class_<P>& problem) {
+  problem
+      .def_prop_ro(
+          "name", [](const P& p) { return p.problem.name; }, "Its name.")
+      .def_prop_ro(
+          "states", [](const P& p) { return p.problem.states; }, "Names of the states.")
+      .def_prop_ro(
+          "controls", [](const P& p) { return p.problem.controls; }, "Names of the controls.")
+      .def_prop_rw(
+          "start", [](const P& p) { return of(p.problem.start); },
+          [](P& p, nb::handle x) { p.problem.start = vector_of(x, "start", p.problem.n_x()); },
+          nb::for_getter(nb::sig("def start(self) -> Array")),
+          nb::for_setter(nb::sig("def start(self, x: ArrayLike, /) -> None")),
+          "(states,) where the motion begins; NaN: free.")
+      .def_prop_rw(
+          "goal", [](const P& p) { return of(p.problem.goal); },
+          [](P& p, nb::handle x) { p.problem.goal = vector_of(x, "goal", p.problem.n_x()); },
+          nb::for_getter(nb::sig("def goal(self) -> Array")),
+          nb::for_setter(nb::sig("def goal(self, x: ArrayLike, /) -> None")),
+          "(states,) where it ends; NaN: free.")
+      .def("start_at", start_at_state, nb::arg("q"), nb::arg("v") = nb::none(),
+           nb::sig("def start_at(self, q: ArrayLike, v: ArrayLike | None = None) -> None"),
+           "Begins at q (nq,), v (nv,), by default at rest; of a robot.")
+      .def("end_at", end_at_state, nb::arg("q") = nb::none(), nb::arg("v") = nb::none(),
+           nb::sig("def end_at(self, q: ArrayLike | None = None, v: ArrayLike | None = None) -> None"),
+           "Ends at q (nq,), by default anywhere, with v (nv,), by default at rest; of a robot.")
+      .def("guess_towards", guess_towards, nb::arg("q"),
+           nb::sig("def guess_towards(self, q: ArrayLike) -> None"),
+           "The first guess goes straight from the start to q (nq,), whatever the goal gives.")
+      .def(
+          "bound_states",
+          [](P& p, nb::handle lower, nb::handle upper) {
+            bound_part(p.problem.x, "bound_states", lower, upper);
+          },
+          nb::arg("lower") = nb::none(), nb::arg("upper") = nb::none(),
+          nb::sig("def bound_states(self, lower: ArrayLike | None = None, upper: ArrayLike | None = None) -> "
+                  "None"),
+          "Bounds at every point; a number is for all.")
+      .def(
+          "bound_controls",
+          [](P& p, nb::handle lower, nb::handle upper) {
+            bound_part(p.problem.u, "bound_controls", lower, upper);
+          },
+          nb::arg("lower") = nb::none(), nb::arg("upper") = nb::none(),
+          nb::sig("def bound_controls(self, lower: ArrayLike | None = None, upper: ArrayLike | None = None) "
+                  "-> None"),
+          "Bounds at every point; a number is for all.")
+      .def(
+          "add_parameter",
+          [](P& p, const std::string& name, nb::handle value, nb::handle times) {
+            p.problem.parameters.add(name, parameter_value(value, times));
+          },
+          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+          nb::sig(
+              "def add_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
+          "What terms that are added later read as s[name] and what changes without another recording: a "
+          "number or (n,).\n"
+          "With times (m,), s, a function of time: value (m,) or (m, n), straight lines between, constant "
+          "outside.")
+      .def(
+          "set_parameter",
+          [](P& p, const std::string& name, nb::handle value, nb::handle times) {
+            p.problem.parameters.set(name, parameter_value(value, times));
+          },
+          nb::arg("name"), nb::arg("value"), nb::arg("times") = nb::none(),
+          nb::sig(
+              "def set_parameter(self, name: str, value: ArrayLike, times: ArrayLike | None = None) -> None"),
+          "Another value for a parameter.")
+      .def(
+          "free_duration", [](P& p, double s, double l) { p.problem.free_duration(s, l); },
+          nb::arg("shortest"), nb::arg("longest"),
+          "Leaves the duration to the solver, between these bounds, s.")
+      .def("__repr__", summary);
+}
+
+}  // namespace
+
+StageSizes PythonProblem::sizes() const {
+  StageSizes sizes{problem.n_x(), problem.n_a(), problem.n_u(), problem.parameters.size(), 0, 0};
+  if (is_robot) sizes.nq = scene.model.nq, sizes.nv = scene.model.nv;
+  return sizes;
+}
+
+void bind_problems(nb::module_& module) {
+  bind_stages(module);
+  nb::class_<P> problem(
+      module, "Problem",
+      "An optimal control problem: what is minimised and demanded of a motion over time.\n\n"
+      "robot.problem(duration=2) makes one of a robot; this class itself one of a dynamics of one's own:\n\n"
+      ">>> p = dyntape.Problem(\"block\", [\"p\", \"v\"], [\"u\"], 1.0, lambda s: [s.x[1], s.u[0]])\n"
+      ">>> p.add_squares(\"effort\", lambda s: s.u)\n"
+      ">>> p.start, p.goal = [0, 0], [1, 0]\n"
+      ">>> round(p.solve(10).cost, 9)\n"
+      "12.0");
+  problem.def(
+      "__init__",
+      [](P* self, const std::string& name, const std::vector<std::string>& states,
+         const std::vector<std::string>& controls, double duration, nb::callable rate,
+         nb::handle parameters) {
+        new (self) P(own_problem(name, states, controls, duration, rate, parameters));
+      },
+      nb::arg("name"), nb::arg("states"), nb::arg("controls"), nb::arg("duration"), nb::arg("rate"),
+      nb::kw_only(), nb::arg("parameters") = nb::none(),
+      nb::sig(
+          "def __init__(self, name: str, states: Sequence[str], controls: Sequence[str], duration: float, "
+          "rate: Callable[[Stage], Any], *, parameters: Mapping[str, ArrayLike] | None = None) -> None"));
+  bind_parts(problem);
+  bind_terms(problem);
+  bind_problem_solve(module, problem);
+  bind_control(module, problem);
+  nb::object robot = module.attr("Robot");
+  robot.attr("problem") = nb::cpp_function(
+      problem_of, nb::name("problem"), nb::is_method(), nb::scope(robot), nb::arg("duration"), nb::kw_only(),
+      nb::arg("form") = "forward", nb::arg("unit") = "physical",
+      nb::arg("driven") = std::vector<std::string>(),
+      nb::sig("def problem(self, duration: float, *, form: str = 'forward', unit: str = 'physical', "
+              "driven: Sequence[str] = ()) -> Problem"),
+      "An optimal control problem of this robot: state (q, v), controls at the driven joints.\n\n"
+      "duration: s.  form: \"forward\" or \"inverse\" dynamics, the latter mostly faster.  unit of u: "
+      "\"physical\", N m or\n"
+      "N, or \"fraction\" of the effort limit.  driven: joints, by default all.");
+  nb::object scene = module.attr("Scene");
+  scene.attr("problem") = nb::cpp_function(
+      problem_of_scene, nb::name("problem"), nb::is_method(), nb::scope(scene),
+      nb::arg("duration") = nb::none(), nb::kw_only(), nb::arg("form") = "forward",
+      nb::arg("unit") = "physical",
+      nb::sig("def problem(self, duration: float | None = None, *, form: str = 'forward', unit: str = "
+              "'physical') -> Problem"),
+      "An optimal control problem of this scene: its robot, effects and driven joints, from its start.\n\n"
+      "duration: s, by default the scene's; the rest as of Robot.problem.");
+}
+
+}  // namespace dyntape::python

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Optimal control problems as Python makes them: a robot's or one's own, with terms that are Python functions.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include <dyntape/dynamics/urdf/visuals.h>
+#include <dyntape/interface/control/solve/optimise.h>
+#include <dyntape/interface/motion/robot_problem.h>
+
+#include "robot.h"
+
+namespace dyntape::python {
+
+// Entries of the parts of a stage.
+struct StageSizes {
+  Eigen::Index x = 0, a = 0, u = 0, p = 0;
+  Eigen::Index nq = 0, nv = 0;  // of x = (q, v), of a robot's problem
+};
+
+// A stage as a Python function sees it: recorded values, or numbers.
+struct PythonStage {
+  nb::object t, x, a, u, p;
+  StageSizes sizes;
+  Parameters parameters;  // where each stands in p
+};
+
+// A stage function that C++ made, or that was recorded of a Python function.
+struct PythonStageFunction {
+  std::string name;
+  StageFunction function;
+};
+
+struct PythonProblem {
+  bool is_robot = false;                                // or of one's own
+  std::function<dynamics::UrdfVisuals()> visuals = {};  // of a robot, for pages
+  RobotScene scene;
+  RobotProblemOptions options;
+  Problem problem;
+
+  StageSizes sizes() const;
+};
+
+// Runs the Python function once, on recorded values, and keeps what it did: no Python runs in a solve.
+StageFunction record_stage_function(const PythonProblem& problem, const std::string& name, nb::callable f);
+
+// What a Python argument stands for: a ready function, or a callable of the stage.
+StageFunction stage_function_of(const PythonProblem& problem, const std::string& name, nb::handle given);
+
+// A number or an array; of a function of time the array has a row for each of the times, straight lines between.
+ParameterValue parameter_value(nb::handle value, nb::handle times);
+
+Eigen::VectorXd vector_of(nb::handle given, const std::string& what, Eigen::Index entries);
+
+void bind_stages(nb::module_& module);                                             // stages.cpp
+void bind_control(nb::module_& module, nb::class_<PythonProblem>& problem);        // control.cpp
+void bind_terms(nb::class_<PythonProblem>& problem);                               // problem_terms.cpp
+void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem);  // problem_solve.cpp
+
+}  // namespace dyntape::python

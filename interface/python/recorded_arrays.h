@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Recorded values in numpy arrays of objects: what a Python function computes with while it is recorded.
+#pragma once
+
+#include <dyntape/autodiff/record/record.h>
+
+#include "arrays.h"
+#include "robot.h"
+
+namespace dyntape::python {
+
+// A recorded value, or a number: AD of an AD, float, int or numpy scalar.  False: it is something else.
+bool as_recorded(nb::handle given, AD& value);
+
+// The entries of an array, list or tuple of those, in C order; ArgumentError, naming `what`, for others.
+VectorXad recorded_vector(nb::handle given, const std::string& what);
+VectorXad recorded_vector(nb::handle given, const std::string& what, Eigen::Index entries);
+
+// A dyntape.Array (an array of objects whose comparisons give conditions); of no axes: the value itself.
+nb::object recorded_array(const AD* values, const Shape& shape);
+
+// The function of a robot in the recording that the state belongs to.
+VectorXad record_in_place(const Robot& robot, const RobotFunction& function, const VectorXad& state);
+
+}  // namespace dyntape::python

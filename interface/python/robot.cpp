@@ -1,0 +1,333 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape.load and what a robot says of itself.
+#include "robot.h"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <tuple>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/suggest.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/robot/robot_callee.h>
+#include <dyntape/interface/robot/robot_rows.h>
+
+namespace dyntape::python {
+namespace {
+
+dynamics::UrdfRobot read(const RobotSourceText& source) {
+  dynamics::UrdfRobot robot = dynamics::read_urdf_text(source.text, source.file, source.options);
+  robot.model.gravity = source.gravity;
+  return robot;
+}
+
+// What a function without a frame says of the sizes of states.
+dyntape::detail::RobotSizes sizes_of(const dynamics::UrdfRobot& robot) {
+  RobotFunction function = RobotFunction::kRnea;
+  function.mimics = robot.mimics;
+  return dyntape::detail::sizes_of(robot.model, function);
+}
+
+template <class Value>
+Value choice(const std::string& what, const std::string& word,
+             const std::vector<std::pair<std::string, Value>>& choices) {
+  std::string all;
+  for (const auto& [name, value] : choices) {
+    if (word == name) return value;
+    all += (all.empty() ? "\"" : ", \"") + name + "\"";
+  }
+  throw ArgumentError(what + ": expected one of " + all + ", got \"" + word + "\"");
+}
+
+dynamics::Base base_from(const std::string& word) {
+  return choice<dynamics::Base>("base", word,
+                                {{"fixed", dynamics::Base::kFixed}, {"floating", dynamics::Base::kFloating}});
+}
+
+dynamics::ContinuousJoint continuous_from(const std::string& word) {
+  using enum dynamics::ContinuousJoint;
+  return choice<dynamics::ContinuousJoint>("continuous", word, {{"cos-sin", kCosSin}, {"angle", kAngle}});
+}
+
+Eigen::Vector3d gravity_from(const std::vector<double>& gravity) {
+  if (gravity.size() != 3)
+    throw ArgumentError("gravity: expected 3 numbers, m/s^2 in the world's axes, got " +
+                        std::to_string(gravity.size()));
+  return Eigen::Map<const Eigen::Vector3d>(gravity.data());
+}
+
+// Options of reading, as keywords.
+struct LoadOptions {
+  std::string base;
+  std::vector<std::string> lock;
+  bool mimic;
+  std::vector<double> gravity;
+  std::string continuous, root;
+  double snap;
+  bool accept_nonphysical_inertia;
+};
+
+std::shared_ptr<Robot> robot_of(const std::string& text, const std::string& file, const LoadOptions& o) {
+  RobotSourceText source;
+  source.text = text;
+  source.file = file;
+  source.gravity = gravity_from(o.gravity);
+  source.options = {base_from(o.base),
+                    o.lock,
+                    o.snap,
+                    continuous_from(o.continuous),
+                    o.root,
+                    o.accept_nonphysical_inertia,
+                    o.mimic};
+  const nb::gil_scoped_release unlocked;
+  return std::make_shared<Robot>(std::move(source));
+}
+
+// The function with its keywords; `first` are those before them.
+template <class F, class... First>
+void define_load(nb::module_& module, const char* name, F f, const char* what, const First&... first) {
+  module.def(name, f, first..., nb::kw_only(), nb::arg("base") = "fixed",
+             nb::arg("lock") = std::vector<std::string>(), nb::arg("mimic") = false,
+             nb::arg("gravity") = std::vector<double>{0, 0, -9.81}, nb::arg("continuous") = "cos-sin",
+             nb::arg("root") = "", nb::arg("snap") = 1e-8, nb::arg("accept_nonphysical_inertia") = false,
+             what);
+}
+
+// --- Pickling: a robot is the text that it was read from --------------------------------------------------
+
+using State = std::tuple<std::string, std::string, int, std::vector<std::string>, double, int, std::string,
+                         bool, bool, std::vector<double>>;
+
+State state_of(const Robot& robot) {
+  const RobotSourceText& s = robot.source;
+  const dynamics::UrdfOptions& o = s.options;
+  return {s.text,
+          s.file,
+          static_cast<int>(o.base),
+          o.lock,
+          o.snap,
+          static_cast<int>(o.continuous),
+          o.root,
+          o.accept_nonphysical_inertia,
+          o.mimic,
+          std::vector<double>(s.gravity.begin(), s.gravity.end())};
+}
+
+void restore(Robot& robot, const State& state) {
+  const auto& [text, file, base, lock, snap, continuous, root, accept, mimic, gravity] = state;
+  RobotSourceText source;
+  source.text = text;
+  source.file = file;
+  source.options = {static_cast<dynamics::Base>(base),
+                    lock,
+                    snap,
+                    static_cast<dynamics::ContinuousJoint>(continuous),
+                    root,
+                    accept,
+                    mimic};
+  source.gravity = gravity_from(gravity);
+  new (&robot) Robot(std::move(source));
+}
+
+// --- What it says of itself -------------------------------------------------------------------------------
+
+std::string summary(const Robot& robot) {
+  const dynamics::Model<double>& model = robot.model();
+  return "<dyntape.Robot \"" + model.name + "\": " + std::to_string(model.njoints()) + " joints, nq " +
+         std::to_string(robot.nq) + ", nv " + std::to_string(robot.nv) + ", " +
+         std::to_string(model.frames.size()) + " frames, " +
+         (robot.source.options.base == dynamics::Base::kFloating ? "floating" : "fixed") + " base>";
+}
+
+// Joints that have entries of their own, in the order of these.
+std::vector<const dynamics::Joint<double>*> own_joints(const Robot& robot) {
+  std::vector<const dynamics::Joint<double>*> joints;
+  for (const auto& joint : robot.model().joints) {
+    const auto follows = [&](const dynamics::MimicRule& rule) { return rule.joint == joint.name; };
+    if (std::none_of(robot.urdf.mimics.begin(), robot.urdf.mimics.end(), follows)) joints.push_back(&joint);
+  }
+  return joints;
+}
+
+// (nv) one of a joint's limits; infinite where there is none.
+nb::object limits(const Robot& robot, double dynamics::JointLimits::*which, double none) {
+  std::vector<double> all;
+  for (const auto* joint : own_joints(robot)) {
+    const double limit = dynamics::is_single(joint->type) ? joint->limits.*which : none;
+    all.insert(all.end(), static_cast<std::size_t>(dynamics::nv(joint->type)), limit);
+  }
+  return copy_of(all.data(), {robot.nv});
+}
+
+void bind_facts(nb::class_<Robot>& robot) {
+  constexpr double kNone = dynamics::JointLimits::kNone;
+  using Limits = dynamics::JointLimits;
+  robot
+      .def_prop_ro(
+          "name", [](const Robot& r) { return r.model().name; }, "Name of the robot, as its file gives it.")
+      .def_ro("nq", &Robot::nq, "Entries of a configuration q.")
+      .def_ro("nv", &Robot::nv, "Entries of v, a and tau: degrees of freedom.")
+      .def_prop_ro(
+          "joints",
+          [](const Robot& r) {
+            std::vector<std::string> names;
+            for (const auto* joint : own_joints(r)) names.push_back(joint->name);
+            return names;
+          },
+          "Names of the joints that have entries in q and v, in their order.")
+      .def_prop_ro(
+          "joint_types",
+          [](const Robot& r) {
+            std::vector<std::string> types;
+            for (const auto* joint : own_joints(r)) types.push_back(dynamics::to_string(joint->type));
+            return types;
+          },
+          "Type of each of these: revolute, continuous, prismatic, helical, spherical, planar or free-flyer.")
+      .def_prop_ro(
+          "frames", [](const Robot& r) { return dynamics::detail::names_of(r.model().frames); },
+          "Names of the frames: every link of the file.")
+      .def_prop_ro(
+          "gravity_vector", [](const Robot& r) { return copy_of(r.source.gravity.data(), {3}); },
+          "(3,) acceleration of free fall, m/s^2, in the world's axes.")
+      .def_prop_ro(
+          "lower_limits", [](const Robot& r) { return limits(r, &Limits::lower, -kNone); },
+          "(nv,) lowest positions, rad or m; -inf where there is no limit.")
+      .def_prop_ro(
+          "upper_limits", [](const Robot& r) { return limits(r, &Limits::upper, kNone); },
+          "(nv,) highest positions, rad or m; inf where there is no limit.")
+      .def_prop_ro(
+          "velocity_limits", [](const Robot& r) { return limits(r, &Limits::velocity, kNone); },
+          "(nv,) largest speeds, rad/s or m/s; inf where there is no limit.")
+      .def_prop_ro(
+          "effort_limits", [](const Robot& r) { return limits(r, &Limits::effort, kNone); },
+          "(nv,) largest torques, N m or N; inf where there is no limit.")
+      .def_prop_ro(
+          "notes", [](const Robot& r) { return r.urdf.notes; },
+          "What is odd or was corrected in the robot's file, a sentence each.")
+      .def("__repr__", summary)
+      .def("__getstate__", state_of)
+      .def("__setstate__", restore)
+      .def(
+          "__copy__", [](std::shared_ptr<Robot> self) { return self; },
+          "A robot never changes: the same one.")
+      .def(
+          "__deepcopy__", [](std::shared_ptr<Robot> self, nb::handle) { return self; }, nb::arg("memo"),
+          "A robot never changes: the same one.");
+}
+
+}  // namespace
+
+Robot::Robot(RobotSourceText from)
+    : source(std::move(from)), urdf(read(source)), nq(sizes_of(urdf).nq), nv(sizes_of(urdf).nv) {
+  for (auto& defaults : defaults_) defaults.resize(robot_functions().size());
+}
+
+RobotFunction Robot::function(int row, const std::string& frame, const std::string& axes,
+                              const std::vector<std::string>& contacts) const {
+  RobotFunction function = robot_functions()[static_cast<std::size_t>(row)];
+  using enum dynamics::ReferenceFrame;
+  function.frame = frame;
+  function.in = choice<dynamics::ReferenceFrame>(
+      std::string(to_string(function)) + ": axes", axes,
+      {{"local", kLocal}, {"world", kWorld}, {"aligned", kLocalWorldAligned}});
+  function.contacts = contacts;
+  function.mimics = urdf.mimics;
+  return function;
+}
+
+std::shared_ptr<RobotPath> Robot::route(const RobotFunction& function, const std::string& word,
+                                        bool many) const {
+  const Key key(function, word, many);
+  {
+    const std::scoped_lock lock(mutex_);
+    const auto found = routes_.find(key);
+    if (found != routes_.end()) return found->second;
+  }
+  // Two threads may make the same; the first that is done serves.
+  std::shared_ptr<RobotPath> made;
+  {
+    const nb::gil_scoped_release unlocked;
+    made = make_route(model(), function, word, many);
+  }
+  const std::scoped_lock lock(mutex_);
+  return routes_.emplace(key, std::move(made)).first->second;
+}
+
+RobotPath& Robot::default_route(int row, bool many) const {
+  std::shared_ptr<RobotPath>& route = defaults_[many][static_cast<std::size_t>(row)];
+  if (!route) {
+    RobotFunction function = robot_functions()[static_cast<std::size_t>(row)];
+    function.mimics = urdf.mimics;
+    route = this->route(function, default_word(many), many);
+  }
+  return *route;
+}
+
+std::shared_ptr<const Callee> Robot::callee(const RobotFunction& function) const {
+  const bool is_inverse = function.row() == RobotFunction::kRnea.row();
+  if (!is_inverse && function.row() != RobotFunction::kAba.row()) return nullptr;
+  if (!function.mimics.empty() || !is_worth_callees(model())) return nullptr;
+  const std::scoped_lock lock(mutex_);
+  std::shared_ptr<const Callee>& callee = callees_[function.row()];
+  if (!callee) callee = is_inverse ? inverse_dynamics_callee(model()) : forward_dynamics_callee(model());
+  return callee;
+}
+
+void bind_robot(nb::module_& module) {
+  nb::class_<Robot> robot(
+      module, "Robot",
+      "A robot: made by `dyntape.load`, never changed, to be used by any number of threads.\n\n"
+      "Every function of dyntape's table is a method.  The leading axes of arguments are batch axes, which "
+      "broadcast\n"
+      "as numpy's do: q of shape (1000, nq) gives results of shape (1000, ...).  Derivatives by q are "
+      "tangent, a\n"
+      "column for each velocity.  Units: kg, m, rad, s, N, N m.");
+  bind_facts(robot);
+  bind_configurations(robot);
+  bind_robot_methods(module, robot);
+  using Strings = std::vector<std::string>;
+  using Vector = std::vector<double>;
+  define_load(
+      module, "load",
+      [](const std::filesystem::path& file, const std::string& base, const Strings& lock, bool mimic,
+         const Vector& gravity, const std::string& continuous, const std::string& root, double snap,
+         bool accept) {
+        return robot_of(read_file(file.string()), file.string(),
+                        {base, lock, mimic, gravity, continuous, root, snap, accept});
+      },
+      "Reads a robot from a URDF file.\n\n"
+      "base: \"fixed\", the root link is the world, or \"floating\", a free-flyer carries it.\n"
+      "lock: names of joints that are held at their neutral position.\n"
+      "mimic: joints with <mimic> follow their leader and have no entries in q, v and tau of their own.\n"
+      "gravity: acceleration of free fall, m/s^2, in the world's axes.\n"
+      "continuous: \"cos-sin\", a continuous joint has two entries in q, or \"angle\", it has one.\n"
+      "root: the link that is fixed to the world or floats; empty for the root of the file.\n"
+      "snap: rotations within this angle, rad, of a right one become exact; 0 reads them literally.\n"
+      "accept_nonphysical_inertia: an inertia that no body has is a note, not an error.\n\n"
+      "Raises FileError, `file:line: sentence`, for what is wrong in the file, and ArgumentError for an "
+      "option that\n"
+      "does not fit it.\n\n"
+      ">>> robot = dyntape.load(\"config/robots/panda.urdf\", lock=[\"panda_finger_joint1\", "
+      "\"panda_finger_joint2\"])\n"
+      ">>> robot.nq\n7",
+      nb::arg("file"));
+  define_load(
+      module, "load_text",
+      [](const std::string& text, const std::string& name, const std::string& base, const Strings& lock,
+         bool mimic, const Vector& gravity, const std::string& continuous, const std::string& root,
+         double snap, bool accept) {
+        return robot_of(text, name, {base, lock, mimic, gravity, continuous, root, snap, accept});
+      },
+      "The same of the text of a URDF file; `name` stands for the file in messages, and meshes are looked "
+      "for beside it.",
+      nb::arg("text"), nb::arg("name") = "robot.urdf");
+}
+
+}  // namespace dyntape::python

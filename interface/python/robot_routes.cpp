@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "robot_routes.h"
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/robot/packs/packed_robot.h>
+#include <dyntape/interface/robot/robot_evaluator.h>
+#include <dyntape/interface/robot/workspace_pool.h>
+
+namespace dyntape::python {
+namespace {
+
+// Plain double code, and differences of it.
+class PlainRoute final : public RobotPath {
+ public:
+  PlainRoute(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route)
+      : model_(model), function_(function), route_(route) {
+    is_brief = route == RobotRoute::kAnalytic;
+    const auto evaluator = pool_.take([&] { return made(); });
+    n_in = evaluator->n_in();
+    n_out = evaluator->n_out();
+  }
+
+  void evaluate(const double* states, std::size_t count, double* results) override {
+    const auto evaluator = pool_.take([&] { return made(); });
+    for (std::size_t i = 0; i < count; ++i) evaluator->evaluate(states + i * n_in, results + i * n_out);
+  }
+
+ private:
+  std::unique_ptr<RobotEvaluator> made() const {
+    return std::make_unique<RobotEvaluator>(model_, function_, route_);
+  }
+
+  const dynamics::Model<double>& model_;
+  const RobotFunction function_;
+  const RobotRoute route_;
+  dyntape::detail::WorkspacePool<RobotEvaluator> pool_;
+};
+
+class LanesRoute final : public RobotPath {
+ public:
+  LanesRoute(const dynamics::Model<double>& model, const RobotFunction& function)
+      : model_(model), function_(function) {
+    const auto packed = pool_.take([&] { return made(); });
+    n_in = packed->n_in();
+    n_out = packed->n_out();
+  }
+
+  void evaluate(const double* states, std::size_t count, double* results) override {
+    const auto packed = pool_.take([&] { return made(); });
+    packed->evaluate(states, count, results);
+  }
+
+ private:
+  std::unique_ptr<PackedRobot> made() const { return std::make_unique<PackedRobot>(model_, function_); }
+
+  const dynamics::Model<double>& model_;
+  const RobotFunction function_;
+  dyntape::detail::WorkspacePool<PackedRobot> pool_;
+};
+
+// A recording, interpreted or compiled.
+class RecordedRoute final : public RobotPath {
+ public:
+  RecordedRoute(const dynamics::Model<double>& model, const RobotFunction& function, RobotRoute route,
+                Lanes lanes)
+      : RecordedRoute(RobotEvaluator(model, function, route, options(lanes))) {}
+
+  void evaluate(const double* states, std::size_t count, double* results) override {
+    const auto workspace = pool_.take([&] { return made(); });
+    Points points;
+    points.count = count, points.x = states, points.y = results;
+    function_.check(function_.run(Order::kValue, points, *workspace), count);
+  }
+
+ private:
+  explicit RecordedRoute(const RobotEvaluator& evaluator) : function_(*evaluator.compiled()) {
+    n_in = function_.n_x();
+    n_out = function_.n_y();
+  }
+
+  static RobotEvaluatorOptions options(Lanes lanes) {
+    RobotEvaluatorOptions options;
+    options.codegen.lanes = lanes;
+    return options;
+  }
+
+  std::unique_ptr<CompiledFunction::Workspace> made() const {
+    return std::make_unique<CompiledFunction::Workspace>(function_);
+  }
+
+  const CompiledFunction function_;
+  dyntape::detail::WorkspacePool<CompiledFunction::Workspace> pool_;
+};
+
+std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, const RobotFunction& function,
+                                          const std::string& word, bool many) {
+  if (word == kLanes) return std::make_shared<LanesRoute>(model, function);
+  RobotRoute route;
+  try {
+    route = robot_route_from(word);
+  } catch (const ArgumentError& e) {
+    throw ArgumentError(std::string(e.what()) + ", " + kLanes);
+  }
+  if (route == RobotRoute::kTape || route == RobotRoute::kGenerated)
+    return std::make_shared<RecordedRoute>(model, function, route, many ? Lanes::kNative : Lanes::kNone);
+  return std::make_shared<PlainRoute>(model, function, route);
+}
+
+}  // namespace
+
+std::vector<std::string> extents_of(const std::string& shape) {
+  std::vector<std::string> extents;
+  if (shape == "1") return extents;
+  std::size_t from = 0;
+  for (std::size_t at; (at = shape.find(" x ", from)) != shape.npos; from = at + 3)
+    extents.push_back(shape.substr(from, at - from));
+  extents.push_back(shape.substr(from));
+  return extents;
+}
+
+std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFunction& function) {
+  std::vector<Block> blocks;
+  for (const RobotBlock& output : outputs(model, function)) {
+    const int extents[] = {output.rows, output.cols, output.pages};
+    blocks.push_back({output.name, Shape(extents, extents + extents_of(output.shape).size())});
+  }
+  return blocks;
+}
+
+std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
+                                      const std::string& word, bool many) {
+  std::shared_ptr<RobotPath> route = unshaped_route(model, function, word, many);
+  route->blocks = blocks_of(model, function);
+  return route;
+}
+
+void evaluate(RobotPath& route, const Rows& rows, double* results) {
+  constexpr std::size_t kBriefOutputs = 256;
+  const auto part = [&](std::size_t first, std::size_t count, const double* states) {
+    route.evaluate(states, count, results + first * route.n_out);
+  };
+  if (rows.is_single() && route.is_brief && route.n_out <= kBriefOutputs) return for_one(rows, part);
+  for_chunks(rows, part);
+}
+
+}  // namespace dyntape::python

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A robot's function at many states by one route, for any number of Python threads at a time.
+//
+//   const auto rnea = make_route(robot, RobotFunction::kRnea, "lanes");
+//   evaluate(*rnea, rows, results);      // releases the lock; states are shared out among the threads of the process
+//
+// "lanes" is the plain double code in packs (robot/packs/packed_robot.h), the other words are those of RobotRoute.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include <dyntape/interface/robot/robot_functions.h>
+
+#include "arrays.h"
+
+namespace dyntape::python {
+
+class RobotPath {
+ public:
+  virtual ~RobotPath() = default;
+  // States one after the other; from any thread.
+  virtual void evaluate(const double* states, std::size_t count, double* results) = 0;
+
+  std::size_t n_in = 0, n_out = 0;
+  std::vector<Block> blocks;  // of a result
+  bool is_brief = false;      // plain arithmetic, which ends soon
+};
+
+inline constexpr const char* kLanes = "lanes";
+
+std::shared_ptr<RobotPath> make_route(const dynamics::Model<double>& model, const RobotFunction& function,
+                                      const std::string& word, bool many);
+
+// The blocks of a function's result.
+std::vector<Block> blocks_of(const dynamics::Model<double>& model, const RobotFunction& function);
+// "nv x nv" of "3 nv x nv": extents as the table prints them; none for a number.
+std::vector<std::string> extents_of(const std::string& shape);
+
+void evaluate(RobotPath& route, const Rows& rows, double* results);
+
+}  // namespace dyntape::python

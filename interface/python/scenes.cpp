@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// dyntape.Scene and dyntape.simulate.
+#include "scenes.h"
+
+#include <nanobind/stl/filesystem.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <filesystem>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/report/player/player.h>
+
+#include "module.h"
+#include "watch.h"
+
+namespace dyntape::python {
+namespace {
+
+std::string value_text(nb::handle value) {
+  if (PyBool_Check(value.ptr())) return value.is(Py_True) ? "on" : "off";
+  if (PyUnicode_Check(value.ptr())) return nb::cast<std::string>(value);
+  if (value.is_none()) return "";
+  if (!PySequence_Check(value.ptr())) return io::shortest(nb::cast<double>(nb::float_(value)));
+  std::string text;
+  for (nb::handle entry : value) text += (text.empty() ? "" : " ") + value_text(entry);
+  return text;
+}
+
+Scene scene_in_file(const std::filesystem::path& file, nb::handle set) {
+  const std::vector<io::Setting> settings = settings_from(set);
+  const nb::gil_scoped_release unlocked;
+  return read_scene(file.string(), settings);
+}
+
+std::shared_ptr<PythonScene> from_text(const std::string& text, const std::filesystem::path& folder,
+                                       nb::handle set) {
+  const std::vector<io::Setting> settings = settings_from(set);
+  return std::make_shared<PythonScene>(read_scene_text(text, (folder / "(text)").string(), settings));
+}
+
+std::shared_ptr<PythonSimulation> simulated(std::shared_ptr<PythonScene> scene, nb::handle progress) {
+  SimulatedMotion motion = watched(progress, [&](const Watch& watch) {
+    return simulate(scene->scene, {watch.stop, watch.tell});
+  });
+  return std::shared_ptr<PythonSimulation>(
+      new PythonSimulation{scene, SimulationReport{scene->scene, std::move(motion), {}, {}}});
+}
+
+std::shared_ptr<PythonSimulation> simulate_file(nb::handle given, nb::handle set, nb::handle progress) {
+  if (!nb::isinstance<PythonScene>(given))
+    return simulated(
+        std::make_shared<PythonScene>(scene_in_file(nb::cast<std::filesystem::path>(given), set)), progress);
+  if (!set.is_none()) throw ArgumentError("simulate: set is for files; a Scene was read with its own");
+  return simulated(nb::cast<std::shared_ptr<PythonScene>>(given), progress);
+}
+
+std::string summary(const PythonScene& s) {
+  const dynamics::Model<double>& model = s.scene.robot.model;
+  return "<dyntape.Scene \"" + s.scene.name + "\": robot \"" + model.name + "\", nq " +
+         std::to_string(model.nq) + ", nv " + std::to_string(model.nv) + ", " +
+         io::shortest(s.scene.duration) + " s in steps of " + io::shortest(s.scene.step) + " s, " +
+         to_string(s.scene.integrator) + ">";
+}
+
+// --- Results ----------------------------------------------------------------------------------------------
+
+nb::object vector_of(const std::vector<double>& values) {
+  return copy_of(values.data(), {static_cast<std::ptrdiff_t>(values.size())});
+}
+
+// (samples, entries) of a matrix with a sample a column, as numpy has it.
+nb::object samples_of(const Eigen::MatrixXd& columns) {
+  return copy_of(columns.data(), {columns.cols(), columns.rows()});
+}
+
+nb::dict flows_of(const SimulatedMotion& motion, std::vector<double> EnergyFlow::*which) {
+  nb::dict flows;
+  for (const EnergyFlow& flow : motion.flows) flows[flow.name.c_str()] = vector_of(flow.*which);
+  return flows;
+}
+
+std::vector<std::string> write(PythonSimulation& s, const std::filesystem::path& folder) {
+  const nb::gil_scoped_release unlocked;
+  std::filesystem::create_directories(folder);
+  write_results(s.report, folder.string());
+  return s.report.unwritten;
+}
+
+std::string page(const PythonSimulation& s) {
+  const nb::gil_scoped_release unlocked;
+  return player_page(scene_player(s.scene->scene, s.report.motion));
+}
+
+void bind_scene(nb::module_& module) {
+  using S = PythonScene;
+  nb::class_<S> scene(
+      module, "Scene",
+      "A robot, what acts on it, how it starts, and how its motion is computed: an .info file, read.\n\n"
+      "Raises FileError with a line for every problem of the file.\n\n"
+      ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\", set={\"simulation.duration\": 2})\n"
+      ">>> scene.simulate().verdict\n"
+      "'simulated 2 s'");
+  scene
+      .def(
+          "__init__",
+          [](S* self, const std::filesystem::path& file, nb::handle set) {
+            new (self) S(scene_in_file(file, set));
+          },
+          nb::arg("file"), nb::kw_only(), nb::arg("set") = nb::none(),
+          nb::sig("def __init__(self, file: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None) "
+                  "-> None"))
+      .def_static("from_text", from_text, nb::arg("text"), nb::kw_only(), nb::arg("folder") = ".",
+                  nb::arg("set") = nb::none(),
+                  nb::sig("def from_text(text: str, *, folder: str | os.PathLike[str] = '.', "
+                          "set: Mapping[str, Any] | None = None) -> Scene"),
+                  "The same from text; other files are looked for in `folder`.")
+      .def_prop_ro(
+          "name", [](const S& s) { return s.scene.name; }, "Its name.")
+      .def_prop_ro(
+          "nq", [](const S& s) { return s.scene.robot.model.nq; }, "Entries of q.")
+      .def_prop_ro(
+          "nv", [](const S& s) { return s.scene.robot.model.nv; }, "Entries of v.")
+      .def_prop_ro(
+          "q", [](const S& s) { return copy_of(s.scene.q.data(), {s.scene.q.size()}); },
+          nb::sig("def q(self) -> Array"), "(nq,) at the start.")
+      .def_prop_ro(
+          "v", [](const S& s) { return copy_of(s.scene.v.data(), {s.scene.v.size()}); },
+          nb::sig("def v(self) -> Array"), "(nv,) at the start.")
+      .def_prop_ro(
+          "driven", [](const S& s) { return driven_names(s.scene.robot); },
+          "Joints that are driven, in the order of the commands u.")
+      .def_prop_ro(
+          "duration", [](const S& s) { return s.scene.duration; }, "s.")
+      .def_prop_ro(
+          "step", [](const S& s) { return s.scene.step; }, "s, of the integrator.")
+      .def_prop_ro(
+          "integrator", [](const S& s) { return to_string(s.scene.integrator); }, "What one step is.")
+      .def_prop_ro(
+          "notes", [](const S& s) { return s.scene.notes; },
+          "What is odd in the robot's file, a sentence each.")
+      .def_prop_ro(
+          "effective", [](const S& s) { return s.scene.effective; },
+          "The file as it was understood, defaults included.")
+      .def(
+          "explain",
+          [](const S& s) {
+            return watched(nb::none(), [&](const Watch& watch) { return explain(s.scene, watch.stop); });
+          },
+          "What is recorded: the effects that act and what each costs, and how accurate the motion would be.")
+      .def("simulate", simulated, nb::kw_only(), nb::arg("progress") = nb::none(),
+           nb::sig("def simulate(self, *, progress: Progress = None) -> Simulation"),
+           "The motion from the start.  progress: is told in words how far it is.  Ctrl-C stops it.")
+      .def("__repr__", summary);
+  bind_rollouts(scene);
+}
+
+void bind_simulation(nb::module_& module) {
+  using S = PythonSimulation;
+  nb::class_<S>(module, "Simulation", "A simulated motion; samples come first in every array.")
+      .def_prop_ro(
+          "t", [](const S& s) { return vector_of(s.report.motion.t); }, nb::sig("def t(self) -> Array"),
+          "(samples,) s.")
+      .def_prop_ro(
+          "q", [](const S& s) { return samples_of(s.report.motion.q); }, nb::sig("def q(self) -> Array"),
+          "(samples, nq).")
+      .def_prop_ro(
+          "v", [](const S& s) { return samples_of(s.report.motion.v); }, nb::sig("def v(self) -> Array"),
+          "(samples, nv).")
+      .def_prop_ro(
+          "drive", [](const S& s) { return samples_of(s.report.motion.drive); },
+          nb::sig("def drive(self) -> Array"), "(samples, driven joints) torques of the motors, N m or N.")
+      .def_prop_ro(
+          "kinetic", [](const S& s) { return vector_of(s.report.motion.kinetic); },
+          nb::sig("def kinetic(self) -> Array"), "(samples,) J.")
+      .def_prop_ro(
+          "stored", [](const S& s) { return vector_of(s.report.motion.stored); },
+          nb::sig("def stored(self) -> Array"), "(samples,) J: what gravity and springs hold.")
+      .def_prop_ro(
+          "power", [](const S& s) { return flows_of(s.report.motion, &EnergyFlow::power); },
+          nb::sig("def power(self) -> dict[str, Array]"),
+          "(samples,) W of the motors and of each effect; positive: the robot gains energy.")
+      .def_prop_ro(
+          "work", [](const S& s) { return flows_of(s.report.motion, &EnergyFlow::work); },
+          nb::sig("def work(self) -> dict[str, Array]"), "(samples,) J since the start, likewise.")
+      .def_prop_ro(
+          "energy_error", [](const S& s) { return s.report.motion.energy_error(); },
+          "J: what the energy balance is off by.")
+      .def_prop_ro(
+          "success", [](const S& s) { return s.report.success(); },
+          "Whether the motion came to its end and its steps can be trusted.")
+      .def_prop_ro(
+          "verdict", [](const S& s) { return s.report.verdict(); }, "One sentence.")
+      .def_prop_ro(
+          "trouble", [](const S& s) { return s.report.motion.trouble; },
+          "Why it ended ahead of its time, or nothing.")
+      .def_prop_ro(
+          "warning", [](const S& s) { return s.report.motion.warning; },
+          "Where its steps are too long, or nothing.")
+      .def_prop_ro(
+          "json", [](const S& s) { return s.report.json(); }, "The report for programs.")
+      .def(
+          "text", [](const S& s) { return s.report.text(); }, "The report for people.")
+      .def("write", write, nb::arg("folder"),
+           nb::sig("def write(self, folder: str | os.PathLike[str]) -> list[str]"),
+           "motion.csv, report.json, pictures and motion.html; returns a sentence for each that could not be "
+           "written.")
+      .def("page", page, "The motion in 3D, an HTML page.")
+      .def(
+          "_repr_html_", [](const S& s) { return in_notebook(page(s)); },
+          "The page, within that of a notebook.")
+      .def(
+          "plot", [](nb::handle self) { return pictures_of(self); }, nb::sig("def plot(self) -> Pictures"),
+          "The pictures that `write` makes, by name, as SVG; a notebook shows them.\n\n"
+          "Raises RuntimeError where gnuplot is not installed.")
+      .def("__repr__", [](const S& s) {
+        return "<dyntape.Simulation of \"" + s.scene->scene.name +
+               "\": " + std::to_string(s.report.motion.samples()) + " samples; " + s.report.verdict() + ">";
+      });
+}
+
+}  // namespace
+
+std::vector<io::Setting> settings_from(nb::handle given) {
+  std::vector<io::Setting> settings;
+  if (!given.is_valid() || given.is_none()) return settings;
+  const nb::dict values = nb::cast<nb::dict>(given);
+  for (const auto& [key, value] : values) settings.push_back({text_of(key, "set"), value_text(value)});
+  return settings;
+}
+
+void bind_scenes(nb::module_& module) {
+  bind_simulation(module);
+  bind_scene(module);
+  module.def(
+      "simulate", simulate_file, nb::arg("scene"), nb::kw_only(), nb::arg("set") = nb::none(),
+      nb::arg("progress") = nb::none(),
+      nb::sig("def simulate(scene: str | os.PathLike[str] | Scene, *, set: Mapping[str, Any] | None = None, "
+              "progress: Progress = None) -> Simulation"),
+      "The motion of a scene file or Scene.\n\n"
+      "set: values in place of what the file says, by key path: {\"simulation.duration\": 2, "
+      "\"effects.gravity\": \"off\"}.\n"
+      "progress: is told in words how far it is, `print` for one; True shows a line.  Ctrl-C stops it.\n\n"
+      "Raises FileError for what is wrong in the file.  A motion that ends ahead of its time is no error: "
+      "see "
+      "`success`,\n`verdict`, `trouble`.");
+}
+
+}  // namespace dyntape::python

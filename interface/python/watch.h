@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Long work that Python can watch and interrupt.
+//
+//   const SimulatedMotion motion = watched(progress, [&](const Watch& watch) { return simulate(scene, {watch.stop, watch.tell}); });
+//
+// The work runs in a thread of its own without the lock; the calling one looks every twentieth of a second whether a signal
+// came (Ctrl-C: the work is asked to stop, and KeyboardInterrupt is raised when it has) and hands on what the work last
+// said to `progress`: a callable of one string,
+// True for a line on stderr (dyntape/_progress.py), or None.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+
+#include <chrono>
+#include <functional>
+#include <future>
+#include <mutex>
+#include <stop_token>
+#include <string>
+
+namespace dyntape::python {
+
+namespace nb = nanobind;
+
+struct Watch {
+  std::stop_token stop;
+  std::function<void(const std::string&)> tell;  // from any thread
+};
+
+// What the work says, for the thread that may touch Python.
+class LatestWord {
+ public:
+  void say(const std::string& word) {
+    const std::scoped_lock lock(mutex_);
+    word_ = word;
+    is_new_ = true;
+  }
+  bool take(std::string& word) {
+    const std::scoped_lock lock(mutex_);
+    if (!is_new_) return false;
+    word = word_;
+    is_new_ = false;
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::string word_;
+  bool is_new_ = false;
+};
+
+// What is told: nothing, a callable, or a line of our own, which goes when the work is over.
+class Listener {
+ public:
+  explicit Listener(nb::handle progress) {
+    if (!progress.is_valid() || progress.is_none() || progress.is(Py_False)) return;
+    is_line_ = progress.is(Py_True);
+    listener_ = is_line_ ? nb::module_::import_("dyntape._progress").attr("Line")() : nb::borrow(progress);
+  }
+  ~Listener() {
+    if (!is_line_) return;
+    const nb::error_scope kept;  // an exception may be on its way
+    try {
+      listener_.attr("erase")();
+    } catch (nb::python_error&) {  // nobody is there to read it
+    }
+  }
+  Listener(const Listener&) = delete;
+  Listener& operator=(const Listener&) = delete;
+
+  bool listens() const { return listener_.is_valid(); }
+  void operator()(const std::string& word) const { listener_(word); }
+
+ private:
+  nb::object listener_;
+  bool is_line_ = false;
+};
+
+template <class Work>
+auto watched(nb::handle progress, const Work& work) {
+  const Listener listener(progress);
+  std::stop_source stop;
+  LatestWord latest;
+  Watch watch{stop.get_token(), {}};
+  if (listener.listens()) watch.tell = [&](const std::string& word) { latest.say(word); };
+  auto result = std::async(std::launch::async, [&] { return work(watch); });
+  const auto is_done = [&] {
+    const nb::gil_scoped_release unlocked;
+    return result.wait_for(std::chrono::milliseconds(50)) == std::future_status::ready;
+  };
+  try {
+    std::string word;
+    for (bool done = false; !done;) {
+      done = is_done();
+      if (PyErr_CheckSignals() != 0) nb::raise_python_error();
+      if (latest.take(word)) listener(word);  // the last one too
+    }
+  } catch (...) {  // the work refers to what is here: it ends before this does
+    stop.request_stop();
+    const nb::gil_scoped_release unlocked;
+    result.wait();
+    throw;
+  }
+  return result.get();
+}
+
+}  // namespace dyntape::python
