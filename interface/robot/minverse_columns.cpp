@@ -1,32 +1,69 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/robot/minverse_columns.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstring>
+
+#include <dyntape/autodiff/processor.h>
 
 namespace dyntape {
 namespace {
 
+// What is added up at once: a register, or one number where a register would hold entries of several rows and lanes.
+template <int lanes>
+constexpr int width() {
+  constexpr int of_register = DYNTAPE_REGISTER / 8;
+  return lanes == 1 || lanes % of_register == 0 ? of_register : 1;
+}
+
+using Register = double __attribute__((vector_size(DYNTAPE_REGISTER), aligned(8), may_alias));
+
+template <bool alone>
+struct SumOf {
+  typedef Register Type;
+};
+template <>
+struct SumOf<true> {
+  typedef double Type;
+};
+
+// sum - a d, rounded twice, or once.
+template <bool fused, class Sum>
+void subtract(Sum& sum, const Sum& a, const Sum& d) {
+  if constexpr (!fused) {
+    sum = sum - a * d;
+  } else if constexpr (sizeof(Sum) == sizeof(double)) {
+    sum = std::fma(-a, d, sum);
+  } else {
+    for (std::size_t l = 0; l < sizeof(Sum) / 8; ++l) sum[l] = std::fma(-a[l], d[l], sum[l]);
+  }
+}
+
 // Rows [first, first + rows) of a column: sums of products in the order of its path.
 template <int lanes, bool fused, int rows>
 void column(const double* in, int nv, const int* path, int count, const double* d, int first, double* out) {
-  double x[rows * lanes];
+  constexpr int w = width<lanes>(), sums = rows * lanes / w, of_row = lanes == 1 ? 1 : lanes / w;
+  using Sum = typename SumOf<w == 1>::Type;
+  const auto at = [](const double* from, int k) { return *reinterpret_cast<const Sum*>(from + k * w); };
+  const auto factor = [&](const double* of, int k) {
+    if constexpr (lanes == 1)
+      return *of - Sum{};  // keeps the sign of a zero
+    else
+      return at(of, k % of_row);
+  };
+  Sum x[sums];
   const double* m = in + (path[0] * nv + first) * lanes;
-  for (int i = 0; i < rows; ++i) {
-    for (int l = 0; l < lanes; ++l) x[i * lanes + l] = -(m[i * lanes + l] * d[l]);
-  }
+  for (int k = 0; k < sums; ++k) x[k] = -(at(m, k) * factor(d, k));
   for (int c = 1; c < count; ++c) {
     m = in + (path[c] * nv + first) * lanes;
     d += lanes;
-    for (int i = 0; i < rows; ++i) {
-      for (int l = 0; l < lanes; ++l) {
-        double& sum = x[i * lanes + l];
-        sum = fused ? std::fma(-m[i * lanes + l], d[l], sum) : sum - m[i * lanes + l] * d[l];
-      }
-    }
+    for (int k = 0; k < sums; ++k) subtract<fused>(x[k], at(m, k), factor(d, k));
   }
-  for (int i = 0; i < rows; ++i) {
-    for (int l = 0; l < lanes; ++l) out[(first + i) * nv * lanes + l] = x[i * lanes + l];
-  }
+  double results[rows * lanes];
+  std::memcpy(results, x, sizeof results);
+  for (int i = 0; i < rows; ++i) std::copy_n(results + i * lanes, lanes, out + (first + i) * nv * lanes);
 }
 
 // The last group ends with the last row, and may do some rows of the group before once more.
