@@ -144,6 +144,13 @@ class Assembly {
 
   // --- what is known before the first instruction ---
 
+  // Behind what nobody wants.
+  std::uint32_t first_condition() const {
+    return static_cast<std::uint32_t>(
+        std::max({derived_.n_y, derived_.jacobian.nnz(), derived_.hessian.nnz()}));
+  }
+
+  // Conditions of guards are outputs into the work array.
   std::vector<Output> outputs_by_node() const {
     std::vector<Output> all;
     const std::size_t n_y = derived_.n_y, n_jacobian = derived_.jacobian.nnz();
@@ -155,6 +162,9 @@ class Assembly {
         to = {Location::kJacobian, static_cast<std::uint32_t>(k - n_y)};
       all.push_back({function_.outputs[k], to});
     }
+    for (std::size_t k = 0; k < function_.guards.size(); ++k)
+      all.push_back({function_.guards[k].condition,
+                     {Location::kWork, first_condition() + static_cast<std::uint32_t>(k)}});
     std::stable_sort(all.begin(), all.end(),
                      [](const Output& a, const Output& b) { return a.node < b.node; });
     return all;
@@ -212,8 +222,7 @@ class Assembly {
     layout_.pool = made_->pool.data();
     layout_.guards = &made_->guards;
     layout_.unwanted = 0;
-    layout_.conditions = static_cast<std::uint32_t>(
-        std::max({layout_.sizes.y, layout_.sizes.jacobian, layout_.sizes.hessian}));
+    layout_.conditions = first_condition();
     arguments_ = layout_.conditions + static_cast<std::uint32_t>(function_.guards.size());
     callee_work_ = arguments_ + static_cast<std::uint32_t>(arguments);
     first_slot_ = callee_work_ + static_cast<std::uint32_t>((work + width - 1) / width);
@@ -324,9 +333,6 @@ class Assembly {
   void write_outputs(NodeId id) {
     for (; output_ < outputs_.size() && outputs_[output_].node == id; ++output_)
       write(outputs_[output_].place, id);
-    for (std::uint32_t k = 0; k < function_.guards.size(); ++k) {
-      if (function_.guards[k].condition == id) write({Location::kWork, layout_.conditions + k}, id);
-    }
   }
 
   void compute(NodeId id) {

@@ -173,9 +173,23 @@ TEST(Interruption, TheSecondEndsAtOnce) {
   const Running command(scratch, kLongToCompile);
   ASSERT_TRUE(reached(command, [&] { return compiles(scratch / "cache"); }));
   command.send(SIGTERM);
+  std::this_thread::sleep_for(150ms);
   command.send(SIGINT);
   const Outcome outcome = command.wait();
   EXPECT_TRUE(outcome.status == 130 || outcome.status == 143) << outcome.status;
+}
+
+// As `timeout` sends them: to the program and to its group.
+TEST(Interruption, TwoAtOnceAreOne) {
+  const Scratch scratch;
+  const Running command(scratch, kLongToCompile);
+  ASSERT_TRUE(reached(command, [&] { return compiles(scratch / "cache"); }));
+  command.send(SIGTERM);
+  command.send(SIGINT);
+  const Outcome outcome = command.wait();
+  EXPECT_TRUE(outcome.status == 130 || outcome.status == 143) << outcome.status;
+  EXPECT_EQ(outcome.err.find("interrupted again"), std::string::npos) << outcome.err;
+  EXPECT_TRUE(builds_in(scratch / "cache").empty());
 }
 
 TEST(Interruption, BuildsThatWereKilledAreSeenAndCleared) {
