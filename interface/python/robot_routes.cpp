@@ -101,7 +101,7 @@ std::shared_ptr<RobotPath> unshaped_route(const dynamics::Model<double>& model, 
   } catch (const ArgumentError& e) {
     throw ArgumentError(std::string(e.what()) + ", " + kLanes);
   }
-  if (route == RobotRoute::kTape || route == RobotRoute::kGenerated)
+  if (route == RobotRoute::kTape || route == RobotRoute::kGenerated || route == RobotRoute::kMachineCode)
     return std::make_shared<RecordedRoute>(model, function, route, many ? Lanes::kNative : Lanes::kNone);
   return std::make_shared<PlainRoute>(model, function, route);
 }

@@ -121,6 +121,8 @@ const char* to_string(RobotRoute route) {
       return "tape";
     case RobotRoute::kGenerated:
       return "generated";
+    case RobotRoute::kMachineCode:
+      return "machine-code";
     case RobotRoute::kFdForward:
       return "fd-forward";
     case RobotRoute::kFdCentral:
@@ -177,12 +179,15 @@ RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, const Robot
   path.n_out = path.plain->n_out();
   if (route == RobotRoute::kAnalytic) return;
   path.plain.reset();
-  if (route == RobotRoute::kTape)
+  if (route == RobotRoute::kTape) {
     path.record(RobotSource::kDifferentiated, {.route = Route::kInterpreter});
-  else if (route == RobotRoute::kGenerated)
-    path.record(RobotSource::kShortest, options.codegen);
-  else
+  } else if (route == RobotRoute::kGenerated || route == RobotRoute::kMachineCode) {
+    CodegenOptions codegen = options.codegen;
+    if (route == RobotRoute::kMachineCode) codegen.route = Route::kMachineCode;
+    path.record(RobotSource::kShortest, codegen);
+  } else {
     path.differences.emplace(path.model, function, route == RobotRoute::kFdCentral, options.step);
+  }
 }
 
 RobotEvaluator::~RobotEvaluator() = default;

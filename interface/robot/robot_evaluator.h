@@ -11,6 +11,7 @@
 //   tape         interpreter of the recording   interpreter of the differentiated recorded value: nothing of
 //                                               the analytic derivative is used
 //   generated    compiled C of the recording    compiled C of the shortest recording (RobotSource::kShortest)
+//   machine-code the same recordings, as machine code made in this process without a compiler: the bits of generated
 //   fd-forward   -                              (f(x (+) h) - f(x)) / h
 //   fd-central   -                              (f(x (+) h) - f(x (+) -h)) / 2h, of the plain double value
 //
@@ -33,13 +34,13 @@
 
 namespace dyntape {
 
-enum class RobotRoute { kAnalytic, kTape, kGenerated, kFdForward, kFdCentral };
+enum class RobotRoute { kAnalytic, kTape, kGenerated, kMachineCode, kFdForward, kFdCentral };
 
-inline constexpr RobotRoute kRobotRoutes[] = {RobotRoute::kAnalytic, RobotRoute::kTape,
-                                              RobotRoute::kGenerated, RobotRoute::kFdForward,
-                                              RobotRoute::kFdCentral};
+inline constexpr RobotRoute kRobotRoutes[] = {RobotRoute::kAnalytic,  RobotRoute::kTape,
+                                              RobotRoute::kGenerated, RobotRoute::kMachineCode,
+                                              RobotRoute::kFdForward, RobotRoute::kFdCentral};
 
-// "analytic", "tape", "generated", "fd-forward", "fd-central"; the reverse throws ArgumentError.
+// "analytic", "tape", "generated", "machine-code", "fd-forward", "fd-central"; the reverse throws ArgumentError.
 const char* to_string(RobotRoute route);
 RobotRoute robot_route_from(const std::string& word);
 
@@ -47,7 +48,7 @@ RobotRoute robot_route_from(const std::string& word);
 bool has_route(const RobotFunction& function, RobotRoute route);
 
 struct RobotEvaluatorOptions {
-  CodegenOptions codegen;  // of the generated route
+  CodegenOptions codegen;  // of the generated route; the machine-code route but for codegen.route
   double step = 0;         // s of the differences; 0: the default
 };
 
@@ -67,7 +68,7 @@ class RobotEvaluator {
   void evaluate(const double* state, double* result);
   Eigen::VectorXd operator()(const Eigen::Ref<const Eigen::VectorXd>& state);
 
-  // What the tape and generated routes run, interpreted or compiled; null on the others.
+  // What the tape, generated and machine-code routes run; null on the others.
   const CompiledFunction* compiled() const;
 
  private:

@@ -83,7 +83,7 @@ TEST(Eval, RoutesAgree) {
   const Scratch scratch;
   const std::string states = write_states(scratch, "tau");
   std::vector<dyntape::io::CsvTable> results;
-  for (const char* route : {"analytic", "tape", "generated", "fd-central"}) {
+  for (const char* route : {"analytic", "tape", "generated", "fd-central", "machine-code"}) {
     const std::string out = scratch / route;
     const auto run = run_dyntape(
         words({"eval"}, kArm,
@@ -99,6 +99,7 @@ TEST(Eval, RoutesAgree) {
     EXPECT_NEAR(results[1].values()[k], results[0].values()[k], 1e-12 * scale);
     EXPECT_NEAR(results[2].values()[k], results[0].values()[k], 1e-12 * scale);
     EXPECT_NEAR(results[3].values()[k], results[0].values()[k], 1e-6 * scale);
+    EXPECT_EQ(results[4].values()[k], results[2].values()[k]);
   }
 }
 

@@ -94,12 +94,14 @@ void add_eval(CLI::App& app) {
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to evaluate")->required();
   command
-      ->add_option("--route", options->route,
-                   "analytic: plain double code; tape: the recorded value, differentiated and interpreted; "
-                   "generated: compiled C; fd-forward, fd-central: finite differences of the value")
+      ->add_option(
+          "--route", options->route,
+          "analytic: plain double code; tape: the recorded value, differentiated and interpreted; "
+          "generated: compiled C; machine-code: made in this process without a compiler, the bits of "
+          "generated; fd-forward, fd-central: finite differences of the value")
       ->required()
-      ->check(CLI::IsMember({"analytic", "tape", "generated", "fd-forward", "fd-central"}))
-      ->type_name("analytic|tape|generated|fd-forward|fd-central");
+      ->check(CLI::IsMember({"analytic", "tape", "generated", "machine-code", "fd-forward", "fd-central"}))
+      ->type_name("analytic|tape|generated|machine-code|fd-forward|fd-central");
   command->add_option("--input", options->input, "states; - for the standard input")
       ->required()
       ->check(not_empty())

@@ -78,7 +78,8 @@ class Passport {
       RobotEvaluatorOptions interpreted;
       interpreted.codegen.route = Route::kInterpreter;
       RobotEvaluator same(robot_.model, function, RobotRoute::kGenerated, interpreted);
-      for (RobotRoute route : {RobotRoute::kAnalytic, RobotRoute::kTape, RobotRoute::kGenerated}) {
+      for (RobotRoute route :
+           {RobotRoute::kAnalytic, RobotRoute::kTape, RobotRoute::kGenerated, RobotRoute::kMachineCode}) {
         line.show(std::string("verifying ") + name + ", " + to_string(route));
         RobotEvaluator evaluate(robot_.model, function, route);
         std::vector<double> result(evaluate.n_out());
@@ -87,14 +88,14 @@ class Passport {
         for (std::size_t i = 0; i < states.size(); ++i) {
           evaluate.evaluate(states[i].data(), result.data());
           raise(finding.worst, error_of(expected[i], result));
-          if (route != RobotRoute::kGenerated) continue;
+          if (route != RobotRoute::kGenerated && route != RobotRoute::kMachineCode) continue;
           const VectorXd strict = same(states[i]);
           bits += double(!std::equal(result.begin(), result.end(), strict.data()));
         }
         findings.push_back(finding);
       }
     }
-    findings.push_back({"states at which generated code differs from the interpreter", bits, 0,
+    findings.push_back({"results of generated or machine code that differ from the interpreter's", bits, 0,
                         "report it, with the compiler's version"});
     return findings;
   }

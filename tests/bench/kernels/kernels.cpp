@@ -19,6 +19,7 @@
 #include <dyntape/interface/io/number.h>
 
 #include "commands.h"
+#include "model_json.h"
 #include "peer.h"
 #include "route.h"
 
@@ -34,34 +35,6 @@ struct Options {
   std::string peer_prefix;
   std::uint64_t seed = 1;
 };
-
-template <class V>
-nlohmann::json array(const V& values) {
-  return std::vector<double>(values.data(), values.data() + values.size());
-}
-
-nlohmann::json to_json(const dynamics::Model<double>& model) {
-  nlohmann::json j = {{"name", model.name}, {"nq", model.nq}, {"nv", model.nv}};
-  j["gravity"] = array(model.gravity);
-  for (int i = 0; i < model.njoints(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const auto& joint = model.joints[at];
-    const auto& body = model.inertias[at];
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R = model.X_PJ[at].R, I = body.I_c;
-    j["joints"].push_back({{"type", dynamics::to_string(joint.type)},
-                           {"parent", model.parent[at]},
-                           {"idx_q", joint.idx_q},
-                           {"idx_v", joint.idx_v},
-                           {"axis", array(joint.axis)},
-                           {"rotation", array(R)},
-                           {"translation", array(model.X_PJ[at].p)},
-                           {"mass", body.mass},
-                           {"com", array(body.com)},
-                           {"inertia", array(I)},
-                           {"armature", joint.armature}});
-  }
-  return j;
-}
 
 // What the figures depend on besides the machine.
 nlohmann::json about() {
@@ -172,7 +145,7 @@ void run(const Options& options) {
   }
   const dynamics::Model<double> model = tools::load_robot(options.robot).model;
   if (options.model) {
-    std::cout << to_json(model).dump(1) << "\n";
+    std::cout << tools::model_json(model).dump(1) << "\n";
     return;
   }
   std::optional<tools::PeerLibrary> library;
