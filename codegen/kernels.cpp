@@ -5,6 +5,7 @@
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/machine/called_functions.h>
 #include <dyntape/codegen/options/lane_widths.h>
 
 namespace dyntape::codegen {

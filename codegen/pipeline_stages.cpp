@@ -64,7 +64,7 @@ auto unless_unavailable(const CodegenOptions& options, Stage&& stage) -> decltyp
   } catch (const Unavailable& e) {
     if (options.route == Route::kCompiled) throw;
     const std::string reason = e.what();
-    warn_once(reason.substr(0, reason.find('\n')) + "; derivatives are not compiled");
+    warn_once(reason.substr(0, reason.find('\n')) + "; functions are not compiled");
     return std::nullopt;
   }
 }

@@ -221,7 +221,10 @@ class TierBuilder {
   }
 
   void serve(Tier tier, Product made) {
-    tiers_->publish(tier, std::make_unique<const Kernels>(std::move(made), options_));
+    // Points that lie side by side do so for the first tier's lanes.
+    CodegenOptions options = options_;
+    if (const std::size_t width = tiers_->first().lane_width(); width > 1) options.widest_lanes = width;
+    tiers_->publish(tier, std::make_unique<const Kernels>(std::move(made), options));
   }
 
   CodegenOptions options_;      // with this one's stop

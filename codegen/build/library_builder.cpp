@@ -37,7 +37,7 @@ std::optional<LibraryBuilder> LibraryBuilder::open(const Function& function, con
   if (compiler) return LibraryBuilder(function, options, std::move(cache), std::move(*compiler));
   if (options.only_cached) return std::nullopt;
   if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
-  warn_once(no_compiler(options.compiler) + "; derivatives are not compiled");
+  warn_once(no_compiler(options.compiler) + "; functions are not compiled");
   return std::nullopt;
 }
 

@@ -2,72 +2,17 @@
 #include <dyntape/codegen/machine/assemble.h>
 
 #include <algorithm>
-#include <cmath>
-#include <exception>
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/machine/called_functions.h>
 #include <dyntape/codegen/machine/elementary.h>
+#include <dyntape/codegen/machine/slots.h>
 
 namespace dyntape::codegen {
 namespace {
 
 constexpr std::uint32_t kNone = 0xffffffffu;
-
-// Of this thread's evaluation: exceptions do not go through machine code.
-thread_local std::exception_ptr thrown;
-
-// Written by hand: one lane after the other, where it does not say otherwise.
-template <int lanes>
-void run_by_hand(const Callee& callee, const double* in, double* out, double* work) {
-  if (callee.kernel()->evaluate_lanes) return callee.kernel()->evaluate_lanes(in, out, lanes);
-  double* const result = work + callee.n_in;
-  for (int l = 0; l < lanes; ++l) {
-    for (std::size_t i = 0; i < callee.n_in; ++i) work[i] = in[i * lanes + l];
-    callee.kernel()->evaluate(work, result);
-    for (std::size_t i = 0; i < callee.n_out; ++i) out[i * lanes + l] = result[i];
-  }
-}
-
-template <int lanes>
-void call_by_hand(const void* of, const double* in, double* out, double* work) {
-  const Callee& callee = *static_cast<const CalleeOfKernel*>(of)->callee;
-  try {
-    run_by_hand<lanes>(callee, in, out, work);
-  } catch (...) {
-    if (!thrown) thrown = std::current_exception();
-    std::fill_n(out, callee.n_out * lanes, std::nan(""));
-  }
-}
-
-template <int lanes>
-void call_recorded(const void* of, const double* in, double* out, double* work) {
-  const CalleeOfKernel& called = *static_cast<const CalleeOfKernel*>(of);
-  called.kernel->kernel.run(in, nullptr, nullptr, out, nullptr, nullptr, work, lanes, nullptr, nullptr);
-}
-
-template <int lanes>
-CalleeFunction* callee_function(const CalleeOfKernel& called) {
-  return called.kernel ? call_recorded<lanes> : call_by_hand<lanes>;
-}
-
-CalleeFunction* callee_function(const CalleeOfKernel& called, int lanes) {
-  switch (lanes) {
-    case 1:
-      return callee_function<1>(called);
-    case 2:
-      return callee_function<2>(called);
-    case 4:
-      return callee_function<4>(called);
-    default:
-      return callee_function<8>(called);
-  }
-}
-
-std::size_t work_of(const CalleeOfKernel& called) {
-  return called.kernel ? called.kernel->kernel.work : called.callee->n_in + called.callee->n_out;
-}
 
 // Where each value is used, in order.
 class Uses {
@@ -102,37 +47,40 @@ class Uses {
 
 class Assembly {
  public:
-  Assembly(const Derivatives& derived, int lanes, Functions functions, CalledKernels& known)
+  Assembly(const Derivatives& derived, int lanes, const CodegenOptions& options, CalledKernels& known)
       : derived_(derived),
         function_(derived.function),
         graph_(function_.graph),
         lanes_(lanes),
-        functions_(functions),
+        options_(options),
         known_(known),
         uses_(graph_),
         register_of_(graph_.size(), kNone),
         slot_of_(graph_.size(), kNone),
         outputs_(outputs_by_node()) {}
 
-  std::shared_ptr<const MachineKernel> run() {
+  std::shared_ptr<MachineKernel> run() {
     for (const Guard& guard : function_.guards) made_->guards.push_back(guard.expected);
     make_callees();
+    count_results();
     pair_sines();
     fill_pool();
     lay_out();
     encode_.emplace(layout_);
     values_.assign(std::size_t(encode_->registers()), kNone);
-    for (NodeId id = 0; id < graph_.size(); ++id) add(id);
+    next_use_.assign(values_.size(), kNone);
+    for (NodeId id = 0; id < graph_.size(); ++id) {
+      if (id % 4096 == 0) go_on();
+      add(id);
+    }
     encode_->finish();
-    made_->memory.emplace(encode_->code());
+    made_->instructions.assign(encode_->code().begin(), encode_->code().end());
     dyntape_kernel& kernel = made_->kernel;
     kernel.order = static_cast<std::uint32_t>(derived_.order);
     kernel.lane_width = static_cast<std::uint32_t>(lanes_);
-    kernel.work = std::size_t(first_slot_ + slots_) * std::size_t(lanes_);
+    kernel.work = std::size_t(first_slot_ + slots_.count()) * std::size_t(lanes_);
     kernel.operations = static_cast<std::uint32_t>(total_operations(function_));
     kernel.live = live_most_;
-    kernel.run =
-        reinterpret_cast<dyntape_run>(reinterpret_cast<std::uintptr_t>(made_->memory->code().data()));
     return made_;
   }
 
@@ -141,6 +89,11 @@ class Assembly {
     NodeId node;
     Location place;
   };
+
+  void go_on() const {
+    if (options_.stop.stop_requested())
+      throw ToolError("the machine code of \"" + function_.name + "\" was told to stop");
+  }
 
   // --- what is known before the first instruction ---
 
@@ -177,17 +130,24 @@ class Assembly {
       if (recorded) {
         auto& found = known_[callee.get()];
         if (!found) {
-          Derivatives alone;
-          alone.function = *recorded->function;
-          alone.n_y = alone.function.n_y();
-          auto made = Assembly(alone, lanes_, functions_, known_).run();
-          known_[callee.get()] = kernel = std::move(made);
+          // Not on the stack: callees have callees.
+          const auto alone = std::make_unique<Derivatives>();
+          alone->function = *recorded->function;
+          alone->n_y = alone->function.n_y();
+          auto made = std::make_unique<Assembly>(*alone, lanes_, options_, known_)->run();
+          kernel = made;
+          known_[callee.get()] = std::move(made);
         } else {
           kernel = found;
         }
       }
       made_->called.push_back({callee, std::move(kernel)});
     }
+  }
+
+  void count_results() {
+    for (NodeId id = 0; id < graph_.size(); ++id)
+      if (graph_[id].op == Op::Result) ++results_[graph_[id].a].unread;
   }
 
   void pair_sines() {
@@ -240,21 +200,15 @@ class Assembly {
     return {Location::kWork, first_slot_ + slot_of_[id]};
   }
 
-  std::uint32_t new_slot() {
-    if (free_slots_.empty()) return slots_++;
-    const std::uint32_t slot = free_slots_.back();
-    free_slots_.pop_back();
-    return slot;
-  }
-
   void save(NodeId id) {
     if (is_leaf(id) || slot_of_[id] != kNone) return;
-    slot_of_[id] = new_slot();
+    slot_of_[id] = slots_.take();
     encode_->store({Location::kWork, first_slot_ + slot_of_[id]}, int(register_of_[id]));
   }
 
   void put(NodeId id, int reg) {
     values_[std::size_t(reg)] = id;
+    next_use_[std::size_t(reg)] = uses_.next(id);
     register_of_[id] = static_cast<std::uint32_t>(reg);
   }
   void leave_register(NodeId id) {
@@ -271,7 +225,7 @@ class Assembly {
       const NodeId value = values_[std::size_t(r)];
       if (kept >> r & 1u) continue;
       if (value == kNone) return r;
-      const NodeId next = uses_.next(value);
+      const NodeId next = next_use_[std::size_t(r)];
       if (best < 0 || next > last) best = r, last = next;
     }
     const NodeId value = values_[std::size_t(best)];
@@ -295,14 +249,16 @@ class Assembly {
   // Of what is not needed behind `user`.
   void pass(NodeId id, NodeId user) {
     uses_.pass(id, user);
-    if (uses_.next(id) == kNone) release(id);
+    const NodeId next = uses_.next(id);
+    if (register_of_[id] != kNone) next_use_[register_of_[id]] = next;
+    if (next == kNone) release(id);
   }
   void release(NodeId id) {
     if (register_of_[id] == kNone && slot_of_[id] == kNone) return;
     leave_register(id);
     if (is_leaf(id)) return;
     --live_;
-    if (slot_of_[id] != kNone) left_slots_.push_back(slot_of_[id]);
+    if (slot_of_[id] != kNone) slots_.leave(slot_of_[id]);
     slot_of_[id] = kNone;
   }
 
@@ -313,7 +269,7 @@ class Assembly {
     if (op == Op::Call)
       call(id);
     else if (op == Op::Result)
-      slot_of_[id] = results_.at(graph_[id].a) + graph_[id].b, come_alive();
+      slot_of_[id] = results_.at(graph_[id].a).first + graph_[id].b, come_alive();
     else if (is_table_op(op) && slot_of_[id] != kNone)  // with its sine or cosine
       pass(graph_[id].a, id);
     else if (is_table_op(op))
@@ -321,8 +277,7 @@ class Assembly {
     write_outputs(id);
     if (!is_leaf(id) && op != Op::Call && uses_.next(id) == kNone) release(id);
     // Not before: the instruction itself may read them.
-    free_slots_.insert(free_slots_.end(), left_slots_.begin(), left_slots_.end());
-    left_slots_.clear();
+    slots_.free_what_was_left();
   }
 
   void write(Location to, NodeId id) {
@@ -402,9 +357,9 @@ class Assembly {
       encode_->store(memory, int(x.index));
       x = memory;
     }
-    const std::uint32_t pair = slots_;
-    slots_ += 2;
-    encode_->call(sine_and_cosine(lanes_, functions_), {x, x, x}, {Location::kWork, first_slot_ + pair});
+    const std::uint32_t pair = slots_.take_block(2, 2);
+    encode_->call(sine_and_cosine(lanes_, options_.functions), {x, x, x},
+                  {Location::kWork, first_slot_ + pair});
     finish_call(id, node, 1);
     const bool is_sine = node.op == Op::Sin;
     slot_of_[id] = pair + (is_sine ? 0 : 1);
@@ -419,7 +374,7 @@ class Assembly {
     save_all(id);
     std::array<Location, 3> places;
     for (int i = 0; i < 3; ++i) places[std::size_t(i)] = location_of(i < arity ? node.argument(i) : node.a);
-    ScalarFunction* const scalar = lanes_ == 1 ? scalar_function(node.op, functions_) : nullptr;
+    ScalarFunction* const scalar = lanes_ == 1 ? scalar_function(node.op, options_.functions) : nullptr;
     if (scalar) {
       encode_->call(scalar, places);
       finish_call(id, node, arity);
@@ -432,9 +387,9 @@ class Assembly {
         place = memory;
       }
       for (int i = arity; i < 3; ++i) places[std::size_t(i)] = places[0];
-      const std::uint32_t slot = new_slot();
+      const std::uint32_t slot = slots_.take();
       const Location result{Location::kWork, first_slot_ + slot};
-      encode_->call(lane_function(node.op, lanes_, functions_), places, result);
+      encode_->call(lane_function(node.op, lanes_, options_.functions), places, result);
       finish_call(id, node, arity);
       slot_of_[id] = slot;
       encode_->load(0, result);
@@ -454,32 +409,35 @@ class Assembly {
     std::uint32_t k = 0;
     graph_.for_each_argument(id, [&](NodeId a) { write({Location::kWork, arguments_ + k++}, a); });
     save_all(id);
-    const std::uint32_t out = slots_;
-    slots_ += static_cast<std::uint32_t>(called.callee->n_out);
+    Results& results = results_[id];
+    results.first = slots_.take_block(static_cast<std::uint32_t>(called.callee->n_out), results.unread);
     encode_->call(callee_function(called, lanes_), &called, {Location::kWork, arguments_},
-                  {Location::kWork, first_slot_ + out}, {Location::kWork, callee_work_});
+                  {Location::kWork, first_slot_ + results.first}, {Location::kWork, callee_work_});
     graph_.for_each_argument(id, [&](NodeId a) { pass(a, id); });
     leave_all_registers();
-    results_[id] = out;
   }
 
   const Derivatives& derived_;
   const Function& function_;
   const Graph& graph_;
   const int lanes_;
-  const Functions functions_;
+  const CodegenOptions& options_;
   CalledKernels& known_;
   const std::shared_ptr<MachineKernel> made_ = std::make_shared<MachineKernel>();
   Uses uses_;
   KernelLayout layout_;
   std::optional<Encoder> encode_;
   std::vector<NodeId> values_;              // by register
+  std::vector<NodeId> next_use_;            // of each
   std::vector<std::uint32_t> register_of_;  // by node
   std::vector<std::uint32_t> slot_of_;
-  std::vector<std::uint32_t> free_slots_, left_slots_;
-  std::uint32_t first_constant_ = 0, arguments_ = 0, callee_work_ = 0, first_slot_ = 0, slots_ = 0;
+  std::uint32_t first_constant_ = 0, arguments_ = 0, callee_work_ = 0, first_slot_ = 0;
+  Slots slots_;
   std::uint32_t live_ = 0, live_most_ = 0;
-  std::map<NodeId, std::uint32_t> results_;
+  struct Results {
+    std::uint32_t first = 0, unread = 0;
+  };
+  std::map<NodeId, Results> results_;                   // by call
   std::map<NodeId, std::pair<NodeId, NodeId>> turned_;  // sine and cosine, by argument
   std::vector<Output> outputs_;
   std::size_t output_ = 0;
@@ -487,11 +445,9 @@ class Assembly {
 
 }  // namespace
 
-std::exception_ptr take_thrown() { return std::exchange(thrown, nullptr); }
-
-std::shared_ptr<const MachineKernel> assemble(const Derivatives& derived, int lanes, Functions functions,
-                                              CalledKernels& known) {
-  return Assembly(derived, lanes, functions, known).run();
+std::shared_ptr<MachineKernel> assemble(const Derivatives& derived, int lanes, const CodegenOptions& options,
+                                        CalledKernels& known) {
+  return Assembly(derived, lanes, options, known).run();
 }
 
 }  // namespace dyntape::codegen

@@ -278,7 +278,7 @@ class Encoder::Instructions : public Xbyak::CodeGenerator {
 
   Address at(Location place) {
     const std::size_t bytes = std::size_t(place.index) * 8 * std::size_t(lanes_);
-    if (bytes > std::size_t{1} << 30) throw ToolError("a function is too long for machine code");
+    if (bytes > std::size_t{1} << 30) throw Unavailable("a function is too long for machine code");
     const Xbyak::RegExp by(bytes);
     switch (place.kind) {
       case Location::kX:

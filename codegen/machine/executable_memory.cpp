@@ -4,6 +4,7 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <string>
@@ -20,23 +21,32 @@ namespace {
 
 }  // namespace
 
-ExecutableMemory::ExecutableMemory(std::span<const std::uint8_t> code) {
+ExecutableMemory::ExecutableMemory(const std::vector<std::span<const std::uint8_t>>& codes) {
+  constexpr std::size_t kLine = 64;  // of the cache
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  const std::size_t inner = (code.size() + page - 1) / page * page;
+  const auto rounded = [](std::size_t bytes, std::size_t unit) { return (bytes + unit - 1) / unit * unit; };
+  std::size_t inner = 0;
+  for (const auto& code : codes) inner += rounded(code.size(), kLine);
+  inner = rounded(inner, page);
   bytes_ = inner + 2 * page;
   pages_ = mmap(nullptr, bytes_, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
   if (pages_ == MAP_FAILED) pages_ = nullptr, refuse("mmap");
   auto* const writable = static_cast<std::uint8_t*>(pages_) + page;
+  const auto place = [&] {
+    std::uint8_t* to = writable;
+    for (const auto& code : codes) {
+      std::copy(code.begin(), code.end(), to);
+      codes_.emplace_back(to, code.size());
+      to += rounded(code.size(), kLine);
+    }
+  };
   const bool made = mprotect(writable, inner, PROT_READ | PROT_WRITE) == 0 &&
-                    (std::memcpy(writable, code.data(), code.size()),
-                     mprotect(writable, inner, PROT_READ | PROT_EXEC) == 0);
-  if (!made) {
-    const int reason = errno;
-    munmap(pages_, bytes_);
-    errno = reason;
-    refuse("mprotect");
-  }
-  code_ = {writable, code.size()};
+                    (place(), mprotect(writable, inner, PROT_READ | PROT_EXEC) == 0);
+  if (made) return;
+  const int reason = errno;
+  munmap(pages_, bytes_);
+  errno = reason;
+  refuse("mprotect");
 }
 
 ExecutableMemory::~ExecutableMemory() {

@@ -3,11 +3,13 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <string>
 
 #include <dyntape/codegen/machine/assemble.h>
+#include <dyntape/codegen/machine/executable_memory.h>
 #include <dyntape/codegen/options/lane_widths.h>
 #include <dyntape/codegen/system/files.h>
 
@@ -24,17 +26,15 @@ void note_in_perf_map(const std::string& name, const MachineCode& code) {
   const char* const wanted = std::getenv("DYNTAPE_PERF_MAP");
   if (!wanted || !*wanted) return;
   std::ofstream map("/tmp/perf-" + std::to_string(getpid()) + ".map", std::ios::app);
+  std::string line = name;
+  std::replace(line.begin(), line.end(), '\n', ' ');
   std::size_t k = 0;
   for (const auto& instructions : code.instructions())
     map << std::hex << reinterpret_cast<std::uintptr_t>(instructions.data()) << " " << instructions.size()
-        << std::dec << " dyntape " << name << " kernel " << k++ << "\n";
+        << std::dec << " dyntape " << line << " kernel " << k++ << "\n";
 }
 
 }  // namespace
-
-void rethrow_thrown() {
-  if (const std::exception_ptr thrown = take_thrown()) std::rethrow_exception(thrown);
-}
 
 bool MachineCode::is_possible() {
   const char* const wanted = std::getenv("DYNTAPE_MACHINE_CODE");
@@ -47,8 +47,18 @@ MachineCode::~MachineCode() = default;
 
 std::vector<std::span<const std::uint8_t>> MachineCode::instructions() const {
   std::vector<std::span<const std::uint8_t>> all;
-  for (const auto& kernel : made_) all.push_back(kernel->memory->code());
+  for (std::size_t k = 0; k < made_.size(); ++k) all.push_back(memory_->code(k));
   return all;
+}
+
+void MachineCode::place() {
+  std::vector<std::span<const std::uint8_t>> codes;
+  for (const auto& kernel : made_) codes.emplace_back(kernel->instructions);
+  memory_ = std::make_unique<const ExecutableMemory>(codes);
+  for (std::size_t k = 0; k < made_.size(); ++k) {
+    made_[k]->run_at(memory_->code(k));
+    made_[k]->instructions = {};
+  }
 }
 
 std::shared_ptr<const MachineCode> MachineCode::make(const std::vector<Derivatives>& derived,
@@ -59,13 +69,23 @@ std::shared_ptr<const MachineCode> MachineCode::make(const std::vector<Derivativ
   for (unsigned width : lane_widths(options.lanes)) {
     if (width > 1 && has_lanes(width) && Encoder::can_encode(int(width))) widths.push_back(width);
   }
+  std::vector<std::shared_ptr<MachineKernel>> called;
   for (unsigned width : widths) {
-    CalledKernels called;
-    for (const Derivatives& d : derived) {
-      code->made_.push_back(assemble(d, int(width), options.functions, called));
-      code->kernels_.push_back(code->made_.back()->kernel);
+    CalledKernels known;
+    std::vector<std::shared_ptr<MachineKernel>> of_width;
+    try {
+      for (const Derivatives& d : derived) of_width.push_back(assemble(d, int(width), options, known));
+    } catch (const Unavailable&) {
+      if (width == 1) throw;
+      continue;  // too long in lanes
     }
+    code->made_.insert(code->made_.end(), of_width.begin(), of_width.end());
+    for (const auto& [callee, kernel] : known) called.push_back(kernel);
   }
+  const std::size_t own = code->made_.size();
+  code->made_.insert(code->made_.end(), called.begin(), called.end());
+  code->place();
+  for (std::size_t k = 0; k < own; ++k) code->kernels_.push_back(code->made_[k]->kernel);
   note_in_perf_map(derived.front().function.name, *code);
   code->descriptor_.jacobian = described(code->jacobian_);
   code->descriptor_.hessian = described(code->hessian_);

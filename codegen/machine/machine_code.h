@@ -7,7 +7,8 @@
 //
 // One pass over each graph: a value stands in a register until others are needed sooner, then in the work array.  An operator is
 // an instruction, or a call of the function by which the interpreter evaluates it, so that the bits are the interpreter's.
-// With DYNTAPE_PERF_MAP set, /tmp/perf-PID.map names its kernels, as `perf report` wants it.
+// What a callee written by hand throws arrives when the evaluation has ended, which calls none of them from then on and leaves NaN;
+// so a thread is not to be cancelled there.  With DYNTAPE_PERF_MAP set, /tmp/perf-PID.map names its kernels, as `perf report` wants it.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +23,7 @@
 namespace dyntape::codegen {
 
 struct MachineKernel;
-
-// What a callee written by hand threw in this thread's last evaluation.
-void rethrow_thrown();
+class ExecutableMemory;
 
 class MachineCode {
  public:
@@ -37,7 +36,7 @@ class MachineCode {
   MachineCode(const MachineCode&) = delete;
   MachineCode& operator=(const MachineCode&) = delete;
 
-  // The instructions of each kernel of the descriptor.
+  // The instructions of each kernel of the descriptor, then of those that they call.
   std::vector<std::span<const std::uint8_t>> instructions() const;
 
   // Patterns and kernels; nothing else of it is set.
@@ -45,8 +44,10 @@ class MachineCode {
 
  private:
   explicit MachineCode(const Derivatives& highest);
+  void place();  // all kernels in memory
   Pattern jacobian_, hessian_;
-  std::vector<std::shared_ptr<const MachineKernel>> made_;
+  std::vector<std::shared_ptr<MachineKernel>> made_;  // those of the descriptor, then those that they call
+  std::unique_ptr<const ExecutableMemory> memory_;
   std::vector<dyntape_kernel> kernels_;
   dyntape_descriptor descriptor_ = {};
 };

@@ -139,7 +139,7 @@ TEST(MissingCompiler, IsSaidOnceAndDoneWithout) {
   ::testing::internal::CaptureStderr();
   const CompiledFunction c = CompiledFunction::make(trigonometric(), options);
   EXPECT_NE(::testing::internal::GetCapturedStderr().find(
-                "\"/nowhere/cc\" does not exist; derivatives are not compiled"),
+                "\"/nowhere/cc\" does not exist; functions are not compiled"),
             std::string::npos);
   EXPECT_EQ(c.route(), testing::without_compiler());
   EXPECT_EQ(c.evaluate(Order::kValue, {0.5, 2.0}).y, evaluate(trigonometric(), {0.5, 2.0}));

@@ -7,6 +7,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/machine/machine_code.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
 #include <fstream>
 
@@ -201,7 +202,52 @@ TEST_F(MachineCodeTest, NothingIsLeftBehind) {
   for (int k = 0; k < 1000; ++k) MachineCode::make(all, all_lanes());
   EXPECT_EQ(executable(), before);
   const auto kept = MachineCode::make(all, all_lanes());
-  EXPECT_GT(executable(), before);
+  EXPECT_EQ(executable(), before + 1);
+}
+
+// Of a chain, two values live at a time.
+TEST_F(MachineCodeTest, PlacesOfTheWorkArrayServeAgain) {
+  Function level = record("level", 1, [](const VectorXad& x) {
+    VectorXad y(3);
+    y << sin(x[0]), cos(x[0]), x[0] + 1;
+    return y;
+  });
+  const auto callee = recorded_callee(level);
+  const Function f = record("chain", 1, [&](const VectorXad& x) -> VectorXad {
+    VectorXad y = x;
+    for (int k = 0; k < 300; ++k) {
+      const VectorXad z = call(callee, y);
+      y[0] = sin(z[0]) * cos(z[0]) + z[2 * (k % 2)];
+    }
+    return y;
+  });
+  const auto code = MachineCode::make(derived(f, Order::kValue), {});
+  EXPECT_LT(code->descriptor().kernels[0].work, 40u);
+  Random random(8);
+  expect_same_bits(f, Order::kFirst, random, 2);
+}
+
+TEST_F(MachineCodeTest, CalleesWithinCalleesNeedLittleStack) {
+  std::shared_ptr<const Callee> below;
+  for (int k = 0; k < 150; ++k) {
+    below = recorded_callee(record("level", 1, [&](const VectorXad& x) -> VectorXad {
+      return (below ? call(below, x) : x) * AD(0.999);
+    }));
+  }
+  const Function f = record("top", 1, [&](const VectorXad& x) { return call(below, x); });
+  const auto all = derived(f, Order::kValue);
+  pthread_attr_t small;
+  pthread_attr_init(&small);
+  ASSERT_EQ(pthread_attr_setstacksize(&small, std::size_t{1} << 18), 0);
+  const auto make = [](void* from) -> void* {
+    MachineCode::make(*static_cast<const std::vector<Derivatives>*>(from), {});
+    return from;
+  };
+  pthread_t thread = {};
+  void* made = nullptr;
+  ASSERT_EQ(pthread_create(&thread, &small, make, const_cast<std::vector<Derivatives>*>(&all)), 0);
+  pthread_join(thread, &made);
+  EXPECT_EQ(made, &all);
 }
 
 }  // namespace

@@ -78,6 +78,26 @@ TEST_F(MachineTiers, MachineCodeServesUntilTheCompilerIsDone) {
   EXPECT_EQ(met, (std::set<Tier>{Tier::kMachineCode, Tier::kFinal})) << t.trouble();
 }
 
+// Also where a processor is held to fewer lanes than it has: with DYNTAPE_PROCESSOR=x86-64-v3 (test machine_tiers_v3).
+TEST_F(MachineTiers, PointsSideBySideAreThoseOfTheFirstTier) {
+  CodegenOptions o = options();
+  o.lanes = Lanes::kAll;
+  const CompiledFunction t = CompiledFunction::make(parabola(), o);
+  const std::size_t width = t.lane_width(), count = 3 * width;
+  ASSERT_GT(width, 1u);
+  CompiledFunction::Workspace room(t);
+  std::vector<double> x(count), expected;
+  for (std::size_t k = 0; k < count; ++k) x[k] = double(k), expected.push_back(x[k] * x[k] + 3);
+  for (const bool last : {false, true}) {
+    if (last) t.wait();
+    std::vector<double> y(count, -1);
+    Points points{.count = count, .x = x.data(), .y = y.data()};
+    points.side_by_side = width;
+    EXPECT_FALSE(t.run(Order::kValue, points, room));
+    EXPECT_EQ(y, expected) << to_string(t.tier());
+  }
+}
+
 TEST_F(MachineTiers, WithoutCompilerItIsMachineCodeForGood) {
   for (const Route route : {Route::kAutomatic, Route::kTiered, Route::kMachineCode}) {
     CodegenOptions o = options();
@@ -116,6 +136,31 @@ TEST_F(MachineTiers, WhatAKernelByHandThrowsArrives) {
   x[31] = 4;
   EXPECT_FALSE(c.run(Order::kValue, {.count = 20, .x = x.data(), .y = y.data()}, room));
   EXPECT_EQ(y, std::vector<double>(20, 4.0));
+}
+
+// One that iterates until it is near enough, or evaluates something itself, does not meet what another one left.
+TEST_F(MachineTiers, NoKernelByHandIsCalledBehindOneThatThrew) {
+  Kernel first, second;
+  int calls = 0;
+  first.evaluate = [](const double* in, double* out) {
+    if (in[0] < 0) throw std::domain_error("below zero");
+    out[0] = in[0];
+  };
+  const CompiledFunction inner =
+      CompiledFunction::make(parabola(), {.order = Order::kValue, .route = Route::kMachineCode});
+  second.evaluate = [&](const double* in, double* out) {
+    ++calls;
+    out[0] = inner.evaluate(Order::kValue, {in[0]}).y[0];
+  };
+  const auto A = std::make_shared<Callee>("A", 1, 1, first), B = std::make_shared<Callee>("B", 1, 1, second);
+  const Function f = record("chain", 1, [&](const VectorXad& x) -> VectorXad { return call(B, call(A, x)); });
+  const CompiledFunction c =
+      CompiledFunction::make(f, {.order = Order::kValue, .route = Route::kMachineCode});
+  calls = 0;  // but for the recording
+  EXPECT_THROW(c.evaluate(Order::kValue, {-1}), std::domain_error);
+  EXPECT_EQ(calls, 0);
+  EXPECT_EQ(c.evaluate(Order::kValue, {2}).y[0], 7);
+  EXPECT_EQ(calls, 1);
 }
 
 // A hardened system, as it were.

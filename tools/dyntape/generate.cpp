@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/build/stack_usage.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/io/stopwatch.h>
@@ -121,7 +122,8 @@ void run(const GenerateOptions& options) {
   CodegenOptions codegen;
   codegen.order = order_from(options.order);
   codegen.profile = profile_from(options.profile);
-  codegen.route = Route::kCompiled;
+  const bool has_compiler = codegen::find_compiler("", {}).has_value();
+  codegen.route = has_compiler ? Route::kCompiled : Route::kMachineCode;  // to count what the text holds
   codegen.label = robot.model.name + "_" + options.function.name;
 
   const auto start = std::chrono::steady_clock::now();
@@ -134,11 +136,17 @@ void run(const GenerateOptions& options) {
   const auto compiled = CompiledFunction::make(recorded, codegen);
   const Timings& t = compiled.timings();
 
-  nlohmann::json report = {{"name", source.name},      {"symbol", source.symbol},
-                           {"files", files},           {"bytes", source.text.size() + source.header.size()},
-                           {"cache_hit", t.cache_hit}, {"record_s", record_seconds},
-                           {"derive_s", t.derive},     {"print_s", t.schedule + t.print},
-                           {"compile_s", t.compile},   {"load_s", t.load}};
+  nlohmann::json report = {{"compiled", has_compiler},
+                           {"name", source.name},
+                           {"symbol", source.symbol},
+                           {"files", files},
+                           {"bytes", source.text.size() + source.header.size()},
+                           {"cache_hit", t.cache_hit},
+                           {"record_s", record_seconds},
+                           {"derive_s", t.derive},
+                           {"print_s", t.schedule + t.print},
+                           {"compile_s", t.compile},
+                           {"load_s", t.load}};
   io::TextTable table({{"kernel"},
                        {"operations", "", io::Align::kRight},
                        {"non-zeros", "", io::Align::kRight},
@@ -157,7 +165,9 @@ void run(const GenerateOptions& options) {
     return;
   }
   std::cout << table.text() << "\nrecord " << io::duration(record_seconds) << ", ";
-  if (t.cache_hit) {
+  if (!has_compiler) {
+    std::cout << codegen::no_compiler("") << ": nothing is compiled into the cache\n";
+  } else if (t.cache_hit) {
     std::cout << "found in the cache, load " << io::duration(t.load) << "\n";
   } else {
     std::cout << "derive " << io::duration(t.derive) << ", print " << io::duration(t.schedule + t.print)
@@ -172,7 +182,7 @@ void add_generate(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "generate",
       "write a function of a robot and its derivatives as self-contained C99, and compile it into the "
-      "cache.\n"
+      "cache where there is a compiler.\n"
       "The derivatives of --order are with respect to the entries of the state (q, v, a | tau)");
   const auto options = std::make_shared<GenerateOptions>();
   add_robot_options(*command, options->robot);
