@@ -251,14 +251,16 @@ nb::object Result::block(std::size_t i) const {
   const int axes = rows_.axes();
   int n = axes;
   std::copy_n(rows_.batch(), axes, shape);
-  std::copy_n(PyArray_STRIDES(array_of(whole_)), axes, strides);
   for (const std::ptrdiff_t extent : blocks_[i].shape) shape[n++] = extent;
-  npy_intp step = sizeof(double);
-  for (int k = n; k-- > axes; step *= shape[k]) strides[k] = step;
+  if (axes > 0) {
+    std::copy_n(PyArray_STRIDES(array_of(whole_)), axes, strides);
+    npy_intp step = sizeof(double);
+    for (int k = n; k-- > axes; step *= shape[k]) strides[k] = step;
+  }
   double* from = data_;
   for (std::size_t k = 0; k < i; ++k) from += blocks_[k].size();
-  PyObject* view =
-      PyArray_New(&PyArray_Type, n, shape, NPY_DOUBLE, strides, from, 0, NPY_ARRAY_WRITEABLE, nullptr);
+  PyObject* view = PyArray_New(&PyArray_Type, n, shape, NPY_DOUBLE, axes > 0 ? strides : nullptr, from, 0,
+                               NPY_ARRAY_CARRAY, nullptr);
   if (!view) nb::raise_python_error();
   Py_INCREF(whole_.ptr());
   if (PyArray_SetBaseObject(reinterpret_cast<PyArrayObject*>(view), whole_.ptr()) < 0)

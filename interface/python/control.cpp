@@ -11,6 +11,7 @@
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/io/number.h>
 
+#include "motions.h"
 #include "problems.h"
 #include "watch.h"
 
@@ -19,12 +20,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-nb::object by_rows(const MatrixXd& columns) {
-  return copy_of(columns.data(), {columns.cols(), columns.rows()});
-}
-
-nb::object copied(const VectorXd& values) { return copy_of(values.data(), {values.size()}); }
 
 // --- Differential dynamic programming ---------------------------------------------------------------------
 
@@ -63,11 +58,11 @@ void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem) {
   using S = DdpSolution;
   nb::class_<S>(module, "DdpSolution", "A motion and the policy u = u_k + K_k (x - x_k) that keeps it.")
       .def_prop_ro(
-          "t", [](const S& s) { return copied(s.t); }, nb::sig("def t(self) -> Array"), "(N + 1,) s.")
+          "t", [](const S& s) { return entries_of(s.t); }, nb::sig("def t(self) -> Array"), "(N + 1,) s.")
       .def_prop_ro(
-          "x", [](const S& s) { return by_rows(s.x); }, nb::sig("def x(self) -> Array"), "(N + 1, states).")
+          "x", [](const S& s) { return rows_of(s.x); }, nb::sig("def x(self) -> Array"), "(N + 1, states).")
       .def_prop_ro(
-          "u", [](const S& s) { return by_rows(s.u); }, nb::sig("def u(self) -> Array"),
+          "u", [](const S& s) { return rows_of(s.u); }, nb::sig("def u(self) -> Array"),
           "(N, controls), held over each interval.")
       .def_prop_ro("K", gains_of, nb::sig("def K(self) -> Array"), "(N, controls, states).")
       .def_ro("cost", &S::cost, "What was minimised.")
@@ -120,8 +115,8 @@ MpcStep step(PythonMpc& self, double t, nb::handle x) {
 }
 
 nb::object control_at(const MpcStep& s, double t, nb::handle x) {
-  if (x.is_none()) return copied(s.plan.control(t));
-  return copied(s.plan.control(t, vector_of(x, "control: x", s.plan.motion.x.rows())));
+  if (x.is_none()) return entries_of(s.plan.control(t));
+  return entries_of(s.plan.control(t, vector_of(x, "control: x", s.plan.motion.x.rows())));
 }
 
 void bind_step(nb::module_& module) {
@@ -132,13 +127,13 @@ void bind_step(nb::module_& module) {
            "(controls,) at the plant's time t, s; with a measured x (states,) corrected by the plan's gain, "
            "if it has one.")
       .def_prop_ro(
-          "t", [](const S& s) { return copied(s.plan.motion.t.array() + s.plan.begin); },
+          "t", [](const S& s) { return entries_of(s.plan.motion.t.array() + s.plan.begin); },
           nb::sig("def t(self) -> Array"), "(points,) s, the plant's time.")
       .def_prop_ro(
-          "x", [](const S& s) { return by_rows(s.plan.motion.x); }, nb::sig("def x(self) -> Array"),
+          "x", [](const S& s) { return rows_of(s.plan.motion.x); }, nb::sig("def x(self) -> Array"),
           "(points, states) of the plan.")
       .def_prop_ro(
-          "u", [](const S& s) { return by_rows(s.plan.motion.u); }, nb::sig("def u(self) -> Array"),
+          "u", [](const S& s) { return rows_of(s.plan.motion.u); }, nb::sig("def u(self) -> Array"),
           "(points, controls) of the plan.")
       .def_ro("usable", &S::usable, "Whether the plan may be followed.")
       .def_prop_ro(

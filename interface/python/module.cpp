@@ -1,9 +1,33 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The extension module that the package `dyntape` is made of.
+// The extension module that the package `dyntape` is made of, and the command line in its process: python -m dyntape.
 #include "module.h"
 
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <iostream>
+#include <string>
+#include <vector>
+
 #include "arrays.h"
+#include "program.h"
+
+namespace dyntape::python {
+namespace {
+
+int command_line(std::vector<std::string> arguments) {
+  std::vector<char*> argv;
+  for (std::string& argument : arguments) argv.push_back(argument.data());
+  argv.push_back(nullptr);
+  const nb::gil_scoped_release unlocked;
+  const int status = tools::command_line(static_cast<int>(arguments.size()), argv.data());
+  std::cout << std::flush;
+  return status;
+}
+
+}  // namespace
+}  // namespace dyntape::python
 
 NB_MODULE(_dyntape, module) {
   using namespace dyntape::python;
@@ -18,6 +42,9 @@ NB_MODULE(_dyntape, module) {
   bind_task_control(module);
   bind_sweeps(module);
   bind_identification(module);
-  bind_commands(module);
+  module.def(
+      "command_line", command_line, nb::arg("arguments"),
+      "What the command `dyntape` does with these arguments, its name first; returns its exit status.\n\n"
+      "For a process of its own: it takes signals and the standard streams.");
   module.attr("__version__") = DYNTAPE_VERSION;
 }

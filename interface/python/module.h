@@ -19,6 +19,5 @@ void bind_problems(nb::module_& module);         // problems.cpp
 void bind_task_control(nb::module_& module);     // task_control.cpp
 void bind_sweeps(nb::module_& module);           // sweeps.cpp
 void bind_identification(nb::module_& module);   // identification.cpp
-void bind_commands(nb::module_& module);         // commands.cpp
 
 }  // namespace dyntape::python

@@ -9,6 +9,7 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/player/player.h>
 
+#include "motions.h"
 #include "problems.h"
 #include "watch.h"
 
@@ -65,13 +66,9 @@ std::shared_ptr<ProblemSolution> solve(std::shared_ptr<PythonProblem> p, int int
                           static_cast<int>(sizes.nq), static_cast<int>(sizes.nv)});
 }
 
-nb::object transposed(const Eigen::MatrixXd& columns) {
-  return copy_of(columns.data(), {columns.cols(), columns.rows()});
-}
-
 nb::object rows_of_state(const ProblemSolution& s, int first, int count, const char* what) {
   if (!s.of->is_robot) throw ArgumentError(std::string(what) + ": it is of a robot's problem; expected x");
-  return transposed(s.solution.motion.x.middleRows(first, count));
+  return rows_of(s.solution.motion.x.middleRows(first, count));
 }
 
 std::string page(const ProblemSolution& s) {
@@ -102,6 +99,7 @@ std::string verdict(const ProblemSolution& s) {
 
 void bind_found(nb::class_<ProblemSolution>& type) {
   using S = ProblemSolution;
+  def_page(type, page);
   type.def_prop_ro(
           "cost", [](const S& s) { return s.solution.cost(); }, "What was minimised.")
       .def_prop_ro(
@@ -122,10 +120,6 @@ void bind_found(nb::class_<ProblemSolution>& type) {
       .def_prop_ro(
           "true_defect", [](const S& s) { return s.solution.verification.worst_defect; },
           "Most that an interval differs from its re-simulation.")
-      .def("page", page, "The motion in 3D, an HTML page.")
-      .def(
-          "_repr_html_", [](const S& s) { return in_notebook(page(s)); },
-          "The page, within that of a notebook.")
       .def("__repr__", [](const S& s) {
         return "<dyntape.Solution of \"" + s.problem.name + "\": " + verdict(s) + ", cost " +
                io::with_digits(s.solution.cost(), 6) + ", " + std::to_string(s.solution.motion.points()) +
@@ -139,24 +133,13 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
   using S = ProblemSolution;
   nb::class_<S> type(module, "Solution",
                      "What a solve of a Problem found, computed anew; points come first in every array.");
-  type.def_prop_ro(
-          "t", [](const S& s) { return copy_of(s.solution.motion.t.data(), {s.solution.motion.t.size()}); },
-          nb::sig("def t(self) -> Array"), "(points,) s.")
-      .def_prop_ro(
-          "x", [](const S& s) { return transposed(s.solution.motion.x); }, nb::sig("def x(self) -> Array"),
-          "(points, states).")
-      .def_prop_ro(
-          "a", [](const S& s) { return transposed(s.solution.motion.a); }, nb::sig("def a(self) -> Array"),
-          "(points, accelerations), of the inverse form.")
-      .def_prop_ro(
-          "u", [](const S& s) { return transposed(s.solution.motion.u); }, nb::sig("def u(self) -> Array"),
-          "(points, controls).")
-      .def_prop_ro(
-          "q", [](const S& s) { return rows_of_state(s, 0, s.nq, "q"); }, nb::sig("def q(self) -> Array"),
-          "(points, nq).")
-      .def_prop_ro(
-          "v", [](const S& s) { return rows_of_state(s, s.nq, s.nv, "v"); }, nb::sig("def v(self) -> Array"),
-          "(points, nv).");
+  def_array(type, "t", "(points,) s.", [](const S& s) { return entries_of(s.solution.motion.t); });
+  def_array(type, "x", "(points, states).", [](const S& s) { return rows_of(s.solution.motion.x); });
+  def_array(type, "a", "(points, accelerations), of the inverse form.",
+            [](const S& s) { return rows_of(s.solution.motion.a); });
+  def_array(type, "u", "(points, controls).", [](const S& s) { return rows_of(s.solution.motion.u); });
+  def_array(type, "q", "(points, nq).", [](const S& s) { return rows_of_state(s, 0, s.nq, "q"); });
+  def_array(type, "v", "(points, nv).", [](const S& s) { return rows_of_state(s, s.nq, s.nv, "v"); });
   bind_found(type);
   problem.def(
       "solve", solve, nb::arg("intervals") = 40, nb::kw_only(), nb::arg("scheme") = "hermite-simpson",

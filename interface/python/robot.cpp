@@ -229,44 +229,38 @@ Robot::Robot(RobotSourceText from)
   for (auto& defaults : defaults_) defaults.resize(robot_functions().size());
 }
 
-RobotFunction Robot::function(int row, const std::string& frame, const std::string& axes,
-                              const std::vector<std::string>& contacts) const {
-  RobotFunction function = robot_functions()[static_cast<std::size_t>(row)];
+RobotFunction Robot::function(const RobotCall& call) const {
+  RobotFunction function = robot_functions()[static_cast<std::size_t>(call.row)];
   using enum dynamics::ReferenceFrame;
-  function.frame = frame;
+  function.frame = call.frame;
   function.in = choice<dynamics::ReferenceFrame>(
-      std::string(to_string(function)) + ": axes", axes,
+      std::string(to_string(function)) + ": axes", call.axes,
       {{"local", kLocal}, {"world", kWorld}, {"aligned", kLocalWorldAligned}});
-  function.contacts = contacts;
+  function.contacts = call.contacts;
   function.mimics = urdf.mimics;
   return function;
 }
 
-std::shared_ptr<RobotPath> Robot::route(const RobotFunction& function, const std::string& word,
-                                        bool many) const {
-  const Key key(function, word, many);
+std::shared_ptr<RobotPath> Robot::route(const RobotCall& call) const {
   {
     const std::scoped_lock lock(mutex_);
-    const auto found = routes_.find(key);
+    const auto found = routes_.find(call);
     if (found != routes_.end()) return found->second;
   }
   // Two threads may make the same; the first that is done serves.
+  const RobotFunction function = this->function(call);
   std::shared_ptr<RobotPath> made;
   {
     const nb::gil_scoped_release unlocked;
-    made = make_route(model(), function, word, many);
+    made = make_route(model(), function, call.route, call.many);
   }
   const std::scoped_lock lock(mutex_);
-  return routes_.emplace(key, std::move(made)).first->second;
+  return routes_.emplace(call, std::move(made)).first->second;
 }
 
 RobotPath& Robot::default_route(int row, bool many) const {
   std::shared_ptr<RobotPath>& route = defaults_[many][static_cast<std::size_t>(row)];
-  if (!route) {
-    RobotFunction function = robot_functions()[static_cast<std::size_t>(row)];
-    function.mimics = urdf.mimics;
-    route = this->route(function, default_word(many), many);
-  }
+  if (!route) route = this->route({.row = row, .many = many, .route = default_word(many)});
   return *route;
 }
 

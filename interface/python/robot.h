@@ -3,11 +3,11 @@
 // A robot as Python holds it: read once, never changed, shared by any number of threads.
 #pragma once
 
+#include <compare>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include <dyntape/autodiff/graph/callee.h>
@@ -24,6 +24,16 @@ struct RobotSourceText {
   Eigen::Vector3d gravity{0, 0, -9.81};
 };
 
+// A call of a function of the table: what the caller says in words.
+struct RobotCall {
+  int row = 0;
+  bool many = false;  // states at a time
+  std::string route{};
+  std::string frame{}, axes = "aligned";  // frame: empty, the last
+  std::vector<std::string> contacts{};
+  auto operator<=>(const RobotCall&) const = default;
+};
+
 class Robot {
  public:
   explicit Robot(RobotSourceText source);
@@ -34,22 +44,19 @@ class Robot {
 
   const dynamics::Model<double>& model() const { return urdf.model; }
 
-  // A function of the table for this robot; `frame` empty: the last.
-  RobotFunction function(int row, const std::string& frame, const std::string& axes,
-                         const std::vector<std::string>& contacts) const;
-  // Made at the first call, then the same; `many` states at a time.
-  std::shared_ptr<RobotPath> route(const RobotFunction& function, const std::string& word, bool many) const;
-  // The same for the default route of a function without a frame, which is found without any comparison of names.
+  // What is called; ArgumentError for words that say nothing.
+  RobotFunction function(const RobotCall& call) const;
+  // Made at the first such call, then the same.
+  std::shared_ptr<RobotPath> route(const RobotCall& call) const;
+  // The same for a call that says nothing, found without any comparison of words.
   RobotPath& default_route(int row, bool many) const;
 
   // The dynamics to be called in a recording, made once (robot/robot_callee.h); null where they are recorded whole.
   std::shared_ptr<const Callee> callee(const RobotFunction& function) const;
 
  private:
-  using Key = std::tuple<RobotFunction, std::string, bool>;
-
   mutable std::mutex mutex_;
-  mutable std::map<Key, std::shared_ptr<RobotPath>> routes_;
+  mutable std::map<RobotCall, std::shared_ptr<RobotPath>> routes_;
   mutable std::vector<std::shared_ptr<RobotPath>> defaults_[2];
   mutable std::map<int, std::shared_ptr<const Callee>> callees_;
 };

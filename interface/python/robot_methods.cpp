@@ -48,19 +48,17 @@ struct Choice {
   nb::handle route, frame, axes, contacts;
 };
 
-std::string word_of(nb::handle given, const char* what, const char* otherwise) {
-  return !given.is_valid() || given.is_none() ? otherwise : text_of(given, what);
-}
-
 bool is_given(nb::handle given) { return given.is_valid() && !given.is_none(); }
 
-RobotFunction chosen(const Robot& robot, const Method& method, const Choice& choice) {
-  std::vector<std::string> contacts;
+RobotCall chosen(const Method& method, const Choice& choice, bool many) {
+  RobotCall call{.row = method.row, .many = many, .route = default_word(many)};
+  if (is_given(choice.route)) call.route = text_of(choice.route, "route");
+  if (is_given(choice.frame)) call.frame = text_of(choice.frame, "frame");
+  if (is_given(choice.axes)) call.axes = text_of(choice.axes, "axes");
   if (is_given(choice.contacts)) {
-    for (nb::handle contact : choice.contacts) contacts.push_back(text_of(contact, "contacts"));
+    for (nb::handle contact : choice.contacts) call.contacts.push_back(text_of(contact, "contacts"));
   }
-  return robot.function(method.row, word_of(choice.frame, "frame", ""),
-                        word_of(choice.axes, "axes", "aligned"), contacts);
+  return call;
 }
 
 bool is_default(const Choice& choice) {
@@ -87,7 +85,7 @@ nb::object record_call(const Robot& robot, const Method& method, const nb::handl
   if (is_given(choice.route))
     throw ArgumentError(std::string(method.name) +
                         ": a route is for numbers; in a recording the function is recorded");
-  const RobotFunction function = chosen(robot, method, choice);
+  const RobotFunction function = robot.function(chosen(method, choice, false));
   VectorXad state(0);
   for (std::size_t i = 0; i < method.inputs.size(); ++i) {
     const auto entries = static_cast<Eigen::Index>(entries_of(robot, method.inputs[i]));
@@ -117,11 +115,10 @@ nb::object call(const Robot& robot, const Method& method, const nb::handle* argu
   const bool many = !rows.is_single();
   std::shared_ptr<RobotPath> owner;
   RobotPath* route = nullptr;
-  if (is_default(choice) && !method.has_frame) {
+  if (is_default(choice)) {
     route = &robot.default_route(method.row, many);
   } else {
-    owner =
-        robot.route(chosen(robot, method, choice), word_of(choice.route, "route", default_word(many)), many);
+    owner = robot.route(chosen(method, choice, many));
     route = owner.get();
   }
   const Result result(rows, route->blocks);

@@ -32,12 +32,6 @@ std::string value_text(nb::handle value) {
   return text;
 }
 
-Scene scene_in_file(const std::filesystem::path& file, nb::handle set) {
-  const std::vector<io::Setting> settings = settings_from(set);
-  const nb::gil_scoped_release unlocked;
-  return read_scene(file.string(), settings);
-}
-
 std::shared_ptr<PythonScene> from_text(const std::string& text, const std::filesystem::path& folder,
                                        nb::handle set) {
   const std::vector<io::Setting> settings = settings_from(set);
@@ -52,12 +46,8 @@ std::shared_ptr<PythonSimulation> simulated(std::shared_ptr<PythonScene> scene, 
       new PythonSimulation{scene, SimulationReport{scene->scene, std::move(motion), {}, {}}});
 }
 
-std::shared_ptr<PythonSimulation> simulate_file(nb::handle given, nb::handle set, nb::handle progress) {
-  if (!nb::isinstance<PythonScene>(given))
-    return simulated(
-        std::make_shared<PythonScene>(scene_in_file(nb::cast<std::filesystem::path>(given), set)), progress);
-  if (!set.is_none()) throw ArgumentError("simulate: set is for files; a Scene was read with its own");
-  return simulated(nb::cast<std::shared_ptr<PythonScene>>(given), progress);
+std::shared_ptr<PythonSimulation> simulate_file(nb::handle scene, nb::handle set, nb::handle progress) {
+  return simulated(given_or_read<PythonScene>(read_scene, scene, set, "simulate"), progress);
 }
 
 std::string summary(const PythonScene& s) {
@@ -70,26 +60,10 @@ std::string summary(const PythonScene& s) {
 
 // --- Results ----------------------------------------------------------------------------------------------
 
-nb::object vector_of(const std::vector<double>& values) {
-  return copy_of(values.data(), {static_cast<std::ptrdiff_t>(values.size())});
-}
-
-// (samples, entries) of a matrix with a sample a column, as numpy has it.
-nb::object samples_of(const Eigen::MatrixXd& columns) {
-  return copy_of(columns.data(), {columns.cols(), columns.rows()});
-}
-
 nb::dict flows_of(const SimulatedMotion& motion, std::vector<double> EnergyFlow::*which) {
   nb::dict flows;
-  for (const EnergyFlow& flow : motion.flows) flows[flow.name.c_str()] = vector_of(flow.*which);
+  for (const EnergyFlow& flow : motion.flows) flows[flow.name.c_str()] = entries_of(flow.*which);
   return flows;
-}
-
-std::vector<std::string> write(PythonSimulation& s, const std::filesystem::path& folder) {
-  const nb::gil_scoped_release unlocked;
-  std::filesystem::create_directories(folder);
-  write_results(s.report, folder.string());
-  return s.report.unwritten;
 }
 
 std::string page(const PythonSimulation& s) {
@@ -106,15 +80,8 @@ void bind_scene(nb::module_& module) {
       ">>> scene = dyntape.Scene(\"config/scenes/pendulum.info\", set={\"simulation.duration\": 2})\n"
       ">>> scene.simulate().verdict\n"
       "'simulated 2 s'");
+  def_read(scene, read_scene);
   scene
-      .def(
-          "__init__",
-          [](S* self, const std::filesystem::path& file, nb::handle set) {
-            new (self) S(scene_in_file(file, set));
-          },
-          nb::arg("file"), nb::kw_only(), nb::arg("set") = nb::none(),
-          nb::sig("def __init__(self, file: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None) "
-                  "-> None"))
       .def_static("from_text", from_text, nb::arg("text"), nb::kw_only(), nb::arg("folder") = ".",
                   nb::arg("set") = nb::none(),
                   nb::sig("def from_text(text: str, *, folder: str | os.PathLike[str] = '.', "
@@ -127,11 +94,11 @@ void bind_scene(nb::module_& module) {
       .def_prop_ro(
           "nv", [](const S& s) { return s.scene.robot.model.nv; }, "Entries of v.")
       .def_prop_ro(
-          "q", [](const S& s) { return copy_of(s.scene.q.data(), {s.scene.q.size()}); },
-          nb::sig("def q(self) -> Array"), "(nq,) at the start.")
+          "q", [](const S& s) { return entries_of(s.scene.q); }, nb::sig("def q(self) -> Array"),
+          "(nq,) at the start.")
       .def_prop_ro(
-          "v", [](const S& s) { return copy_of(s.scene.v.data(), {s.scene.v.size()}); },
-          nb::sig("def v(self) -> Array"), "(nv,) at the start.")
+          "v", [](const S& s) { return entries_of(s.scene.v); }, nb::sig("def v(self) -> Array"),
+          "(nv,) at the start.")
       .def_prop_ro(
           "driven", [](const S& s) { return driven_names(s.scene.robot); },
           "Joints that are driven, in the order of the commands u.")
@@ -162,26 +129,25 @@ void bind_scene(nb::module_& module) {
 
 void bind_simulation(nb::module_& module) {
   using S = PythonSimulation;
-  nb::class_<S>(module, "Simulation", "A simulated motion; samples come first in every array.")
-      .def_prop_ro(
-          "t", [](const S& s) { return vector_of(s.report.motion.t); }, nb::sig("def t(self) -> Array"),
-          "(samples,) s.")
-      .def_prop_ro(
-          "q", [](const S& s) { return samples_of(s.report.motion.q); }, nb::sig("def q(self) -> Array"),
-          "(samples, nq).")
-      .def_prop_ro(
-          "v", [](const S& s) { return samples_of(s.report.motion.v); }, nb::sig("def v(self) -> Array"),
-          "(samples, nv).")
-      .def_prop_ro(
-          "drive", [](const S& s) { return samples_of(s.report.motion.drive); },
-          nb::sig("def drive(self) -> Array"), "(samples, driven joints) torques of the motors, N m or N.")
-      .def_prop_ro(
-          "kinetic", [](const S& s) { return vector_of(s.report.motion.kinetic); },
-          nb::sig("def kinetic(self) -> Array"), "(samples,) J.")
-      .def_prop_ro(
-          "stored", [](const S& s) { return vector_of(s.report.motion.stored); },
-          nb::sig("def stored(self) -> Array"), "(samples,) J: what gravity and springs hold.")
-      .def_prop_ro(
+  nb::class_<S> type(module, "Simulation", "A simulated motion; samples come first in every array.");
+  const auto values = [&](const char* name, std::vector<double> SimulatedMotion::*which, const char* what) {
+    def_array(type, name, what, [which](const S& s) { return entries_of(s.report.motion.*which); });
+  };
+  const auto vectors = [&](const char* name, Eigen::MatrixXd SimulatedMotion::*which, const char* what) {
+    def_array(type, name, what, [which](const S& s) { return rows_of(s.report.motion.*which); });
+  };
+  values("t", &SimulatedMotion::t, "(samples,) s.");
+  vectors("q", &SimulatedMotion::q, "(samples, nq).");
+  vectors("v", &SimulatedMotion::v, "(samples, nv).");
+  vectors("drive", &SimulatedMotion::drive, "(samples, driven joints) torques of the motors, N m or N.");
+  values("kinetic", &SimulatedMotion::kinetic, "(samples,) J.");
+  values("stored", &SimulatedMotion::stored, "(samples,) J: what gravity and springs hold.");
+  def_report(type, "Whether the motion came to its end and its steps can be trusted.");
+  def_page(type, page);
+  def_files(
+      type, [](S& s, const std::string& folder) { write_results(s.report, folder); },
+      "motion.csv, report.json");
+  type.def_prop_ro(
           "power", [](const S& s) { return flows_of(s.report.motion, &EnergyFlow::power); },
           nb::sig("def power(self) -> dict[str, Array]"),
           "(samples,) W of the motors and of each effect; positive: the robot gains energy.")
@@ -192,9 +158,6 @@ void bind_simulation(nb::module_& module) {
           "energy_error", [](const S& s) { return s.report.motion.energy_error(); },
           "J: what the energy balance is off by.")
       .def_prop_ro(
-          "success", [](const S& s) { return s.report.success(); },
-          "Whether the motion came to its end and its steps can be trusted.")
-      .def_prop_ro(
           "verdict", [](const S& s) { return s.report.verdict(); }, "One sentence.")
       .def_prop_ro(
           "trouble", [](const S& s) { return s.report.motion.trouble; },
@@ -202,22 +165,6 @@ void bind_simulation(nb::module_& module) {
       .def_prop_ro(
           "warning", [](const S& s) { return s.report.motion.warning; },
           "Where its steps are too long, or nothing.")
-      .def_prop_ro(
-          "json", [](const S& s) { return s.report.json(); }, "The report for programs.")
-      .def(
-          "text", [](const S& s) { return s.report.text(); }, "The report for people.")
-      .def("write", write, nb::arg("folder"),
-           nb::sig("def write(self, folder: str | os.PathLike[str]) -> list[str]"),
-           "motion.csv, report.json, pictures and motion.html; returns a sentence for each that could not be "
-           "written.")
-      .def("page", page, "The motion in 3D, an HTML page.")
-      .def(
-          "_repr_html_", [](const S& s) { return in_notebook(page(s)); },
-          "The page, within that of a notebook.")
-      .def(
-          "plot", [](nb::handle self) { return pictures_of(self); }, nb::sig("def plot(self) -> Pictures"),
-          "The pictures that `write` makes, by name, as SVG; a notebook shows them.\n\n"
-          "Raises RuntimeError where gnuplot is not installed.")
       .def("__repr__", [](const S& s) {
         return "<dyntape.Simulation of \"" + s.scene->scene.name +
                "\": " + std::to_string(s.report.motion.samples()) + " samples; " + s.report.verdict() + ">";

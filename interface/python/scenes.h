@@ -11,12 +11,9 @@
 #include <dyntape/interface/report/simulation_results.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 
-#include "arrays.h"
+#include "motions.h"
 
 namespace dyntape::python {
-
-// "--set" of a command line, from a dict of key paths and values; numbers, words, bools and lists of numbers.
-std::vector<io::Setting> settings_from(nb::handle given);
 
 // Steps of a scene, for any number of threads; made at the first call.
 struct SceneSteps {

@@ -9,7 +9,7 @@
 #include <dyntape/interface/run/sweep/run_sweep.h>
 
 #include "module.h"
-#include "scenes.h"
+#include "motions.h"
 #include "watch.h"
 
 namespace dyntape::python {
@@ -18,10 +18,7 @@ namespace {
 // Columns by name.
 nb::dict columns_by_name(const io::CsvTable& table) {
   nb::dict columns;
-  for (const std::string& name : table.names()) {
-    const std::vector<double> column = table.column(name);
-    columns[name.c_str()] = copy_of(column.data(), {static_cast<std::ptrdiff_t>(column.size())});
-  }
+  for (const std::string& name : table.names()) columns[name.c_str()] = entries_of(table.column(name));
   return columns;
 }
 

@@ -15,7 +15,7 @@
 #include <dyntape/interface/run/solve/solve.h>
 
 #include "module.h"
-#include "scenes.h"
+#include "motions.h"
 #include "watch.h"
 
 namespace dyntape::python {
@@ -34,12 +34,6 @@ struct TaskSolution {
   Curves curves() const { return curves_of(task->task, motion()); }
 };
 
-Task task_in_file(const std::filesystem::path& file, nb::handle set) {
-  const std::vector<io::Setting> settings = settings_from(set);
-  const nb::gil_scoped_release unlocked;
-  return read_task(file.string(), settings);
-}
-
 std::shared_ptr<TaskSolution> solved(std::shared_ptr<PythonTask> task, nb::handle progress) {
   SolveReport report = watched(progress, [&](const Watch& watch) {
     const auto tell = [&](const SolveMoment& moment) {
@@ -50,24 +44,8 @@ std::shared_ptr<TaskSolution> solved(std::shared_ptr<PythonTask> task, nb::handl
   return std::shared_ptr<TaskSolution>(new TaskSolution{task, std::move(report)});
 }
 
-std::shared_ptr<TaskSolution> solve_file(nb::handle given, nb::handle set, nb::handle progress) {
-  if (!nb::isinstance<PythonTask>(given))
-    return solved(std::make_shared<PythonTask>(task_in_file(nb::cast<std::filesystem::path>(given), set)),
-                  progress);
-  if (!set.is_none()) throw ArgumentError("solve: set is for files; a Task was read with its own");
-  return solved(nb::cast<std::shared_ptr<PythonTask>>(given), progress);
-}
-
-// (points, entries) of a matrix with a point a column, as numpy has it.
-nb::object points_of(const Eigen::MatrixXd& columns) {
-  return copy_of(columns.data(), {columns.cols(), columns.rows()});
-}
-
-std::vector<std::string> write(TaskSolution& s, const std::filesystem::path& folder) {
-  const nb::gil_scoped_release unlocked;
-  std::filesystem::create_directories(folder);
-  write_results(s.task->task, s.report, folder.string());
-  return s.report.unwritten;
+std::shared_ptr<TaskSolution> solve_file(nb::handle task, nb::handle set, nb::handle progress) {
+  return solved(given_or_read<PythonTask>(read_task, task, set, "solve"), progress);
 }
 
 std::string page(const TaskSolution& s) {
@@ -75,13 +53,15 @@ std::string page(const TaskSolution& s) {
   return player_page(motion_player(s.task->task, s.motion()));
 }
 
-// What serves what, by name: of a task's curves.
-void bind_curves(nb::class_<TaskSolution>& type) {
+void bind_arrays(nb::class_<TaskSolution>& type) {
   using S = TaskSolution;
+  def_array(type, "t", "(points,) s.", [](const S& s) { return entries_of(s.motion().t); });
+  def_array(type, "x", "(points, states), as `states` names them.",
+            [](const S& s) { return rows_of(s.motion().x); });
+  def_array(type, "u", "(points, controls), as `controls` names them, in the unit of the task.",
+            [](const S& s) { return rows_of(s.motion().u); });
   const auto curve = [&](const char* name, Eigen::MatrixXd Curves::*which, const char* what) {
-    type.def_prop_ro(
-        name, [which](const S& s) { return points_of(s.curves().*which); },
-        nb::sig(kept(std::string("def ") + name + "(self) -> Array")), what);
+    def_array(type, name, what, [which](const S& s) { return rows_of(s.curves().*which); });
   };
   curve("q", &Curves::q, "(points, nq).");
   curve("v", &Curves::v, "(points, nv).");
@@ -93,16 +73,13 @@ void bind_solution(nb::module_& module) {
   using S = TaskSolution;
   nb::class_<S> type(module, "TaskSolution",
                      "What came of a task: the motion, verified, and what to say of it.");
+  bind_arrays(type);
+  def_report(type, "The whole verdict: solved, feasible, optimal, true, within limits.");
+  def_page(type, page);
+  def_files(
+      type, [](S& s, const std::string& folder) { write_results(s.task->task, s.report, folder); },
+      "trajectory.csv, iterations.csv, report.json, effective.info");
   type.def_prop_ro(
-          "t", [](const S& s) { return copy_of(s.motion().t.data(), {s.motion().t.size()}); },
-          nb::sig("def t(self) -> Array"), "(points,) s.")
-      .def_prop_ro(
-          "x", [](const S& s) { return points_of(s.motion().x); }, nb::sig("def x(self) -> Array"),
-          "(points, states), as `states` names them.")
-      .def_prop_ro(
-          "u", [](const S& s) { return points_of(s.motion().u); }, nb::sig("def u(self) -> Array"),
-          "(points, controls), as `controls` names them, in the unit of the task.")
-      .def_prop_ro(
           "states", [](const S& s) { return s.task->task.problem.states; }, "Names of the states.")
       .def_prop_ro(
           "controls", [](const S& s) { return s.task->task.problem.controls; }, "Names of the controls.")
@@ -119,53 +96,25 @@ void bind_solution(nb::module_& module) {
           "true_defect", [](const S& s) { return s.report.solution.verification.worst_defect; },
           "Most that an interval differs from its re-simulation.")
       .def_prop_ro(
-          "success", [](const S& s) { return s.report.success(); },
-          "The whole verdict: solved, feasible, optimal, true, within limits.")
-      .def_prop_ro(
           "verdict", [](const S& s) { return s.report.verdict(); }, "One sentence.")
       .def_prop_ro(
           "notes", [](const S& s) { return s.report.notes; },
           "What was odd in the robot's file or with the guess.")
-      .def_prop_ro(
-          "json", [](const S& s) { return s.report.json(); }, "The report for programs.")
-      .def(
-          "text", [](const S& s) { return s.report.text(); }, "The report for people.")
-      .def("write", write, nb::arg("folder"),
-           nb::sig("def write(self, folder: str | os.PathLike[str]) -> list[str]"),
-           "trajectory.csv, iterations.csv, report.json, effective.info, pictures and motion.html; returns a "
-           "sentence\n"
-           "for each that could not be written.")
-      .def("page", page, "The motion in 3D, an HTML page.")
-      .def(
-          "_repr_html_", [](const S& s) { return in_notebook(page(s)); },
-          "The page, within that of a notebook.")
-      .def(
-          "plot", [](nb::handle self) { return pictures_of(self); }, nb::sig("def plot(self) -> Pictures"),
-          "The pictures that `write` makes, by name, as SVG; a notebook shows them.\n\n"
-          "Raises RuntimeError where gnuplot is not installed.")
       .def("__repr__", [](const S& s) {
         return "<dyntape.TaskSolution of \"" + s.task->task.name + "\": " + s.report.verdict() + ", cost " +
                io::with_digits(s.report.solution.cost(), 6) + ", " + std::to_string(s.motion().points()) +
                " points>";
       });
-  bind_curves(type);
 }
 
 void bind_task(nb::module_& module) {
   using T = PythonTask;
-  nb::class_<T>(
+  nb::class_<T> type(
       module, "Task",
       "A robot, what acts on it, where it shall go and what that shall cost: an .info file, read.\n\n"
-      "Raises FileError with a line for every problem of the file.")
-      .def(
-          "__init__",
-          [](T* self, const std::filesystem::path& file, nb::handle set) {
-            new (self) T(task_in_file(file, set));
-          },
-          nb::arg("file"), nb::kw_only(), nb::arg("set") = nb::none(),
-          nb::sig("def __init__(self, file: str | os.PathLike[str], *, set: Mapping[str, Any] | None = None) "
-                  "-> None"))
-      .def_prop_ro(
+      "Raises FileError with a line for every problem of the file.");
+  def_read(type, read_task);
+  type.def_prop_ro(
           "name", [](const T& t) { return t.task.name; }, "Its name.")
       .def_prop_ro(
           "notes", [](const T& t) { return t.task.notes; },

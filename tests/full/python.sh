@@ -1,20 +1,13 @@
 #!/usr/bin/env bash
-# The Python package from a wheel of this tree, in an environment of its own: its tests, and again a part of them with Python's debug allocator.
-#   python.sh SOURCE_DIR BUILD_DIR      77: no Python with headers, or nowhere to get packages from
+# The Python package of this build, as it lies in the tree with its module: its tests, and a part of them again with Python's debug allocator.
+#   python.sh SOURCE_DIR BUILD_DIR      77: no Python with headers, nowhere to get packages from, or a build without the package
 set -euo pipefail
-source=$1 work=$2/python_package
-python3 -c 'import sysconfig, os, sys; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
-  || { echo "python: no headers of Python"; exit 77; }
-mkdir -p "$work"
-python3 -m venv "$work/venv"
-bin=$work/venv/bin
-"$bin/pip" install -q --disable-pip-version-check 'nanobind>=2.4' 'scikit-build-core>=0.10' ninja numpy scipy pytest mypy \
-  || { echo "python: its packages are out of reach"; exit 77; }
-export CCACHE_BASEDIR=$source CCACHE_SLOPPINESS=pch_defines,time_macros
-command -v ccache >/dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache
-rm -f "$work"/*.whl
-"$bin/pip" wheel -q --disable-pip-version-check --no-build-isolation --no-deps -C build-dir="$work/build" -w "$work" "$source"
-"$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "$work"/dyntape-*.whl
-cd "$work"
-"$bin/python" -m pytest -q -p no:cacheprovider "$source/tests/python"
-PYTHONMALLOC=debug "$bin/python" -X dev -W error::ResourceWarning -m pytest -q -p no:cacheprovider "$source/tests/python/test_functions.py" "$source/tests/python/test_robot.py"
+tests=$1/tests/python build=$2 python=$2/python_environment/bin/python
+"$1/tools/python_environment" "$build/python_environment"
+compgen -G "$build/python/dyntape/_dyntape.*.so" >/dev/null \
+  || { echo "python: this build is without the package, which tools/build --python makes"; exit 77; }
+export PYTHONPATH=$build/python DYNTAPE_CACHE=$build/test_cache
+cd "$build"
+pytest=(-m pytest -q -p no:cacheprovider -o faulthandler_timeout=240)  # what hangs says where, before it is ended from outside
+"$python" "${pytest[@]}" "$tests"
+PYTHONMALLOC=debug "$python" -X dev -W error::ResourceWarning "${pytest[@]}" "$tests/test_functions.py" "$tests/test_robot.py"

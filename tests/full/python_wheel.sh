@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# The Python package from a wheel of this tree, in an environment of its own: its tests.
+#   python_wheel.sh SOURCE_DIR BUILD_DIR      77: no Python with headers, or nowhere to get packages from
+set -euo pipefail
+source=$1 work=$2/python_package
+mkdir -p "$work"
+"$source/tools/python_environment" "$work/venv" 'scikit-build-core>=0.10' ninja
+bin=$work/venv/bin
+export CCACHE_BASEDIR=$source CCACHE_SLOPPINESS=pch_defines,time_macros
+command -v ccache >/dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+rm -f "$work"/*.whl
+"$bin/pip" wheel -q --disable-pip-version-check --no-build-isolation --no-deps -C build-dir="$work/build" -w "$work" "$source"
+"$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "$work"/dyntape-*.whl
+cd "$work"
+"$bin/python" -m pytest -q -p no:cacheprovider "$source/tests/python"
