@@ -8,8 +8,9 @@ mkdir -p "$work"
 bin=$work/venv/bin
 export CCACHE_BASEDIR=$source CCACHE_SLOPPINESS=pch_defines,time_macros
 command -v ccache >/dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+export CC=${CC:-cc} CXX=${CXX:-c++}  # as tools/build calls them: its objects are as good
 rm -f "$work"/*.whl
-"$bin/pip" wheel -q --disable-pip-version-check --no-build-isolation --no-deps -C build-dir="$work/build" -w "$work" "$source"
+"$bin/pip" wheel -q --disable-pip-version-check --no-build-isolation --no-deps -C build-dir="$source/build-python" -C cmake.define.DYNTAPE_WERROR=ON -w "$work" "$source"
 "$bin/pip" install -q --disable-pip-version-check --force-reinstall --no-deps "$work"/dyntape-*.whl
 cd "$work"
 "$bin/python" -m pytest -q -p no:cacheprovider "$source/tests/python"
