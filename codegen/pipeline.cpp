@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/codegen/pipeline.h>
 
+#include <unistd.h>
+
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/codegen/build/compile.h>
+#include <dyntape/codegen/options/flags.h>
 #include <dyntape/codegen/pipeline_stages.h>
 #include <dyntape/codegen/system/files.h>
 
@@ -21,9 +25,31 @@ codegen::EmbeddedSource generate_embedded(const Function& recorded, const Codege
       codegen::plan(product, std::move(derived), content_hash(product.function), options, false), how);
 }
 
+codegen::Source generate_casadi(const Function& recorded, const codegen::CasadiBlocks& blocks,
+                                const CodegenOptions& options) {
+  codegen::Product product = codegen::begin(recorded);
+  auto derived = codegen::derive(product, options, false);
+  return codegen::print_casadi(
+      codegen::plan(product, std::move(derived), content_hash(product.function), options, false), blocks);
+}
+
+void compile_casadi(const codegen::Source& source, const std::string& library,
+                    const CodegenOptions& options) {
+  const auto compiler = codegen::find_compiler(options.compiler, codegen::accepted_flags(options.flags));
+  if (!compiler) throw ToolError(codegen::no_compiler(options.compiler));
+  const codegen::TemporaryFolder folder(codegen::system_temporary_folder(), "dyntape-casadi-");
+  codegen::write_file(folder.path() + "/" + codegen::kSourceFile, source.text);
+  codegen::compile(*compiler, source, options, folder.path(), folder.path());
+  int error = 0;
+  const auto bytes = codegen::read_file(folder.path() + "/" + codegen::kLibraryFile, error);
+  if (!bytes) throw FileError(folder.path() + ": the compiler's library is gone");
+  write_file_atomically(library, *bytes);
+}
+
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder) {
   std::vector<std::string> paths;
   for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
+    if (text->empty()) continue;
     paths.push_back((folder.empty() ? "" : folder + "/") + source.name + suffix);  // "": the current folder
     write_file_atomically(paths.back(), *text);
   }

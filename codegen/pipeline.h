@@ -12,6 +12,7 @@
 
 #include <dyntape/codegen/options/options.h>
 #include <dyntape/codegen/print/print_c.h>
+#include <dyntape/codegen/print/print_casadi.h>
 #include <dyntape/codegen/print/print_embedded.h>
 
 namespace dyntape {
@@ -23,7 +24,14 @@ codegen::Source generate_source(const Function& function, const CodegenOptions& 
 codegen::EmbeddedSource generate_embedded(const Function& function, const CodegenOptions& options = {},
                                           const codegen::EmbeddedOptions& how = {});
 
-// Writes folder/<name>.c and folder/<name>.h, whole or not at all; returns their paths.
+// The same with CasADi's interface (print_casadi.h), and as a library that casadi::external() loads: ToolError where there is no
+// compiler, or of the compiler.
+codegen::Source generate_casadi(const Function& function, const codegen::CasadiBlocks& blocks,
+                                const CodegenOptions& options = {});
+void compile_casadi(const codegen::Source& source, const std::string& library,
+                    const CodegenOptions& options = {});
+
+// Writes folder/<name>.c and folder/<name>.h, if there is one, whole or not at all; returns their paths.
 std::vector<std::string> write_source(const codegen::Source& source, const std::string& folder);
 
 }  // namespace dyntape

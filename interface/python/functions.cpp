@@ -348,6 +348,7 @@ void bind_functions(nb::module_& module) {
         "recorded is left.");
   bind_derivatives(f);
   bind_function_state(f);
+  bind_casadi(f);
   f.def_prop_ro(
       "jacobian_pattern", [](const RecordedFunction& g) { return pattern_of(g, Order::kFirst); },
       nb::sig("def jacobian_pattern(self) -> tuple[IntArray, IntArray]"),

@@ -49,5 +49,6 @@ class RecordedFunction {
 };
 
 void bind_function_state(nb::class_<RecordedFunction>& f);  // function_state.cpp
+void bind_casadi(nb::class_<RecordedFunction>& f);          // bridges/casadi.cpp
 
 }  // namespace dyntape::python

@@ -285,6 +285,7 @@ void bind_robot(nb::module_& module) {
       "column for each velocity.  Units: kg, m, rad, s, N, N m.");
   bind_facts(robot);
   bind_configurations(robot);
+  bind_casadi(robot);
   bind_robot_methods(module, robot);
   using Strings = std::vector<std::string>;
   using Vector = std::vector<double>;

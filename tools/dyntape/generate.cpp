@@ -28,7 +28,7 @@ struct GenerateOptions {
   int order = 0;
   bool json = false, yes = false;
 
-  bool embedded = false, single = false, own_trig = false;
+  bool embedded = false, casadi = false, single = false, own_trig = false;
   std::string cross;  // compiler and flags that the stack is measured with
 };
 
@@ -116,6 +116,33 @@ void run_embedded(const GenerateOptions& options, const Function& recorded, cons
   for (const std::string& file : files) std::cout << file << "\n";
 }
 
+void run_casadi(const GenerateOptions& options, const dynamics::Model<double>& model,
+                const RobotFunction& function, const Function& recorded, const CodegenOptions& codegen) {
+  codegen::CasadiBlocks blocks;
+  const auto add = [](std::vector<codegen::CasadiBlock>& to, const std::vector<RobotBlock>& from) {
+    for (const RobotBlock& block : from)
+      to.push_back({block.name, std::size_t(block.rows), std::size_t(block.cols * block.pages)});
+  };
+  add(blocks.inputs, inputs(model, function)), add(blocks.outputs, outputs(model, function));
+  const codegen::Source source = generate_casadi(recorded, blocks, codegen);
+  check_size(options, source);
+  std::vector<std::string> files = write_source(source, options.output);
+  if (const auto compiler = codegen::find_compiler("", {})) {
+    const std::string library = files[0].substr(0, files[0].size() - 1) + "so";
+    compile_casadi(source, library, codegen);
+    files.push_back(library);
+  } else if (!options.json) {
+    std::cout << codegen::no_compiler("") << ": no library is made\n";
+  }
+  if (options.json) {
+    nlohmann::json report = {{"name", source.name}, {"files", files}, {"order", options.order}};
+    std::cout << report.dump(2) << "\n";
+    return;
+  }
+  for (const std::string& file : files) std::cout << file << "\n";
+  std::cout << "in Python: casadi.external('" << source.name << "', '" << files.back() << "')\n";
+}
+
 void run(const GenerateOptions& options) {
   const auto robot = load_robot(options.robot);
   const RobotFunction function = chosen(options.function.name, options.function, robot);
@@ -130,6 +157,7 @@ void run(const GenerateOptions& options) {
   const Function recorded = record_differentiable(robot.model, function);
   const double record_seconds = seconds_since(start);
   if (options.embedded) return run_embedded(options, recorded, codegen);
+  if (options.casadi) return run_casadi(options, robot.model, function, recorded, codegen);
   const codegen::Source source = generate_source(recorded, codegen);
   check_size(options, source);
   const std::vector<std::string> files = write_source(source, options.output);
@@ -205,6 +233,12 @@ void add_generate(CLI::App& app) {
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "
       "library but libm; stack and static bytes stated; nothing is compiled into the cache");
+  command
+      ->add_flag(
+          "--casadi", options->casadi,
+          "with the interface of casadi.external and acados: values, and with --order 2 sparse Jacobians and "
+          "exact Hessians; NAME.c and, where there is a compiler, NAME.so")
+      ->excludes(embedded);
   command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
   command
       ->add_flag("--own-trig", options->own_trig,
