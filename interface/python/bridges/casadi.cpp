@@ -55,13 +55,13 @@ class Served {
   mutable std::unique_ptr<codegen::CasadiProgram> second_;
 };
 
-struct Place {
+struct Slot {
   std::unique_ptr<const Served> served;
   int references = 0;
 };
 
 std::mutex places_mutex;
-std::array<Place, DYNTAPE_CASADI_NAMES> places;
+std::array<Slot, DYNTAPE_CASADI_NAMES> places;
 
 // The lowest free place, held until release().
 std::size_t occupy(std::unique_ptr<const Served> served) {
