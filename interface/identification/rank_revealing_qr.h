@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Which columns of a matrix depend on those before them, and how: rank-revealing QR by SuiteSparse's SPQR.
+// Which columns of a matrix depend on those before them, and how: rank-revealing QR, by SuiteSparse's SPQR where it is there (staircase.h).
 //
 //   ColumnSpace space = column_space(A);
 //   A(:, space.dependent) == A(:, space.independent) * space.combination          // to rounding

@@ -12,6 +12,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/identification/estimator.h>
 #include <dyntape/interface/identification/rank_revealing_qr.h>
+#include <dyntape/interface/identification/staircase.h>
 
 namespace dyntape {
 namespace {
@@ -249,6 +250,21 @@ TEST_F(Noisy, FaultsAreNamed) {
   still.a.setZero();
   EXPECT_THROW(BaseEstimator(model, base, still, sigma), NumericalError);
   EXPECT_THROW(BaseEstimator(model, base, samples, sigma).estimate(samples.tau.leftCols(3)), ArgumentError);
+}
+
+// With and without SuiteSparse: the same steps, but for signs of rows.
+TEST(BaseParameters, StaircasesAreTheSameByReflections) {
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> normal;
+  for (const auto& [rows, cols] : {std::pair(30, 12), {12, 12}, {7, 12}, {1, 3}, {5, 0}}) {
+    MatrixXd A(rows, cols);
+    for (double& x : A.reshaped()) x = normal(random);
+    for (int j = 2; j < cols; j += 3) A.col(j) = A.leftCols(j) * VectorXd::LinSpaced(j, -1, 1);
+    const MatrixXd one = detail::staircase(A, 1e-9), other = detail::staircase_by_reflections(A, 1e-9);
+    ASSERT_EQ(other.rows(), cols);
+    EXPECT_LT((one.cwiseAbs() - other.cwiseAbs()).norm(), 1e-12 * (1 + A.norm())) << rows << " x " << cols;
+    EXPECT_LT((A.transpose() * A - other.transpose() * other).norm(), 1e-12 * (1 + A.squaredNorm()));
+  }
 }
 
 }  // namespace

@@ -170,6 +170,19 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   const io::Plot picture = with_pushes(tracking_plot(task, report.loop.motion), report);
   const std::string targets = targets_in(picture);
   EXPECT_EQ(std::count(targets.begin(), targets.end(), ' '), 14) << targets;
+  // Limits of the robot that are exceeded on the way are said, bounded by the task or not.
+  ASSERT_TRUE(report.beyond);
+  const Trajectory& motion = report.loop.motion;
+  const dynamics::Model<double>& model = task.scene.model;
+  for (int j = 0; j < model.nv; ++j) {
+    const dynamics::Joint<double>& joint = model.joints[std::size_t(j)];
+    const double fastest = motion.x.row(model.nq + j).cwiseAbs().maxCoeff();
+    const bool is_said =
+        std::any_of(report.beyond->begin(), report.beyond->end(), [&](const std::string& said) {
+          return said.find("velocity of " + joint.name + " ") != std::string::npos;
+        });
+    EXPECT_EQ(is_said, fastest > 1.0001 * joint.limits.velocity) << joint.name << " " << fastest;
+  }
   EXPECT_EQ(picture.panels.back().title, "distance from the goal");
   EXPECT_EQ(picture.panels.back().series[0].y.front(), report.off_begin);
   for (const io::Panel& panel : picture.panels) EXPECT_EQ(panel.vertical.size(), 2u) << panel.title;

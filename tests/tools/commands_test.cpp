@@ -191,7 +191,7 @@ TEST(Bench, MeasuresEveryRoute) {
                                 "--states", "5", "--lanes", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
   const json report = json::parse(run.out);
-  ASSERT_EQ(report["routes"].size(), 5u);
+  ASSERT_EQ(report["routes"].size(), 6u);
   for (const auto& row : report["routes"]) {
     EXPECT_GT(row["time_s"].get<double>(), 0);
     const bool differences = row["route"].get<std::string>().starts_with("fd-");
@@ -274,6 +274,17 @@ TEST(Solve, ExplainsWhatIsRecorded) {
   for (const char* word : {"gravity", "damping", "friction", "armature", "springs", "operations"}) {
     EXPECT_NE(run.out.find(word), std::string::npos) << word << "\n" << run.out;
   }
+}
+
+TEST(CheckConfig, ReadsWhatIsSetInPlaceOfWhatTheFileSays) {
+  const std::string task = config("tasks/cart_pole_swing_up.info");
+  const auto shown = run_dyntape({"check-config", task, "--set", "horizon.intervals=17", "--effective"});
+  EXPECT_EQ(shown.status, 0) << shown.err;
+  EXPECT_NE(shown.out.find("intervals 17"), std::string::npos) << shown.out;
+  const auto wrong = run_dyntape({"check-config", task, "--set", "horizon.intervals=few"});
+  EXPECT_EQ(wrong.status, 1);
+  EXPECT_NE(wrong.err.find("horizon.intervals"), std::string::npos) << wrong.err;
+  EXPECT_EQ(run_dyntape({"check-config", task, "--set", "horizon.intervals=17", "--rename"}).status, 1);
 }
 
 TEST(CheckConfig, FindsEveryProblemWithItsPlace) {

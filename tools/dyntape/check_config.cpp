@@ -60,14 +60,14 @@ struct Found {
 // the reader of tasks to complain of.
 Found found_in(const TextOfFile& file) {
   if (has_block(file, "vary")) {
-    SceneSweep sweep = read_sweep_text(file.text, file.path);
+    SceneSweep sweep = read_sweep_text(file.text, file.path, file.settings);
     return {std::move(sweep.effective),
             "a sweep of " + std::to_string(sweep.rows()) + " samples of " +
                 std::to_string(sweep.values.size()) + " values",
             std::move(sweep.scene.notes)};
   }
   if (has_block(file, "simulation")) {
-    Scene scene = read_scene_text(file.text, file.path);
+    Scene scene = read_scene_text(file.text, file.path, file.settings);
     check_start(scene);
     const dynamics::Model<double>& model = scene.robot.model;
     return {std::move(scene.effective),
@@ -112,16 +112,20 @@ void add_check_config(CLI::App& app) {
                                          "read a task, scene or sweep file and its robot strictly; print "
                                          "every problem with file, line and column");
   const auto file = std::make_shared<std::string>();
+  const auto set = std::make_shared<std::vector<std::string>>();
   const auto show = std::make_shared<bool>(false), rename = std::make_shared<bool>(false);
   command->add_option("file", *file, "the task, scene or sweep, an .info file")
       ->required()
       ->check(not_empty())
       ->type_name("FILE");
+  add_settings(*command, *set);
   command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
   command->add_flag("--rename", *rename,
                     "write the file again with the names that its keys have today, and list them");
-  command->callback([file, show, rename] {
-    const TextOfFile text(*file);
+  command->callback([file, set, show, rename] {
+    const TextOfFile text(*file, *set);
+    if (*rename && !set->empty())
+      throw ArgumentError("--rename changes what the file says: expected it without --set");
     if (*rename) return rename_in(text);
     const Found found = found_in(text);
     if (*show) {

@@ -181,6 +181,13 @@ std::string ControlReport::text() const {
     table.append(
         {"gains of a plan", "median " + io::significant(median_gain_ms(loop), 3) + " ms of the step"});
   }
+  if (beyond)
+    table.append(
+        {"robot's limits",
+         beyond->empty()
+             ? "kept"
+             : beyond->front() +
+                   (beyond->size() > 1 ? ", and " + std::to_string(beyond->size() - 1) + " more" : "")});
   table.append({"longer than the period", std::to_string(loop.missed(deadline)) + " (" +
                                               io::significant(100 * late_share(), 2) + " %, allowed " +
                                               io::significant(100 * most_late, 2) + " %)"});
@@ -216,6 +223,7 @@ std::string ControlReport::json() const {
                                    {"steps", steps}};
   if (!off_of.empty())
     report["from_goal"] = {{"of", off_of}, {"unit", unit}, {"begin", off_begin}, {"end", off_end}};
+  if (beyond) report["limits"] = {{"kept", beyond->empty()}, {"exceeded", *beyond}};
   if (feedback)
     report["feedback"] = {
         {"after", feedback->after},

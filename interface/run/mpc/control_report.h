@@ -25,6 +25,8 @@ struct ControlReport {
   double off_begin = 0, off_end = 0;   // the distance from it at the beginning and the end
   std::vector<double> off = {};        // and at every point of the motion
   std::vector<double> pushes = {};     // s, when a disturbance acts
+  std::optional<std::vector<std::string>> beyond =
+      {};  // where the robot's limits are exceeded, a sentence each; none: not asked
   // What feedback between plans is worth: how far off the loop is over time with it, and the same loop without.
   struct Feedback {
     std::vector<double> t, with, without;

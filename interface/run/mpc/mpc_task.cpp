@@ -70,6 +70,9 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   ControlReport report = report_loop(tracking_problem(task), options, off);
   report.task = task.name;
   report.most_late = task.control.late;
+  report.beyond.emplace();
+  for (const LimitExcess& excess : limit_excesses(task, report.loop.motion))
+    if (excess.of == LimitOf::kRobot) report.beyond->push_back(excess.text());
   if (wants_exact) report.note = "the exact Hessian in place of gauss_newton, as the goal is out of reach";
   return report;
 }
