@@ -284,6 +284,23 @@ void bind_robot_methods(nb::module_& module, nb::class_<Robot>& robot) {
     if (results.size() > 1) method.results = results_type(module, function, results);
     define(robot, method, kept(signature(method, results)), kept(documentation(method, function, results)));
   }
+  robot.def(
+      "inputs",
+      [](const Robot& self, const std::string& function) {
+        nb::dict entries;
+        for (const Method& method : methods) {
+          if (function != method.name) continue;
+          for (const char* input : method.inputs) entries[input] = entries_of(self, input);
+          return entries;
+        }
+        throw ArgumentError("inputs: no function of a robot is called \"" + function + "\"");
+      },
+      nb::arg("function"), nb::sig("def inputs(self, function: str) -> dict[str, int]"),
+      "What a function of this robot takes, in order: the names of its arguments and their entries.\n\n"
+      "function: the name of the method.\n\n"
+      "Raises ArgumentError where no function has this name.\n\n"
+      ">>> robot.inputs(\"aba\")\n"
+      "{'q': 7, 'v': 7, 'tau': 7}");
 }
 
 }  // namespace dyntape::python

@@ -37,3 +37,9 @@ def states(robot, random, *batch):
     count = int(np.prod(batch)) if batch else 1
     q = robot.random(count, seed=3).reshape(*batch, robot.nq)
     return q, random.normal(size=(*batch, robot.nv)), random.normal(size=(*batch, robot.nv))
+
+
+def page_section(title):
+    """The Python code of a section of docs/bridges.md."""
+    section = (ROOT / "docs" / "bridges.md").read_text().split(f"\n## {title}\n")[1].split("\n## ")[0]
+    return "\n".join(block.split("```")[0] for block in section.split("```python\n")[1:])
