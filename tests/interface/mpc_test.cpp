@@ -188,7 +188,6 @@ TEST(Mpc, TheShippedTaskHoldsItsGoal) {
   for (const io::Panel& panel : picture.panels) EXPECT_EQ(panel.vertical.size(), 2u) << panel.title;
   EXPECT_TRUE(targets_in(trajectory_plot(task, report.loop.motion)).empty());
   // The second push, at 2 s, is in the motion, and in none before.
-  const Trajectory& motion = report.loop.motion;
   const auto fastest = [&](double from, double to) {
     double most = 0;
     for (int k = 0; k < motion.points(); ++k) {

@@ -3,6 +3,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/joint_values.h>
+#include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/run/solve/pictures.h>
 
 namespace dyntape {
