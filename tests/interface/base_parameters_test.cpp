@@ -256,7 +256,7 @@ TEST_F(Noisy, FaultsAreNamed) {
 TEST(BaseParameters, StaircasesAreTheSameByReflections) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  for (const auto& [rows, cols] : {std::pair(30, 12), {12, 12}, {7, 12}, {1, 3}, {5, 0}}) {
+  for (const auto& [rows, cols] : {std::pair(30, 12), {12, 12}, {7, 12}, {1, 3}}) {
     MatrixXd A(rows, cols);
     for (double& x : A.reshaped()) x = normal(random);
     for (int j = 2; j < cols; j += 3) A.col(j) = A.leftCols(j) * VectorXd::LinSpaced(j, -1, 1);

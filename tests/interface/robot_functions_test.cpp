@@ -384,7 +384,8 @@ TEST(RobotFunctions, ErrorsSayWhatAndWhichChoices) {
   EXPECT_EQ(message([] { RobotFunction("rne"); }),
             "there is no function \"rne\" of a robot; did you mean 'rnea'?");
   EXPECT_EQ(message([] { robot_route_from("tap"); }),
-            "there is no route \"tap\"; choose one of analytic, tape, generated, machine-code, fd-forward, fd-central");
+            "there is no route \"tap\"; choose one of analytic, tape, generated, machine-code, fd-forward, "
+            "fd-central");
   EXPECT_EQ(message([&] { RobotEvaluator(model, RobotFunction::kRnea, RobotRoute::kFdCentral); }),
             "rnea is a value: the route \"fd-central\" exists for derivatives only");
   RobotEvaluator rnea(model, RobotFunction::kRnea, RobotRoute::kAnalytic);
