@@ -14,6 +14,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/processor_level.h>
+#include <dyntape/codegen/system/files.h>
 
 namespace dyntape::codegen {
 namespace {
