@@ -25,8 +25,7 @@ foreach(header ${headers})
   install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/dyntape/${folder})
 endforeach()
 install(DIRECTORY config/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape)
-install(DIRECTORY tests/examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples FILES_MATCHING PATTERN "*.cpp")
-install(FILES tools/examples.cmake DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples RENAME CMakeLists.txt)
+install(DIRECTORY examples/ DESTINATION ${CMAKE_INSTALL_DATADIR}/dyntape/examples PATTERN __pycache__ EXCLUDE)
 
 configure_package_config_file(tools/dyntapeConfig.cmake.in ${PROJECT_BINARY_DIR}/dyntapeConfig.cmake
   INSTALL_DESTINATION ${package_dir})

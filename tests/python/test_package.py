@@ -12,6 +12,8 @@ import pytest
 from conftest import CONFIG, FINGERS
 
 HERE = pathlib.Path(__file__).resolve().parent
+PROGRAMS = sorted((HERE.parents[1] / "examples/python").glob("*.py"))
+TEMPLATE = HERE.parents[1] / "examples/template_python/my_robot.py"
 
 
 def documented():
@@ -43,16 +45,23 @@ def test_examples_are_there():
 
 def test_types_of_the_examples():
     mypy = [sys.executable, "-m", "mypy", "--strict", "--no-incremental"]
-    run = subprocess.run([*mypy, *map(str, sorted((HERE / "examples").glob("*.py")))], capture_output=True, text=True)
+    run = subprocess.run([*mypy, *map(str, [*PROGRAMS, TEMPLATE])], capture_output=True, text=True)
     if "No module named mypy" in run.stderr:
         pytest.skip("mypy is not installed")
     assert run.returncode == 0, run.stdout
 
 
-@pytest.mark.parametrize("example", sorted((HERE / "examples").glob("*.py")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("example", PROGRAMS, ids=lambda path: path.stem)
 def test_examples_run(example, tmp_path):
     run = subprocess.run([sys.executable, str(example), str(CONFIG)], cwd=tmp_path, capture_output=True, text=True)
     assert run.returncode == 0, run.stdout + run.stderr
+
+
+def test_the_template_runs():
+    run = subprocess.run([sys.executable, TEMPLATE, CONFIG / "robots/ur5.urdf"], capture_output=True, text=True)
+    assert run.returncode == 0 and "6 degrees of freedom" in run.stdout, run.stdout + run.stderr
+    run = subprocess.run([sys.executable, TEMPLATE, "none.urdf"], capture_output=True, text=True)
+    assert run.returncode == 1 and "none.urdf" in run.stderr
 
 
 def command(*arguments, cwd):

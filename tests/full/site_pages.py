@@ -1,0 +1,61 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Whether all that pages of the site show or link to is there, and what a browser makes of some of them.
+
+    site_pages.py SITE
+"""
+import html.parser
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import urllib.parse
+
+SEEN = {'index.html': 'Exact derivatives', 'start/python.html': 'Install', 'tutorials/own_cost.html': 'record', 'gallery.html': 'Motions',
+        'reference/cpp.html': 'record.h', 'reference/python.html': 'rollout_gradient', 'studies/index.html': 'Studies'}
+
+
+class Targets(html.parser.HTMLParser):
+    def __init__(self):
+        super().__init__()
+        self.found = []
+
+    def handle_starttag(self, tag, attributes):
+        self.found += [value for name, value in attributes if name in ('href', 'src') and value]
+
+
+def missing(site):
+    for page in sorted(site.rglob('*.html')):
+        if page.name in ('404.html', 'motion.html'):
+            continue
+        parser = Targets()
+        parser.feed(page.read_text())
+        for target in parser.found:
+            link = urllib.parse.urlsplit(target)
+            if link.scheme or link.netloc or not link.path:
+                yield from [f'{page.relative_to(site)}: fetches {target}'] if link.netloc and 'mkdocs' not in link.netloc and 'squidfunk' not in link.netloc else []
+            elif not (page.parent / urllib.parse.unquote(link.path)).exists():
+                yield f'{page.relative_to(site)}: {target} is not there'
+
+
+def seen(site, page, text, folder):
+    done = subprocess.run(['chromium', '--headless', '--no-sandbox', '--disable-gpu', f'--user-data-dir={folder}', '--virtual-time-budget=3000', '--dump-dom',
+                           f'file://{site / page}'], capture_output=True, text=True, timeout=120)
+    if text not in done.stdout:
+        yield f'{page}: the browser does not show "{text}"'
+
+
+def main():
+    site = pathlib.Path(sys.argv[1]).resolve()
+    problems = list(missing(site))
+    if shutil.which('chromium'):
+        with tempfile.TemporaryDirectory() as folder:
+            for page, text in SEEN.items():
+                problems += seen(site, page, text, folder)
+    print(*problems, sep='\n')
+    print(f'{len(list(site.rglob("*.html")))} pages, {len(problems)} problems')
+    return 1 if problems else 0
+
+
+sys.exit(main())

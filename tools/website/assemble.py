@@ -1,0 +1,93 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Puts the sources of the site together: docs/, pages made of the sources, files that pages link to.
+
+    assemble.py BUILD DESTINATION [--gallery]
+"""
+import pathlib
+import posixpath
+import re
+import shutil
+import sys
+
+import cpp_reference
+import gallery
+import python_reference
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+PAGES = {'CHANGELOG.md': 'changelog.md', 'CONTRIBUTING.md': 'contributing.md', 'SECURITY.md': 'security.md'}  # beside docs/
+LINK = re.compile(r'(\]\()([^)#\s]+)((?:#[^)\s]*)?\))')
+INCLUDE = re.compile(r'^<!-- file: (\S+) -->\n', re.MULTILINE)
+
+
+def language(path):
+    return {'.py': 'python', '.cpp': 'cpp', '.h': 'cpp', '.info': 'text', '.txt': 'cmake', '.sh': 'bash'}.get(path.suffix, 'text')
+
+
+def without_licence(text):
+    return re.sub(r'\A(?:#!.*\n)?(?://|#) SPDX.*\n(?://\n|#\n|\n)?', '', text)
+
+
+def with_files(text):
+    """`<!-- file: PATH -->` becomes the text of that file of the repository."""
+    def block(match):
+        path = ROOT / match.group(1)
+        return f'```{language(path)} title="{match.group(1)}"\n{without_licence(path.read_text()).rstrip()}\n```\n'
+    return INCLUDE.sub(block, text)
+
+
+class Links:
+    """Links of pages, as the site has them; what is neither a page nor a file of the repository is collected in `dead`."""
+
+    def __init__(self, destination):
+        self.destination, self.dead = destination, []
+
+    def of(self, source, page):
+        """Text of a page that stands at `source` in the repository and at `page` in the site."""
+        def moved(match):
+            target = match.group(2)
+            if re.match(r'[a-z]+:', target):
+                return match.group(0)
+            path = posixpath.normpath(posixpath.join(posixpath.dirname(source), target))
+            return match.group(1) + self.target(path, page) + match.group(3)
+        return LINK.sub(moved, (ROOT / source).read_text())
+
+    def target(self, path, page):
+        if path.startswith('docs/'):
+            place = path[len('docs/'):]
+        elif path in PAGES:
+            place = PAGES[path]
+        else:
+            place = 'files/' + path
+            if not (ROOT / path).is_file():
+                self.dead.append(f'{page}: {path}')
+                return path
+            copy(ROOT / path, self.destination / place)
+        return posixpath.relpath(place, posixpath.dirname(page) or '.')
+
+
+def copy(source, destination):
+    destination.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(source, destination)
+
+
+def main():
+    build, destination = (pathlib.Path(word).resolve() for word in sys.argv[1:3])
+    shutil.rmtree(destination, ignore_errors=True)
+    links = Links(destination)
+    pages = {path.relative_to(ROOT).as_posix(): path.relative_to(ROOT / 'docs').as_posix() for path in (ROOT / 'docs').rglob('*')
+             if path.is_file()} | PAGES
+    for source, page in pages.items():
+        if page.endswith('.md'):
+            (destination / page).parent.mkdir(parents=True, exist_ok=True)
+            (destination / page).write_text(with_files(links.of(source, page)))
+        else:
+            copy(ROOT / source, destination / page)
+    (destination / 'reference/cpp.md').write_text(cpp_reference.page())
+    (destination / 'reference/python.md').write_text(python_reference.page(build / 'python' / 'dyntape'))
+    (destination / 'gallery.md').write_text(gallery.page(build, destination, '--gallery' in sys.argv))
+    if links.dead:
+        sys.exit('tools/site: links to what is not there:\n  ' + '\n  '.join(links.dead))
+
+
+main()
