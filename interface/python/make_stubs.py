@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ._bodies import Shape
 from ._pictures import Pictures
 
 Array = NDArray[np.float64]

@@ -41,6 +41,7 @@ NB_MODULE(_dyntape, module) {
   bind_problems(module);
   bind_task_control(module);
   bind_sweeps(module);
+  bind_sweep_chunks(module);
   bind_identification(module);
   module.def(
       "command_line", command_line, nb::arg("arguments"),

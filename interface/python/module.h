@@ -18,6 +18,7 @@ void bind_tasks(nb::module_& module);            // tasks.cpp
 void bind_problems(nb::module_& module);         // problems.cpp
 void bind_task_control(nb::module_& module);     // task_control.cpp
 void bind_sweeps(nb::module_& module);           // sweeps.cpp
+void bind_sweep_chunks(nb::module_& module);     // bridges/sweep_chunks.cpp
 void bind_identification(nb::module_& module);   // identification.cpp
 
 }  // namespace dyntape::python

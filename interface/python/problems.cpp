@@ -54,9 +54,7 @@ std::shared_ptr<P> problem_of(std::shared_ptr<const Robot> robot, double duratio
   scene.model = robot->model();
   scene.actuated = driven;
   const auto p = problem_in(std::move(scene), duration, form, unit);
-  p->visuals = [robot] {
-    return dynamics::read_visuals_text(robot->source.text, robot->source.file, robot->model());
-  };
+  p->visuals = [robot] { return robot->visuals(); };
   return p;
 }
 

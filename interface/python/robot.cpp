@@ -19,10 +19,13 @@
 #include <dyntape/interface/robot/robot_callee.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
+#include "bridges/bodies.h"
+
 namespace dyntape::python {
 namespace {
 
 dynamics::UrdfRobot read(const RobotSourceText& source) {
+  if (source.bodies) return {source.bodies->model, {}, {}, source.bodies->left_out};
   dynamics::UrdfRobot robot = dynamics::read_urdf_text(source.text, source.file, source.options);
   robot.model.gravity = source.gravity;
   return robot;
@@ -100,13 +103,12 @@ void define_load(nb::module_& module, const char* name, F f, const char* what, c
              what);
 }
 
-// --- Pickling: a robot is the text that it was read from --------------------------------------------------
+// --- Pickling: a robot is the text that it was read from, or its bodies -----------------------------------
 
-using State = std::tuple<std::string, std::string, int, std::vector<std::string>, double, int, std::string,
-                         bool, bool, std::vector<double>>;
+using TextState = std::tuple<std::string, std::string, int, std::vector<std::string>, double, int,
+                             std::string, bool, bool, std::vector<double>>;
 
-State state_of(const Robot& robot) {
-  const RobotSourceText& s = robot.source;
+TextState state_of_text(const RobotSourceText& s) {
   const dynamics::UrdfOptions& o = s.options;
   return {s.text,
           s.file,
@@ -120,7 +122,12 @@ State state_of(const Robot& robot) {
           std::vector<double>(s.gravity.begin(), s.gravity.end())};
 }
 
-void restore(Robot& robot, const State& state) {
+nb::object robot_state(const Robot& robot) {
+  return robot.source.bodies ? nb::cast(state_of(*robot.source.bodies))
+                             : nb::cast(state_of_text(robot.source));
+}
+
+void restore(Robot& robot, const TextState& state) {
   const auto& [text, file, base, lock, snap, continuous, root, accept, mimic, gravity] = state;
   RobotSourceText source;
   source.text = text;
@@ -140,10 +147,10 @@ void restore(Robot& robot, const State& state) {
 
 std::string summary(const Robot& robot) {
   const dynamics::Model<double>& model = robot.model();
+  const bool floats = !model.joints.empty() && model.joints.front().type == dynamics::JointType::kFreeFlyer;
   return "<dyntape.Robot \"" + model.name + "\": " + std::to_string(model.njoints()) + " joints, nq " +
          std::to_string(robot.nq) + ", nv " + std::to_string(robot.nv) + ", " +
-         std::to_string(model.frames.size()) + " frames, " +
-         (robot.source.options.base == dynamics::Base::kFloating ? "floating" : "fixed") + " base>";
+         std::to_string(model.frames.size()) + " frames, " + (floats ? "floating" : "fixed") + " base>";
 }
 
 // Joints that have entries of their own, in the order of these.
@@ -209,10 +216,13 @@ void bind_facts(nb::class_<Robot>& robot) {
           "effort_limits", [](const Robot& r) { return limits(r, &Limits::effort, kNone); },
           "(nv,) largest torques, N m or N; inf where there is no limit.")
       .def_prop_ro(
+          "left_out", [](const Robot& r) { return r.urdf.left_out; },
+          "What of its file, or of the model that it was made of, has no counterpart here, a sentence each.")
+      .def_prop_ro(
           "notes", [](const Robot& r) { return r.urdf.notes; },
           "What is odd or was corrected in the robot's file, a sentence each.")
       .def("__repr__", summary)
-      .def("__getstate__", state_of)
+      .def("__getstate__", robot_state)
       .def("__setstate__", restore)
       .def(
           "__copy__", [](std::shared_ptr<Robot> self) { return self; },
@@ -227,6 +237,12 @@ void bind_facts(nb::class_<Robot>& robot) {
 Robot::Robot(RobotSourceText from)
     : source(std::move(from)), urdf(read(source)), nq(sizes_of(urdf).nq), nv(sizes_of(urdf).nv) {
   for (auto& defaults : defaults_) defaults.resize(robot_functions().size());
+}
+
+dynamics::UrdfVisuals Robot::visuals(const dynamics::VisualOptions& what) const {
+  if (!source.bodies) return dynamics::read_visuals_text(source.text, source.file, model(), what);
+  if (what.of == dynamics::VisualOptions::Of::kCollisions) return {};
+  return {source.bodies->shapes, {}, {}};
 }
 
 RobotFunction Robot::function(const RobotCall& call) const {
@@ -277,7 +293,8 @@ std::shared_ptr<const Callee> Robot::callee(const RobotFunction& function) const
 void bind_robot(nb::module_& module) {
   nb::class_<Robot> robot(
       module, "Robot",
-      "A robot: made by `dyntape.load`, never changed, to be used by any number of threads.\n\n"
+      "A robot: made by `dyntape.load` or `dyntape.assemble`, never changed, to be used by any number of "
+      "threads.\n\n"
       "Every function of dyntape's table is a method.  The leading axes of arguments are batch axes, which "
       "broadcast\n"
       "as numpy's do: q of shape (1000, nq) gives results of shape (1000, ...).  Derivatives by q are "
@@ -286,6 +303,8 @@ void bind_robot(nb::module_& module) {
   bind_facts(robot);
   bind_configurations(robot);
   bind_casadi(robot);
+  bind_bodies(module, robot);
+  bind_shapes(robot);
   bind_robot_methods(module, robot);
   using Strings = std::vector<std::string>;
   using Vector = std::vector<double>;

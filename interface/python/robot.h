@@ -12,16 +12,20 @@
 
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/dynamics/urdf/visuals.h>
 
 #include "robot_routes.h"
 
 namespace dyntape::python {
+
+struct RobotBodies;  // bridges/bodies.h
 
 // What was read, and how: a robot is pickled as this.
 struct RobotSourceText {
   std::string text, file;
   dynamics::UrdfOptions options;
   Eigen::Vector3d gravity{0, 0, -9.81};
+  std::shared_ptr<const RobotBodies> bodies = nullptr;  // in the place of all but gravity
 };
 
 // A call of a function of the table: what the caller says in words.
@@ -43,6 +47,8 @@ class Robot {
   const int nq, nv;  // of states: joints that follow others have no entries
 
   const dynamics::Model<double>& model() const { return urdf.model; }
+  // Its shapes, read anew; `what` says which.
+  dynamics::UrdfVisuals visuals(const dynamics::VisualOptions& what = {}) const;
 
   // What is called; ArgumentError for words that say nothing.
   RobotFunction function(const RobotCall& call) const;
@@ -67,6 +73,8 @@ inline const char* default_word(bool many) { return many ? kLanes : "analytic"; 
 void bind_robot(nb::module_& module);
 void bind_robot_methods(nb::module_& module, nb::class_<Robot>& robot);
 void bind_configurations(nb::class_<Robot>& robot);
-void bind_casadi(nb::class_<Robot>& robot);  // bridges/casadi.cpp
+void bind_casadi(nb::class_<Robot>& robot);                       // bridges/casadi.cpp
+void bind_bodies(nb::module_& module, nb::class_<Robot>& robot);  // bridges/robot_of_bodies.cpp
+void bind_shapes(nb::class_<Robot>& robot);                       // bridges/shapes.cpp
 
 }  // namespace dyntape::python

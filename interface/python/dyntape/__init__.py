@@ -13,6 +13,7 @@ array([3., 0.])
 import pathlib as _pathlib
 
 from ._arrays import RecordedArray, where
+from ._bodies import Body, Shape, assemble
 from ._dyntape import (
     AD,
     ClosedLoop,
@@ -55,6 +56,7 @@ from ._pictures import Pictures
 __all__ = [
     "AD",
     "ArgumentError",
+    "Body",
     "ClosedLoop",
     "Condition",
     "DdpSolution",
@@ -72,6 +74,7 @@ __all__ = [
     "RecordingError",
     "Robot",
     "Scene",
+    "Shape",
     "Simulation",
     "Solution",
     "Stage",
@@ -80,6 +83,7 @@ __all__ = [
     "TaskSolution",
     "ToolError",
     "__version__",
+    "assemble",
     "config_folder",
     "control",
     "load",
