@@ -39,12 +39,19 @@ std::string read_number(std::string_view word, double& value) {
   return "";
 }
 
+// Of the element that its parser names: "XMLElement name=link".
+std::string unclosed(const tinyxml2::XMLDocument& document) {
+  const std::string said = document.ErrorStr() ? document.ErrorStr() : "";
+  const std::size_t at = said.rfind("name=");
+  return at == std::string::npos ? "an element" : "<" + one_line(said.substr(at + 5)) + ">";
+}
+
 std::string xml_problem(const tinyxml2::XMLDocument& document) {
   switch (document.ErrorID()) {
     case tinyxml2::XML_ERROR_EMPTY_DOCUMENT:
       return "the file is empty; expected a <robot> element";
     case tinyxml2::XML_ERROR_MISMATCHED_ELEMENT:
-      return "not well-formed XML: an element is closed by another name, or not at all";
+      return "not well-formed XML: " + unclosed(document) + " is closed by another name, or not at all";
     case tinyxml2::XML_ELEMENT_DEPTH_EXCEEDED:
       return "elements are nested too deeply for a URDF file";
     case tinyxml2::XML_ERROR_PARSING_ATTRIBUTE:

@@ -218,11 +218,20 @@ nb::object hessian(const RecordedFunction& f, nb::handle x, nb::handle p, nb::ha
 
 // --- Compilation ------------------------------------------------------------------------------------------
 
-std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, int order, bool lanes,
-                                          const std::string& profile, const std::vector<std::string>& flags) {
+Route route_from(const std::string& name) {
+  if (name == "tiered") return Route::kTiered;
+  if (name == "machine-code") return Route::kMachineCode;
+  if (name == "compiled") return Route::kCompiled;
+  throw ArgumentError("compile: expected route \"tiered\", \"machine-code\" or \"compiled\", got \"" + name +
+                      "\"");
+}
+
+std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, int order,
+                                          const std::string& route, bool lanes, const std::string& profile,
+                                          const std::vector<std::string>& flags) {
   CodegenOptions options;
   options.order = order_from(order);
-  options.route = Route::kCompiled;
+  options.route = route_from(route);
   options.profile = profile_from(profile);
   options.lanes = lanes ? Lanes::kNative : Lanes::kNone;
   options.flags = flags;
@@ -357,15 +366,20 @@ void bind_functions(nb::module_& module) {
       "hessian_pattern", [](const RecordedFunction& g) { return pattern_of(g, Order::kSecond); },
       nb::sig("def hessian_pattern(self) -> tuple[IntArray, IntArray]"),
       "Rows and columns of the non-zeros of the Hessian's lower triangle.");
-  f.def("compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("lanes") = false,
-        nb::arg("profile") = "strict", nb::arg("flags") = std::vector<std::string>(),
-        nb::sig("def compile(self, order: int = 2, *, lanes: bool = False, profile: str = 'strict', "
-                "flags: Sequence[str] = ()) -> Function"),
-        "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
-        "itself.\n\n"
-        "lanes: kernels of several states at a time besides, for batches.\n"
-        "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n\n"
-        "Raises ToolError if the compiler fails; the interpreter then goes on serving.");
+  f.def(
+      "compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
+      nb::arg("lanes") = false, nb::arg("profile") = "strict", nb::arg("flags") = std::vector<std::string>(),
+      nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
+              "profile: str = 'strict', flags: Sequence[str] = ()) -> Function"),
+      "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
+      "itself.\n\n"
+      "route: \"tiered\", machine code within milliseconds and what the C compiler makes when that is "
+      "there;\n"
+      "\"machine-code\", without a compiler; \"compiled\", which waits for it.  In strict all have the same "
+      "bits.\n"
+      "lanes: kernels of several states at a time besides, for batches.\n"
+      "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n\n"
+      "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
   f.def_prop_ro(
       "name", [](const RecordedFunction& g) { return g.function.name; }, "Its name, in messages and in C.");
   f.def_prop_ro("n_x", &RecordedFunction::n_x, "Number of variables.");
@@ -376,7 +390,7 @@ void bind_functions(nb::module_& module) {
       nb::sig("def shape(self) -> tuple[int, ...]"), "Shape of one value.");
   f.def_prop_ro(
       "is_compiled", [](const RecordedFunction& g) { return g.compiled() != nullptr; },
-      "Whether compiled code serves.");
+      "Whether machine code or compiled code serves.");
   f.def_prop_ro(
       "operations", [](const RecordedFunction& g) { return total_operations(g.function); },
       "Operations of one value.");

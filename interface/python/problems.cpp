@@ -119,6 +119,29 @@ void guess_towards(P& p, nb::handle q) {
   p.problem.guess = straight_line(ends);
 }
 
+// Of a part of a stage over time: straight lines between rows, zeros where nothing is given.
+std::function<VectorXd(double)> guessed_part(nb::handle given, nb::handle t, const std::string& what,
+                                             Eigen::Index entries) {
+  if (given.is_none()) return [entries](double) { return VectorXd(VectorXd::Zero(entries)); };
+  const Numbers rows = numbers(given, what);
+  const bool fits = rows.shape.size() == (t.is_none() ? 1 : 2) && rows.shape.back() == entries;
+  if (!fits)
+    throw ArgumentError(what + ": expected shape " + (t.is_none() ? "(" : "(times, ") +
+                        std::to_string(entries) + (t.is_none() ? ",)" : ")") + ", got " +
+                        shape_text(rows.shape));
+  const ParameterValue value = parameter_value(given, t);
+  if (value.of_time) return value.of_time;
+  return [constant = value.constant](double) { return constant; };
+}
+
+void guess(P& p, nb::handle x, nb::handle u, nb::handle a, nb::handle t) {
+  const Problem& problem = p.problem;
+  const auto part_x = guessed_part(x, t, "guess: x", problem.n_x());
+  const auto part_u = guessed_part(u, t, "guess: u", problem.n_u());
+  const auto part_a = guessed_part(a, t, "guess: a", problem.n_a());
+  p.problem.guess = [=](double at) { return Stage<double>{at, part_x(at), part_a(at), part_u(at)}; };
+}
+
 nb::object of(const VectorXd& values) { return copy_of(values.data(), {values.size()}); }
 
 void bound_part(Bounds& bounds, const std::string& what, nb::handle lower, nb::handle upper) {
@@ -171,6 +194,16 @@ void bind_parts(nb::class_<P>& problem) {
       .def("guess_towards", guess_towards, nb::arg("q"),
            nb::sig("def guess_towards(self, q: ArrayLike) -> None"),
            "The first guess goes straight from the start to q (nq,), whatever the goal gives.")
+      .def("guess", guess, nb::arg("x"), nb::arg("u") = nb::none(), nb::arg("a") = nb::none(), nb::kw_only(),
+           nb::arg("t") = nb::none(),
+           nb::sig("def guess(self, x: ArrayLike, u: ArrayLike | None = None, a: ArrayLike | None = None, *, "
+                   "t: ArrayLike | None = None) -> None"),
+           "The first guess: x (states,), u (controls,), a (accelerations,) for all times, or with t (m,), "
+           "s, a "
+           "row for each of\n"
+           "them, straight lines between; zeros where nothing is given.  A Solution's t, x, u, a begin where "
+           "it "
+           "ended.")
       .def(
           "bound_states",
           [](P& p, nb::handle lower, nb::handle upper) {

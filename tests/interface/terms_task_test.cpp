@@ -197,6 +197,8 @@ TEST_F(Places, MistakesAreNamedWithTheirPlace) {
   says("costs { acceleration 1 }", "costs {\n acceleration 1\n tracking {\n q 1\n }\n}",
        "weighs a distance to 'goal.q'");
   says("\"-0.8 0.2 0 -2 0 2.2 0\"", "\"-0.8 0.2 0 -2 0 126 0\"", "in degrees? 126 degrees are 2.19911");
+  says("\"-0.8 0.2 0 -2 0 2.2 0\"", "\"-0.8 0.2 0 -2 0 4 0\"", "or 'positions none' in 'bounds'");
+  EXPECT_EQ(message().find("degrees"), std::string::npos) << "of less than a turn: " << message();
   says("radius 0.12", "radius 0.5", "at the start the clearance of \"forearm\" and \"lamp\" is -0.");
   text_ = sound;
   remove("bodies");

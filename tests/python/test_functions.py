@@ -139,6 +139,16 @@ def test_compiled_code_has_the_same_bits(random):
     assert np.array_equal(g.hessian(x, p), before[2])  # beyond what was compiled the interpreter serves
 
 
+def test_every_route_has_the_same_bits(random):
+    x, p = random.normal(size=(40, 6)), random.normal(size=(40, 1))
+    before = dyntape.record(rosenbrock, 6, 1).hessian(x, p)
+    for route in "tiered", "machine-code", "compiled":
+        f = dyntape.record(rosenbrock, 6, 1).compile(route=route)
+        assert f.is_compiled and np.array_equal(f.hessian(x, p), before)
+    with pytest.raises(dyntape.ArgumentError, match='got "gcc"'):
+        f.compile(route="gcc")
+
+
 def test_robots_inside(panda, random):
     n = 7
 

@@ -127,6 +127,26 @@ def test_a_problem_of_ones_own():
     assert s.success and s.x[:, 1].max() < 1.2 + 1e-6 and s.cost > 12.1
 
 
+def test_a_guess():
+    def swing_up():
+        p = dyntape.Problem("swing", ["th", "w"], ["u"], 3.0, lambda s: [s.x[1], s.u[0] - 9.81 * np.sin(s.x[0])])
+        p.add_effort()
+        p.start, p.goal = [0, 0], [np.pi, 0]
+        return p
+
+    p = swing_up()
+    first = p.solve(30)
+    p.guess(first.x, first.u, t=first.t)
+    again = p.solve(30)
+    assert again.success and again.iterations < first.iterations / 2 and abs(again.cost - first.cost) < 1e-6
+    p.guess([1.0, 0.0], [2.0])
+    assert p.solve(30).iterations > 0
+    with pytest.raises(dyntape.ArgumentError, match=r"guess: x: expected shape \(2,\), got \(3,\)"):
+        p.guess([1, 2, 3])
+    with pytest.raises(dyntape.ArgumentError, match=r"guess: u: expected shape \(times, 1\)"):
+        p.guess(first.x, first.u[:, 0], t=first.t)
+
+
 def test_a_problem_of_a_scene(capfd):
     """Effects and driven joints of the file act in it."""
     scene = dyntape.Scene(CONFIG / "scenes" / "pendulum.info", set={"effects.joint_damping": 0.5})

@@ -303,16 +303,19 @@ void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& part
 
 namespace {
 
-// A value far outside that another unit puts within: "; in degrees? -46 degrees are -0.802851 rad".  Empty for others.
+// A value far outside that another unit puts within: "; in degrees? -46 degrees are -0.802851 rad".  Empty for others,
+// also for what the unit itself makes sense of: an angle of less than a turn, a way of less than 10 m.
 std::string other_unit(const Joint& joint, double value, double lower, double upper) {
   struct Unit {
     const char *name, *of;
-    double factor;
+    double factor, least;
   };
   const bool slides = joint.type == dynamics::JointType::kPrismatic;
-  const Unit unit = slides ? Unit{"millimetres", " m", 1e-3} : Unit{"degrees", " rad", std::acos(-1.0) / 180};
+  const Unit unit = slides ? Unit{"millimetres", " m", 1e-3, 10}
+                           : Unit{"degrees", " rad", std::acos(-1.0) / 180, 2 * std::acos(-1.0)};
   const double meant = unit.factor * value;
-  if (!dynamics::traits(joint.type).on_a_line || meant < lower || meant > upper) return "";
+  const bool fits = dynamics::traits(joint.type).on_a_line && lower <= meant && meant <= upper;
+  if (!fits || std::abs(value) < unit.least) return "";
   return std::string("; in ") + unit.name + "? " + plain_digits(value) + " " + unit.name + " are " +
          plain_digits(meant) + unit.of;
 }
