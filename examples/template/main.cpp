@@ -3,6 +3,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 
 int main(int argc, char** argv) try {
