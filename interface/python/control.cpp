@@ -24,8 +24,11 @@ using Eigen::VectorXd;
 // --- Differential dynamic programming ---------------------------------------------------------------------
 
 std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, const std::string& hessian,
-                                       double tolerance, int max_iterations, nb::handle progress) {
+                                       double tolerance, int max_iterations, bool verify,
+                                       nb::handle progress) {
   DdpOptions options;
+  options.evaluation.route = Route::kTiered;  // begins at once
+  options.verify = verify;
   options.intervals = intervals;
   options.tolerance = tolerance;
   options.max_iterations = max_iterations;
@@ -73,18 +76,22 @@ void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem) {
           "iterations", [](const S& s) { return s.iterations.size(); }, "Of the solver.")
       .def_ro("integration_error", &S::integration_error,
               "What the steps are off by, found by integrating to 1e-12.")
+      .def_ro("seconds", &S::seconds, "s, of the iterations.")
+      .def_ro("build_seconds", &S::build_seconds, "s, of recording and of making code.")
       .def("__repr__", [](const S& s) {
         return std::string("<dyntape.DdpSolution: ") + to_string(s.status) + " in " +
                std::to_string(s.iterations.size()) + " iterations, cost " + io::with_digits(s.cost, 6) + ">";
       });
   problem.def(
       "solve_ddp", solve_ddp, nb::arg("intervals") = 100, nb::kw_only(), nb::arg("hessian") = "exact",
-      nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("progress") = nb::none(),
+      nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("verify") = true,
+      nb::arg("progress") = nb::none(),
       nb::sig(
           "def solve_ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
-          "max_iterations: int = 500, progress: Progress = None) -> DdpSolution"),
+          "max_iterations: int = 500, verify: bool = True, progress: Progress = None) -> DdpSolution"),
       "Solves by differential dynamic programming: costs and limits of controls, from a given start.\n\n"
       "Controls are held over each interval, one step of the classical Runge-Kutta scheme.\n"
+      "verify: finds `integration_error`, which may take longer than the solve.\n"
       "Raises ArgumentError for what the method does not know, as goals and path constraints.");
 }
 

@@ -50,7 +50,7 @@ std::shared_ptr<ProblemSolution> solve(std::shared_ptr<PythonProblem> p, int int
   options.mesh.scheme = scheme_by_name(scheme);
   options.mesh.intervals = intervals;
   options.mesh.hessian = hessian_from(hessian);
-  options.mesh.evaluation.route = compile ? Route::kAutomatic : Route::kInterpreter;
+  options.mesh.evaluation.route = compile ? Route::kTiered : Route::kInterpreter;
   options.solver.method = method_from(method);
   options.solver.tolerance = tolerance;
   options.solver.max_iterations = max_iterations;
@@ -153,8 +153,9 @@ void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem)
       "Solves and verifies.\n\n"
       "intervals: of the mesh.  scheme: euler, trapezoid, hermite-simpson, ...  hessian: \"exact\", "
       "\"gauss_newton\" or\n"
-      "\"limited_memory\".  method: \"ipopt\" or \"riccati\".  compile: False interprets, which starts at "
-      "once.\n"
+      "\"limited_memory\".  method: \"ipopt\" or \"riccati\".  compile: machine code at once, compiled C "
+      "when "
+      "that is there; False interprets.\n"
       "progress: is told in words how far it is.  Ctrl-C stops it.\n\n"
       "Raises ArgumentError where the problem does not fit together, NumericalError where functions are not "
       "finite at\n"
