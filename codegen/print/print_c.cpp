@@ -85,7 +85,8 @@ class Printer {
            (guarded ? "    dt_words guard = {0};\n" : "") + calls +
            "    for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)\n"
            "      status[block * DYNTAPE_LANES + lane] = " +
-           (guarded ? "(uint32_t)((const int64_t*)&guard)[lane]" : "0u") + ";\n  }\n}\n\n";
+           (guarded ? "(uint32_t)((const int64_t*)&guard)[lane]" : "0u") +
+           ";\n  }\n  DT_LEAVE(block);\n}\n\n";
   }
 
   static std::string entry_parameters() {

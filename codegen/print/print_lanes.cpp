@@ -21,6 +21,7 @@ typedef double real, reals;
 typedef int64_t dt_words;
 #define DT_NAME(name) name
 #define DT_ALL(constant) (constant)
+#define DT_LEAVE(a) (void)(a)
 )";
 
 constexpr char kOneSelect[] = "#define dt_select(condition, a, b) ((condition) ? (a) : (b))\n";
@@ -52,6 +53,17 @@ DT_INLINE real dt_zero(void) {
   return zero;
 }
 #define DT_ALL(constant) ((constant) - dt_zero())
+)";
+
+// What is in the upper halves of registers makes every instruction of a function that was compiled for SSE wait for them, some of
+// libm's and the caller's among them; compilers clear them at -O2, and not at -O1.
+constexpr char kLaneLeave[] = R"(#if defined(__x86_64__) && defined(__AVX__)
+#define DT_LEAVE(a) \
+  __asm__ volatile("vzeroupper" : "+m"(a) : : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", \
+                   "xmm8", "xmm9", "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15")
+#else
+#define DT_LEAVE(a) (void)(a)
+#endif
 )";
 
 // Of a constant zero and b gcc makes b ^ (mask & b), and with AVX-512 may compute b twice for that, the operands of a
@@ -146,6 +158,7 @@ constexpr char kEach[] = R"(#define DT_EACH_1(f) \
     double a[DYNTAPE_LANES]; \
     int lane; \
     *(reals*)a = x; \
+    DT_LEAVE(a); \
     for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane]); \
     return *(const reals*)a; \
   }
@@ -155,6 +168,8 @@ constexpr char kEach[] = R"(#define DT_EACH_1(f) \
     int lane; \
     *(reals*)a = x; \
     *(reals*)b = y; \
+    DT_LEAVE(a); \
+    DT_LEAVE(b); \
     for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane], b[lane]); \
     return *(const reals*)a; \
   }
@@ -256,7 +271,7 @@ std::string real_types(const Vocabulary& words) {
     return info(op).c.find("dt_select") != std::string_view::npos;
   });
   return std::string(kOneTypes) + (selects ? kOneSelect : "") + (words.guards ? kOneCheck : "") +
-         (words.kernels ? kOneKernel : "") + kLaneTypes + (selects ? kLaneSelect : "") +
+         (words.kernels ? kOneKernel : "") + kLaneTypes + kLaneLeave + (selects ? kLaneSelect : "") +
          (words.fuses ? kLaneFma : "") + (words.guards ? kLaneCheck : "") +
          (words.kernels ? kLaneKernel : "") + "#endif\n";
 }

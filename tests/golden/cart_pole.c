@@ -131,6 +131,7 @@ typedef double real, reals;
 typedef int64_t dt_words;
 #define DT_NAME(name) name
 #define DT_ALL(constant) (constant)
+#define DT_LEAVE(a) (void)(a)
 #define dt_select(condition, a, b) ((condition) ? (a) : (b))
 #else
 typedef double real __attribute__((vector_size(8 * DYNTAPE_LANES)));
@@ -145,6 +146,13 @@ DT_INLINE real dt_zero(void) {
   return zero;
 }
 #define DT_ALL(constant) ((constant) - dt_zero())
+#if defined(__x86_64__) && defined(__AVX__)
+#define DT_LEAVE(a) \
+  __asm__ volatile("vzeroupper" : "+m"(a) : : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", \
+                   "xmm8", "xmm9", "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15")
+#else
+#define DT_LEAVE(a) (void)(a)
+#endif
 #define dt_select(condition, a, b) \
   dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b), sizeof(a) < sizeof(b))
 DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
@@ -162,6 +170,7 @@ DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
     double a[DYNTAPE_LANES]; \
     int lane; \
     *(reals*)a = x; \
+    DT_LEAVE(a); \
     for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane]); \
     return *(const reals*)a; \
   }
@@ -171,6 +180,8 @@ DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
     int lane; \
     *(reals*)a = x; \
     *(reals*)b = y; \
+    DT_LEAVE(a); \
+    DT_LEAVE(b); \
     for (lane = 0; lane < DYNTAPE_LANES; ++lane) a[lane] = f(a[lane], b[lane]); \
     return *(const reals*)a; \
   }
@@ -551,6 +562,7 @@ void DT_NAME(cart_pole_value)(const double* x, const double* p, const double* w,
     for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)
       status[block * DYNTAPE_LANES + lane] = 0u;
   }
+  DT_LEAVE(block);
 }
 
 void DT_NAME(cart_pole_first_order)(const double* x, const double* p, const double* w, double* y,
@@ -568,6 +580,7 @@ void DT_NAME(cart_pole_first_order)(const double* x, const double* p, const doub
     for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)
       status[block * DYNTAPE_LANES + lane] = 0u;
   }
+  DT_LEAVE(block);
 }
 
 void DT_NAME(cart_pole_second_order)(const double* x, const double* p, const double* w, double* y,
@@ -585,6 +598,7 @@ void DT_NAME(cart_pole_second_order)(const double* x, const double* p, const dou
     for (lane = 0; status && lane < DYNTAPE_LANES; ++lane)
       status[block * DYNTAPE_LANES + lane] = 0u;
   }
+  DT_LEAVE(block);
 }
 
 #if DYNTAPE_LANES == 1
