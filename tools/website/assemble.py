@@ -86,6 +86,7 @@ def main():
     (destination / 'reference/cpp.md').write_text(cpp_reference.page())
     (destination / 'reference/python.md').write_text(python_reference.page(build / 'python' / 'dyntape'))
     (destination / 'gallery.md').write_text(gallery.page(build, destination, '--gallery' in sys.argv))
+    copy(pathlib.Path(__file__).parent / 'wide.css', destination / 'wide.css')
     if links.dead:
         sys.exit('tools/site: links to what is not there:\n  ' + '\n  '.join(links.dead))
 
