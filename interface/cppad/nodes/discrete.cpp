@@ -2,6 +2,7 @@
 #include <map>
 #include <mutex>
 
+#include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/detail/fun.hxx>
@@ -55,6 +56,15 @@ struct StepInSeries : KernelInSeries {
   Discrete<Base> step;
 };
 
+// (x, tangent or adjoint) -> 0
+std::shared_ptr<const Callee> no_slope() {
+  Function zero;
+  zero.name = "no_slope";
+  zero.inputs = {2, 0, 0};
+  zero.outputs = {zero.graph.constant(0)};
+  return recorded_callee(zero);
+}
+
 // One callee a function, so that equal calls are one.
 template <class Base>
 std::shared_ptr<const Callee> step_callee(const Discrete<Base>& step) {
@@ -68,6 +78,7 @@ std::shared_ptr<const Callee> step_callee(const Discrete<Base>& step) {
   auto made = std::make_shared<Callee>(step.name, 1, 1, kernel);
   made->pattern = Pattern{1, 1, {}, {}};
   made->has_poles = false;
+  made->jvp = made->vjp = no_slope;
   return callee = made;
 }
 

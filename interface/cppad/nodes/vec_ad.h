@@ -40,10 +40,15 @@ class VecAD_reference {
   VecAD_reference& operator*=(const S& b) { return *this = S(*this) * b; }
   VecAD_reference& operator/=(const S& b) { return *this = S(*this) / b; }
   friend S operator-(const VecAD_reference& a) { return -S(a); }
-  friend S operator+(const VecAD_reference& a, const VecAD_reference& b) { return S(a) + S(b); }
-  friend S operator-(const VecAD_reference& a, const VecAD_reference& b) { return S(a) - S(b); }
-  friend S operator*(const VecAD_reference& a, const VecAD_reference& b) { return S(a) * S(b); }
-  friend S operator/(const VecAD_reference& a, const VecAD_reference& b) { return S(a) / S(b); }
+#define DYNTAPE_CPPAD_OPERATOR(op)                                                                  \
+  friend S operator op(const VecAD_reference& a, const VecAD_reference& b) { return S(a) op S(b); } \
+  friend S operator op(const VecAD_reference& a, const S& b) { return S(a) op b; }                  \
+  friend S operator op(const S& a, const VecAD_reference& b) { return a op S(b); }
+  DYNTAPE_CPPAD_OPERATOR(+)
+  DYNTAPE_CPPAD_OPERATOR(-)
+  DYNTAPE_CPPAD_OPERATOR(*)
+  DYNTAPE_CPPAD_OPERATOR(/)
+#undef DYNTAPE_CPPAD_OPERATOR
   friend std::ostream& operator<<(std::ostream& out, const VecAD_reference& a) { return out << S(a); }
 
  private:
