@@ -55,6 +55,10 @@ ROOMS = {
     'interface/robot/packs': [*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/robot/tables'],
     'interface/robot': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/system'],
     'interface/ocs2': [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/run', IO, 'interface/robot'],
+    'interface/cppad': [*AUTODIFF, *GENERATE, *(f'interface/cppad/{name}' for name in ('nodes', 'utilities', 'cg'))],
+    'interface/cppad/nodes': [*AUTODIFF, 'interface/cppad'],
+    'interface/cppad/utilities': ['interface/cppad'],
+    'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'interface/cppad'],
     'interface/report/plot': ['codegen/system', IO],
     'interface/report/player': [*DYNAMICS, 'dynamics/urdf', IO],
     'interface/system': [*AUTODIFF, *DYNAMICS, 'dynamics/simulation', *GENERATE, IO, 'interface/robot'],
@@ -98,7 +102,7 @@ ROOMS['interface/python/bridges'] = ROOMS['interface/python']  # other tools, in
 LEAVES = {'autodiff/error.h', 'autodiff/suggest.h', 'autodiff/text_file.h', 'autodiff/processor.h', 'autodiff/eigen_layout.h'}
 TABLE_READERS = {'autodiff/graph/op.h', 'autodiff/derive/expr.h', 'autodiff/record/scalar.h', 'autodiff/scalars/jet.h',
                  'autodiff/record/record.cpp', 'autodiff/evaluate/interpret_lanes.cpp', 'autodiff/scalars/portable.h',
-                 'autodiff/scalars/pack.h', 'autodiff/scalars/pack_functions.cpp', 'interface/python/recorded_values.cpp'}
+                 'autodiff/scalars/pack.h', 'autodiff/scalars/pack_functions.cpp', 'interface/python/recorded_values.cpp', 'autodiff/evaluate/series.h', 'interface/cppad/ad.h'}
 MOST_LINES = 500
 MOST_FILES = 24  # side by side
 WIDE = {'interface/python': 32, 'dynamics/algorithms': 38, 'dynamics/effects': 30, 'tools/dyntape': 32}  # a subject, a part, an effect, a command: two files each

@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A recorded function in truncated power series, forwards and in reverse, to any order.
+//
+//   Taylor<double> run(f);
+//   run.forward({Series<double>::of({x, dx, 0})});             // x(t) = x + dx t: y(t) to the order 2
+//   run.output(0)[2]                                            // half of the second derivative of y along dx
+//   const auto X = run.reverse({Series<double>::of({1})});      // of y's highest coefficient, by those of x: X[j].at(q - k) by x_j^(k)
+//
+// Reverse takes for each output an adjoint series: coefficient j is the weight of the output's coefficient q - j, q being the
+// highest order; so is what it returns.  In this order the adjoint of an argument is the slope of the table times the adjoint
+// of the result, as series: the same cells serve both directions.
+//
+// Calls of recorded functions are followed; kernels are asked for through `kernels`, ArgumentError without.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include <dyntape/autodiff/evaluate/series.h>
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/graph/function.h>
+
+namespace dyntape {
+
+// What a call of a kernel is in series.
+template <class T>
+class SeriesKernel {
+ public:
+  using Many = std::vector<Series<T>>;
+  virtual ~SeriesKernel() = default;
+  virtual Many forward(const Many& in) const = 0;
+  // Adjoints of `in` from those of `out`, both from the highest order down.
+  virtual Many reverse(const Many& in, const Many& out, const Many& adjoints) const = 0;
+};
+
+template <class T>
+using SeriesKernels = std::function<std::shared_ptr<const SeriesKernel<T>>(const Callee& callee)>;
+
+template <class T>
+class Taylor {
+ public:
+  using Many = std::vector<Series<T>>;
+
+  explicit Taylor(std::shared_ptr<const Function> function, SeriesKernels<T> kernels = {});
+
+  // Variables, parameters and weights; a series of one coefficient does not move.
+  void forward(const Many& x, const Many& p = {}, const Many& w = {});
+  const Series<T>& operator[](NodeId id) const { return values_[id]; }
+  const Series<T>& output(std::size_t i) const { return values_[function_->outputs[i]]; }
+  // The number of the recorded branches that the values do not take; their index from `first` on, or SIZE_MAX.
+  std::size_t violated_guards() const;
+  std::size_t violated_guard(std::size_t first) const;
+
+  // Of the last forward(); adjoints of the variables. What nothing depends on is nothing.
+  Many reverse(const Many& adjoints) const;
+
+ private:
+  void forward_call(NodeId id);
+  void reverse_call(NodeId call, const Many& of_results, Many& adjoints) const;
+  std::shared_ptr<const SeriesKernel<T>> kernel_of(NodeId call) const;
+  Many arguments_of(NodeId call) const;
+
+  std::shared_ptr<const Function> function_;
+  SeriesKernels<T> kernels_;
+  Many values_;
+  std::vector<Many> results_;  // of call number i
+};
+
+}  // namespace dyntape
+
+#include <dyntape/autodiff/evaluate/taylor.hxx>

@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <map>
+#include <string>
+#include <utility>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/interpret.h>
+
+namespace dyntape {
+
+namespace detail {
+
+// A recorded callee, with the function's own rules.
+template <class T>
+class RecordedSeries : public SeriesKernel<T> {
+ public:
+  using Many = std::vector<Series<T>>;
+  RecordedSeries(std::shared_ptr<const Function> function, SeriesKernels<T> kernels)
+      : function_(std::move(function)), kernels_(std::move(kernels)) {}
+  Many forward(const Many& in) const override {
+    Taylor<T> run(function_, kernels_);
+    run.forward(in);
+    Many out;
+    for (std::size_t i = 0; i < function_->n_y(); ++i) out.push_back(run.output(i));
+    return out;
+  }
+  Many reverse(const Many& in, const Many&, const Many& adjoints) const override {
+    Taylor<T> run(function_, kernels_);
+    run.forward(in);
+    return run.reverse(adjoints);
+  }
+
+ private:
+  std::shared_ptr<const Function> function_;
+  SeriesKernels<T> kernels_;
+};
+
+}  // namespace detail
+
+template <class T>
+Taylor<T>::Taylor(std::shared_ptr<const Function> function, SeriesKernels<T> kernels)
+    : function_(std::move(function)), kernels_(std::move(kernels)) {}
+
+template <class T>
+void Taylor<T>::forward(const Many& x, const Many& p, const Many& w) {
+  detail::check_sizes(*function_, x.size(), p.size(), w.size());
+  const Many* const blocks[] = {&x, &p, &w};
+  const Graph& graph = function_->graph;
+  values_.resize(graph.size());
+  for (NodeId id = 0; id < graph.size(); ++id) {
+    const Node& node = graph[id];
+    switch (node.op) {
+      case Op::Const:
+        values_[id] = Series<T>(graph.constants()[node.a]);
+        break;
+      case Op::Input:
+        values_[id] = (*blocks[node.a])[node.b];
+        break;
+      case Op::Call:
+        forward_call(id);
+        break;
+      case Op::Result:
+        values_[id] = results_[graph[node.a].c][node.b];
+        break;
+      default: {
+        const int n = info(node.op).arity;
+        values_[id] = evaluate_series(node.op, values_[node.a], values_[n > 1 ? node.b : node.a],
+                                      values_[n > 2 ? node.c : node.a]);
+        if (values_[id].is_nothing()) values_[id] = Series<T>(0.0);  // a closed gate
+      }
+    }
+  }
+}
+
+template <class T>
+std::vector<Series<T>> Taylor<T>::arguments_of(NodeId call) const {
+  Many arguments;
+  function_->graph.for_each_argument(call, [&](NodeId a) { arguments.push_back(values_[a]); });
+  return arguments;
+}
+
+template <class T>
+std::shared_ptr<const SeriesKernel<T>> Taylor<T>::kernel_of(NodeId call) const {
+  const Callee& callee = *function_->graph.callees()[function_->graph[call].a];
+  if (kernels_) {
+    if (auto kernel = kernels_(callee)) return kernel;
+  }
+  if (const auto recorded = detail::recorded_form(callee))
+    return std::make_shared<detail::RecordedSeries<T>>(recorded, kernels_);
+  throw ArgumentError("Taylor: kernel \"" + callee.name + "\" of \"" + function_->name +
+                      "\" is not known in series; pass a SeriesKernel for it");
+}
+
+template <class T>
+void Taylor<T>::forward_call(NodeId id) {
+  const std::size_t number = function_->graph[id].c;
+  values_[id] = Series<T>(0.0);
+  results_.resize(std::max<std::size_t>(results_.size(), number + 1));
+  results_[number] = kernel_of(id)->forward(arguments_of(id));
+}
+
+template <class T>
+std::size_t Taylor<T>::violated_guard(std::size_t first) const {
+  for (std::size_t i = first; i < function_->guards.size(); ++i) {
+    const Guard& guard = function_->guards[i];
+    if (SeriesNumber<T>::is_zero(values_[guard.condition][0]) == guard.expected) return i;
+  }
+  return SIZE_MAX;
+}
+
+template <class T>
+std::size_t Taylor<T>::violated_guards() const {
+  std::size_t count = 0;
+  for (std::size_t i = violated_guard(0); i != SIZE_MAX; i = violated_guard(i + 1)) ++count;
+  return count;
+}
+
+template <class T>
+void Taylor<T>::reverse_call(NodeId call, const Many& of_results, Many& adjoints) const {
+  const Graph& graph = function_->graph;
+  const Many in = kernel_of(call)->reverse(arguments_of(call), results_[graph[call].c], of_results);
+  std::size_t i = 0;
+  graph.for_each_argument(call, [&](NodeId a) {
+    adjoints[a] = detail::sum(adjoints[a], in[i], false);
+    ++i;
+  });
+}
+
+template <class T>
+std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs) const {
+  const Graph& graph = function_->graph;
+  Many adjoints(graph.size()), of_variables(function_->n_x());
+  std::map<NodeId, Many> of_calls;  // adjoints of the results of calls
+  for (std::size_t i = 0; i < function_->n_y(); ++i) {
+    if (of_outputs[i].is_nothing()) continue;
+    Series<T>& adjoint = adjoints[function_->outputs[i]];
+    adjoint = detail::sum(adjoint, of_outputs[i], false).gated(!SeriesNumber<T>::kKnown);
+  }
+  for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
+    const Node& node = graph[id];
+    if (node.op == Op::Call) {
+      if (const auto found = of_calls.find(id); found != of_calls.end())
+        reverse_call(id, found->second, adjoints);
+      continue;
+    }
+    if (adjoints[id].is_nothing()) continue;
+    if (node.op == Op::Input) {
+      if (node.a == static_cast<NodeId>(Block::kVariables)) of_variables[node.b] = adjoints[id];
+    } else if (node.op == Op::Result) {
+      auto& of_call = of_calls[node.a];
+      of_call.resize(graph.callees()[graph[node.a].a]->n_out);
+      of_call[node.b] = adjoints[id];
+    } else if (node.op != Op::Const) {
+      const Series<T>&x = values_[node.a], &y = values_[node.argument(1) == kNoNode ? node.a : node.b],
+            &z = values_[node.argument(2) == kNoNode ? node.a : node.c];
+      for (int i = 0; i < info(node.op).arity; ++i) {
+        if (!has_slope(node.op, i) || graph.is_constant(node.argument(i))) continue;
+        Series<T>& of_argument = adjoints[node.argument(i)];
+        of_argument =
+            detail::sum(of_argument, slope<Series<T>>(node.op, i, x, y, z, values_[id], adjoints[id]), false);
+      }
+    }
+  }
+  return of_variables;
+}
+
+}  // namespace dyntape

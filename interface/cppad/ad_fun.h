@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Recording, and the function that comes of it.
+//
+//   std::vector<AD<double>> ax{1.0, 2.0}, ay(1);
+//   Independent(ax);
+//   ay[0] = ax[0] * sin(ax[1]);
+//   ADFun<double> f(ax, ay);
+//   f.Forward(0, x);  f.Forward(1, dx);  f.Reverse(2, w);     // any order, by autodiff/evaluate/taylor.h
+//   f.Jacobian(x);    f.Hessian(x, 0);                         // dense, row by row
+//
+// Vectors are any class with value_type, size(), [] and resize().  Coefficients are those of Taylor: derivatives over
+// factorials.  What does not fit is an ArgumentError, and what recording forbids a RecordingError, in every build.
+//
+// Evaluation keeps coefficients in the object: one object a thread, or to_library() (library.h), whose functions are const.
+#pragma once
+
+#include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <dyntape/interface/cppad/ad.h>
+#include <dyntape/interface/cppad/detail/fun.h>
+#include <dyntape/interface/cppad/sparse_calls.h>
+
+namespace dyntape::cppad {
+
+namespace detail {
+
+// The place of a call, for sentences.
+struct Place {
+  const char* file;
+  int line;
+  Place(const char* f = __builtin_FILE(), int l = __builtin_LINE()) : file(f), line(l) {}  // NOLINT
+};
+
+template <class Vector>
+using Entry = std::remove_cvref_t<decltype(std::declval<Vector&>()[0])>;
+
+template <class Vector>
+std::vector<Entry<Vector>> entries_of(const Vector& v) {
+  std::vector<Entry<Vector>> entries;
+  for (std::size_t i = 0, n = std::size_t(v.size()); i < n; ++i) entries.push_back(v[i]);
+  return entries;
+}
+
+template <class ADVector, class DynamicVector>
+void begin_recording_of(ADVector& x, DynamicVector& dynamic, const Begin& begin) {
+  auto of_x = entries_of(x);
+  auto of_dynamic = entries_of(dynamic);
+  begin_recording(of_x.data(), of_x.size(), of_dynamic.data(), of_dynamic.size(), begin);
+  for (std::size_t i = 0; i < of_x.size(); ++i) x[i] = of_x[i];
+  for (std::size_t i = 0; i < of_dynamic.size(); ++i) dynamic[i] = of_dynamic[i];
+}
+
+}  // namespace detail
+
+// Begins a recording of this thread: the entries of x become its variables, those of `dynamic` parameters that new_dynamic()
+// changes.  At operation abort_op_index, if it is not 0, the recording throws; without record_compare comparisons leave nothing.
+template <class ADVector>
+void Independent(ADVector& x, detail::Place place = {}) {
+  std::vector<detail::Entry<ADVector>> none;
+  detail::begin_recording_of(x, none, {0, true, place.file, place.line});
+}
+template <class ADVector>
+requires(!std::is_arithmetic_v<ADVector>) void Independent(ADVector& x, ADVector& dynamic,
+                                                           detail::Place place = {}) {
+  detail::begin_recording_of(x, dynamic, {0, true, place.file, place.line});
+}
+template <class ADVector>
+void Independent(ADVector& x, std::size_t abort_op_index, bool record_compare = true,
+                 detail::Place place = {}) {
+  std::vector<detail::Entry<ADVector>> none;
+  detail::begin_recording_of(x, none, {abort_op_index, record_compare, place.file, place.line});
+}
+template <class ADVector>
+void Independent(ADVector& x, std::size_t abort_op_index, bool record_compare, ADVector& dynamic,
+                 detail::Place place = {}) {
+  detail::begin_recording_of(x, dynamic, {abort_op_index, record_compare, place.file, place.line});
+}
+
+// While recording: order-zero Forward prints what stands here, where flag is not positive.
+template <class Base>
+void PrintFor(const AD<Base>& flag, const char* before, const AD<Base>& value, const char* after) {
+  detail::record_print(flag, before, value, after);
+}
+template <class Base>
+void PrintFor(const char* before, const AD<Base>& value) {
+  detail::record_print(AD<Base>(0), before, value, "");
+}
+
+template <class Base, class RecBase = Base>
+class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
+ public:
+  using value_type = Base;
+  using Size = std::size_t;
+
+  ADFun() = default;
+  // The recording that Independent(x) began, ended, with these results; order zero of Forward is there.
+  template <class ADVector>
+  ADFun(const ADVector& x, const ADVector& y) {
+    Dependent(x, y);
+    fun_->start_at(fun_->recording().variables);
+  }
+  explicit ADFun(std::shared_ptr<detail::Fun<Base>> fun) : fun_(std::move(fun)) {}
+  ADFun(ADFun&&) noexcept = default;
+  ADFun& operator=(ADFun&&) noexcept = default;
+  ADFun(const ADFun&) = delete;  // as in CppAD; assignment copies
+  ADFun& operator=(const ADFun& other) {
+    if (this != &other)
+      fun_ = other.fun_ ? std::make_shared<detail::Fun<Base>>(*other.fun_) : nullptr, name_ = other.name_;
+    return *this;
+  }
+  void swap(ADFun& other) { std::swap(fun_, other.fun_), std::swap(name_, other.name_); }
+
+  template <class ADVector>
+  void Dependent(const ADVector& x, const ADVector& y) {
+    const auto of_x = detail::entries_of(x), of_y = detail::entries_of(y);
+    fun_ = std::make_shared<detail::Fun<Base>>(
+        detail::end_recording(of_x.data(), of_x.size(), of_y.data(), of_y.size()));
+  }
+  template <class ADVector>
+  void Dependent(const ADVector& y) {
+    const auto of_y = detail::entries_of(y);
+    const AD<Base>* const any = nullptr;
+    fun_ = std::make_shared<detail::Fun<Base>>(detail::end_recording(any, 0, of_y.data(), of_y.size()));
+  }
+
+  // --- what it is ---
+  Size Domain() const { return fun_ ? fun_->domain() : 0; }
+  Size Range() const { return fun_ ? fun_->range() : 0; }
+  bool Parameter(Size i) const {
+    if (i >= Range())
+      detail::refuse("Parameter: result " + std::to_string(i) + " does not exist; there are " +
+                     std::to_string(Range()));
+    return core().recording().output_is_parameter[i];
+  }
+  void function_name_set(const std::string& name) { name_ = name; }
+  const std::string& function_name_get() const { return name_; }
+  // Numbers of nodes of our graph, after what nobody needs has been left out: not CppAD's.
+  Size size_var() const { return sizes().variables; }
+  Size size_op() const { return sizes().operations; }
+  Size size_op_arg() const { return sizes().arguments; }
+  Size size_par() const { return sizes().constants + sizes().dynamics; }
+  Size size_dyn_ind() const { return fun_ ? fun_->dynamics().size() : 0; }
+  Size size_dyn_par() const { return sizes().dynamics; }
+  Size size_dyn_arg() const { return sizes().dynamic_arguments; }
+  Size size_text() const { return sizes().text; }
+  Size size_VecAD() const { return 0; }  // arrays with recorded indices are conditions on elements
+  Size size_random() const { return 0; }
+  Size size_op_seq() const { return sizes().operations * 16 + sizes().constants * sizeof(Base); }
+  Size number_skip() const { return 0; }
+  bool exceed_collision_limit() const { return false; }
+
+  // --- Taylor coefficients ---
+  // xq (n): order q alone; (n (q + 1)): all orders to q, [j (q + 1) + k].  PrintFor prints to s.
+  template <class Vector>
+  Vector Forward(Size q, const Vector& xq, std::ostream& s = std::cout) {
+    return made<Vector>(core().forward(q, values(xq), s));
+  }
+  // r directions: xq (n r), [r j + l].
+  template <class Vector>
+  Vector Forward(Size q, Size r, const Vector& xq) {
+    return made<Vector>(core().forward(q, r, values(xq)));
+  }
+  // w (m): weights of the coefficients of order q - 1; (m q): of all, [i q + k].  -> (n q), [j q + k]
+  template <class Vector>
+  Vector Reverse(Size q, const Vector& w) {
+    return made<Vector>(core().reverse(q, values(w)));
+  }
+  void capacity_order(Size c) { core().keep_orders(c); }
+  void capacity_order(Size c, Size) { core().keep_orders(c); }
+  Size capacity_order() const { return fun_ ? fun_->capacity() : 0; }
+  Size size_order() const { return fun_ ? fun_->orders() : 0; }
+  Size size_direction() const { return fun_ ? fun_->directions() : 0; }
+  Size size_taylor() const { return size_order(); }
+  template <class Vector>
+  void new_dynamic(const Vector& dynamic) {
+    core().new_dynamic(values(dynamic));
+  }
+
+  // --- dense derivatives ---
+  template <class Vector>
+  Vector Jacobian(const Vector& x) {
+    return made<Vector>(core().jacobian(values(x)));
+  }
+  template <class Vector>
+  Vector Hessian(const Vector& x, const Vector& w) {
+    return made<Vector>(core().hessian(values(x), values(w)));
+  }
+  template <class Vector>
+  Vector Hessian(const Vector& x, Size i) {
+    if (i >= Range())
+      detail::refuse("Hessian: result " + std::to_string(i) + " does not exist; there are " +
+                     std::to_string(Range()));
+    std::vector<Base> w(Range(), Base(0));
+    w[i] = Base(1);
+    return made<Vector>(core().hessian(values(x), w));
+  }
+  template <class Vector>
+  Vector ForOne(const Vector& x, Size j) {
+    return made<Vector>(core().for_one(values(x), j));
+  }
+  template <class Vector>
+  Vector RevOne(const Vector& x, Size i) {
+    return made<Vector>(core().rev_one(values(x), i));
+  }
+  template <class Vector, class SizeVector>
+  Vector ForTwo(const Vector& x, const SizeVector& j, const SizeVector& k) {
+    return made<Vector>(core().for_two(values(x), detail::sizes_of(j), detail::sizes_of(k)));
+  }
+  template <class Vector, class SizeVector>
+  Vector RevTwo(const Vector& x, const SizeVector& i, const SizeVector& j) {
+    return made<Vector>(core().rev_two(values(x), detail::sizes_of(i), detail::sizes_of(j)));
+  }
+
+  // --- branches and numbers ---
+  void compare_change_count(Size count) { core().count_changes(count); }
+  Size compare_change_number() const { return core().changes(); }
+  Size compare_change_op_index() const { return core().change_op_index(); }
+  Size CompareChange() const { return core().changes(); }
+  // Ours: Forward throws GuardViolation, with the place of the comparison, instead of counting.
+  void check_branches(bool yes) { core().throws_on_change() = yes; }
+  // Told to, order-zero Forward throws NumericalError where a result is NaN, and names the operation.
+  void check_for_nan(bool yes) { core().check_for_nan(yes); }
+  bool check_for_nan() const { return core().checks_nan(); }
+
+  // --- other functions ---
+  // The graph is what optimisation would make of it already; what is left to do is to forget comparisons and prints.
+  void optimize(const std::string& options = "") {
+    const bool without_compare = detail::read_optimize_options(options, "no_compare_op");
+    core().optimize(without_compare, detail::read_optimize_options(options, "no_print_for_op"));
+  }
+  ADFun<AD<Base>, RecBase> base2ad() const requires(detail::kIsBase<AD<Base>>) {
+    return ADFun<AD<Base>, RecBase>(core().on_recorded());
+  }
+
+  // --- for the layer ---
+  detail::Fun<Base>& core() const {
+    if (!fun_) detail::refuse_recording("ADFun: the function is empty; nothing has been recorded into it");
+    return *fun_;
+  }
+  template <class Vector>
+  static std::vector<Base> values(const Vector& v) {
+    std::vector<Base> copy;
+    copy.reserve(std::size_t(v.size()));
+    for (std::size_t i = 0, n = std::size_t(v.size()); i < n; ++i) copy.push_back(Base(v[i]));
+    return copy;
+  }
+  template <class Vector>
+  static Vector made(const std::vector<Base>& values) {
+    Vector v(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
+    return v;
+  }
+
+ private:
+  detail::RecordingSizes sizes() const { return fun_ ? fun_->recording().sizes : detail::RecordingSizes{}; }
+
+  std::shared_ptr<detail::Fun<Base>> fun_;
+  std::string name_;
+};
+
+}  // namespace dyntape::cppad

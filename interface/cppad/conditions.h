@@ -1,0 +1,207 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Conditional expressions, and questions that templates ask of any base.
+//
+//   AD<double> y = CondExpGt(x, AD<double>(0), sqrt(x), AD<double>(0));   // both are computed; a NaN compares false
+//
+// What is not taken contributes exactly zero to derivatives of any order.
+#pragma once
+
+#include <dyntape/interface/cppad/ad.h>
+
+namespace dyntape::cppad {
+
+enum CompareOp { CompareLt, CompareLe, CompareEq, CompareGe, CompareGt, CompareNe };
+
+namespace detail {
+
+template <class Base>
+AD<Base> selected(Op op, const AD<Base>& left, const AD<Base>& right, const AD<Base>& if_true,
+                  const AD<Base>& if_false) {
+  return apply(Op::Select, apply(op, left, right), if_true, if_false);
+}
+
+template <std::floating_point Float>
+Float selected(Op op, Float left, Float right, Float if_true, Float if_false) {
+  return dyntape::evaluate<Float>(op, left, right, Float(0)) != 0 ? if_true : if_false;
+}
+
+}  // namespace detail
+
+template <class Scalar>
+concept Conditional = std::floating_point<Scalar> || requires(Scalar x) {
+  x.tape();
+};
+
+template <Conditional S>
+S CondExpLt(const S& left, const S& right, const S& if_true, const S& if_false) {
+  return detail::selected(Op::Lt, left, right, if_true, if_false);
+}
+template <Conditional S>
+S CondExpLe(const S& left, const S& right, const S& if_true, const S& if_false) {
+  return detail::selected(Op::Le, left, right, if_true, if_false);
+}
+template <Conditional S>
+S CondExpEq(const S& left, const S& right, const S& if_true, const S& if_false) {
+  return detail::selected(Op::Eq, left, right, if_true, if_false);
+}
+template <Conditional S>
+S CondExpGe(const S& left, const S& right, const S& if_true, const S& if_false) {
+  return detail::selected(Op::Le, right, left, if_true, if_false);
+}
+template <Conditional S>
+S CondExpGt(const S& left, const S& right, const S& if_true, const S& if_false) {
+  return detail::selected(Op::Lt, right, left, if_true, if_false);
+}
+template <Conditional S>
+S CondExpOp(CompareOp op, const S& left, const S& right, const S& if_true, const S& if_false) {
+  switch (op) {
+    case CompareLt:
+      return CondExpLt(left, right, if_true, if_false);
+    case CompareLe:
+      return CondExpLe(left, right, if_true, if_false);
+    case CompareEq:
+      return CondExpEq(left, right, if_true, if_false);
+    case CompareGe:
+      return CondExpGe(left, right, if_true, if_false);
+    case CompareGt:
+      return CondExpGt(left, right, if_true, if_false);
+    default:
+      return CondExpEq(left, right, if_false, if_true);
+  }
+}
+// The old spelling: where flag > 0.
+template <Conditional S>
+S CondExp(const S& flag, const S& if_true, const S& if_false) {
+  return CondExpGt(flag, S(0), if_true, if_false);
+}
+
+// --- of the value alone, on any number of levels ---
+template <std::floating_point Float>
+bool IdenticalCon(Float) {
+  return true;
+}
+template <class Base>
+bool IdenticalCon(const AD<Base>& x) {
+  return Constant(x) && IdenticalCon(x.value());
+}
+template <std::floating_point Float>
+bool IdenticalZero(Float x) {
+  return x == 0;
+}
+template <class Base>
+bool IdenticalZero(const AD<Base>& x) {
+  return Constant(x) && IdenticalZero(x.value());
+}
+template <std::floating_point Float>
+bool IdenticalOne(Float x) {
+  return x == 1;
+}
+template <class Base>
+bool IdenticalOne(const AD<Base>& x) {
+  return Constant(x) && IdenticalOne(x.value());
+}
+template <std::floating_point Float>
+bool IdenticalEqualCon(Float x, Float y) {
+  return x == y;
+}
+template <class Base>
+bool IdenticalEqualCon(const AD<Base>& x, const AD<Base>& y) {
+  return Constant(x) && Constant(y) && IdenticalEqualCon(x.value(), y.value());
+}
+// Whether x and y are one constant, or one node.
+template <std::floating_point Float>
+bool EqualOpSeq(Float x, Float y) {
+  return x == y;
+}
+template <class Base>
+bool EqualOpSeq(const AD<Base>& x, const AD<Base>& y) {
+  if (Constant(x) || Constant(y)) return Constant(x) && Constant(y) && EqualOpSeq(x.value(), y.value());
+  return x.id() == y.id();
+}
+
+template <std::floating_point Float>
+Float plain_value(Float x) {
+  return x;
+}
+template <class Base>
+auto plain_value(const AD<Base>& x) {
+  return plain_value(x.value());
+}
+template <Conditional S>
+bool GreaterThanZero(const S& x) {
+  return plain_value(x) > 0;
+}
+template <Conditional S>
+bool GreaterThanOrZero(const S& x) {
+  return plain_value(x) >= 0;
+}
+template <Conditional S>
+bool LessThanZero(const S& x) {
+  return plain_value(x) < 0;
+}
+template <Conditional S>
+bool LessThanOrZero(const S& x) {
+  return plain_value(x) <= 0;
+}
+template <Conditional S>
+bool abs_geq(const S& x, const S& y) {
+  return std::abs(plain_value(x)) >= std::abs(plain_value(y));
+}
+
+template <Conditional S>
+bool isnan(const S& x) {
+  return std::isnan(plain_value(x));
+}
+template <class Base>
+bool isinf(const AD<Base>& x) {
+  return std::isinf(plain_value(x));
+}
+template <class Base>
+bool isfinite(const AD<Base>& x) {
+  return std::isfinite(plain_value(x));
+}
+template <class Vector>
+bool hasnan(const Vector& v) {
+  for (std::size_t i = 0; i < std::size_t(v.size()); ++i) {
+    if (isnan(v[i])) return true;
+  }
+  return false;
+}
+template <Conditional S>
+S nan(const S&) {
+  return S(std::numeric_limits<double>::quiet_NaN());
+}
+
+template <class S>
+struct numeric_limits {
+  using Float = decltype(plain_value(S()));
+  static S epsilon() { return S(std::numeric_limits<Float>::epsilon()); }
+  static S min() { return S((std::numeric_limits<Float>::min)()); }
+  static S max() { return S((std::numeric_limits<Float>::max)()); }
+  static S quiet_NaN() { return S(std::numeric_limits<Float>::quiet_NaN()); }
+  static S infinity() { return S(std::numeric_limits<Float>::infinity()); }
+  static constexpr int digits10 = std::numeric_limits<Float>::digits10;
+  static constexpr int max_digits10 = std::numeric_limits<Float>::max_digits10;
+};
+template <class S>
+S epsilon() {
+  return numeric_limits<S>::epsilon();
+}
+
+}  // namespace dyntape::cppad
+
+// Digits and the like are those of the base; values are the scalar's.
+template <class Base>
+struct std::numeric_limits<dyntape::cppad::AD<Base>> : std::numeric_limits<Base> {
+  using S = dyntape::cppad::AD<Base>;
+  static S epsilon() { return std::numeric_limits<Base>::epsilon(); }
+  static S min() { return (std::numeric_limits<Base>::min)(); }
+  static S max() { return (std::numeric_limits<Base>::max)(); }
+  static S lowest() { return std::numeric_limits<Base>::lowest(); }
+  static S round_error() { return std::numeric_limits<Base>::round_error(); }
+  static S infinity() { return std::numeric_limits<Base>::infinity(); }
+  static S quiet_NaN() { return std::numeric_limits<Base>::quiet_NaN(); }
+  static S signaling_NaN() { return std::numeric_limits<Base>::signaling_NaN(); }
+  static S denorm_min() { return std::numeric_limits<Base>::denorm_min(); }
+};

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// CppAD's vocabulary over the graph of this project: programs written for it change an include and an alias.
+//
+//   #include <dyntape/interface/cppad/cppad.h>
+//   namespace CppAD = dyntape::cppad;
+//
+//   std::vector<CppAD::AD<double>> ax{3.0}, ay(1);
+//   CppAD::Independent(ax);
+//   ay[0] = pow(ax[0], 2.0) * sin(ax[0]);
+//   CppAD::ADFun<double> f(ax, ay);
+//   std::vector<double> J = f.Jacobian(std::vector<double>{3.0});
+//   CompiledFunction fast = CppAD::to_library(f);                     // library.h: compiled, cached, thread-safe
+//
+// There is no second graph and no second table of operators: an AD<Base> is a node of autodiff/graph, and series of any order
+// follow from the rows of ops.def.  docs/from_cppad.md says what is the same, what is better and what differs.
+#pragma once
+
+#include <dyntape/interface/cppad/ad.h>
+#include <dyntape/interface/cppad/ad_fun.h>
+#include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/eigen.h>
+#include <dyntape/interface/cppad/nodes/atomic.h>
+#include <dyntape/interface/cppad/nodes/checkpoint.h>
+#include <dyntape/interface/cppad/nodes/vec_ad.h>
+#include <dyntape/interface/cppad/sparse.h>
+#include <dyntape/interface/cppad/utilities/lu.h>
+#include <dyntape/interface/cppad/utilities/near_equal.h>
+#include <dyntape/interface/cppad/utilities/numeric.h>
+#include <dyntape/interface/cppad/utilities/ode.h>
+#include <dyntape/interface/cppad/vector.h>

@@ -1,0 +1,263 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <algorithm>
+#include <ostream>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/evaluate/taylor.h>
+#include <dyntape/autodiff/graph/function.h>
+#include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/detail/fun.h>
+
+namespace dyntape {
+
+// Coefficients that are recorded themselves.
+template <class Base>
+struct SeriesNumber<cppad::AD<Base>> {
+  using T = cppad::AD<Base>;
+  static constexpr bool kKnown = false;
+  static T evaluate(Op op, const T& x, const T& y, const T& z) {
+    const int n = info(op).arity;
+    return n == 1   ? cppad::detail::apply(op, x)
+           : n == 2 ? cppad::detail::apply(op, x, y)
+                    : cppad::detail::apply(op, x, y, z);
+  }
+  static bool is_zero(const T& x) { return cppad::plain_value(x) == 0; }
+};
+
+}  // namespace dyntape
+
+namespace dyntape::cppad::detail {
+
+template <class Base>
+struct Fun<Base>::Run {
+  explicit Run(const Recording<Base>& recording)
+      : taylor(recording.function, [kernels = recording.kernels](const Callee& callee) {
+          const auto found = kernels.find(&callee);
+          return found == kernels.end() ? nullptr : found->second->of(Base());
+        }) {}
+  Taylor<Base> taylor;
+};
+
+template <class Base>
+std::vector<Series<Base>> constants_of(const std::vector<Base>& values) {
+  std::vector<Series<Base>> series;
+  series.reserve(values.size());
+  for (const Base& value : values) series.push_back(Series<Base>::constant(value));
+  return series;
+}
+
+template <class Base>
+Fun<Base>::Fun(std::shared_ptr<const Recording<Base>> recording)
+    : recording_(std::move(recording)), dynamics_(recording_->dynamics) {}
+
+template <class Base>
+Fun<Base>::~Fun() = default;
+
+template <class Base>
+Fun<Base>::Fun(const Fun& other)
+    : recording_(other.recording_),
+      inputs_(other.inputs_),
+      orders_(other.orders_),
+      capacity_(other.capacity_),
+      dynamics_(other.dynamics_),
+      change_count_(other.change_count_),
+      checks_nan_(other.checks_nan_),
+      told_nan_(other.told_nan_),
+      throws_on_change_(other.throws_on_change_) {}
+
+template <class Base>
+std::size_t Fun<Base>::domain() const {
+  return recording_->function->n_x();
+}
+
+template <class Base>
+void Fun<Base>::check_size(const char* what, std::size_t got, std::size_t expected) const {
+  if (got == expected) return;
+  refuse(std::string(what) + " has " + std::to_string(got) + " entries, expected " +
+         std::to_string(expected) + " for a function of " + std::to_string(domain()) + " variables with " +
+         std::to_string(range()) + " results");
+}
+
+template <class Base>
+void Fun<Base>::check_index(const char* what, std::size_t i, std::size_t n) const {
+  if (i < n) return;
+  refuse(std::string(what) + " " + std::to_string(i) + " does not exist; there are " + std::to_string(n));
+}
+
+template <class Base>
+void Fun<Base>::new_dynamic(const Values& p) {
+  check_size("new_dynamic: the vector of dynamic parameters", p.size(), recording_->function->n_p());
+  dynamics_ = p;
+  orders_ = 0;
+  runs_.clear();
+}
+
+template <class Base>
+void Fun<Base>::keep_orders(std::size_t n) {
+  capacity_ = n;
+  if (n < orders_) orders_ = n, runs_.clear();
+}
+
+template <class Base>
+void Fun<Base>::start_at(const Values& x) {
+  inputs_.assign(1, {x});
+  orders_ = 1;
+  capacity_ = std::max(capacity_, orders_);
+  runs_.clear();
+}
+
+// All orders that there are, in every direction.
+template <class Base>
+void Fun<Base>::run_all() {
+  if (runs_.size() == inputs_.size()) return;
+  const auto p = constants_of(dynamics_), w = constants_of(recording_->captured);
+  runs_.clear();
+  for (const auto& coefficients : inputs_) {
+    std::vector<Series<Base>> x(domain());
+    for (std::size_t j = 0; j < x.size(); ++j) {
+      std::size_t n = orders_;
+      while (n > 1 && IdenticalZero(coefficients[n - 1][j])) --n;
+      if (n > 1) n = orders_;
+      x[j].resize(n);
+      for (std::size_t k = 0; k < n; ++k) x[j][k] = coefficients[k][j];
+    }
+    runs_.push_back(std::make_unique<Run>(*recording_));
+    runs_.back()->taylor.forward(x, p, w);
+  }
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::forward(std::size_t q, const Values& xq, std::ostream& out) {
+  const std::size_t n = domain(), m = range();
+  const bool all = q > 0 && xq.size() == n * (q + 1);
+  if (!all) check_size("Forward: x", xq.size(), n);
+  if (!all && orders_ < q) {
+    refuse("Forward: order " + std::to_string(q) + " alone needs the orders below it, and there are " +
+           std::to_string(orders_));
+  }
+  if (inputs_.size() != 1) {
+    if (!all && q > 1)
+      refuse("Forward: order " + std::to_string(q) + " of one direction, and the orders below are of " +
+             std::to_string(inputs_.size()));
+    inputs_.resize(1);
+  }
+  auto& coefficients = inputs_[0];
+  coefficients.resize(q + 1, Values(n));
+  for (std::size_t k = all ? 0 : q; k <= q; ++k) {
+    for (std::size_t j = 0; j < n; ++j) coefficients[k][j] = all ? xq[j * (q + 1) + k] : xq[j];
+  }
+  orders_ = q + 1;
+  capacity_ = std::max(capacity_, orders_);
+  runs_.clear();
+  run_all();
+  if (q == 0 || all) after_order_zero(out);
+  Values y;
+  for (std::size_t i = 0; i < m; ++i) {
+    const Series<Base>& series = runs_[0]->taylor.output(i);
+    for (std::size_t k = all ? 0 : q; k <= q; ++k) y.push_back(series.at(k));
+  }
+  if (q == 0) check_numbers(y);
+  return y;
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::forward(std::size_t q, std::size_t r, const Values& xq) {
+  const std::size_t n = domain(), m = range();
+  if (q == 0 || r == 0) refuse("Forward: several directions begin at order 1, with at least one");
+  check_size("Forward: x of several directions", xq.size(), n * r);
+  if (orders_ < q)
+    refuse("Forward: order " + std::to_string(q) + " needs the orders below it, and there are " +
+           std::to_string(orders_));
+  if (q > 1 && inputs_.size() != r) {
+    refuse("Forward: order " + std::to_string(q) + " of " + std::to_string(r) +
+           " directions, and the orders below are of " + std::to_string(inputs_.size()));
+  }
+  if (inputs_.size() != r) inputs_.assign(r, std::vector<Values>(inputs_[0]));
+  for (std::size_t l = 0; l < r; ++l) {
+    inputs_[l].resize(q + 1, Values(n));
+    for (std::size_t j = 0; j < n; ++j) inputs_[l][q][j] = xq[r * j + l];
+  }
+  orders_ = q + 1;
+  capacity_ = std::max(capacity_, orders_);
+  runs_.clear();
+  run_all();
+  Values y(m * r);
+  for (std::size_t i = 0; i < m; ++i) {
+    for (std::size_t l = 0; l < r; ++l) y[r * i + l] = runs_[l]->taylor.output(i).at(q);
+  }
+  return y;
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::reverse(std::size_t q, const Values& w) {
+  const std::size_t n = domain(), m = range();
+  if (q == 0) refuse("Reverse: the order is 0, expected at least 1");
+  if (orders_ < q)
+    refuse("Reverse: order " + std::to_string(q) + " needs Forward to order " + std::to_string(q - 1) +
+           " first, and there are " + std::to_string(orders_) + " orders");
+  if (inputs_.size() > 1)
+    refuse("Reverse: after Forward in " + std::to_string(inputs_.size()) + " directions, expected one");
+  const bool all = q > 1 && w.size() == m * q;
+  if (!all) check_size("Reverse: w", w.size(), m);
+  run_all();
+  std::vector<Series<Base>> adjoints(recording_->function->n_y());
+  for (std::size_t i = 0; i < m; ++i) {
+    std::size_t last = all ? q : 1;  // coefficients from the highest order down, without zeros at the end
+    const auto weight = [&](std::size_t k) -> const Base& { return all ? w[i * q + q - 1 - k] : w[i]; };
+    while (last > 0 && IdenticalZero(weight(last - 1))) --last;
+    if (last > 1) last = q;
+    adjoints[i].resize(last);
+    for (std::size_t k = 0; k < last; ++k) adjoints[i][k] = weight(k);
+  }
+  const auto found = runs_[0]->taylor.reverse(adjoints);
+  Values dw(n * q);
+  for (std::size_t j = 0; j < n; ++j) {
+    for (std::size_t k = 0; k < q; ++k) dw[j * q + k] = found[j].at(q - 1 - k);
+  }
+  return dw;
+}
+
+template <class Base>
+void Fun<Base>::after_order_zero(std::ostream& out) {
+  const Taylor<Base>& run = runs_[0]->taylor;
+  for (const Print& print : recording_->prints) {
+    if (plain_value(run.output(print.flag)[0]) > 0) continue;
+    out << print.before << run.output(print.value)[0] << print.after;
+  }
+  if (!throws_on_change_) return;
+  const std::size_t first = run.violated_guard(0);
+  if (first != SIZE_MAX)
+    throw GuardViolation(describe_guard(*recording_->function, static_cast<std::uint32_t>(first + 1)));
+}
+
+template <class Base>
+void Fun<Base>::check_numbers(const Values& y) const {
+  if (!told_nan_ || !checks_nan_ || !hasnan(y)) return;
+  std::string where;
+  if constexpr (std::is_same_v<Base, double>) {
+    where = first_not_finite(*recording_->function, inputs_[0][0].data(), dynamics_.data(),
+                             recording_->captured.data());
+  }
+  throw NumericalError("Forward: a result of \"" + recording_->function->name + "\" is not a number" +
+                       (where.empty() ? "" : "; " + where));
+}
+
+template <class Base>
+std::size_t Fun<Base>::changes() const {
+  return change_count_ == 0 || runs_.empty() ? 0 : runs_[0]->taylor.violated_guards();
+}
+
+template <class Base>
+std::size_t Fun<Base>::change_op_index() const {
+  if (change_count_ == 0 || runs_.empty()) return 0;
+  std::size_t guard = runs_[0]->taylor.violated_guard(0);
+  for (std::size_t k = 1; k < change_count_ && guard != SIZE_MAX; ++k)
+    guard = runs_[0]->taylor.violated_guard(guard + 1);
+  return guard == SIZE_MAX ? 0 : recording_->function->guards[guard].condition;
+}
+
+}  // namespace dyntape::cppad::detail
+
+#include <dyntape/interface/cppad/detail/fun_derivatives.hxx>

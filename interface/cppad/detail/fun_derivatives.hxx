@@ -1,0 +1,266 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/interface/cppad/detail/patterns.h>
+
+namespace dyntape::cppad::detail {
+
+template <class Base>
+std::vector<Base> Fun<Base>::slopes(const Values& direction) {
+  inputs_.resize(1);
+  inputs_[0].resize(1);
+  inputs_[0].push_back(direction);
+  orders_ = 2;
+  runs_.clear();
+  run_all();
+  Values dy;
+  for (std::size_t i = 0; i < range(); ++i) dy.push_back(runs_[0]->taylor.output(i).at(1));
+  return dy;
+}
+
+template <class Base>
+std::vector<Base> unit(std::size_t n, std::size_t j) {
+  std::vector<Base> e(n, Base(0));
+  e[j] = Base(1);
+  return e;
+}
+
+// Back to the point, as if nothing but order zero had been asked for.
+template <class Fun, class Values>
+void settle(Fun& fun, const Values& x) {
+  fun.start_at(x);
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::jacobian(const Values& x) {
+  const std::size_t n = domain(), m = range();
+  check_size("Jacobian: x", x.size(), n);
+  start_at(x);
+  Values J(m * n);
+  std::size_t results = 0;
+  for (std::size_t i = 0; i < m; ++i) results += !recording_->output_is_parameter[i];
+  if (n <= results) {
+    for (std::size_t j = 0; j < n; ++j) {
+      const Values dy = slopes(unit<Base>(n, j));
+      for (std::size_t i = 0; i < m; ++i) J[i * n + j] = dy[i];
+    }
+    settle(*this, x);
+  } else {
+    for (std::size_t i = 0; i < m; ++i) {
+      if (recording_->output_is_parameter[i]) {
+        std::fill_n(J.begin() + static_cast<std::ptrdiff_t>(i * n), n, Base(0));
+        continue;
+      }
+      const Values dx = reverse(1, unit<Base>(m, i));
+      std::copy(dx.begin(), dx.end(), J.begin() + static_cast<std::ptrdiff_t>(i * n));
+    }
+  }
+  return J;
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::second_order(const Values& direction, const Values& w) {
+  slopes(direction);
+  const Values both = reverse(2, w);
+  Values second(domain());
+  for (std::size_t k = 0; k < second.size(); ++k) second[k] = both[k * 2];
+  return second;
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::hessian(const Values& x, const Values& w) {
+  const std::size_t n = domain();
+  check_size("Hessian: x", x.size(), n);
+  check_size("Hessian: w", w.size(), range());
+  start_at(x);
+  Values H(n * n);
+  for (std::size_t j = 0; j < n; ++j) {
+    const Values column = second_order(unit<Base>(n, j), w);
+    for (std::size_t k = 0; k < n; ++k) H[k * n + j] = column[k];
+  }
+  settle(*this, x);
+  return H;
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::for_one(const Values& x, std::size_t j) {
+  check_size("ForOne: x", x.size(), domain());
+  check_index("ForOne: variable", j, domain());
+  start_at(x);
+  return slopes(unit<Base>(domain(), j));
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::rev_one(const Values& x, std::size_t i) {
+  check_size("RevOne: x", x.size(), domain());
+  check_index("RevOne: result", i, range());
+  start_at(x);
+  return reverse(1, unit<Base>(range(), i));
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::for_two(const Values& x, const std::vector<std::size_t>& j,
+                                     const std::vector<std::size_t>& k) {
+  const std::size_t n = domain(), m = range(), p = j.size();
+  check_size("ForTwo: x", x.size(), n);
+  check_size("ForTwo: k", k.size(), p);
+  Values second(m * p);
+  const auto half = [&](const Values& direction) {  // of the second derivative along it
+    start_at(x);
+    slopes(direction);
+    inputs_[0].push_back(Values(n, Base(0)));
+    orders_ = 3;
+    runs_.clear();
+    run_all();
+    Values y;
+    for (std::size_t i = 0; i < m; ++i) y.push_back(runs_[0]->taylor.output(i).at(2));
+    return y;
+  };
+  for (std::size_t l = 0; l < p; ++l) {
+    check_index("ForTwo: variable", j[l], n);
+    check_index("ForTwo: variable", k[l], n);
+    Values both = unit<Base>(n, j[l]);
+    both[k[l]] = Base(1);
+    const Values along = half(both);
+    if (j[l] == k[l]) {
+      for (std::size_t i = 0; i < m; ++i) second[i * p + l] = Base(2) * along[i];
+      continue;
+    }
+    const Values a = half(unit<Base>(n, j[l])), b = half(unit<Base>(n, k[l]));
+    for (std::size_t i = 0; i < m; ++i) second[i * p + l] = along[i] - a[i] - b[i];
+  }
+  settle(*this, x);
+  return second;
+}
+
+template <class Base>
+std::vector<Base> Fun<Base>::rev_two(const Values& x, const std::vector<std::size_t>& i,
+                                     const std::vector<std::size_t>& j) {
+  const std::size_t n = domain(), p = i.size();
+  check_size("RevTwo: x", x.size(), n);
+  check_size("RevTwo: j", j.size(), p);
+  start_at(x);
+  Values second(n * p);
+  for (std::size_t l = 0; l < p; ++l) {
+    check_index("RevTwo: result", i[l], range());
+    check_index("RevTwo: variable", j[l], n);
+    const Values column = second_order(unit<Base>(n, j[l]), unit<Base>(range(), i[l]));
+    for (std::size_t k = 0; k < n; ++k) second[k * p + l] = column[k];
+  }
+  settle(*this, x);
+  return second;
+}
+
+template <class Base>
+std::size_t Fun<Base>::sparse_jacobian(const Values& x, const Entries& entries, const Pattern& pattern,
+                                       bool forward, std::size_t group, Colors& colors, Values& values) {
+  const std::size_t n = domain(), m = range();
+  (void)group;
+  check_size("sparse_jac: x", x.size(), n);
+  if (pattern.rows != m || pattern.cols != n)
+    refuse("sparse_jac: the pattern is " + std::to_string(pattern.rows) + " x " +
+           std::to_string(pattern.cols) + ", expected " + std::to_string(m) + " x " + std::to_string(n));
+  color_columns(entries, pattern, !forward, colors);
+  start_at(x);
+  values.assign(entries.row.size(), Base(0));
+  for (std::size_t c = 0; c < colors.count; ++c) {
+    Values seed(forward ? n : m, Base(0));
+    for (std::size_t s = 0; s < seed.size(); ++s) {
+      if (colors.color[s] == c) seed[s] = Base(1);
+    }
+    const Values found = forward ? slopes(seed) : reverse(1, seed);
+    for (std::size_t e = 0; e < values.size(); ++e) {
+      const std::size_t mine = forward ? entries.col[e] : entries.row[e];
+      if (colors.color[mine] == c && is_in(pattern, entries.row[e], entries.col[e]))
+        values[e] = found[forward ? entries.row[e] : entries.col[e]];
+    }
+  }
+  settle(*this, x);
+  return colors.count;
+}
+
+template <class Base>
+std::size_t Fun<Base>::sparse_hessian(const Values& x, const Values& w, const Entries& entries,
+                                      const Pattern& pattern, Colors& colors, Values& values) {
+  const std::size_t n = domain();
+  check_size("sparse_hes: x", x.size(), n);
+  check_size("sparse_hes: w", w.size(), range());
+  if (pattern.rows != n || pattern.cols != n)
+    refuse("sparse_hes: the pattern is " + std::to_string(pattern.rows) + " x " +
+           std::to_string(pattern.cols) + ", expected " + std::to_string(n) + " x " + std::to_string(n));
+  color_columns(entries, pattern, false, colors);
+  start_at(x);
+  values.assign(entries.row.size(), Base(0));
+  for (std::size_t c = 0; c < colors.count; ++c) {
+    Values seed(n, Base(0));
+    for (std::size_t s = 0; s < n; ++s) {
+      if (colors.color[s] == c) seed[s] = Base(1);
+    }
+    const Values found = second_order(seed, w);
+    for (std::size_t e = 0; e < values.size(); ++e) {
+      if (colors.color[entries.col[e]] == c && is_in(pattern, entries.row[e], entries.col[e]))
+        values[e] = found[entries.row[e]];
+    }
+  }
+  settle(*this, x);
+  return colors.count;
+}
+
+template <class Base>
+void Fun<Base>::subgraph_reverse(std::size_t q, std::size_t i, const std::vector<bool>& of_domain,
+                                 std::vector<std::size_t>& col, Values& dw) {
+  check_index("subgraph_reverse: result", i, range());
+  const Values all = reverse(q, unit<Base>(range(), i));
+  col.clear();
+  dw.assign(all.size(), Base(0));
+  const Pattern pattern = jacobian_pattern(false);
+  for (std::size_t e = 0; e < pattern.nnz(); ++e) {
+    const std::size_t j = pattern.col[e];
+    if (pattern.row[e] != i || !of_domain[j]) continue;
+    col.push_back(j);
+    for (std::size_t k = 0; k < q; ++k) dw[j * q + k] = all[j * q + k];
+  }
+}
+
+template <class Base>
+Pattern Fun<Base>::jacobian_pattern(bool dependency) const {
+  return rows_of(
+      dependency ? dependency_pattern(*recording_->function) : jacobian_sparsity(*recording_->function),
+      range());
+}
+
+template <class Base>
+Pattern Fun<Base>::hessian_pattern(const std::vector<bool>& of_range) const {
+  return second_order_pattern(*recording_->function, range(), of_range, recording_->kernels);
+}
+
+template <class Base>
+void Fun<Base>::optimize(bool without_compare, bool without_print) {
+  auto shorter = std::make_shared<Recording<Base>>(*recording_);
+  Function function = *recording_->function;
+  if (without_compare) function.guards.clear();
+  if (without_print) function.outputs.resize(range()), shorter->prints.clear();
+  shorter->function = std::make_shared<const Function>(compact(function));
+  shorter->sizes = count_sizes<Base>(*shorter->function, shorter->prints);
+  recording_ = shorter;
+  runs_.clear();
+  orders_ = 0;
+}
+
+template <class Base>
+std::shared_ptr<Fun<AD<Base>>> Fun<Base>::on_recorded() const requires kIsBase<AD<Base>> {
+  auto recording = std::make_shared<Recording<AD<Base>>>();
+  recording->function = recording_->function;
+  recording->range = recording_->range;
+  recording->output_is_parameter = recording_->output_is_parameter;
+  recording->prints = recording_->prints;
+  recording->kernels = recording_->kernels;
+  recording->sizes = recording_->sizes;
+  recording->captured.assign(recording_->captured.begin(), recording_->captured.end());
+  recording->variables.assign(recording_->variables.begin(), recording_->variables.end());
+  recording->dynamics.assign(dynamics_.begin(), dynamics_.end());
+  return std::make_shared<Fun<AD<Base>>>(std::move(recording));
+}
+
+}  // namespace dyntape::cppad::detail

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What a recording of the CppAD layer makes: a function of the project and what CppAD keeps beside it.  Between ad_fun.h and
+// its sources.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/cppad/ad.h>
+
+namespace dyntape {
+struct Callee;
+struct Function;
+template <class T>
+class SeriesKernel;
+}  // namespace dyntape
+
+namespace dyntape::cppad::detail {
+
+// A kernel that the user wrote, in series of the types in which functions are evaluated; null: not in this one.
+struct KernelInSeries {
+  virtual ~KernelInSeries() = default;
+  virtual std::shared_ptr<const SeriesKernel<float>> of(float) const { return nullptr; }
+  virtual std::shared_ptr<const SeriesKernel<AD<float>>> of(AD<float>) const { return nullptr; }
+  virtual std::shared_ptr<const SeriesKernel<double>> of(double) const { return nullptr; }
+  virtual std::shared_ptr<const SeriesKernel<AD<double>>> of(AD<double>) const { return nullptr; }
+  virtual std::shared_ptr<const SeriesKernel<AD<AD<double>>>> of(AD<AD<double>>) const { return nullptr; }
+};
+using Kernels = std::map<const Callee*, std::shared_ptr<const KernelInSeries>>;
+
+// PrintFor: texts around the value of output `value`, where output `flag` is not positive.
+struct Print {
+  std::size_t flag, value;  // outputs of the function, after those of the user
+  std::string before, after;
+};
+
+// How many nodes of each kind there are.
+struct RecordingSizes {
+  std::size_t variables = 0, operations = 0, arguments = 0, constants = 0, dynamics = 0,
+              dynamic_arguments = 0, text = 0;
+};
+
+template <class Base>
+struct Recording {
+  std::shared_ptr<const Function> function;  // of variables, dynamic parameters, and what is captured
+  std::size_t range = 0;                     // the first of its outputs are the user's
+  std::vector<bool> output_is_parameter;
+  std::vector<Print> prints;
+  Kernels kernels;
+  std::vector<Base> captured;             // what a base that records took for a constant
+  std::vector<Base> variables, dynamics;  // their values when it was recorded
+  RecordingSizes sizes;
+};
+
+// --- recorded.cpp, for every base ---
+struct Begin {
+  std::size_t abort_op_index = 0;
+  bool record_compare = true;
+  const char* file = nullptr;
+  int line = 0;
+};
+// Makes these the inputs of a new recording.
+template <class Base>
+void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_t n_dynamic,
+                     const Begin& begin);
+// Ends it. Null x: whatever the independents were.
+template <class Base>
+std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::size_t n_x, const AD<Base>* y,
+                                                     std::size_t n_y);
+template <class Base>
+void record_print(const AD<Base>& flag, const std::string& before, const AD<Base>& value,
+                  const std::string& after);
+// A call of a kernel as one node, with these values; constants only: no node.
+template <class Base>
+std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
+                                  const std::shared_ptr<const KernelInSeries>& kernel,
+                                  const std::vector<AD<Base>>& arguments, const std::vector<Base>& values);
+template <class Base>
+bool is_recording();
+
+[[noreturn]] void refuse(const std::string& sentence);            // ArgumentError
+[[noreturn]] void refuse_recording(const std::string& sentence);  // RecordingError
+
+}  // namespace dyntape::cppad::detail

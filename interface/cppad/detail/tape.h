@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The recording that a thread has open over a base, for recorded.cpp and recorded_end.cpp.
+#pragma once
+
+#include <cstring>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
+
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/autodiff/graph/function.h>
+#include <dyntape/interface/cppad/detail/recording.h>
+
+namespace dyntape::cppad::detail {
+
+template <class Base>
+struct Tape {
+  std::uint32_t serial = 0;
+  Graph graph;
+  std::vector<Kind> kinds;  // of the nodes that somebody asked for
+  std::vector<Guard> guards;
+  std::unordered_set<NodeId> guarded;
+  std::vector<Base> captured;
+  std::unordered_map<std::uint64_t, std::uint32_t> captured_places;  // by tape and node of the base
+  struct PrintNodes {
+    NodeId flag, value;
+    std::string before, after;
+  };
+  std::vector<PrintNodes> prints;
+  Kernels kernels;
+  std::vector<Base> variables, dynamics;
+  Begin begin;
+
+  NodeId node(const AD<Base>& x);
+  Kind kind(NodeId id);
+  AD<Base> result(NodeId id, const Base& value);
+  NodeId captured_node(const Base& value);
+};
+
+template <class Base>
+std::unique_ptr<Tape<Base>>& open_tape() {
+  thread_local std::unique_ptr<Tape<Base>> tape;
+  return tape;
+}
+
+// Numbers on all levels.
+template <class Float>
+requires std::is_floating_point_v<Float>
+double number_of(Float x) { return static_cast<double>(x); }
+template <class Base>
+double number_of(const AD<Base>& x) {
+  return number_of(x.value());
+}
+
+template <class Float>
+requires std::is_floating_point_v<Float>
+bool is_captured(Float) { return false; }
+template <class Base>
+bool is_captured(const AD<Base>& x) {
+  return kind_of(x) != Kind::kConstant || is_captured(x.value());
+}
+
+}  // namespace dyntape::cppad::detail

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/cppad/library.h>
+
+namespace dyntape::cppad {
+
+Function to_function(const ADFun<double>& f) {
+  Function function = *f.core().recording().function;
+  function.outputs.resize(f.Range());  // those of prints come after
+  if (!f.function_name_get().empty()) function.name = f.function_name_get();
+  return compact(function);
+}
+
+CompiledFunction to_library(const ADFun<double>& f, CodegenOptions options) {
+  if (!f.core().recording().kernels.empty()) options.route = Route::kInterpreter;
+  return CompiledFunction::make(to_function(f), options);
+}
+
+}  // namespace dyntape::cppad

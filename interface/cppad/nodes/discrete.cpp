@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <map>
+#include <mutex>
+
+#include <dyntape/autodiff/derive/recorded_callee.h>
+#include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/interface/cppad/nodes/atomic.h>
+#include <dyntape/interface/cppad/detail/fun.hxx>
+
+namespace dyntape::cppad::detail {
+
+namespace {
+
+template <class Base>
+struct Discrete {
+  const char* name;
+  Base (*of)(const Base&);
+};
+
+template <class Base>
+class StepSeries : public SeriesKernel<Base> {
+ public:
+  using Many = std::vector<Series<Base>>;
+  explicit StepSeries(Discrete<Base> step) : step_(step) {}
+  Many forward(const Many& in) const override { return {Series<Base>::constant(step_.of(in[0][0]))}; }
+  Many reverse(const Many&, const Many&, const Many&) const override { return Many(1); }
+
+ private:
+  Discrete<Base> step_;
+};
+
+// Recorded again, a level above.
+template <class Base>
+class RecordedStepSeries : public SeriesKernel<AD<Base>> {
+ public:
+  using Many = std::vector<Series<AD<Base>>>;
+  explicit RecordedStepSeries(Discrete<Base> step) : step_(step) {}
+  Many forward(const Many& in) const override {
+    return {Series<AD<Base>>::constant(discrete_call(step_.name, step_.of, in[0][0]))};
+  }
+  Many reverse(const Many&, const Many&, const Many&) const override { return Many(1); }
+
+ private:
+  Discrete<Base> step_;
+};
+
+template <class Base>
+struct StepInSeries : KernelInSeries {
+  explicit StepInSeries(Discrete<Base> s) : step(s) {}
+  std::shared_ptr<const SeriesKernel<Base>> of(Base) const override {
+    return std::make_shared<StepSeries<Base>>(step);
+  }
+  std::shared_ptr<const SeriesKernel<AD<Base>>> of(AD<Base>) const override {
+    return std::make_shared<RecordedStepSeries<Base>>(step);
+  }
+  Discrete<Base> step;
+};
+
+// (x, tangent or adjoint) -> 0
+std::shared_ptr<const Callee> no_slope() {
+  Function zero;
+  zero.name = "no_slope";
+  zero.inputs = {2, 0, 0};
+  zero.outputs = {zero.graph.constant(0)};
+  return recorded_callee(zero);
+}
+
+// One callee a function, so that equal calls are one.
+template <class Base>
+std::shared_ptr<const Callee> step_callee(const Discrete<Base>& step) {
+  static std::mutex mutex;
+  static std::map<Base (*)(const Base&), std::shared_ptr<const Callee>> known;
+  const std::scoped_lock lock(mutex);
+  auto& callee = known[step.of];
+  if (callee) return callee;
+  Kernel kernel;
+  kernel.evaluate = [step](const double* in, double* out) { out[0] = double(step.of(Base(in[0]))); };
+  auto made = std::make_shared<Callee>(step.name, 1, 1, kernel);
+  made->pattern = Pattern{1, 1, {}, {}};
+  made->has_poles = false;
+  made->jvp = made->vjp = no_slope;
+  return callee = made;
+}
+
+}  // namespace
+
+template <class Base>
+AD<Base> discrete_call(const char* name, Base (*of)(const Base&), const AD<Base>& x) {
+  const Discrete<Base> step{name, of};
+  return record_call(step_callee(step), std::make_shared<StepInSeries<Base>>(step), std::vector<AD<Base>>{x},
+                     std::vector<Base>{of(x.value())})[0];
+}
+
+template AD<float> discrete_call(const char*, float (*)(const float&), const AD<float>&);
+template AD<double> discrete_call(const char*, double (*)(const double&), const AD<double>&);
+
+}  // namespace dyntape::cppad::detail

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// An array whose index may be recorded.
+//
+//   VecAD<double> table(3);
+//   table[size_t(0)] = 1.0;                        // before or in a recording
+//   AD<double> y = table[ax[0]];                   // the element at the integer part of ax[0], whatever it is when evaluated
+//   table[ax[0]] = ax[1];                          // and everything that is read afterwards knows
+//
+// An access by a recorded index is a condition on each element: linear in their number.  An index that leaves the array reads element 0
+// and writes nothing; at the recording point it is an ArgumentError.
+#pragma once
+
+#include <string>
+
+#include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/vector.h>
+
+namespace dyntape::cppad {
+
+template <class Base>
+class VecAD;
+
+template <class Base>
+class VecAD_reference {
+ public:
+  using S = AD<Base>;
+  VecAD_reference(VecAD<Base>& array, const S& index) : array_(array), index_(index) {}
+  VecAD_reference(const VecAD_reference&) = default;
+
+  operator S() const { return array_.load(index_); }  // NOLINT: stands for the element
+  VecAD_reference& operator=(const VecAD_reference& other) { return *this = S(other); }
+  VecAD_reference& operator=(const S& value) { return array_.store(index_, value), *this; }
+  template <MixesWith<Base> Number>
+  VecAD_reference& operator=(const Number& value) {
+    return *this = S(value);
+  }
+  VecAD_reference& operator+=(const S& b) { return *this = S(*this) + b; }
+  VecAD_reference& operator-=(const S& b) { return *this = S(*this) - b; }
+  VecAD_reference& operator*=(const S& b) { return *this = S(*this) * b; }
+  VecAD_reference& operator/=(const S& b) { return *this = S(*this) / b; }
+  friend S operator-(const VecAD_reference& a) { return -S(a); }
+#define DYNTAPE_CPPAD_OPERATOR(op)                                                                  \
+  friend S operator op(const VecAD_reference& a, const VecAD_reference& b) { return S(a) op S(b); } \
+  friend S operator op(const VecAD_reference& a, const S& b) { return S(a) op b; }                  \
+  friend S operator op(const S& a, const VecAD_reference& b) { return a op S(b); }
+  DYNTAPE_CPPAD_OPERATOR(+)
+  DYNTAPE_CPPAD_OPERATOR(-)
+  DYNTAPE_CPPAD_OPERATOR(*)
+  DYNTAPE_CPPAD_OPERATOR(/)
+#undef DYNTAPE_CPPAD_OPERATOR
+  friend std::ostream& operator<<(std::ostream& out, const VecAD_reference& a) { return out << S(a); }
+
+ private:
+  VecAD<Base>& array_;
+  S index_;
+};
+
+template <class Base>
+class VecAD {
+ public:
+  using S = AD<Base>;
+  using reference = VecAD_reference<Base>;
+
+  VecAD() = default;
+  explicit VecAD(std::size_t n) : elements_(n) {}
+
+  std::size_t size() const { return elements_.size(); }
+  S& operator[](std::size_t i) { return elements_[i]; }
+  S& operator[](int i) { return elements_[std::size_t(i)]; }
+  reference operator[](const S& index) { return {*this, index}; }
+  template <MixesWith<Base> Number>
+  requires(!std::integral<Number>) reference operator[](const Number& index) { return {*this, S(index)}; }
+
+ private:
+  friend VecAD_reference<Base>;
+
+  std::size_t place(const S& index) const {
+    const auto value = plain_value(index);
+    if (!(value >= 0) || value >= double(size()))
+      detail::refuse("VecAD: index " + std::to_string(double(value)) + ", expected one of 0 to " +
+                     std::to_string(size()) + " exclusive");
+    return static_cast<std::size_t>(value);
+  }
+  S load(const S& index) const {
+    const std::size_t now = place(index);
+    if (Constant(index)) return elements_[now];
+    const S whole = trunc(index);
+    S element = elements_[0];
+    for (std::size_t k = 1; k < size(); ++k) element = CondExpEq(whole, S(double(k)), elements_[k], element);
+    return element;
+  }
+  void store(const S& index, const S& value) {
+    const std::size_t now = place(index);
+    if (Constant(index)) {
+      elements_[now] = value;
+      return;
+    }
+    const S whole = trunc(index);
+    for (std::size_t k = 0; k < size(); ++k)
+      elements_[k] = CondExpEq(whole, S(double(k)), value, elements_[k]);
+  }
+
+  vector<S> elements_;
+};
+
+}  // namespace dyntape::cppad

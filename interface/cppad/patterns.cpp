@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/cppad/detail/patterns.h>
+
+#include <algorithm>
+#include <set>
+
+#include <dyntape/autodiff/derive/derive.h>
+#include <dyntape/autodiff/derive/sparsity.h>
+
+namespace dyntape::cppad::detail {
+
+// 64 variables at a time, a bit each.
+Pattern dependency_pattern(const Function& function) {
+  const Graph& graph = function.graph;
+  std::vector<std::vector<std::uint32_t>> rows(function.n_y());
+  std::vector<std::uint64_t> bits(graph.size());
+  for (std::size_t base = 0; base < function.n_x(); base += 64) {
+    for (NodeId id = 0; id < graph.size(); ++id) {
+      const Node& node = graph[id];
+      std::uint64_t b = 0;
+      if (node.op == Op::Input && node.a == static_cast<NodeId>(Block::kVariables)) {
+        if (node.b >= base && node.b < base + 64) b = std::uint64_t(1) << (node.b - base);
+      }
+      graph.for_each_argument(id, [&](NodeId a) { b |= bits[a]; });
+      bits[id] = b;
+    }
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+      for (std::size_t k = 0; k < 64; ++k) {
+        if (bits[function.outputs[i]] >> k & 1) rows[i].push_back(static_cast<std::uint32_t>(base + k));
+      }
+    }
+  }
+  return pattern_from_rows(rows, function.n_x());
+}
+
+Pattern rows_of(const Pattern& pattern, std::size_t rows) {
+  Pattern first{rows, pattern.cols, {}, {}};
+  for (std::size_t k = 0; k < pattern.nnz() && pattern.row[k] < rows; ++k) {
+    first.row.push_back(pattern.row[k]);
+    first.col.push_back(pattern.col[k]);
+  }
+  return first;
+}
+
+Pattern second_order_pattern(const Function& function, std::size_t range, const std::vector<bool>& of_range,
+                             const Kernels& kernels) {
+  const std::size_t n = function.n_x();
+  std::vector<std::set<std::uint32_t>> columns(n);
+  std::vector<std::size_t> outputs;
+  for (std::size_t i = 0; i < range; ++i) {
+    if (of_range[i]) outputs.push_back(i);
+  }
+  const Function part = select_outputs(function, outputs);
+  const auto enter = [&](std::uint32_t i, std::uint32_t j) { columns[i].insert(j), columns[j].insert(i); };
+  bool derivable = true;
+  for (const auto& callee : part.graph.callees()) derivable = derivable && !kernels.count(callee.get());
+  if (derivable) {
+    const Pattern lower = sparse_hessian(part).pattern;
+    for (std::size_t k = 0; k < lower.nnz(); ++k) enter(lower.row[k], lower.col[k]);
+  } else {
+    const auto rows = columns_of_rows(jacobian_sparsity(part));
+    for (const auto& row : rows) {
+      for (std::uint32_t i : row) {
+        for (std::uint32_t j : row) enter(i, j);
+      }
+    }
+  }
+  std::vector<std::vector<std::uint32_t>> rows;
+  for (const auto& row : columns) rows.emplace_back(row.begin(), row.end());
+  return pattern_from_rows(rows, n);
+}
+
+bool is_in(const Pattern& pattern, std::size_t row, std::size_t col) {
+  const auto from = std::lower_bound(pattern.row.begin(), pattern.row.end(), row),
+             to = std::upper_bound(from, pattern.row.end(), row);
+  const auto first = pattern.col.begin() + (from - pattern.row.begin()),
+             last = pattern.col.begin() + (to - pattern.row.begin());
+  return std::binary_search(first, last, col);
+}
+
+void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors) {
+  const std::size_t n = rows ? pattern.rows : pattern.cols, across = rows ? pattern.cols : pattern.rows;
+  if (colors.color.size() == n) return;
+  std::vector<std::vector<std::size_t>> of_line(n), of_cross(across);
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
+    const std::size_t line = rows ? pattern.row[k] : pattern.col[k],
+                      cross = rows ? pattern.col[k] : pattern.row[k];
+    of_line[line].push_back(cross);
+    of_cross[cross].push_back(line);
+  }
+  colors = {std::vector<std::size_t>(n, SIZE_MAX), 0};
+  std::vector<bool> asked(n, false);
+  for (std::size_t e = 0; e < entries.row.size(); ++e) asked[rows ? entries.row[e] : entries.col[e]] = true;
+  std::vector<std::size_t> taken_by;  // color: the last line that may not have it
+  for (std::size_t line = 0; line < n; ++line) {
+    if (!asked[line]) continue;
+    for (std::size_t cross : of_line[line]) {
+      for (std::size_t other : of_cross[cross]) {
+        if (other != line && colors.color[other] != SIZE_MAX) taken_by[colors.color[other]] = line;
+      }
+    }
+    std::size_t c = 0;
+    while (c < taken_by.size() && taken_by[c] == line) ++c;
+    if (c == taken_by.size()) taken_by.push_back(SIZE_MAX);
+    colors.color[line] = c;
+  }
+  colors.count = taken_by.size();
+}
+
+}  // namespace dyntape::cppad::detail

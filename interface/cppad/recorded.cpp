@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <atomic>
+#include <random>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/cppad/detail/tape.h>
+
+namespace dyntape::cppad::detail {
+
+void refuse(const std::string& sentence) { throw ArgumentError(sentence); }
+void refuse_recording(const std::string& sentence) { throw RecordingError(sentence); }
+
+namespace {
+
+// Not 0, which is that of constants.
+std::uint32_t next_tape_serial() {
+  static std::atomic<std::uint32_t> next{std::random_device{}()};
+  std::uint32_t serial = next++;
+  while (serial == 0) serial = next++;
+  return serial;
+}
+
+template <class Base>
+Base value_of_op(Op op, const Base& x, const Base& y, const Base& z) {
+  if constexpr (std::is_floating_point_v<Base>) {
+    return evaluate<Base>(op, x, y, z);
+  } else {
+    const int n = info(op).arity;
+    return n == 1 ? apply(op, x) : n == 2 ? apply(op, x, y) : apply(op, x, y, z);
+  }
+}
+
+template <class Base>
+bool is_on(const Tape<Base>* tape, const AD<Base>& x) {
+  return x.tape() != 0 && tape && x.tape() == tape->serial;
+}
+
+std::string begun_at(const Begin& begin) {
+  if (!begin.file) return "";
+  return ", begun at " + std::string(begin.file) + ":" + std::to_string(begin.line) + ",";
+}
+
+template <class Base>
+void check_length(const Tape<Base>& tape) {
+  if (tape.begin.abort_op_index != 0 && tape.graph.size() > tape.begin.abort_op_index) {
+    refuse_recording("Independent: operation " + std::to_string(tape.begin.abort_op_index) +
+                     ", at which the recording" + begun_at(tape.begin) + " was told to stop, is reached");
+  }
+}
+
+}  // namespace
+
+template <class Base>
+NodeId Tape<Base>::captured_node(const Base& value) {
+  const auto place = static_cast<std::uint32_t>(captured.size());
+  if constexpr (!std::is_floating_point_v<Base>) {
+    if (value.tape() != 0) {
+      const std::uint64_t key = std::uint64_t(value.tape()) << 32 | value.id();
+      const auto [known, added] = captured_places.try_emplace(key, place);
+      if (!added) return graph.input(Block::kWeights, known->second);
+    }
+  }
+  captured.push_back(value);
+  return graph.input(Block::kWeights, place);
+}
+
+template <class Base>
+NodeId Tape<Base>::node(const AD<Base>& x) {
+  if (x.tape() == serial) return x.id();
+  return is_captured(x.value()) ? captured_node(x.value()) : graph.constant(number_of(x));
+}
+
+template <class Base>
+Kind Tape<Base>::kind(NodeId id) {
+  for (auto next = static_cast<NodeId>(kinds.size()); next <= id; ++next) {
+    const Node& node = graph[next];
+    Kind kind = Kind::kConstant;
+    if (node.op == Op::Input) {
+      kind = node.a == static_cast<NodeId>(Block::kVariables)    ? Kind::kVariable
+             : node.a == static_cast<NodeId>(Block::kParameters) ? Kind::kDynamic
+                                                                 : Kind::kConstant;
+    } else {
+      graph.for_each_argument(next, [&](NodeId a) { kind = std::max(kind, kinds[a]); });
+    }
+    kinds.push_back(kind);
+  }
+  return kinds[id];
+}
+
+// What folded to a constant is one.
+template <class Base>
+AD<Base> Tape<Base>::result(NodeId id, const Base& value) {
+  if (begin.abort_op_index != 0) check_length(*this);
+  if (graph.is_constant(id)) return AD<Base>(Base(graph.constant_value(id)));
+  return {value, id, serial};
+}
+
+template <class Base>
+AD<Base> apply(Op op, const AD<Base>& x) {
+  const Base value = value_of_op<Base>(op, x.value(), x.value(), x.value());
+  Tape<Base>* const tape = open_tape<Base>().get();
+  return is_on(tape, x) ? tape->result(tape->graph.make(op, x.id()), value) : AD<Base>(value);
+}
+
+template <class Base>
+AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y) {
+  const Base value = value_of_op<Base>(op, x.value(), y.value(), y.value());
+  if (x.tape() == 0 && y.tape() == 0) return value;
+  Tape<Base>* const tape = open_tape<Base>().get();
+  if (!is_on(tape, x) && !is_on(tape, y)) return value;
+  const NodeId a = tape->node(x), b = tape->node(y);
+  return tape->result(tape->graph.make(op, a, b), value);
+}
+
+template <class Base>
+AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
+  const Base value = value_of_op<Base>(op, x.value(), y.value(), z.value());
+  Tape<Base>* const tape = open_tape<Base>().get();
+  if (!is_on(tape, x) && !is_on(tape, y) && !is_on(tape, z)) return value;
+  const NodeId a = tape->node(x), b = tape->node(y), c = tape->node(z);
+  return tape->result(tape->graph.make(op, a, b, c), value);
+}
+
+template <class Base>
+bool compare(Op op, const AD<Base>& x, const AD<Base>& y, const char* file, int line) {
+  bool truth;
+  if constexpr (std::is_floating_point_v<Base>) {
+    truth = evaluate<Base>(op, x.value(), y.value(), y.value()) != 0;
+  } else {
+    truth = compare(op, x.value(), y.value(), file, line);
+  }
+  Tape<Base>* const tape = open_tape<Base>().get();
+  if (!is_on(tape, x) && !is_on(tape, y)) return truth;
+  if (!tape->begin.record_compare) return truth;
+  const NodeId a = tape->node(x), b = tape->node(y), condition = tape->graph.make(op, a, b);
+  if (tape->graph.is_constant(condition)) return truth;
+  if (tape->guarded.insert(condition).second) tape->guards.push_back({condition, truth, file, line});
+  return truth;
+}
+
+template <class Base>
+Kind kind_of(const AD<Base>& x) {
+  if (x.tape() == 0) return Kind::kConstant;
+  Tape<Base>* const tape = open_tape<Base>().get();
+  return is_on(tape, x) ? tape->kind(x.id()) : Kind::kConstant;
+}
+
+template <class Base>
+const Base& value_to_keep(const AD<Base>& x) {
+  if (kind_of(x) == Kind::kVariable) {
+    refuse_recording(
+        "Value: the argument is a variable of the recording" + begun_at(open_tape<Base>()->begin) +
+        " which is open, and its value would be a constant of it; Var2Par says that this is meant");
+  }
+  return x.value();
+}
+
+template <class Base>
+bool is_recording() {
+  return open_tape<Base>() != nullptr;
+}
+
+template <class Base>
+void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_t n_dynamic,
+                     const Begin& begin) {
+  auto& open = open_tape<Base>();
+  if (n_x == 0) refuse("Independent: there are no independent variables, expected at least one");
+  if (open) {
+    refuse_recording(
+        "Independent: a recording of this thread" + begun_at(open->begin) +
+        " is open over the same base; end it by ADFun, Dependent or AD<Base>::abort_recording()");
+  }
+  auto tape = std::make_unique<Tape<Base>>();
+  tape->serial = next_tape_serial();
+  tape->begin = begin;
+  const auto declare = [&](Block block, AD<Base>* values, std::size_t n, std::vector<Base>& kept) {
+    for (std::size_t i = 0; i < n; ++i) {
+      kept.push_back(values[i].value());
+      values[i] =
+          AD<Base>(values[i].value(), tape->graph.input(block, static_cast<std::uint32_t>(i)), tape->serial);
+    }
+  };
+  declare(Block::kVariables, x, n_x, tape->variables);
+  declare(Block::kParameters, dynamic, n_dynamic, tape->dynamics);
+  open = std::move(tape);
+}
+
+template <class Base>
+void record_print(const AD<Base>& flag, const std::string& before, const AD<Base>& value,
+                  const std::string& after) {
+  Tape<Base>* const tape = open_tape<Base>().get();
+  if (!tape) return;
+  const NodeId of_flag = tape->node(flag), of_value = tape->node(value);
+  tape->prints.push_back({of_flag, of_value, before, after});
+}
+
+template <class Base>
+std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
+                                  const std::shared_ptr<const KernelInSeries>& kernel,
+                                  const std::vector<AD<Base>>& arguments, const std::vector<Base>& values) {
+  std::vector<AD<Base>> results(values.begin(), values.end());
+  Tape<Base>* const tape = open_tape<Base>().get();
+  bool any = false;
+  for (const AD<Base>& a : arguments) any = any || is_on(tape, a);
+  if (!any) return results;
+  std::vector<NodeId> nodes;
+  for (const AD<Base>& a : arguments) nodes.push_back(tape->node(a));
+  const std::vector<NodeId> made = tape->graph.call(callee, nodes);
+  if (kernel) tape->kernels[callee.get()] = kernel;
+  for (std::size_t i = 0; i < made.size(); ++i) results[i] = tape->result(made[i], values[i]);
+  return results;
+}
+
+#define DYNTAPE_CPPAD_BASE(Base)                                                                        \
+  template struct Tape<Base>;                                                                           \
+  template AD<Base> apply(Op, const AD<Base>&);                                                         \
+  template AD<Base> apply(Op, const AD<Base>&, const AD<Base>&);                                        \
+  template AD<Base> apply(Op, const AD<Base>&, const AD<Base>&, const AD<Base>&);                       \
+  template bool compare(Op, const AD<Base>&, const AD<Base>&, const char*, int);                        \
+  template Kind kind_of(const AD<Base>&);                                                               \
+  template const Base& value_to_keep(const AD<Base>&);                                                  \
+  template bool is_recording<Base>();                                                                   \
+  template void begin_recording(AD<Base>*, std::size_t, AD<Base>*, std::size_t, const Begin&);          \
+  template void record_print(const AD<Base>&, const std::string&, const AD<Base>&, const std::string&); \
+  template std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>&,                      \
+                                             const std::shared_ptr<const KernelInSeries>&,              \
+                                             const std::vector<AD<Base>>&, const std::vector<Base>&);
+DYNTAPE_CPPAD_BASE(float)
+DYNTAPE_CPPAD_BASE(double)
+DYNTAPE_CPPAD_BASE(AD<double>)
+DYNTAPE_CPPAD_BASE(AD<AD<double>>)
+
+}  // namespace dyntape::cppad::detail

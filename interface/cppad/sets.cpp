@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/cppad/detail/sets.h>
+
+#include <algorithm>
+#include <array>
+#include <sstream>
+
+namespace dyntape::cppad::detail {
+
+Sets sets_of(const Pattern& pattern) {
+  Sets sets{pattern.cols, std::vector<std::set<std::size_t>>(pattern.rows)};
+  for (std::size_t k = 0; k < pattern.nnz(); ++k) sets.sets[pattern.row[k]].insert(pattern.col[k]);
+  return sets;
+}
+
+Pattern pattern_of(const Sets& sets) {
+  std::vector<std::vector<std::uint32_t>> rows;
+  for (const auto& row : sets.sets) rows.emplace_back(row.begin(), row.end());
+  return pattern_from_rows(rows, sets.cols);
+}
+
+Sets transposed(const Sets& sets) {
+  Sets turned{sets.sets.size(), std::vector<std::set<std::size_t>>(sets.cols)};
+  for (std::size_t i = 0; i < sets.sets.size(); ++i) {
+    for (std::size_t j : sets.sets[i]) turned.sets[j].insert(i);
+  }
+  return turned;
+}
+
+Sets product(const Sets& a, const Sets& b) {
+  Sets c{b.cols, std::vector<std::set<std::size_t>>(a.sets.size())};
+  for (std::size_t i = 0; i < a.sets.size(); ++i) {
+    for (std::size_t k : a.sets[i]) c.sets[i].insert(b.sets[k].begin(), b.sets[k].end());
+  }
+  return c;
+}
+
+void keep_selected(Sets& sets, const std::vector<bool>& rows, const std::vector<bool>& cols) {
+  for (std::size_t i = 0; i < sets.sets.size(); ++i) {
+    if (!rows[i]) sets.sets[i].clear();
+    std::erase_if(sets.sets[i], [&](std::size_t j) { return !cols[j]; });
+  }
+}
+
+std::vector<bool> selected(const Sets& one_row) {
+  std::vector<bool> bools(one_row.cols, false);
+  for (const auto& row : one_row.sets) {
+    for (std::size_t j : row) bools[j] = true;
+  }
+  return bools;
+}
+
+namespace {
+
+bool begins_with_limit(const std::string& word) { return word.rfind("collision_limit=", 0) == 0; }
+
+}  // namespace
+
+bool read_optimize_options(const std::string& options, const std::string& asked) {
+  constexpr std::array kKnown = {"no_conditional_skip", "no_compare_op", "no_print_for_op",
+                                 "no_cumulative_sum_op", "val_graph"};
+  std::istringstream words(options);
+  bool found = false;
+  for (std::string word; words >> word;) {
+    if (std::find(kKnown.begin(), kKnown.end(), word) == kKnown.end() && !begins_with_limit(word))
+      refuse("optimize: \"" + word +
+             "\" is no option; there are no_conditional_skip, no_compare_op, no_print_for_op, "
+             "no_cumulative_sum_op, collision_limit=<number>, val_graph");
+    found = found || word == asked;
+  }
+  return found;
+}
+
+void check_coloring(const char* what, const std::string& name) {
+  constexpr std::array kKnown = {"cppad",         "colpack",           "cppad.symmetric",
+                                 "cppad.general", "colpack.symmetric", "colpack.general",
+                                 "colpack.star"};
+  if (std::find(kKnown.begin(), kKnown.end(), name) != kKnown.end()) return;
+  refuse(std::string(what) + ": there is no colouring \"" + name +
+         "\"; there are cppad, colpack and, of Hessians, cppad.symmetric, cppad.general, colpack.symmetric, "
+         "colpack.general, colpack.star");
+}
+
+}  // namespace dyntape::cppad::detail

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The sparse calls of ADFun, of both generations (ad_fun.h).
+//
+//   sparse_rc<SizeVector> eye(n, n, n), pattern;                        eye.set(k, k, k)
+//   f.for_jac_sparsity(eye, false, false, false, pattern);              // of dy/dx
+//   sparse_jac_work work;                                               // keeps the grouping of columns
+//   f.sparse_jac_for(1, x, subset, pattern, "cppad", work);             // -> how many sweeps
+//   f.SparseJacobian(x);                                                // dense rows, the old way
+//
+// Patterns are exact where structure says so: of branches both count, and dependency = true adds what comparisons, signs and
+// steps depend on.  Colourings are ours whatever the name.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/cppad/detail/fun.h>
+#include <dyntape/interface/cppad/detail/sets.h>
+#include <dyntape/interface/cppad/sparse.h>
+
+namespace dyntape::cppad {
+
+struct sparse_jac_work {
+  void clear() { colors = {}; }
+  detail::Colors colors;
+};
+struct sparse_hes_work {
+  void clear() { colors = {}; }
+  detail::Colors colors;
+};
+// Of the old calls; color_method is read by nobody.
+struct sparse_jacobian_work {
+  std::string color_method = "cppad";
+  void clear() { colors = {}; }
+  detail::Colors colors;
+};
+struct sparse_hessian_work {
+  std::string color_method = "cppad.symmetric";
+  void clear() { colors = {}; }
+  detail::Colors colors;
+};
+
+namespace detail {
+
+template <class Self, class Base>
+class SparseCalls {
+ public:
+  using Size = std::size_t;
+
+  // --- patterns: S = J R and S = R J; any SizeVector ---
+  template <class V>
+  void for_jac_sparsity(const sparse_rc<V>& R, bool transpose, bool dependency, bool /*internal_bool*/,
+                        sparse_rc<V>& S) {
+    const Sets r = sets_of(R, transpose);
+    fun().check("for_jac_sparsity: the pattern's rows", r.sets.size(), fun().domain());
+    for_jac_ = r;
+    to_rc(product(sets_of(fun().jacobian_pattern(dependency)), r), transpose, S);
+  }
+  template <class V>
+  void rev_jac_sparsity(const sparse_rc<V>& R, bool transpose, bool dependency, bool /*internal_bool*/,
+                        sparse_rc<V>& S) {
+    const Sets r = sets_of(R, transpose);
+    fun().check("rev_jac_sparsity: the pattern's columns", r.cols, fun().range());
+    to_rc(product(r, sets_of(fun().jacobian_pattern(dependency))), transpose, S);
+  }
+  // H R, of the R of the last for_jac_sparsity.
+  template <class BoolVector, class V>
+  void rev_hes_sparsity(const BoolVector& select_range, bool transpose, bool /*internal_bool*/,
+                        sparse_rc<V>& S) {
+    fun().check("rev_hes_sparsity: select_range", select_range.size(), fun().range());
+    if (for_jac_.sets.empty())
+      refuse("rev_hes_sparsity: for_jac_sparsity comes first, and has not been called");
+    to_rc(product(sets_of(fun().hessian_pattern(bools_of(select_range))), for_jac_), transpose, S);
+  }
+  template <class BoolVector, class V>
+  void for_hes_sparsity(const BoolVector& select_domain, const BoolVector& select_range,
+                        bool /*internal_bool*/, sparse_rc<V>& S) {
+    fun().check("for_hes_sparsity: select_domain", select_domain.size(), fun().domain());
+    fun().check("for_hes_sparsity: select_range", select_range.size(), fun().range());
+    Sets h = sets_of(fun().hessian_pattern(bools_of(select_range)));
+    keep_selected(h, bools_of(select_domain), bools_of(select_domain));
+    to_rc(h, false, S);
+  }
+  template <class BoolVector, class V>
+  void subgraph_sparsity(const BoolVector& select_domain, const BoolVector& select_range, bool transpose,
+                         sparse_rc<V>& S) {
+    fun().check("subgraph_sparsity: select_domain", select_domain.size(), fun().domain());
+    fun().check("subgraph_sparsity: select_range", select_range.size(), fun().range());
+    Sets j = sets_of(fun().jacobian_pattern(true));
+    keep_selected(j, bools_of(select_range), bools_of(select_domain));
+    to_rc(j, transpose, S);
+  }
+  void clear_subgraph() {}
+
+  // --- the old calls: patterns as vectors of bools, row by row, or of sets ---
+  template <class VectorSet>
+  VectorSet ForSparseJac(Size q, const VectorSet& r, bool transpose = false, bool dependency = false) {
+    const Sets of_r = sets_of(r, transpose ? q : fun().domain(), transpose ? fun().domain() : q, transpose);
+    for_jac_ = of_r;
+    return to_vector<VectorSet>(product(sets_of(fun().jacobian_pattern(dependency)), of_r), transpose);
+  }
+  template <class VectorSet>
+  VectorSet RevSparseJac(Size q, const VectorSet& r, bool transpose = false, bool dependency = false) {
+    const Sets of_r = sets_of(r, transpose ? fun().range() : q, transpose ? q : fun().range(), transpose);
+    return to_vector<VectorSet>(product(of_r, sets_of(fun().jacobian_pattern(dependency))), transpose);
+  }
+  // s (1 x m) -> H R, of the R of the last ForSparseJac.
+  template <class VectorSet>
+  VectorSet RevSparseHes(Size q, const VectorSet& s, bool transpose = false) {
+    const Sets of_s = sets_of(s, 1, fun().range(), false);
+    if (for_jac_.cols != q)
+      refuse("RevSparseHes: q is " + std::to_string(q) + ", and the last ForSparseJac had " +
+             std::to_string(for_jac_.cols));
+    return to_vector<VectorSet>(product(sets_of(fun().hessian_pattern(selected(of_s))), for_jac_), transpose);
+  }
+  // r, s (1 x n), (1 x m): which variables and results.
+  template <class VectorSet>
+  VectorSet ForSparseHes(const VectorSet& r, const VectorSet& s) {
+    const Sets of_r = sets_of(r, 1, fun().domain(), false), of_s = sets_of(s, 1, fun().range(), false);
+    Sets h = sets_of(fun().hessian_pattern(selected(of_s)));
+    keep_selected(h, selected(of_r), selected(of_r));
+    return to_vector<VectorSet>(h, false);
+  }
+
+  // --- values of the entries of a subset; the number of sweeps ---
+  template <class V, class BaseVector>
+  Size sparse_jac_for(Size group_max, const BaseVector& x, sparse_rcv<V, BaseVector>& subset,
+                      const sparse_rc<V>& pattern, const std::string& coloring, sparse_jac_work& work) {
+    check_coloring("sparse_jac_for", coloring);
+    return jacobian_entries(x, subset, pattern, true, group_max, work.colors);
+  }
+  template <class V, class BaseVector>
+  Size sparse_jac_rev(const BaseVector& x, sparse_rcv<V, BaseVector>& subset, const sparse_rc<V>& pattern,
+                      const std::string& coloring, sparse_jac_work& work) {
+    check_coloring("sparse_jac_rev", coloring);
+    return jacobian_entries(x, subset, pattern, false, 1, work.colors);
+  }
+  template <class V, class BaseVector>
+  Size sparse_hes(const BaseVector& x, const BaseVector& w, sparse_rcv<V, BaseVector>& subset,
+                  const sparse_rc<V>& pattern, const std::string& coloring, sparse_hes_work& work) {
+    check_coloring("sparse_hes", coloring);
+    std::vector<Base> found;
+    const Size sweeps =
+        fun().sparse_hessian(Self::values(x), Self::values(w), entries(subset.row(), subset.col()),
+                             pattern_of(sets_of(pattern, false)), work.colors, found);
+    for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
+    return sweeps;
+  }
+  template <class V, class BaseVector>
+  void subgraph_jac_rev(const BaseVector& x, sparse_rcv<V, BaseVector>& subset) {
+    Colors colors;
+    std::vector<Base> found;
+    fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()), fun().jacobian_pattern(false),
+                          false, 1, colors, found);
+    for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
+  }
+  template <class BoolVector, class V, class BaseVector>
+  void subgraph_jac_rev(const BoolVector& select_domain, const BoolVector& select_range, const BaseVector& x,
+                        sparse_rcv<V, BaseVector>& matrix_out) {
+    sparse_rc<V> pattern;
+    Sets j = sets_of(fun().jacobian_pattern(false));
+    keep_selected(j, bools_of(select_range), bools_of(select_domain));
+    to_rc(j, false, pattern);
+    matrix_out = sparse_rcv<V, BaseVector>(pattern);
+    subgraph_jac_rev(x, matrix_out);
+  }
+  // Which variables the next ones are of; then, after Forward, result ell: dw[j q + k] at the columns col.
+  template <class BoolVector>
+  requires(!std::is_arithmetic_v<BoolVector>) void subgraph_reverse(const BoolVector& select_domain) {
+    fun().check("subgraph_reverse: select_domain", select_domain.size(), fun().domain());
+    subgraph_domain_ = bools_of(select_domain);
+  }
+  template <class BaseVector, class SizeVector>
+  void subgraph_reverse(Size q, Size ell, SizeVector& col, BaseVector& dw) {
+    if (subgraph_domain_.empty())
+      refuse("subgraph_reverse: select_domain comes first, and has not been given");
+    std::vector<Size> places;
+    std::vector<Base> found;
+    fun().subgraph_reverse(q, ell, subgraph_domain_, places, found);
+    col = SizeVector(places.size());
+    for (Size k = 0; k < places.size(); ++k) col[k] = places[k];
+    dw = Self::template made<BaseVector>(found);
+  }
+
+  // --- the old calls for values: dense, row by row; or entries (row, col) ---
+  template <class BaseVector>
+  BaseVector SparseJacobian(const BaseVector& x) {
+    return Self::template made<BaseVector>(fun().jacobian(Self::values(x)));
+  }
+  template <class BaseVector, class VectorSet>
+  BaseVector SparseJacobian(const BaseVector& x, const VectorSet& p) {
+    Sets sets = sets_of(p, fun().range(), fun().domain(), false);
+    std::vector<Base> J = fun().jacobian(Self::values(x));
+    keep_entries(J, sets);
+    return Self::template made<BaseVector>(J);
+  }
+  template <class BaseVector, class VectorSet, class SizeVector>
+  Size SparseJacobianForward(const BaseVector& x, const VectorSet& p, const SizeVector& row,
+                             const SizeVector& col, BaseVector& jac, sparse_jacobian_work& work) {
+    return old_jacobian(x, p, row, col, jac, true, work);
+  }
+  template <class BaseVector, class VectorSet, class SizeVector>
+  Size SparseJacobianReverse(const BaseVector& x, const VectorSet& p, const SizeVector& row,
+                             const SizeVector& col, BaseVector& jac, sparse_jacobian_work& work) {
+    return old_jacobian(x, p, row, col, jac, false, work);
+  }
+  template <class BaseVector>
+  BaseVector SparseHessian(const BaseVector& x, const BaseVector& w) {
+    return Self::template made<BaseVector>(fun().hessian(Self::values(x), Self::values(w)));
+  }
+  template <class BaseVector, class VectorSet>
+  BaseVector SparseHessian(const BaseVector& x, const BaseVector& w, const VectorSet& p) {
+    Sets sets = sets_of(p, fun().domain(), fun().domain(), false);
+    std::vector<Base> H = fun().hessian(Self::values(x), Self::values(w));
+    keep_entries(H, sets);
+    return Self::template made<BaseVector>(H);
+  }
+  template <class BaseVector, class VectorSet, class SizeVector>
+  Size SparseHessian(const BaseVector& x, const BaseVector& w, const VectorSet& p, const SizeVector& row,
+                     const SizeVector& col, BaseVector& hes, sparse_hessian_work& work) {
+    std::vector<Base> found;
+    const Size sweeps = fun().sparse_hessian(Self::values(x), Self::values(w), entries(row, col),
+                                             pattern_of(sets_of(p, fun().domain(), fun().domain(), false)),
+                                             work.colors, found);
+    hes = Self::template made<BaseVector>(found);
+    return sweeps;
+  }
+
+ private:
+  struct Face {  // the function, with a check of sizes
+    Fun<Base>& core;
+    Size domain() const { return core.domain(); }
+    Size range() const { return core.range(); }
+    Pattern jacobian_pattern(bool dependency) const { return core.jacobian_pattern(dependency); }
+    Pattern hessian_pattern(const std::vector<bool>& r) const { return core.hessian_pattern(r); }
+    std::vector<Base> jacobian(const std::vector<Base>& x) const { return core.jacobian(x); }
+    std::vector<Base> hessian(const std::vector<Base>& x, const std::vector<Base>& w) const {
+      return core.hessian(x, w);
+    }
+    template <class... A>
+    Size sparse_jacobian(A&&... a) const {
+      return core.sparse_jacobian(std::forward<A>(a)...);
+    }
+    template <class... A>
+    Size sparse_hessian(A&&... a) const {
+      return core.sparse_hessian(std::forward<A>(a)...);
+    }
+    template <class... A>
+    void subgraph_reverse(A&&... a) const {
+      core.subgraph_reverse(std::forward<A>(a)...);
+    }
+    void check(const char* what, Size got, Size expected) const {
+      if (got != expected)
+        refuse(std::string(what) + ": got " + std::to_string(got) + ", expected " + std::to_string(expected));
+    }
+  };
+  Face fun() const { return {static_cast<const Self&>(*this).core()}; }
+
+  template <class V, class BaseVector>
+  Size jacobian_entries(const BaseVector& x, sparse_rcv<V, BaseVector>& subset, const sparse_rc<V>& pattern,
+                        bool forward, Size group, Colors& colors) {
+    std::vector<Base> found;
+    const Size sweeps =
+        fun().sparse_jacobian(Self::values(x), entries(subset.row(), subset.col()),
+                              pattern_of(sets_of(pattern, false)), forward, group, colors, found);
+    for (Size k = 0; k < found.size(); ++k) subset.set(k, found[k]);
+    return sweeps;
+  }
+  template <class BaseVector, class VectorSet, class SizeVector>
+  Size old_jacobian(const BaseVector& x, const VectorSet& p, const SizeVector& row, const SizeVector& col,
+                    BaseVector& jac, bool forward, sparse_jacobian_work& work) {
+    std::vector<Base> found;
+    const Size sweeps = fun().sparse_jacobian(Self::values(x), entries(row, col),
+                                              pattern_of(sets_of(p, fun().range(), fun().domain(), false)),
+                                              forward, Size(1), work.colors, found);
+    jac = Self::template made<BaseVector>(found);
+    return sweeps;
+  }
+  template <class V>
+  Entries entries(const V& row, const V& col) const {
+    return {sizes_of(row), sizes_of(col)};
+  }
+  void keep_entries(std::vector<Base>& dense, const Sets& sets) const {
+    for (Size i = 0; i < sets.sets.size(); ++i) {
+      for (Size j = 0; j < sets.cols; ++j) {
+        if (!sets.sets[i].count(j)) dense[i * sets.cols + j] = Base(0);
+      }
+    }
+  }
+
+  Sets for_jac_;
+  std::vector<bool> subgraph_domain_;
+};
+
+}  // namespace detail
+
+}  // namespace dyntape::cppad

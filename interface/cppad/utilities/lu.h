@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Linear equations by L U with pivots, of numbers or recorded values, matrices row by row.
+//
+//   Scalar logdet;
+//   const int sign = LuSolve(n, m, A, B, X, logdet);       // A X = B; det A = sign exp(logdet); 0: singular
+//
+// Pivots are those of the recording point, and leave no guard.
+#pragma once
+
+#include <string>
+#include <utility>
+
+#include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/vector.h>
+
+namespace dyntape::cppad {
+
+namespace detail {
+inline void check_matrix(const char* what, std::size_t got, std::size_t expected) {
+  if (got != expected)
+    refuse(std::string(what) + " has " + std::to_string(got) + " entries, expected " +
+           std::to_string(expected));
+}
+}  // namespace detail
+
+// L with the pivots on its diagonal, and U with ones, of rows ip and columns jp. Returns the sign of the permutations, 0 if singular;
+// ratio: the largest quotient of an element and the pivot that was taken after it could be.
+template <class SizeVector, class Vector, class Scalar>
+int LuRatio(SizeVector& ip, SizeVector& jp, Vector& LU, Scalar& ratio) {
+  const std::size_t n = ip.size();
+  detail::check_matrix("LuFactor: LU", LU.size(), n * n);
+  int sign = 1;
+  ratio = Scalar(1);
+  for (std::size_t i = 0; i < n; ++i) ip[i] = jp[i] = i;
+  for (std::size_t p = 0; p < n; ++p) {
+    std::size_t row = p, col = p;
+    for (std::size_t i = p; i < n; ++i) {
+      for (std::size_t j = p; j < n; ++j) {
+        if (!abs_geq(LU[ip[row] * n + jp[col]], LU[ip[i] * n + jp[j]])) row = i, col = j;
+      }
+    }
+    if (row != p) std::swap(ip[p], ip[row]), sign = -sign;
+    if (col != p) std::swap(jp[p], jp[col]), sign = -sign;
+    const Scalar pivot = LU[ip[p] * n + jp[p]];
+    if (plain_value(pivot) == 0) return 0;
+    for (std::size_t j = p + 1; j < n; ++j) LU[ip[p] * n + jp[j]] = LU[ip[p] * n + jp[j]] / pivot;
+    for (std::size_t i = p + 1; i < n; ++i) {
+      for (std::size_t j = p + 1; j < n; ++j)
+        LU[ip[i] * n + jp[j]] = LU[ip[i] * n + jp[j]] - LU[ip[i] * n + jp[p]] * LU[ip[p] * n + jp[j]];
+    }
+  }
+  return sign;
+}
+
+template <class SizeVector, class Vector>
+int LuFactor(SizeVector& ip, SizeVector& jp, Vector& LU) {
+  std::remove_cvref_t<decltype(LU[0])> ratio;
+  return LuRatio(ip, jp, LU, ratio);
+}
+
+// Of what LuFactor made: B becomes X.
+template <class SizeVector, class Vector>
+void LuInvert(const SizeVector& ip, const SizeVector& jp, const Vector& LU, Vector& B) {
+  using Scalar = std::remove_cvref_t<decltype(LU[0])>;
+  const std::size_t n = ip.size(), m = n ? B.size() / n : 0;
+  vector<Scalar> x(n);
+  for (std::size_t k = 0; k < m; ++k) {
+    for (std::size_t p = 0; p < n; ++p) {
+      Scalar sum = B[ip[p] * m + k];
+      for (std::size_t j = 0; j < p; ++j) sum = sum - LU[ip[p] * n + jp[j]] * x[j];
+      x[p] = sum / LU[ip[p] * n + jp[p]];
+    }
+    for (std::size_t p = n; p-- > 0;) {
+      for (std::size_t j = p + 1; j < n; ++j) x[p] = x[p] - LU[ip[p] * n + jp[j]] * x[j];
+    }
+    for (std::size_t p = 0; p < n; ++p) B[jp[p] * m + k] = x[p];
+  }
+}
+
+template <class Vector, class Scalar>
+int LuSolve(std::size_t n, std::size_t m, const Vector& A, const Vector& B, Vector& X, Scalar& logdet) {
+  detail::check_matrix("LuSolve: A", A.size(), n * n);
+  detail::check_matrix("LuSolve: B", B.size(), n * m);
+  vector<std::size_t> ip(n), jp(n);
+  Vector LU = A;
+  logdet = Scalar(0);
+  int sign = LuFactor(ip, jp, LU);
+  if (sign == 0) return 0;
+  for (std::size_t p = 0; p < n; ++p) {
+    const Scalar pivot = LU[ip[p] * n + jp[p]];
+    if (plain_value(pivot) < 0) sign = -sign;
+    using std::log;
+    logdet = logdet + log(plain_value(pivot) < 0 ? Scalar(-pivot) : pivot);
+  }
+  X = B;
+  LuInvert(ip, jp, LU, X);
+  return sign;
+}
+
+}  // namespace dyntape::cppad

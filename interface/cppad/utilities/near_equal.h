@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Whether two numbers are equal but for rounding.
+//
+//   NearEqual(x, y, r, a)      // |x - y| <= a, or |x - y| <= r (|x| + |y|); false for what is not finite
+#pragma once
+
+#include <cmath>
+#include <complex>
+
+#include <dyntape/interface/cppad/conditions.h>
+
+namespace dyntape::cppad {
+
+namespace detail {
+inline bool near_equal(double x, double y, double r, double a) {
+  if (!std::isfinite(x) || !std::isfinite(y)) return false;
+  const double apart = std::abs(x - y);
+  return apart <= a || apart <= r * (std::abs(x) + std::abs(y));
+}
+}  // namespace detail
+
+template <class X, class Y, class R, class A>
+requires requires(X x, Y y) { plain_value(x), plain_value(y); }
+bool NearEqual(const X& x, const Y& y, const R& r, const A& a) {
+  return detail::near_equal(double(plain_value(x)), double(plain_value(y)), double(plain_value(r)),
+                            double(plain_value(a)));
+}
+template <class Float>
+bool NearEqual(const std::complex<Float>& x, const std::complex<Float>& y, Float r, Float a) {
+  return detail::near_equal(x.real(), y.real(), r, a) && detail::near_equal(x.imag(), y.imag(), r, a);
+}
+
+}  // namespace dyntape::cppad

@@ -1,0 +1,144 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Polynomials, integrals, and the little things that programs around CppAD use.
+//
+//   Poly(k, a, z)                      the k-th derivative of a[0] + a[1] z + ... at z
+//   RombergOne(F, a, b, n, p, e)       the integral of F from a to b by up to 2^(n - 1) intervals; e: an estimate of its error
+//   RombergMul(F, a, b, n, p, e)       of F of several arguments, over a box
+#pragma once
+
+#include <algorithm>
+#include <chrono>
+#include <cstddef>
+#include <sstream>
+#include <string>
+
+#include <dyntape/interface/cppad/vector.h>
+
+namespace dyntape::cppad {
+
+template <class Type, class Vector>
+Type Poly(std::size_t k, const Vector& a, const Type& z) {
+  Type sum(0);
+  for (std::size_t i = a.size(); i-- > k;) {
+    double factor = 1;
+    for (std::size_t j = i - k + 1; j <= i; ++j) factor *= double(j);
+    sum = sum * z + Type(factor) * Type(a[i]);
+  }
+  return sum;
+}
+
+// Trapezoids of halved steps, extrapolated p times.
+template <class Fun, class Float>
+Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::size_t p, Float& e) {
+  if (n <= p)
+    detail::refuse("RombergOne: n is " + std::to_string(n) + ", expected more than p = " + std::to_string(p));
+  vector<Float> row(p + 1);
+  Float step = b - a, trapezoid = (F(a) + F(b)) * step / Float(2);
+  row[0] = trapezoid;
+  Float before = trapezoid;
+  for (std::size_t i = 1, intervals = 1; i < n; ++i, intervals *= 2) {
+    Float middle(0);
+    for (std::size_t k = 0; k < intervals; ++k) middle = middle + F(a + step * Float(double(k) + 0.5));
+    trapezoid = (trapezoid + middle * step) / Float(2);
+    step = step / Float(2);
+    Float left = row[0], power(4);
+    row[0] = trapezoid;
+    before = row[std::min(i, p) - (p > 0)];
+    for (std::size_t j = 1; j <= std::min(i, p); ++j) {
+      const Float next = row[j];
+      row[j] = row[j - 1] + (row[j - 1] - left) / (power - Float(1));
+      left = next;
+      power = power * Float(4);
+    }
+  }
+  const Float apart = row[p] - before;
+  e = apart < Float(0) ? Float(-apart) : apart;
+  return row[p];
+}
+
+namespace detail {
+
+// F with all arguments but the first given, integrated over the first.
+template <class Fun, class Vector, class SizeVector>
+struct Slice {
+  using Float = std::remove_cvref_t<decltype(std::declval<Vector&>()[0])>;
+  Fun& F;
+  const Vector &a, &b;
+  const SizeVector &n, &p;
+  Vector& x;
+  std::size_t axis;
+  Float* error;
+
+  Float operator()(const Float& value) {
+    x[axis] = value;
+    if (axis + 1 == std::size_t(a.size())) return F(x);
+    Slice inner{F, a, b, n, p, x, axis + 1, error};
+    Float e;
+    const Float integral = RombergOne(inner, a[axis + 1], b[axis + 1], n[axis + 1], p[axis + 1], e);
+    Float share = e;
+    for (std::size_t k = 0; k <= axis; ++k) share = share * (b[k] - a[k]);
+    if (*error < share) *error = share;
+    return integral;
+  }
+};
+
+}  // namespace detail
+
+// CppAD writes RombergMul as a class with call operator.
+template <class Fun, class SizeVector, class FloatVector, std::size_t m>
+struct RombergMul {
+  using Float = std::remove_cvref_t<decltype(std::declval<FloatVector&>()[0])>;
+  Float operator()(Fun& F, const FloatVector& a, const FloatVector& b, const SizeVector& n,
+                   const SizeVector& p, Float& e) {
+    FloatVector x(m);
+    Float inner(0), outer;
+    detail::Slice<Fun, FloatVector, SizeVector> slice{F, a, b, n, p, x, 0, &inner};
+    const Float integral = RombergOne(slice, a[0], b[0], n[0], p[0], outer);
+    e = outer + inner;
+    return integral;
+  }
+};
+
+// ind: the order in which keys ascend.
+template <class KeyVector, class SizeVector>
+void index_sort(const KeyVector& keys, SizeVector& ind) {
+  vector<std::size_t> places(keys.size());
+  for (std::size_t i = 0; i < places.size(); ++i) places[i] = i;
+  std::stable_sort(places.begin(), places.end(),
+                   [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
+  for (std::size_t i = 0; i < places.size(); ++i) ind[i] = places[i];
+}
+
+// With all digits.
+template <class Value>
+std::string to_string(const Value& value) {
+  std::ostringstream text;
+  text.precision(17);
+  text << value;
+  return text.str();
+}
+
+// Since the first call.
+inline double elapsed_seconds() {
+  using Clock = std::chrono::steady_clock;
+  static const Clock::time_point start = Clock::now();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+// Threads need no set-up here, and memory is nobody's pool.
+struct thread_alloc {
+  static void parallel_setup(std::size_t, bool (*)(), std::size_t (*)()) {}
+  static void hold_memory(bool) {}
+  static void free_available(std::size_t) {}
+  static bool free_all() { return true; }
+  static std::size_t num_threads() { return 1; }
+  static std::size_t thread_num() { return 0; }
+  static bool in_parallel() { return false; }
+  static std::size_t inuse(std::size_t) { return 0; }
+  static std::size_t available(std::size_t) { return 0; }
+};
+template <class Base>
+void parallel_ad() {}
+
+}  // namespace dyntape::cppad

@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// CppAD::vector: a vector whose elements have addresses, bools among them; and the vector that its test programs use.
+//
+//   CPPAD_TESTVECTOR(double) x(3);
+//
+// An index beyond the end is an ArgumentError, in every build.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <initializer_list>
+#include <memory>
+#include <ostream>
+#include <string>
+#include <utility>
+
+namespace dyntape::cppad {
+
+namespace detail {
+[[noreturn]] void refuse(const std::string& sentence);
+}
+
+template <class Type>
+class vector {
+ public:
+  using value_type = Type;
+  using iterator = Type*;
+  using const_iterator = const Type*;
+
+  vector() = default;
+  explicit vector(std::size_t n) { resize(n); }
+  vector(std::initializer_list<Type> values) { assign(values.begin(), values.end()); }
+  template <class Iterator>
+  requires requires(Iterator i) { *i, ++i; }
+  vector(Iterator first, Iterator last) { assign(first, last); }
+  vector(const vector& other) { assign(other.begin(), other.end()); }
+  vector(vector&& other) noexcept { swap(other); }
+  vector& operator=(const vector& other) {
+    if (this != &other) assign(other.begin(), other.end());
+    return *this;
+  }
+  vector& operator=(vector&& other) noexcept {
+    swap(other);
+    return *this;
+  }
+
+  std::size_t size() const { return size_; }
+  std::size_t capacity() const { return capacity_; }
+  bool empty() const { return size_ == 0; }
+  Type* data() { return data_.get(); }
+  const Type* data() const { return data_.get(); }
+  Type* begin() { return data(); }
+  Type* end() { return data() + size_; }
+  const Type* begin() const { return data(); }
+  const Type* end() const { return data() + size_; }
+  Type& operator[](std::size_t i) { return check(i), data_[i]; }
+  const Type& operator[](std::size_t i) const { return check(i), data_[i]; }
+
+  // Elements are kept where they fit.
+  void resize(std::size_t n) {
+    if (n > capacity_) grow(n);
+    size_ = n;
+  }
+  void clear() { data_.reset(), size_ = capacity_ = 0; }
+  void push_back(const Type& value) {
+    const Type copy = value;
+    if (size_ == capacity_) grow(2 * size_ + 1);
+    data_[size_++] = copy;
+  }
+  template <class Vector>
+  void push_vector(const Vector& values) {
+    for (std::size_t i = 0, n = values.size(); i < n; ++i) push_back(values[i]);
+  }
+  void swap(vector& other) noexcept {
+    std::swap(data_, other.data_), std::swap(size_, other.size_), std::swap(capacity_, other.capacity_);
+  }
+  template <class Iterator>
+  void assign(Iterator first, Iterator last) {
+    size_ = 0;
+    for (; first != last; ++first) push_back(*first);
+  }
+
+  friend std::ostream& operator<<(std::ostream& out, const vector& v) {
+    out << "{ ";
+    for (std::size_t i = 0; i < v.size(); ++i) out << (i ? ", " : "") << v[i];
+    return out << " }";
+  }
+
+ private:
+  void check(std::size_t i) const {
+    if (i < size_) return;
+    detail::refuse("vector: element " + std::to_string(i) + " does not exist; there are " +
+                   std::to_string(size_));
+  }
+  void grow(std::size_t n) {
+    std::unique_ptr<Type[]> larger(new Type[n]());
+    std::move(data_.get(), data_.get() + size_, larger.get());
+    data_ = std::move(larger);
+    capacity_ = n;
+  }
+
+  std::unique_ptr<Type[]> data_;
+  std::size_t size_ = 0, capacity_ = 0;
+};
+
+using vectorBool = vector<bool>;
+
+}  // namespace dyntape::cppad
+
+#define CPPAD_TESTVECTOR(Scalar) ::dyntape::cppad::vector<Scalar>

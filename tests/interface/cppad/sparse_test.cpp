@@ -1,0 +1,245 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Patterns and sparse derivatives, of both generations, and subgraphs.
+#include <set>
+
+#include "programs.h"
+
+namespace {
+
+using Sizes = CPPAD_TESTVECTOR(std::size_t);
+using Bools = CPPAD_TESTVECTOR(bool);
+using Rc = CppAD::sparse_rc<Sizes>;
+using Rcv = CppAD::sparse_rcv<Sizes, DVector>;
+using VectorOfSets = CPPAD_TESTVECTOR(std::set<std::size_t>);
+
+const DVector kAt{2, 3, 5};
+
+ADFun<double> example() {  // J: (0, 0), (0, 1), (1, 2), (2, 0)
+  return recorded({1, 1, 1}, [](const AVector& x) -> std::vector<ADouble> {
+    return {x[0] * x[1], x[2] * x[2], 2 * x[0]};
+  });
+}
+const std::vector<double> kJacobian = {3, 2, 0, 0, 0, 10, 2, 0, 0};
+
+Rc identity(std::size_t n) {
+  Rc eye(n, n, n);
+  for (std::size_t k = 0; k < n; ++k) eye.set(k, k, k);
+  return eye;
+}
+Rc entries(std::size_t nr, std::size_t nc, const std::vector<std::pair<std::size_t, std::size_t>>& at) {
+  Rc rc(nr, nc, at.size());
+  for (std::size_t k = 0; k < at.size(); ++k) rc.set(k, at[k].first, at[k].second);
+  return rc;
+}
+const Rc kPattern = entries(3, 3, {{0, 0}, {0, 1}, {1, 2}, {2, 0}});
+Bools all(std::size_t n) {
+  Bools v(n);
+  for (bool& b : v) b = true;
+  return v;
+}
+
+TEST(CppadSparse, RcHoldsEntries) {
+  Rc rc(2, 3, 2);
+  rc.set(0, 1, 2), rc.set(1, 0, 0);
+  rc.push_back(0, 2);
+  EXPECT_EQ(rc.nnz(), 3u);
+  EXPECT_EQ(rc.nr(), 2u);
+  EXPECT_EQ(rc.nc(), 3u);
+  const Sizes by_row = rc.row_major(), by_col = rc.col_major();
+  EXPECT_EQ(by_row[0], 1u);
+  EXPECT_EQ(by_row[1], 2u);
+  EXPECT_EQ(by_row[2], 0u);
+  EXPECT_EQ(by_col[0], 1u);
+  EXPECT_TRUE(rc == entries(2, 3, {{0, 0}, {0, 2}, {1, 2}}));
+  EXPECT_FALSE(rc == entries(2, 3, {{0, 0}, {0, 1}, {1, 2}}));
+  Rc other;
+  other.swap(rc);
+  EXPECT_EQ(rc.nnz(), 0u);
+}
+
+TEST(CppadSparse, RcvHoldsValues) {
+  Rcv matrix(kPattern);
+  matrix.set(0, 5.0);
+  matrix.set(1, 0, 1, 6.0);
+  EXPECT_EQ(matrix.val()[0], 5);
+  EXPECT_EQ(matrix.val()[1], 6);
+  EXPECT_EQ(matrix.nnz(), 4u);
+  EXPECT_TRUE(matrix.pat() == kPattern);
+}
+
+TEST(CppadSparse, ForwardAndReversePatterns) {
+  ADFun<double> f = example();
+  Rc pattern;
+  f.for_jac_sparsity(identity(3), false, false, false, pattern);
+  EXPECT_TRUE(pattern == kPattern);
+  f.rev_jac_sparsity(identity(3), false, false, true, pattern);
+  EXPECT_TRUE(pattern == kPattern);
+  f.for_jac_sparsity(identity(3), true, false, false, pattern);
+  EXPECT_TRUE(pattern == entries(3, 3, {{0, 0}, {1, 0}, {2, 1}, {0, 2}}));
+  f.for_jac_sparsity(entries(3, 1, {{1, 0}}), false, false, false, pattern);
+  EXPECT_TRUE(pattern == entries(3, 1, {{0, 0}}));
+}
+
+TEST(CppadSparse, DependencyGoesThroughComparisons) {
+  ADFun<double> f = recorded({1, 1}, [](const AVector& x) -> std::vector<ADouble> {
+    return {CondExpLt(x[0], ADouble(1), x[1], ADouble(2)), sign(x[0])};
+  });
+  Rc pattern;
+  f.for_jac_sparsity(identity(2), false, false, false, pattern);
+  EXPECT_TRUE(pattern == entries(2, 2, {{0, 1}}));
+  f.for_jac_sparsity(identity(2), false, true, false, pattern);
+  EXPECT_TRUE(pattern == entries(2, 2, {{0, 0}, {0, 1}, {1, 0}}));
+}
+
+TEST(CppadSparse, HessianPatterns) {
+  ADFun<double> f = example();
+  Rc pattern;
+  Bools range = all(3);
+  range[1] = false;
+  f.for_hes_sparsity(all(3), range, false, pattern);
+  EXPECT_TRUE(pattern == entries(3, 3, {{0, 1}, {1, 0}}));
+  Rc ignored;
+  f.for_jac_sparsity(identity(3), false, false, false, ignored);
+  f.rev_hes_sparsity(all(3), false, false, pattern);
+  EXPECT_TRUE(pattern == entries(3, 3, {{0, 1}, {1, 0}, {2, 2}}));
+  Bools domain = all(3);
+  domain[2] = false;
+  f.for_hes_sparsity(domain, all(3), true, pattern);
+  EXPECT_TRUE(pattern == entries(3, 3, {{0, 1}, {1, 0}}));
+}
+
+TEST(CppadSparse, JacobianEntriesInBothModes) {
+  ADFun<double> f = example();
+  Rcv subset(entries(3, 3, {{2, 0}, {0, 1}, {1, 2}}));
+  CppAD::sparse_jac_work work;
+  EXPECT_EQ(f.sparse_jac_for(10, kAt, subset, kPattern, "cppad", work), 2u)
+      << "columns 0 and 2 share a sweep";
+  expect_near(subset.val(), {2, 2, 10});
+  Rcv again(subset.pat());
+  EXPECT_EQ(f.sparse_jac_for(1, kAt, again, kPattern, "cppad", work), 2u);
+  expect_near(again.val(), {2, 2, 10});
+  work.clear();
+  Rcv reverse(subset.pat());
+  EXPECT_EQ(f.sparse_jac_rev(kAt, reverse, kPattern, "cppad", work), 2u);
+  expect_near(reverse.val(), {2, 2, 10});
+}
+
+TEST(CppadSparse, HessianEntriesByEveryColouring) {
+  ADFun<double> f = example();
+  for (const char* coloring : {"cppad.symmetric", "cppad.general", "colpack.symmetric"}) {
+    CppAD::sparse_hes_work work;
+    Rcv subset(entries(3, 3, {{1, 0}, {0, 1}, {2, 2}}));
+    EXPECT_EQ(
+        f.sparse_hes(kAt, DVector{10, 1, 1}, subset, entries(3, 3, {{0, 1}, {1, 0}, {2, 2}}), coloring, work),
+        1u);
+    expect_near(subset.val(), {10, 10, 2});
+  }
+}
+
+TEST(CppadSparse, OldPatternsOfBoolsAndSets) {
+  ADFun<double> f = example();
+  Bools eye(9);
+  VectorOfSets sets(3);
+  for (std::size_t k = 0; k < 9; ++k) eye[k] = k % 4 == 0;
+  for (std::size_t k = 0; k < 3; ++k) sets[k].insert(k);
+  const Bools forward = f.ForSparseJac(3, eye), reverse = f.RevSparseJac(3, eye);
+  const VectorOfSets of_sets = f.ForSparseJac(3, sets);
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      EXPECT_EQ(forward[i * 3 + j], kJacobian[i * 3 + j] != 0);
+      EXPECT_EQ(reverse[i * 3 + j], kJacobian[i * 3 + j] != 0);
+      EXPECT_EQ(of_sets[i].count(j) == 1, kJacobian[i * 3 + j] != 0);
+    }
+  }
+}
+
+TEST(CppadSparse, OldHessianPatterns) {
+  ADFun<double> f = example();
+  VectorOfSets eye(3), s(1), r(1);
+  for (std::size_t k = 0; k < 3; ++k) eye[k].insert(k), r[0].insert(k);
+  s[0].insert(0);
+  f.ForSparseJac(3, eye);
+  for (const VectorOfSets& h : {f.RevSparseHes(3, s), f.ForSparseHes(r, s)}) {
+    EXPECT_EQ(h[0], std::set<std::size_t>{1});
+    EXPECT_EQ(h[1], std::set<std::size_t>{0});
+    EXPECT_TRUE(h[2].empty());
+  }
+}
+
+TEST(CppadSparse, OldValues) {
+  ADFun<double> f = example();
+  expect_near(f.SparseJacobian(kAt), kJacobian);
+  VectorOfSets p(3), h(3);
+  p[0] = {0, 1}, p[1] = {2}, p[2] = {0};
+  h[0] = {1}, h[1] = {0}, h[2] = {2};
+  expect_near(f.SparseJacobian(kAt, p), kJacobian);
+  const Sizes row{0, 1}, col{1, 2};
+  DVector values(2);
+  CppAD::sparse_jacobian_work work;
+  EXPECT_EQ(f.SparseJacobianForward(kAt, p, row, col, values, work), 1u);
+  expect_near(values, {2, 10});
+  work.clear();
+  f.SparseJacobianReverse(kAt, p, row, col, values, work);
+  expect_near(values, {2, 10});
+  const DVector w{10, 1, 1};
+  expect_near(f.SparseHessian(kAt, w), {0, 10, 0, 10, 0, 0, 0, 0, 2});
+  expect_near(f.SparseHessian(kAt, w, h), {0, 10, 0, 10, 0, 0, 0, 0, 2});
+  CppAD::sparse_hessian_work hessian_work;
+  hessian_work.color_method = "cppad.general";
+  f.SparseHessian(kAt, w, h, Sizes{0, 2}, Sizes{1, 2}, values, hessian_work);
+  expect_near(values, {10, 2});
+}
+
+TEST(CppadSubgraph, PatternsRowsAndJacobians) {
+  ADFun<double> f = example();
+  Rc pattern;
+  Bools range = all(3);
+  range[0] = false;
+  f.subgraph_sparsity(all(3), range, false, pattern);
+  EXPECT_TRUE(pattern == entries(3, 3, {{1, 2}, {2, 0}}));
+  f.subgraph_reverse(all(3));
+  f.Forward(0, kAt);
+  Sizes col;
+  DVector dw;
+  f.subgraph_reverse(1, 0, col, dw);
+  ASSERT_EQ(col.size(), 2u);
+  EXPECT_EQ(dw[col[0]], 3);
+  EXPECT_EQ(dw[col[1]], 2);
+  Rcv subset(kPattern), selected;
+  f.subgraph_jac_rev(kAt, subset);
+  expect_near(subset.val(), {3, 2, 10, 2});
+  f.subgraph_jac_rev(all(3), range, kAt, selected);
+  expect_near(selected.val(), {10, 2});
+  f.clear_subgraph();
+}
+
+// A subset that asks for what is zero by structure, beyond the last column that is not.
+TEST(CppadSubgraph, StructuralZerosInTheSubset) {
+  ADFun<double> f =
+      recorded({1, 1, 1}, [](const AVector& x) -> std::vector<ADouble> { return {x[0] * x[0]}; });
+  Rcv subset(entries(1, 3, {{0, 0}, {0, 1}, {0, 2}}));
+  f.subgraph_jac_rev(DVector{3, 1, 1}, subset);
+  expect_near(subset.val(), {6, 0, 0});
+}
+
+TEST(CppadSparse, OnLargeTapesColumnsShareSweeps) {
+  const std::size_t n = 200;
+  ADFun<double> f = recorded(std::vector<double>(n, 0.5), [](const AVector& x) {
+    std::vector<ADouble> y;
+    for (std::size_t i = 0; i + 1 < x.size(); ++i) y.push_back(x[i] * sin(x[i + 1]));
+    return y;
+  });
+  Rc pattern;
+  f.for_jac_sparsity(identity(n), false, false, false, pattern);
+  EXPECT_EQ(pattern.nnz(), 2 * (n - 1));
+  Rcv subset(pattern);
+  CppAD::sparse_jac_work work;
+  DVector x(n);
+  for (double& v : x) v = 0.5;
+  EXPECT_EQ(f.sparse_jac_for(1, x, subset, pattern, "cppad", work), 2u);
+  for (std::size_t k = 0; k < subset.nnz(); ++k)
+    EXPECT_NEAR(subset.val()[k], subset.row()[k] == subset.col()[k] ? std::sin(0.5) : 0.5 * std::cos(0.5),
+                1e-14);
+}
+
+}  // namespace
