@@ -54,7 +54,9 @@ ROOMS = {
     'interface/robot/tables': [*AUTODIFF, *DYNAMICS, 'interface/robot'],
     'interface/robot/packs': [*AUTODIFF, *DYNAMICS, 'interface/robot', 'interface/robot/tables'],
     'interface/robot': [*AUTODIFF, *DYNAMICS, *GENERATE, 'codegen/system'],
-    'interface/ocs2': [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/run', IO, 'interface/robot'],
+    'interface/ocs2': [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/run', IO, 'interface/robot',
+                       'interface/ocs2/classes'],  # ocs2.h, which includes all
+    'interface/ocs2/classes': [*AUTODIFF, *DYNAMICS, 'codegen', 'codegen/options', 'codegen/run', IO, 'interface/robot', 'interface/ocs2'],
     'interface/cppad': [*AUTODIFF, *GENERATE, *(f'interface/cppad/{name}' for name in ('nodes', 'utilities', 'cg'))],
     'interface/cppad/nodes': [*AUTODIFF, 'interface/cppad'],
     'interface/cppad/utilities': ['interface/cppad'],

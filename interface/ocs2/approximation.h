@@ -13,6 +13,8 @@
 // Shapes: f a number or (nf); dfdx, dfdu gradients (nx), (nu) of a scalar, Jacobians (nf x nx), (nf x nu) of
 // a vector; dfdxx (nx x nx), dfdux (nu x nx: input times state), dfduu (nu x nu).  nu = -1: no inputs, the u
 // blocks are empty.  An empty block counts as zero in + and +=; other sizes that differ throw ArgumentError.
+//
+// Each becomes a client's own struct with members of these names by itself: Theirs theirs = ours;
 #pragma once
 
 #include <Eigen/Core>
@@ -31,9 +33,50 @@ using matrix_t = Eigen::MatrixXd;
 
 namespace detail {
 
+struct OfDyntape {};  // these structs themselves, which are no client's
+
+// A client's struct with the members of ours.
+template <class Theirs>
+concept LinearLike =
+    !std::derived_from<Theirs, OfDyntape> && std::default_initializable<Theirs> && requires(Theirs t) {
+  t.f;
+  t.dfdx;
+  t.dfdu;
+};
+template <class Theirs>
+concept QuadraticLike = LinearLike<Theirs> && requires(Theirs t) {
+  t.dfdxx;
+  t.dfdux;
+  t.dfduu;
+};
+
+template <class Theirs>
+Theirs linear_as(const auto& a) {
+  Theirs t;
+  t.f = a.f, t.dfdx = a.dfdx, t.dfdu = a.dfdu;
+  return t;
+}
+// Second-order blocks may be lists of another type.
+template <class To>
+To blocks_as(const auto& from) {
+  if constexpr (requires(To to) { to = from; }) {
+    return from;
+  } else {
+    return To(from.begin(), from.end());
+  }
+}
+template <class Theirs>
+Theirs quadratic_as(const auto& a) {
+  Theirs t = linear_as<Theirs>(a);
+  t.dfdxx = blocks_as<decltype(t.dfdxx)>(a.dfdxx);
+  t.dfdux = blocks_as<decltype(t.dfdux)>(a.dfdux);
+  t.dfduu = blocks_as<decltype(t.dfduu)>(a.dfduu);
+  return t;
+}
+
 // What is done to all blocks of an approximation alike.  Entries of what is resized are undefined.
 template <class Self>
-struct ApproximationBlocks {
+struct ApproximationBlocks : OfDyntape {
   Self& operator+=(const Self& other);
   Self& operator*=(scalar_t factor);
 };
@@ -60,6 +103,11 @@ struct ScalarFunctionLinearApproximation : detail::ScalarApproximation<ScalarFun
 
   ScalarFunctionLinearApproximation() = default;
   explicit ScalarFunctionLinearApproximation(int nx, int nu = -1) { resize(nx, nu); }
+
+  template <detail::LinearLike Theirs>
+  requires(!detail::QuadraticLike<Theirs>) operator Theirs() const {
+    return detail::linear_as<Theirs>(*this);
+  }
 };
 
 struct ScalarFunctionQuadraticApproximation
@@ -70,6 +118,11 @@ struct ScalarFunctionQuadraticApproximation
 
   ScalarFunctionQuadraticApproximation() = default;
   explicit ScalarFunctionQuadraticApproximation(int nx, int nu = -1) { resize(nx, nu); }
+
+  template <detail::QuadraticLike Theirs>
+  operator Theirs() const {
+    return detail::quadratic_as<Theirs>(*this);
+  }
 };
 
 struct VectorFunctionLinearApproximation : detail::VectorApproximation<VectorFunctionLinearApproximation> {
@@ -78,6 +131,11 @@ struct VectorFunctionLinearApproximation : detail::VectorApproximation<VectorFun
 
   VectorFunctionLinearApproximation() = default;
   explicit VectorFunctionLinearApproximation(int nf, int nx, int nu = -1) { resize(nf, nx, nu); }
+
+  template <detail::LinearLike Theirs>
+  requires(!detail::QuadraticLike<Theirs>) operator Theirs() const {
+    return detail::linear_as<Theirs>(*this);
+  }
 };
 
 struct VectorFunctionQuadraticApproximation
@@ -88,6 +146,11 @@ struct VectorFunctionQuadraticApproximation
 
   VectorFunctionQuadraticApproximation() = default;
   explicit VectorFunctionQuadraticApproximation(int nf, int nx, int nu = -1) { resize(nf, nx, nu); }
+
+  template <detail::QuadraticLike Theirs>
+  operator Theirs() const {
+    return detail::quadratic_as<Theirs>(*this);
+  }
 };
 
 template <class T>

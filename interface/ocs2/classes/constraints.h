@@ -1,0 +1,133 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Constraints of a client's own, derived for it: OCS2's StateConstraintCppAd and StateInputConstraintCppAd.
+//
+//   class Reach : public ocs2::StateConstraintCppAd {
+//    public:
+//     Reach() : StateConstraintCppAd(ocs2::ConstraintOrder::Linear) { initialize(2, 0, "reach"); }
+//     Reach* clone() const override { return new Reach(*this); }
+//     std::size_t getNumConstraints(ocs2::scalar_t) const override { return 1; }
+//
+//    protected:
+//     ocs2::ad_vector_t constraintFunction(ocs2::ad_scalar_t, const ocs2::ad_vector_t& state,
+//                                          const ocs2::ad_vector_t&) const override { ... }
+//   };
+//
+// Of order Linear a library of first order is made, of Quadratic one of second.  Shapes: approximation.h; time is a variable whose
+// derivatives are not returned.
+//
+// Errors: ArgumentError for sizes, for a quadratic approximation of a linear constraint, and without initialize; those of
+// CppAdInterface.
+#pragma once
+
+#include <dyntape/interface/ocs2/classes/costs.h>
+
+namespace dyntape::ocs2 {
+
+enum class ConstraintOrder { Linear, Quadratic };
+
+class StateConstraint {
+ public:
+  explicit StateConstraint(ConstraintOrder order) : order_(order) {}
+  virtual ~StateConstraint() = default;
+  virtual StateConstraint* clone() const = 0;
+  ConstraintOrder getOrder() const { return order_; }
+  virtual bool isActive(scalar_t /*time*/) const { return true; }
+  virtual std::size_t getNumConstraints(scalar_t time) const = 0;
+  virtual vector_t getValue(scalar_t time, const vector_t& state, const PreComputation& preComp) const = 0;
+  virtual VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
+                                                                   const PreComputation& preComp) const;
+  virtual VectorFunctionQuadraticApproximation getQuadraticApproximation(scalar_t time, const vector_t& state,
+                                                                         const PreComputation& preComp) const;
+
+ protected:
+  StateConstraint(const StateConstraint&) = default;
+
+ private:
+  ConstraintOrder order_;
+};
+
+class StateInputConstraint {
+ public:
+  explicit StateInputConstraint(ConstraintOrder order) : order_(order) {}
+  virtual ~StateInputConstraint() = default;
+  virtual StateInputConstraint* clone() const = 0;
+  ConstraintOrder getOrder() const { return order_; }
+  virtual bool isActive(scalar_t /*time*/) const { return true; }
+  virtual std::size_t getNumConstraints(scalar_t time) const = 0;
+  virtual vector_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
+                            const PreComputation& preComp) const = 0;
+  virtual VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
+                                                                   const vector_t& input,
+                                                                   const PreComputation& preComp) const;
+  virtual VectorFunctionQuadraticApproximation getQuadraticApproximation(scalar_t time, const vector_t& state,
+                                                                         const vector_t& input,
+                                                                         const PreComputation& preComp) const;
+
+ protected:
+  StateInputConstraint(const StateInputConstraint&) = default;
+
+ private:
+  ConstraintOrder order_;
+};
+
+class StateConstraintCppAd : public StateConstraint {
+ public:
+  using StateConstraint::StateConstraint;
+  void initialize(std::size_t stateDim, std::size_t parameterDim, const std::string& modelName,
+                  const std::string& modelFolder = "", bool recompileLibraries = true, bool verbose = true,
+                  const char* file = __builtin_FILE(), int line = __builtin_LINE());
+  virtual vector_t getParameters(scalar_t /*time*/, const PreComputation&) const { return vector_t(0); }
+  vector_t getValue(scalar_t time, const vector_t& state, const PreComputation& preComp) const override;
+  VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
+                                                           const PreComputation& preComp) const override;
+  VectorFunctionQuadraticApproximation getQuadraticApproximation(
+      scalar_t time, const vector_t& state, const PreComputation& preComp) const override;
+
+ protected:
+  StateConstraintCppAd(const StateConstraintCppAd&) = default;
+  virtual ad_vector_t constraintFunction(ad_scalar_t time, const ad_vector_t& state,
+                                         const ad_vector_t& parameters) const = 0;
+
+ private:
+  detail::TermModel model_;
+};
+
+class StateInputConstraintCppAd : public StateInputConstraint {
+ public:
+  using StateInputConstraint::StateInputConstraint;
+  void initialize(std::size_t stateDim, std::size_t inputDim, std::size_t parameterDim,
+                  const std::string& modelName, const std::string& modelFolder = "",
+                  bool recompileLibraries = true, bool verbose = true, const char* file = __builtin_FILE(),
+                  int line = __builtin_LINE());
+  virtual vector_t getParameters(scalar_t /*time*/, const PreComputation&) const { return vector_t(0); }
+  vector_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
+                    const PreComputation& preComp) const override;
+  VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
+                                                           const vector_t& input,
+                                                           const PreComputation& preComp) const override;
+  VectorFunctionQuadraticApproximation getQuadraticApproximation(
+      scalar_t time, const vector_t& state, const vector_t& input,
+      const PreComputation& preComp) const override;
+
+ protected:
+  StateInputConstraintCppAd(const StateInputConstraintCppAd&) = default;
+  virtual ad_vector_t constraintFunction(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,
+                                         const ad_vector_t& parameters) const = 0;
+
+ private:
+  detail::TermModel model_;
+};
+
+namespace detail {
+
+// Of a model of (time, state, input): value and Jacobian, and a Hessian a row.
+VectorFunctionLinearApproximation linear(const TermModel& term, const char* name, scalar_t time,
+                                         const vector_t& state, const vector_t& input, const vector_t& p);
+VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const char* name, scalar_t time,
+                                                    const vector_t& state, const vector_t& input,
+                                                    const vector_t& p);
+
+}  // namespace detail
+
+}  // namespace dyntape::ocs2

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Values between those of an array of times, and where a time falls among events, as OCS2 has them.
+//
+//   auto [k, alpha] = LinearInterpolation::timeSegment(0.25, times);        // alpha of value k, 1 - alpha of the next
+//   vector_t x = LinearInterpolation::interpolate(0.25, times, states);
+//
+// Before the first time and after the last the end's value holds.  An empty array of times and one entry give that entry.
+// Neighbours of different sizes: the nearer one.  Segments shorter than 2e-9 s are no segments: the nearer end.
+#pragma once
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocs2/names.h>
+
+namespace dyntape::ocs2 {
+
+namespace lookup {
+
+// Of the intervals (-inf, t_0], (t_0, t_1], ..., (t_last, inf) the one that holds the time: 0 to timeArray.size().
+inline int findIndexInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
+  return static_cast<int>(std::lower_bound(timeArray.begin(), timeArray.end(), time) - timeArray.begin());
+}
+// The segment between two times: -1 before the first, timeArray.size() - 1 after the last.
+inline int findIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
+  return findIndexInTimeArray(timeArray, time) - 1;
+}
+// The same where the ends belong to the first and the last segment; ArgumentError outside of them.
+inline int findActiveIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
+  const int last = static_cast<int>(timeArray.size()) - 2;
+  const int found =
+      !timeArray.empty() && time == timeArray.front() ? 0 : findIntervalInTimeArray(timeArray, time);
+  if (found < 0 || found > last)
+    throw ArgumentError("findActiveIntervalInTimeArray: the time is outside of the times");
+  return found;
+}
+
+}  // namespace lookup
+
+namespace LinearInterpolation {
+
+using index_alpha_t = std::pair<int, scalar_t>;
+
+namespace detail {
+
+inline constexpr scalar_t kShortest = 2e-9;  // s
+
+inline bool is_similar(const auto& a, const auto& b) {
+  if constexpr (requires {
+                  a.rows();
+                  a.cols();
+                }) {
+    return a.rows() == b.rows() && a.cols() == b.cols();
+  } else {
+    return true;
+  }
+}
+
+struct Itself {
+  template <class T>
+  const T& operator()(const std::vector<T>& data, std::size_t k) const {
+    return data[k];
+  }
+};
+
+}  // namespace detail
+
+inline index_alpha_t timeSegment(scalar_t enquiryTime, const scalar_array_t& timeArray) {
+  if (timeArray.size() <= 1) return {0, 1};
+  const int last = static_cast<int>(timeArray.size()) - 1;
+  const int k = lookup::findIntervalInTimeArray(timeArray, enquiryTime);
+  if (k < 0) return {0, 1};
+  if (k >= last) return {last - 1, 0};
+  const scalar_t begin = timeArray[static_cast<std::size_t>(k)],
+                 end = timeArray[static_cast<std::size_t>(k) + 1];
+  if (end - begin > detail::kShortest) return {k, (end - enquiryTime) / (end - begin)};
+  return {k, end - enquiryTime > enquiryTime - begin ? 1.0 : 0.0};
+}
+
+// accessor(data, k): what is interpolated of entry k.
+template <class Data, class Accessor = detail::Itself>
+auto interpolate(index_alpha_t indexAlpha, const std::vector<Data>& dataArray, Accessor accessor = {}) {
+  if (dataArray.empty()) throw ArgumentError("interpolate: there is no data");
+  using Value = std::remove_cvref_t<decltype(accessor(dataArray, std::size_t(0)))>;
+  const std::size_t k = static_cast<std::size_t>(indexAlpha.first);
+  const scalar_t alpha = indexAlpha.second;
+  if (dataArray.size() == 1) return Value(accessor(dataArray, 0));
+  if (k + 1 >= dataArray.size()) throw ArgumentError("interpolate: more times than data");
+  const auto& left = accessor(dataArray, k);
+  const auto& right = accessor(dataArray, k + 1);
+  if (!detail::is_similar(left, right)) return Value(alpha > 0.5 ? left : right);
+  return Value(alpha * left + (scalar_t(1) - alpha) * right);
+}
+
+template <class Data, class Accessor = detail::Itself>
+auto interpolate(scalar_t enquiryTime, const scalar_array_t& timeArray, const std::vector<Data>& dataArray,
+                 Accessor accessor = {}) {
+  return interpolate(timeSegment(enquiryTime, timeArray), dataArray, accessor);
+}
+
+}  // namespace LinearInterpolation
+
+// References over time: what costs follow.
+struct TargetTrajectories {
+  TargetTrajectories() = default;
+  TargetTrajectories(scalar_array_t times, vector_array_t states, vector_array_t inputs = {})
+      : timeTrajectory(std::move(times)),
+        stateTrajectory(std::move(states)),
+        inputTrajectory(std::move(inputs)) {}
+
+  bool empty() const { return timeTrajectory.empty() || stateTrajectory.empty(); }
+  std::size_t size() const { return timeTrajectory.size(); }
+  void clear() { *this = {}; }
+  vector_t getDesiredState(scalar_t time) const { return desired(stateTrajectory, "states", time); }
+  vector_t getDesiredInput(scalar_t time) const { return desired(inputTrajectory, "inputs", time); }
+
+  scalar_array_t timeTrajectory;
+  vector_array_t stateTrajectory, inputTrajectory;
+
+ private:
+  vector_t desired(const vector_array_t& of, const char* what, scalar_t time) const {
+    if (of.empty()) throw ArgumentError(std::string("TargetTrajectories has no ") + what);
+    return LinearInterpolation::interpolate(time, timeTrajectory, of);
+  }
+};
+
+}  // namespace dyntape::ocs2

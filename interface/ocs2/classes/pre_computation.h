@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What terms of a problem compute once for all of them; a client derives its own and casts.
+//
+//   const auto& mine = cast<MyPreComputation>(preComputation);
+#pragma once
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/ocs2/names.h>
+
+namespace dyntape::ocs2 {
+
+enum class Request {
+  Cost = 1,
+  Constraint = 2,
+  SoftConstraint = 4,
+  Dynamics = 8,
+  Approximation = 16,
+};
+
+class RequestSet {
+ public:
+  RequestSet(Request request) : bits_(static_cast<unsigned>(request)) {}
+  RequestSet operator+(RequestSet other) const { return RequestSet(bits_ | other.bits_); }
+  bool contains(Request request) const { return (bits_ & static_cast<unsigned>(request)) != 0; }
+  bool containsAny(RequestSet other) const { return (bits_ & other.bits_) != 0; }
+  bool containsAll(RequestSet other) const { return (bits_ & other.bits_) == other.bits_; }
+
+ private:
+  explicit RequestSet(unsigned bits) : bits_(bits) {}
+  unsigned bits_;
+};
+inline RequestSet operator+(Request a, Request b) { return RequestSet(a) + RequestSet(b); }
+
+class PreComputation {
+ public:
+  PreComputation() = default;
+  virtual ~PreComputation() = default;
+  virtual PreComputation* clone() const { return new PreComputation(*this); }
+  virtual void request(RequestSet, scalar_t /*time*/, const vector_t& /*state*/, const vector_t& /*input*/) {}
+  virtual void requestPreJump(RequestSet, scalar_t /*time*/, const vector_t& /*state*/) {}
+  virtual void requestFinal(RequestSet, scalar_t /*time*/, const vector_t& /*state*/) {}
+
+ protected:
+  PreComputation(const PreComputation&) = default;
+};
+
+template <class Derived>
+const Derived& cast(const PreComputation& preComputation) {
+  const auto* derived = dynamic_cast<const Derived*>(&preComputation);
+  if (!derived) throw ArgumentError("cast: this PreComputation is of another class");
+  return *derived;
+}
+
+}  // namespace dyntape::ocs2
