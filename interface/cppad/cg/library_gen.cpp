@@ -4,8 +4,8 @@
 #include <filesystem>
 
 #include <dyntape/codegen/pipeline.h>
-#include <dyntape/interface/cppad/cg/detail/model.hxx>
 #include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/cg/detail/model.hxx>
 
 namespace dyntape::cppad::cg {
 
