@@ -18,9 +18,6 @@
 #include <limits>
 #include <type_traits>
 
-#include <dyntape/autodiff/graph/node_table.h>
-#include <dyntape/autodiff/graph/op.h>
-
 namespace dyntape::cppad {
 
 template <class Base>
@@ -39,17 +36,23 @@ inline constexpr bool kIsBase<AD<double>> = true;
 template <>
 inline constexpr bool kIsBase<AD<AD<double>>> = true;
 
+// The rows of the table, numbered as in Op: this header does without the rest of op.h.
+enum class Row : std::uint8_t {
+#define OP(name, ...) name,
+#include <dyntape/autodiff/graph/ops.def>
+};
+
 enum class Kind : std::uint8_t { kConstant, kDynamic, kVariable };
 
 // In recorded.cpp, for every base.
 template <class Base>
-AD<Base> apply(Op op, const AD<Base>& x);
+AD<Base> apply(Row row, const AD<Base>& x);
 template <class Base>
-AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y);
+AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y);
 template <class Base>
-AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z);
+AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z);
 template <class Base>
-bool compare(Op op, const AD<Base>& x, const AD<Base>& y, const char* file, int line);
+bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, int line);
 template <class Base>
 Kind kind_of(const AD<Base>& x);
 template <class Base>
@@ -89,30 +92,30 @@ class AD {
   AD& operator/=(const AD& b) { return *this = *this / b; }
 
   friend AD operator+(const AD& a) { return a; }
-  friend AD operator-(const AD& a) { return detail::apply(Op::Neg, a); }
-  friend AD operator+(const AD& a, const AD& b) { return detail::apply(Op::Add, a, b); }
-  friend AD operator-(const AD& a, const AD& b) { return detail::apply(Op::Sub, a, b); }
-  friend AD operator*(const AD& a, const AD& b) { return detail::apply(Op::Mul, a, b); }
-  friend AD operator/(const AD& a, const AD& b) { return detail::apply(Op::Div, a, b); }
+  friend AD operator-(const AD& a) { return detail::apply(detail::Row::Neg, a); }
+  friend AD operator+(const AD& a, const AD& b) { return detail::apply(detail::Row::Add, a, b); }
+  friend AD operator-(const AD& a, const AD& b) { return detail::apply(detail::Row::Sub, a, b); }
+  friend AD operator*(const AD& a, const AD& b) { return detail::apply(detail::Row::Mul, a, b); }
+  friend AD operator/(const AD& a, const AD& b) { return detail::apply(detail::Row::Div, a, b); }
 
   using Operand = detail::Located<AD>;
   friend bool operator<(const Operand& a, const Operand& b) {
-    return detail::compare(Op::Lt, a.value, b.value, a.file, a.line);
+    return detail::compare(detail::Row::Lt, a.value, b.value, a.file, a.line);
   }
   friend bool operator<=(const Operand& a, const Operand& b) {
-    return detail::compare(Op::Le, a.value, b.value, a.file, a.line);
+    return detail::compare(detail::Row::Le, a.value, b.value, a.file, a.line);
   }
   friend bool operator>(const Operand& a, const Operand& b) {
-    return detail::compare(Op::Lt, b.value, a.value, a.file, a.line);
+    return detail::compare(detail::Row::Lt, b.value, a.value, a.file, a.line);
   }
   friend bool operator>=(const Operand& a, const Operand& b) {
-    return detail::compare(Op::Le, b.value, a.value, a.file, a.line);
+    return detail::compare(detail::Row::Le, b.value, a.value, a.file, a.line);
   }
   friend bool operator==(const Operand& a, const Operand& b) {
-    return detail::compare(Op::Eq, a.value, b.value, a.file, a.line);
+    return detail::compare(detail::Row::Eq, a.value, b.value, a.file, a.line);
   }
   friend bool operator!=(const Operand& a, const Operand& b) {
-    return detail::compare(Op::Ne, a.value, b.value, a.file, a.line);
+    return detail::compare(detail::Row::Ne, a.value, b.value, a.file, a.line);
   }
 
   // Ends the recording of this thread without a function; there need not be one.
@@ -132,14 +135,14 @@ class AD {
   }
 
   // --- for the recording machinery ---
-  AD(const Base& value, NodeId id, std::uint32_t tape) : value_(value), id_(id), tape_(tape) {}
+  AD(const Base& value, std::uint32_t id, std::uint32_t tape) : value_(value), id_(id), tape_(tape) {}
   const Base& value() const { return value_; }
-  NodeId id() const { return id_; }
+  std::uint32_t id() const { return id_; }
   std::uint32_t tape() const { return tape_; }  // 0: of no recording
 
  private:
   Base value_{};
-  NodeId id_ = 0;
+  std::uint32_t id_ = 0;
   std::uint32_t tape_ = 0;
 };
 
@@ -149,31 +152,31 @@ concept MixesWith = !std::is_same_v<Number, AD<Base>> && std::convertible_to<con
 // Functions of <cmath>, of AD and of what mixes with it.
 #define OP(...)
 #define FN(name, fn, n, ...) DYNTAPE_CPPAD_##n(name, fn)
-#define DYNTAPE_CPPAD_1(name, fn)      \
-  using std::fn;                       \
-  template <class Base>                \
-  AD<Base> fn(const AD<Base>& x) {     \
-    return detail::apply(Op::name, x); \
+#define DYNTAPE_CPPAD_1(name, fn)               \
+  using std::fn;                                \
+  template <class Base>                         \
+  AD<Base> fn(const AD<Base>& x) {              \
+    return detail::apply(detail::Row::name, x); \
   }
-#define DYNTAPE_CPPAD_2(name, fn)                     \
-  using std::fn;                                      \
-  template <class Base>                               \
-  AD<Base> fn(const AD<Base>& x, const AD<Base>& y) { \
-    return detail::apply(Op::name, x, y);             \
-  }                                                   \
-  template <class Base, MixesWith<Base> Number>       \
-  AD<Base> fn(const AD<Base>& x, const Number& y) {   \
-    return detail::apply(Op::name, x, AD<Base>(y));   \
-  }                                                   \
-  template <class Base, MixesWith<Base> Number>       \
-  AD<Base> fn(const Number& x, const AD<Base>& y) {   \
-    return detail::apply(Op::name, AD<Base>(x), y);   \
+#define DYNTAPE_CPPAD_2(name, fn)                            \
+  using std::fn;                                             \
+  template <class Base>                                      \
+  AD<Base> fn(const AD<Base>& x, const AD<Base>& y) {        \
+    return detail::apply(detail::Row::name, x, y);           \
+  }                                                          \
+  template <class Base, MixesWith<Base> Number>              \
+  AD<Base> fn(const AD<Base>& x, const Number& y) {          \
+    return detail::apply(detail::Row::name, x, AD<Base>(y)); \
+  }                                                          \
+  template <class Base, MixesWith<Base> Number>              \
+  AD<Base> fn(const Number& x, const AD<Base>& y) {          \
+    return detail::apply(detail::Row::name, AD<Base>(x), y); \
   }
 #define DYNTAPE_CPPAD_3(name, fn)                                        \
   using std::fn;                                                         \
   template <class Base>                                                  \
   AD<Base> fn(const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) { \
-    return detail::apply(Op::name, x, y, z);                             \
+    return detail::apply(detail::Row::name, x, y, z);                    \
   }
 #include <dyntape/autodiff/graph/ops.def>
 #undef DYNTAPE_CPPAD_1
@@ -191,16 +194,16 @@ AD<Base> nearbyint(const AD<Base>& x) {
 }
 template <class Base>
 AD<Base> sign(const AD<Base>& x) {
-  return detail::apply(Op::Sign, x);
+  return detail::apply(detail::Row::Sign, x);
 }
 template <std::floating_point Float>
 Float sign(Float x) {
-  return ops::sign(x);
+  return Float(int(x > 0) - int(x < 0));
 }
 // x y, and 0 where x is, whatever y is.
 template <class Base>
 AD<Base> azmul(const AD<Base>& x, const AD<Base>& y) {
-  return detail::apply(Op::Azmul, x, y);
+  return detail::apply(detail::Row::Azmul, x, y);
 }
 template <class Base, MixesWith<Base> Number>
 AD<Base> azmul(const AD<Base>& x, const Number& y) {
@@ -212,16 +215,16 @@ AD<Base> azmul(const Number& x, const AD<Base>& y) {
 }
 template <std::floating_point Float>
 Float azmul(Float x, Float y) {
-  return ops::azmul(x, y);
+  return x == 0 ? Float(0) : x * y;
 }
 // Without a guard, unlike those of std.
 template <class Base>
 AD<Base> min(const AD<Base>& x, const AD<Base>& y) {
-  return detail::apply(Op::Min, x, y);
+  return detail::apply(detail::Row::Min, x, y);
 }
 template <class Base>
 AD<Base> max(const AD<Base>& x, const AD<Base>& y) {
-  return detail::apply(Op::Max, x, y);
+  return detail::apply(detail::Row::Max, x, y);
 }
 template <class Base>
 AD<Base> fmin(const AD<Base>& x, const AD<Base>& y) {

@@ -12,6 +12,8 @@ void refuse_recording(const std::string& sentence) { throw RecordingError(senten
 
 namespace {
 
+Op op_of(Row row) { return static_cast<Op>(row); }
+
 // Not 0, which is that of constants.
 std::uint32_t next_tape_serial() {
   static std::atomic<std::uint32_t> next{std::random_device{}()};
@@ -26,7 +28,8 @@ Base value_of_op(Op op, const Base& x, const Base& y, const Base& z) {
     return evaluate<Base>(op, x, y, z);
   } else {
     const int n = info(op).arity;
-    return n == 1 ? apply(op, x) : n == 2 ? apply(op, x, y) : apply(op, x, y, z);
+    const auto row = static_cast<Row>(op);
+    return n == 1 ? apply(row, x) : n == 2 ? apply(row, x, y) : apply(row, x, y, z);
   }
 }
 
@@ -96,14 +99,16 @@ AD<Base> Tape<Base>::result(NodeId id, const Base& value) {
 }
 
 template <class Base>
-AD<Base> apply(Op op, const AD<Base>& x) {
+AD<Base> apply(Row row, const AD<Base>& x) {
+  const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), x.value(), x.value());
   Tape<Base>* const tape = open_tape<Base>().get();
   return is_on(tape, x) ? tape->result(tape->graph.make(op, x.id()), value) : AD<Base>(value);
 }
 
 template <class Base>
-AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y) {
+AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y) {
+  const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), y.value(), y.value());
   if (x.tape() == 0 && y.tape() == 0) return value;
   Tape<Base>* const tape = open_tape<Base>().get();
@@ -113,7 +118,8 @@ AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y) {
 }
 
 template <class Base>
-AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
+AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
+  const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), y.value(), z.value());
   Tape<Base>* const tape = open_tape<Base>().get();
   if (!is_on(tape, x) && !is_on(tape, y) && !is_on(tape, z)) return value;
@@ -122,12 +128,13 @@ AD<Base> apply(Op op, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
 }
 
 template <class Base>
-bool compare(Op op, const AD<Base>& x, const AD<Base>& y, const char* file, int line) {
+bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, int line) {
+  const Op op = op_of(row);
   bool truth;
   if constexpr (std::is_floating_point_v<Base>) {
     truth = evaluate<Base>(op, x.value(), y.value(), y.value()) != 0;
   } else {
-    truth = compare(op, x.value(), y.value(), file, line);
+    truth = compare(row, x.value(), y.value(), file, line);
   }
   Tape<Base>* const tape = open_tape<Base>().get();
   if (!is_on(tape, x) && !is_on(tape, y)) return truth;
@@ -213,10 +220,10 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
 
 #define DYNTAPE_CPPAD_BASE(Base)                                                                        \
   template struct Tape<Base>;                                                                           \
-  template AD<Base> apply(Op, const AD<Base>&);                                                         \
-  template AD<Base> apply(Op, const AD<Base>&, const AD<Base>&);                                        \
-  template AD<Base> apply(Op, const AD<Base>&, const AD<Base>&, const AD<Base>&);                       \
-  template bool compare(Op, const AD<Base>&, const AD<Base>&, const char*, int);                        \
+  template AD<Base> apply(Row, const AD<Base>&);                                                        \
+  template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&);                                       \
+  template AD<Base> apply(Row, const AD<Base>&, const AD<Base>&, const AD<Base>&);                      \
+  template bool compare(Row, const AD<Base>&, const AD<Base>&, const char*, int);                       \
   template Kind kind_of(const AD<Base>&);                                                               \
   template const Base& value_to_keep(const AD<Base>&);                                                  \
   template bool is_recording<Base>();                                                                   \

@@ -3,9 +3,19 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 #include <sstream>
 
 namespace dyntape::cppad::detail {
+
+vector<std::size_t> sorted_places(const vector<std::size_t>& first, const vector<std::size_t>& second) {
+  vector<std::size_t> places(first.size());
+  std::iota(places.begin(), places.end(), std::size_t(0));
+  std::sort(places.begin(), places.end(), [&](std::size_t a, std::size_t b) {
+    return std::pair(first[a], second[a]) < std::pair(first[b], second[b]);
+  });
+  return places;
+}
 
 Sets sets_of(const Pattern& pattern) {
   Sets sets{pattern.cols, std::vector<std::set<std::size_t>>(pattern.rows)};

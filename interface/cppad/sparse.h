@@ -8,15 +8,18 @@
 //   f.sparse_jac_for(10, x, J, pattern, "cppad", work);            // J.val()
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
-#include <numeric>
 #include <string>
 #include <utility>
 
 #include <dyntape/interface/cppad/vector.h>
 
 namespace dyntape::cppad {
+
+namespace detail {
+// The order in which entries ascend by the first, then by the second; in sets.cpp.
+vector<std::size_t> sorted_places(const vector<std::size_t>& first, const vector<std::size_t>& second);
+}  // namespace detail
 
 template <class SizeVector>
 class sparse_rc {
@@ -71,11 +74,9 @@ class sparse_rc {
  private:
   // Entries sorted by the first, then by the second.
   SizeVector order(const SizeVector& first, const SizeVector& second) const {
-    vector<std::size_t> places(nnz_);
-    std::iota(places.begin(), places.end(), std::size_t(0));
-    std::sort(places.begin(), places.end(), [&](std::size_t a, std::size_t b) {
-      return std::pair(first[a], second[a]) < std::pair(first[b], second[b]);
-    });
+    vector<std::size_t> a(nnz_), b(nnz_);
+    for (std::size_t k = 0; k < nnz_; ++k) a[k] = first[k], b[k] = second[k];
+    const vector<std::size_t> places = detail::sorted_places(a, b);
     SizeVector result(nnz_);
     for (std::size_t k = 0; k < nnz_; ++k) result[k] = places[k];
     return result;

@@ -7,7 +7,6 @@
 // An index beyond the end is an ArgumentError, in every build.
 #pragma once
 
-#include <algorithm>
 #include <cstddef>
 #include <initializer_list>
 #include <memory>
@@ -95,7 +94,7 @@ class vector {
   }
   void grow(std::size_t n) {
     std::unique_ptr<Type[]> larger(new Type[n]());
-    std::move(data_.get(), data_.get() + size_, larger.get());
+    for (std::size_t i = 0; i < size_; ++i) larger[i] = std::move(data_[i]);
     data_ = std::move(larger);
     capacity_ = n;
   }

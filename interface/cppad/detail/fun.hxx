@@ -18,10 +18,11 @@ struct SeriesNumber<cppad::AD<Base>> {
   using T = cppad::AD<Base>;
   static constexpr bool kKnown = false;
   static T evaluate(Op op, const T& x, const T& y, const T& z) {
+    const auto row = static_cast<cppad::detail::Row>(op);
     const int n = info(op).arity;
-    return n == 1   ? cppad::detail::apply(op, x)
-           : n == 2 ? cppad::detail::apply(op, x, y)
-                    : cppad::detail::apply(op, x, y, z);
+    return n == 1   ? cppad::detail::apply(row, x)
+           : n == 2 ? cppad::detail::apply(row, x, y)
+                    : cppad::detail::apply(row, x, y, z);
   }
   static bool is_zero(const T& x) { return cppad::plain_value(x) == 0; }
 };

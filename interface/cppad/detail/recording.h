@@ -4,7 +4,6 @@
 // its sources.
 #pragma once
 
-#include <functional>
 #include <map>
 #include <memory>
 #include <string>

@@ -6,7 +6,6 @@
 #pragma once
 
 #include <cmath>
-#include <complex>
 
 #include <dyntape/interface/cppad/conditions.h>
 
@@ -26,8 +25,10 @@ bool NearEqual(const X& x, const Y& y, const R& r, const A& a) {
   return detail::near_equal(double(plain_value(x)), double(plain_value(y)), double(plain_value(r)),
                             double(plain_value(a)));
 }
-template <class Float>
-bool NearEqual(const std::complex<Float>& x, const std::complex<Float>& y, Float r, Float a) {
+// Of std::complex.
+template <class Complex, class R, class A>
+requires requires(Complex z) { z.real(), z.imag(); }
+bool NearEqual(const Complex& x, const Complex& y, const R& r, const A& a) {
   return detail::near_equal(x.real(), y.real(), r, a) && detail::near_equal(x.imag(), y.imag(), r, a);
 }
 

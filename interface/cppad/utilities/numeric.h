@@ -7,8 +7,6 @@
 //   RombergMul(F, a, b, n, p, e)       of F of several arguments, over a box
 #pragma once
 
-#include <algorithm>
-#include <chrono>
 #include <cstddef>
 #include <sstream>
 #include <string>
@@ -28,6 +26,10 @@ Type Poly(std::size_t k, const Vector& a, const Type& z) {
   return sum;
 }
 
+namespace detail {
+inline std::size_t least(std::size_t a, std::size_t b) { return a < b ? a : b; }
+}  // namespace detail
+
 // Trapezoids of halved steps, extrapolated p times.
 template <class Fun, class Float>
 Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::size_t p, Float& e) {
@@ -44,8 +46,8 @@ Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::siz
     step = step / Float(2);
     Float left = row[0], power(4);
     row[0] = trapezoid;
-    before = row[std::min(i, p) - (p > 0)];
-    for (std::size_t j = 1; j <= std::min(i, p); ++j) {
+    before = row[detail::least(i, p) - (p > 0)];
+    for (std::size_t j = 1; j <= detail::least(i, p); ++j) {
       const Float next = row[j];
       row[j] = row[j - 1] + (row[j - 1] - left) / (power - Float(1));
       left = next;
@@ -100,14 +102,24 @@ struct RombergMul {
   }
 };
 
-// ind: the order in which keys ascend.
+// ind: the order in which keys ascend, equal ones as they stand.
 template <class KeyVector, class SizeVector>
 void index_sort(const KeyVector& keys, SizeVector& ind) {
-  vector<std::size_t> places(keys.size());
-  for (std::size_t i = 0; i < places.size(); ++i) places[i] = i;
-  std::stable_sort(places.begin(), places.end(),
-                   [&](std::size_t a, std::size_t b) { return keys[a] < keys[b]; });
-  for (std::size_t i = 0; i < places.size(); ++i) ind[i] = places[i];
+  const std::size_t n = std::size_t(keys.size());
+  vector<std::size_t> places(n), merged(n);
+  for (std::size_t i = 0; i < n; ++i) places[i] = i;
+  for (std::size_t run = 1; run < n; run *= 2) {  // sorted runs of this length become one of twice
+    for (std::size_t first = 0; first < n; first += 2 * run) {
+      const std::size_t middle = detail::least(first + run, n), last = detail::least(first + 2 * run, n);
+      std::size_t a = first, b = middle;
+      for (std::size_t k = first; k < last; ++k) {
+        const bool from_a = b == last || (a < middle && !(keys[places[b]] < keys[places[a]]));
+        merged[k] = from_a ? places[a++] : places[b++];
+      }
+    }
+    places.swap(merged);
+  }
+  for (std::size_t i = 0; i < n; ++i) ind[i] = places[i];
 }
 
 // With all digits.
@@ -120,11 +132,7 @@ std::string to_string(const Value& value) {
 }
 
 // Since the first call.
-inline double elapsed_seconds() {
-  using Clock = std::chrono::steady_clock;
-  static const Clock::time_point start = Clock::now();
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
+double elapsed_seconds();
 
 // Threads need no set-up here, and memory is nobody's pool.
 struct thread_alloc {

@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// CppADCodeGen's vocabulary: libraries of models, compiled and loaded by the pipeline of this project.
+//
+//   using CG = CppAD::cg::CG<double>;
+//   std::vector<CppAD::AD<CG>> x(2), y(1);
+//   CppAD::Independent(x);
+//   y[0] = x[0] / 2.0 + x[1] * x[1];
+//   CppAD::ADFun<CG> f(x, y);
+//
+//   CppAD::cg::ModelCSourceGen<double> source(f, "model");
+//   source.setCreateSparseJacobian(true);
+//   CppAD::cg::ModelLibraryCSourceGen<double> sources(source);
+//   CppAD::cg::DynamicModelLibraryProcessor<double> processor(sources);
+//   CppAD::cg::GccCompiler<double> compiler;
+//   auto library = processor.createDynamicLibrary(compiler);      // from the cache, where this was made before
+//   auto model = library->model("model");
+//   model->SparseJacobian(point, values, rows, cols);
+//
+// CG<Base> is AD<Base>: what CppADCodeGen records a second time here is the same graph already.  One kernel computes value, Jacobian and
+// Hessian together; branches of the recording are guards, and leaving one is a GuardViolation.  A model may be used by several
+// threads at a time.
+#pragma once
+
+#include <dyntape/interface/cppad/cg/code_handler.h>
+#include <dyntape/interface/cppad/cg/library_gen.h>
+#include <dyntape/interface/cppad/cg/model.h>
+#include <dyntape/interface/cppad/cppad.h>

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/cppad/cg/library_gen.h>
+
+#include <filesystem>
+
+#include <dyntape/codegen/pipeline.h>
+#include <dyntape/interface/cppad/conditions.h>
+#include <dyntape/interface/cppad/cg/detail/model.hxx>
+
+namespace dyntape::cppad::cg {
+
+namespace {
+
+Function function_of(const ModelCSourceGen<double>& model) {
+  const auto& recording = model.recording();
+  if (!recording.captured.empty())
+    detail::refuse("model \"" + model.getName() +
+                   "\" was recorded with values of another recording, which a library has not");
+  Function function = *recording.function;
+  function.outputs.resize(recording.range);
+  function.name = model.getName();
+  return compact(function);
+}
+
+CodegenOptions options_of(const ModelCSourceGen<double>& model) {
+  const ModelChoice& c = model.choice();
+  CodegenOptions options;
+  options.order = c.hessian || c.sparse_hessian || c.reverse_two                      ? Order::kSecond
+                  : c.jacobian || c.sparse_jacobian || c.forward_one || c.reverse_one ? Order::kFirst
+                                                                                      : Order::kValue;
+  return options;
+}
+
+}  // namespace
+
+template <>
+void ModelLibraryCSourceGen<double>::saveSources(const std::string& folder) const {
+  std::filesystem::create_directories(folder);
+  for (const auto* model : models_)
+    write_source(generate_source(function_of(*model), options_of(*model)), folder);
+}
+
+template <>
+std::unique_ptr<DynamicLib<double>> DynamicModelLibraryProcessor<double>::createDynamicLibrary(
+    CCompiler<double>& compiler, bool loadLib) {
+  std::map<std::string, std::shared_ptr<const ModelState>> models;
+  for (const auto* model : sources_.getModels()) {
+    CodegenOptions options = options_of(*model);
+    options.compiler = compiler.getCompilerPath();
+    options.flags = compiler.getCompileFlags();
+    std::vector<double> parameters;
+    for (const auto& value : model->recording().dynamics) parameters.push_back(plain_value(value));
+    const bool added =
+        models
+            .emplace(model->getName(), std::make_shared<const ModelState>(
+                                           model->getName(), model->choice(),
+                                           CompiledFunction::make(function_of(*model), options), parameters))
+            .second;
+    if (!added)
+      detail::refuse("library \"" + name_ + "\": two models are called \"" + model->getName() + "\"");
+  }
+  if (!loadLib) return nullptr;
+  return std::make_unique<DynamicLib<double>>(std::move(models));
+}
+
+}  // namespace dyntape::cppad::cg

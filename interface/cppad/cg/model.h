@@ -1,0 +1,237 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A model of a library: values and derivatives by compiled kernels (cg.h).
+//
+//   std::vector<double> y = model->ForwardZero(x), J = model->Jacobian(x), H = model->Hessian(x, w);
+//   model->SparseHessian(x, w, values, rows, cols);      // both triangles, or the elements that were asked for
+//
+// What was not created throws, and says which setCreate... does.
+#pragma once
+
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include <dyntape/interface/cppad/ad_fun.h>
+
+namespace dyntape::cppad::cg {
+
+template <class Base>
+using CG = AD<Base>;
+
+// A part of somebody's array.
+template <class Type>
+class ArrayView {
+ public:
+  ArrayView() = default;
+  ArrayView(Type* data, std::size_t size) : data_(data), size_(size) {}
+  template <class Vector>
+  ArrayView(Vector& v)
+      : data_(v.data()), size_(std::size_t(v.size())) {}  // NOLINT: vectors are passed as views
+  Type* data() const { return data_; }
+  std::size_t size() const { return size_; }
+  Type& operator[](std::size_t i) const { return data_[i]; }
+  Type* begin() const { return data_; }
+  Type* end() const { return data_ + size_; }
+
+ private:
+  Type* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+struct ModelState;  // the compiled function and what was asked for; in model.cpp
+
+// What ModelCSourceGen was told to create.
+struct ModelChoice {
+  bool forward_zero = true, jacobian = false, hessian = false, sparse_jacobian = false,
+       sparse_hessian = false, forward_one = false, reverse_one = false, reverse_two = false;
+  std::vector<std::size_t> jacobian_rows, jacobian_cols, hessian_rows, hessian_cols;  // empty: all
+};
+
+template <class Base>
+class GenericModel {
+  static_assert(std::is_same_v<Base, double>, "GenericModel<Base>: Base is double");
+
+ public:
+  using Doubles = std::vector<double>;
+  using Sizes = std::vector<std::size_t>;
+  using Sets = std::vector<std::set<std::size_t>>;
+
+  explicit GenericModel(std::shared_ptr<const ModelState> state) : state_(std::move(state)) {}
+
+  const std::string& getName() const;
+  std::size_t Domain() const;
+  std::size_t Range() const;
+  std::vector<std::string> getAtomicFunctionNames() const { return {}; }
+
+  bool isForwardZeroAvailable() const { return choice().forward_zero; }
+  bool isJacobianAvailable() const { return choice().jacobian; }
+  bool isHessianAvailable() const { return choice().hessian; }
+  bool isSparseJacobianAvailable() const { return choice().sparse_jacobian; }
+  bool isSparseHessianAvailable() const { return choice().sparse_hessian; }
+  bool isForwardOneAvailable() const { return choice().forward_one; }
+  bool isReverseOneAvailable() const { return choice().reverse_one; }
+  bool isReverseTwoAvailable() const { return choice().reverse_two; }
+  bool isJacobianSparsityAvailable() const { return true; }
+  bool isHessianSparsityAvailable() const { return choice().sparse_hessian || choice().hessian; }
+
+  // --- values: (n) -> (m) ---
+  template <class Vector>
+  Vector ForwardZero(const Vector& x) const {
+    return made<Vector>(zero(read(x)));
+  }
+  template <class Vector>
+  void ForwardZero(const Vector& x, Vector& y) const {
+    write(zero(read(x)), y);
+  }
+  void ForwardZero(ArrayView<const double> x, ArrayView<double> y) const { write(zero(read(x)), y); }
+
+  // --- dense derivatives, row by row ---
+  template <class Vector>
+  Vector Jacobian(const Vector& x) const {
+    return made<Vector>(dense_jacobian(read(x)));
+  }
+  template <class Vector>
+  void Jacobian(const Vector& x, Vector& J) const {
+    write(dense_jacobian(read(x)), J);
+  }
+  void Jacobian(ArrayView<const double> x, ArrayView<double> J) const { write(dense_jacobian(read(x)), J); }
+  template <class Vector>
+  Vector Hessian(const Vector& x, const Vector& w) const {
+    return made<Vector>(dense_hessian(read(x), read(w)));
+  }
+  template <class Vector>
+  Vector Hessian(const Vector& x, std::size_t i) const {
+    return made<Vector>(dense_hessian(read(x), weight(i)));
+  }
+  template <class Vector>
+  void Hessian(const Vector& x, const Vector& w, Vector& H) const {
+    write(dense_hessian(read(x), read(w)), H);
+  }
+  void Hessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> H) const {
+    write(dense_hessian(read(x), read(w)), H);
+  }
+
+  // --- directions, by Taylor coefficients [j 2 + k] ---
+  template <class Vector>
+  Vector ForwardOne(const Vector& tx) const {  // tx (2 n) -> dy (m)
+    return made<Vector>(first_order(read(tx)));
+  }
+  template <class Vector>
+  void ForwardOne(const Vector& tx, Vector& ty) const {  // ty (2 m): its second halves
+    const Doubles dy = first_order(read(tx));
+    for (std::size_t i = 0; i < dy.size(); ++i) ty[2 * i + 1] = dy[i];
+  }
+  template <class Vector>
+  Vector ReverseOne(const Vector& tx, const Vector&, const Vector& py) const {  // x (n), py (m) -> px (n)
+    return made<Vector>(adjoint(read(tx), read(py)));
+  }
+  template <class Vector>
+  void ReverseOne(const Vector& tx, const Vector&, Vector& px, const Vector& py) const {
+    write(adjoint(read(tx), read(py)), px);
+  }
+  template <class Vector>
+  Vector ReverseTwo(const Vector& tx, const Vector&, const Vector& py) const {  // (2 n), (2 m) -> px (2 n)
+    return made<Vector>(adjoint_two(read(tx), read(py)));
+  }
+  template <class Vector>
+  void ReverseTwo(const Vector& tx, const Vector&, Vector& px, const Vector& py) const {
+    write(adjoint_two(read(tx), read(py)), px);
+  }
+
+  // --- sparse derivatives ---
+  template <class Vector>
+  Vector SparseJacobian(const Vector& x) const {  // dense, row by row
+    return made<Vector>(spread_jacobian(read(x)));
+  }
+  template <class Vector, class SizeVector>
+  void SparseJacobian(const Vector& x, Vector& values, SizeVector& row, SizeVector& col) const {
+    fill(jacobian_values(read(x)), jacobian_rows(), jacobian_cols(), values, row, col);
+  }
+  void SparseJacobian(ArrayView<const double> x, ArrayView<double> values, const std::size_t** row,
+                      const std::size_t** col) const {
+    write(jacobian_values(read(x)), values);
+    *row = jacobian_rows().data(), *col = jacobian_cols().data();
+  }
+  template <class Vector>
+  Vector SparseHessian(const Vector& x, const Vector& w) const {
+    return made<Vector>(spread_hessian(read(x), read(w)));
+  }
+  template <class Vector, class SizeVector>
+  void SparseHessian(const Vector& x, const Vector& w, Vector& values, SizeVector& row,
+                     SizeVector& col) const {
+    fill(hessian_values(read(x), read(w)), hessian_rows(), hessian_cols(), values, row, col);
+  }
+  void SparseHessian(ArrayView<const double> x, ArrayView<const double> w, ArrayView<double> values,
+                     const std::size_t** row, const std::size_t** col) const {
+    write(hessian_values(read(x), read(w)), values);
+    *row = hessian_rows().data(), *col = hessian_cols().data();
+  }
+
+  // --- patterns ---
+  void JacobianSparsity(Sizes& row, Sizes& col) const { row = jacobian_rows(), col = jacobian_cols(); }
+  void HessianSparsity(Sizes& row, Sizes& col) const { row = hessian_rows(), col = hessian_cols(); }
+  Sets JacobianSparsitySet() const { return sets(Range(), jacobian_rows(), jacobian_cols()); }
+  Sets HessianSparsitySet() const { return sets(Domain(), hessian_rows(), hessian_cols()); }
+  std::vector<bool> JacobianSparsityBool() const { return bools(Range(), jacobian_rows(), jacobian_cols()); }
+  std::vector<bool> HessianSparsityBool() const { return bools(Domain(), hessian_rows(), hessian_cols()); }
+
+ private:
+  const ModelChoice& choice() const;
+  Doubles zero(const Doubles& x) const;
+  Doubles dense_jacobian(const Doubles& x) const;
+  Doubles dense_hessian(const Doubles& x, const Doubles& w) const;
+  Doubles first_order(const Doubles& tx) const;
+  Doubles adjoint(const Doubles& x, const Doubles& py) const;
+  Doubles adjoint_two(const Doubles& tx, const Doubles& py) const;
+  Doubles jacobian_values(const Doubles& x) const;
+  Doubles hessian_values(const Doubles& x, const Doubles& w) const;
+  Doubles spread_jacobian(const Doubles& x) const;
+  Doubles spread_hessian(const Doubles& x, const Doubles& w) const;
+  Doubles weight(std::size_t i) const;
+  const Sizes& jacobian_rows() const;
+  const Sizes& jacobian_cols() const;
+  const Sizes& hessian_rows() const;
+  const Sizes& hessian_cols() const;
+
+  template <class Vector>
+  static Doubles read(const Vector& v) {
+    Doubles copy(std::size_t(v.size()));
+    for (std::size_t i = 0; i < copy.size(); ++i) copy[i] = v[i];
+    return copy;
+  }
+  template <class Vector>
+  static Vector made(const Doubles& values) {
+    Vector v(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
+    return v;
+  }
+  template <class Vector>
+  static void write(const Doubles& values, Vector& v) {
+    if (std::size_t(v.size()) != values.size())
+      detail::refuse("GenericModel: a result has " + std::to_string(values.size()) +
+                     " entries, and room for " + std::to_string(v.size()));
+    for (std::size_t i = 0; i < values.size(); ++i) v[i] = values[i];
+  }
+  template <class Vector, class SizeVector>
+  static void fill(const Doubles& values, const Sizes& rows, const Sizes& cols, Vector& v, SizeVector& row,
+                   SizeVector& col) {
+    v.resize(values.size()), row.resize(rows.size()), col.resize(cols.size());
+    for (std::size_t k = 0; k < values.size(); ++k) v[k] = values[k], row[k] = rows[k], col[k] = cols[k];
+  }
+  static Sets sets(std::size_t n, const Sizes& rows, const Sizes& cols) {
+    Sets all(n);
+    for (std::size_t k = 0; k < rows.size(); ++k) all[rows[k]].insert(cols[k]);
+    return all;
+  }
+  std::vector<bool> bools(std::size_t n, const Sizes& rows, const Sizes& cols) const {
+    std::vector<bool> all(n * Domain(), false);
+    for (std::size_t k = 0; k < rows.size(); ++k) all[rows[k] * Domain() + cols[k]] = true;
+    return all;
+  }
+
+  std::shared_ptr<const ModelState> state_;
+};
+
+}  // namespace dyntape::cppad::cg

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/cppad/utilities/numeric.h>
+
+#include <chrono>
+
+namespace dyntape::cppad {
+
+double elapsed_seconds() {
+  using Clock = std::chrono::steady_clock;
+  static const Clock::time_point start = Clock::now();
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace dyntape::cppad
