@@ -40,6 +40,11 @@ std::optional<Compiler> find_compiler(const std::string& wanted, const std::vect
 bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
                        const std::string& memory = "");
 
+// Where find_compiler() finds none: those that `memory` remembers by this name, or any where none is asked for.  Nothing can be
+// compiled with them; what they have compiled can be found.
+std::vector<Compiler> gone_compilers(const std::string& wanted, const std::vector<std::string>& user_flags,
+                                     const std::string& memory);
+
 // The sentence for "there is none".
 std::string no_compiler(const std::string& wanted);
 

@@ -77,6 +77,22 @@ std::optional<Compiler> find_compiler(const std::string& wanted, const std::vect
   return compiler;
 }
 
+std::vector<Compiler> gone_compilers(const std::string& wanted, const std::vector<std::string>& user_flags,
+                                     const std::string& memory) {
+  const char* chosen = std::getenv("DYNTAPE_CC");
+  const std::string name = !wanted.empty() ? wanted : chosen ? chosen : "";
+  const Compiler compiler = chosen_compiler(wanted, user_flags);
+  std::vector<Compiler> all;
+  for (const FormerCompiler& former : former_compilers(compiler.flags, memory)) {
+    if (!name.empty() && former.path != name && !former.path.ends_with("/" + name)) continue;
+    all.push_back(compiler);
+    all.back().path = former.path;
+    all.back().version = former.identity.version;
+    all.back().identity = former.identity.text;
+  }
+  return all;
+}
+
 bool is_known_compiler(const std::string& wanted, const std::vector<std::string>& user_flags,
                        const std::string& memory) {
   const Compiler compiler = chosen_compiler(wanted, user_flags);

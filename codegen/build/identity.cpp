@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -278,7 +279,37 @@ class Memory {
   std::string folder_, what_, name_;
 };
 
+// Of a record that Memory has written, where it is of this processor and these flags.
+std::optional<FormerCompiler> former_compiler(const std::string& file,
+                                              const std::vector<std::string>& flags) {
+  constexpr std::uint64_t kLongest = 1 << 20;
+  int error = 0;
+  const auto text = read_file(file, error, kLongest);
+  const Json json = text ? Json::parse(*text, nullptr, false) : Json();
+  if (!json.is_object()) return std::nullopt;
+  std::istringstream what(get<std::string>(json, "what"));
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(what, line);) lines.push_back(line);
+  constexpr std::size_t kFlags = 4;  // path, processor, PATH, HOME before them
+  if (lines.size() != kFlags + flags.size() || lines[1] != processor() ||
+      !std::equal(flags.begin(), flags.end(), lines.begin() + kFlags))
+    return std::nullopt;
+  FormerCompiler former{lines[0], {get<std::string>(json, "version"), get<std::string>(json, "identity")}};
+  return former.identity.text.empty() ? std::nullopt : std::optional(std::move(former));
+}
+
 }  // namespace
+
+std::vector<FormerCompiler> former_compilers(const std::vector<std::string>& flags,
+                                             const std::string& memory) {
+  std::vector<FormerCompiler> all;
+  if (memory.empty()) return all;
+  for (const std::string& name : names_in(memory)) {
+    if (!name.starts_with("compiler-")) continue;
+    if (auto former = former_compiler(memory + "/" + name, flags)) all.push_back(std::move(*former));
+  }
+  return all;
+}
 
 const std::vector<std::string>& included_headers() {
   static const std::vector<std::string> headers = {"<math.h>", "<stddef.h>", "<stdint.h>"};

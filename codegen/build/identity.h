@@ -33,4 +33,13 @@ Identity identity_of(const std::string& path, const std::vector<std::string>& fl
 std::optional<Identity> remembered_identity(const std::string& path, const std::vector<std::string>& flags,
                                             const std::string& memory);
 
+// Compilers that `memory` knows, of this processor and these flags, whatever has become of them: what they compiled runs as well
+// as ever where they are gone.
+struct FormerCompiler {
+  std::string path;
+  Identity identity;
+};
+std::vector<FormerCompiler> former_compilers(const std::vector<std::string>& flags,
+                                             const std::string& memory);
+
 }  // namespace dyntape::codegen

@@ -35,6 +35,12 @@ std::optional<LibraryBuilder> LibraryBuilder::open(const Function& function, con
   auto compiler =
       find_compiler(options.compiler, accepted_flags(options.flags), cache ? cache->folder() : "");
   if (compiler) return LibraryBuilder(function, options, std::move(cache), std::move(*compiler));
+  if (cache) {
+    for (Compiler& gone : gone_compilers(options.compiler, accepted_flags(options.flags), cache->folder())) {
+      LibraryBuilder builder(function, options, cache, std::move(gone));
+      if (builder.find()) return builder;
+    }
+  }
   if (options.only_cached) return std::nullopt;
   if (options.route == Route::kCompiled) throw ToolError(no_compiler(options.compiler));
   warn_once(no_compiler(options.compiler) + "; functions are not compiled");

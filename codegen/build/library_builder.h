@@ -31,6 +31,7 @@ struct Loaded {
 
 class LibraryBuilder {
  public:
+  // Without a compiler, one that only finds: what a compiler that is gone has left in the cache, if that is of this function.
   // Says once on stderr why there is none; throws ToolError instead where the compiled route is asked for.
   static std::optional<LibraryBuilder> open(const Function& function, const CodegenOptions& options);
 

@@ -119,6 +119,24 @@ TEST_F(CacheFolder, ForceRebuildCompilesAnyway) {
   expect(true, with_constant(1), options(), "afterwards");
 }
 
+TEST_F(CacheFolder, WhatACompilerHasLeftServesWithoutIt) {
+  CodegenOptions o = options();
+  o.compiler = scratch_ / "cc";
+  fs::create_symlink(fs::exists("/usr/bin/gcc") ? "/usr/bin/gcc" : "/usr/bin/cc", o.compiler);
+  expect(false, with_constant(0.1), o, "compiled");
+  fs::remove(o.compiler);
+  expect(true, with_constant(0.1), o, "found without its compiler");
+  o.flags = {"-O2"};
+  EXPECT_THROW(CompiledFunction::make(with_constant(0.1), o), ToolError) << "other flags";
+  o.flags.clear();
+  EXPECT_THROW(CompiledFunction::make(with_constant(0.2), o), ToolError) << "another function";
+  o.compiler = scratch_ / "another-cc";
+  EXPECT_THROW(CompiledFunction::make(with_constant(0.1), o), ToolError) << "another compiler";
+  o.compiler = scratch_ / "cc";
+  o.only_cached = true;
+  expect(true, with_constant(0.1), o, "looked for");
+}
+
 TEST_F(CacheFolder, DamagedEntriesAreBuiltAgain) {
   const Function f = with_constant(2);
   expect(false, f, options(), "first time");
