@@ -25,6 +25,9 @@ std::uint32_t next_tape_serial() {
 template <class Base>
 Base value_of_op(Op op, const Base& x, const Base& y, const Base& z) {
   if constexpr (std::is_floating_point_v<Base>) {
+    if (op == Op::Add) return x + y;  // most of what is recorded
+    if (op == Op::Mul) return x * y;
+    if (op == Op::Sub) return x - y;
     return evaluate<Base>(op, x, y, z);
   } else {
     const int n = info(op).arity;
@@ -102,7 +105,7 @@ template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x) {
   const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), x.value(), x.value());
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   return is_on(tape, x) ? tape->result(tape->graph.make(op, x.id()), value) : AD<Base>(value);
 }
 
@@ -111,7 +114,7 @@ AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y) {
   const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), y.value(), y.value());
   if (x.tape() == 0 && y.tape() == 0) return value;
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!is_on(tape, x) && !is_on(tape, y)) return value;
   const NodeId a = tape->node(x), b = tape->node(y);
   return tape->result(tape->graph.make(op, a, b), value);
@@ -121,7 +124,7 @@ template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
   const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), y.value(), z.value());
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!is_on(tape, x) && !is_on(tape, y) && !is_on(tape, z)) return value;
   const NodeId a = tape->node(x), b = tape->node(y), c = tape->node(z);
   return tape->result(tape->graph.make(op, a, b, c), value);
@@ -136,7 +139,7 @@ bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, in
   } else {
     truth = compare(row, x.value(), y.value(), file, line);
   }
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!is_on(tape, x) && !is_on(tape, y)) return truth;
   if (!tape->begin.record_compare) return truth;
   const NodeId a = tape->node(x), b = tape->node(y), condition = tape->graph.make(op, a, b);
@@ -148,7 +151,7 @@ bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, in
 template <class Base>
 Kind kind_of(const AD<Base>& x) {
   if (x.tape() == 0) return Kind::kConstant;
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   return is_on(tape, x) ? tape->kind(x.id()) : Kind::kConstant;
 }
 
@@ -164,7 +167,7 @@ const Base& value_to_keep(const AD<Base>& x) {
 
 template <class Base>
 bool is_recording() {
-  return open_tape<Base>() != nullptr;
+  return current_tape<Base> != nullptr;
 }
 
 template <class Base>
@@ -189,13 +192,13 @@ void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_
   };
   declare(Block::kVariables, x, n_x, tape->variables);
   declare(Block::kParameters, dynamic, n_dynamic, tape->dynamics);
-  open = std::move(tape);
+  set_open_tape(std::move(tape));
 }
 
 template <class Base>
 void record_print(const AD<Base>& flag, const std::string& before, const AD<Base>& value,
                   const std::string& after) {
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!tape) return;
   const NodeId of_flag = tape->node(flag), of_value = tape->node(value);
   tape->prints.push_back({of_flag, of_value, before, after});
@@ -206,7 +209,7 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
                                   const std::shared_ptr<const KernelInSeries>& kernel,
                                   const std::vector<AD<Base>>& arguments, const std::vector<Base>& values) {
   std::vector<AD<Base>> results(values.begin(), values.end());
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   bool any = false;
   for (const AD<Base>& a : arguments) any = any || is_on(tape, a);
   if (!any) return results;

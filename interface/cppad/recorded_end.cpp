@@ -8,7 +8,7 @@ namespace dyntape::cppad {
 
 template <class Base>
 void AD<Base>::abort_recording() {
-  detail::open_tape<Base>().reset();
+  detail::set_open_tape<Base>(nullptr);
 }
 
 namespace detail {
@@ -67,6 +67,7 @@ std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::siz
   if (x) check_independents(*open, x, n_x);
   if (n_y == 0) refuse("ADFun: there are no dependent variables, expected at least one");
   const std::unique_ptr<Tape<Base>> tape = std::move(open);
+  set_open_tape<Base>(nullptr);
   auto recording = std::make_shared<Recording<Base>>();
   std::vector<NodeId> outputs;
   for (std::size_t i = 0; i < n_y; ++i) {

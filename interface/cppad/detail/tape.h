@@ -43,6 +43,14 @@ std::unique_ptr<Tape<Base>>& open_tape() {
   thread_local std::unique_ptr<Tape<Base>> tape;
   return tape;
 }
+// The same at hand; null where there is none.
+template <class Base>
+constinit inline thread_local Tape<Base>* current_tape = nullptr;
+template <class Base>
+void set_open_tape(std::unique_ptr<Tape<Base>> tape) {
+  current_tape<Base> = tape.get();
+  open_tape<Base>() = std::move(tape);
+}
 
 // Numbers on all levels.
 template <class Float>
