@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The recording that a thread has open over a base, for recorded.cpp and recorded_end.cpp.
+// The recording that a thread has open over a base, for recorded.cpp.
 #pragma once
 
 #include <cstring>
