@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <atomic>
 #include <random>
 
@@ -25,6 +26,9 @@ std::uint32_t next_tape_serial() {
 template <class Base>
 Base value_of_op(Op op, const Base& x, const Base& y, const Base& z) {
   if constexpr (std::is_floating_point_v<Base>) {
+    if (op == Op::Add) return x + y;  // most of what is recorded
+    if (op == Op::Mul) return x * y;
+    if (op == Op::Sub) return x - y;
     return evaluate<Base>(op, x, y, z);
   } else {
     const int n = info(op).arity;
@@ -102,7 +106,7 @@ template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x) {
   const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), x.value(), x.value());
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   return is_on(tape, x) ? tape->result(tape->graph.make(op, x.id()), value) : AD<Base>(value);
 }
 
@@ -111,7 +115,7 @@ AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y) {
   const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), y.value(), y.value());
   if (x.tape() == 0 && y.tape() == 0) return value;
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!is_on(tape, x) && !is_on(tape, y)) return value;
   const NodeId a = tape->node(x), b = tape->node(y);
   return tape->result(tape->graph.make(op, a, b), value);
@@ -121,7 +125,7 @@ template <class Base>
 AD<Base> apply(Row row, const AD<Base>& x, const AD<Base>& y, const AD<Base>& z) {
   const Op op = op_of(row);
   const Base value = value_of_op<Base>(op, x.value(), y.value(), z.value());
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!is_on(tape, x) && !is_on(tape, y) && !is_on(tape, z)) return value;
   const NodeId a = tape->node(x), b = tape->node(y), c = tape->node(z);
   return tape->result(tape->graph.make(op, a, b, c), value);
@@ -136,7 +140,7 @@ bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, in
   } else {
     truth = compare(row, x.value(), y.value(), file, line);
   }
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!is_on(tape, x) && !is_on(tape, y)) return truth;
   if (!tape->begin.record_compare) return truth;
   const NodeId a = tape->node(x), b = tape->node(y), condition = tape->graph.make(op, a, b);
@@ -148,7 +152,7 @@ bool compare(Row row, const AD<Base>& x, const AD<Base>& y, const char* file, in
 template <class Base>
 Kind kind_of(const AD<Base>& x) {
   if (x.tape() == 0) return Kind::kConstant;
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   return is_on(tape, x) ? tape->kind(x.id()) : Kind::kConstant;
 }
 
@@ -164,7 +168,7 @@ const Base& value_to_keep(const AD<Base>& x) {
 
 template <class Base>
 bool is_recording() {
-  return open_tape<Base>() != nullptr;
+  return current_tape<Base> != nullptr;
 }
 
 template <class Base>
@@ -189,13 +193,13 @@ void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_
   };
   declare(Block::kVariables, x, n_x, tape->variables);
   declare(Block::kParameters, dynamic, n_dynamic, tape->dynamics);
-  open = std::move(tape);
+  set_open_tape(std::move(tape));
 }
 
 template <class Base>
 void record_print(const AD<Base>& flag, const std::string& before, const AD<Base>& value,
                   const std::string& after) {
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   if (!tape) return;
   const NodeId of_flag = tape->node(flag), of_value = tape->node(value);
   tape->prints.push_back({of_flag, of_value, before, after});
@@ -206,7 +210,7 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
                                   const std::shared_ptr<const KernelInSeries>& kernel,
                                   const std::vector<AD<Base>>& arguments, const std::vector<Base>& values) {
   std::vector<AD<Base>> results(values.begin(), values.end());
-  Tape<Base>* const tape = open_tape<Base>().get();
+  Tape<Base>* const tape = current_tape<Base>;
   bool any = false;
   for (const AD<Base>& a : arguments) any = any || is_on(tape, a);
   if (!any) return results;
@@ -216,6 +220,84 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
   if (kernel) tape->kernels[callee.get()] = kernel;
   for (std::size_t i = 0; i < made.size(); ++i) results[i] = tape->result(made[i], values[i]);
   return results;
+}
+
+namespace {
+
+template <class Base>
+void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n_x) {
+  if (n_x != tape.variables.size()) {
+    refuse("ADFun: x has " + std::to_string(n_x) + " entries, Independent had " +
+           std::to_string(tape.variables.size()));
+  }
+  for (std::size_t i = 0; i < n_x; ++i) {
+    if (x[i].tape() == tape.serial && tape.graph[x[i].id()] == Node{Op::Input, 0, NodeId(i), kNoNode})
+      continue;
+    refuse("ADFun: x[" + std::to_string(i) +
+           "] is not the independent variable that Independent made of it: it has been assigned since");
+  }
+}
+
+template <class Base>
+RecordingSizes sizes_of(const Function& function, const std::vector<Print>& prints) {
+  Tape<Base> kinds;  // of the nodes that are left
+  kinds.graph = function.graph;
+  RecordingSizes sizes;
+  for (NodeId id = 0; id < function.graph.size(); ++id) {
+    const Kind kind = kinds.kind(id);
+    const Op op = function.graph[id].op;
+    std::size_t arguments = 0;
+    function.graph.for_each_argument(id, [&](NodeId) { ++arguments; });
+    sizes.constants += op == Op::Const;
+    sizes.operations += kind == Kind::kVariable;
+    sizes.variables += kind == Kind::kVariable && op != Op::Call;
+    sizes.dynamics += kind == Kind::kDynamic;
+    (kind == Kind::kDynamic ? sizes.dynamic_arguments : sizes.arguments) += arguments;
+  }
+  sizes.dynamics = std::max(sizes.dynamics, function.n_p());
+  sizes.variables = std::max(sizes.variables, function.n_x());
+  sizes.operations = std::max(sizes.operations, function.n_x());
+  for (const Print& print : prints) sizes.text += print.before.size() + print.after.size() + 2;
+  return sizes;
+}
+
+}  // namespace
+
+template <class Base>
+RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints) {
+  return sizes_of<Base>(function, prints);
+}
+
+template <class Base>
+std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>* x, std::size_t n_x, const AD<Base>* y,
+                                                     std::size_t n_y) {
+  auto& open = open_tape<Base>();
+  if (!open) refuse_recording("ADFun: this thread has no recording open; Independent begins one");
+  if (x) check_independents(*open, x, n_x);
+  if (n_y == 0) refuse("ADFun: there are no dependent variables, expected at least one");
+  const std::unique_ptr<Tape<Base>> tape = std::move(open);
+  set_open_tape<Base>(nullptr);
+  auto recording = std::make_shared<Recording<Base>>();
+  std::vector<NodeId> outputs;
+  for (std::size_t i = 0; i < n_y; ++i) {
+    outputs.push_back(tape->node(y[i]));
+    recording->output_is_parameter.push_back(tape->kind(outputs.back()) != Kind::kVariable);
+  }
+  for (const auto& print : tape->prints) {
+    recording->prints.push_back({outputs.size(), outputs.size() + 1, print.before, print.after});
+    outputs.insert(outputs.end(), {print.flag, print.value});
+  }
+  Function function = live_part(tape->graph, outputs, tape->guards);
+  function.name = "cppad";
+  function.inputs = {tape->variables.size(), tape->dynamics.size(), tape->captured.size()};
+  recording->sizes = sizes_of<Base>(function, recording->prints);
+  recording->function = std::make_shared<const Function>(std::move(function));
+  recording->range = n_y;
+  recording->kernels = std::move(tape->kernels);
+  recording->captured = std::move(tape->captured);
+  recording->variables = std::move(tape->variables);
+  recording->dynamics = std::move(tape->dynamics);
+  return recording;
 }
 
 #define DYNTAPE_CPPAD_BASE(Base)                                                                        \
@@ -231,10 +313,27 @@ std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>& callee,
   template void record_print(const AD<Base>&, const std::string&, const AD<Base>&, const std::string&); \
   template std::vector<AD<Base>> record_call(const std::shared_ptr<const Callee>&,                      \
                                              const std::shared_ptr<const KernelInSeries>&,              \
-                                             const std::vector<AD<Base>>&, const std::vector<Base>&);
+                                             const std::vector<AD<Base>>&, const std::vector<Base>&);   \
+  template RecordingSizes count_sizes<Base>(const Function&, const std::vector<Print>&);                \
+  template std::shared_ptr<const Recording<Base>> end_recording(const AD<Base>*, std::size_t,           \
+                                                                const AD<Base>*, std::size_t);
 DYNTAPE_CPPAD_BASE(float)
 DYNTAPE_CPPAD_BASE(double)
 DYNTAPE_CPPAD_BASE(AD<double>)
 DYNTAPE_CPPAD_BASE(AD<AD<double>>)
 
 }  // namespace dyntape::cppad::detail
+
+namespace dyntape::cppad {
+
+template <class Base>
+void AD<Base>::abort_recording() {
+  detail::set_open_tape<Base>(nullptr);
+}
+
+template void AD<float>::abort_recording();
+template void AD<double>::abort_recording();
+template void AD<AD<double>>::abort_recording();
+template void AD<AD<AD<double>>>::abort_recording();
+
+}  // namespace dyntape::cppad

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The recording that a thread has open over a base, for recorded.cpp and recorded_end.cpp.
+// The recording that a thread has open over a base, for recorded.cpp.
 #pragma once
 
 #include <cstring>
@@ -42,6 +42,14 @@ template <class Base>
 std::unique_ptr<Tape<Base>>& open_tape() {
   thread_local std::unique_ptr<Tape<Base>> tape;
   return tape;
+}
+// The same at hand; null where there is none.
+template <class Base>
+constinit inline thread_local Tape<Base>* current_tape = nullptr;
+template <class Base>
+void set_open_tape(std::unique_ptr<Tape<Base>> tape) {
+  current_tape<Base> = tape.get();
+  open_tape<Base>() = std::move(tape);
 }
 
 // Numbers on all levels.

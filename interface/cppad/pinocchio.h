@@ -1,0 +1,82 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// Pinocchio's templates on the recording scalar: include this instead of pinocchio/autodiff/cppad.hpp, before its algorithms.
+//
+//   using Scalar = CppAD::AD<double>;
+//   const pinocchio::ModelTpl<Scalar> recorded = model.cast<Scalar>();
+//   pinocchio::DataTpl<Scalar> data(recorded);
+//   CppAD::Independent(ax);
+//   const Vector tau = pinocchio::rnea(recorded, data, q, v, a);
+//   CppAD::ADFun<double> f(ax, tau);
+//
+// What Pinocchio chooses by comparing values becomes a condition here, so that integrate, difference and free flyers leave no guard.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <boost/math/constants/constants.hpp>
+
+#include <dyntape/interface/cppad/cppad.h>
+
+#include <pinocchio/math.hpp>
+#include <pinocchio/utils/static-if.hpp>
+
+namespace Eigen::internal {
+
+template <class Base>
+struct cast_impl<dyntape::cppad::AD<Base>, Base> {
+  static Base run(const dyntape::cppad::AD<Base>& x) { return dyntape::cppad::Value(x); }
+};
+
+}  // namespace Eigen::internal
+
+namespace boost::math::constants::detail {
+
+template <class Base>
+struct constant_pi<dyntape::cppad::AD<Base>> : constant_pi<Base> {
+  template <class Digits>
+  static dyntape::cppad::AD<Base> get(const Digits& digits) {
+    return dyntape::cppad::AD<Base>(constant_pi<Base>::get(digits));
+  }
+};
+
+}  // namespace boost::math::constants::detail
+
+namespace pinocchio {
+
+template <class Base>
+struct TaylorSeriesExpansion<dyntape::cppad::AD<Base>> : TaylorSeriesExpansion<Base> {
+  template <int degree>
+  static dyntape::cppad::AD<Base> precision() {
+    return dyntape::cppad::AD<Base>(TaylorSeriesExpansion<Base>::template precision<degree>());
+  }
+};
+
+template <class To, class Base>
+struct ScalarCast<To, dyntape::cppad::AD<Base>> {
+  static To cast(const dyntape::cppad::AD<Base>& x) { return scalar_cast<To>(dyntape::cppad::Value(x)); }
+};
+
+namespace internal {
+
+template <class Base, class Then, class Else>
+struct if_then_else_impl<dyntape::cppad::AD<Base>, dyntape::cppad::AD<Base>, Then, Else> {
+  using S = dyntape::cppad::AD<Base>;
+  using ReturnType = S;
+  static S run(ComparisonOperators op, const S& left, const S& right, const Then& if_true,
+               const Else& if_false) {
+    using namespace dyntape::cppad;
+    constexpr CompareOp kRelations[] = {CompareLt, CompareLe, CompareEq, CompareGe,
+                                        CompareGt};  // as Pinocchio numbers them
+    static_assert(LT == 0 && LE == 1 && EQ == 2 && GE == 3 && GT == 4);
+    return CondExpOp(kRelations[op], left, right, S(if_true), S(if_false));
+  }
+};
+
+// Symmetric matrices by their formulas, without pivots.
+template <class Base, int Rows, int Cols, int Options, int MaxRows, int MaxCols>
+struct MatrixInversion<Eigen::Matrix<dyntape::cppad::AD<Base>, Rows, Cols, Options, MaxRows, MaxCols>, false>
+    : MatrixInversionImpl<Rows, Cols> {};
+
+}  // namespace internal
+}  // namespace pinocchio
