@@ -42,6 +42,7 @@ class CppAdInterface {
   using ad_vector_t = ocs2::ad_vector_t;
   using ad_matrix_t = ocs2::ad_matrix_t;
   using ad_fun_t = ocs2::ad_fun_t;
+  using rowMajor_matrix_t = Eigen::Matrix<scalar_t, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   using ad_function_t = AdFunction::ad_function_t;
   using ad_parameterized_function_t = AdFunction::ad_parameterized_function_t;
   using VectorRef = AdFunction::VectorRef;

@@ -36,6 +36,12 @@ class ad_fun_t {
   Function function_;
 };
 
+namespace cppad_names {
+using ocs2::Independent;
+template <class Base>
+using ADFun = ad_fun_t;
+}  // namespace cppad_names
+
 namespace cppad_sparsity {
 
 using SparsityPattern = std::vector<std::set<std::size_t>>;

@@ -105,6 +105,40 @@ TEST_F(Dynamics, JumpsAndGuards) {
   expect_near(other.computeJumpMap(1, x), (vector_t(2) << 0.5, 1.5).finished());
 }
 
+struct Wind final : PreComputation {
+  scalar_t speed = 0;
+  Wind* clone() const override { return new Wind(*this); }
+  void request(RequestSet set, scalar_t time, const vector_t&, const vector_t&) override {
+    if (set.contains(Request::Dynamics)) speed = 10 * time;
+  }
+};
+
+class Sail final : public ocs2::SystemDynamicsBaseAD {
+ public:
+  explicit Sail(const std::string& folder) : SystemDynamicsBaseAD(Wind()) {
+    initialize(1, 0, "sail", folder, true, false);
+  }
+  Sail* clone() const override { return new Sail(*this); }
+
+ protected:
+  ad_vector_t systemFlowMap(ad_scalar_t, const ad_vector_t& x, const ad_vector_t&,
+                            const ad_vector_t& p) const override {
+    return p - x;
+  }
+  vector_t getFlowMapParameters(scalar_t, const PreComputation& shared) const override {
+    return vector_t::Constant(1, ocs2::cast<Wind>(shared).speed);
+  }
+  std::size_t getNumFlowMapParameters() const override { return 1; }
+};
+
+TEST_F(Dynamics, PreComputationIsAskedBefore) {
+  Sail sail(folder());
+  EXPECT_EQ(sail.computeFlowMap(2, vector_t::Ones(1), {})[0], 19);
+  const std::unique_ptr<ocs2::SystemDynamicsBase> clone(sail.clone());
+  EXPECT_EQ(clone->linearApproximation(3, vector_t::Ones(1), {}).f[0], 29);
+  EXPECT_EQ(clone->jumpMapLinearApproximation(3, vector_t::Ones(1)).dfdx(0, 0), 1);
+}
+
 class CartPole final : public ocs2::SystemDynamicsBaseAD {
  public:
   explicit CartPole(const std::string& folder) { initialize(4, 1, "cartpole_dynamics", folder, true, false); }

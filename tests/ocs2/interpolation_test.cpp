@@ -30,6 +30,14 @@ TEST(Interpolation, OfVectorsAndOfWhatIsInThem) {
   EXPECT_EQ(LinearInterpolation::interpolate(0.5, times, states, first), 1);
 }
 
+TEST(Interpolation, ByReferenceAsOlderVersionsHaveIt) {
+  const std::vector<Eigen::Vector2d, Eigen::aligned_allocator<Eigen::Vector2d>> data = {
+      Eigen::Vector2d::Zero(), Eigen::Vector2d::Ones()};
+  Eigen::Vector2d found;
+  EXPECT_EQ(LinearInterpolation::interpolate(0.5, found, {0, 1}, data).first, 0);
+  EXPECT_EQ(found, Eigen::Vector2d::Constant(0.5));
+}
+
 TEST(Interpolation, SpecialCases) {
   const scalar_array_t one = {1};
   EXPECT_EQ(LinearInterpolation::interpolate(5.0, one, scalar_array_t{7}), 7);
@@ -51,7 +59,9 @@ TEST(Interpolation, Lookup) {
   EXPECT_EQ(ocs2::lookup::findIndexInTimeArray(events, 2.5), 2);
   EXPECT_EQ(ocs2::lookup::findIntervalInTimeArray(events, 1.5), 0);
   EXPECT_EQ(ocs2::lookup::findActiveIntervalInTimeArray(events, 1), 0);
-  EXPECT_THROW(ocs2::lookup::findActiveIntervalInTimeArray(events, 3), dyntape::ArgumentError);
+  EXPECT_EQ(ocs2::lookup::findActiveIntervalInTimeArray(events, 3), 1);
+  EXPECT_EQ(ocs2::lookup::findBoundedActiveIntervalInTimeArray(events, 1), 0);
+  EXPECT_THROW(ocs2::lookup::findBoundedActiveIntervalInTimeArray(events, 3), dyntape::ArgumentError);
 }
 
 TEST(Interpolation, References) {

@@ -78,7 +78,7 @@ TEST_F(Kinematics, OrientationErrors) {
 }
 
 TEST_F(Kinematics, ClonesAndNames) {
-  const std::unique_ptr<ocs2::EndEffectorKinematics> clone(hand.clone());
+  const std::unique_ptr<ocs2::EndEffectorKinematics<ocs2::scalar_t>> clone(hand.clone());
   expect_near(clone->getPosition(q)[0], placed("panda_hand", q).p);
   const std::string said = dyntape::message_of<dyntape::ArgumentError>(
       [&] { ocs2::EndEffectorKinematicsCppAd(model, Arm(), {"panda_hnd"}, 7, 7, "hand", folder()); });

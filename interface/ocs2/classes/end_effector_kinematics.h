@@ -34,8 +34,14 @@ class StateInputMapping {
   virtual ad_vector_t getJointVelocity(const ad_vector_t& state, const ad_vector_t& input) const = 0;  // (nv)
 };
 
+template <class SCALAR_T>
 class EndEffectorKinematics {
  public:
+  using vector3_t = Eigen::Matrix<SCALAR_T, 3, 1>;
+  using vector_t = Eigen::Matrix<SCALAR_T, Eigen::Dynamic, 1>;
+  using quaternion_t = Eigen::Quaternion<SCALAR_T>;
+
+  EndEffectorKinematics() = default;
   virtual ~EndEffectorKinematics() = default;
   virtual EndEffectorKinematics* clone() const = 0;
   virtual const std::vector<std::string>& getIds() const = 0;
@@ -49,9 +55,12 @@ class EndEffectorKinematics {
       const vector_t& state, const vector_t& input) const = 0;
   virtual std::vector<VectorFunctionLinearApproximation> getOrientationErrorLinearApproximation(
       const vector_t& state, const std::vector<quaternion_t>& referenceOrientations) const = 0;
+
+ protected:
+  EndEffectorKinematics(const EndEffectorKinematics&) = default;
 };
 
-class EndEffectorKinematicsCppAd : public EndEffectorKinematics {
+class EndEffectorKinematicsCppAd : public EndEffectorKinematics<scalar_t> {
  public:
   template <class Mapping>
   EndEffectorKinematicsCppAd(dynamics::Model<double> robot, const Mapping& mapping,

@@ -10,7 +10,7 @@
 #pragma once
 
 #include <algorithm>
-#include <limits>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -25,17 +25,19 @@ namespace lookup {
 inline int findIndexInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
   return static_cast<int>(std::lower_bound(timeArray.begin(), timeArray.end(), time) - timeArray.begin());
 }
-// The segment between two times: -1 before the first, timeArray.size() - 1 after the last.
+// The segment between two times: -1 before the first and at it, timeArray.size() - 1 after the last; 0 where there are no times.
 inline int findIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
-  return findIndexInTimeArray(timeArray, time) - 1;
+  return timeArray.empty() ? 0 : findIndexInTimeArray(timeArray, time) - 1;
 }
-// The same where the ends belong to the first and the last segment; ArgumentError outside of them.
+// The same with the first time in the first segment.
 inline int findActiveIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
-  const int last = static_cast<int>(timeArray.size()) - 2;
-  const int found =
-      !timeArray.empty() && time == timeArray.front() ? 0 : findIntervalInTimeArray(timeArray, time);
-  if (found < 0 || found > last)
-    throw ArgumentError("findActiveIntervalInTimeArray: the time is outside of the times");
+  return !timeArray.empty() && time == timeArray.front() ? 0 : findIntervalInTimeArray(timeArray, time);
+}
+// And ArgumentError outside of all segments.
+inline int findBoundedActiveIntervalInTimeArray(const scalar_array_t& timeArray, scalar_t time) {
+  const int found = findActiveIntervalInTimeArray(timeArray, time);
+  if (found < 0 || found + 1 >= static_cast<int>(timeArray.size()))
+    throw ArgumentError("findBoundedActiveIntervalInTimeArray: the time is outside of the times");
   return found;
 }
 
@@ -61,8 +63,8 @@ inline bool is_similar(const auto& a, const auto& b) {
 }
 
 struct Itself {
-  template <class T>
-  const T& operator()(const std::vector<T>& data, std::size_t k) const {
+  template <class T, class Alloc>
+  const T& operator()(const std::vector<T, Alloc>& data, std::size_t k) const {
     return data[k];
   }
 };
@@ -82,8 +84,9 @@ inline index_alpha_t timeSegment(scalar_t enquiryTime, const scalar_array_t& tim
 }
 
 // accessor(data, k): what is interpolated of entry k.
-template <class Data, class Accessor = detail::Itself>
-auto interpolate(index_alpha_t indexAlpha, const std::vector<Data>& dataArray, Accessor accessor = {}) {
+template <class Data, class Alloc, class Accessor = detail::Itself>
+auto interpolate(index_alpha_t indexAlpha, const std::vector<Data, Alloc>& dataArray,
+                 Accessor accessor = {}) {
   if (dataArray.empty()) throw ArgumentError("interpolate: there is no data");
   using Value = std::remove_cvref_t<decltype(accessor(dataArray, std::size_t(0)))>;
   const std::size_t k = static_cast<std::size_t>(indexAlpha.first);
@@ -96,10 +99,20 @@ auto interpolate(index_alpha_t indexAlpha, const std::vector<Data>& dataArray, A
   return Value(alpha * left + (scalar_t(1) - alpha) * right);
 }
 
-template <class Data, class Accessor = detail::Itself>
-auto interpolate(scalar_t enquiryTime, const scalar_array_t& timeArray, const std::vector<Data>& dataArray,
-                 Accessor accessor = {}) {
+template <class Data, class Alloc, class Accessor = detail::Itself>
+auto interpolate(scalar_t enquiryTime, const scalar_array_t& timeArray,
+                 const std::vector<Data, Alloc>& dataArray, Accessor accessor = {}) {
   return interpolate(timeSegment(enquiryTime, timeArray), dataArray, accessor);
+}
+
+// As versions of OCS2 before 2021 have it: the result by reference.  Returns the segment.
+template <class Field, class Data, class Alloc, class Accessor = detail::Itself>
+requires(!std::is_same_v<std::remove_cvref_t<Field>, scalar_array_t>) index_alpha_t
+    interpolate(scalar_t enquiryTime, Field& enquiryData, const scalar_array_t& timeArray,
+                const std::vector<Data, Alloc>& dataArray, Accessor accessor = {}) {
+  const index_alpha_t segment = timeSegment(enquiryTime, timeArray);
+  enquiryData = interpolate(segment, dataArray, accessor);
+  return segment;
 }
 
 }  // namespace LinearInterpolation

@@ -5,6 +5,8 @@
 //   const auto& mine = cast<MyPreComputation>(preComputation);
 #pragma once
 
+#include <utility>
+
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/ocs2/names.h>
 
@@ -20,20 +22,23 @@ enum class Request {
 
 class RequestSet {
  public:
-  RequestSet(Request request) : bits_(static_cast<unsigned>(request)) {}
-  RequestSet operator+(RequestSet other) const { return RequestSet(bits_ | other.bits_); }
-  bool contains(Request request) const { return (bits_ & static_cast<unsigned>(request)) != 0; }
-  bool containsAny(RequestSet other) const { return (bits_ & other.bits_) != 0; }
-  bool containsAll(RequestSet other) const { return (bits_ & other.bits_) == other.bits_; }
+  constexpr RequestSet(Request request) : bits_(static_cast<unsigned>(request)) {}  // NOLINT: one is a set
+  constexpr RequestSet operator+(RequestSet other) const { return RequestSet(bits_ | other.bits_); }
+  constexpr bool contains(Request request) const { return (bits_ & static_cast<unsigned>(request)) != 0; }
+  constexpr bool containsAny(RequestSet other) const { return (bits_ & other.bits_) != 0; }
+  constexpr bool containsAll(RequestSet other) const { return (bits_ & other.bits_) == other.bits_; }
 
  private:
-  explicit RequestSet(unsigned bits) : bits_(bits) {}
+  explicit constexpr RequestSet(unsigned bits) : bits_(bits) {}
   unsigned bits_;
 };
-inline RequestSet operator+(Request a, Request b) { return RequestSet(a) + RequestSet(b); }
+constexpr RequestSet operator+(Request a, Request b) { return RequestSet(a) + RequestSet(b); }
 
 class PreComputation {
  public:
+  using Request = ocs2::Request;
+  using RequestSet = ocs2::RequestSet;
+
   PreComputation() = default;
   virtual ~PreComputation() = default;
   virtual PreComputation* clone() const { return new PreComputation(*this); }
@@ -50,6 +55,10 @@ const Derived& cast(const PreComputation& preComputation) {
   const auto* derived = dynamic_cast<const Derived*>(&preComputation);
   if (!derived) throw ArgumentError("cast: this PreComputation is of another class");
   return *derived;
+}
+template <class Derived>
+Derived& cast(PreComputation& preComputation) {
+  return const_cast<Derived&>(cast<Derived>(std::as_const(preComputation)));
 }
 
 }  // namespace dyntape::ocs2

@@ -19,6 +19,69 @@ vector_t by_time(const detail::TermModel& term, scalar_t time, const vector_t& s
 
 }  // namespace
 
+// --- Of any kind ------------------------------------------------------------------------------------------
+
+vector_t SystemDynamicsBase::computeFlowMap(scalar_t time, const vector_t& state, const vector_t& input) {
+  preComputation_->request(Request::Dynamics, time, state, input);
+  return computeFlowMap(time, state, input, *preComputation_);
+}
+
+VectorFunctionLinearApproximation SystemDynamicsBase::linearApproximation(scalar_t time,
+                                                                          const vector_t& state,
+                                                                          const vector_t& input) {
+  preComputation_->request(Request::Dynamics + Request::Approximation, time, state, input);
+  return linearApproximation(time, state, input, *preComputation_);
+}
+
+vector_t SystemDynamicsBase::computeJumpMap(scalar_t time, const vector_t& state) {
+  preComputation_->requestPreJump(Request::Dynamics, time, state);
+  return computeJumpMap(time, state, *preComputation_);
+}
+
+VectorFunctionLinearApproximation SystemDynamicsBase::jumpMapLinearApproximation(scalar_t time,
+                                                                                 const vector_t& state) {
+  preComputation_->requestPreJump(Request::Dynamics + Request::Approximation, time, state);
+  return jumpMapLinearApproximation(time, state, *preComputation_);
+}
+
+vector_t SystemDynamicsBase::computeJumpMap(scalar_t, const vector_t& state, const PreComputation&) {
+  return state;
+}
+
+vector_t SystemDynamicsBase::computeGuardSurfaces(scalar_t, const vector_t&) {
+  return vector_t::Constant(1, -1);
+}
+
+VectorFunctionLinearApproximation SystemDynamicsBase::jumpMapLinearApproximation(
+    scalar_t time, const vector_t& state, const PreComputation& preComp) {
+  VectorFunctionLinearApproximation a;
+  a.f = computeJumpMap(time, state, preComp);
+  a.dfdx = matrix_t::Identity(state.size(), state.size());
+  return a;
+}
+
+VectorFunctionLinearApproximation SystemDynamicsBase::guardSurfacesLinearApproximation(
+    scalar_t time, const vector_t& state, const vector_t& input) {
+  VectorFunctionLinearApproximation a;
+  a.f = computeGuardSurfaces(time, state);
+  a.dfdx = matrix_t::Zero(a.f.size(), state.size());
+  a.dfdu = matrix_t::Zero(a.f.size(), input.size());
+  return a;
+}
+
+vector_t SystemDynamicsBase::flowMapDerivativeTime(scalar_t, const vector_t& state, const vector_t&) {
+  return vector_t::Zero(state.size());
+}
+vector_t SystemDynamicsBase::jumpMapDerivativeTime(scalar_t, const vector_t& state, const vector_t&) {
+  return vector_t::Zero(state.size());
+}
+vector_t SystemDynamicsBase::guardSurfacesDerivativeTime(scalar_t time, const vector_t& state,
+                                                         const vector_t&) {
+  return vector_t::Zero(computeGuardSurfaces(time, state).size());
+}
+
+// --- Recorded ---------------------------------------------------------------------------------------------
+
 void SystemDynamicsBaseAD::initialize(std::size_t stateDim, std::size_t inputDim,
                                       const std::string& modelName, const std::string& modelFolder,
                                       bool recompileLibraries, bool verbose, const char* file, int line) {
@@ -88,11 +151,13 @@ VectorFunctionLinearApproximation SystemDynamicsBaseAD::guardSurfacesLinearAppro
 
 vector_t SystemDynamicsBaseAD::flowMapDerivativeTime(scalar_t time, const vector_t& state,
                                                      const vector_t& input) {
-  return by_time(flow_map_, time, state, input, getFlowMapParameters(time, PreComputation()));
+  preComputation().request(Request::Dynamics + Request::Approximation, time, state, input);
+  return by_time(flow_map_, time, state, input, getFlowMapParameters(time, preComputation()));
 }
 
 vector_t SystemDynamicsBaseAD::jumpMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t&) {
-  return by_time(jump_map(), time, state, {}, getJumpMapParameters(time, PreComputation()));
+  preComputation().requestPreJump(Request::Dynamics + Request::Approximation, time, state);
+  return by_time(jump_map(), time, state, {}, getJumpMapParameters(time, preComputation()));
 }
 
 vector_t SystemDynamicsBaseAD::guardSurfacesDerivativeTime(scalar_t time, const vector_t& state,

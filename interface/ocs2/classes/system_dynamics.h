@@ -26,55 +26,73 @@
 
 namespace dyntape::ocs2 {
 
+// What terms share is computed by the object's own PreComputation where a call brings none.
 class SystemDynamicsBase {
  public:
-  SystemDynamicsBase() = default;
+  explicit SystemDynamicsBase(const PreComputation& preComputation = PreComputation())
+      : preComputation_(preComputation.clone()) {}
   virtual ~SystemDynamicsBase() = default;
   virtual SystemDynamicsBase* clone() const = 0;
+
+  vector_t computeFlowMap(scalar_t time, const vector_t& state, const vector_t& input);
+  vector_t computeJumpMap(scalar_t time, const vector_t& state);
+  VectorFunctionLinearApproximation linearApproximation(scalar_t time, const vector_t& state,
+                                                        const vector_t& input);
+  VectorFunctionLinearApproximation jumpMapLinearApproximation(scalar_t time, const vector_t& state);
+
   virtual vector_t computeFlowMap(scalar_t time, const vector_t& state, const vector_t& input,
                                   const PreComputation& preComp) = 0;
   virtual VectorFunctionLinearApproximation linearApproximation(scalar_t time, const vector_t& state,
                                                                 const vector_t& input,
                                                                 const PreComputation& preComp) = 0;
-  vector_t computeFlowMap(scalar_t time, const vector_t& state, const vector_t& input) {
-    return computeFlowMap(time, state, input, PreComputation());
-  }
-  VectorFunctionLinearApproximation linearApproximation(scalar_t time, const vector_t& state,
-                                                        const vector_t& input) {
-    return linearApproximation(time, state, input, PreComputation());
-  }
+  // By default the state stays, and there is one surface at which nothing ever is.
+  virtual vector_t computeJumpMap(scalar_t time, const vector_t& state, const PreComputation& preComp);
+  virtual vector_t computeGuardSurfaces(scalar_t time, const vector_t& state);
+  virtual VectorFunctionLinearApproximation jumpMapLinearApproximation(scalar_t time, const vector_t& state,
+                                                                       const PreComputation& preComp);
+  virtual VectorFunctionLinearApproximation guardSurfacesLinearApproximation(scalar_t time,
+                                                                             const vector_t& state,
+                                                                             const vector_t& input);
+  virtual vector_t flowMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input);
+  virtual vector_t jumpMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input);
+  virtual vector_t guardSurfacesDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input);
 
  protected:
-  SystemDynamicsBase(const SystemDynamicsBase&) = default;
+  SystemDynamicsBase(const SystemDynamicsBase& other) : preComputation_(other.preComputation_->clone()) {}
+  PreComputation& preComputation() { return *preComputation_; }
+
+ private:
+  std::unique_ptr<PreComputation> preComputation_;
 };
 
 class SystemDynamicsBaseAD : public SystemDynamicsBase {
  public:
   using SystemDynamicsBase::computeFlowMap;
+  using SystemDynamicsBase::computeJumpMap;
+  using SystemDynamicsBase::jumpMapLinearApproximation;
   using SystemDynamicsBase::linearApproximation;
+  using SystemDynamicsBase::SystemDynamicsBase;
 
-  SystemDynamicsBaseAD() = default;
   void initialize(std::size_t stateDim, std::size_t inputDim, const std::string& modelName,
                   const std::string& modelFolder = "", bool recompileLibraries = true, bool verbose = true,
                   const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
   vector_t computeFlowMap(scalar_t time, const vector_t& state, const vector_t& input,
                           const PreComputation& preComp) override;
-  vector_t computeJumpMap(scalar_t time, const vector_t& state,
-                          const PreComputation& preComp = PreComputation());
-  vector_t computeGuardSurfaces(scalar_t time, const vector_t& state);
+  vector_t computeJumpMap(scalar_t time, const vector_t& state, const PreComputation& preComp) override;
+  vector_t computeGuardSurfaces(scalar_t time, const vector_t& state) override;
 
   VectorFunctionLinearApproximation linearApproximation(scalar_t time, const vector_t& state,
                                                         const vector_t& input,
                                                         const PreComputation& preComp) override;
-  VectorFunctionLinearApproximation jumpMapLinearApproximation(
-      scalar_t time, const vector_t& state, const PreComputation& preComp = PreComputation());
+  VectorFunctionLinearApproximation jumpMapLinearApproximation(scalar_t time, const vector_t& state,
+                                                               const PreComputation& preComp) override;
   VectorFunctionLinearApproximation guardSurfacesLinearApproximation(scalar_t time, const vector_t& state,
-                                                                     const vector_t& input);
+                                                                     const vector_t& input) override;
 
-  vector_t flowMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input);
-  vector_t jumpMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input);
-  vector_t guardSurfacesDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input);
+  vector_t flowMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input) override;
+  vector_t jumpMapDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input) override;
+  vector_t guardSurfacesDerivativeTime(scalar_t time, const vector_t& state, const vector_t& input) override;
 
  protected:
   SystemDynamicsBaseAD(const SystemDynamicsBaseAD&) = default;
