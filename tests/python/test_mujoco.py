@@ -8,6 +8,7 @@ import pickle
 import dyntape
 import numpy as np
 import pytest
+from conftest import page_section
 
 mj = pytest.importorskip("mujoco")
 from dyntape.bridges import mujoco as dm  # noqa: E402
@@ -230,3 +231,10 @@ def test_specs_and_what_cannot_be_read(tmp_path):
         dm.load(tmp_path / "bad.xml")
     with pytest.raises(dyntape.ArgumentError, match="no joint"):
         dm.load(mj.MjModel.from_xml_string("<mujoco/>"))
+
+
+def test_the_page(tmp_path):
+    (tmp_path / "humanoid.xml").write_text(TOY)
+    names = {}
+    exec(page_section("Robots from MuJoCo"), names)
+    assert names["robot"].nv == 12 and np.isfinite(names["data"].qacc).all()

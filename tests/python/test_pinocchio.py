@@ -4,7 +4,7 @@
 import dyntape
 import numpy as np
 import pytest
-from conftest import CONFIG
+from conftest import CONFIG, page_section
 
 pin = pytest.importorskip("pinocchio")
 from dyntape.bridges import pinocchio as dp  # noqa: E402
@@ -106,3 +106,11 @@ def test_what_has_no_counterpart():
         odd.addJoint(0, pin.JointModelEllipsoid(1.0, 2.0, 3.0), pin.SE3.Identity(), "egg")
         with pytest.raises(dyntape.ArgumentError, match='joint "egg": dyntape has no JointModelEllipsoid'):
             dp.load(odd)
+
+
+def test_the_page():
+    names = {}
+    exec(page_section("Robots from Pinocchio"), names)
+    theirs = pin.rnea(names["model"], names["model"].createData(), names["q"], names["v"], names["v"])
+    np.testing.assert_allclose(names["tau"], theirs, atol=1e-10)
+    assert names["arm"].nv == 2

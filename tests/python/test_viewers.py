@@ -4,7 +4,7 @@
 import dyntape
 import numpy as np
 import pytest
-from conftest import CONFIG
+from conftest import CONFIG, page_section
 from dyntape.bridges import viewers
 
 FILE = CONFIG / "robots" / "pendulum.urdf"
@@ -90,3 +90,10 @@ def test_what_cannot_be_shown(pendulum):
     view = viewers.rerun(pendulum)
     with pytest.raises(dyntape.ArgumentError, match=r"expected t \(samples,\) and q \(samples, 1\)"):
         view.play([0, 1], [0.0, 1.0])
+
+
+def test_the_page():
+    pytest.importorskip("rerun")
+    names = {}
+    exec(page_section("Viewers"), names)
+    assert len(names["view"].shapes) == 2
