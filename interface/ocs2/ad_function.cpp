@@ -116,25 +116,49 @@ void AdFunction::loadModelsIfAvailable(ApproximationOrder order, bool verbose) {
   build(order_of(order), false, verbose);
 }
 
-void AdFunction::loadModels(bool verbose) {
-  const auto start = Clock::now();
-  const Function function = record_function();
-  const double seconds = seconds_since(start);
-  for (int order = 2; order >= 0; --order) {
+// Of the highest order in that range that the cache has; null: it has none.
+std::shared_ptr<const AdFunction::Model> AdFunction::cached(const Function& function, Order lowest,
+                                                            Order highest, double seconds) const {
+  for (int order = static_cast<int>(highest); order >= static_cast<int>(lowest); --order) {
     const CodegenOptions chosen = options(static_cast<Order>(order));
     CodegenOptions look = chosen;
     look.only_cached = true;
     try {
-      model_ = std::make_shared<const Model>(CompiledFunction::make(function, look), chosen,
-                                             settings_.threads, seconds);
-    } catch (const NotCached&) {
-      continue;
+      return std::make_shared<const Model>(CompiledFunction::make(function, look), chosen, settings_.threads,
+                                           seconds);
+    } catch (const NotCached&) {  // perhaps of a lower one
     }
-    if (verbose) report(statistics(), settings_.name);
-    return;
   }
-  throw NotCached("loadModels: the cache has no library of the function \"" + settings_.name +
-                  "\" with these flags and this compiler; createModels or loadModelsIfAvailable make one");
+  return nullptr;
+}
+
+void AdFunction::loadModels(bool verbose) {
+  const auto start = Clock::now();
+  const Function function = record_function();
+  auto found = cached(function, Order::kValue, Order::kSecond, seconds_since(start));
+  if (!found) {
+    throw NotCached("loadModels: the cache has no library of the function \"" + settings_.name +
+                    "\" with these flags and this compiler; createModels or loadModelsIfAvailable make one");
+  }
+  model_ = std::move(found);
+  if (verbose) report(statistics(), settings_.name);
+}
+
+void AdFunction::loadModelsOfAtLeast(ApproximationOrder order, bool verbose) {
+  const Route route = settings_.codegen.route;
+  const auto start = Clock::now();
+  const Function function = record_function();
+  const double seconds = seconds_since(start);
+  std::shared_ptr<const Model> found;
+  if (route != Route::kInterpreter && route != Route::kMachineCode)  // which no cache keeps
+    found = cached(function, order_of(order), Order::kSecond, seconds);
+  if (!found) {
+    const CodegenOptions chosen = options(order_of(order));
+    found = std::make_shared<const Model>(CompiledFunction::make(function, chosen), chosen, settings_.threads,
+                                          seconds);
+  }
+  model_ = std::move(found);
+  if (verbose) report(statistics(), settings_.name);
 }
 
 AdFunctionStatistics AdFunction::statistics() const {

@@ -104,6 +104,8 @@ class AdFunction {
   void loadModels(bool verbose = true);
   // Loads this order from the cache, or creates it; never rebuilds what is there.
   void loadModelsIfAvailable(ApproximationOrder order = ApproximationOrder::Second, bool verbose = true);
+  // The same, and a library of a higher order serves too.
+  void loadModelsOfAtLeast(ApproximationOrder order, bool verbose = true);
   // With settings.codegen.route = Route::kTiered these come back before a compiler has started, and the first
   // results are interpreted (codegen/compiled_function.h); results have the same bits all along.  This waits until
   // the compiler is done, and throws ToolError if it failed.
@@ -157,6 +159,8 @@ class AdFunction {
   Function record_function() const;
   CodegenOptions options(Order order) const;
   void build(Order order, bool rebuild, bool verbose);
+  std::shared_ptr<const Model> cached(const Function& function, Order lowest, Order highest,
+                                      double seconds) const;
   void check_inputs(const char* asked, const VectorRef& x, const VectorRef& p) const;
   const Model& model(const char* asked_for, Order order = Order::kValue) const;
 

@@ -25,9 +25,6 @@ CppAdInterface::ad_parameterized_function_t with_no_parameters(CppAdInterface::a
   return [f = std::move(function)](const ad_vector_t& x, const ad_vector_t&, ad_vector_t& y) { f(x, y); };
 }
 
-// Whether libraries of this route come from a cache.
-bool is_cached(Route route) { return route != Route::kInterpreter && route != Route::kMachineCode; }
-
 bool all_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
 }
@@ -84,16 +81,7 @@ void CppAdInterface::loadModels(bool verbose) {
 
 void CppAdInterface::loadModelsIfAvailable(ApproximationOrder approximationOrder, bool verbose) {
   AdFunction next = made();
-  if (is_cached(settings_.codegen.route)) {
-    try {
-      next.loadModels(false);
-    } catch (const NotCached&) {  // there is none yet
-    }
-  }
-  // The last one says what serves.
-  if (!next.hasModel() || next.order() < approximationOrder || verbose)
-    next.loadModelsIfAvailable(
-        std::max(approximationOrder, next.hasModel() ? next.order() : approximationOrder), verbose);
+  next.loadModelsOfAtLeast(approximationOrder, verbose);
   function_ = std::move(next);
 }
 

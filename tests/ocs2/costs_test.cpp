@@ -2,6 +2,7 @@
 //
 // Costs as OCS2's users write them: of states, of states and inputs, by Gauss-Newton.
 #include <cmath>
+#include <utility>
 
 #include "program.h"
 
@@ -129,6 +130,28 @@ class Forgetful final : public ocs2::StateCostCppAd {
     return x(0);
   }
 };
+
+// Keeps a number from one recording to the next.
+class Leaking final : public ocs2::StateCostCppAd {
+ public:
+  Leaking* clone() const override { return new Leaking(*this); }
+
+ protected:
+  ad_scalar_t costFunction(ad_scalar_t, const ad_vector_t& x, const ad_vector_t&) const override {
+    return std::exchange(kept_, x(0)) * x(0);
+  }
+
+ private:
+  mutable ad_scalar_t kept_;
+};
+
+TEST_F(Costs, ErrorsOfARecordingNameTheClientsLine) {
+  Leaking cost;
+  cost.initialize(1, 0, "leaking", folder(), true, false);
+  const std::string said = dyntape::message_of<dyntape::RecordingError>(
+      [&] { cost.initialize(1, 0, "leaking", folder(), true, false); });
+  EXPECT_NE(said.find("costs_test.cpp:" + std::to_string(__LINE__ - 1)), std::string::npos) << said;
+}
 
 TEST_F(Costs, MistakesAreSentences) {
   using dyntape::message_of;

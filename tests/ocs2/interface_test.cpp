@@ -2,6 +2,7 @@
 //
 // CppAdInterface as its users call it.
 #include <cmath>
+#include <filesystem>
 #include <thread>
 
 #include "program.h"
@@ -112,6 +113,16 @@ TEST_F(Interface, ALibraryOfAHigherOrderServes) {
   anew.settings().forceRebuild = true;  // OCS2's createModels
   anew.createModels(Order::First, false);
   EXPECT_FALSE(anew.function().statistics().timings.cache_hit);
+}
+
+TEST_F(Interface, AFolderIsRelativeToWhereTheProgramIs) {
+  const auto here = std::filesystem::current_path();
+  std::filesystem::current_path(folder());
+  CppAdInterface f(with_parameters, 3, 2, "sample", "models");
+  std::filesystem::current_path(here);
+  f.createModels(Order::First, false);
+  EXPECT_EQ(f.function().statistics().sourcePath.rfind(folder() + "/models/", 0), 0u)
+      << f.function().statistics().sourcePath;
 }
 
 TEST_F(Interface, AChangedFunctionOfTheSameNameIsNotStale) {
