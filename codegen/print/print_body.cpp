@@ -2,6 +2,7 @@
 #include <dyntape/codegen/print/print_body.h>
 
 #include <algorithm>
+#include <unordered_map>
 #include <unordered_set>
 
 #include <dyntape/codegen/print/c_text.h>
@@ -24,6 +25,7 @@ class BodyPrinter {
 
   void run() {
     if (!schedule_.calls.empty()) find_read();
+    if (style_.dialect.lanes) find_pairs();
     print_inputs();
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       print_heading(i);
@@ -42,6 +44,34 @@ class BodyPrinter {
       graph_.for_each_argument(step.index, [&](NodeId a) { read_.insert(a); });
     }
     for (const Crossing& store : piece_.stores) read_.insert(store.node);
+  }
+
+  // Sines and cosines of one argument that this piece computes: one call gives both, with the bits of two (print_lanes.cpp).
+  void find_pairs() {
+    std::unordered_map<NodeId, NodeId> met;  // by argument, the first of the two
+    for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
+      const Step& step = schedule_.steps[i];
+      if (step.kind != Step::Kind::kCompute) continue;
+      const Node& node = graph_[step.index];
+      if ((node.op != Op::Sin && node.op != Op::Cos) || graph_[node.a].op == Op::Const) continue;
+      const auto [other, is_first] = met.emplace(node.a, step.index);
+      if (!is_first) pairs_[other->second] = step.index, seconds_.insert(step.index);
+    }
+  }
+
+  void print_pair(NodeId first, NodeId second) {
+    text_ += "  real ";
+    name(first);
+    text_ += ", ";
+    name(second);
+    text_ += ";\n  dt_sincos(";
+    name(graph_[first].a);
+    const bool is_sine = graph_[first].op == Op::Sin;
+    text_ += ", &";
+    name(is_sine ? first : second);
+    text_ += ", &";
+    name(is_sine ? second : first);
+    text_ += ");\n";
   }
 
   void print_inputs() {
@@ -107,6 +137,16 @@ class BodyPrinter {
     if (node.op == Op::Call) return print_call(id);
     const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
     if (place && !read_.count(id)) return;
+    if (const auto pair = pairs_.find(id); pair != pairs_.end())
+      print_pair(id, pair->second);
+    else if (!seconds_.count(id))
+      print_definition(id, node, place);
+    auto store = std::lower_bound(piece_.stores.begin(), piece_.stores.end(), id,
+                                  [](const Crossing& c, NodeId key) { return c.node < key; });
+    for (; store != piece_.stores.end() && store->node == id; ++store) print_work(store->slot, id);
+  }
+
+  void print_definition(NodeId id, const Node& node, const CallPlace* place) {
     text_ += "  const real ";
     name(id);
     text_ += " = ";
@@ -124,9 +164,6 @@ class BodyPrinter {
       expression(node);
     }
     text_ += ";\n";
-    auto store = std::lower_bound(piece_.stores.begin(), piece_.stores.end(), id,
-                                  [](const Crossing& c, NodeId key) { return c.node < key; });
-    for (; store != piece_.stores.end() && store->node == id; ++store) print_work(store->slot, id);
   }
 
   void print_work(std::uint32_t slot, NodeId id) {
@@ -276,6 +313,8 @@ class BodyPrinter {
   const Piece& piece_;
   const BodyStyle& style_;
   std::unordered_set<NodeId> read_;  // where there are long calls
+  std::unordered_map<NodeId, NodeId> pairs_;
+  std::unordered_set<NodeId> seconds_;  // of the pairs
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <boost/math/constants/constants.hpp>
 #include <boost/multiprecision/float128.hpp>
 #include <cmath>
@@ -121,6 +122,41 @@ TYPED_TEST(OwnTrig, OfWhatIsNotANumberAndOfZeros) {
     EXPECT_EQ(this->values(zero)[0], 0);
     EXPECT_EQ(this->values(zero)[1], 1);
   }
+}
+
+// Compiled text asks libm for both at once.
+#ifdef __GLIBC__
+TEST(SineAndCosine, OneCallHasTheBitsOfTwo) {
+  Random random(63);
+  SCOPED_TRACE(random.seed_text());
+  double (*volatile sine)(double) = ::sin;  // so that the compiler does not make one call of the two
+  double (*volatile cosine)(double) = ::cos;
+  const auto check = [&](double x) {
+    double s, c;
+    ::sincos(x, &s, &c);
+    return testing::same(s, sine(x)) && testing::same(c, cosine(x));
+  };
+  int other = 0;
+  for (double x : testing::kSpecials) other += !check(x);
+  for (int i = 0; i < 4000000; ++i) {
+    other += !check(random.uniform(-4, 4));
+    other += !check(std::bit_cast<double>(random.bits()));
+  }
+  EXPECT_EQ(other, 0);
+}
+#endif
+
+TEST(SineAndCosine, ArePrintedAsOneCall) {
+  CodegenOptions options;
+  options.order = Order::kSecond;
+  options.use_cache = false;
+  const std::string text = generate_source(sin_cos(), options).text;
+  EXPECT_NE(text.find("  dt_sincos(x0, &t"), std::string::npos);
+  EXPECT_EQ(text.find("= sin(x0)"), std::string::npos);
+  options.functions = Functions::kPortable;
+  EXPECT_NE(generate_source(sin_cos(), options)
+                .text.find("#define dt_sincos(x, s, c) (*(s) = sin(x), *(c) = cos(x))"),
+            std::string::npos);
 }
 
 }  // namespace

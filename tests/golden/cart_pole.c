@@ -164,6 +164,34 @@ DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
 }
 #endif
 
+#ifdef __GLIBC__
+#define DT_SINCOS __GLIBC_PREREQ(2, 28)
+#else
+#define DT_SINCOS 0
+#endif
+#if DT_SINCOS && !defined(__cplusplus)
+extern void sincos(double, double*, double*);
+#elif !DT_SINCOS
+static __attribute__((unused)) void dt_two(double x, double* s, double* c) {
+  *s = sin(x);
+  *c = cos(x);
+}
+#define sincos(x, s, c) dt_two(x, s, c)
+#endif
+#if DYNTAPE_LANES == 1
+#define dt_sincos(x, s, c) sincos(x, s, c)
+#else
+static __attribute__((unused)) void dt_sincos(real x, real* s, real* c) {
+  double a[DYNTAPE_LANES], b[DYNTAPE_LANES];
+  int lane;
+  *(reals*)a = x;
+  DT_LEAVE(a);
+  for (lane = 0; lane < DYNTAPE_LANES; ++lane) sincos(a[lane], &a[lane], &b[lane]);
+  *s = *(const reals*)a;
+  *c = *(const reals*)b;
+}
+#endif
+
 #if DYNTAPE_LANES > 1
 #define DT_EACH_1(f) \
   static __attribute__((unused)) real dt_##f(real x) { \
@@ -219,8 +247,8 @@ DT_PIECE void DT_NAME(dt_value_1)(
   const real p0 = p[0]; /* pole mass */
   const real p1 = p[1]; /* length */
   /* --- value (2) --- */
-  const real t5 = sin(x1);
-  const real t6 = cos(x1);
+  real t5, t6;
+  dt_sincos(x1, &t5, &t6);
   const real t7 = p0 * t5;
   const real t8 = t5 * t7;
   const real t10 = t8 + 1.0;
@@ -261,8 +289,8 @@ DT_PIECE void DT_NAME(dt_first_order_1)(
   const real p0 = p[0]; /* pole mass */
   const real p1 = p[1]; /* length */
   /* --- shared (26 steps) --- */
-  const real t5 = sin(x1);
-  const real t6 = cos(x1);
+  real t5, t6;
+  dt_sincos(x1, &t5, &t6);
   const real t7 = p0 * t5;
   const real t8 = t5 * t7;
   const real t10 = t8 + 1.0;
@@ -350,8 +378,8 @@ DT_PIECE void DT_NAME(dt_second_order_1)(
   const real w0 = w[0];
   const real w1 = w[1];
   /* --- shared (51 steps) --- */
-  const real t5 = sin(x1);
-  const real t6 = cos(x1);
+  real t5, t6;
+  dt_sincos(x1, &t5, &t6);
   const real t7 = p0 * t5;
   const real t8 = t5 * t7;
   const real t10 = t8 + 1.0;
