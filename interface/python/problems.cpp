@@ -62,7 +62,10 @@ std::shared_ptr<P> problem_of_scene(std::shared_ptr<PythonScene> scene, std::opt
                                     const std::string& form, const std::string& unit) {
   const auto p = problem_in(scene->scene.robot, duration.value_or(scene->scene.duration), form, unit);
   start_at(p->problem, p->scene, scene->scene.q, scene->scene.v);
-  p->visuals = [scene] { return dynamics::read_visuals(scene->scene.urdf, scene->scene.robot.model); };
+  p->visuals = [scene] {
+    return scene->scene.urdf.empty() ? dynamics::UrdfVisuals()
+                                     : dynamics::read_visuals(scene->scene.urdf, scene->scene.robot.model);
+  };
   return p;
 }
 

@@ -245,6 +245,11 @@ dynamics::UrdfVisuals Robot::visuals(const dynamics::VisualOptions& what) const 
   return {source.bodies->shapes, {}, {}};
 }
 
+dynamics::UrdfCollisions Robot::collisions() const {
+  if (source.bodies) return {source.bodies->touching, {}, {}};
+  return dynamics::read_collisions_text(source.text, source.file, model());
+}
+
 RobotFunction Robot::function(const RobotCall& call) const {
   RobotFunction function = robot_functions()[static_cast<std::size_t>(call.row)];
   using enum dynamics::ReferenceFrame;

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/dynamics/urdf/collisions.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/dynamics/urdf/visuals.h>
 
@@ -49,6 +50,8 @@ class Robot {
   const dynamics::Model<double>& model() const { return urdf.model; }
   // Its shapes, read anew; `what` says which.
   dynamics::UrdfVisuals visuals(const dynamics::VisualOptions& what = {}) const;
+  // Where it touches, likewise.
+  dynamics::UrdfCollisions collisions() const;
 
   // What is called; ArgumentError for words that say nothing.
   RobotFunction function(const RobotCall& call) const;

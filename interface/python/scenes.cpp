@@ -13,10 +13,12 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/files/scene/scene_of_robot.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/report/player/player.h>
 
 #include "module.h"
+#include "robot.h"
 #include "watch.h"
 
 namespace dyntape::python {
@@ -32,10 +34,14 @@ std::string value_text(nb::handle value) {
   return text;
 }
 
-std::shared_ptr<PythonScene> from_text(const std::string& text, const std::filesystem::path& folder,
-                                       nb::handle set) {
+std::shared_ptr<PythonScene> from_text(const std::string& text, std::shared_ptr<Robot> robot,
+                                       const std::filesystem::path& folder, nb::handle set) {
   const std::vector<io::Setting> settings = settings_from(set);
-  return std::make_shared<PythonScene>(read_scene_text(text, (folder / "(text)").string(), settings));
+  const std::string path = (folder / "(text)").string();
+  if (!robot) return std::make_shared<PythonScene>(read_scene_text(text, path, settings));
+  GivenRobot given{robot->urdf, robot->collisions()};
+  given.robot.model.gravity = robot->source.gravity;
+  return std::make_shared<PythonScene>(read_scene_text(given, text, path, settings));
 }
 
 std::shared_ptr<PythonSimulation> simulated(std::shared_ptr<PythonScene> scene, nb::handle progress) {
@@ -82,11 +88,19 @@ void bind_scene(nb::module_& module) {
       "'simulated 2 s'");
   def_read(scene, read_scene);
   scene
-      .def_static("from_text", from_text, nb::arg("text"), nb::kw_only(), nb::arg("folder") = ".",
-                  nb::arg("set") = nb::none(),
-                  nb::sig("def from_text(text: str, *, folder: str | os.PathLike[str] = '.', "
-                          "set: Mapping[str, Any] | None = None) -> Scene"),
-                  "The same from text; other files are looked for in `folder`.")
+      .def_static(
+          "from_text", from_text, nb::arg("text"), nb::kw_only(), nb::arg("robot") = nb::none(),
+          nb::arg("folder") = ".", nb::arg("set") = nb::none(),
+          nb::sig(
+              "def from_text(text: str, *, robot: Robot | None = None, folder: str | os.PathLike[str] = '.', "
+              "set: Mapping[str, Any] | None = None) -> Scene"),
+          "The same from text; other files are looked for in `folder`.\n\n"
+          "robot: in the place of the text's key `robot`, wherever it comes from; `shapes collision` of "
+          "contacts has it\n"
+          "touch where its file or the model that it was made of says.  Not with (cos, sin) joints.\n\n"
+          ">>> robot = dyntape.load(\"config/robots/pendulum.urdf\")\n"
+          ">>> dyntape.Scene.from_text(\"simulation { duration 2 }\", robot=robot).simulate().verdict\n"
+          "'simulated 2 s'")
       .def_prop_ro(
           "name", [](const S& s) { return s.scene.name; }, "Its name.")
       .def_prop_ro(

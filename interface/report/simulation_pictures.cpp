@@ -152,6 +152,7 @@ void add_ground(const dynamics::Effects<double>& effects, const Eigen::Vector2d&
 }
 
 dynamics::UrdfVisuals visuals_of(const Scene& scene, const std::stop_token& stop) {
+  if (scene.urdf.empty()) return {};  // of a robot that came without a file
   try {
     return dynamics::read_visuals(scene.urdf, scene.robot.model, {.stop = stop});
   } catch (const Error& e) {

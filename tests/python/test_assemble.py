@@ -126,3 +126,37 @@ def test_frames_and_shapes_that_hang_nowhere():
         dyntape.assemble("arm", arm(), shapes=[dyntape.Shape("toe", "box", np.eye(4), np.ones(3))])
     with pytest.raises(dyntape.ArgumentError, match="expected box, cylinder, sphere or mesh"):
         dyntape.assemble("arm", arm(), shapes=[dyntape.Shape("hip", "cone", np.eye(4), np.ones(3))])
+
+
+def test_a_scene_of_a_robot_without_a_file(random):
+    ball = dyntape.Body("root", "free-flyer", mass=1.0, inertia=0.004 * np.eye(3))
+    robot = dyntape.assemble("ball", [ball], contacts=[("root", [0, 0, 0], 0.1)])
+    text = """effects { contacts { contact { shapes collision  stiffness 1e4  dissipation 1  friction 0.5 } } }
+start { base { position "0 0 0.3" } }
+simulation { duration 1  step 1e-3  integrator implicit-velocity }"""
+    scene = dyntape.Scene.from_text(text, robot=pickle.loads(pickle.dumps(robot)))
+    motion = scene.simulate()
+    depth = (9.81 / 1e4) ** (2 / 3)
+    assert motion.success and abs(motion.q[-1, 2] - (0.1 - depth)) < 2e-3
+    x0 = np.concatenate([scene.q, scene.v])
+    assert np.isfinite(scene.rollout(np.stack([x0, x0]), np.zeros((2, 10, 0)))).all()
+    assert "<iframe" in motion._repr_html_()
+
+
+def test_a_scene_of_a_robot_from_a_file():
+    robot = dyntape.load(CONFIG / "robots" / "pendulum.urdf")
+    scene = dyntape.Scene.from_text("start { q 0.5 }\nsimulation { duration 1 }", robot=robot)
+    read = dyntape.Scene.from_text("robot { urdf pendulum.urdf }\nstart { q 0.5 }\nsimulation { duration 1 }", folder=CONFIG / "robots")
+    assert np.array_equal(scene.simulate().q, read.simulate().q)
+    turning = dyntape.assemble("wheel", [dyntape.Body("axle", "continuous", mass=1.0, inertia=np.eye(3))])
+    with pytest.raises(dyntape.ArgumentError, match=r"axle.*\(cos, sin\)"):
+        dyntape.Scene.from_text("simulation { duration 1 }", robot=turning)
+    with pytest.raises(dyntape.FileError, match="robot"):
+        dyntape.Scene.from_text("robot { urdf pendulum.urdf }\nsimulation { duration 1 }", robot=robot)
+
+
+def test_contacts_that_hang_nowhere():
+    with pytest.raises(dyntape.ArgumentError, match='a contact is on "toe"'):
+        dyntape.assemble("arm", arm(), contacts=[("toe", [0, 0, 0], 0.1)])
+    with pytest.raises(dyntape.ArgumentError, match="no radius"):
+        dyntape.assemble("arm", arm(), contacts=[("hip", [0, 0, 0], -0.1)])

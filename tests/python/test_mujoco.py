@@ -238,3 +238,15 @@ def test_the_page(tmp_path):
     names = {}
     exec(page_section("Robots from MuJoCo"), names)
     assert names["robot"].nv == 12 and np.isfinite(names["data"].qacc).all()
+    assert names["motion"].q.shape[1] == names["robot"].nq and np.isfinite(names["motion"].q).all()
+
+
+def test_a_box_comes_to_rest_on_its_corners_in_a_scene():
+    box = mj.MjModel.from_xml_string("""<mujoco><worldbody><geom type="plane" size="1 1 1"/>
+      <body name="box" pos="0 0 0.2"><freejoint/><geom type="box" size="0.1 0.1 0.05" mass="1"/></body></worldbody></mujoco>""")
+    text = """effects { contacts { contact { shapes collision  stiffness 1e4  dissipation 1  friction 0.7 } } }
+      start { base { position "0 0 0.1" } }
+      simulation { duration 1  step 2e-4  integrator implicit-velocity }"""
+    motion = dyntape.Scene.from_text(text, robot=dm.load(box)).simulate()
+    depth = (9.81 / 4e4) ** (2 / 3)  # of four corners that carry it
+    assert motion.success and abs(motion.q[-1, 2] - (0.05 - depth)) < 1e-3

@@ -60,7 +60,8 @@ std::optional<std::vector<CollisionSphere>> read_collision_shapes(Section& block
   const std::vector<std::string> links = frame_names(*robot.model);
   block.about("links that touch; absent: all that have shapes");
   const std::vector<std::string> named = distinct_names(block, "frames", links);
-  const dynamics::UrdfCollisions found = dynamics::read_collisions(robot.urdf, *robot.model);
+  const dynamics::UrdfCollisions found =
+      robot.collisions ? *robot.collisions : dynamics::read_collisions(robot.urdf, *robot.model);
   for (const std::string& note : found.notes) block.problem("shapes", note);
   for (const CollisionSphere& sphere : found.spheres) {
     if (sphere.body >= 0 && (named.empty() || holds(named, sphere.link))) spheres.push_back(sphere);

@@ -23,6 +23,7 @@ struct KeyedRobot {
   std::string urdf;
   std::vector<std::string>* left_out =
       nullptr;  // of Scene and Task; <collision> is read where it is asked for
+  const dynamics::UrdfCollisions* collisions = nullptr;  // of a robot without a file (scene_of_robot.h)
 };
 
 // The links, at least one of them, that `frames` names; none without a model.

@@ -18,6 +18,7 @@
 #include <dyntape/interface/files/scene/constraint_keys.h>
 #include <dyntape/interface/files/scene/left_out.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
+#include <dyntape/interface/files/scene/scene_of_robot.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
 
@@ -220,8 +221,9 @@ void read_lag(Section& file, const RobotModel* model, RobotScene& robot) {
   for (std::size_t k = 0; k < dofs.size(); ++k) robot.lag[Eigen::Index(k)] = lag[dofs[k]];
 }
 
-void read_keys(Section& file, Scene& scene, const std::string& path, const RobotModel* model) {
-  const KeyedRobot robot{model, scene.urdf, &scene.left_out};
+void read_keys(Section& file, Scene& scene, const std::string& path, const RobotModel* model,
+               const dynamics::UrdfCollisions* collisions = nullptr) {
+  const KeyedRobot robot{model, scene.urdf, &scene.left_out, collisions};
   read_scene_keys(file, scene.robot, robot);
   scene.robot.constraints = read_constraints(file, robot);
   read_lag(file, model, scene.robot);
@@ -279,22 +281,35 @@ VectorXd Commands::at(double time, const VectorXd& x) const {
 long Scene::steps() const { return std::max(1L, std::lround(duration / step)); }
 long Scene::stride() const { return std::max(1L, std::lround(sample / step)); }
 
-Scene read_scene_text(const std::string& text, const std::string& path,
-                      const std::vector<io::Setting>& settings) {
+namespace {
+
+void check_is_for_scenes(const dynamics::UrdfRobot& robot) {
+  if (!robot.mimics.empty())
+    throw ArgumentError("scene: not for robots whose joints follow others; load it without mimic");
+  for (const auto& joint : robot.model.joints)
+    if (joint.type == dynamics::JointType::kContinuous)
+      throw ArgumentError(
+          "scene: joint \"" + joint.name +
+          "\" has two entries, (cos, sin), and scenes have its angle; load the robot with that");
+}
+
+Scene read_scene_of(const GivenRobot* given, const std::string& text, const std::string& path,
+                    const std::vector<io::Setting>& settings) {
   check_is_no_robot(text, path, "a scene; expected an .info file, as those in config/scenes");
   check_file_kind(text, path, FileKind::kScene);
   Section file = Section::parse(text, path, old_names(), settings);
   Scene scene;
   scene.file = path;
   scene.name = read_name(file, std::filesystem::path(path).stem().string());
-  SceneRobot found = read_scene_robot(file, path, Floating::kAllowed);
+  SceneRobot found = given ? SceneRobot{"", given->robot} : read_scene_robot(file, path, Floating::kAllowed);
   scene.urdf = found.urdf;
   if (found.robot) {
     scene.notes = std::move(found.robot->notes);
     scene.left_out = std::move(found.robot->left_out);
     scene.robot.model = std::move(found.robot->model);
   }
-  read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr);
+  read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr,
+            given ? &given->collisions : nullptr);
   file.finish();
   try {
     dynamics::check(scene.robot.model, scene.robot.effects);
@@ -302,11 +317,25 @@ Scene read_scene_text(const std::string& text, const std::string& path,
   } catch (const ArgumentError& e) {
     throw FileError(path + ": " + e.what());
   }
-  note_left_out(scene.notes, scene.urdf, scene.left_out, scene.robot, LimitsOfFile::kByChoice);
+  note_left_out(scene.notes, given ? "\"" + scene.robot.model.name + "\"" : scene.urdf, scene.left_out,
+                scene.robot, LimitsOfFile::kByChoice);
   note_old_names(scene.notes, file);
   scene.effective = file.effective_values();
   scene.inputs = file.files();
   return scene;
+}
+
+}  // namespace
+
+Scene read_scene_text(const std::string& text, const std::string& path,
+                      const std::vector<io::Setting>& settings) {
+  return read_scene_of(nullptr, text, path, settings);
+}
+
+Scene read_scene_text(const GivenRobot& robot, const std::string& text, const std::string& path,
+                      const std::vector<io::Setting>& settings) {
+  check_is_for_scenes(robot.robot);
+  return read_scene_of(&robot, text, path, settings);
 }
 
 Scene read_scene(const std::string& path, const std::vector<io::Setting>& settings) {

@@ -193,7 +193,7 @@ std::shared_ptr<const dynamics::Mesh> mesh_from(const MeshRow& row) {
 }  // namespace
 
 RobotBodies bodies_from(const BodiesState& state) {
-  const auto& [name, gravity, bodies, frames, left_out, shapes, meshes] = state;
+  const auto& [name, gravity, bodies, frames, left_out, shapes, meshes, contacts] = state;
   RobotBodies made;
   made.model.name = name;
   check_count(gravity, 3, "gravity");
@@ -216,13 +216,21 @@ RobotBodies bodies_from(const BodiesState& state) {
   std::vector<std::shared_ptr<const dynamics::Mesh>> read;
   for (const MeshRow& mesh : meshes) read.push_back(mesh_from(mesh));
   for (const ShapeRow& shape : shapes) made.shapes.push_back(shape_from(shape, made.model, read));
+  for (const auto& [frame, body, center, radius] : contacts) {
+    const std::string what = "a contact of \"" + frame + "\"";
+    check_count(center, 3, what);
+    check_finite(center, 0, 3, what);
+    check_carrier(body, made.model, what);
+    if (!(radius >= 0) || !std::isfinite(radius)) throw ArgumentError("assemble: " + what + " has no radius");
+    made.touching.push_back({frame, body, Eigen::Vector3d::Map(center.data()), radius});
+  }
   return made;
 }
 
 BodiesState state_of(const RobotBodies& bodies) {
   const dynamics::Model<double>& model = bodies.model;
   BodiesState state;
-  auto& [name, gravity, body_rows, frames, left_out, shapes, meshes] = state;
+  auto& [name, gravity, body_rows, frames, left_out, shapes, meshes, contacts] = state;
   name = model.name;
   gravity.assign(model.gravity.data(), model.gravity.data() + 3);
   left_out = bodies.left_out;
@@ -263,6 +271,9 @@ BodiesState state_of(const RobotBodies& bodies) {
     shapes.emplace_back(shape.link, shape.body, kKinds[static_cast<int>(shape.shape)], std::move(numbers),
                         std::move(color), place->second);
   }
+  for (const dynamics::CollisionSphere& sphere : bodies.touching)
+    contacts.emplace_back(sphere.link, sphere.body,
+                          std::vector<double>(sphere.center.data(), sphere.center.data() + 3), sphere.radius);
   return state;
 }
 

@@ -13,14 +13,16 @@
 #include <vector>
 
 #include <dyntape/dynamics/model/model.h>
+#include <dyntape/dynamics/urdf/collisions.h>
 #include <dyntape/dynamics/urdf/visuals.h>
 
 namespace dyntape::python {
 
 struct RobotBodies {
   dynamics::Model<double> model;
-  std::vector<std::string> left_out;     // of the model that it was made of, a sentence each
-  std::vector<dynamics::Visual> shapes;  // what it looks like
+  std::vector<std::string> left_out;                // of the model that it was made of, a sentence each
+  std::vector<dynamics::Visual> shapes;             // what it looks like
+  std::vector<dynamics::CollisionSphere> touching;  // where contacts may be
 };
 
 // Joint, type, parent, numbers: axis (3), pitch, fixed side in the parent (rotation by rows 9, position 3), mass, centre of mass (3),
@@ -31,11 +33,14 @@ inline constexpr std::size_t kBodyNumbers = 36;
 using FrameRow = std::tuple<std::string, int, std::vector<double>>;
 // Frame, joint, kind, placement in that joint's frame (12) and scale (3), colour (4 or none), number of its mesh or -1.
 using ShapeRow = std::tuple<std::string, int, std::string, std::vector<double>, std::vector<double>, int>;
+// Frame, joint, centre in that joint's frame (3), radius.
+using ContactRow = std::tuple<std::string, int, std::vector<double>, double>;
 // Vertices (3 n), triangles (3 m).
 using MeshRow = std::tuple<std::vector<float>, std::vector<int>>;
-// Name, gravity, bodies, frames, what was left out, shapes, meshes.
+// Name, gravity, bodies, frames, what was left out, shapes, meshes, where it touches.
 using BodiesState = std::tuple<std::string, std::vector<double>, std::vector<BodyRow>, std::vector<FrameRow>,
-                               std::vector<std::string>, std::vector<ShapeRow>, std::vector<MeshRow>>;
+                               std::vector<std::string>, std::vector<ShapeRow>, std::vector<MeshRow>,
+                               std::vector<ContactRow>>;
 
 // ArgumentError, naming the joint or frame, for what is no robot: a parent that does not come before, an axis that is not of unit
 // length, numbers that are not finite, a mass or a principal moment below zero, two joints or frames of one name.

@@ -88,6 +88,7 @@ def assemble(
     gravity: ArrayLike = (0.0, 0.0, -9.81),
     left_out: Iterable[str] = (),
     shapes: Iterable[Shape] = (),
+    contacts: Iterable[tuple[str, ArrayLike, float]] = (),
 ) -> Robot:
     """A robot of bodies, in the place of a file; q, v and tau are in their order.
 
@@ -95,6 +96,8 @@ def assemble(
     frames: named places, by the joint that carries them (None: the world), rotation (3, 3) and position (3,) in its frame;
         by default each body's own, called as its joint.
     gravity: (3,) acceleration of free fall, m/s^2.  left_out: becomes robot.left_out.  shapes: what it looks like.
+    contacts: spheres, or points of radius 0, in which it may touch: frame, centre (3,) in that frame, radius, m; for scenes with
+        `shapes collision` (Scene.from_text).
 
     Raises ArgumentError, naming the joint or frame, for what is no robot.
 
@@ -102,7 +105,8 @@ def assemble(
     >>> arm.aba([np.pi / 2], [0.0], [0.0])
     array([-9.81])
     """
-    return _dyntape.assembled(state_of(name, bodies, frames=frames, gravity=gravity, left_out=left_out, shapes=shapes))
+    given = state_of(name, bodies, frames=frames, gravity=gravity, left_out=left_out, shapes=shapes, contacts=contacts)
+    return _dyntape.assembled(given)
 
 
 def state_of(
@@ -113,6 +117,7 @@ def state_of(
     gravity: ArrayLike = (0.0, 0.0, -9.81),
     left_out: Iterable[str] = (),
     shapes: Iterable[Shape] = (),
+    contacts: Iterable[tuple[str, ArrayLike, float]] = (),
 ) -> tuple[Any, ...]:
     """What a robot of bodies is pickled as (bridges/bodies.h): Robot.__setstate__ takes it."""
     places: dict[str | None, int] = {None: -1}
@@ -131,7 +136,13 @@ def state_of(
         of_frames[frame] = (places[joint], R, p)
         frame_rows.append((frame, places[joint], [*R.ravel().tolist(), *p.tolist()]))
     shape_rows, meshes = _shape_rows(list(shapes), of_frames)
-    return name, _array(gravity, (3,), "gravity").tolist(), rows, frame_rows, list(left_out), shape_rows, meshes
+    touching = []
+    for frame, center, radius in contacts:
+        if frame not in of_frames:
+            raise ArgumentError(f'assemble: a contact is on "{frame}", which is no frame')
+        number, R, p = of_frames[frame]
+        touching.append((frame, number, (R @ _array(center, (3,), "the centre of a contact") + p).tolist(), float(radius)))
+    return name, _array(gravity, (3,), "gravity").tolist(), rows, frame_rows, list(left_out), shape_rows, meshes, touching
 
 
 def _array(given: ArrayLike, shape: tuple[int, ...], what: str) -> Array:

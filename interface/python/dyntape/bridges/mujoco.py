@@ -149,7 +149,8 @@ def load(model: str | os.PathLike[str] | mj.MjModel | mj.MjSpec) -> MujocoRobot:
     robot = MujocoRobot.__new__(MujocoRobot)
     gravity = np.zeros(3) if m.opt.disableflags & int(mj.mjtDisableBit.mjDSBL_GRAVITY) else m.opt.gravity
     state = state_of(_model_name(m), reader.bodies, frames=reader.frames, gravity=gravity,
-                     left_out=left_out(m, reader.untouchable), shapes=reader.shapes)  # fmt: skip
+                     left_out=left_out(m, reader.untouchable), shapes=reader.shapes,
+                     contacts=[(point.frame, point.position, point.radius) for point in reader.contacts])  # fmt: skip
     robot.__setstate__((state, _facts_of(m), tuple(reader.contacts)))
     return robot
 
