@@ -47,6 +47,7 @@ class Series {
     s[0] = value;
     return s;
   }
+  void become(const T& constant) { size_ = 1, gated_ = false, few_[0] = constant; }
   static Series of(std::initializer_list<T> coefficients) {
     Series s;
     s.resize(coefficients.size());

@@ -58,6 +58,8 @@ class Taylor {
 
  private:
   void forward_call(NodeId id);
+  bool reverse_number(const Node& node, const T& adjoint, Many& adjoints) const;
+  void reverse_node(NodeId id, Many& adjoints) const;
   void reverse_call(NodeId call, const Many& of_results, Many& adjoints) const;
   std::shared_ptr<const SeriesKernel<T>> kernel_of(NodeId call) const;
   Many arguments_of(NodeId call) const;
@@ -65,6 +67,7 @@ class Taylor {
   std::shared_ptr<const Function> function_;
   SeriesKernels<T> kernels_;
   Many values_;
+  bool moves_ = false;         // whether some input does
   std::vector<Many> results_;  // of call number i
 };
 

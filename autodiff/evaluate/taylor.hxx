@@ -49,6 +49,10 @@ void Taylor<T>::forward(const Many& x, const Many& p, const Many& w) {
   const Many* const blocks[] = {&x, &p, &w};
   const Graph& graph = function_->graph;
   values_.resize(graph.size());
+  moves_ = false;
+  for (const Many* block : blocks) {
+    for (const Series<T>& input : *block) moves_ = moves_ || input.moves();
+  }
   for (NodeId id = 0; id < graph.size(); ++id) {
     const Node& node = graph[id];
     switch (node.op) {
@@ -66,8 +70,13 @@ void Taylor<T>::forward(const Many& x, const Many& p, const Many& w) {
         break;
       default: {
         const int n = info(node.op).arity;
-        values_[id] = evaluate_series(node.op, values_[node.a], values_[n > 1 ? node.b : node.a],
-                                      values_[n > 2 ? node.c : node.a]);
+        const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
+              &z = values_[n > 2 ? node.c : node.a];
+        if (!moves_) {
+          values_[id].become(SeriesNumber<T>::evaluate(node.op, x[0], y[0], z[0]));
+          break;
+        }
+        values_[id] = evaluate_series(node.op, x, y, z);
         if (values_[id].is_nothing()) values_[id] = Series<T>(0.0);  // a closed gate
       }
     }
@@ -128,6 +137,44 @@ void Taylor<T>::reverse_call(NodeId call, const Many& of_results, Many& adjoints
   });
 }
 
+// Arithmetic of numbers, which is most of what there is, without series: the same cells written out.
+template <class T>
+bool Taylor<T>::reverse_number(const Node& node, const T& v, Many& adjoints) const {
+  const auto pass = [&](NodeId to, const T& slope) {
+    Series<T>& adjoint = adjoints[to];
+    adjoint.become(adjoint.is_nothing() ? slope : T(adjoint[0] + slope));
+  };
+  switch (node.op) {
+    case Op::Add:
+      return pass(node.a, v), pass(node.b, v), true;
+    case Op::Sub:
+      return pass(node.a, v), pass(node.b, -v), true;
+    case Op::Neg:
+      return pass(node.a, -v), true;
+    case Op::Mul:
+      return pass(node.a, v * values_[node.b][0]), pass(node.b, v * values_[node.a][0]), true;
+    default:
+      return false;
+  }
+}
+
+template <class T>
+void Taylor<T>::reverse_node(NodeId id, Many& adjoints) const {
+  const Node& node = function_->graph[id];
+  const Series<T> v = adjoints[id];
+  if constexpr (SeriesNumber<T>::kKnown) {
+    if (!moves_ && !v.moves() && reverse_number(node, v[0], adjoints)) return;
+  }
+  const int n = info(node.op).arity;
+  const Series<T>&x = values_[node.a], &y = values_[n > 1 ? node.b : node.a],
+        &z = values_[n > 2 ? node.c : node.a];
+  for (int i = 0; i < n; ++i) {
+    if (!has_slope(node.op, i) || function_->graph.is_constant(node.argument(i))) continue;
+    Series<T>& of_argument = adjoints[node.argument(i)];
+    of_argument = detail::sum(of_argument, slope<Series<T>>(node.op, i, x, y, z, values_[id], v), false);
+  }
+}
+
 template <class T>
 std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs) const {
   const Graph& graph = function_->graph;
@@ -153,14 +200,7 @@ std::vector<Series<T>> Taylor<T>::reverse(const Many& of_outputs) const {
       of_call.resize(graph.callees()[graph[node.a].a]->n_out);
       of_call[node.b] = adjoints[id];
     } else if (node.op != Op::Const) {
-      const Series<T>&x = values_[node.a], &y = values_[node.argument(1) == kNoNode ? node.a : node.b],
-            &z = values_[node.argument(2) == kNoNode ? node.a : node.c];
-      for (int i = 0; i < info(node.op).arity; ++i) {
-        if (!has_slope(node.op, i) || graph.is_constant(node.argument(i))) continue;
-        Series<T>& of_argument = adjoints[node.argument(i)];
-        of_argument =
-            detail::sum(of_argument, slope<Series<T>>(node.op, i, x, y, z, values_[id], adjoints[id]), false);
-      }
+      reverse_node(id, adjoints);
     }
   }
   return of_variables;

@@ -8,6 +8,8 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/autodiff/scalars/jet.h>
 
+#include "random_program.h"
+
 namespace dyntape {
 namespace {
 
@@ -15,7 +17,7 @@ using S = Series<double>;
 
 constexpr std::size_t kOrder = 5;
 
-class RowInSeries : public testing::TestWithParam<int> {
+class RowInSeries : public ::testing::TestWithParam<int> {
  protected:
   Op op() const { return static_cast<Op>(GetParam()); }
   std::size_t arity() const { return static_cast<std::size_t>(info(op()).arity); }
@@ -109,7 +111,7 @@ TEST_P(RowInSeries, ReverseIsTheTransposeOfForward) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Table, RowInSeries, testing::Range(0, kTableOps), [](const auto& row) {
+INSTANTIATE_TEST_SUITE_P(Table, RowInSeries, ::testing::Range(0, kTableOps), [](const auto& row) {
   return std::string(dyntape::info(static_cast<Op>(row.param)).name);
 });
 
@@ -141,6 +143,43 @@ TEST(Taylor, FollowsCallsOfRecordedFunctions) {
   EXPECT_EQ(run.output(0)[2], 6);
   EXPECT_EQ(run.output(0)[3], 4);
   EXPECT_EQ(run.reverse({S::of({1})})[0].at(0), 4);
+}
+
+// Programs over every operator, with poles in branches that are not taken: values, Jacobians, weighted Hessians.
+TEST(Taylor, RandomProgramsAgreeWithDerivation) {
+  for (std::uint64_t seed = 7000; seed < 7200; ++seed) {
+    testing::Random random(seed);
+    const testing::Program program = testing::random_program(random, 10 + random.below(50));
+    const auto f = std::make_shared<const Function>(testing::recorded(program));
+    std::vector<double> w(f->n_y());
+    for (double& weight : w) weight = random.uniform(-1, 1);
+    const Derivatives derived = derive(*f, Order::kSecond);
+    const std::vector<double> all = evaluate(derived.function, program.x, program.p, w);
+    const double* const J = all.data() + f->n_y();
+    const double* const H = J + derived.jacobian.nnz();
+    std::vector<S> p, adjoints;
+    for (double value : program.p) p.push_back(S::constant(value));
+    for (double weight : w) adjoints.push_back(S::constant(weight));
+    const auto close = [&](double got, double expected, const char* what) {
+      EXPECT_NEAR(got, expected, 1e-9 * (1 + std::abs(expected))) << random.seed_text() << ", " << what;
+    };
+    for (std::size_t j = 0; j < f->n_x(); ++j) {
+      std::vector<S> x;
+      for (std::size_t i = 0; i < f->n_x(); ++i)
+        x.push_back(i == j ? S::of({program.x[i], 1}) : S::constant(program.x[i]));
+      Taylor<double> run(f);
+      run.forward(x, p);
+      const auto column = run.reverse(adjoints);
+      for (std::size_t k = 0; k < derived.jacobian.nnz(); ++k) {
+        if (derived.jacobian.col[k] == j) close(run.output(derived.jacobian.row[k]).at(1), J[k], "slope");
+      }
+      for (std::size_t k = 0; k < derived.hessian.nnz(); ++k) {
+        if (derived.hessian.col[k] == j) close(column[derived.hessian.row[k]].at(1), H[k], "second order");
+        if (derived.hessian.row[k] == j)
+          close(column[derived.hessian.col[k]].at(1), H[k], "second order, transposed");
+      }
+    }
+  }
 }
 
 }  // namespace

@@ -92,13 +92,13 @@ void Fun<Base>::new_dynamic(const Values& p) {
   check_size("new_dynamic: the vector of dynamic parameters", p.size(), recording_->function->n_p());
   dynamics_ = p;
   orders_ = 0;
-  runs_.clear();
+  stale_ = true;
 }
 
 template <class Base>
 void Fun<Base>::keep_orders(std::size_t n) {
   capacity_ = n;
-  if (n < orders_) orders_ = n, runs_.clear();
+  if (n < orders_) orders_ = n, stale_ = true;
 }
 
 template <class Base>
@@ -106,16 +106,18 @@ void Fun<Base>::start_at(const Values& x) {
   inputs_.assign(1, {x});
   orders_ = 1;
   capacity_ = std::max(capacity_, orders_);
-  runs_.clear();
+  stale_ = true;
 }
 
 // All orders that there are, in every direction.
 template <class Base>
 void Fun<Base>::run_all() {
-  if (runs_.size() == inputs_.size()) return;
+  if (!stale_ && runs_.size() == inputs_.size()) return;
   const auto p = constants_of(dynamics_), w = constants_of(recording_->captured);
-  runs_.clear();
-  for (const auto& coefficients : inputs_) {
+  while (runs_.size() < inputs_.size()) runs_.push_back(std::make_unique<Run>(*recording_));
+  runs_.resize(inputs_.size());
+  for (std::size_t l = 0; l < inputs_.size(); ++l) {
+    const auto& coefficients = inputs_[l];
     std::vector<Series<Base>> x(domain());
     for (std::size_t j = 0; j < x.size(); ++j) {
       std::size_t n = orders_;
@@ -124,9 +126,9 @@ void Fun<Base>::run_all() {
       x[j].resize(n);
       for (std::size_t k = 0; k < n; ++k) x[j][k] = coefficients[k][j];
     }
-    runs_.push_back(std::make_unique<Run>(*recording_));
-    runs_.back()->taylor.forward(x, p, w);
+    runs_[l]->taylor.forward(x, p, w);
   }
+  stale_ = false;
 }
 
 template <class Base>
@@ -151,7 +153,7 @@ std::vector<Base> Fun<Base>::forward(std::size_t q, const Values& xq, std::ostre
   }
   orders_ = q + 1;
   capacity_ = std::max(capacity_, orders_);
-  runs_.clear();
+  stale_ = true;
   run_all();
   if (q == 0 || all) after_order_zero(out);
   Values y;
@@ -182,7 +184,7 @@ std::vector<Base> Fun<Base>::forward(std::size_t q, std::size_t r, const Values&
   }
   orders_ = q + 1;
   capacity_ = std::max(capacity_, orders_);
-  runs_.clear();
+  stale_ = true;
   run_all();
   Values y(m * r);
   for (std::size_t i = 0; i < m; ++i) {
@@ -247,12 +249,12 @@ void Fun<Base>::check_numbers(const Values& y) const {
 
 template <class Base>
 std::size_t Fun<Base>::changes() const {
-  return change_count_ == 0 || runs_.empty() ? 0 : runs_[0]->taylor.violated_guards();
+  return change_count_ == 0 || runs_.empty() || stale_ ? 0 : runs_[0]->taylor.violated_guards();
 }
 
 template <class Base>
 std::size_t Fun<Base>::change_op_index() const {
-  if (change_count_ == 0 || runs_.empty()) return 0;
+  if (change_count_ == 0 || runs_.empty() || stale_) return 0;
   std::size_t guard = runs_[0]->taylor.violated_guard(0);
   for (std::size_t k = 1; k < change_count_ && guard != SIZE_MAX; ++k)
     guard = runs_[0]->taylor.violated_guard(guard + 1);

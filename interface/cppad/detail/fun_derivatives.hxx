@@ -12,7 +12,7 @@ std::vector<Base> Fun<Base>::slopes(const Values& direction) {
   inputs_[0].resize(1);
   inputs_[0].push_back(direction);
   orders_ = 2;
-  runs_.clear();
+  stale_ = true;
   run_all();
   Values dy;
   for (std::size_t i = 0; i < range(); ++i) dy.push_back(runs_[0]->taylor.output(i).at(1));
@@ -111,7 +111,7 @@ std::vector<Base> Fun<Base>::for_two(const Values& x, const std::vector<std::siz
     slopes(direction);
     inputs_[0].push_back(Values(n, Base(0)));
     orders_ = 3;
-    runs_.clear();
+    stale_ = true;
     run_all();
     Values y;
     for (std::size_t i = 0; i < m; ++i) y.push_back(runs_[0]->taylor.output(i).at(2));
@@ -245,6 +245,7 @@ void Fun<Base>::optimize(bool without_compare, bool without_print) {
   shorter->sizes = count_sizes<Base>(*shorter->function, shorter->prints);
   recording_ = shorter;
   runs_.clear();
+  stale_ = true;
   orders_ = 0;
 }
 

@@ -2,7 +2,9 @@
 // Recording, and what a function gives: dense derivatives, dynamic parameters, branches, nesting.
 #include <sstream>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "programs.h"
@@ -364,6 +366,59 @@ TEST(CppadEigen, MixesWithDoubleAndInverts) {
   ay[0] = inverse(0, 0) + (B * 0.5).cast<ADouble>().sum() * ax[0];
   ADFun<double> f(ax, ay);
   EXPECT_NEAR(f.Jacobian(Eigen::VectorXd(Eigen::VectorXd::Constant(1, 2.0)))[0], -1.0 / 8 + 3, 1e-12);
+}
+
+TEST(CppadEigen, GeometryOfRecordedValues) {
+  ADFun<double> f = recorded({0.3}, [](const AVector& x) -> std::vector<ADouble> {
+    const Eigen::Matrix<ADouble, 3, 1> axis(ADouble(0), ADouble(0), ADouble(1)),
+        point(ADouble(1), ADouble(2), ADouble(3));
+    const Eigen::Quaternion<ADouble> q(Eigen::AngleAxis<ADouble>(x[0], axis));
+    const Eigen::Matrix<ADouble, 3, 1> turned = q * point, by_matrix = q.toRotationMatrix() * point;
+    return {turned[0], turned[1], by_matrix[0], by_matrix[1]};
+  });
+  const double a = 0.7, c = std::cos(a), s = std::sin(a);
+  expect_near(f.Forward(0, DVector{a}), {c - 2 * s, s + 2 * c, c - 2 * s, s + 2 * c});
+  expect_near(f.Jacobian(DVector{a}), {-s - 2 * c, c - 2 * s, -s - 2 * c, c - 2 * s});
+}
+
+TEST(CppadEigen, FactorisationsOfRecordedValues) {
+  ADFun<double> f = recorded({4, 1, 3}, [](const AVector& x) -> std::vector<ADouble> {
+    Eigen::Matrix<ADouble, 2, 2> A;
+    A << x[0], x[1], x[1], x[2];
+    const Eigen::Matrix<ADouble, 2, 1> b(ADouble(1), ADouble(2));
+    const Eigen::Matrix<ADouble, 2, 1> y = A.llt().solve(b), z = A.partialPivLu().solve(b);
+    return {y[0], y[1], z[0], z[1]};
+  });
+  expect_near(f.Forward(0, DVector{4, 1, 3}), {1.0 / 11, 7.0 / 11, 1.0 / 11, 7.0 / 11});
+  // dy/dA_00 = -A^-1 e0 y0
+  const DVector J = f.Jacobian(DVector{4, 1, 3});
+  for (std::size_t i : {0u, 2u}) {
+    EXPECT_NEAR(J[i * 3], -3.0 / 11 / 11, 1e-14);
+    EXPECT_NEAR(J[(i + 1) * 3], 1.0 / 11 / 11, 1e-14);
+  }
+}
+
+// A cost in the manner of Ceres: a functor of any scalar, by pointers.
+struct Residual {
+  template <class T>
+  bool operator()(const T* x, T* r) const {
+    using std::exp;
+    r[0] = T(10) * (x[1] - x[0] * x[0]);
+    r[1] = T(1) - exp(x[0]);
+    return true;
+  }
+};
+
+TEST(CppadFunctors, OfAnyScalar) {
+  std::vector<ADouble> ax{1.0, 2.0}, ay(2);
+  Independent(ax);
+  ASSERT_TRUE(Residual()(ax.data(), ay.data()));
+  ADFun<double> f(ax, ay);
+  double r[2];
+  const double x[2] = {0.5, 2};
+  Residual()(x, r);
+  expect_near(f.Forward(0, DVector{0.5, 2}), {r[0], r[1]});
+  expect_near(f.Jacobian(DVector{0.5, 2}), {-10, 10, -std::exp(0.5), 0});
 }
 
 }  // namespace
