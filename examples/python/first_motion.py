@@ -6,7 +6,7 @@ import sys
 import dyntape
 
 config = sys.argv[1] if len(sys.argv) > 1 else dyntape.config_folder()
-arm = dyntape.load(f"{config}/robots/ur5.urdf", continuous="angle")
+arm = dyntape.load(f"{config}/robots/ur5.urdf")
 place = [0.4, 0.4, 0.3]
 
 p = arm.problem(2, form="inverse")

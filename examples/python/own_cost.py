@@ -7,7 +7,7 @@ import dyntape
 import numpy as np
 
 config = sys.argv[1] if len(sys.argv) > 1 else dyntape.config_folder()
-arm = dyntape.load(f"{config}/robots/ur5.urdf", continuous="angle")
+arm = dyntape.load(f"{config}/robots/ur5.urdf")
 
 
 def cost(q: dyntape.RecordedArray, target: dyntape.RecordedArray) -> object:

@@ -21,7 +21,7 @@ import dyntape
 import numpy as np
 
 config = sys.argv[1] if len(sys.argv) > 1 and not sys.argv[1].startswith("-") else dyntape.config_folder()
-arm = dyntape.load(f"{config}/robots/ur5.urdf", continuous="angle")
+arm = dyntape.load(f"{config}/robots/ur5.urdf")
 arm
 
 # %% [markdown]

@@ -1,4 +1,4 @@
-// A robot's file in, the torques that hold it at rest and their derivatives out.
+// A robot's file in, the torques that hold it at rest out.
 #include <iostream>
 
 #include <dyntape/autodiff/error.h>

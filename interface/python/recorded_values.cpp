@@ -211,6 +211,13 @@ void bind_operators(nb::class_<AD>& ad) {
     return trunc(a);
   });
   ad.def("conjugate", [](const AD& a) { return a; });
+  ad.def("__float__", [](const AD& a) {
+    if (!a.is_recorded()) return a.value();
+    throw RecordingError(
+        "a recorded value is no plain number; expected numpy's functions in place of math's, and "
+        "np.array([...]) or "
+        "np.concatenate in place of writing into an array of floats");
+  });
 }
 
 void bind_scalar(nb::module_& module) {

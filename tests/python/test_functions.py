@@ -2,6 +2,7 @@
 """Recorded functions: values and derivatives of Python code, decisions, dynamics as parts, compilation."""
 
 import copy
+import math
 import pickle
 from concurrent.futures import ThreadPoolExecutor
 
@@ -139,6 +140,18 @@ def test_compiled_code_has_the_same_bits(random):
     assert np.array_equal(g.hessian(x, p), before[2])  # beyond what was compiled the interpreter serves
 
 
+def test_what_takes_numbers_alone_says_what_to_use():
+    def written(x):
+        y = np.zeros(1)
+        y[0] = x[0]
+        return y
+
+    for f in (lambda x: math.sin(x[0])), written:
+        with pytest.raises(dyntape.RecordingError, match="expected numpy's functions"):
+            dyntape.record(f, 1)
+    assert dyntape.record(lambda x: x * math.sin(np.asarray(2.0)), 1)([1.0])[0] == math.sin(2.0)
+
+
 def test_every_route_has_the_same_bits(random):
     x, p = random.normal(size=(40, 6)), random.normal(size=(40, 1))
     before = dyntape.record(rosenbrock, 6, 1).hessian(x, p)
@@ -235,7 +248,7 @@ def test_what_goes_wrong_says_so():
         dyntape.record(lambda x: x, 1, x0=[1.0, 2.0])
     with pytest.raises(TypeError):
         float(dyntape.record(lambda x: x, 1))
-    with pytest.raises(TypeError):  # a recorded value is no number
+    with pytest.raises(dyntape.RecordingError):  # a recorded value is no number
         dyntape.record(lambda x: float(x[0]), 1)
 
 
