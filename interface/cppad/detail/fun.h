@@ -89,7 +89,7 @@ class Fun {
   std::size_t orders_ = 0, capacity_ = 0;
   Values dynamics_;
   std::vector<std::unique_ptr<Run>> runs_;  // one a direction
-  bool stale_ = true;  // inputs have changed since they ran
+  bool stale_ = true;                       // inputs have changed since they ran
   std::size_t change_count_ = 1;
   bool checks_nan_ = true, told_nan_ = false, throws_on_change_ = false;
 };
