@@ -176,7 +176,7 @@ constexpr char kEach[] = R"(#define DT_EACH_1(f) \
 )";
 
 // Sine and cosine of one argument.  Since 2.28 one code computes them in glibc's sin, cos and sincos: the same bits, in
-// three quarters of the time of two calls (sincos_test.cpp).  Other libraries are called twice.
+// three quarters of the time of two calls (own_trig_test.cpp).  Other libraries are called twice.
 constexpr char kPair[] = R"(
 #ifdef __GLIBC__
 #define DT_SINCOS __GLIBC_PREREQ(2, 28)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Runs what the pages of docs/start, docs/tutorials and docs/how_to show, block by block, each page in a folder of its own.
+"""Runs what the README and the pages of docs/start, docs/tutorials and docs/how_to show, block by block, each page in a folder of its own.
 
     documents.py BUILD [PAGE ...]
 
@@ -23,7 +23,8 @@ FAILS = 'What it says'
 
 
 def pages():
-    return sorted(path for folder in ('start', 'tutorials', 'how_to') for path in (ROOT / 'docs' / folder).glob('*.md'))
+    folders = (ROOT / 'docs' / name for name in ('start', 'tutorials', 'how_to'))
+    return [ROOT / 'README.md', *sorted(path for folder in folders for path in folder.glob('*.md'))]
 
 
 def run_console(text, is_failure):
