@@ -12,6 +12,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "../source_folder.h"
 #include "compilers.h"
 #include "random_function.h"
 
@@ -172,7 +173,7 @@ TEST(Text, DoesNotDependOnTheLocale) {
 TEST(Text, GoldenFile) {
   const codegen::Source source = generate_source(cart_pole(), with_order(Order::kSecond));
   for (const auto& [suffix, text] : {std::pair(".c", &source.text), std::pair(".h", &source.header)}) {
-    const std::string path = DYNTAPE_GOLDEN_FOLDER "/" + source.name + suffix;
+    const std::string path = test::source_folder() + "/tests/golden/" + source.name + suffix;
     if (std::getenv("DYNTAPE_UPDATE_GOLDEN")) codegen::write_file(path, *text);
     std::ifstream golden(path);
     std::istringstream printed(*text);

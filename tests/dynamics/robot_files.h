@@ -7,10 +7,12 @@
 #include <string>
 #include <vector>
 
+#include "../source_folder.h"
+
 namespace dyntape::dynamics {
 
 inline std::string robot_file(const std::string& name) {
-  return (std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf")).string();
+  return (std::filesystem::path(test::source_folder()) / "config" / "robots" / (name + ".urdf")).string();
 }
 
 inline const std::vector<std::string>& robot_names() {

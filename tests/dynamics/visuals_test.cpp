@@ -20,6 +20,8 @@
 #include <fstream>
 #include <random>
 
+#include "../source_folder.h"
+
 namespace dyntape::dynamics {
 namespace {
 
@@ -97,7 +99,7 @@ TEST(Visuals, FollowTheirLinksThroughLockedJointsAndOtherBases) {
 
 TEST(Visuals, OfTheRobotsInTheRepository) {
   std::size_t shapes = 0;
-  for (const auto& entry : fs::directory_iterator(DYNTAPE_SOURCE_DIR "/config/robots")) {
+  for (const auto& entry : fs::directory_iterator(test::source_folder() + "/config/robots")) {
     if (entry.path().extension() != ".urdf") continue;
     const UrdfVisuals v = read_visuals(entry.path(), load_urdf(entry.path()));
     EXPECT_TRUE(v.notes.empty()) << entry.path();

@@ -6,10 +6,9 @@
 set -euo pipefail
 source=$1 build=$2/fuzzing seconds=${3:-100}
 command -v clang++ >/dev/null || { echo "no clang++: not fuzzed"; exit 77; }
-export CCACHE_SLOPPINESS=pch_defines,time_macros  # what precompiled headers need
 mkdir -p "$build"
 CC=clang CXX=clang++ cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DDYNTAPE_ARCH=native -DDYNTAPE_TESTS=ON \
-  -DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=16 \
+  -DCMAKE_CXX_COMPILER_LAUNCHER="$source/tools/cached" -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=16 \
   -DCMAKE_CXX_FLAGS="-O0 -g0 -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize=null,alignment,object-size,vptr -fno-sanitize-recover=undefined" \
   >"$build.log" 2>&1 || { tail -n 40 "$build.log"; exit 1; }
 ninja -C "$build" -j "$(nproc)" fuzz_corpus >"$build.log" 2>&1 || { tail -n 40 "$build.log"; exit 1; }

@@ -6,8 +6,7 @@ source=$1 work=$2/python_package
 mkdir -p "$work"
 "$source/tools/python_environment" "$work/venv" 'scikit-build-core>=0.10' ninja
 bin=$work/venv/bin
-export CCACHE_BASEDIR=$source CCACHE_SLOPPINESS=pch_defines,time_macros
-command -v ccache >/dev/null && export CMAKE_CXX_COMPILER_LAUNCHER=ccache
+command -v ccache >/dev/null && export CMAKE_CXX_COMPILER_LAUNCHER="$source/tools/cached"
 export CC=${CC:-cc} CXX=${CXX:-c++}  # as tools/build calls them: its objects are as good
 rm -f "$work"/*.whl
 "$bin/pip" wheel -q --disable-pip-version-check --no-build-isolation --no-deps -C build-dir="$source/build-python" -C cmake.define.DYNTAPE_WERROR=ON -w "$work" "$source"

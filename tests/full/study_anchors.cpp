@@ -11,6 +11,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/run/solve/solve.h>
 
+#include "../source_folder.h"
 #include "advice.h"
 #include "chains.h"
 #include "report.h"
@@ -19,7 +20,7 @@ namespace dyntape::tools {
 namespace {
 
 StudyOptions quick() {
-  StudyOptions options{.quick = true, .config = DYNTAPE_SOURCE_DIR "/config"};
+  StudyOptions options{.quick = true, .config = test::source_folder() + "/config"};
   options.watch = [](const std::string&) {};
   return options;
 }
@@ -156,7 +157,7 @@ TEST(StudyReport, FailuresAndZerosAreShown) {
 
 // Of the swing-up the optimum is known by shooting; each choice keeps what was asked for, and is no slower than what it was taken from.
 TEST(Advice, KeepsTheDigitsAndItsKeysAreRead) {
-  const std::string config = DYNTAPE_SOURCE_DIR "/config/tasks/";
+  const std::string config = test::source_folder() + "/config/tasks/";
   const Advice advice = advise(read_task(config + "cart_pole_swing_up.info"), {.digits = 5, .solves = 1e6});
   EXPECT_NEAR(advice.reference, 58.8076674582, 58.8 * (3 * advice.known_to + 1e-9));
   EXPECT_LT(advice.known_to, 1e-7);
@@ -179,7 +180,7 @@ TEST(Advice, KeepsTheDigitsAndItsKeysAreRead) {
   read_info(text, keys);
   for (const auto& [section, block] : keys)
     for (const auto& [key, value] : block) file.put(section + "." + key, value.data());
-  file.put("robot.urdf", DYNTAPE_SOURCE_DIR "/config/robots/cart_pole.urdf");
+  file.put("robot.urdf", test::source_folder() + "/config/robots/cart_pole.urdf");
   file.erase("expected");
   const std::string path = testing::TempDir() + "advised.info";
   write_info(path, file);
@@ -194,10 +195,10 @@ TEST(Advice, KeepsTheDigitsAndItsKeysAreRead) {
 }
 
 TEST(Advice, TellsWhereThereIsNothingToChoose) {
-  Task task = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/cart_pole_ddp.info");
+  Task task = read_task(test::source_folder() + "/config/tasks/cart_pole_ddp.info");
   EXPECT_THROW(advise(task), ArgumentError);
   // Thrusters are no motors of a scene.
-  const Task flight = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/quadrotor_flight.info");
+  const Task flight = read_task(test::source_folder() + "/config/tasks/quadrotor_flight.info");
   const Advice advice = advise(flight, {.digits = 2, .seconds = 20});
   EXPECT_EQ(advice.choices.back().chosen, "nothing to choose");
   ASSERT_EQ(advice.choices.back().measured.size(), 1u);

@@ -18,6 +18,7 @@
 
 #include "../interface/ocp_problems.h"
 #include "../interface/recorded_nlp.h"
+#include "../source_folder.h"
 #include "every_route.h"
 
 namespace dyntape {
@@ -214,7 +215,7 @@ INSTANTIATE_TEST_SUITE_P(By, Programs, ::testing::Values(NlpMethod::kIpopt, NlpM
 class PosesApart : public ::testing::TestWithParam<double> {
  protected:
   static RobotScene hinge() {
-    return {dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/pendulum.urdf"), {}, {}};
+    return {dynamics::load_urdf(test::source_folder() + "/config/robots/pendulum.urdf"), {}, {}};
   }
   static Eigen::Matrix3d turned(double by) { return rotation_of(0, by, 0); }
 };

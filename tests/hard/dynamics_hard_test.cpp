@@ -12,6 +12,7 @@
 #include <dyntape/interface/robot/robot_functions.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
+#include "../source_folder.h"
 #include "every_route.h"
 
 namespace dyntape {
@@ -23,7 +24,7 @@ using testing::same_bits;
 using testing::Values;
 
 Model<double> quadruped() {
-  return dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/solo12.urdf",
+  return dynamics::load_urdf(test::source_folder() + "/config/robots/solo12.urdf",
                              {.base = dynamics::Base::kFloating});
 }
 

@@ -9,6 +9,7 @@
 
 #include "../interface/simulated_systems.h"
 #include "../interface/temporary_cache.h"
+#include "../source_folder.h"
 
 namespace dyntape {
 namespace {
@@ -82,7 +83,7 @@ INSTANTIATE_TEST_SUITE_P(By, AMillionSteps,
 
 Scene pendulum(const std::string& rest) {
   Scene scene = read_scene_text("robot\n{\n  urdf ../robots/pendulum.urdf\n}\n" + rest,
-                                DYNTAPE_SOURCE_DIR "/config/scenes/made_up.info");
+                                test::source_folder() + "/config/scenes/made_up.info");
   scene.evaluation = test::kInterpreted;
   return scene;
 }
@@ -291,7 +292,7 @@ INSTANTIATE_TEST_SUITE_P(Of, SoftWalls,
 // simulation, interpreter
 TEST(Bounces, EndInFiniteTime) {
   for (const double step : {1e-3, 1e-2}) {
-    Scene scene = read_scene(DYNTAPE_SOURCE_DIR "/config/scenes/rigid_bounce.info");
+    Scene scene = read_scene(test::source_folder() + "/config/scenes/rigid_bounce.info");
     scene.evaluation = test::kInterpreted;
     scene.step = step, scene.duration = 6;
     const SimulatedMotion motion = simulate(scene);

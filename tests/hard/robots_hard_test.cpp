@@ -14,6 +14,7 @@
 #include <dyntape/interface/robot/robot_rows.h>
 
 #include "../dynamics/random_robots.h"
+#include "../source_folder.h"
 #include "every_route.h"
 
 namespace dyntape {
@@ -271,7 +272,7 @@ TEST(Gimbal, HurtsAnglesOnly) {
 // holds: no invalid operation, no division by zero, no overflow in the accelerations of a humanoid and their
 // derivatives | routes: template in double, interpreter
 TEST(Configurations, NoneOfAHundredThousandTraps) {
-  const Model<double> model = dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/talos.urdf",
+  const Model<double> model = dynamics::load_urdf(test::source_folder() + "/config/robots/talos.urdf",
                                                   {.base = dynamics::Base::kFloating});
   Random random(18);
   dynamics::Data<double> data(model);

@@ -10,6 +10,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/report/simulation_results.h>
 
+#include "../source_folder.h"
 #include "shipped_scenes.h"
 
 namespace dyntape {
@@ -19,7 +20,7 @@ using Eigen::VectorXd;
 
 Scene double_pendulum(double a, double b, double duration) {
   Scene scene = shipped("pendulum");
-  scene.robot.model = dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/double_pendulum.urdf",
+  scene.robot.model = dynamics::load_urdf(test::source_folder() + "/config/robots/double_pendulum.urdf",
                                           {.continuous = dynamics::ContinuousJoint::kAngle});
   scene.q = VectorXd{{a, b}}, scene.v = VectorXd::Zero(2);
   scene.commands = {{0}, VectorXd::Zero(2)};

@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/report/simulation_results.h>
 
+#include "../source_folder.h"
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -20,7 +21,7 @@ std::string pendulum_text(const std::string& simulation) {
          "}\n";
 }
 Scene read_text(const std::string& text) {
-  Scene scene = read_scene_text(text, DYNTAPE_SOURCE_DIR "/config/scenes/adaptive.info");
+  Scene scene = read_scene_text(text, test::source_folder() + "/config/scenes/adaptive.info");
   scene.evaluation.route = Route::kInterpreter;
   return scene;
 }
@@ -74,7 +75,7 @@ TEST(AdaptiveScene, APendulumComesBack) {
 
 // Stiffness is no matter of the step: no refusal at the start, no warning afterwards.
 TEST(AdaptiveScene, StiffScenesAreNotRefused) {
-  Scene scene = read_scene(DYNTAPE_SOURCE_DIR "/config/scenes/block_on_slope.info");
+  Scene scene = read_scene(test::source_folder() + "/config/scenes/block_on_slope.info");
   scene.evaluation.route = Route::kInterpreter;
   scene.step = 0.01, scene.sample = 0.01, scene.duration = 0.1;
   scene.integrator = Integrator::kAdaptiveStiff;

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "../dynamics/random_robots.h"
+#include "../source_folder.h"
 #include "simulated_systems.h"
 #include "temporary_cache.h"
 
@@ -264,7 +265,7 @@ TEST(Adaptive, SensitivitiesAtRest) {
 }
 
 TEST(Adaptive, SensitivitiesOfAQuadruped) {
-  const std::string urdf = std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/solo12.urdf";
+  const std::string urdf = test::source_folder() + "/config/robots/solo12.urdf";
   const dynamics::Model<double> model = dynamics::read_urdf(urdf, {.base = dynamics::Base::kFloating}).model;
   const System system = robot_system(
       model,

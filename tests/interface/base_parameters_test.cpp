@@ -14,6 +14,8 @@
 #include <dyntape/interface/identification/rank_revealing_qr.h>
 #include <dyntape/interface/identification/staircase.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -25,7 +27,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 Model<double> load(const std::string& name, Base base = Base::kFixed, std::vector<std::string> lock = {}) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf");
+  const auto root = std::filesystem::path(test::source_folder()) / "config" / "robots" / (name + ".urdf");
   dynamics::UrdfOptions options;
   options.base = base;
   options.lock = std::move(lock);

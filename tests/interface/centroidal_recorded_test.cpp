@@ -15,6 +15,8 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -42,7 +44,7 @@ double error(const MatrixXd& got, const MatrixXd& expected) {
 class RecordedCentroidal : public testing::TestWithParam<Robot> {
  protected:
   RecordedCentroidal() {
-    const std::filesystem::path robots = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
+    const std::filesystem::path robots = std::filesystem::path(test::source_folder()) / "config" / "robots";
     model = dynamics::load_urdf((robots / (std::string(GetParam().name) + ".urdf")).string(),
                                 {.base = GetParam().base});
     taped = model.cast<AD>();

@@ -6,6 +6,7 @@
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/run/mpc/centroidal_control.h>
 #include <dyntape/interface/run/mpc/centroidal_pictures.h>
+#include "../source_folder.h"
 #include "message_of.h"
 #include "task_text.h"
 
@@ -21,7 +22,7 @@ class CentroidalTasks : public test::TaskText {
   CentroidalTasks() : TaskText("centroidal") {}
 
   void load_control(const std::string& name) {
-    const fs::path folder = fs::path(DYNTAPE_SOURCE_DIR) / "config" / "control";
+    const fs::path folder = fs::path(test::source_folder()) / "config" / "control";
     text_ = read_file((folder / (name + ".info")).string());
     replace("../robots", (folder / "../robots").string());
   }
@@ -43,7 +44,7 @@ class CentroidalTasks : public test::TaskText {
 // As it is shipped, compiled: two disturbances of 0.95 of the limits, none noticed too late.
 TEST_F(CentroidalTasks, TheShippedRobotStandsItsPushes) {
   const CentroidalTask task =
-      read_centroidal_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/solo12_pushed.info");
+      read_centroidal_task(test::source_folder() + "/config/control/solo12_pushed.info");
   EXPECT_NEAR(task.control.disturbances[0].v[0], 0.95 * 1.38607, 1e-3);
   EXPECT_NEAR(task.control.disturbances[1].v[1], -0.95 * 1.20309, 1e-3);
   const ControlReport report = control_task(task);

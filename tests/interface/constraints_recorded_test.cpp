@@ -14,6 +14,8 @@
 
 #include <random>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -28,7 +30,7 @@ std::vector<double> list(const VectorXd& x) { return {x.begin(), x.end()}; }
 
 struct Quadruped {
   Quadruped() {
-    model = dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/solo12.urdf",
+    model = dynamics::load_urdf(test::source_folder() + "/config/robots/solo12.urdf",
                                 {.base = dynamics::Base::kFloating});
     std::mt19937_64 random(4);
     const auto uniform = [&](long n, double size) {

@@ -9,6 +9,7 @@
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
+#include "../source_folder.h"
 #include "ocp_problems.h"
 
 namespace dyntape {
@@ -19,7 +20,7 @@ using Eigen::VectorXd;
 
 // Held against its weight at the start, drawn to a place 0.15 m away.
 Problem reaching() {
-  const RobotScene scene{dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/iiwa14.urdf"), {}, {}};
+  const RobotScene scene{dynamics::load_urdf(test::source_folder() + "/config/robots/iiwa14.urdf"), {}, {}};
   const auto& model = scene.model;
   VectorXd q(7);
   q << 0.2, 0.5, -0.1, -1.2, 0.3, 0.8, 0;

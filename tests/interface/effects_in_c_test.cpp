@@ -9,6 +9,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -21,7 +23,7 @@ enum Choice { kGravity = 1, kArmature = 2, kDamping = 4, kFriction = 8, kSprings
 constexpr double kStrength[] = {9.8125, 0.3779296875, 0.7138671875, 0.6435546875, 5.8388671875};
 
 Model<double> arm() {
-  auto model = dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/arm_2r.urdf");
+  auto model = dynamics::load_urdf(test::source_folder() + "/config/robots/arm_2r.urdf");
   model.gravity = {0, 0, -kStrength[0]};
   return model;
 }

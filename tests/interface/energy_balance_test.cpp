@@ -12,6 +12,7 @@
 #include <dyntape/interface/report/simulation_results.h>
 #include <dyntape/interface/system/mechanisms.h>
 
+#include "../source_folder.h"
 #include "shipped_scenes.h"
 
 namespace dyntape {
@@ -115,7 +116,7 @@ TEST(EnergyBalance, OfAdaptiveStepsIsAsGoodAsTheyAre) {
   for (const Integrator integrator : {Integrator::kAdaptive, Integrator::kAdaptiveStiff}) {
     for (const double step : {1e-3, 0.02, 0.5}) {
       Scene scene = shipped("pendulum");
-      scene.robot.model = dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/double_pendulum.urdf");
+      scene.robot.model = dynamics::load_urdf(test::source_folder() + "/config/robots/double_pendulum.urdf");
       scene.q = VectorXd{{2.5, 1.0}}, scene.v = VectorXd::Zero(2);
       scene.commands = {{0}, VectorXd::Zero(2)};
       scene.integrator = integrator;

@@ -12,6 +12,8 @@
 #include <dyntape/interface/identification/excitation.h>
 #include <dyntape/interface/identification/excitation_problem.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -20,7 +22,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 Model<double> load(const std::string& name) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf");
+  const auto root = std::filesystem::path(test::source_folder()) / "config" / "robots" / (name + ".urdf");
   return dynamics::load_urdf(root.string(), {});
 }
 
@@ -144,7 +146,7 @@ TEST(Excitation, FaultsAreNamed) {
   EXPECT_THROW(optimal_excitation(model, base), ArgumentError);
   dynamics::UrdfOptions floating;
   floating.base = dynamics::Base::kFloating;
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / "arm_2r.urdf";
+  const auto root = std::filesystem::path(test::source_folder()) / "config" / "robots" / "arm_2r.urdf";
   const Model<double> free = dynamics::load_urdf(root.string(), floating);
   EXPECT_THROW(optimal_excitation(free, base_parameters(free)), ArgumentError);
 }

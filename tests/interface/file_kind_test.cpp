@@ -13,10 +13,12 @@
 
 #include <filesystem>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
-const std::string kConfig = std::string(DYNTAPE_SOURCE_DIR) + "/config/";
+const std::string kConfig = test::source_folder() + "/config/";
 
 template <class Read>
 std::string refusal(Read&& read) {

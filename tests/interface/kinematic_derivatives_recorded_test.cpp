@@ -15,6 +15,8 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -37,7 +39,7 @@ struct Robot {
 class RecordedKinematics : public testing::TestWithParam<Robot> {
  protected:
   RecordedKinematics() {
-    const std::filesystem::path robots = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
+    const std::filesystem::path robots = std::filesystem::path(test::source_folder()) / "config" / "robots";
     model = dynamics::load_urdf((robots / (std::string(GetParam().name) + ".urdf")).string(),
                                 {.base = GetParam().base});
     taped = model.cast<AD>();

@@ -10,11 +10,13 @@
 #include <filesystem>
 #include <iostream>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
 TEST(LargeRobot, IsCompiledWithinAGigabyte) {
-  const auto file = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / "talos.urdf";
+  const auto file = std::filesystem::path(test::source_folder()) / "config" / "robots" / "talos.urdf";
   const auto model = dynamics::load_urdf(file.string(), {.base = dynamics::Base::kFloating});
   ASSERT_GE(model.nv, 38);
   const Function f = record_robot_function(model, RobotFunction::kFdDerivatives);

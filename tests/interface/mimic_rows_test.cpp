@@ -16,6 +16,7 @@
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
 #include "../dynamics/random_robots.h"
+#include "../source_folder.h"
 #include "packed.h"
 #include "temporary_cache.h"
 
@@ -347,7 +348,7 @@ TEST(MimicRowsOnLines, SecondOrderIsTheSlopeOfFirstOrder) {
 
 // The fingers of a real file: one joint fewer, and generated code that knows it.
 TEST(MimicRowsOfFiles, FingersOfThePanda) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
+  const auto root = std::filesystem::path(test::source_folder());
   const UrdfRobot robot = read_urdf((root / "config/robots/panda.urdf").string(), {.mimic = true});
   const TemporaryCache cache;
   RobotEvaluatorOptions options;

@@ -15,11 +15,13 @@
 #include <filesystem>
 #include <random>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
 dynamics::Model<double> robot(const char* name, dynamics::Base base = dynamics::Base::kFloating) {
-  const auto folder = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
+  const auto folder = std::filesystem::path(test::source_folder()) / "config" / "robots";
   return dynamics::load_urdf((folder / name).replace_extension("urdf").string(), {.base = base});
 }
 

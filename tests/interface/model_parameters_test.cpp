@@ -16,6 +16,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/model_parameters.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -27,7 +29,7 @@ using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
 Model<double> load(const std::string& name) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf");
+  const auto root = std::filesystem::path(test::source_folder()) / "config" / "robots" / (name + ".urdf");
   return dynamics::load_urdf(root.string(), {});
 }
 

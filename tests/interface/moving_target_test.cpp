@@ -12,6 +12,7 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_terms.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
+#include "../source_folder.h"
 #include "task_text.h"
 
 namespace dyntape {
@@ -120,7 +121,7 @@ TEST_F(MovingTargets, AControllerFollowsACircle) {
 
 // The shipped one: no goal, joints that stand still by symmetry at first, a push on the way.
 TEST_F(MovingTargets, AnArmFollowsACircle) {
-  const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_follows_circle.info");
+  const Task task = read_task(test::source_folder() + "/config/control/arm_follows_circle.info");
   const ControlReport report = control_task(task);
   EXPECT_EQ(report.loop.steps.front().status, SolveStatus::kSolved);
   const Trajectory& m = report.loop.motion;

@@ -18,6 +18,7 @@
 #include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/solve/pictures.h>
 #include "../dynamics/robot_files.h"
+#include "../source_folder.h"
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -154,7 +155,7 @@ std::string targets_in(const io::Plot& plot) {
 
 // The task that is shipped, pushed twice, acting 5 ms after it measures: it comes back to its goal.
 TEST(Mpc, TheShippedTaskHoldsItsGoal) {
-  const Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/control/arm_holds.info");
+  const Task task = read_task(test::source_folder() + "/config/control/arm_holds.info");
   EXPECT_EQ(task.control.disturbances.size(), 2u);
   const ControlReport report = control_task(task);
   EXPECT_TRUE(report.success()) << report.text();
@@ -205,11 +206,11 @@ TEST(Mpc, ReportsTellWhatIsMeasuredTo) {
   const auto report_of = [&](const std::string& rest) {
     const std::string file = folder + "/task.info";
     write_file_atomically(
-        file, "robot\n{\n urdf \"" DYNTAPE_SOURCE_DIR
-              "/config/robots/arm_2r.urdf\"\n}\nhorizon\n{\n duration 0.4\n intervals 8\n}\n"
-              "transcription\n{\n scheme trapezoid\n hessian gauss_newton\n}\nevaluation\n{\n route "
-              "interpreter\n}\nstart\n{\n q \"0.3 0.4\"\n}\nguess\n{\n control gravity\n}\nmpc\n{\n "
-              "duration 0.1\n period 0.05\n}\n" +
+        file, "robot\n{\n urdf \"" + test::source_folder() +
+                  "/config/robots/arm_2r.urdf\"\n}\nhorizon\n{\n duration 0.4\n intervals 8\n}\n"
+                  "transcription\n{\n scheme trapezoid\n hessian gauss_newton\n}\nevaluation\n{\n route "
+                  "interpreter\n}\nstart\n{\n q \"0.3 0.4\"\n}\nguess\n{\n control gravity\n}\nmpc\n{\n "
+                  "duration 0.1\n period 0.05\n}\n" +
                   rest);
     const Task task = read_task(file);
     const ControlReport report = control_task(task);
@@ -257,7 +258,7 @@ TEST(Mpc, ReportsTellWhatIsMeasuredTo) {
 }
 
 TEST(Mpc, ATaskThatNothingDrawsIsRefused) {
-  Task task = read_task(std::string(DYNTAPE_SOURCE_DIR) + "/config/tasks/arm_reaching.info");
+  Task task = read_task(test::source_folder() + "/config/tasks/arm_reaching.info");
   try {
     control_task(task);
     FAIL() << "nothing thrown";

@@ -10,6 +10,7 @@
 #include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/motion/robot_problem.h>
+#include "../source_folder.h"
 #include "message_of.h"
 #include "ocp_problems.h"
 
@@ -120,8 +121,7 @@ TEST(FreeTime, DoubleIntegratorIsBangBang) {
 // Two joints against limits of their torques: at every instant one of them is at its limit, and no given time that
 // is shorter will do.
 TEST(FreeTime, AnArmInLeastTimeUsesItsMotorsToTheLimit) {
-  RobotScene scene{
-      dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/arm_2r.urdf"), {}, {}};
+  RobotScene scene{dynamics::load_urdf(test::source_folder() + "/config/robots/arm_2r.urdf"), {}, {}};
   for (const DynamicsForm form : {DynamicsForm::kForward, DynamicsForm::kInverse}) {
     Problem p = robot_problem(scene, {.duration = 1, .form = form});
     p.start << 0, 0, 0, 0;

@@ -13,13 +13,14 @@
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/run/solve/solve.h>
 #include "../dynamics/robot_files.h"
+#include "../source_folder.h"
 
 namespace dyntape {
 namespace {
 
 namespace fs = std::filesystem;
 
-const fs::path kConfig = fs::path(DYNTAPE_SOURCE_DIR) / "config";
+const fs::path kConfig = fs::path(test::source_folder()) / "config";
 
 // A folder of this test that goes away with it.
 class TaskFiles : public ::testing::Test {

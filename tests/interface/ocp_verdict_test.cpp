@@ -14,6 +14,8 @@
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/run/solve/solve.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -51,7 +53,7 @@ class Verdicts : public ::testing::Test {
   }
 
   static Task cart_pole(int intervals) {
-    Task task = read_task(DYNTAPE_SOURCE_DIR "/config/tasks/cart_pole_swing_up.info");
+    Task task = read_task(test::source_folder() + "/config/tasks/cart_pole_swing_up.info");
     task.optimise.mesh.evaluation.route = Route::kInterpreter;
     task.optimise.mesh.intervals = intervals;
     task.expected.reset();

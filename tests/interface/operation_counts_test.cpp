@@ -14,13 +14,15 @@
 #include <dyntape/interface/robot/factored_dynamics.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
 using dynamics::Base;
 
 dynamics::Model<double> load(const char* name, Base base) {
-  const auto folder = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
+  const auto folder = std::filesystem::path(test::source_folder()) / "config" / "robots";
   return dynamics::load_urdf((folder / name).replace_extension("urdf").string(), {.base = base});
 }
 

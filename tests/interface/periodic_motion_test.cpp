@@ -15,6 +15,7 @@
 #include <dyntape/interface/motion/periodic_gait.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/solve/solve.h>
+#include "../source_folder.h"
 #include "message_of.h"
 #include "task_text.h"
 
@@ -288,7 +289,7 @@ TEST_F(ClosedMotion, WhatIsWrongIsSaid) {
 // What ends where a step ends begins where it began; mistakes are told.
 TEST(NextStepOf, ARobotComesBackToItsStart) {
   const RobotScene scene{
-      dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/five_link_walker.urdf"), {}, {}};
+      dynamics::load_urdf(test::source_folder() + "/config/robots/five_link_walker.urdf"), {}, {}};
   std::mt19937_64 random(11);
   PeriodicGait step{.swapped = {{"left_hip", "right_hip"}, {"right_knee", "left_knee"}},
                     .advance = VectorXd::Random(7)};

@@ -15,6 +15,7 @@
 #include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/simulate/simulate.h>
 #include <dyntape/interface/run/solve/solve.h>
+#include "../source_folder.h"
 #include "task_text.h"
 
 namespace dyntape {
@@ -68,7 +69,7 @@ TEST_F(PhasesTask, AJumpIsAThrowAndHoldsOnAFloorThatGivesWay) {
 
   write_results(task, report, folder_.string());
   std::string text = R"(robot {
-  urdf )" + std::string(DYNTAPE_SOURCE_DIR) +
+  urdf )" + test::source_folder() +
                      R"(/config/robots/solo12.urdf
   base floating
 }

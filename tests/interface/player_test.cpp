@@ -14,6 +14,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -21,7 +23,7 @@ using namespace dynamics;
 using nlohmann::json;
 
 std::string robot_path(const std::string& name) {
-  return DYNTAPE_SOURCE_DIR "/config/robots/" + name + ".urdf";
+  return test::source_folder() + "/config/robots/" + name + ".urdf";
 }
 
 json scene_of(const std::string& page) {

@@ -13,13 +13,15 @@
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/run/solve/solve.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
 using Eigen::Vector3d;
 using Eigen::VectorXd;
 
-const std::string kConfig = DYNTAPE_SOURCE_DIR "/config/";
+const std::string kConfig = test::source_folder() + "/config/";
 
 // No configuration leaves the sphere, and straight arms come near its edge.
 TEST(Reach, NoConfigurationLeavesTheSphere) {

@@ -12,6 +12,7 @@
 #include <dyntape/interface/system/rigid/rigid_step.h>
 #include <dyntape/interface/system/scene_system.h>
 
+#include "../source_folder.h"
 #include "shipped_scenes.h"
 
 namespace dyntape {
@@ -417,7 +418,7 @@ std::string complaint(const std::string& constraints) {
   try {
     read_scene_text("robot\n{\n urdf ../robots/four_bar.urdf\n}\nconstraints\n{\n" + constraints +
                         "\n}\nsimulation\n{\n duration 1\n integrator variational\n}\n",
-                    DYNTAPE_SOURCE_DIR "/config/scenes/made_up.info");
+                    test::source_folder() + "/config/scenes/made_up.info");
   } catch (const Error& e) {
     return e.what();
   }

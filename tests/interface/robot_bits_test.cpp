@@ -13,6 +13,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -21,7 +23,7 @@ using dynamics::Base;
 class RobotBits : public testing::TestWithParam<std::pair<const char*, Base>> {};
 
 TEST_P(RobotBits, plain_double_equals_the_recording) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
+  const auto root = std::filesystem::path(test::source_folder());
   const auto model =
       dynamics::load_urdf((root / "config" / "robots" / (std::string(GetParam().first) + ".urdf")).string(),
                           {.base = GetParam().second});

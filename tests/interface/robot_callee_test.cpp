@@ -17,6 +17,7 @@
 #include <map>
 
 #include "../autodiff/random.h"
+#include "../source_folder.h"
 
 namespace dyntape {
 namespace {
@@ -25,7 +26,7 @@ using dynamics::Model;
 using testing::Random;
 
 Model<double> robot(const std::string& name, dynamics::Base base = dynamics::Base::kFixed) {
-  const auto file = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots" / (name + ".urdf");
+  const auto file = std::filesystem::path(test::source_folder()) / "config" / "robots" / (name + ".urdf");
   return dynamics::load_urdf(file.string(), {.base = base});
 }
 

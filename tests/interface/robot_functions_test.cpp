@@ -19,6 +19,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
+#include "../source_folder.h"
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -43,7 +44,7 @@ const Robot kLarge[] = {
     {"simple_humanoid", Base::kFloating}, {"talos", Base::kFloating}, {"g1", Base::kFloating}};
 
 Model<double> load(const Robot& robot) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
+  const auto root = std::filesystem::path(test::source_folder());
   dynamics::UrdfOptions options;
   options.base = robot.base;
   return dynamics::load_urdf((root / "config" / "robots" / (std::string(robot.name) + ".urdf")).string(),

@@ -16,6 +16,8 @@
 #include <dyntape/interface/robot/robot_evaluator.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -25,7 +27,7 @@ using dynamics::ReferenceFrame;
 using Eigen::VectorXd;
 
 Model<double> load(const std::string& name, Base base = Base::kFixed) {
-  const auto root = std::filesystem::path(DYNTAPE_SOURCE_DIR);
+  const auto root = std::filesystem::path(test::source_folder());
   return dynamics::load_urdf((root / "config" / "robots" / (name + ".urdf")).string(), {.base = base});
 }
 

@@ -17,6 +17,7 @@
 #include <filesystem>
 
 #include "../dynamics/random_robots.h"
+#include "../source_folder.h"
 
 namespace dyntape {
 namespace {
@@ -230,7 +231,7 @@ VectorXd badly_conditioned(const Model<double>& model, VectorXd q) {
 // The shipped robots with one exception are recorded by factors, whatever the shortest way is: near 1e3 the inverse loses
 // two digits, the derivatives no more than in plain code.
 TEST(RouteAccuracy, FactorsOfShippedRobots) {
-  const auto folder = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "robots";
+  const auto folder = std::filesystem::path(test::source_folder()) / "config" / "robots";
   int factored = 0;
   for (const char* name : {"arm_2r", "ur5", "panda", "iiwa14", "solo12", "g1", "talos", "simple_humanoid"}) {
     for (const Base base : {Base::kFixed, Base::kFloating}) {

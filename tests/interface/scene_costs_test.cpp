@@ -10,6 +10,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/run/simulate/effect_costs.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -17,7 +19,7 @@ using dynamics::Effects;
 using Eigen::VectorXd;
 
 RobotScene arm() {
-  return {dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/panda.urdf",
+  return {dynamics::load_urdf(test::source_folder() + "/config/robots/panda.urdf",
                               {.lock = {"panda_finger_joint1", "panda_finger_joint2"}})};
 }
 VectorXd all(double value) { return VectorXd::Constant(7, value); }
@@ -108,7 +110,7 @@ TEST(EffectCosts, OfASevenJointArmAreWhatTheyWere) {
 // What acts at one joint costs the same on each, however many there are.
 TEST(EffectCosts, OfJointEffectsAreLocal) {
   const auto cost_a_joint = [](const char* robot, const auto& add) {
-    RobotScene scene{dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR "/config/robots/") + robot)};
+    RobotScene scene{dynamics::load_urdf(std::string(test::source_folder() + "/config/robots/") + robot)};
     const long without = counted(scene).value.operations;
     add(scene);
     return double(counted(scene).value.operations - without) / scene.model.nv;

@@ -15,6 +15,7 @@
 #include <dyntape/interface/system/quadrature.h>
 #include <dyntape/interface/system/scene_system.h>
 
+#include "../source_folder.h"
 #include "shipped_scenes.h"
 
 namespace dyntape {
@@ -43,7 +44,7 @@ Matrix3d base_rotation(const SimulatedMotion& motion, int k) {
 
 TEST(Scenes, AllAreReadAndCloseTheirBalanceOfEnergy) {
   // Of contacts, whose forces begin within a step, the quadrature of the power is coarse.
-  for (const auto& entry : std::filesystem::directory_iterator(DYNTAPE_SOURCE_DIR "/config/scenes")) {
+  for (const auto& entry : std::filesystem::directory_iterator(test::source_folder() + "/config/scenes")) {
     Scene scene = shipped(entry.path().stem().string());
     scene.duration = std::min(scene.duration, 1.0);
     const SimulatedMotion motion = run(scene);
@@ -254,7 +255,7 @@ TEST(Scenes, AVerdictDoesNotDependOnWhatIsSampled) {
 
 std::string complaint(const std::string& text) {
   try {
-    read_scene_text(text, DYNTAPE_SOURCE_DIR "/config/scenes/made_up.info");
+    read_scene_text(text, test::source_folder() + "/config/scenes/made_up.info");
   } catch (const Error& e) {
     return e.what();
   }
@@ -303,8 +304,8 @@ TEST(Scenes, SayWhatIsWrongWithItsPlace) {
 TEST(Scenes, SampleWholeStepsWhereNobodySaysHow) {
   for (const char* method :
        {"duration 0.3\nstep 3e-3", "duration 0.005", "duration 1\nstep 4e-3", "duration 1\nstep 0.05"}) {
-    const Scene scene =
-        read_scene_text(pendulum_with("gravity off", method), DYNTAPE_SOURCE_DIR "/config/scenes/a.info");
+    const Scene scene = read_scene_text(pendulum_with("gravity off", method),
+                                        test::source_folder() + "/config/scenes/a.info");
     EXPECT_NEAR(double(scene.stride()) * scene.step, scene.sample, 1e-12) << method;
     EXPECT_LE(scene.sample, std::max(0.01, scene.step) * (1 + 1e-9)) << method;
     EXPECT_LE(scene.sample, scene.duration) << method;
@@ -381,7 +382,7 @@ TEST(Quadrature, IsThatOfTheCubic) {
 
 // Where velocity products are off, accelerations are no longer those of a Lagrangian.
 TEST(Scene, HasALagrangianOnlyWithVelocityProducts) {
-  RobotScene scene{dynamics::load_urdf(std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/cart_pole.urdf")};
+  RobotScene scene{dynamics::load_urdf(test::source_folder() + "/config/robots/cart_pole.urdf")};
   EXPECT_TRUE(bool(system_of(scene).lagrangian));
   scene.effects.coriolis.reset();
   EXPECT_FALSE(bool(system_of(scene).lagrangian));

@@ -9,6 +9,7 @@
 #include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/files/task/task.h>
+#include "../source_folder.h"
 #include "message_of.h"
 
 namespace dyntape {
@@ -78,7 +79,7 @@ TEST(Settings, WhatIsNoneIsRefused) {
 }
 
 TEST(Settings, OfATaskAndAScene) {
-  const std::string folder = DYNTAPE_SOURCE_DIR "/config/";
+  const std::string folder = test::source_folder() + "/config/";
   const Task task = read_task(folder + "tasks/arm_reaching.info", settings({"horizon.intervals=7"}));
   EXPECT_EQ(task.optimise.mesh.intervals, 7);
   EXPECT_TRUE(std::regex_search(task.effective, std::regex("intervals +7"))) << task.effective;

@@ -7,6 +7,7 @@
 
 #include <dyntape/interface/run/simulate/simulate.h>
 
+#include "../source_folder.h"
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -17,7 +18,7 @@ inline const TemporaryCache& cache() {
 }
 
 inline std::string scene_file(const std::string& name) {
-  return DYNTAPE_SOURCE_DIR "/config/scenes/" + name + ".info";
+  return test::source_folder() + "/config/scenes/" + name + ".info";
 }
 
 inline Scene shipped(const std::string& name) {

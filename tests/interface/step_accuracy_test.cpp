@@ -9,6 +9,8 @@
 #include <dyntape/interface/run/simulate/simulate.h>
 #include <dyntape/interface/system/scene_system.h>
 
+#include "../source_folder.h"
+
 namespace dyntape {
 namespace {
 
@@ -80,7 +82,7 @@ double relative(const MatrixXd& a, const MatrixXd& exact) {
 }
 
 TEST(StepAccuracy, OfAQuadrupedThatLandsOnItsFeet) {
-  Scene scene = read_scene(DYNTAPE_SOURCE_DIR "/tests/bench/quadruped.info");
+  Scene scene = read_scene(test::source_folder() + "/tests/bench/quadruped.info");
   scene.integrator = Integrator::kSemiImplicitEuler;
   const SimulatedMotion motion = simulate(scene);
   ASSERT_TRUE(motion.trouble.empty()) << motion.trouble;  // what steps of Euler's lose is not looked at

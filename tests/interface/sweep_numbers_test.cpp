@@ -8,6 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
 
+#include "../source_folder.h"
 #include "swept.h"
 
 namespace dyntape {
@@ -16,10 +17,11 @@ namespace {
 using Eigen::VectorXd;
 
 // A scene with every effect on a floating robot.
-constexpr const char* kEverything = R"(
+const std::string kEverything = R"(
 robot
 {
-  urdf ")" DYNTAPE_SOURCE_DIR R"(/config/robots/solo12.urdf"
+  urdf ")" + test::source_folder() +
+                                R"(/config/robots/solo12.urdf"
   base floating
   lock "FR_HAA FR_HFE FR_KFE HL_HAA HL_HFE HL_KFE HR_HAA HR_HFE HR_KFE"
 }
@@ -148,10 +150,11 @@ simulation
 }
 )";
 
-constexpr const char* kMotors = R"(
+const std::string kMotors = R"(
 robot
 {
-  urdf ")" DYNTAPE_SOURCE_DIR R"(/config/robots/pendulum.urdf"
+  urdf ")" + test::source_folder() +
+                            R"(/config/robots/pendulum.urdf"
 }
 effects
 {

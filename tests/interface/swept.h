@@ -13,6 +13,7 @@
 #include <dyntape/interface/run/simulate/simulate.h>
 #include <dyntape/interface/run/sweep/run_sweep.h>
 
+#include "../source_folder.h"
 #include "temporary_cache.h"
 
 namespace dyntape {
@@ -24,7 +25,7 @@ inline const TemporaryCache& sweep_cache() {
   return cache;
 }
 
-inline const std::string kSource = DYNTAPE_SOURCE_DIR;
+inline const std::string kSource = test::source_folder();
 
 // Of a text that stands beside the shipped sweeps.
 inline SceneSweep sweep_of(const std::string& text) {

@@ -13,6 +13,8 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/task/task.h>
 
+#include "../source_folder.h"
+
 namespace dyntape::test {
 
 class TaskText : public ::testing::Test {
@@ -26,7 +28,7 @@ class TaskText : public ::testing::Test {
 
   // config/tasks/NAME.info.
   void load(const std::string& name) {
-    const std::filesystem::path tasks = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "config" / "tasks";
+    const std::filesystem::path tasks = std::filesystem::path(test::source_folder()) / "config" / "tasks";
     text_ = read_file((tasks / (name + ".info")).string());
     replace("../robots", (tasks / "../robots").string());
   }

@@ -14,6 +14,7 @@
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/run/solve/pictures.h>
 #include <dyntape/interface/run/solve/solve.h>
+#include "../source_folder.h"
 #include "task_text.h"
 
 namespace dyntape {
@@ -213,7 +214,7 @@ class Slider : public Places {
  protected:
   void write(const std::string& center, const std::string& radius, const std::string& more = "") {
     text_ =
-        "robot {\n urdf " + (fs::path(DYNTAPE_SOURCE_DIR) / "config/robots/block.urdf").string() +
+        "robot {\n urdf " + (fs::path(test::source_folder()) / "config/robots/block.urdf").string() +
         "\n}\nhorizon {\n duration 1\n intervals 4\n}\nstart { q 0 }\ngoal { q 1 }\nobstacles {\n ball "
         "thing {\n center \"" +
         center + "\"\n radius " + radius +

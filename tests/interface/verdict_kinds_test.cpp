@@ -12,6 +12,7 @@
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/solve/solve.h>
+#include "../source_folder.h"
 #include "ocp_problems.h"
 #include "task_text.h"
 
@@ -350,7 +351,7 @@ TEST_F(VerdictKinds, ScalesHoldAroundTheStart) {
 TEST_F(VerdictKinds, AGoalOutOfReachIsStretchedTo) {
   for (const char* x : {"1.2", "5"}) {
     text_ =
-        "robot {\n urdf " DYNTAPE_SOURCE_DIR
+        "robot {\n urdf " + test::source_folder() +
         "/config/robots/ur5.urdf\n}\nhorizon {\n duration 0.5\n intervals 10\n}\ntranscription {\n scheme "
         "trapezoid\n dynamics inverse\n hessian gauss_newton\n}\nstart {\n q \"0 -1 1 0 0 0\"\n}\ngoal {\n "
         "frame tool0 {\n position \"" +

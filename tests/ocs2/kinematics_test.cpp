@@ -4,6 +4,7 @@
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 
+#include "../source_folder.h"
 #include "program.h"
 
 namespace {
@@ -22,7 +23,7 @@ struct Arm : ocs2::StateInputMapping {
 class Kinematics : public Program {
  protected:
   const dyntape::dynamics::Model<double> model =
-      dyntape::dynamics::load_urdf(DYNTAPE_SOURCE_DIR "/config/robots/panda.urdf",
+      dyntape::dynamics::load_urdf(dyntape::test::source_folder() + "/config/robots/panda.urdf",
                                    {.lock = {"panda_finger_joint1", "panda_finger_joint2"}});
   const std::vector<std::string> ids = {"panda_hand", "panda_link4"};
   const ocs2::EndEffectorKinematicsCppAd hand{model, Arm(), ids, 7, 7, "hand", folder()};

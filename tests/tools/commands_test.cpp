@@ -11,6 +11,7 @@
 
 #include <dyntape/interface/io/csv.h>
 
+#include "../source_folder.h"
 #include "run.h"
 
 namespace {
@@ -19,6 +20,7 @@ using dyntape::test::config;
 using dyntape::test::run_dyntape;
 using dyntape::test::Scratch;
 using dyntape::test::slurp;
+using dyntape::test::source_folder;
 using nlohmann::json;
 
 const std::vector<std::string> kArm = {config("robots/panda.urdf"), "--lock",
@@ -340,7 +342,7 @@ TEST(Doctor, WorksWithoutItsTemporaryFolder) {
 
 TEST(Verify, ARobotPassesAndOneThatMovesNothingFails) {
   const Scratch scratch;
-  const std::string robot = std::string(DYNTAPE_SOURCE_DIR) + "/config/robots/panda.urdf";
+  const std::string robot = source_folder() + "/config/robots/panda.urdf";
   const auto good = run_dyntape({"verify", robot, "--states", "5"});
   EXPECT_EQ(good.status, 0) << good.out << good.err;
   EXPECT_NE(good.out.find("All routes agree"), std::string::npos) << good.out;
@@ -355,7 +357,7 @@ TEST(Verify, ARobotPassesAndOneThatMovesNothingFails) {
 }
 
 TEST(Advise, MeasuresATaskAndRefusesWhatIsNone) {
-  const std::string tasks = std::string(DYNTAPE_SOURCE_DIR) + "/config/tasks/";
+  const std::string tasks = source_folder() + "/config/tasks/";
   const auto advised = run_dyntape({"advise", tasks + "block_move.info", "--digits", "4"});
   EXPECT_EQ(advised.status, 0) << advised.out << advised.err;
   EXPECT_NE(advised.out.find("The optimum is 12.0000"), std::string::npos) << advised.out;
@@ -440,7 +442,7 @@ std::vector<std::string> texts_of(const std::string& svg) {
 }
 
 TEST(Study, CommittedPicturesAreThoseOfCommittedTables) {
-  const std::filesystem::path committed = std::filesystem::path(DYNTAPE_SOURCE_DIR) / "docs/studies";
+  const std::filesystem::path committed = std::filesystem::path(source_folder()) / "docs/studies";
   for (const char* name : {"routes", "integrators", "slopes", "compile", "schemes", "hessians", "arithmetic",
                            "contacts", "effects"}) {
     const Scratch scratch;

@@ -14,6 +14,7 @@
 namespace {
 
 using namespace std::chrono_literals;
+using dyntape::test::command_file;
 using dyntape::test::config;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
@@ -29,7 +30,7 @@ class Running {
   Running(const Scratch& scratch, std::vector<std::string> words) : scratch_(scratch) {
     fs::create_directories(scratch / "tmp");
     words.insert(words.begin(), {"/usr/bin/env", "DYNTAPE_CACHE=" + (scratch / "cache"),
-                                 "TMPDIR=" + (scratch / "tmp"), DYNTAPE_COMMAND});
+                                 "TMPDIR=" + (scratch / "tmp"), command_file()});
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -226,9 +227,8 @@ TEST(FullDisk, EveryFileIsWholeOrTheStatusSaysSo) {
   const auto largest = fs::file_size(scratch / "whole/trajectory.svg");
   ASSERT_GT(largest, fs::file_size(scratch / "whole/trajectory.csv"));
   const std::string limit = std::to_string(largest - 100), results = scratch / "results";
-  const std::string line = "trap '' XFSZ; exec prlimit --fsize=" + limit + " " + DYNTAPE_COMMAND +
-                           " solve '" + task + "' --output '" + results + "' >/dev/null 2>'" +
-                           (scratch / "err") + "'";
+  const std::string line = "trap '' XFSZ; exec prlimit --fsize=" + limit + " " + command_file() + " solve '" +
+                           task + "' --output '" + results + "' >/dev/null 2>'" + (scratch / "err") + "'";
   const int status = std::system(line.c_str());
   EXPECT_EQ(WEXITSTATUS(status), 1) << slurp(scratch / "err");
   EXPECT_NE(slurp(scratch / "err").find("trajectory.svg"), std::string::npos) << slurp(scratch / "err");

@@ -20,6 +20,7 @@
 namespace {
 
 namespace fs = std::filesystem;
+using dyntape::test::command_file;
 using dyntape::test::config;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
@@ -83,13 +84,13 @@ TEST(Refusals, WithoutAStandardOutputNothingSucceeds) {
   for (const std::string& command : commands) {
     for (const char* closed : {">&-", "<&- >&-"}) {
       const std::string line =
-          "exec '" DYNTAPE_COMMAND "' " + command + " " + closed + " 2>'" + (scratch / "err") + "'";
+          "exec '" + command_file() + "' " + command + " " + closed + " 2>'" + (scratch / "err") + "'";
       EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1) << line;
       EXPECT_NE(slurp(scratch / "err").find("standard output cannot be written"), std::string::npos) << line;
     }
   }
   // Nothing but the two streams is closed: files are as they are with them.
-  const std::string line = "exec '" DYNTAPE_COMMAND "' " + commands[2] + " >&- 2>&- <&-";
+  const std::string line = "exec '" + command_file() + "' " + commands[2] + " >&- 2>&- <&-";
   EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1);
   ASSERT_EQ(
       run_dyntape({"sweep", config("sweeps/pendulum_amplitudes.info"), "--output", scratch / "3"}).status, 0);

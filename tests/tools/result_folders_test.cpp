@@ -17,6 +17,7 @@
 namespace {
 
 using namespace std::chrono_literals;
+using dyntape::test::command_file;
 using dyntape::test::config;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
@@ -205,7 +206,7 @@ TEST(ResultFolders, OlderResultsStayUntilThereAreNewOnes) {
   text.replace(text.find("intervals 40"), 12, "intervals 10000");
   text.replace(text.find("../robots"), 9, config("robots"));
   put(scratch / "long.info", text);
-  const std::string line = std::string("exec ") + DYNTAPE_COMMAND + " solve '" + (scratch / "long.info") +
+  const std::string line = std::string("exec ") + command_file() + " solve '" + (scratch / "long.info") +
                            "' --output '" + out + "' >/dev/null 2>'" + (scratch / "err") + "'";
   const pid_t child = fork();
   if (child == 0) {
@@ -299,7 +300,7 @@ TEST(Pipes, TasksAndScenesComeByThem) {
   const Scratch scratch;
   const auto piped = [&](const std::string& file, const std::string& words, const std::string& from) {
     const std::string line = "cd '" + fs::path(file).parent_path().string() + "' && cat '" + file + "' | '" +
-                             DYNTAPE_COMMAND + "' " + words + " " + from + " >'" + (scratch / "out") +
+                             command_file() + "' " + words + " " + from + " >'" + (scratch / "out") +
                              "' 2>'" + (scratch / "err") + "'";
     const int status = std::system(("bash -c \"" + line + "\"").c_str());
     return Outcome{WEXITSTATUS(status), slurp(scratch / "out"), slurp(scratch / "err")};

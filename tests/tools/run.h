@@ -15,6 +15,8 @@
 #include <string>
 #include <vector>
 
+#include "../source_folder.h"
+
 extern char** environ;
 
 namespace dyntape::test {
@@ -47,12 +49,15 @@ class Scratch {
   std::filesystem::path path_;
 };
 
+// The command `dyntape` of this build.
+std::string command_file();
+
 // `output`: where the standard output goes in place of Outcome::out; `input`: a file in place of the standard input.
 inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std::string& output = "",
                            const std::string& input = "/dev/null") {
   const Scratch scratch;
   const std::string out = output.empty() ? scratch / "out" : output, err = scratch / "err";
-  std::vector<std::string> words{DYNTAPE_COMMAND};
+  std::vector<std::string> words{command_file()};
   words.insert(words.end(), arguments.begin(), arguments.end());
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
@@ -70,7 +75,7 @@ inline Outcome run_dyntape(const std::vector<std::string>& arguments, const std:
 }
 
 inline std::string config(const std::string& name) {
-  return std::string(DYNTAPE_SOURCE_DIR "/config/") + name;
+  return std::string(test::source_folder() + "/config/") + name;
 }
 
 }  // namespace dyntape::test

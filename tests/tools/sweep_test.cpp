@@ -16,6 +16,7 @@
 namespace {
 
 using namespace std::chrono_literals;
+using dyntape::test::command_file;
 using dyntape::test::config;
 using dyntape::test::Outcome;
 using dyntape::test::run_dyntape;
@@ -51,7 +52,7 @@ std::string long_sweep(const Scratch& scratch, const std::string& seed = "1") {
 struct Started {
   pid_t pid = 0;
   explicit Started(std::vector<std::string> words) {
-    words.insert(words.begin(), DYNTAPE_COMMAND);
+    words.insert(words.begin(), command_file());
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -216,7 +217,7 @@ TEST(Sweep, FullDisksAndFoldersThatAreNoneEndInASentence) {
   EXPECT_TRUE(has(taken.err, "it is a file; expected a folder")) << taken.err;
   ASSERT_EQ(run_dyntape(words_of(file, scratch / "whole")).status, 0);
   // No file may have more than 1000 bytes.
-  const std::string line = std::string("trap '' XFSZ; exec prlimit --fsize=1000 ") + DYNTAPE_COMMAND +
+  const std::string line = std::string("trap '' XFSZ; exec prlimit --fsize=1000 ") + command_file() +
                            " sweep '" + file + "' --output '" + output + "' >/dev/null 2>'" +
                            (scratch / "err") + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 1);

@@ -1,0 +1,7 @@
+#include "run.h"
+
+namespace dyntape::test {
+
+std::string command_file() { return DYNTAPE_COMMAND; }
+
+}  // namespace dyntape::test
