@@ -92,7 +92,8 @@ std::string describe_guard(const Function& function, std::uint32_t status) {
   return "\"" + function.name + "\": the comparison at " + guard.file + ":" + std::to_string(guard.line) +
          " was " + (guard.expected ? "true" : "false") + " when recorded and is " +
          (guard.expected ? "false" : "true") +
-         " now; record again at a point of this branch, or use select(condition, a, b)";
+         " now; record again at a point of this branch, or record both branches: select(condition, a, b), "
+         "numpy.where in Python";
 }
 
 void detail::check_sizes(const Function& function, std::size_t x, std::size_t p, std::size_t w) {

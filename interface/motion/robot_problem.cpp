@@ -100,8 +100,10 @@ StageFunction scaled_residual(const std::shared_ptr<const Plants>& plants, const
 double effort_limit(const RobotScene& scene, const dynamics::Joint<double>& joint, bool required) {
   const double limit = joint.limits.effort;
   if (required && !(std::isfinite(limit) && limit > 0)) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + joint.name +
-                        "\" has no effort limit above zero of which a control could be a fraction");
+    throw ArgumentError(
+        "robot \"" + scene.model.name + "\": joint \"" + joint.name +
+        "\" has no effort limit, and controls are asked for as fractions of it; expected an effort "
+        "above zero in the <limit> of its file, or controls in N m");
   }
   return limit;
 }

@@ -7,11 +7,13 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <filesystem>
 #include <tuple>
+#include <variant>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/suggest.h>
@@ -66,6 +68,14 @@ Eigen::Vector3d gravity_from(const std::vector<double>& gravity) {
   return Eigen::Map<const Eigen::Vector3d>(gravity.data());
 }
 
+// A name, or names: lock="wrist" beside lock=["wrist", "finger"].
+using Names = std::variant<std::string, std::vector<std::string>>;
+
+std::vector<std::string> all(const Names& names) {
+  if (const auto* one = std::get_if<std::string>(&names)) return {*one};
+  return std::get<std::vector<std::string>>(names);
+}
+
 // Options of reading, as keywords.
 struct LoadOptions {
   std::string base;
@@ -97,7 +107,7 @@ std::shared_ptr<Robot> robot_of(const std::string& text, const std::string& file
 template <class F, class... First>
 void define_load(nb::module_& module, const char* name, F f, const char* what, const First&... first) {
   module.def(name, f, first..., nb::kw_only(), nb::arg("base") = "fixed",
-             nb::arg("lock") = std::vector<std::string>(), nb::arg("mimic") = false,
+             nb::arg("lock") = Names(std::vector<std::string>()), nb::arg("mimic") = false,
              nb::arg("gravity") = std::vector<double>{0, 0, -9.81}, nb::arg("continuous") = "cos-sin",
              nb::arg("root") = "", nb::arg("snap") = 1e-8, nb::arg("accept_nonphysical_inertia") = false,
              what);
@@ -315,15 +325,15 @@ void bind_robot(nb::module_& module) {
   using Vector = std::vector<double>;
   define_load(
       module, "load",
-      [](const std::filesystem::path& file, const std::string& base, const Strings& lock, bool mimic,
+      [](const std::filesystem::path& file, const std::string& base, const Names& lock, bool mimic,
          const Vector& gravity, const std::string& continuous, const std::string& root, double snap,
          bool accept) {
         return robot_of(read_file(file.string()), file.string(),
-                        {base, lock, mimic, gravity, continuous, root, snap, accept});
+                        {base, all(lock), mimic, gravity, continuous, root, snap, accept});
       },
       "Reads a robot from a URDF file.\n\n"
       "base: \"fixed\", the root link is the world, or \"floating\", a free-flyer carries it.\n"
-      "lock: names of joints that are held at their neutral position.\n"
+      "lock: a name, or names, of joints that are held at their neutral position.\n"
       "mimic: joints with <mimic> follow their leader and have no entries in q, v and tau of their own.\n"
       "gravity: acceleration of free fall, m/s^2, in the world's axes.\n"
       "continuous: \"cos-sin\", a continuous joint has two entries in q, or \"angle\", it has one.\n"
@@ -339,10 +349,10 @@ void bind_robot(nb::module_& module) {
       nb::arg("file"));
   define_load(
       module, "load_text",
-      [](const std::string& text, const std::string& name, const std::string& base, const Strings& lock,
+      [](const std::string& text, const std::string& name, const std::string& base, const Names& lock,
          bool mimic, const Vector& gravity, const std::string& continuous, const std::string& root,
          double snap, bool accept) {
-        return robot_of(text, name, {base, lock, mimic, gravity, continuous, root, snap, accept});
+        return robot_of(text, name, {base, all(lock), mimic, gravity, continuous, root, snap, accept});
       },
       "The same of the text of a URDF file; `name` stands for the file in messages, and meshes are looked "
       "for beside it.",

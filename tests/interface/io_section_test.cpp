@@ -118,6 +118,15 @@ TEST(Section, ranges_are_checked) {
   expect_contains(report("k -inf", ask(or_infinite(positive()))), "must be positive or infinite, got '-inf'");
 }
 
+TEST(Section, APartOfAKeyIsMeantForIt) {
+  const std::string said = report("effects\n{\n  damping 0.1\n}\n", [](Section& file) {
+    Section effects = file.child("effects");
+    effects.get_or("joint_damping", 0.0);
+    effects.get_or("friction", 0.0);
+  });
+  EXPECT_EQ(said, "t.info:3:3: unknown key 'damping' in 'effects'; did you mean 'joint_damping'?\n");
+}
+
 TEST(Section, unknown_keys_get_the_nearest_name) {
   const std::string text = "solver\n{\n  maxIterationz 5\n  Tolerance 1e-3\n  friction 1\n}\nqqqqqq 1\n";
   const std::string said = report(text, [](Section& file) {

@@ -204,7 +204,7 @@ std::string Section::unknown(const std::string& key) const {
 }
 
 // What other tools call a key of this block; the nearest key that was asked for here; failing that, another block where this
-// very key was asked for.
+// very key was asked for, or a key here that ends in it (joint_damping for damping).
 std::string Section::hint(const std::string& key) const {
   if (const std::string meant = synonym_of(key, state_->asked); !meant.empty())
     return "; did you mean '" + meant + "'?";
@@ -212,6 +212,8 @@ std::string Section::hint(const std::string& key) const {
     const auto other = reading_->asked_in.find(key);
     if (other != reading_->asked_in.end())
       return "; it belongs " + (other->second.empty() ? "outside all blocks" : "in '" + other->second + "'");
+    for (const std::string& asked : state_->asked)
+      if (asked.ends_with("_" + key)) return "; did you mean '" + asked + "'?";
   }
   return suggestion(key, state_->asked);
 }

@@ -416,9 +416,10 @@ Problem tracking_problem(const Task& task) {
            std::none_of(task_costs().begin(), task_costs().end(), is_named);
   };
   if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
-    throw ArgumentError("task \"" + task.name +
-                        "\": nothing draws it to its goal, which is not demanded; expected weights in "
-                        "costs.tracking or reference, or a cost in terms");
+    throw ArgumentError(
+        "task \"" + task.name +
+        "\": steps of feedback reach the goal by costs, since they do not demand it at the end, and "
+        "there is no such cost; expected weights in costs.tracking or reference, or a cost in terms");
   problem.goal.setConstant(Problem::kFree);
   std::erase_if(problem.terms, [](const Term& term) {
     return term.where == Where::kTerminal && (term.role == Role::kEquality || term.role == Role::kInequality);
