@@ -321,7 +321,6 @@ void bind_robot(nb::module_& module) {
   bind_bodies(module, robot);
   bind_shapes(robot);
   bind_robot_methods(module, robot);
-  using Strings = std::vector<std::string>;
   using Vector = std::vector<double>;
   define_load(
       module, "load",

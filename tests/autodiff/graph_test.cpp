@@ -8,6 +8,7 @@
 
 #include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/graph/dump.h>
+#include <dyntape/autodiff/graph/nonzero_outputs.h>
 #include <dyntape/autodiff/record/record.h>
 
 #include "dense.h"
@@ -224,6 +225,22 @@ TEST(Function, AllAsVariablesKeepsTheOrderVariablesWeightsParameters) {
       vjp(record("f", 1, 1, [](const VectorXad& x, const VectorXad& p) { return one(p[0] * x[0] * x[0]); }));
   EXPECT_EQ(evaluate(f, {3}, {5}, {7})[0], 2 * 3 * 5 * 7);
   EXPECT_EQ(evaluate(all_as_variables(f), {3, 7, 5})[0], 2 * 3 * 5 * 7);
+}
+
+TEST(Function, NonzeroOutputsAreEachWrittenOnce) {
+  const Function whole = record("f", 2, [](const VectorXad& x) {
+    VectorXad y(7);
+    y << x[0], 0.0, x[0] * x[1], -0.0, 3.0, x[1] * x[0], x[0] - x[0] * 1.0;
+    return y;
+  });
+  const NonzeroOutputs nonzero = nonzero_outputs(whole);
+  EXPECT_EQ(nonzero.function.n_y(), 4u) << "the last one is not zero where x is infinite";
+  EXPECT_EQ(nonzero.place,
+            (std::vector<std::int32_t>{0, NonzeroOutputs::kZero, 1, NonzeroOutputs::kNegativeZero, 2, 1, 3}));
+  double y[7];
+  nonzero.expand(evaluate(nonzero.function, {2.0, 5.0}).data(), y);
+  EXPECT_EQ(std::vector<double>(y, y + 7), (std::vector<double>{2, 0, 10, -0.0, 3, 10, 0}));
+  EXPECT_TRUE(std::signbit(y[3]) && !std::signbit(y[1]));
 }
 
 TEST(Interpreter, NamesTheFirstOperationThatIsNotFinite) {

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/graph/nonzero_outputs.h>
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/build/stack_usage.h>
 #include <dyntape/codegen/compiled_function.h>
@@ -26,7 +27,7 @@ struct GenerateOptions {
   FunctionOptions function;
   std::string profile = "strict", output;
   int order = 0;
-  bool json = false, yes = false;
+  bool json = false, yes = false, nonzeros = false;
 
   bool embedded = false, casadi = false, single = false, own_trig = false;
   std::string cross;  // compiler and flags that the stack is measured with
@@ -154,7 +155,8 @@ void run(const GenerateOptions& options) {
   codegen.label = robot.model.name + "_" + options.function.name;
 
   const auto start = std::chrono::steady_clock::now();
-  const Function recorded = record_differentiable(robot.model, function);
+  Function recorded = record_differentiable(robot.model, function);
+  if (options.nonzeros) recorded = nonzero_outputs(recorded).function;
   const double record_seconds = seconds_since(start);
   if (options.embedded) return run_embedded(options, recorded, codegen);
   if (options.casadi) return run_casadi(options, robot.model, function, recorded, codegen);
@@ -233,12 +235,16 @@ void add_generate(CLI::App& app) {
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "
       "library but libm; stack and static bytes stated; nothing is compiled into the cache");
+  CLI::Option* const nonzeros = command->add_flag("--nonzeros", options->nonzeros,
+                                                  "only the outputs that are not zero everywhere, of a "
+                                                  "symmetric matrix one triangle; the text names each");
   command
       ->add_flag(
           "--casadi", options->casadi,
           "with the interface of casadi.external and acados: values, and with --order 2 sparse Jacobians and "
           "exact Hessians; NAME.c and, where there is a compiler, NAME.so")
-      ->excludes(embedded);
+      ->excludes(embedded)
+      ->excludes(nonzeros);
   command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
   command
       ->add_flag("--own-trig", options->own_trig,

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include <dyntape/autodiff/graph/nonzero_outputs.h>
 #include <dyntape/codegen/compiled_function.h>
 
 #include "measure.h"
@@ -23,49 +24,73 @@ std::vector<double> in_blocks(const std::vector<Eigen::VectorXd>& states, std::s
   return values;
 }
 
+// Compiled afresh, with the time that took.
+struct Made {
+  CompiledFunction function;
+  double prepare;
+};
+
+Made make(const Function& recorded, Profile profile, Lanes lanes) {
+  CodegenOptions options;
+  options.order = Order::kValue;
+  options.route = Route::kCompiled;
+  options.use_cache = false;
+  options.functions = Functions::kPortable;
+  options.lanes = lanes;
+  options.profile = profile;
+  const auto start = std::chrono::steady_clock::now();
+  CompiledFunction f = CompiledFunction::make(recorded, options);
+  return {std::move(f), std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count()};
+}
+
+double seconds_a_state(const CompiledFunction& f, const Points& points,
+                       CompiledFunction::Workspace& workspace) {
+  return median_seconds([&](std::size_t) { (void)f.run(Order::kValue, points, workspace); }) /
+         static_cast<double>(points.count);
+}
+
 }  // namespace
 
 std::vector<LaneRow> measure_lanes(const dynamics::Model<double>& model, const RobotFunction& function,
                                    Profile profile, const std::vector<Eigen::VectorXd>& states,
                                    const std::vector<std::vector<double>>& expected) {
   const Function recorded = record_robot_function(model, function);
+  const NonzeroOutputs nonzero = nonzero_outputs(recorded);
+  struct Asked {
+    Lanes lanes;
+    bool nonzeros;
+  };
   std::vector<LaneRow> rows;
-  for (const Lanes lanes : {Lanes::kNone, Lanes::kNative}) {
-    CodegenOptions options;
-    options.order = Order::kValue;
-    options.route = Route::kCompiled;
-    options.use_cache = false;
-    options.functions = Functions::kPortable;
-    options.lanes = lanes;
-    options.profile = profile;
-    const auto start = std::chrono::steady_clock::now();
-    const CompiledFunction f = CompiledFunction::make(recorded, options);
+  for (const auto [lanes, nonzeros] :
+       {Asked{Lanes::kNone, false}, {Lanes::kNative, false}, {Lanes::kNative, true}}) {
+    if (nonzeros && nonzero.function.n_y() == recorded.n_y()) continue;
+    const auto [f, prepare] = make(nonzeros ? nonzero.function : recorded, profile, lanes);
     CompiledFunction::Workspace workspace(f);
     LaneRow row;
-    row.prepare = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    row.prepare = prepare;
     row.compile = f.timings().compile;
     row.operations = f.operations(Order::kValue);
 
     const std::size_t width = f.lane_width(), n = f.n_x(), count = states.size();
     const std::vector<double> x = in_blocks(states, n, 1), blocks = in_blocks(states, n, width);
     const std::size_t padded = blocks.size() / std::max<std::size_t>(n, 1);
-    std::vector<double> y(padded * f.n_y());
+    std::vector<double> y(padded * f.n_y()), whole(recorded.n_y());
     Points points{.count = count, .x = x.data(), .y = y.data()};
-    row.name = width == 1 ? "generated, portable" : "generated, " + std::to_string(width) + " lanes";
+    const std::string what = nonzeros ? ", non-zeros" : "";
+    row.name = width == 1 ? "generated, portable" : "generated, " + std::to_string(width) + " lanes" + what;
     f.check(f.run(Order::kValue, points, workspace), count);
     for (std::size_t i = 0; i < count; ++i) {
-      const double error = relative_error(expected[i], &y[i * f.n_y()], outputs(model, function));
+      const double* result = &y[i * f.n_y()];
+      if (nonzeros) nonzero.expand(result, whole.data()), result = whole.data();
+      const double error = relative_error(expected[i], result, outputs(model, function));
       row.error = error <= row.error ? row.error : error;
     }
-    const auto measured = [&](auto&& call, std::size_t evaluated) {
-      return median_seconds([&](std::size_t) { (void)call(); }) / static_cast<double>(evaluated);
-    };
-    row.seconds = measured([&] { return f.run(Order::kValue, points, workspace); }, count);
+    row.seconds = seconds_a_state(f, points, workspace);
     rows.push_back(row);
     if (width == 1) continue;
     points.count = padded, points.x = blocks.data(), points.side_by_side = width;
     row.name = "the same, kept in lanes";
-    row.seconds = measured([&] { return f.run(Order::kValue, points, workspace); }, padded);
+    row.seconds = seconds_a_state(f, points, workspace);
     rows.push_back(row);
   }
   return rows;
