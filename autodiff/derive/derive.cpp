@@ -156,7 +156,10 @@ Function vjp_by_seeds(const Function& function, const Seeds& kinds) {
   return weights_as_variables(derivative(std::move(f), gradient, "_vjp"));
 }
 
-Derivatives derive(const Function& function, Order order) {
+namespace {
+
+// What derive() finds, without what it leaves out and replaces at the end.
+Derivatives with_derivatives(const Function& function, Order order) {
   Derivatives result;
   result.order = order;
   result.n_y = function.n_y();
@@ -173,31 +176,38 @@ Derivatives derive(const Function& function, Order order) {
   }
   f.outputs = std::move(outputs);
   f.output_names.clear();
-  result.function = dissolved(f);
+  result.function = std::move(f);
   return result;
 }
 
-namespace {
-
 // Only the outputs from `first` on.
-Function outputs_from(const Function& function, std::size_t first, const char* suffix) {
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = first; i < function.n_y(); ++i) chosen.push_back(i);
-  Function result = select_outputs(function, chosen);
-  result.name += suffix;
-  return result;
+Function outputs_from(Function function, std::size_t first, const char* suffix) {
+  const auto& callees = function.graph.callees();
+  if (std::any_of(callees.begin(), callees.end(), [](const auto& c) { return c->dissolves(); }))
+    function = dissolved(function);
+  function.outputs.erase(function.outputs.begin(),
+                         function.outputs.begin() + static_cast<std::ptrdiff_t>(first));
+  function.name += suffix;
+  return compact(function);
 }
 
 }  // namespace
 
+Derivatives derive(const Function& function, Order order) {
+  Derivatives result = with_derivatives(function, order);
+  result.function = dissolved(result.function);
+  return result;
+}
+
 SparseFunction sparse_jacobian(const Function& function) {
-  const Derivatives d = derive(function, Order::kFirst);
-  return {outputs_from(d.function, d.n_y, "_jacobian"), d.jacobian};
+  Derivatives d = with_derivatives(function, Order::kFirst);
+  return {outputs_from(std::move(d.function), d.n_y, "_jacobian"), std::move(d.jacobian)};
 }
 
 SparseFunction sparse_hessian(const Function& function) {
-  const Derivatives d = derive(function, Order::kSecond);
-  return {outputs_from(d.function, d.n_y + d.jacobian.nnz(), "_hessian"), d.hessian};
+  Derivatives d = with_derivatives(function, Order::kSecond);
+  const std::size_t first = d.n_y + d.jacobian.nnz();
+  return {outputs_from(std::move(d.function), first, "_hessian"), std::move(d.hessian)};
 }
 
 }  // namespace dyntape

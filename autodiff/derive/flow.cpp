@@ -19,6 +19,12 @@ Flow Flows::through_branch(Flow flow, NodeId condition, bool positive) {
 }
 
 void Flows::join(Flow& sum, Flow more) {
+  if (sum.live == more.live && sum.weighted == more.weighted) {  // as nearly always
+    sum.value = graph_.make(Op::Add, sum.value, more.value);
+    sum.cut = sum.cut || more.cut;
+    sum.wild = sum.wild || more.wild;
+    return;
+  }
   if (sum.weighted != more.weighted) {
     // What is without a number only where the sum is without weights waits for the sum's gate.
     const ConditionId either = conditions_.either(sum.weighted, more.weighted);

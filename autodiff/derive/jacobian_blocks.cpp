@@ -30,7 +30,9 @@ class Builder {
   Builder(Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern)
       : graph_(graph), outputs_(outputs), pattern_(pattern), nodes_(pattern.nnz(), kNoNode) {}
 
-  void sweep(const BlockOfEntries& block, Direction direction, Sweep& sweep) {
+  // False: `go_on`, which is asked after each row or column what it has given, said so.
+  template <class GoOn>
+  bool sweep(const BlockOfEntries& block, Direction direction, Sweep& sweep, GoOn&& go_on) {
     std::vector<std::size_t> entries = block.entries;
     const auto& key = direction == Direction::kForward ? pattern_.col : pattern_.row;
     std::stable_sort(entries.begin(), entries.end(),
@@ -41,7 +43,11 @@ class Builder {
       const std::vector<std::size_t> line(entries.begin() + static_cast<std::ptrdiff_t>(first),
                                           entries.begin() + static_cast<std::ptrdiff_t>(last));
       direction == Direction::kForward ? column(line, sweep) : row(line, sweep);
+      found_.clear();
+      for (std::size_t k : line) found_.push_back(nodes_[k]);
+      if (!go_on(found_)) return false;
     }
+    return true;
   }
 
   const std::vector<NodeId>& nodes() const { return nodes_; }
@@ -67,7 +73,7 @@ class Builder {
   Graph& graph_;
   const std::vector<NodeId>& outputs_;
   const Pattern& pattern_;
-  std::vector<NodeId> nodes_;
+  std::vector<NodeId> nodes_, found_;
 };
 
 // Numbers 0, 1, ... for the rows or the columns of some entries.
@@ -110,22 +116,36 @@ std::vector<BlockOfEntries> components(const Pattern& pattern, const std::vector
   return blocks;
 }
 
-// Operations that the given nodes need beyond the first `before` nodes of the graph.
-std::size_t added_operations(const Graph& graph, const std::vector<NodeId>& nodes, NodeId before) {
-  std::vector<bool> seen(graph.size(), false);
-  std::vector<NodeId> stack;
-  std::size_t count = 0;
-  const auto push = [&](NodeId id) {
-    if (id != kNoNode && id >= before && !seen[id]) seen[id] = true, ++count, stack.push_back(id);
-  };
-  for (NodeId id : nodes) push(id);
-  while (!stack.empty()) {
-    const NodeId id = stack.back();
-    stack.pop_back();
-    graph.for_each_argument(id, push);
+// Operations that nodes need beyond the first `before` nodes of the graph, each counted once.
+class AddedOperations {
+ public:
+  AddedOperations(const Graph& graph, NodeId before) : graph_(graph), before_(before) {}
+
+  void add(const std::vector<NodeId>& nodes) {
+    seen_.resize(graph_.size() - before_, 0);
+    for (NodeId id : nodes) push(id);
+    while (!stack_.empty()) {
+      const NodeId id = stack_.back();
+      stack_.pop_back();
+      graph_.for_each_argument(id, [&](NodeId a) { push(a); });
+    }
   }
-  return count;
-}
+  std::size_t count() const { return count_; }
+
+ private:
+  void push(NodeId id) {
+    if (id == kNoNode || id < before_ || seen_[id - before_]) return;
+    seen_[id - before_] = 1;
+    ++count_;
+    stack_.push_back(id);
+  }
+
+  const Graph& graph_;
+  const NodeId before_;
+  std::size_t count_ = 0;
+  std::vector<std::uint8_t> seen_;
+  std::vector<NodeId> stack_;
+};
 
 struct Plan {
   std::vector<std::pair<BlockOfEntries, Direction>> parts;
@@ -142,33 +162,52 @@ std::vector<NodeId> roots_of(const BlockOfEntries& block, const std::vector<Node
   return roots;
 }
 
-// Runs plans.  What is swept forward shares no variable with what else is: one watch serves all.
-void sweep(const std::vector<Plan>& plans, const std::vector<NodeId>& outputs, const Pattern& pattern,
-           Sweep& sweep, Builder& builder) {
-  const auto for_each_part = [&](auto&& visit) {
-    for (const Plan& plan : plans) {
-      for (const auto& [block, direction] : plan.parts) visit(block, direction);
+// Runs plans, as long as `go_on` says so.  What is swept forward shares no variable with what else is: one watch serves
+// all.
+template <class GoOn>
+bool sweep(const std::vector<Plan>& plans, const std::vector<NodeId>& outputs, const Pattern& pattern,
+           Sweep& sweep, Builder& builder, GoOn&& go_on) {
+  for (const Plan& plan : plans) {
+    for (const auto& [block, direction] : plan.parts) {
+      if (direction == Direction::kReverse) continue;
+      for (NodeId root : roots_of(block, outputs, pattern)) sweep.watch(root);
     }
-  };
-  for_each_part([&](const BlockOfEntries& block, Direction direction) {
-    if (direction == Direction::kReverse) return;
-    for (NodeId root : roots_of(block, outputs, pattern)) sweep.watch(root);
-  });
-  for_each_part(
-      [&](const BlockOfEntries& block, Direction direction) { builder.sweep(block, direction, sweep); });
+  }
+  for (const Plan& plan : plans) {
+    for (const auto& [block, direction] : plan.parts) {
+      if (!builder.sweep(block, direction, sweep, go_on)) return false;
+    }
+  }
+  return true;
 }
 
 using Callees = std::vector<std::shared_ptr<const Callee>>;
 
-// `met` keeps the derivatives of callees that a trial has made, for the next one.
-std::size_t cost(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
-                 const Plan& plan, Callees& met) {
-  Graph trial = graph;
-  Sweep sweep(trial);
-  Builder builder(trial, outputs, pattern);
-  dyntape::sweep({plan}, outputs, pattern, sweep, builder);
-  met.insert(met.end(), trial.callees().begin(), trial.callees().end());
-  return added_operations(trial, builder.nodes(), static_cast<NodeId>(graph.size()));
+// What a plan makes of a graph.
+struct Trial {
+  Graph graph;
+  std::vector<NodeId> nodes;  // by entry
+  std::size_t cost = SIZE_MAX;
+};
+
+// Tries a plan, up to a cost that is too much.  `met` keeps the derivatives of callees that a trial has made, for the
+// next one.
+Trial tried(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern, const Plan& plan,
+            std::size_t too_much, Callees& met) {
+  Trial trial{graph, {}};
+  Sweep sweep(trial.graph);
+  Builder builder(trial.graph, outputs, pattern);
+  AddedOperations added(trial.graph, static_cast<NodeId>(graph.size()));
+  const auto is_worth_it = [&](const std::vector<NodeId>& found) {
+    added.add(found);
+    return added.count() < too_much;
+  };
+  if (dyntape::sweep({plan}, outputs, pattern, sweep, builder, is_worth_it)) {
+    trial.nodes = builder.nodes();
+    trial.cost = added.count();
+  }
+  met.insert(met.end(), trial.graph.callees().begin(), trial.graph.callees().end());
+  return trial;
 }
 
 Direction shorter_side(const BlockOfEntries& block) {
@@ -255,9 +294,15 @@ Plan fewest_steps(const Pattern& pattern, const BlockOfEntries& block, std::size
   }
 }
 
-Plan cheapest(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
-              const BlockOfEntries& block, std::size_t blocks, Steps& steps, Callees& met) {
-  Plan best{{{block, shorter_side(block)}}};
+// And what came of trying the plan, if it was tried.
+struct Choice {
+  Plan plan;
+  Trial trial;
+};
+
+Choice cheapest(const Graph& graph, const std::vector<NodeId>& outputs, const Pattern& pattern,
+                const BlockOfEntries& block, std::size_t blocks, Steps& steps, Callees& met) {
+  Choice best{{{{block, shorter_side(block)}}}, {}};
   if (block.rows == 1 || block.cols == 1) return best;
   std::vector<Plan> candidates;
   const auto nodes = static_cast<double>(graph.size());
@@ -266,16 +311,24 @@ Plan cheapest(const Graph& graph, const std::vector<NodeId>& outputs, const Patt
     candidates.push_back({{{block, Direction::kForward}}});
   if (may_try && nodes * static_cast<double>(block.rows) < kMostTrialWork)
     candidates.push_back({{{block, Direction::kReverse}}});
-  if (candidates.empty()) return fewest_steps(pattern, block, kManySteps / blocks + 1, steps);
-  if (candidates.size() == 2) {
-    if (Plan mixed = long_rows_apart(pattern, block); !mixed.parts.empty())
-      candidates.push_back(std::move(mixed));
+  if (candidates.empty()) return {fewest_steps(pattern, block, kManySteps / blocks + 1, steps), {}};
+  if (candidates.size() == 1) return {std::move(candidates[0]), {}};
+  if (Plan mixed = long_rows_apart(pattern, block); !mixed.parts.empty())
+    candidates.push_back(std::move(mixed));
+  // What is likely to be cheaper comes first: the others are given up as soon as they cost more.  Where several cost
+  // the same, it is the first candidate of all.
+  std::vector<std::size_t> order(candidates.size());
+  std::iota(order.begin(), order.end(), std::size_t(0));
+  if (shorter_side(block) == Direction::kReverse) std::swap(order[0], order[1]);
+  std::size_t chosen = candidates.size();
+  for (std::size_t i : order) {
+    const std::size_t too_much = best.trial.cost == SIZE_MAX ? SIZE_MAX : best.trial.cost + (i < chosen);
+    Trial trial = tried(graph, outputs, pattern, candidates[i], too_much, met);
+    if (trial.cost >= too_much) continue;
+    best.trial = std::move(trial);
+    chosen = i;
   }
-  std::size_t least = SIZE_MAX;
-  for (Plan& candidate : candidates) {
-    const std::size_t c = candidates.size() == 1 ? 0 : cost(graph, outputs, pattern, candidate, met);
-    if (c < least) least = c, best = std::move(candidate);
-  }
+  best.plan = std::move(candidates[chosen]);
   return best;
 }
 
@@ -291,15 +344,24 @@ std::vector<NodeId> append_jacobian(Function& function, Pattern& pattern) {
   Callees met;
   Sweep sweep(function.graph);
   Steps steps(sweep, outputs, pattern);
-  for (const BlockOfEntries& block : blocks)
-    plans.push_back(cheapest(function.graph, outputs, pattern, block, blocks.size(), steps, met));
-  Builder builder(function.graph, outputs, pattern);
-  dyntape::sweep(plans, outputs, pattern, sweep, builder);
+  std::vector<NodeId> found;  // by entry
+  for (const BlockOfEntries& block : blocks) {
+    Choice choice = cheapest(function.graph, outputs, pattern, block, blocks.size(), steps, met);
+    plans.push_back(std::move(choice.plan));
+    if (blocks.size() > 1 || choice.trial.cost == SIZE_MAX) continue;
+    function.graph = std::move(choice.trial.graph);  // what the plan would make once more
+    found = std::move(choice.trial.nodes);
+  }
+  if (found.empty()) {
+    Builder builder(function.graph, outputs, pattern);
+    dyntape::sweep(plans, outputs, pattern, sweep, builder, [](const auto&) { return true; });
+    found = builder.nodes();
+  }
   // An entry that came out as a structural zero leaves the pattern.
   Pattern kept{pattern.rows, pattern.cols, {}, {}};
   std::vector<NodeId> nodes;
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-    const NodeId id = builder.nodes()[k];
+    const NodeId id = found[k];
     if (id == kNoNode || function.graph.is_constant(id, 0)) continue;
     kept.row.push_back(pattern.row[k]);
     kept.col.push_back(pattern.col[k]);

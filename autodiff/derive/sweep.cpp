@@ -2,7 +2,6 @@
 #include <dyntape/autodiff/derive/sweep.h>
 
 #include <algorithm>
-#include <queue>
 
 #include <dyntape/autodiff/derive/expr.h>
 #include <dyntape/autodiff/error.h>
@@ -10,7 +9,7 @@
 namespace dyntape {
 
 Sweep::Sweep(Graph& graph, Variables variables, std::size_t most)
-    : graph_(graph), most_(most), flows_(graph), mark_(graph.size(), 0) {
+    : graph_(graph), most_(most), flows_(graph), mark_(graph.size(), 0), next_(graph.size()) {
   find_active(variables);
 }
 
@@ -160,6 +159,19 @@ bool Sweep::may_be_infinite(NodeId id, int argument) const {
 // What becomes of a flow on its way through an argument of a node.
 Flow Sweep::passed(NodeId id, int argument, Flow flow) {
   const Node node = graph_[id];
+  switch (node.op) {  // most nodes are of these: their cells of the table, without the way through Expr
+    case Op::Add:
+      return flow;
+    case Op::Sub:
+      if (argument == 1) flow.value = graph_.make(Op::Neg, flow.value);
+      return flow;
+    case Op::Mul:
+      flow.value = graph_.make(Op::Mul, flow.value, argument == 0 ? node.b : node.a);
+      flow.wild = flow.wild || (wild_[id] && may_be_infinite(id, argument));
+      return flow;
+    default:
+      break;
+  }
   const Expr out =
       slope<Expr>(node.op, argument, Expr(node.a), Expr(node.b), Expr(node.c), Expr(id), Expr(flow.value));
   flow.value = out.id;
@@ -261,19 +273,14 @@ std::vector<NodeId> Sweep::forward(const std::vector<NodeId>& roots, std::uint32
   tangent_.resize(mark_.size());
   const NodeId one = graph_.constant(1);
   const auto seed = [&](std::uint32_t) { return Seed(one); };
-  ++epoch_;
-  std::priority_queue<NodeId, std::vector<NodeId>, std::greater<>> next;
-  next.push(variables_[variable]);
+  next_.push(variables_[variable]);
   std::vector<NodeId> visited;
-  while (!next.empty()) {
-    const NodeId id = next.top();
-    next.pop();
+  while (!next_.empty()) {
+    const NodeId id = next_.pop();
     visited.push_back(id);
     tangent_[id] = tangent_of(id, seed);
     if (!tangent_[id].exists() && graph_[id].op != Op::Call) continue;
-    for_each_way_up(id, [&](NodeId user) {
-      if (mark(user)) next.push(user);
-    });
+    for_each_way_up(id, [&](NodeId user) { next_.push(user); });
   }
   return tangents_of(roots, visited);
 }

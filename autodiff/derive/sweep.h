@@ -16,6 +16,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/derive/flow.h>
+#include <dyntape/autodiff/derive/next_nodes.h>
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/autodiff/graph/graph.h>
 
@@ -93,6 +94,7 @@ class Sweep {
   std::vector<Flow> adjoint_;
   std::vector<std::uint32_t> mark_;
   std::uint32_t epoch_ = 0;
+  NextNodes next_;                      // of a sweep forward from one variable
   std::vector<std::uint8_t> active_;    // whether the node depends on variables
   std::vector<std::uint8_t> wild_;      // whether it may be infinite though no variable is
   std::vector<NodeId> variables_;       // the node of each; kNoNode: there is none
