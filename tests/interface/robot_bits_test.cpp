@@ -76,9 +76,9 @@ TEST_P(RobotBits, NonzerosAreAllThatIsWritten) {
     ASSERT_EQ(nonzero.function.output_names.size(), nonzero.function.n_y());
     for (std::size_t i = 0; i < whole.n_y(); ++i) {  // a name is that of the first output that is this value
       const auto place = std::find(nonzero.place.begin(), nonzero.place.end(), nonzero.place[i]);
-      if (nonzero.place[i] >= 0)
-        EXPECT_EQ(nonzero.function.output_names[std::size_t(nonzero.place[i])],
-                  whole.output_names[std::size_t(place - nonzero.place.begin())]);
+      if (nonzero.place[i] < 0) continue;
+      EXPECT_EQ(nonzero.function.output_names[std::size_t(nonzero.place[i])],
+                whole.output_names[std::size_t(place - nonzero.place.begin())]);
     }
   }
 }
