@@ -69,9 +69,9 @@ Eigen::Vector3d gravity_from(const std::vector<double>& gravity) {
 }
 
 // A name, or names: lock="wrist" beside lock=["wrist", "finger"].
-using Names = std::variant<std::string, std::vector<std::string>>;
+using NameOrNames = std::variant<std::string, std::vector<std::string>>;
 
-std::vector<std::string> all(const Names& names) {
+std::vector<std::string> all(const NameOrNames& names) {
   if (const auto* one = std::get_if<std::string>(&names)) return {*one};
   return std::get<std::vector<std::string>>(names);
 }
@@ -107,7 +107,7 @@ std::shared_ptr<Robot> robot_of(const std::string& text, const std::string& file
 template <class F, class... First>
 void define_load(nb::module_& module, const char* name, F f, const char* what, const First&... first) {
   module.def(name, f, first..., nb::kw_only(), nb::arg("base") = "fixed",
-             nb::arg("lock") = Names(std::vector<std::string>()), nb::arg("mimic") = false,
+             nb::arg("lock") = NameOrNames(std::vector<std::string>()), nb::arg("mimic") = false,
              nb::arg("gravity") = std::vector<double>{0, 0, -9.81}, nb::arg("continuous") = "cos-sin",
              nb::arg("root") = "", nb::arg("snap") = 1e-8, nb::arg("accept_nonphysical_inertia") = false,
              what);
@@ -198,7 +198,7 @@ void bind_facts(nb::class_<Robot>& robot) {
             for (const auto* joint : own_joints(r)) names.push_back(joint->name);
             return names;
           },
-          "Names of the joints that have entries in q and v, in their order.")
+          "NameOrNames of the joints that have entries in q and v, in their order.")
       .def_prop_ro(
           "joint_types",
           [](const Robot& r) {
@@ -209,7 +209,7 @@ void bind_facts(nb::class_<Robot>& robot) {
           "Type of each of these: revolute, continuous, prismatic, helical, spherical, planar or free-flyer.")
       .def_prop_ro(
           "frames", [](const Robot& r) { return dynamics::detail::names_of(r.model().frames); },
-          "Names of the frames: every link of the file.")
+          "NameOrNames of the frames: every link of the file.")
       .def_prop_ro(
           "gravity_vector", [](const Robot& r) { return copy_of(r.source.gravity.data(), {3}); },
           "(3,) acceleration of free fall, m/s^2, in the world's axes.")
@@ -324,7 +324,7 @@ void bind_robot(nb::module_& module) {
   using Vector = std::vector<double>;
   define_load(
       module, "load",
-      [](const std::filesystem::path& file, const std::string& base, const Names& lock, bool mimic,
+      [](const std::filesystem::path& file, const std::string& base, const NameOrNames& lock, bool mimic,
          const Vector& gravity, const std::string& continuous, const std::string& root, double snap,
          bool accept) {
         return robot_of(read_file(file.string()), file.string(),
@@ -348,7 +348,7 @@ void bind_robot(nb::module_& module) {
       nb::arg("file"));
   define_load(
       module, "load_text",
-      [](const std::string& text, const std::string& name, const std::string& base, const Names& lock,
+      [](const std::string& text, const std::string& name, const std::string& base, const NameOrNames& lock,
          bool mimic, const Vector& gravity, const std::string& continuous, const std::string& root,
          double snap, bool accept) {
         return robot_of(text, name, {base, all(lock), mimic, gravity, continuous, root, snap, accept});

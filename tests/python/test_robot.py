@@ -54,6 +54,13 @@ def evaluated(tmp_path, function, names, columns, route):
     return np.genfromtxt(io.StringIO(results.read_text()), delimiter=",", skip_header=1, ndmin=2)
 
 
+def test_one_joint_is_locked_by_its_name():
+    path = CONFIG / "robots" / "panda.urdf"
+    one = dyntape.load(path, lock="panda_finger_joint1")
+    assert one.joints == dyntape.load(path, lock=["panda_finger_joint1"]).joints
+    assert "panda_finger_joint1" not in one.joints
+
+
 def test_the_table_is_there():
     assert len(table()) >= 38
     assert table()["rnea"] == ["q", "v", "a"]
