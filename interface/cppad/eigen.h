@@ -13,6 +13,15 @@ template <class Base>
 struct LikeDouble {  // looked up when Eigen is there
   using type = double;
 };
+
+// Eigen's objects of this unit are those of the library (autodiff/eigen_layout.h); Eigen may come later.
+#if defined(EIGEN_MAX_STATIC_ALIGN_BYTES)
+inline constexpr bool kSharesLayout = EIGEN_MAX_STATIC_ALIGN_BYTES <= 16;
+#elif defined(__AVX__) && !defined(EIGEN_MAX_ALIGN_BYTES)
+inline constexpr bool kSharesLayout = false;
+#else
+inline constexpr bool kSharesLayout = true;
+#endif
 }  // namespace dyntape::cppad::detail
 
 namespace Eigen {
@@ -25,6 +34,10 @@ struct ScalarBinaryOpTraits;
 template <class Base>
 struct NumTraits<dyntape::cppad::AD<Base>>
     : NumTraits<typename dyntape::cppad::detail::LikeDouble<Base>::type> {
+  static_assert(
+      sizeof(Base) > 0 && dyntape::cppad::detail::kSharesLayout,
+      "this unit's flags (-march, -mavx) give Eigen another allocator than dyntape's, which is a plain "
+      "build's: compile it without them, or link dyntape::dyntape_native");
   using S = dyntape::cppad::AD<Base>;
   using Real = S;
   using NonInteger = S;
