@@ -11,7 +11,7 @@ namespace dyntape::detail {
 namespace {
 
 // Longer windows make longer runs and keep more values alive.
-constexpr std::size_t kWindow = 512;
+constexpr std::size_t kWindow = 2048;
 
 // Of the nodes that are operations and calls, in the order of the graph, which one a node is; a result is its call.
 using Positions = std::vector<std::uint32_t>;

@@ -9,7 +9,7 @@
 // that values stay in the nearest cache; constants keep theirs from one evaluation to the next.
 //
 // Operations of one kind are gathered into runs.  To look for company all over the graph would keep many
-// values alive, so that is done within windows of some hundred operations.  The order changes no bit.
+// values alive, so that is done within windows of two thousand.  The order changes no bit.
 //
 // Internal to the interpreter (interpret.h).
 #pragma once

@@ -9,6 +9,7 @@
 // N x N entries at a time are transposed in registers: log2 N rounds of exchanges between pairs of rows.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <utility>
 
@@ -38,39 +39,63 @@ template <int N, int H = N / 2>
   }
 }
 
+// Half a row from memory, and half a row.
+#if defined(DYNTAPE_HAS_AVX512F)
+[[gnu::always_inline]] inline Pack<double, 8> joined(const double* low, const double* high) {
+  // In the compiler's notation gcc 12 reads all of both rows and shuffles; without a mask it warns.
+  const __m512d row = _mm512_castpd256_pd512(_mm256_loadu_pd(low));
+  return Pack<double, 8>(_mm512_maskz_insertf64x4(0xff, row, _mm256_loadu_pd(high), 1));
+}
+#endif
+
+// The rows at N addresses, row(k), transposed.  Long ones are read by halves: that is the first round, and takes nothing
+// of the processor's one unit that shuffles.
+template <int N, class Row>
+[[gnu::always_inline]] inline void load_transposed_rows(Row&& row, Pack<double, N>* rows) {
+#if defined(DYNTAPE_HAS_AVX512F)
+  if constexpr (N == 8) {
+#pragma GCC unroll 4
+    for (int k = 0; k < 4; ++k) {
+      rows[k] = joined(row(k), row(k + 4));
+      rows[k + 4] = joined(row(k) + 4, row(k + 4) + 4);
+    }
+    return transpose<8, 2>(rows);
+  }
+#endif
+#pragma GCC unroll 8
+  for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(row(k));
+  transpose(rows);
+}
+
 // Rows of a register each: the N x N square in blocks of kRow x kRow.
 template <int N>
 inline constexpr int kRow = 8 * N > DYNTAPE_REGISTER ? DYNTAPE_REGISTER / 8 : N;
 
-// N numbers at each of N addresses, from[k] + i, to a square whose rows are its columns; and back, to the first
-// `count` addresses.
-template <int N>
+// S numbers at each of N addresses, from[k] + i, S = N or less, to S rows of N, which are its columns; and back, to the
+// first `count` addresses.
+template <int N, int S = N>
 void load_transposed(const double* const* from, std::size_t i, double* square) {
-  constexpr int W = kRow<N>;
+  constexpr int W = std::min(kRow<N>, S);
 #pragma GCC unroll 4
   for (int r = 0; r < N; r += W) {
 #pragma GCC unroll 4
-    for (int c = 0; c < N; c += W) {
+    for (int c = 0; c < S; c += W) {
       Pack<double, W> rows[W];
-#pragma GCC unroll 8
-      for (int k = 0; k < W; ++k) rows[k] = Pack<double, W>::load(from[r + k] + i + c);
-      transpose(rows);
+      load_transposed_rows<W>([&](int k) { return from[r + k] + i + c; }, rows);
 #pragma GCC unroll 8
       for (int k = 0; k < W; ++k) rows[k].store(square + (c + k) * N + r);
     }
   }
 }
-template <int N>
+template <int N, int S = N>
 void store_transposed(const double* square, double* const* to, std::size_t i, int count) {
-  constexpr int W = kRow<N>;
+  constexpr int W = std::min(kRow<N>, S);
 #pragma GCC unroll 4
   for (int r = 0; r < N; r += W) {
 #pragma GCC unroll 4
-    for (int c = 0; c < N; c += W) {
+    for (int c = 0; c < S; c += W) {
       Pack<double, W> rows[W];
-#pragma GCC unroll 8
-      for (int k = 0; k < W; ++k) rows[k] = Pack<double, W>::load(square + (c + k) * N + r);
-      transpose(rows);
+      load_transposed_rows<W>([&](int k) { return square + (c + k) * N + r; }, rows);
 #pragma GCC unroll 8
       for (int k = 0; k < W; ++k) {
         if (r + k < count) rows[k].store(to[r + k] + i + c);
@@ -83,9 +108,7 @@ void store_transposed(const double* square, double* const* to, std::size_t i, in
 #define DYNTAPE_STORES_LINES 1
 template <int N>
 [[gnu::always_inline]] inline void load_square(const double* square, Pack<double, N>* rows) {
-#pragma GCC unroll 8
-  for (int k = 0; k < N; ++k) rows[k] = Pack<double, N>::load(square + k * N);
-  transpose(rows);
+  load_transposed_rows<N>([&](int k) { return square + k * N; }, rows);
 }
 
 // The first n / N * N entries of all states, n >= N, to addresses of any alignment.  Stores that straddle two
@@ -134,6 +157,13 @@ void gather_lanes(const double* states, std::size_t stride, int lanes, double* b
     i = n - N;
     return detail::load_transposed<N>(from, i, block + i * N);
   }
+  if constexpr (N == 8) {  // nor one by one where there is half a square
+    if (n >= N / 2 && n < N) {
+      detail::load_transposed<N, N / 2>(from, 0, block);
+      i = n - N / 2;
+      return detail::load_transposed<N, N / 2>(from, i, block + i * N);
+    }
+  }
   for (; i < n; ++i) {
     for (int k = 0; k < N; ++k) block[i * N + static_cast<std::size_t>(k)] = from[k][i];
   }
@@ -155,6 +185,13 @@ void scatter_lanes(const double* block, std::size_t n, double* states, std::size
   if (i < n && n >= N) {
     i = n - N;
     return detail::store_transposed<N>(block + i * N, to, i, lanes);
+  }
+  if constexpr (N == 8) {
+    if (n >= N / 2 && n < N) {
+      detail::store_transposed<N, N / 2>(block, to, 0, lanes);
+      i = n - N / 2;
+      return detail::store_transposed<N, N / 2>(block + i * N, to, i, lanes);
+    }
   }
   for (; i < n; ++i) {
     for (int k = 0; k < lanes; ++k) to[k][i] = block[i * N + static_cast<std::size_t>(k)];

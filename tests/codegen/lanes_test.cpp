@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/record/linear_algebra.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/options/lane_widths.h>
+#include <dyntape/codegen/run/lanes.h>
 #include <gtest/gtest.h>
 
 #include "calls.h"
@@ -293,6 +294,42 @@ TEST(Lanes, BlocksOfThoseWhoKeepThem) {
     if (width == 1) continue;
     const Points odd{.count = width + 1, .side_by_side = width};
     EXPECT_THROW((void)c.run(Order::kValue, odd, workspace), ArgumentError);
+  }
+}
+
+// A kernel of W lanes whose y is x, of so many entries.
+std::size_t entries_copied = 0;
+template <std::size_t W>
+void copy_lanes(const double* x, const double*, const double*, double* y, double*, double*, double*,
+                std::size_t, const dyntape_strides*, std::uint32_t*) {
+  std::copy_n(x, entries_copied * W, y);
+}
+
+TEST(Lanes, EveryEntryOfAnyNumberGoesThereAndBack) {
+  const std::pair<std::size_t, dyntape_run> kernels[] = {
+      {2, copy_lanes<2>}, {4, copy_lanes<4>}, {8, copy_lanes<8>}};
+  for (const auto& [width, run] : kernels) {
+    dyntape_kernel kernel{};
+    kernel.lane_width = static_cast<std::uint32_t>(width);
+    kernel.run = run;
+    for (std::size_t entries = 1; entries <= 40; ++entries) {
+      entries_copied = entries;
+      for (std::size_t points = 1; points <= 2 * width + 1; ++points) {
+        const Strides sizes{entries, 0, 0, entries, 0, 0}, strides{entries + 2, 0, 0, entries + 3, 0, 0};
+        codegen::AlignedRoom room;
+        room.resize(codegen::room_for_lanes(kernel, sizes));
+        // Of x nothing stands behind the last entry: an address sanitizer sees who reads on.
+        std::vector<double> x((points - 1) * strides.x + entries), y(points * strides.y, kUntouched);
+        for (std::size_t i = 0; i < x.size(); ++i) x[i] = static_cast<double>(i);
+        codegen::run_in_lanes(
+            kernel, sizes, {.count = points, .x = x.data(), .y = y.data(), .strides = &strides}, room.data());
+        for (std::size_t i = 0; i < y.size(); ++i) {
+          const std::size_t point = i / strides.y, entry = i % strides.y;
+          const double expected = entry < entries ? x[point * strides.x + entry] : kUntouched;
+          ASSERT_EQ(y[i], expected) << width << " lanes, " << entries << " entries, point " << point;
+        }
+      }
+    }
   }
 }
 
