@@ -231,7 +231,7 @@ TEST(Ddp, AllWaysLeadToOneOptimum) {
 TEST(Ddp, WhatStallsAtRoundingIsNotCalledSolved) {
   const DdpSolution s = solve_with_ddp(
       soft_swing_up(),
-      {.intervals = 80, .hessian = DdpHessian::kGaussNewton, .tolerance = 1e-14, .evaluation = kInterpreted});
+      {.intervals = 80, .hessian = DdpHessian::kGaussNewton, .tolerance = 1e-18, .evaluation = kInterpreted});
   EXPECT_FALSE(s.success());
   EXPECT_TRUE(s.status == SolveStatus::kStepTooSmall || s.status == SolveStatus::kAcceptable)
       << to_string(s.status);

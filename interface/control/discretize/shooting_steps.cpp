@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/discretize/shooting_steps.h>
 
+#include <algorithm>
+#include <cmath>
+
+#include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/control/riccati/columns.h>
 
 namespace dyntape {
@@ -64,6 +68,22 @@ double ShootingSteps::run(int k, const Eigen::Ref<const VectorXd>& x, const Eige
   return value_[n_x_];
 }
 
+VectorXd ShootingSteps::run_side_by_side(MatrixXd& x, const std::function<void(int k, MatrixXd& u)>& set) {
+  const Eigen::Index count = x.cols();
+  MatrixXd u, z(n_z_, count), p(parameters_.rows(), count), y(y_.rows(), count);
+  const Points points{.count = std::size_t(count), .x = z.data(), .p = p.data(), .y = y.data()};
+  VectorXd costs = VectorXd::Zero(count);
+  for (int k = 0; k < int(parameters_.cols()); ++k) {
+    set(k, u);
+    z << x, u;
+    p.colwise() = parameters_.col(k);
+    step_.check(step_.run(Order::kValue, points, all_), points.count);
+    x = y.topRows(n_x_);
+    costs += y.row(n_x_).transpose();
+  }
+  return costs;
+}
+
 bool ShootingSteps::linearise(const MatrixXd& x, const MatrixXd& u) {
   z_ << x.leftCols(z_.cols()), u;
   const Points points{.count = std::size_t(z_.cols()),
@@ -105,6 +125,19 @@ void ShootingSteps::curve(int k, const VectorXd& weights) {
   MatrixXd& H = stages_[std::size_t(k)].H;
   const Pattern& at = step_.hessian_pattern();
   for (std::size_t i = 0; i < at.nnz(); ++i) H(at.row[i], at.col[i]) = H_[Eigen::Index(i)];
+}
+
+double error_of_steps(const Problem& problem, const VectorXd& t, const MatrixXd& x, const MatrixXd& u,
+                      const std::stop_token& stop) {
+  double worst = 0;
+  for (Eigen::Index k = 0; k < u.cols(); ++k) {
+    if (stop.stop_requested()) return std::nan("");
+    const VectorXd held = u.col(k);
+    const Simulation run = simulate(problem, x.col(k), t[k], t[k + 1], [&](double) { return held; });
+    if (!run.x.allFinite()) return std::nan("");
+    worst = std::max(worst, (run.x - x.col(k + 1)).cwiseAbs().maxCoeff());
+  }
+  return worst;
 }
 
 }  // namespace dyntape

@@ -12,6 +12,8 @@
 // Nothing is allocated after construction; one call at a time.
 #pragma once
 
+#include <functional>
+#include <stop_token>
 #include <vector>
 
 #include <dyntape/codegen/compiled_function.h>
@@ -27,6 +29,10 @@ class ShootingSteps {
 
   double run(int k, const Eigen::Ref<const Eigen::VectorXd>& x, const Eigen::Ref<const Eigen::VectorXd>& u,
              Eigen::Ref<Eigen::VectorXd> next);
+  // As many motions as x has columns, in lanes: x becomes their ends, what is returned their running costs.  set(k, u) gives
+  // the controls of step k, a column a motion.
+  Eigen::VectorXd run_side_by_side(Eigen::MatrixXd& x,
+                                   const std::function<void(int k, Eigen::MatrixXd& u)>& set);
   bool linearise(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u);  // (n_x x N or more), (n_u x N)
   void curve(int k, const Eigen::VectorXd& weights);  // (n_x + 1), at the point of the last linearise()
 
@@ -51,5 +57,10 @@ class ShootingSteps {
   Eigen::VectorXd H_;  // room for one stage's: its non-zeros, or with residuals its padded columns
   std::vector<LqrStage> stages_;
 };
+
+// The largest entry of what steps of controls that are held, from x.col(k) at t[k] to x.col(k + 1), are off by, found by
+// integrating the problem's own rate (verify.h); NaN where that breaks down or is stopped.
+double error_of_steps(const Problem& problem, const Eigen::VectorXd& t, const Eigen::MatrixXd& x,
+                      const Eigen::MatrixXd& u, const std::stop_token& stop);
 
 }  // namespace dyntape

@@ -4,7 +4,6 @@
 #include <Eigen/Eigenvalues>
 #include <chrono>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -12,7 +11,8 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/control/discretize/end_cost.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
-#include <dyntape/interface/control/discretize/verify.h>
+#include <dyntape/interface/control/solve/stage_secants.h>
+#include <dyntape/interface/control/solve/trial_changes.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 
@@ -69,6 +69,7 @@ class Ddp {
   }
 
  private:
+  bool is_gauss_newton() const { return options_.hessian == DdpHessian::kGaussNewton; }
   VectorXd limited(const VectorXd& u) const {
     return u.cwiseMax(problem_.u.lower).cwiseMin(problem_.u.upper);
   }
@@ -136,6 +137,7 @@ class Ddp {
       adjoint_.col(k) = s.g.head(n_) + s.A.transpose() * adjoint_.col(k + 1);
     }
     iteration.slope = adjoint_.allFinite() && sizes_.allFinite() ? slopes_.maxCoeff() : std::nan("");
+    if (is_gauss_newton()) secants_.learn(stages_, now_.x, now_.u, adjoint_);
     return iteration;
   }
 
@@ -143,8 +145,7 @@ class Ddp {
   VectorXd projected(int k, const VectorXd& slope) const {
     VectorXd open = slope.cwiseAbs();
     for (int i = 0; i < m_; ++i) {
-      const double u = now_.u(i, k);
-      const double lower = problem_.u.lower[i], upper = problem_.u.upper[i];
+      const double u = now_.u(i, k), lower = problem_.u.lower[i], upper = problem_.u.upper[i];
       if (lower >= upper || (u <= lower && slope[i] > 0) || (u >= upper && slope[i] < 0)) open[i] = 0;
     }
     return open;
@@ -160,14 +161,17 @@ class Ddp {
   bool is_acceptable(const DdpIteration& at) const {
     return has_no_slope(1e4 * options_.tolerance) && is_closed(at.gap, 1e-6);
   }
-  // Newton's step moves nothing any more.
-  bool is_still(const DdpIteration& at) const {
+  // Newton's step moves nothing any more.  Steps of Gauss-Newton get shorter by a ratio each, and what they lead to is as far
+  // as all of them together.
+  bool is_still(const DdpIteration& at) {
+    double size = 0;
+    for (const LqrPolicy& policy : policy_) size = std::max(size, policy.k.cwiseAbs().maxCoeff());
+    const double ratio = shift_ == 0 && last_size_ > 0 ? size / last_size_ : 1,
+                 slower = std::max(ratio, std::exchange(last_ratio_, ratio));
+    last_size_ = shift_ == 0 ? size : 0;
     if (shift_ > 0 || !is_closed(at.gap, options_.tolerance)) return false;
-    const double share =
-        options_.hessian == DdpHessian::kExact ? 1 : 1e-3;  // of steps that get shorter slowly
-    const double size = share * options_.tolerance * now_.u.cwiseAbs().maxCoeff();
-    return std::all_of(policy_.begin(), policy_.end(),
-                       [&](const LqrPolicy& policy) { return policy.k.cwiseAbs().maxCoeff() <= size; });
+    const double share = is_gauss_newton() ? std::max(1e-3, 1 - slower) : 1;
+    return size <= share * options_.tolerance * now_.u.cwiseAbs().maxCoeff();
   }
 
   // Where the merit cannot tell one motion from the next any more, Newton's steps still make the slope less; where nothing
@@ -179,7 +183,8 @@ class Ddp {
   }
 
   // False where a stage has no minimum.
-  bool backward() {
+  bool backward() { return (secants_.help() && backward(true)) || backward(false); }
+  bool backward(bool with_secants) {
     Riccati riccati;
     riccati.begin(H_end_, g_end_);
     slope_.col(N_) = g_end_;
@@ -189,7 +194,12 @@ class Ddp {
         weights_ << riccati.p() + riccati.P() * s.c, 1;
         steps_.curve(k, weights_);
       }
-      if (!riccati.push(s, shift_)) {
+      bool is_convex = false;
+      for (const bool with : {with_secants, false}) {
+        if (is_gauss_newton()) s.H = secants_.hessian(std::size_t(k), with);
+        if ((is_convex = riccati.push(s, shift_))) break;
+      }
+      if (!is_convex) {
         failed_stage_ = k;
         failed_ = riccati.input_curvature();
         return false;
@@ -285,40 +295,31 @@ class Ddp {
     return false;
   }
 
-  // Without second derivatives: changes of each control by a few sines over the horizon, both ways.  Where the cost falls by
-  // the square of one, the point is no minimum, and is left along it.  False where none lowers the cost.
+  // Without second derivatives: where the cost falls by the square of a trial change, the point is no minimum, and is left
+  // along it.  False where none lowers the cost.
   bool leave_along_trials() {
-    constexpr int kMost = 5, kShapes = 4, kDoublings = 20;
-    constexpr double kLength = 1e-2, kRounding = 1e-10;
-    const double size = kLength * std::max(1.0, now_.u.cwiseAbs().maxCoeff()), cost = now_.cost;
+    constexpr int kMost = 5, kDoublings = 20;
     const std::vector<LqrPolicy> kept = policy_;
-    const auto along = [&](int control, int shape, double length) {
-      for (int k = 0; k < N_; ++k) {
-        LqrPolicy& policy = policy_[std::size_t(k)];
-        policy.K.setZero(), policy.k.setZero();
-        policy.k[control] = length * std::sin(std::numbers::pi * shape * (k + 0.5) / N_);
-      }
-      return rollout(1);
-    };
     bool is_left = false;
-    for (int control = 0; control < m_ && !is_left; ++control) {
-      for (int shape = 1; shape <= kShapes && !is_left; ++shape) {
-        const std::optional<Motion> up = along(control, shape, size), down = along(control, shape, -size);
-        if (!up || !down) continue;
-        if (!(up->cost + down->cost - 2 * cost < -kRounding * (1 + std::abs(cost)))) continue;
-        is_saddle_ = true;
-        if (++saddles_ > kMost) break;
-        double length = up->cost < down->cost ? size : -size;
-        Motion best = up->cost < down->cost ? *up : *down;
-        for (int i = 0; i < kDoublings; ++i) {
-          std::optional<Motion> next = along(control, shape, length *= 2);
-          if (!next || !(next->cost < best.cost)) break;
-          best = std::move(*next);
+    for (const TrialChange& trial : falling_changes(problem_, steps_, end_, at_end_, now_.u, now_.cost)) {
+      const auto along = [&](double length) {
+        for (int k = 0; k < N_; ++k) {
+          policy_[std::size_t(k)].K.setZero(), policy_[std::size_t(k)].k.setZero();
+          policy_[std::size_t(k)].k[trial.control] = length * trial.shape[k];
         }
-        if (!(best.cost < cost)) continue;
-        now_ = std::move(best);
-        is_left = true, is_saddle_ = false;
-      }
+        return rollout(1);
+      };
+      is_saddle_ = true;
+      if (++saddles_ > kMost) break;
+      double length = trial.length;
+      std::optional<Motion> best = along(length), next;
+      if (!best) continue;
+      for (int i = 0; i < kDoublings && (next = along(length *= 2)) && next->cost < best->cost; ++i)
+        best = std::move(next);
+      if (!(best->cost < now_.cost)) continue;
+      now_ = std::move(*best);
+      is_left = true, is_saddle_ = false;
+      break;
     }
     policy_ = kept;
     return is_left;
@@ -376,6 +377,7 @@ class Ddp {
         const bool is_convex = backward();
         at.shift = shift_;
         if (is_convex && is_still(at)) {
+          if (is_gauss_newton() && leave()) break;
           note(at);
           return SolveStatus::kSolved;
         }
@@ -402,27 +404,15 @@ class Ddp {
   MatrixXd H_end_, gap_, slope_, adjoint_;
   VectorXd slopes_, sizes_;  // (n_u) the largest, and the largest of what they are made of
   Motion now_;
+  StageSecants secants_;
+  double last_size_ = 0, last_ratio_ = 1;  // of the step before: its size, and by what it was shorter
   double shift_ = 0, gap_weight_ = 0, least_slope_ = HUGE_VAL, promised_ = HUGE_VAL;
   bool is_near_rounding_ = false;
   int stalled_ = 0, saddles_ = 0;
   bool is_saddle_ = false;  // the cost falls along a trial, and no length was found that leads on
-  int failed_stage_ =
-      -1;            // of the last backward pass that failed: its stage, and the curvature by its controls
-  MatrixXd failed_;  // (n_u x n_u)
+  int failed_stage_ = -1;   // of the last backward pass that failed, and the curvature by its controls
+  MatrixXd failed_;         // (n_u x n_u)
 };
-
-double worst_defect(const Problem& problem, const DdpSolution& solution, const std::stop_token& stop) {
-  double worst = 0;
-  for (Eigen::Index k = 0; k < solution.u.cols(); ++k) {
-    if (stop.stop_requested()) return std::nan("");
-    const VectorXd u = solution.u.col(k);
-    const Simulation run =
-        simulate(problem, solution.x.col(k), solution.t[k], solution.t[k + 1], [&](double) { return u; });
-    if (!run.x.allFinite()) return std::nan("");
-    worst = std::max(worst, (run.x - solution.x.col(k + 1)).cwiseAbs().maxCoeff());
-  }
-  return worst;
-}
 
 void check_options(const Problem& problem, const DdpOptions& options) {
   constexpr int kMostIntervals = 10000000;
@@ -489,7 +479,8 @@ DdpSolution DdpSolver::solve() {
   solution.build_seconds = made_->build_seconds;
   solution.seconds = seconds_since(begin);
   if (solution.success() && made_->options.verify)
-    solution.integration_error = worst_defect(problem, solution, made_->options.stop);
+    solution.integration_error =
+        error_of_steps(problem, solution.t, solution.x, solution.u, made_->options.stop);
   return solution;
 }
 

@@ -11,14 +11,15 @@
 // true dynamics out with the policy, shortened until the merit goes down.
 //   kExact          with the curvature of the dynamics, contracted with the slope of the cost to go: quadratic convergence
 //   kGaussNewton    without it (iLQR), of running costs that are squares: first derivatives are all it needs, an iteration takes
-//                   a tenth; linear convergence unless the dynamics are linear
+//                   a tenth; where they show that much is missing, secants of the stages take its place (stage_secants.h)
 // Starts.  kRollOut: the guess's controls from the given start.  kNodes: also its states, which need not be a motion: what is
 // missing between two nodes is closed by the share of the step that is taken (multiple shooting; the merit counts it).
 //
 // What it ends with.  `slope[k]` is the gradient of the cost to go at node k, by the policy; `adjoint[k]` that of the
 // Lagrangian, lambda_k = L_x + A^T lambda_{k+1}.  At a solution they are the same, before they are not.
 //   solved      of each control the largest projected slope, L_u + B^T lambda, is below `tolerance` times the largest
-//               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls; and no gap
+//               |L_u| + |B^T lambda| there is, or the whole step is below `tolerance` times the size of the controls, of
+//               Gauss-Newton's all that would follow as well, from the ratio by which they get shorter; and no gap
 //               is left (tolerance times the size of the states).  That is first order: a maximum or a saddle has no slope
 //               either: these are left, along the most negative
 //               curvature with kExact, along a few trial changes with kGaussNewton; where that fails is_minimum is false.  Costs of the end alone that can be met exactly have no such sizes left: these

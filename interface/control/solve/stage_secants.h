@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What Gauss-Newton's Hessian lacks, a stage at a time, learnt from the first derivatives that every iteration has anyway.
+//
+//   secants.learn(stages, x, u, adjoint);          // after each linearisation; stages[k].H is Gauss-Newton's
+//   if (secants.help()) ... secants.hessian(k, true)   // H + S, without a promise that it is positive
+//
+// Over a step s of a stage's (x, u) the slope of its Lagrangian, g + (A | B)^T lambda_{k+1}, changes by the true curvature times s.
+// S is changed by one rank so that (H + S) s is that change (SR1, with its rule of what is skipped in units of the steps); where S
+// foretold a change worse than its absence it begins anew.  Along the last step of all stages the curvature is known, so that it
+// is known as well whether H was far off, and S less: help().  Where H is good, S adds noise.
+//
+// Sources: J. Dennis, D. Gay, R. Welsch, ACM TOMS 7 (1981), NL2SOL: two models, the better is used; J. Nocedal, S. Wright,
+// Numerical Optimization, 6.2.
+#pragma once
+
+#include <vector>
+
+#include <dyntape/interface/control/riccati/riccati.h>
+
+namespace dyntape {
+
+class StageSecants {
+ public:
+  // adjoint: (n_x x N + 1), of the motion x, u that the stages were linearised at.
+  void learn(const std::vector<LqrStage>& stages, const Eigen::MatrixXd& x, const Eigen::MatrixXd& u,
+             const Eigen::MatrixXd& adjoint);
+  bool help() const { return help_; }
+  Eigen::MatrixXd hessian(std::size_t k, bool with_secants) const;  // its lower triangle
+
+ private:
+  struct Past {
+    Eigen::MatrixXd A, B, H, S;
+    Eigen::VectorXd g;
+  };
+  struct Curvatures {  // s.H s, s.(true - H) s, s.(true - H - S) s, summed over the stages
+    double known = 0, missing = 0, left = 0;
+  };
+  void change(Past& past, const LqrStage& now, const Eigen::VectorXd& s, const Eigen::VectorXd& adjoint,
+              Curvatures& along);
+
+  std::vector<Past> past_;
+  Eigen::MatrixXd z_;          // (n_z x N) where they were linearised
+  Eigen::VectorXd size_;       // (n_z) the largest step of each entry
+  Eigen::VectorXd y_, r_, w_;  // what H misses, what H + S misses; work
+  bool help_ = false;
+};
+
+}  // namespace dyntape
