@@ -16,6 +16,7 @@ FUNCTION = re.compile(r'^(?:template <[^\n]*>\n)?(?!struct|class|enum|using|retu
 TYPE = re.compile(r'^(?:struct|class|enum class|enum) (\w+)\b[^;\n]*\{', re.M)
 VALUE = re.compile(r'^(?:inline )?(?:static )?const(?:expr)? [^\n;({]*?\b(\w+)(?:\[[^\]]*\])?(?: =|\{)', re.M)
 USING = re.compile(r'^using (\w+) = (.*?);', re.M | re.S)
+DECLARED = re.compile(r'^using ((?:\w+::)+(\w+));', re.M)
 
 
 def types_of(parameters):
@@ -39,6 +40,7 @@ def names_in(text):
         for pattern in (TYPE, VALUE):
             yield from ((name, None) for name in pattern.findall(block))
         yield from USING.findall(block)
+        yield from ((name, whole) for whole, name in DECLARED.findall(block))
 
 
 def main():

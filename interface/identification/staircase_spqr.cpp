@@ -8,7 +8,7 @@ namespace dyntape::detail {
 namespace {
 
 using Eigen::MatrixXd;
-using Index = SuiteSparse_long;
+using SparseIndex = SuiteSparse_long;
 
 // SPQR's workspace; what it gives is freed with it.
 class Session {
@@ -36,18 +36,18 @@ MatrixXd staircase(const MatrixXd& A, double tolerance) {
   view.dtype = CHOLMOD_DOUBLE;
   cholmod_sparse* sparse = cholmod_l_dense_to_sparse(&view, 1, cc);
   cholmod_sparse* R = nullptr;
-  Index* order = nullptr;
+  SparseIndex* order = nullptr;
   if (sparse) SuiteSparseQR<double>(SPQR_ORDERING_FIXED, tolerance, A.cols(), sparse, &R, &order, cc);
   cholmod_l_free_sparse(&sparse, cc);
   if (!R) throw ToolError("base parameters: SuiteSparseQR failed with status " + std::to_string(cc->status));
   MatrixXd dense = MatrixXd::Zero(A.cols(), A.cols());
-  const auto *start = static_cast<const Index*>(R->p), *row = static_cast<const Index*>(R->i);
+  const auto *start = static_cast<const SparseIndex*>(R->p), *row = static_cast<const SparseIndex*>(R->i);
   const auto* value = static_cast<const double*>(R->x);
-  for (Index j = 0; j < A.cols(); ++j) {
-    for (Index k = start[j]; k < start[j + 1]; ++k) dense(row[k], j) = value[k];
+  for (SparseIndex j = 0; j < A.cols(); ++j) {
+    for (SparseIndex k = start[j]; k < start[j + 1]; ++k) dense(row[k], j) = value[k];
   }
   cholmod_l_free_sparse(&R, cc);
-  if (order) cholmod_l_free(view.ncol, sizeof(Index), order, cc);
+  if (order) cholmod_l_free(view.ncol, sizeof(SparseIndex), order, cc);
   return dense;
 }
 

@@ -8,7 +8,7 @@ namespace dyntape {
 
 namespace {
 
-using Joint = dynamics::Joint<double>;
+using dynamics::Joint;
 using dynamics::JointLimits;
 
 constexpr const char* kLeftOut = ": of the robot's file this leaves out ";
@@ -17,7 +17,7 @@ constexpr const char* kLeftOut = ": of the robot's file this leaves out ";
 template <class Has>
 std::string of_joints(const dynamics::Model<double>& model, const std::string& what, const Has& has) {
   std::vector<std::string> names;
-  for (const Joint& joint : model.joints) {
+  for (const Joint<double>& joint : model.joints) {
     if (has(joint)) names.push_back(joint.name);
   }
   if (names.empty()) return "";
@@ -33,11 +33,11 @@ void append_damping_and_friction(std::vector<std::string>& items, const RobotSce
   const bool damps = bool(scene.effects.damping), rubs = bool(scene.effects.friction);
   append(items,
          of_joints(scene.model, "damping",
-                   [&](const Joint& j) { return j.damping != 0 && (!damps || !is_single(j.type)); }),
+                   [&](const Joint<double>& j) { return j.damping != 0 && (!damps || !is_single(j.type)); }),
          damps ? "" : "'effects { joint_damping robot }' has it act");
   append(items,
          of_joints(scene.model, "friction",
-                   [&](const Joint& j) { return j.friction != 0 && (!rubs || !is_single(j.type)); }),
+                   [&](const Joint<double>& j) { return j.friction != 0 && (!rubs || !is_single(j.type)); }),
          rubs ? "" : "'effects { joint_friction { torque robot  smoothing 0.01 } }' has it act");
 }
 
@@ -47,18 +47,18 @@ void append_limits(std::vector<std::string>& items, const RobotScene& scene, Lim
   const bool saturates = holds_all || scene.effects.saturation;
   append(items,
          of_joints(scene.model, "position limits",
-                   [&](const Joint& j) {
+                   [&](const Joint<double>& j) {
                      return !stops && is_single(j.type) &&
                             (std::isfinite(j.limits.lower) || std::isfinite(j.limits.upper));
                    }),
          "'constraints { limits }' or 'effects { joint_limits }' holds them");
   append(items,
          of_joints(scene.model, "effort limits",
-                   [&](const Joint& j) {
+                   [&](const Joint<double>& j) {
                      return (!saturates || !is_single(j.type)) && std::isfinite(j.limits.effort);
                    }),
          saturates ? "" : "'effects { torque_saturation robot }' has them act");
-  append(items, of_joints(scene.model, "velocity limits", [&](const Joint& j) {
+  append(items, of_joints(scene.model, "velocity limits", [&](const Joint<double>& j) {
            return (!holds_all || !is_single(j.type)) && std::isfinite(j.limits.velocity);
          }));
 }

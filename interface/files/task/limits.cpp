@@ -16,8 +16,6 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Joint = dynamics::Joint<double>;
-using Model = dynamics::Model<double>;
 
 // Of a limit, or of half the range where that is more, as a limit may be zero: the solver widens bounds by 1e-8 and ends within
 // its tolerance.
@@ -86,7 +84,7 @@ std::vector<int> even_looks(const Trajectory& motion) {
 }
 
 // The ends of a capsule's segment at configurations (6 x times): first one, then the other.
-MatrixXd ends_of(const Model& model, const MatrixXd& q, const Capsule& capsule) {
+MatrixXd ends_of(const dynamics::Model<double>& model, const MatrixXd& q, const Capsule& capsule) {
   MatrixXd ends(6, q.cols());
   if (capsule.frame == kWorld) {
     ends.topRows(3) = capsule.from.replicate(1, q.cols());
@@ -260,7 +258,7 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
   const PlaceLookedAt looks[] = {{at_points, motion.t}, {between, fine.t, task.demands.integration_error}};
   const std::vector<int> driven = actuated_dofs(task.scene);
   std::vector<LimitExcess> excesses;
-  for (const Joint& joint : task.scene.model.joints) {
+  for (const dynamics::Joint<double>& joint : task.scene.model.joints) {
     if (!dynamics::is_single(joint.type)) continue;
     const int i = joint.idx_v;
     const bool slides = joint.type == dynamics::JointType::kPrismatic;
@@ -305,7 +303,7 @@ namespace {
 
 // A value far outside that another unit puts within: "; in degrees? -46 degrees are -0.802851 rad".  Empty for others,
 // also for what the unit itself makes sense of: an angle of less than a turn, a way of less than 10 m.
-std::string other_unit(const Joint& joint, double value, double lower, double upper) {
+std::string other_unit(const dynamics::Joint<double>& joint, double value, double lower, double upper) {
   struct Unit {
     const char *name, *of;
     double factor, least;
@@ -326,8 +324,8 @@ void check_ends(const Task& task, const RatedParts& parts) {
   const Problem& problem = task.problem;
   const int n = task.scene.model.nq;
   std::vector<std::string> faults;
-  const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i, const Joint* joint,
-                         const char* key) {
+  const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i,
+                         const dynamics::Joint<double>* joint, const char* key) {
     const double lower = problem.x.lower[i], upper = problem.x.upper[i];
     const double rounding = 1e-12 * std::max(1.0, std::abs(state[i]));  // as check() of the problem takes it
     if (!(state[i] < lower - rounding || state[i] > upper + rounding)) return;
@@ -336,7 +334,7 @@ void check_ends(const Task& task, const RatedParts& parts) {
                      plain_digits(upper) + "; expected a value within them, or '" + key +
                      " none' in 'bounds'" + (joint ? other_unit(*joint, state[i], lower, upper) : ""));
   };
-  for (const Joint& joint : task.scene.model.joints) {
+  for (const dynamics::Joint<double>& joint : task.scene.model.joints) {
     for (const auto& [state, end] : {std::pair(&problem.start, "start"), std::pair(&problem.goal, "goal")}) {
       if (parts.positions) check(*state, end, joint.idx_q, &joint, "positions");
       if (parts.velocities) check(*state, end, n + joint.idx_v, nullptr, "velocities");

@@ -17,7 +17,7 @@ namespace {
 
 constexpr double kLeastSpan = 1e-9;  // of their size: axes give what differs by less one number
 
-struct Extent {
+struct DataExtent {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   void add(double value) {
     low = std::min(low, value);
@@ -25,7 +25,7 @@ struct Extent {
   }
 };
 
-void data_extent(const Panel& panel, Extent& x, Extent& y) {
+void data_extent(const Panel& panel, DataExtent& x, DataExtent& y) {
   for (const Series& s : panel.series) {
     for (size_t i = 0; i < s.x.size(); ++i) {
       const double at = drawn_y(panel, s.y[i]);
@@ -38,7 +38,7 @@ void data_extent(const Panel& panel, Extent& x, Extent& y) {
 
 // Makes room around the data and then widens the axis that is too short for its side of the frame.
 void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_limits) {
-  Extent x, y;
+  DataExtent x, y;
   data_extent(panel, x, y);
   for (const double given : {panel.y_limits.low, panel.y_limits.high}) {
     if (std::isfinite(given)) y.add(given);
@@ -50,7 +50,7 @@ void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_
       span <= kLeastSpan * size || span == 0
           ? 1 / width  // one point: a metre around it
           : 1.1 * std::max({(x.high - x.low) / width, (y.high - y.low) / height, 1e-3 * span / width});
-  const auto centred = [&](const Extent& e, double pixels) {
+  const auto centred = [&](const DataExtent& e, double pixels) {
     const double middle = 0.5 * (e.low + e.high), half = 0.5 * pixels * metre_per_pixel;
     return Limits{middle - half, middle + half};
   };
@@ -59,8 +59,8 @@ void equalize(const Panel& panel, const Box& frame, Limits& x_limits, Limits& y_
 }
 
 // Gnuplot looks at data only, and leaves no height to a constant: both are mended here.
-Limits widened(const Extent& data, const std::vector<ReferenceLine>& lines, bool log, bool pad) {
-  Extent all = data;
+Limits widened(const DataExtent& data, const std::vector<ReferenceLine>& lines, bool log, bool pad) {
+  DataExtent all = data;
   for (const ReferenceLine& line : lines) {
     if (!log || line.value > 0) all.add(line.value);
   }
@@ -92,7 +92,7 @@ bool given(const Limits& limits) { return std::isfinite(limits.low) || std::isfi
 
 void choose_limits(const Panel& panel, const Box& frame, Limits& x, Limits& y) {
   if (panel.equal_axes) return equalize(panel, frame, x, y);
-  Extent x_data, y_data;
+  DataExtent x_data, y_data;
   data_extent(panel, x_data, y_data);
   x = widened(x_data, {}, panel.log_x, false);
   y = given(panel.y_limits) ? panel.y_limits
@@ -102,11 +102,11 @@ void choose_limits(const Panel& panel, const Box& frame, Limits& x, Limits& y) {
 double tick_step(const Panel& panel, const Box& frame, const Limits& x) {
   constexpr int kMostTicks = 8;
   constexpr double kGap = 10;  // px between two numbers
-  Extent shown;
+  DataExtent shown;
   if (std::isfinite(x.low) && std::isfinite(x.high)) {
     shown.add(x.low), shown.add(x.high);
   } else {
-    Extent y;
+    DataExtent y;
     data_extent(panel, shown, y);
   }
   const double width = frame.right - frame.left;
