@@ -124,7 +124,7 @@ TEST(Section, APartOfAKeyIsMeantForIt) {
     effects.get_or("joint_damping", 0.0);
     effects.get_or("friction", 0.0);
   });
-  EXPECT_EQ(said, "t.info:3:3: unknown key 'damping' in 'effects'; did you mean 'joint_damping'?\n");
+  EXPECT_EQ(said, "t.info:3:3: unknown key 'damping' in 'effects'; did you mean 'joint_damping'?");
 }
 
 TEST(Section, unknown_keys_get_the_nearest_name) {
