@@ -198,7 +198,7 @@ void bind_facts(nb::class_<Robot>& robot) {
             for (const auto* joint : own_joints(r)) names.push_back(joint->name);
             return names;
           },
-          "NameOrNames of the joints that have entries in q and v, in their order.")
+          "Names of the joints that have entries in q and v, in their order.")
       .def_prop_ro(
           "joint_types",
           [](const Robot& r) {
@@ -209,7 +209,7 @@ void bind_facts(nb::class_<Robot>& robot) {
           "Type of each of these: revolute, continuous, prismatic, helical, spherical, planar or free-flyer.")
       .def_prop_ro(
           "frames", [](const Robot& r) { return dynamics::detail::names_of(r.model().frames); },
-          "NameOrNames of the frames: every link of the file.")
+          "Names of the frames: every link of the file.")
       .def_prop_ro(
           "gravity_vector", [](const Robot& r) { return copy_of(r.source.gravity.data(), {3}); },
           "(3,) acceleration of free fall, m/s^2, in the world's axes.")

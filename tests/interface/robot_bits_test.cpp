@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <filesystem>
 #include <random>
 #include <set>
 
@@ -23,13 +22,16 @@ namespace {
 
 using dynamics::Base;
 
-class RobotBits : public testing::TestWithParam<std::pair<const char*, Base>> {};
+class RobotBits : public testing::TestWithParam<std::pair<const char*, Base>> {
+ protected:
+  static dynamics::Model<double> robot() {
+    const auto [name, base] = GetParam();
+    return dynamics::load_urdf(test::source_folder() + "/config/robots/" + name + ".urdf", {.base = base});
+  }
+};
 
 TEST_P(RobotBits, plain_double_equals_the_recording) {
-  const auto root = std::filesystem::path(test::source_folder());
-  const auto model =
-      dynamics::load_urdf((root / "config" / "robots" / (std::string(GetParam().first) + ".urdf")).string(),
-                          {.base = GetParam().second});
+  const dynamics::Model<double> model = robot();
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (const char* name : {"rnea", "aba", "crba", "minverse", "nonlinear-effects", "gravity", "energy",
@@ -53,10 +55,7 @@ TEST_P(RobotBits, plain_double_equals_the_recording) {
 
 // Whoever takes the non-zeros has everything.
 TEST_P(RobotBits, NonzerosAreAllThatIsWritten) {
-  const auto root = std::filesystem::path(test::source_folder());
-  const auto model =
-      dynamics::load_urdf((root / "config" / "robots" / (std::string(GetParam().first) + ".urdf")).string(),
-                          {.base = GetParam().second});
+  const dynamics::Model<double> model = robot();
   std::mt19937_64 random(11);
   std::uniform_real_distribution<double> uniform(-1, 1);
   const std::size_t n = std::size_t(model.nv);

@@ -43,6 +43,7 @@ FunctionCost operator-(const FunctionCost& a, const FunctionCost& b) {
 }
 
 std::string operations_text(const Cost& cost) { return io::with_groups(cost.operations); }
+
 // A difference of two measured times: below zero it is less than they scatter.
 std::string time_text(const Cost& cost) {
   if (cost.seconds < 0) return "~ 0";
