@@ -77,10 +77,12 @@ void CompiledFunction::require_fit(const Points& points, const Workspace& worksp
                         std::to_string(lane_width()) + " lanes");
 }
 
+// A call of one point takes tens of nanoseconds: what is refused is looked for here, and said elsewhere.
 Violation CompiledFunction::run(Order order, const Points& points, Workspace& workspace) const {
-  require(order, "evaluated");
-  require_fit(points, workspace);
   const auto& places = workspace.places_;
+  if (order > tiers_->first().order) require(order, "evaluated");
+  if (points.side_by_side != 1 || places.empty() || !places.front()->is_of(*tiers_))
+    require_fit(points, workspace);
   Place::Room& now = places.front()->now();
   if (places.size() == 1 || points.count < 2) return now.kernels.run(order, points, now.room);
   const Strides strides =
@@ -95,14 +97,16 @@ void CompiledFunction::check(const Violation& violation, std::size_t points) con
 }
 
 void CompiledFunction::value(const double* x, const double* p, double* y, Workspace& workspace) const {
-  require_no_weights("value");
-  check(run(Order::kValue, {.x = x, .p = p, .y = y}, workspace));
+  if (function().n_w() != 0) require_no_weights("value");
+  const Violation violation = run(Order::kValue, {.x = x, .p = p, .y = y}, workspace);
+  if (violation) check(violation);
 }
 
 void CompiledFunction::first_order(const double* x, const double* p, double* y, double* jacobian,
                                    Workspace& workspace) const {
-  require_no_weights("first_order");
-  check(run(Order::kFirst, {.x = x, .p = p, .y = y, .jacobian = jacobian}, workspace));
+  if (function().n_w() != 0) require_no_weights("first_order");
+  const Violation violation = run(Order::kFirst, {.x = x, .p = p, .y = y, .jacobian = jacobian}, workspace);
+  if (violation) check(violation);
 }
 
 void CompiledFunction::second_order(const double* x, const double* p, const double* w, double* y,

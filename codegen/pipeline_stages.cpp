@@ -36,7 +36,7 @@ std::vector<Derivatives> derive_all(const Function& function, const CodegenOptio
 
 // Repeated parts as functions fit the cache, and cost a tenth more instructions: several lanes spend those, one
 // state is limited by instruction fetch (docs/architecture.md).
-std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::size_t piece_statements,
+std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, const CodegenOptions& options,
                                      bool outlines) {
   std::vector<KernelPlan> plans;
   for (Derivatives& d : derivatives) {
@@ -44,7 +44,7 @@ std::vector<KernelPlan> schedule_all(std::vector<Derivatives> derivatives, std::
     if (d.order >= Order::kFirst) groups.push_back({d.n_y, d.n_y + d.jacobian.nnz()});
     if (d.order >= Order::kSecond) groups.push_back({groups.back().end, d.function.n_y()});
     if (outlines) d.function = outlined(d.function);
-    Schedule s = schedule(d.function, groups, piece_statements);
+    Schedule s = schedule(d.function, groups, options.piece_statements, options.functions);
     plans.push_back({std::move(d), std::move(s)});
   }
   return plans;
@@ -114,8 +114,8 @@ std::vector<Derivatives> derive(Product& product, const CodegenOptions& options)
 KernelSets plan(Product& product, std::vector<Derivatives> derived, const std::string& content,
                 const CodegenOptions& options, bool outlines) {
   const Function& f = product.function;
-  auto plans = timed(product.timings.schedule,
-                     [&] { return schedule_all(std::move(derived), options.piece_statements, outlines); });
+  auto plans =
+      timed(product.timings.schedule, [&] { return schedule_all(std::move(derived), options, outlines); });
   Dump(f.name).schedules(plans);
   return {f,
           options.label.empty() ? f.name : options.label,

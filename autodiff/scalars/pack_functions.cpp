@@ -1,9 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Elementary functions of packs: SLEEF's deterministic ones (N. Shibata, F. Petrogalli, SLEEF: A Portable
-// Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which have the same bits in 1, 2, 4
+// Elementary functions of packs: sine and cosine of sines.h, the others SLEEF's deterministic ones (N. Shibata, F. Petrogalli, SLEEF:
+// A Portable Vectorized Library of C Standard Mathematical Functions, IEEE TPDS 2020), which have the same bits in 1, 2, 4
 // and 8 lanes on any processor.  The widest registers that this unit is compiled for take what they hold.
+#include <stdint.h>
+
 #include <array>
+#include <cstring>
+#include <string_view>
 
 #include <dyntape/autodiff/scalars/pack.h>
 
@@ -18,6 +22,31 @@
 
 namespace dyntape::detail {
 namespace {
+
+#include <dyntape/autodiff/scalars/sines.h>
+
+#if defined(DYNTAPE_HAS_AVX512F)
+#define DT_WIDTH 8
+#elif defined(DYNTAPE_HAS_AVX)
+#define DT_WIDTH 4
+#else
+#define DT_WIDTH 2
+#endif
+typedef double dt_vector __attribute__((vector_size(8 * DT_WIDTH)));
+typedef int64_t dt_vector_words __attribute__((vector_size(8 * DT_WIDTH)));
+#include <dyntape/autodiff/scalars/sines_in_lanes.h>
+
+// Places beyond the last of n hold zeros.
+void sines_and_cosines(const double* x, double* sine, double* cosine, int n) {
+  for (int i = 0; i < n; i += DT_WIDTH) {
+    dt_vector values = {}, s, c;
+    const std::size_t bytes = sizeof(double) * std::size_t(n - i < DT_WIDTH ? n - i : DT_WIDTH);
+    std::memcpy(&values, x + i, bytes);
+    dt_turn(values, &s, &c);
+    if (sine) std::memcpy(sine + i, &s, bytes);
+    if (cosine) std::memcpy(cosine + i, &c, bytes);
+  }
+}
 
 // Lanes by address to and from what SLEEF takes and gives.
 void put(double* y, double x) { *y = x; }
@@ -63,15 +92,16 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
   put(y + i, Sleef_cinz_##fn##d##lanes##_##ulp##isa(load(x + i)));
 #define DYNTAPE_BINARY_STEP(lanes, load, isa, fn, ulp) \
   put(z + i, Sleef_cinz_##fn##d##lanes##_##ulp##isa(load(x + i), load(y + i)));
-#define DYNTAPE_SINCOS_STEP(lanes, load, isa, fn, ulp)                     \
-  {                                                                        \
-    const auto both = Sleef_cinz_##fn##d##lanes##_##ulp##isa(load(x + i)); \
-    put(sine + i, both.x);                                                 \
-    put(cosine + i, both.y);                                               \
-  }
 
-#define DYNTAPE_DEFINE_1(fn, ulp) \
-  void pack_##fn(const double* x, double* y, int n) { DYNTAPE_STEPS(DYNTAPE_UNARY_STEP, fn, ulp) }
+#define DYNTAPE_DEFINE_1(fn, ulp)                     \
+  void pack_##fn(const double* x, double* y, int n) { \
+    constexpr std::string_view name = #fn;            \
+    if constexpr (name == "sin")                      \
+      return sines_and_cosines(x, y, nullptr, n);     \
+    else if constexpr (name == "cos")                 \
+      return sines_and_cosines(x, nullptr, y, n);     \
+    DYNTAPE_STEPS(DYNTAPE_UNARY_STEP, fn, ulp)        \
+  }
 #define DYNTAPE_DEFINE_2(fn, ulp)                                      \
   void pack_##fn(const double* x, const double* y, double* z, int n) { \
     DYNTAPE_STEPS(DYNTAPE_BINARY_STEP, fn, ulp)                        \
@@ -83,7 +113,7 @@ void put(double* y, const __m512d& x) { _mm512_storeu_pd(y, x); }
 #include <dyntape/autodiff/graph/ops.def>
 
 void pack_sincos(const double* x, double* sine, double* cosine, int n) {
-  DYNTAPE_STEPS(DYNTAPE_SINCOS_STEP, sincos, u10)
+  sines_and_cosines(x, sine, cosine, n);
 }
 
 }  // namespace dyntape::detail

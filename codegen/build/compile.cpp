@@ -138,11 +138,6 @@ void check_includes(const Source& source) {
   }
 }
 
-std::vector<std::string> libraries(const CodegenOptions& options) {
-  return options.functions == Functions::kPortable ? std::vector<std::string>{"-lsleef", "-lm"}
-                                                   : std::vector<std::string>{"-lm"};
-}
-
 // The kernels of several lanes that the descriptor is to list.
 std::vector<std::string> listed(const std::vector<unsigned>& widths) {
   std::vector<std::string> flags;
@@ -197,7 +192,8 @@ void compile(const Compiler& compiler, const Source& source, const CodegenOption
     run(commands, options, text, pieces);
     pieces.done = commands.size();
   }
-  for (const std::string& name : libraries(options)) link.push_back(name);
+  if (source.needs_sleef) link.push_back("-lsleef");
+  link.push_back("-lm");
   run({command(std::move(link))}, options, text, pieces);
 }
 

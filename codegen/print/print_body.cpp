@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include <dyntape/codegen/print/c_text.h>
+#include <dyntape/codegen/schedule/gather.h>
 
 namespace dyntape::codegen {
 namespace {
@@ -26,6 +27,7 @@ class BodyPrinter {
   void run() {
     if (!schedule_.calls.empty()) find_read();
     if (style_.dialect.lanes) find_pairs();
+    if (style_.dialect.lanes && style_.dialect.functions == Functions::kPortable) find_teams();
     print_inputs();
     for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
       print_heading(i);
@@ -53,19 +55,85 @@ class BodyPrinter {
       const Step& step = schedule_.steps[i];
       if (step.kind != Step::Kind::kCompute) continue;
       const Node& node = graph_[step.index];
-      if ((node.op != Op::Sin && node.op != Op::Cos) || graph_[node.a].op == Op::Const) continue;
+      if (!is_turn(node.op) || graph_[node.a].op == Op::Const) continue;
       const auto [other, is_first] = met.emplace(node.a, step.index);
       if (!is_first) pairs_[other->second] = step.index, seconds_.insert(step.index);
     }
   }
+
+  // Calls of one portable function, sine and cosine taken for one, that stand side by side and do not depend on each other.
+  void find_teams() {
+    std::vector<NodeId> calls, arguments;
+    const auto close = [&] {
+      if (arguments.size() > 1) {
+        for (NodeId call : calls) {
+          const auto place =
+              std::find(arguments.begin(), arguments.end(), graph_[call].a) - arguments.begin();
+          members_[call] = {calls[0], static_cast<std::uint32_t>(place)};
+        }
+        teams_[calls[0]] = arguments;
+      }
+      calls.clear(), arguments.clear();
+    };
+    for (std::size_t i = piece_.begin; i < piece_.end; ++i) {
+      const Step& step = schedule_.steps[i];
+      if (step.kind != Step::Kind::kCompute) continue;
+      if (!is_gathered(graph_, step.index)) {
+        close();
+        continue;
+      }
+      const NodeId argument = graph_[step.index].a;
+      const auto among = [&](const std::vector<NodeId>& nodes) {
+        return std::find(nodes.begin(), nodes.end(), argument) != nodes.end();
+      };
+      const bool joins = !calls.empty() &&
+                         team_operator(graph_[calls[0]].op) == team_operator(graph_[step.index].op) &&
+                         !among(calls) && (among(arguments) || arguments.size() < kGathered);
+      if (!joins) close();
+      if (!among(arguments)) arguments.push_back(argument);
+      calls.push_back(step.index);
+    }
+    close();
+  }
+
+  // DT_TURNS(m17, 3, x1, x2, x3, x3, x3, x3, x3, x3): places beyond the last repeat it.
+  void print_team(NodeId first, const std::vector<NodeId>& arguments) {
+    text_ += is_turn(graph_[first].op) ? "  DT_TURNS(m" : "  DT_MANY(" + function_of(first) + ", m";
+    append_integer(text_, first);
+    text_ += ", ";
+    append_integer(text_, arguments.size());
+    for (std::size_t i = 0; i < kGathered; ++i) {
+      text_ += ", ";
+      name(arguments[std::min(i, arguments.size() - 1)]);
+    }
+    text_ += ");\n";
+  }
+
+  // "m17, 2, x3": of its team, the how manieth, of what.
+  void print_member(NodeId id) {
+    const auto [team, place] = members_.at(id);
+    text_ += 'm';
+    append_integer(text_, team);
+    text_ += ", ";
+    append_integer(text_, place);
+    text_ += ", ";
+    name(graph_[id].a);
+  }
+
+  std::string function_of(NodeId id) const { return std::string(info(graph_[id].op).function); }
 
   void print_pair(NodeId first, NodeId second) {
     text_ += "  real ";
     name(first);
     text_ += ", ";
     name(second);
-    text_ += ";\n  dt_sincos(";
-    name(graph_[first].a);
+    if (members_.count(first)) {
+      text_ += ";\n  DT_TURN(";
+      print_member(first);
+    } else {
+      text_ += ";\n  dt_sincos(";
+      name(graph_[first].a);
+    }
     const bool is_sine = graph_[first].op == Op::Sin;
     text_ += ", &";
     name(is_sine ? first : second);
@@ -137,6 +205,7 @@ class BodyPrinter {
     if (node.op == Op::Call) return print_call(id);
     const CallPlace* place = node.op == Op::Result ? schedule_.long_call(node.a) : nullptr;
     if (place && !read_.count(id)) return;
+    if (const auto team = teams_.find(id); team != teams_.end()) print_team(id, team->second);
     if (const auto pair = pairs_.find(id); pair != pairs_.end())
       print_pair(id, pair->second);
     else if (!seconds_.count(id))
@@ -160,6 +229,10 @@ class BodyPrinter {
       text_ += '[';
       append_integer(text_, node.b);
       text_ += ']';
+    } else if (members_.count(id)) {
+      text_ += "DT_OF(" + function_of(id) + ", ";
+      print_member(id);
+      text_ += ')';
     } else {
       expression(node);
     }
@@ -314,7 +387,10 @@ class BodyPrinter {
   const BodyStyle& style_;
   std::unordered_set<NodeId> read_;  // where there are long calls
   std::unordered_map<NodeId, NodeId> pairs_;
-  std::unordered_set<NodeId> seconds_;  // of the pairs
+  std::unordered_set<NodeId> seconds_;                     // of the pairs
+  std::unordered_map<NodeId, std::vector<NodeId>> teams_;  // arguments, by the first call
+  std::unordered_map<NodeId, std::pair<NodeId, std::uint32_t>>
+      members_;  // the first of its team, and which argument
 };
 
 }  // namespace

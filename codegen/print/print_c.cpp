@@ -13,7 +13,9 @@ namespace {
 class Printer {
  public:
   explicit Printer(const KernelSets& sets)
-      : sets_(sets), functions_(sets.kernels, sets.piece_statements, Dialect{}) {
+      : sets_(sets),
+        dialect_{.functions = sets.functions},
+        functions_(sets.kernels, sets.piece_statements, dialect_) {
     source_.name = c_identifier(sets.name);
     source_.symbol = descriptor_symbol(sets.content_hash);
   }
@@ -38,7 +40,7 @@ class Printer {
     const BodyStyle style{{kInputNames[0], kInputNames[1], kInputNames[2]},
                           outputs_of(kernel.derivatives),
                           functions_.texts(),
-                          Dialect{}};
+                          dialect_};
     const std::string calls = functions_.add_pieces(std::string("dt_") + kKernelNames[order], function,
                                                     kernel.schedule, style, "_block", "    ");
     source_.operations.push_back(total_operations(function));
@@ -116,6 +118,7 @@ class Printer {
 
   void assemble() {
     const Vocabulary words = vocabulary(sets_, functions_.callees());
+    source_.needs_sleef = needs_sleef(words, sets_.functions);
     const std::vector<Definition>& definitions = functions_.definitions();
     std::string& text = source_.text;
     text = banner(sets_, source_) + preamble() + open_c_linkage() + abi_text() + "\n" + export_macro() +
@@ -148,6 +151,7 @@ class Printer {
   }
 
   const KernelSets& sets_;
+  const Dialect dialect_;
   Source source_;
   PieceFunctions functions_;
   std::string descriptor_;

@@ -6,6 +6,8 @@
 #include <set>
 
 #include <dyntape/codegen/options/flags.h>
+#include <dyntape/codegen/print/own_trig.h>
+#include <dyntape/codegen/schedule/gather.h>
 
 namespace dyntape::codegen {
 namespace {
@@ -53,16 +55,17 @@ DT_INLINE real dt_zero(void) {
   return zero;
 }
 #define DT_ALL(constant) ((constant) - dt_zero())
+#define DT_LEAVE(a) DT_CLEAR(a)
 )";
 
 // What is in the upper halves of registers makes every instruction of a function that was compiled for SSE wait for them, some of
 // libm's and the caller's among them; compilers clear them at -O2, and not at -O1.
-constexpr char kLaneLeave[] = R"(#if defined(__x86_64__) && defined(__AVX__)
-#define DT_LEAVE(a) \
+constexpr char kLeave[] = R"(#if defined(__x86_64__) && defined(__AVX__)
+#define DT_CLEAR(a) \
   __asm__ volatile("vzeroupper" : "+m"(a) : : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", \
                    "xmm8", "xmm9", "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15")
 #else
-#define DT_LEAVE(a) (void)(a)
+#define DT_CLEAR(a) (void)(a)
 #endif
 )";
 
@@ -207,21 +210,149 @@ static __attribute__((unused)) void dt_sincos(real x, real* s, real* c) {
 #endif
 )";
 
-// Of portable functions there are two calls.
-constexpr char kPortablePair[] = "#define dt_sincos(x, s, c) (*(s) = sin(x), *(c) = cos(x))\n";
+// Of one state up to eight values go through the widest registers together (schedule/gather.h).
+constexpr char kWidth[] = R"(
+#if DYNTAPE_LANES > 1
+#define DT_WIDTH DYNTAPE_LANES
+#elif defined(__AVX512F__)
+#define DT_WIDTH 8
+#elif defined(__AVX__)
+#define DT_WIDTH 4
+#elif defined(__SSE2__) || (defined(__aarch64__) && defined(__GNUC__))
+#define DT_WIDTH 2
+#else
+#define DT_WIDTH 1
+#endif
+#if DT_WIDTH > 1
+typedef double dt_vector __attribute__((vector_size(8 * DT_WIDTH)));
+typedef int64_t dt_vector_words __attribute__((vector_size(8 * DT_WIDTH)));
+#define DT_HELPER static __inline__ __attribute__((unused))
+#else
+typedef double dt_vector;
+#define DT_HELPER static
+#endif
+)";
 
-constexpr char kPortable[] = R"(
+constexpr char kTurns[] = R"(
+#if DT_WIDTH > 1
+static __attribute__((unused, noinline)) void dt_sines(dt_vector x, dt_vector* s, dt_vector* c) {
+  dt_turn(x, s, c);
+#if DYNTAPE_LANES == 1
+  DT_CLEAR(*s);
+#endif
+}
+#endif
+#if DYNTAPE_LANES > 1
+static __attribute__((unused, noinline)) real dt_sin(real x) {
+  real s, c;
+  dt_turn(x, &s, &c);
+  return s;
+}
+static __attribute__((unused, noinline)) real dt_cos(real x) {
+  real s, c;
+  dt_turn(x, &s, &c);
+  return c;
+}
+#undef sin
+#undef cos
+#define sin(a) dt_sin(DT_ALL(a))
+#define cos(a) dt_cos(DT_ALL(a))
+#define dt_sincos(x, s, c) dt_sines(x, s, c)
+#else
+#define dt_sincos(x, s, c) (*(s) = sin(x), *(c) = cos(x))
+#endif
+#if DYNTAPE_LANES > 1 || DT_WIDTH == 1
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h)
+#define DT_TURN(m, k, x, s, c) dt_sincos(x, s, c)
+#else
+#define DT_TURN(m, k, x, s, c) (*(s) = DT_OF(sin, m, k, x), *(c) = DT_OF(cos, m, k, x))
+#if DT_WIDTH == 8
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h) \
+  const dt_vector m = {a, b, c, d, e, f, g, h}; \
+  dt_vector m##_sin[1], m##_cos[1]; \
+  dt_sines(m, m##_sin, m##_cos)
+#elif DT_WIDTH == 4
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h) \
+  const dt_vector m##0 = {a, b, c, d}, m##1 = {e, f, g, h}; \
+  dt_vector m##_sin[2], m##_cos[2]; \
+  dt_sines(m##0, m##_sin, m##_cos); \
+  if (n > 4) dt_sines(m##1, m##_sin + 1, m##_cos + 1)
+#else
+#define DT_TURNS(m, n, a, b, c, d, e, f, g, h) \
+  const dt_vector m##0 = {a, b}, m##1 = {c, d}, m##2 = {e, f}, m##3 = {g, h}; \
+  dt_vector m##_sin[4], m##_cos[4]; \
+  dt_sines(m##0, m##_sin, m##_cos); \
+  if (n > 2) dt_sines(m##1, m##_sin + 1, m##_cos + 1); \
+  if (n > 4) dt_sines(m##2, m##_sin + 2, m##_cos + 2); \
+  if (n > 6) dt_sines(m##3, m##_sin + 3, m##_cos + 3)
+#endif
+#endif
+)";
+
+constexpr char kTeams[] = R"(
+#if DYNTAPE_LANES > 1 || DT_WIDTH == 1
+#define DT_OF(f, m, k, x) f(x)
+#else
+#define DT_OF(f, m, k, x) m##_##f[(k) / DT_WIDTH][(k) % DT_WIDTH]
+#endif
+)";
+
+constexpr char kSleef[] = R"(
 /* SLEEF's deterministic functions: the same bits in 1, 2, 4 and 8 lanes.  Link with -lsleef. */
-#if DYNTAPE_LANES == 8
+#if DT_WIDTH == 8
 #define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d8_##ulp##avx512fnofma
-#elif DYNTAPE_LANES == 4
+#elif DT_WIDTH == 4
 #define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d4_##ulp##avx
-#elif DYNTAPE_LANES == 2 && defined(__aarch64__)
+#elif DT_WIDTH == 2 && defined(__aarch64__)
 #define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d2_##ulp##advsimdnofma
-#elif DYNTAPE_LANES == 2
+#elif DT_WIDTH == 2
 #define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d2_##ulp##sse2
 #else
 #define DT_PORTABLE(f, ulp) Sleef_cinz_##f##d1_##ulp##purec
+#endif
+#if DYNTAPE_LANES > 1 || DT_WIDTH == 1
+#define DT_VALUE_1(f) DT_HELPER real dt_##f(real x) { return DT_VECTOR_##f(x); }
+#define DT_VALUE_2(f) DT_HELPER real dt_##f(real x, real y) { return DT_VECTOR_##f(x, y); }
+#define DT_MANY(f, m, n, a, b, c, d, e, g, h, i)
+#else
+#define DT_VALUE_1(f) \
+  static __attribute__((unused, noinline)) void dt_many_##f(dt_vector x, dt_vector* y) { \
+    *y = DT_VECTOR_##f(x); \
+    DT_CLEAR(*y); \
+  } \
+  DT_HELPER double dt_##f(double x) { \
+    const dt_vector a = {x}; \
+    dt_vector y; \
+    dt_many_##f(a, &y); \
+    return y[0]; \
+  }
+#define DT_VALUE_2(f) \
+  static __attribute__((unused, noinline)) double dt_##f(double x, double y) { \
+    const dt_vector a = {x}, b = {y}; \
+    dt_vector z = DT_VECTOR_##f(a, b); \
+    DT_CLEAR(z); \
+    return z[0]; \
+  }
+#if DT_WIDTH == 8
+#define DT_MANY(f, m, n, a, b, c, d, e, g, h, i) \
+  const dt_vector m = {a, b, c, d, e, g, h, i}; \
+  dt_vector m##_##f[1]; \
+  dt_many_##f(m, m##_##f)
+#elif DT_WIDTH == 4
+#define DT_MANY(f, m, n, a, b, c, d, e, g, h, i) \
+  const dt_vector m##0 = {a, b, c, d}, m##1 = {e, g, h, i}; \
+  dt_vector m##_##f[2]; \
+  dt_many_##f(m##0, m##_##f); \
+  if (n > 4) dt_many_##f(m##1, m##_##f + 1)
+#else
+#define DT_MANY(f, m, n, a, b, c, d, e, g, h, i) \
+  const dt_vector m##0 = {a, b}, m##1 = {c, d}, m##2 = {e, g}, m##3 = {h, i}; \
+  dt_vector m##_##f[4]; \
+  dt_many_##f(m##0, m##_##f); \
+  if (n > 2) dt_many_##f(m##1, m##_##f + 1); \
+  if (n > 4) dt_many_##f(m##2, m##_##f + 2); \
+  if (n > 6) dt_many_##f(m##3, m##_##f + 3)
+#endif
 #endif
 )";
 
@@ -262,16 +393,21 @@ std::string lane_functions(const std::vector<Op>& operators) {
 }
 
 std::string portable_functions(const std::vector<Op>& operators) {
-  std::string text, macros;
+  std::string text, macros, turns;
   for (Op op : operators) {
-    const std::string function(called_function(op));
-    const int arity = info(op).arity;
+    if (is_turn(op)) {
+      turns = own_trig(false, true, true) + "#if DT_WIDTH > 1" + own_trig_in_lanes() + "#endif\n" + kTurns;
+      continue;
+    }
+    const std::string function(called_function(op)), arity = std::to_string(info(op).arity);
     const std::string name =
         "DT_PORTABLE(" + function + ", " + std::string(portable(function)->accuracy) + ")";
-    text += "real " + name + (arity == 1 ? "(real);\n" : "(real, real);\n");
-    macros += definition(function, arity, name);
+    text += "dt_vector " + name + (arity == "1" ? "(dt_vector)" : "(dt_vector, dt_vector)") + ";\n";
+    text += "#define DT_VECTOR_" + function + " " + name + "\nDT_VALUE_" + arity + "(" + function + ")\n";
+    macros += definition(function, info(op).arity, "dt_" + function);
   }
-  return text.empty() ? "" : kPortable + text + macros;
+  if (operators.empty()) return {};
+  return std::string(kWidth) + kTeams + turns + (text.empty() ? "" : kSleef + text + macros);
 }
 
 }  // namespace
@@ -306,9 +442,9 @@ std::string real_types(const Vocabulary& words) {
     return info(op).c.find("dt_select") != std::string_view::npos;
   });
   return std::string(kOneTypes) + (selects ? kOneSelect : "") + (words.guards ? kOneCheck : "") +
-         (words.kernels ? kOneKernel : "") + kLaneTypes + kLaneLeave + (selects ? kLaneSelect : "") +
+         (words.kernels ? kOneKernel : "") + kLaneTypes + (selects ? kLaneSelect : "") +
          (words.fuses ? kLaneFma : "") + (words.guards ? kLaneCheck : "") +
-         (words.kernels ? kLaneKernel : "") + "#endif\n";
+         (words.kernels ? kLaneKernel : "") + "#endif\n" + kLeave;
 }
 
 std::string real_functions(const Vocabulary& words, Functions functions) {
@@ -320,9 +456,14 @@ std::string real_functions(const Vocabulary& words, Functions functions) {
     const bool is_portable = functions == Functions::kPortable && portable(function);
     (is_portable ? portables : in_lanes).push_back(op);
   }
-  const bool pairs = met.count("sin") && met.count("cos"), own = functions == Functions::kPortable;
-  return (pairs && !own ? kPair : "") + portable_functions(portables) + lane_functions(in_lanes) +
-         (pairs && own ? kPortablePair : "");
+  const bool pairs = functions == Functions::kLibm && met.count("sin") && met.count("cos");
+  return (pairs ? kPair : "") + portable_functions(portables) + lane_functions(in_lanes);
+}
+
+bool needs_sleef(const Vocabulary& words, Functions functions) {
+  return functions == Functions::kPortable &&
+         std::any_of(words.operators.begin(), words.operators.end(),
+                     [](Op op) { return has_portable_form(op) && !is_turn(op); });
 }
 
 }  // namespace dyntape::codegen

@@ -29,6 +29,8 @@ struct Vocabulary {
 Vocabulary vocabulary(const KernelSets& sets, const std::vector<const Callee*>& callees);
 
 std::string real_types(const Vocabulary& words);
+// Whether functions of SLEEF are called: portable ones other than sine and cosine.
+bool needs_sleef(const Vocabulary& words, Functions functions);
 // Behind the kernels written by hand, whose functions are libm's.
 std::string real_functions(const Vocabulary& words, Functions functions);
 

@@ -91,7 +91,7 @@ void PieceFunctions::add_callee(const Callee& callee) {
   if (!kernel) {
     const Function& function = *callee.recorded()->function;
     const std::vector<OutputArray> outputs = outputs_of_part(callee);
-    const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_);
+    const Schedule s = schedule(function, {{0, function.n_y()}}, piece_statements_, dialect_.functions);
     const BodyStyle style{{"in", "constants", ""}, outputs, texts_, dialect_, callee.is_part()};
     if (function.n_p()) {
       parameters += ", const double* constants";

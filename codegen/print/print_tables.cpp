@@ -129,7 +129,7 @@ std::string description(const KernelSets& sets) {
                      to_string(sets.profile) + "\n *   content hash  " + sets.content_hash + "\n";
   text += wrapped(" *   compile with ", flags_for(sets)) + " *                 and never -ffast-math\n";
   if (sets.functions == Functions::kPortable)
-    text += " *   functions     SLEEF's deterministic ones: link with -lsleef\n";
+    text += " *   functions     with the same bits on every processor\n";
   text += " *\n * inputs\n";
   text += block_line("x", "variables", f.n_x(), f.input_names[0]);
   text += block_line("p", "parameters", f.n_p(), f.input_names[1]);
@@ -143,7 +143,8 @@ std::string description(const KernelSets& sets) {
 }
 
 std::string banner(const KernelSets& sets, const Source& source) {
-  std::string text = description(sets) + " *\n * kernels\n";
+  std::string text =
+      description(sets) + " *\n * kernels" + (source.needs_sleef ? ", to link with -lsleef" : "") + "\n";
   for (std::size_t k = 0; k < sets.kernels.size(); ++k)
     text += wrapped(" *   " + source.name + "_" + kKernelNames[k] + ":", operation_words(sets.kernels[k]));
   return text + " */\n";

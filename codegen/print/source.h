@@ -38,6 +38,7 @@ struct Source {
   std::string symbol;
   std::vector<std::size_t> pieces;      // length of each in statements; piece 0 holds tables and entry points
   std::vector<std::size_t> operations;  // by kernel
+  bool needs_sleef = false;             // -lsleef
 };
 
 }  // namespace dyntape::codegen

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <bit>
 
+#include <dyntape/codegen/schedule/gather.h>
+
 namespace dyntape::codegen {
 namespace {
 
@@ -53,9 +55,10 @@ bool is_result_of_long_call(const Schedule& s, const Node& node) {
 // Fills steps and sections.
 class Ordering {
  public:
-  Ordering(const Function& function, const std::vector<OutputRange>& groups, Schedule& schedule)
+  Ordering(const Function& function, const std::vector<OutputRange>& groups, bool gathers, Schedule& schedule)
       : function_(function),
         groups_(groups),
+        gathers_(gathers),
         schedule_(schedule),
         mask_(groups_of_nodes(function, groups)),
         outputs_(function.graph.size(), function.outputs),
@@ -71,6 +74,7 @@ class Ordering {
     for (std::size_t section = 0; section < computed.size(); ++section) {
       const std::size_t begin = schedule_.steps.size();
       add_leaf_outputs(section);
+      if (gathers_) computed[section] = gather_calls(function_.graph, computed[section]);
       for (NodeId id : computed[section]) add_node(id);
       const std::size_t end = schedule_.steps.size();
       if (end > begin) schedule_.sections.push_back({static_cast<int>(section) - 1, begin, end});
@@ -127,6 +131,7 @@ class Ordering {
 
   const Function& function_;
   const std::vector<OutputRange>& groups_;
+  const bool gathers_;
   Schedule& schedule_;
   std::vector<std::uint8_t> mask_;
   std::vector<NodeId> result_nodes_;
@@ -291,10 +296,10 @@ const CallPlace* Schedule::long_call(NodeId id) const {
 }
 
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
-                  std::size_t piece_statements) {
+                  std::size_t piece_statements, Functions functions) {
   Schedule result;
   result.calls = place_calls(function, groups, result.work);
-  Ordering(function, groups, result).run();
+  Ordering(function, groups, functions == Functions::kPortable, result).run();
   const std::vector<std::uint32_t> crossing = crossings(function, result);
   result.live = *std::max_element(crossing.begin(), crossing.end());
   cut(function, std::max<std::size_t>(piece_statements, 2), crossing, result);

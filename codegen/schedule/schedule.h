@@ -20,6 +20,7 @@
 #include <vector>
 
 #include <dyntape/autodiff/graph/function.h>
+#include <dyntape/autodiff/scalars/portable.h>
 #include <dyntape/codegen/schedule/call_layout.h>
 
 namespace dyntape::codegen {
@@ -60,7 +61,8 @@ struct Schedule {
   const CallPlace* long_call(NodeId id) const;
 };
 
+// Calls of portable functions are brought together (gather.h).
 Schedule schedule(const Function& function, const std::vector<OutputRange>& groups,
-                  std::size_t piece_statements);
+                  std::size_t piece_statements, Functions functions = Functions::kLibm);
 
 }  // namespace dyntape::codegen

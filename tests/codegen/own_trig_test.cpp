@@ -105,8 +105,8 @@ TYPED_TEST(OwnTrig, OfTheLargestTheSmallestAndTheNearestToAMultiple) {
                                 ? static_cast<TypeParam>(std::ldexp(6381956970095103.0, 797))
                                 : static_cast<TypeParam>(16367173.0 * 0x1p72);
   for (const TypeParam size :
-       {Limits::max(), nearest, TypeParam(1e22), TypeParam(1e6), TypeParam(0.78539816339744831),
-        TypeParam(1e-8), Limits::min(), Limits::denorm_min()}) {
+       {Limits::max(), nearest, TypeParam(1e22), TypeParam(1e6), TypeParam(1e3),
+        TypeParam(0.78539816339744831), TypeParam(1e-8), Limits::min(), Limits::denorm_min()}) {
     for (const TypeParam x : {size, -size, std::nextafter(size, TypeParam(0))}) this->check(x);
   }
 }
@@ -154,9 +154,7 @@ TEST(SineAndCosine, ArePrintedAsOneCall) {
   EXPECT_NE(text.find("  dt_sincos(x0, &t"), std::string::npos);
   EXPECT_EQ(text.find("= sin(x0)"), std::string::npos);
   options.functions = Functions::kPortable;
-  EXPECT_NE(generate_source(sin_cos(), options)
-                .text.find("#define dt_sincos(x, s, c) (*(s) = sin(x), *(c) = cos(x))"),
-            std::string::npos);
+  EXPECT_NE(generate_source(sin_cos(), options).text.find("  dt_sincos(x0, &t"), std::string::npos);
 }
 
 }  // namespace

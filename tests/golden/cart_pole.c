@@ -146,13 +146,7 @@ DT_INLINE real dt_zero(void) {
   return zero;
 }
 #define DT_ALL(constant) ((constant) - dt_zero())
-#if defined(__x86_64__) && defined(__AVX__)
-#define DT_LEAVE(a) \
-  __asm__ volatile("vzeroupper" : "+m"(a) : : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", \
-                   "xmm8", "xmm9", "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15")
-#else
-#define DT_LEAVE(a) (void)(a)
-#endif
+#define DT_LEAVE(a) DT_CLEAR(a)
 #define dt_select(condition, a, b) \
   dt_blend((dt_words)(condition), DT_ALL(a), DT_ALL(b), sizeof(a) < sizeof(b))
 DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
@@ -162,6 +156,13 @@ DT_INLINE real dt_blend(dt_words mask, real a, real b, int a_is_constant) {
   (void)a_is_constant;
   return (real)((mask & (dt_words)a) | (~mask & (dt_words)b));
 }
+#endif
+#if defined(__x86_64__) && defined(__AVX__)
+#define DT_CLEAR(a) \
+  __asm__ volatile("vzeroupper" : "+m"(a) : : "xmm0", "xmm1", "xmm2", "xmm3", "xmm4", "xmm5", "xmm6", "xmm7", \
+                   "xmm8", "xmm9", "xmm10", "xmm11", "xmm12", "xmm13", "xmm14", "xmm15")
+#else
+#define DT_CLEAR(a) (void)(a)
 #endif
 
 #ifdef __GLIBC__
