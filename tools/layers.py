@@ -43,7 +43,7 @@ ROOMS = {
     'codegen/options': ['autodiff/graph', 'autodiff/derive', 'autodiff/scalars', 'codegen/system'],
     'codegen/system': [],
     'codegen/passes': ['autodiff/graph', 'codegen/options'],
-    'codegen/schedule': ['autodiff/graph'],
+    'codegen/schedule': ['autodiff/graph', 'autodiff/scalars'],
     'codegen/print': ['autodiff/graph', 'codegen/options', 'codegen/system', 'codegen/schedule'],
     'codegen/store': ['codegen/system', 'codegen/print'],
     'codegen/build': ['codegen/system', 'codegen/options', 'codegen/print', 'codegen/store'],

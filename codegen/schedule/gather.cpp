@@ -10,12 +10,12 @@
 namespace dyntape::codegen {
 namespace {
 
-constexpr std::uint32_t kNone = 0xffffffffu;
+constexpr std::uint32_t kNoTeam = 0xffffffffu;
 
 class Gathering {
  public:
   Gathering(const Graph& graph, const std::vector<NodeId>& order)
-      : graph_(graph), order_(order), waits_(graph.size(), false), team_of_(graph.size(), kNone) {}
+      : graph_(graph), order_(order), waits_(graph.size(), false), team_of_(graph.size(), kNoTeam) {}
 
   std::vector<NodeId> run() {
     make_teams();
@@ -40,7 +40,7 @@ class Gathering {
   void make_teams() {
     const std::vector<std::uint32_t> depth = depths();
     struct Open {
-      std::uint32_t team = kNone;
+      std::uint32_t team = kNoTeam;
       std::size_t values = 0;
     };
     std::map<std::pair<Op, std::uint32_t>, Open> open;  // by function and depth
@@ -48,10 +48,10 @@ class Gathering {
     for (NodeId id : order_) {
       if (!is_gathered(graph_, id)) continue;
       const Op op = team_operator(graph_[id].op);
-      const auto [known, is_new] = team_of_value.emplace(std::pair(op, graph_[id].a), kNone);
+      const auto [known, is_new] = team_of_value.emplace(std::pair(op, graph_[id].a), kNoTeam);
       if (is_new) {
         Open& last = open[{op, depth[id]}];
-        if (last.team == kNone || last.values == kGathered) {
+        if (last.team == kNoTeam || last.values == kGathered) {
           last = {static_cast<std::uint32_t>(teams_.size()), 0};
           teams_.emplace_back();
         }
@@ -89,7 +89,7 @@ class Gathering {
 
   template <class Visit>
   void for_each_member(NodeId id, Visit&& visit) const {
-    if (team_of_[id] == kNone) return visit(id);
+    if (team_of_[id] == kNoTeam) return visit(id);
     for (NodeId member : teams_[team_of_[id]]) visit(member);
   }
 
