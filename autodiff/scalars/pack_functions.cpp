@@ -8,6 +8,7 @@
 #include <array>
 #include <cstring>
 #include <string_view>
+#include <type_traits>
 
 #include <dyntape/autodiff/scalars/pack.h>
 
@@ -36,15 +37,21 @@ typedef double dt_vector __attribute__((vector_size(8 * DT_WIDTH)));
 typedef int64_t dt_vector_words __attribute__((vector_size(8 * DT_WIDTH)));
 #include <dyntape/autodiff/scalars/sines_in_lanes.h>
 
-// Places beyond the last of n hold zeros.
-void sines_and_cosines(const double* x, double* sine, double* cosine, int n) {
+// Those whose pointers are not null; places beyond the last of n hold zeros.
+template <class Sine, class Cosine>
+void sines_and_cosines(const double* x, Sine sine, Cosine cosine, int n) {
   for (int i = 0; i < n; i += DT_WIDTH) {
+    const auto copy = [left = n - i](void* to, const void* from) {
+      if (left >= DT_WIDTH)
+        std::memcpy(to, from, sizeof(dt_vector));
+      else
+        std::memcpy(to, from, sizeof(double) * std::size_t(left));
+    };
     dt_vector values = {}, s, c;
-    const std::size_t bytes = sizeof(double) * std::size_t(n - i < DT_WIDTH ? n - i : DT_WIDTH);
-    std::memcpy(&values, x + i, bytes);
+    copy(&values, x + i);
     dt_turn(values, &s, &c);
-    if (sine) std::memcpy(sine + i, &s, bytes);
-    if (cosine) std::memcpy(cosine + i, &c, bytes);
+    if constexpr (!std::is_null_pointer_v<Sine>) copy(sine + i, &s);
+    if constexpr (!std::is_null_pointer_v<Cosine>) copy(cosine + i, &c);
   }
 }
 

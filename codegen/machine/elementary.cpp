@@ -4,6 +4,8 @@
 #include <array>
 #include <utility>
 
+#include <dyntape/autodiff/scalars/pack.h>
+
 namespace dyntape::codegen {
 namespace {
 
@@ -41,10 +43,9 @@ LaneFunction* of_lanes(int lanes, Functions functions) {
 template <int lanes, Functions functions>
 void both(const double* x, const double*, const double*, double* result) {
   if constexpr (functions == Functions::kPortable) {
-    portable_values(Op::Sin, x, x, result, lanes);
-    portable_values(Op::Cos, x, x, result + lanes, lanes);
+    detail::pack_sincos(x, result, result + lanes, lanes);
   } else {
-    for (int l = 0; l < lanes; ++l) sincos(x[l], &result[l], &result[lanes + l]);
+    for (int l = 0; l < lanes; ++l) ::sincos(x[l], &result[l], &result[lanes + l]);
   }
 }
 
