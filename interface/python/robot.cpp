@@ -321,6 +321,7 @@ void bind_robot(nb::module_& module) {
   bind_bodies(module, robot);
   bind_shapes(robot);
   bind_robot_methods(module, robot);
+  bind_nonzeros(module, robot);
   using Vector = std::vector<double>;
   define_load(
       module, "load",

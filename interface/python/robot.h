@@ -76,6 +76,7 @@ inline const char* default_word(bool many) { return many ? kLanes : "analytic"; 
 void bind_robot(nb::module_& module);
 void bind_robot_methods(nb::module_& module, nb::class_<Robot>& robot);
 void bind_configurations(nb::class_<Robot>& robot);
+void bind_nonzeros(nb::module_& module, nb::class_<Robot>& robot);
 void bind_casadi(nb::class_<Robot>& robot);                       // bridges/casadi.cpp
 void bind_bodies(nb::module_& module, nb::class_<Robot>& robot);  // bridges/robot_of_bodies.cpp
 void bind_shapes(nb::class_<Robot>& robot);                       // bridges/shapes.cpp

@@ -278,3 +278,33 @@ def test_files_that_are_none(tmp_path):
 def test_every_method_is_documented():
     for name in DIRECTORY:
         assert inspect.getdoc(getattr(dyntape.Robot, name)), name
+
+
+@pytest.mark.parametrize("name", ["crba", "id_derivatives", "fd_derivatives", "frame_jacobian"])
+def test_nonzeros_are_the_results_without_their_zeros(panda, random, name):
+    words = list(panda.inputs(name))
+    given = arguments(panda, random, words, 3, 5)
+    keywords = {"frame": "panda_hand"} if name == "frame_jacobian" else {}
+    nonzeros = panda.nonzeros(name, **keywords)
+    values = nonzeros(*given)
+    assert values.shape == (3, 5, nonzeros.size)
+    dense = nonzeros.expand(values)
+    whole = getattr(panda, name)(*given, **keywords)
+    whole = whole if isinstance(whole, tuple) else (whole,)
+    assert sum(block[0, 0].size for block in whole) > nonzeros.size or name == "frame_jacobian"
+    for (block, entries), expected in zip(dense.items(), whole, strict=True):
+        np.testing.assert_allclose(entries, expected, rtol=1e-12, atol=1e-12 * np.abs(expected).max())
+        places = nonzeros.places[block]
+        assert places.shape == expected.shape[2:]
+        assert places.max() < nonzeros.size
+        np.testing.assert_array_equal(np.where(places < 0, 0.0, values[..., places]), entries)
+    np.testing.assert_array_equal(nonzeros(*[x[1, 2] for x in given]), values[1, 2])
+
+
+def test_nonzeros_say_what_they_do_not_know(panda):
+    with pytest.raises(dyntape.ArgumentError, match="crb"):
+        panda.nonzeros("crb")
+    with pytest.raises(dyntape.ArgumentError, match="expected q, v, a"):
+        panda.nonzeros("rnea")(np.zeros(7))
+    with pytest.raises(dyntape.ArgumentError, match="values"):
+        panda.nonzeros("crba").expand(np.zeros(3))
