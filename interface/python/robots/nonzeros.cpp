@@ -10,7 +10,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/robot/workspace_pool.h>
 
-#include "robot.h"
+#include "../robot.h"
 
 namespace dyntape::python {
 namespace {

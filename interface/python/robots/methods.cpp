@@ -12,8 +12,8 @@
 
 #include <dyntape/autodiff/error.h>
 
-#include "recorded_arrays.h"
-#include "robot.h"
+#include "../recorded_arrays.h"
+#include "../robot.h"
 
 namespace dyntape::python {
 namespace {

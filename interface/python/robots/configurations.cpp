@@ -12,7 +12,7 @@
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/robot/robot_workspace.h>
 
-#include "robot.h"
+#include "../robot.h"
 
 namespace dyntape::python {
 namespace {
