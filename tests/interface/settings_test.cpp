@@ -69,6 +69,15 @@ TEST(Settings, AreReadAsWhatStandsInTheFile) {
   EXPECT_NE(message.find("--set solver.tolerence: unknown key 'tolerence'"), std::string::npos) << message;
 }
 
+TEST(Settings, OfABlockSayItsKeys) {
+  const std::string file = test::source_folder() + "/config/tasks/arm_reaching.info";
+  const std::string message = message_of<FileError>([&] { read_task(file, settings({"horizon=3"})); });
+  EXPECT_NE(message.find("--set horizon: 'horizon' is a block, which takes no value '3'; its keys are "
+                         "'duration', 'intervals'"),
+            std::string::npos)
+      << message;
+}
+
 TEST(Settings, WhatIsNoneIsRefused) {
   for (const char* wrong : {"solver", "=3", "a..b=1", ".a=1", "a.=1", "a[x]=1", "a[1=2", "a[-1]=2", "[1]=2"})
     EXPECT_NE(message_of<ArgumentError>([&] {

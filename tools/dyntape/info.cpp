@@ -170,7 +170,8 @@ void print(const dynamics::UrdfRobot& file, bool verbose) {
   if (!robot.rules.empty()) std::cout << "\n";
   for (const MimicRule& rule : robot.rules)
     std::cout << "mimic: " << rule.joint << " = " << rule_text(rule) << "\n";
-  if (!file.notes.empty()) std::cout << "\n";
+  if (!file.notes.empty() || !file.left_out.empty()) std::cout << "\n";
+  for (const std::string& element : file.left_out) std::cout << "left out: " << element << "\n";
   for (const std::string& note : verbose ? file.notes : folded(file.notes))
     std::cout << "note: " << note << "\n";
 }

@@ -181,10 +181,25 @@ void Section::finish() {
   throw_if_any(reading_->problems);
 }
 
+namespace {
+
+// "; its keys are 'duration', 'intervals', ..."
+std::string its_keys(const std::vector<std::string>& keys) {
+  constexpr std::size_t kShown = 6;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(keys.size(), kShown); ++k)
+    text += (k ? ", '" : "; its keys are '") + keys[k] + "'";
+  return text + (keys.size() > kShown ? ", ..." : "");
+}
+
+}  // namespace
+
 void Section::check_unread() {
   if (!state_->node) return;
   const bool stray = state_->node->has_value && !state_->value_read;
-  if (stray) note(state_->node->value_where, "the block '" + path() + "' has a value that nothing reads");
+  if (stray)
+    note(state_->node->value_where, "'" + path() + "' is a block, which takes no value '" +
+                                        state_->node->value + "'" + its_keys(state_->asked));
   std::map<std::string, Where> first;
   for (const InfoNode& child : state_->node->children) {
     const auto [place, is_first] = first.emplace(child.key, child.where);
