@@ -19,9 +19,9 @@ CODEGEN = ['codegen/options', 'codegen/system', 'codegen/passes', 'codegen/sched
                    'codegen/run', 'codegen/machine']
 GENERATE = ['codegen', 'codegen/options']  # to ask for compiled functions
 # Optimal control without robots, from what is solved to how.
-PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, SENSITIVITY, MPC = (
-    f'interface/control/{name}' for name in ('problem', 'nlp', 'riccati', 'ipopt', 'discretize', 'solve', 'sensitivity', 'mpc'))
-CONTROL = [PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, MPC]
+PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, BATCH, SENSITIVITY, MPC = (
+    f'interface/control/{name}' for name in ('problem', 'nlp', 'riccati', 'ipopt', 'discretize', 'solve', 'batch', 'sensitivity', 'mpc'))
+CONTROL = [PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE, SOLVE, BATCH, MPC]
 SYSTEM = ['interface/system', 'interface/system/steps', 'interface/system/rigid']
 IO = 'interface/io'
 ROOMS = {
@@ -72,6 +72,7 @@ ROOMS = {
     IPOPT: ['autodiff/graph', IO, NLP, RICCATI],
     DISCRETIZE: [*AUTODIFF, 'codegen', 'codegen/options', IO, PROBLEM, NLP, RICCATI],
     SOLVE: [*AUTODIFF, 'codegen', 'codegen/options', IO, PROBLEM, NLP, RICCATI, IPOPT, DISCRETIZE],
+    BATCH: [*AUTODIFF, 'codegen', 'codegen/options', 'codegen/run', IO, PROBLEM, NLP, RICCATI, DISCRETIZE, SOLVE],
     SENSITIVITY: [*AUTODIFF, 'codegen', 'codegen/options', IO, PROBLEM, NLP, RICCATI, DISCRETIZE],
     MPC: ['codegen', IO, PROBLEM, NLP, RICCATI, DISCRETIZE, SOLVE],
     'interface/motion': [*AUTODIFF, *DYNAMICS, IO, 'interface/robot', PROBLEM],

@@ -454,6 +454,8 @@ DdpSolver& DdpSolver::operator=(DdpSolver&&) noexcept = default;
 DdpSolver::~DdpSolver() = default;
 
 const Problem& DdpSolver::problem() const { return made_->problem; }
+const CompiledFunction& DdpSolver::step() const { return made_->step; }
+const CompiledFunction& DdpSolver::end() const { return made_->end; }
 
 void DdpSolver::set_values(const Problem& now) {
   Problem next = made_->problem;

@@ -112,6 +112,9 @@ class DdpSolver {
   void set_values(const Problem& now);  // ArgumentError where they do not fit, and then nothing has changed
   DdpSolution solve();
   BuildReport build() const;  // of the functions, which were made once
+  // record_shooting()'s, compiled.
+  const CompiledFunction& step() const;
+  const CompiledFunction& end() const;
 
  private:
   struct Made;

@@ -1,0 +1,150 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// The controls of one stage of many problems at once: least of 1/2 u.H u + g.u, within limits where there are some.
+//
+//   LaneControls<8> controls(m);
+//   Mask<8> good = controls.minimise(H, g, nullptr, nullptr);      // where H is positive definite: controls.u()
+//   good = controls.minimise(H, g, lower, upper);                  // projected Newton steps (riccati.h), each problem its own
+//   controls.solve(b);                                             // H^-1 b among what is at no limit, zero elsewhere
+//
+// H (m x m), symmetric; g, lower, upper, b (m).
+#pragma once
+
+#include <vector>
+
+#include <dyntape/autodiff/scalars/pack.h>
+
+namespace dyntape {
+inline namespace DYNTAPE_VECTORS {
+
+template <int W>
+class LaneControls {
+ public:
+  using P = Pack<double, W>;
+  using M = Mask<W>;
+
+  explicit LaneControls(int m)
+      : m_(m), L_(std::size_t(m * m)), u_(std::size_t(m)), slope_(u_), step_(u_), next_(u_), inverse_(u_) {
+    free_.assign(std::size_t(m), M(true)), open_ = free_;
+  }
+
+  const P* u() const { return u_.data(); }
+
+  M minimise(const P* H, const P* g, const P* lower, const P* upper) {
+    if (lower) return minimise_within(H, g, lower, upper);
+    std::fill(free_.begin(), free_.end(), M(true));
+    const M good = factor(H, free_);
+    for (int i = 0; i < m_; ++i) u_[i] = -g[i];
+    solve(u_.data());
+    return good;
+  }
+
+  void solve(P* b) const {
+    for (int i = 0; i < m_; ++i) {
+      P sum = select(free_[i], b[i], P(0));
+      for (int j = 0; j < i; ++j) sum -= L_[i * m_ + j] * b[j];
+      b[i] = sum * inverse_[i];
+    }
+    for (int i = m_; i-- > 0;) {
+      P sum = b[i];
+      for (int j = i + 1; j < m_; ++j) sum -= L_[j * m_ + i] * b[j];
+      b[i] = sum * inverse_[i];
+    }
+  }
+
+ private:
+  // Of the rows and columns that are chosen, the unit matrix elsewhere; where it is positive definite.
+  M factor(const P* H, const std::vector<M>& chosen) {
+    M good(true);
+    for (int i = 0; i < m_; ++i) {
+      for (int j = 0; j <= i; ++j) {
+        P sum = select(chosen[i] && chosen[j], H[i * m_ + j], P(i == j));
+        for (int k = 0; k < j; ++k) sum -= L_[i * m_ + k] * L_[j * m_ + k];
+        if (i > j) {
+          L_[i * m_ + j] = sum * inverse_[j];
+          continue;
+        }
+        const M positive = sum > P(0) && sum * P(0) == P(0);
+        good = good && positive;
+        L_[i * m_ + i] = sqrt(select(positive, sum, P(1)));
+        inverse_[i] = P(1) / L_[i * m_ + i];
+      }
+    }
+    return good;
+  }
+
+  static P clamped(const P& x, const P& lower, const P& upper) {
+    const P above = select(x < lower, lower, x);
+    return select(upper < above, upper, above);
+  }
+
+  P value(const P* H, const P* g, const std::vector<P>& u) const {
+    P sum(0);
+    for (int i = 0; i < m_; ++i) sum += (slope_at(H, u, i) * P(0.5) + g[i]) * u[i];
+    return sum;
+  }
+  P slope_at(const P* H, const std::vector<P>& u, int i) const {
+    P sum(0);
+    for (int j = 0; j < m_; ++j) sum += H[i * m_ + j] * u[j];
+    return sum;
+  }
+
+  // What may move at all; where H is not positive definite among these, only what is not pressed against a limit.
+  M open_up(const P* H, const P* g, const P* lower, const P* upper) {
+    for (int i = 0; i < m_; ++i) open_[i] = lower[i] < upper[i];
+    M good = factor(H, open_);
+    if (all(good)) return good;
+    for (int i = 0; i < m_; ++i) {
+      const M pressed = (lower[i] >= P(0) && g[i] > P(0)) || (upper[i] <= P(0) && g[i] < P(0));
+      open_[i] = open_[i] && !(pressed && !good);
+    }
+    return factor(H, open_);
+  }
+
+  M minimise_within(const P* H, const P* g, const P* lower, const P* upper) {
+    constexpr int kMostRounds = 100, kHalvings = 40;
+    const M good = open_up(H, g, lower, upper);
+    for (int i = 0; i < m_; ++i) u_[i] = clamped(P(0), lower[i], upper[i]);
+    M active = good;
+    std::vector<M>& free = free_;
+    for (int round = 0; round < kMostRounds && any(active); ++round) {
+      M any_free(false);
+      for (int i = 0; i < m_; ++i) {
+        slope_[i] = slope_at(H, u_, i) + g[i];
+        const M stays = (u_[i] <= lower[i] && slope_[i] > P(0)) || (u_[i] >= upper[i] && slope_[i] < P(0));
+        free[i] = (active && open_[i] && !stays) || (!active && free[i]);
+        any_free = any_free || free[i];
+        step_[i] = -slope_[i];
+      }
+      factor(H, free);
+      solve(step_.data());
+      const auto go = [&] {
+        for (int i = 0; i < m_; ++i)
+          next_[i] = select(free[i], clamped(u_[i] + step_[i], lower[i], upper[i]), u_[i]);
+      };
+      go();
+      const P now = value(H, g, u_);
+      for (int i = 0; i < kHalvings; ++i) {
+        const M worse = active && value(H, g, next_) > now;
+        if (!any(worse)) break;
+        for (P& s : step_) s = select(worse, s * P(0.5), s);
+        go();
+      }
+      P moved(0), size(0);
+      for (int i = 0; i < m_; ++i) {
+        moved = max(moved, abs(next_[i] - u_[i])), size = max(size, abs(u_[i]));
+        u_[i] = select(active, next_[i], u_[i]);
+      }
+      active = active && any_free && !(moved <= P(1e-14) * (P(1) + size));
+    }
+    factor(H, free);
+    return good;
+  }
+
+  int m_;
+  std::vector<P> L_, u_, slope_, step_, next_, inverse_;  // L_: (m x m), by rows
+  std::vector<M> free_, open_;
+};
+
+}  // namespace DYNTAPE_VECTORS
+}  // namespace dyntape

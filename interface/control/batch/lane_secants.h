@@ -1,0 +1,129 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What Gauss-Newton's Hessian lacks, as solve/stage_secants.h learns it, of all lanes.
+//
+//   LaneSecants<8> secants(arrays);
+//   secants.learn(wanted);              // after they were linearised; LaneState::help says whether they help
+//   secants.of_stage(k)                 // (n_z x n_z) packs, by rows
+#pragma once
+
+#include <cmath>
+#include <limits>
+
+#include <dyntape/interface/control/batch/lane_arrays.h>
+
+namespace dyntape {
+inline namespace DYNTAPE_VECTORS {
+
+template <int W>
+class LaneSecants {
+  using P = Pack<double, W>;
+  using M = Mask<W>;
+  using Packs = std::vector<P>;
+
+ public:
+  explicit LaneSecants(LaneArrays<W>& arrays) : a_(arrays) {
+    if (a_.setup.is_exact) return;
+    S_ = a_.room(a_.N * a_.z_size * a_.z_size), before_z_ = a_.z;
+    size_ = s_ = r_ = change_ = a_.room(a_.z_size);
+  }
+
+  const P* of_stage(int k) const { return &S_[std::size_t(k * a_.z_size * a_.z_size)]; }
+
+  // As StageSecants::learn(), of the lanes that are wanted; the others have made no step.
+  void learn(const std::vector<bool>& wanted) {
+    constexpr double kFarOff = 0.2;
+    std::vector<bool> anew(W), goes_on(W);
+    for (int l = 0; l < W; ++l) {
+      anew[std::size_t(l)] = wanted[std::size_t(l)] && a_.states[std::size_t(l)].is_first;
+      goes_on[std::size_t(l)] = wanted[std::size_t(l)] && !a_.states[std::size_t(l)].is_first;
+    }
+    const M is_new = a_.mask_of(anew), learns = a_.mask_of(goes_on);
+    if (any(is_new))
+      for (P& x : S_) x = select(is_new, P(0), x);
+    std::fill(size_.begin(), size_.end(), P(std::numeric_limits<double>::min()));
+    for (std::size_t i = 0; i < a_.z.size(); ++i) {
+      P& size = size_[i % std::size_t(a_.z_size)];
+      size = max(size, abs(a_.z[i] - before_z_[i]));
+    }
+    P known(0), missing(0), left(0);
+    for (int k = 0; any(learns) && k < a_.N; ++k) learn_stage(k, learns, known, missing, left);
+    const M wants = a_.mask_of(wanted);
+    for (std::size_t i = 0; i < a_.z.size(); ++i) before_z_[i] = select(wants, a_.z[i], before_z_[i]);
+    const M help = learns && abs(left) < abs(missing) && abs(missing) > P(kFarOff) * known;
+    for (int l = 0; l < W; ++l)
+      if (wanted[std::size_t(l)]) a_.states[std::size_t(l)].help = help[l];
+  }
+
+ private:
+  // to += sign (g + (A | B)^T adjoint)
+  void add_slope(const P* J, const P* adjoint, const P& sign, Packs& to) const {
+    for (int j = 0; j < a_.z_size; ++j) {
+      P sum(0);
+      for (const NonZero& at : a_.columns[std::size_t(j)]) sum += J[at.number] * adjoint[at.at];
+      to[std::size_t(j)] += sign * sum;
+    }
+    for (const NonZero& at : a_.gradient) to[std::size_t(at.at)] += sign * J[at.number];
+  }
+
+  void learn_stage(int k, const M& learns, P& known, P& missing, P& left) {
+    constexpr double kWorse = 2, kSkipped = 1e-2, kRounding = 1e-13;
+    const P *const J = &a_.J[std::size_t(k * a_.J_size)],
+                   *const J_before = &a_.J_before[std::size_t(k * a_.J_size)],
+                   *const adjoint = &a_.adjoint[std::size_t((k + 1) * a_.n)];
+    P* const S = &S_[std::size_t(k * a_.z_size * a_.z_size)];
+    for (int i = 0; i < a_.z_size; ++i) {
+      const auto at = std::size_t(i);
+      s_[at] = a_.z[std::size_t(k * a_.z_size) + at] - before_z_[std::size_t(k * a_.z_size) + at];
+      change_[at] = r_[at] = P(0);
+    }
+    a_.add_curvature(J, s_, r_);
+    known += a_.dot(s_, r_);
+    // What H misses, what H + S misses.
+    for (P& x : r_) x = -x;
+    std::swap(change_, r_);
+    add_slope(J, adjoint, P(1), change_), add_slope(J_before, adjoint, P(-1), change_);
+    for (int i = 0; i < a_.z_size; ++i) {
+      P sum = change_[std::size_t(i)];
+      for (int j = 0; j < a_.z_size; ++j) sum -= S[i * a_.z_size + j] * s_[std::size_t(j)];
+      r_[std::size_t(i)] = sum;
+    }
+    missing += a_.dot(s_, change_), left += a_.dot(s_, r_);
+    P of_g(0), of_A(0), of_B(0), of_adjoint(0), s_scaled(0);
+    for (const NonZero& at : a_.gradient) of_g += J[at.number] * J[at.number];
+    for (int j = 0; j < a_.z_size; ++j)
+      for (const NonZero& at : a_.columns[std::size_t(j)])
+        (j < a_.n ? of_A : of_B) += J[at.number] * J[at.number];
+    for (int i = 0; i < a_.n; ++i) of_adjoint += adjoint[i] * adjoint[i];
+    const P noise = P(kRounding) * (sqrt(of_g) + (sqrt(of_A) + sqrt(of_B)) * sqrt(of_adjoint));
+    const M counts = learns && sqrt(a_.dot(r_, r_)) > noise;
+    const auto scaled = [&](const Packs& x) {
+      P sum(0);
+      for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * size_[i] * (x[i] * size_[i]);
+      return sqrt(sum);
+    };
+    const M anew = counts && scaled(r_) > P(kWorse) * scaled(change_);
+    for (int i = 0; i < a_.z_size; ++i)
+      r_[std::size_t(i)] = select(anew, change_[std::size_t(i)], r_[std::size_t(i)]);
+    for (int i = 0; i < a_.z_size; ++i) {
+      const P part = s_[std::size_t(i)] / size_[std::size_t(i)];
+      s_scaled += part * part;
+    }
+    const P curvature = a_.dot(r_, s_);
+    const M changes = counts && abs(curvature) > P(kSkipped) * scaled(r_) * sqrt(s_scaled);
+    for (int i = 0; i < a_.z_size; ++i) {
+      const P of_row = select(changes, r_[std::size_t(i)] / curvature, P(0));
+      for (int j = 0; j < a_.z_size; ++j) {
+        P& entry = S[i * a_.z_size + j];
+        entry = select(anew, P(0), entry) + select(changes, of_row * r_[std::size_t(j)], P(0));
+      }
+    }
+  }
+
+  LaneArrays<W>& a_;
+  Packs S_, before_z_;  // before_z_: where the stages were linearised before
+  Packs size_, s_, r_, change_;
+};
+
+}  // namespace DYNTAPE_VECTORS
+}  // namespace dyntape

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What differential dynamic programming computes, for as many problems at once as a register has lanes: problems of one
+// structure, each with its own start, parameters and motion.
+//
+//   std::unique_ptr<LaneWork> work = make_lane_work({step, end, ...});
+//   work->load(lane, parameters, at_end, x, u);        // into every lane
+//   work->roll_out(trials);                            // a trial a lane, of any problem
+//   work->accept(trial_of);                            // that motion is the problem's now
+//   work->linearise(wanted), work->backward(wanted);   // of the lanes that want it; the others keep what they have
+//
+// What a lane computes has the same bits whatever the others hold and want, in registers of any width.  The course of each solve
+// (ddp_course.h) says what is wanted next.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include <dyntape/interface/control/batch/lane_setup.h>
+#include <dyntape/interface/control/riccati/riccati.h>
+
+namespace dyntape {
+
+struct LaneTrial {
+  int lane = 0;  // the problem's
+  double length = 1;
+  double cost = 0;  // found; not finite where the motion is not, or leaves a recorded branch
+};
+
+struct LaneMotion {
+  Eigen::MatrixXd x, u, slope, adjoint;  // (n_x x N + 1), (n_u x N), (n_x x N + 1) twice
+  std::vector<LqrPolicy> policy;         // (N)
+};
+
+class LaneWork {
+ public:
+  virtual ~LaneWork() = default;
+
+  virtual int lanes() const = 0;
+  virtual LaneState& at(int lane) = 0;
+  // (2 + 3 n_p x N) and (1 + n_p), as record_shooting() asks for them; the motion that it starts from; no policy.
+  virtual void load(int lane, const Eigen::MatrixXd& parameters, const Eigen::VectorXd& at_end,
+                    const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) = 0;
+  virtual LaneMotion motion(int lane) const = 0;
+  // In place of the last step: no feedback up to stage `last`, no gaps, and these changes of the controls (n_u x N).
+  virtual void set_policy(int lane, int last, const Eigen::MatrixXd& k) = 0;
+  virtual void set_policy(int lane, const std::vector<LqrPolicy>& policy) = 0;
+
+  // One trial a lane, lanes() of them at most.
+  virtual void roll_out(std::vector<LaneTrial>& trials) = 0;
+  // Of each lane the trial that becomes its motion; -1: none.
+  virtual void accept(const std::vector<int>& trial_of) = 0;
+  virtual void linearise(const std::vector<bool>& wanted) = 0;
+  virtual void backward(const std::vector<bool>& wanted) = 0;
+};
+
+std::unique_ptr<LaneWork> make_lane_work(const LaneSetup& setup);
+
+}  // namespace dyntape
