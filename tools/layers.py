@@ -89,7 +89,7 @@ ROOMS = {
                             'interface/files/scene', 'interface/files/sweep', 'interface/run/simulate'],
     'interface/run/solve': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/report/plot',
                             'interface/report/player', 'interface/files/scene', 'interface/files/task', 'interface/run/simulate'],
-    'interface/run/mpc': ['dynamics/model', 'dynamics/urdf', IO, 'interface/robot', *CONTROL, 'interface/motion', 'interface/report/plot',
+    'interface/run/mpc': [*DYNAMICS, IO, 'interface/robot', *SYSTEM, *CONTROL, 'interface/motion', 'interface/report/plot',
                           'interface/report/player', 'interface/files', 'interface/files/info', 'interface/files/scene', 'interface/files/task',
                           'interface/run/solve'],
     'interface/report': [*DYNAMICS, IO, 'interface/robot', 'interface/report/plot', 'interface/report/player', 'interface/files/scene',

@@ -189,28 +189,18 @@ Problem centroidal_problem(const CentroidalBody& body, const CentroidalOptions& 
 }
 
 void walk(Problem& problem, const CentroidalBody& body, const Gait& gait) {
-  if (!(gait.period > 0 && std::isfinite(gait.period)))
-    refuse(body, "a gait's period is " + std::to_string(gait.period) + " s, expected one above zero");
-  if (!(gait.duty > 0 && gait.duty <= 1))
-    refuse(body, "a gait's duty is " + std::to_string(gait.duty) + ", expected one above 0 and up to 1");
-  if (gait.phases.size() != body.feet.size())
-    refuse(body, "a gait has " + std::to_string(gait.phases.size()) + " phases, expected one a foot, " +
-                     std::to_string(body.feet.size()));
+  if (const std::string fault = gait.fault(body.feet.size()); !fault.empty()) refuse(body, fault);
   const Vector3d velocity(gait.velocity.x(), gait.velocity.y(), 0);
   problem.parameters.set("com",
                          [com = body.com, velocity](double t) -> VectorXd { return com + velocity * t; });
   for (std::size_t i = 0; i < body.feet.size(); ++i) {
-    // Steps down at (n + phase) periods.  Times within rounding of a change belong to what follows.
-    const auto steps = [gait, phase = gait.phases[i]](double t) { return t / gait.period - phase + 1e-9; };
-    problem.parameters.set(body.feet[i].name + " load", [=, duty = gait.duty](double t) {
-      const double at = steps(t);
-      return VectorXd::Constant(1, at - std::floor(at) < duty || duty == 1 ? 1 : 0);
-    });
-    problem.parameters.set(body.feet[i].name + " place",
-                           [=, place = body.feet[i].place, phase = gait.phases[i]](double t) -> VectorXd {
-                             const double middle = std::floor(steps(t)) + phase + gait.duty / 2;
-                             return place + velocity * (middle * gait.period);
-                           });
+    problem.parameters.set(body.feet[i].name + " load",
+                           [gait, i](double t) { return VectorXd::Constant(1, gait.stands(i, t) ? 1 : 0); });
+    problem.parameters.set(
+        body.feet[i].name + " place", [=, place = body.feet[i].place](double t) -> VectorXd {
+          const double middle = std::floor(gait.steps(i, t)) + gait.phases[i] + gait.duty / 2;
+          return place + velocity * (middle * gait.period);
+        });
   }
 }
 

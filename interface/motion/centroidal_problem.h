@@ -42,7 +42,7 @@
 // that is not above zero, weights below zero, places that are no numbers.
 #pragma once
 
-#include <dyntape/interface/motion/robot_problem.h>
+#include <dyntape/interface/motion/gait.h>
 
 namespace dyntape {
 
@@ -79,14 +79,6 @@ struct CentroidalOptions {
 
 // It starts at rest at body.com, which is the target as well.
 Problem centroidal_problem(const CentroidalBody& body, const CentroidalOptions& options);
-
-// A regular gait: each foot stands for `duty` of a period and is in the air for the rest of it.
-struct Gait {
-  double period = 0.4;         // s
-  double duty = 0.5;           // 0 < duty <= 1
-  std::vector<double> phases;  // of each foot, parts of a period by which it steps down later than 0
-  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  // m/s
-};
 
 // Sets target, places and loads as functions of time: the body goes on from body.com at the gait's velocity, each foot stands
 // under where it is attached when half of its stance is over.  A trot of feet FL, FR, HL, HR: phases {0, 0.5, 0.5, 0}.

@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/effects/check.h>
+#include <dyntape/interface/control/problem/penalties.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_plant.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -229,17 +230,9 @@ void bound_forces(Problem& problem, const Model<double>& model, const Drives& dr
         const bool acts = std::find(axes.begin(), axes.end(), i) != axes.end();
         if (!acts) problem.u.lower[k + i] = problem.u.upper[k + i] = 0;
       }
-      problem.u.lower[k + 2] = 0;
+      if (contact.barrier == 0) problem.u.lower[k + 2] = 0;
     }
   }
-}
-
-// What a contact's force is compared with (N).
-double weight_of(const Model<double>& model) {
-  double mass = 0;
-  for (const auto& inertia : model.inertias) mass += inertia.mass;
-  const double weight = mass * model.gravity.norm();
-  return weight > 0 ? weight : 1;
 }
 
 constexpr double kConeTip = 1e-3;          // of the weight, below no force
@@ -252,7 +245,8 @@ StageFunction holds(const std::shared_ptr<const Plants>& plants, const HeldConta
     const dynamics::VectorX<T> a = s.a.size() > 0 ? dynamics::VectorX<T>(s.a) : plants->forward(s);
     const detail::HeldFrame<T> f = plants->held(s, a, frame);
     dynamics::VectorX<T> rows = f.acceleration.linear + f.velocity.linear * T(kDrag);
-    if (contact.place) rows += (f.placement.p - contact.place->template cast<T>()) * T(kPull);
+    if (contact.place && !contact.has_schedule)
+      rows += (f.placement.p - contact.place->template cast<T>()) * T(kPull);
     if (contact.corners.empty()) return rows;
     dynamics::VectorX<T> turns = f.acceleration.angular + f.velocity.angular * T(kDrag);
     // sin(angle) about the axis by which it is turned, which is the angle where it holds
@@ -264,15 +258,56 @@ StageFunction holds(const std::shared_ptr<const Plants>& plants, const HeldConta
   };
 }
 
+// `holds` while the contact is loaded, else no force: there are as many rows as entries of a force, or more.
+StageFunction holds_or_flies(const StageFunction& holds, const Parameter& load, Eigen::Index first,
+                             const std::vector<int>& axes, Eigen::Index forces, double weight) {
+  return [=, scale = 1 / weight](const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    const T on = load(s)[0], off = T(1) - on;
+    const dynamics::VectorX<T> held = holds(s);
+    dynamics::VectorX<T> rows = held * on;
+    for (std::size_t i = 0; i < axes.size(); ++i) {
+      if (Eigen::Index(i) < forces) rows[Eigen::Index(i)] += s.u[first + axes[i]] * (off * T(scale));
+    }
+    return rows;
+  };
+}
+
+// friction fz - |(fx, fy)| over the weight, the latter rounded near zero; while it is loaded.
+Term soft_cone(const HeldContact& contact, Eigen::Index first, double weight,
+               const std::optional<Parameter>& load) {
+  constexpr double kRound = 1e-2;
+  const auto room = [=, scale = 1 / weight, mu = contact.friction](const auto& s) {
+    using T = typename std::decay_t<decltype(s.u)>::Scalar;
+    using std::sqrt;
+    const T x = s.u[first] * T(scale), y = s.u[first + 1] * T(scale), z = s.u[first + 2] * T(scale);
+    const T room = z * T(mu) - (sqrt(x * x + y * y + T(kRound * kRound)) - T(kRound));
+    return vector(load ? T(room * (*load)(s)[0] + T(1) - (*load)(s)[0]) : room);
+  };
+  const Term cone = path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
+                                    Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity()));
+  return soft(cone, RelaxedBarrier{contact.barrier, contact.width});
+}
+
 void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
                   const RobotProblemOptions& options) {
-  const double weight = weight_of(plants->scene.model);
+  const double weight = weight_of(plants->scene);
   Eigen::Index k = problem.n_u() - 3 * Eigen::Index(plants->drives.contacts.size());
   for (const HeldContact& contact : options.contacts) {
     const std::vector<int> axes = held_axes(plants->scene.model, contact);
-    problem.add(path_equality(contact.frame + " holds", entries_of(holds(plants, contact), axes)));
+    std::optional<Parameter> load;
+    StageFunction rows = entries_of(holds(plants, contact), axes);
+    if (contact.has_schedule) {
+      load = problem.parameters.add(contact.frame + " load", 1.0);
+      rows = holds_or_flies(rows, *load, k, axes, 3, weight);
+    }
+    problem.add(path_equality(contact.frame + " holds", rows));
     for (const std::string& point : force_points(contact)) {
-      problem.add(friction_cone(plants->scene.model.name, {point, contact.friction}, k, weight));
+      HeldContact at = contact;
+      at.frame = point;
+      problem.add(contact.barrier > 0
+                      ? soft_cone(at, k, weight, load)
+                      : friction_cone(plants->scene.model.name, {point, contact.friction}, k, weight));
       k += 3;
     }
   }
@@ -292,6 +327,13 @@ std::vector<int> held_axes(const Model<double>& model, const HeldContact& contac
   std::vector<int> axes = moved_axes(model, contact.frame);
   if (contact.corners.empty()) std::erase_if(axes, [](int axis) { return axis >= 3; });
   return axes;
+}
+
+double weight_of(const RobotScene& scene) {
+  double mass = 0;
+  for (const auto& inertia : scene.model.inertias) mass += inertia.mass;
+  const double weight = mass * scene.model.gravity.norm();
+  return weight > 0 ? weight : 1;
 }
 
 Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::Index first, double weight) {

@@ -33,6 +33,12 @@
 //                   friction cone of a floor with z upwards, its tip a thousandth of the weight below no force, so that the term
 //                   has a slope there too.  friction^2 fz^2 - fx^2 - fy^2 has none: where feet lost their load, solves took 100
 //                   to 300 iterations in place of 25.
+// A schedule of contacts.  With `has_schedule` a contact has a parameter "<frame> load", 1 on the floor and 0 in the air, as those of
+// centroidal_problem.h; as a function of time it is a schedule, which walk() sets (gait.h).  The structure of the program never changes:
+//   <frame> holds   load (d2p/dt2 + 20 dp/dt) + (1 - load) f / weight = 0       it stands, anywhere, or there is no force
+// With `barrier` above 0 the cone is a cost that keeps away from the cone's sides, a relaxed logarithm of friction fz - |(fx, fy)| over
+// the robot's weight (penalties.h), and forces have no bounds.  |(fx, fy)| is rounded below a hundredth of the weight.
+//
 // The motion has to start at rest there.  A goal is to give no more than contacts leave free: with four feet held, the pose
 // of the trunk, not the joints as well.
 //
@@ -77,6 +83,8 @@ struct HeldContact {
   std::vector<Eigen::Vector3d> corners =
       {};  // m, in the frame's axes, of a foot that does not turn either; empty: a point
   std::optional<Eigen::Matrix3d> axes = {};  // of a foot: from its axes to the world's at the start
+  bool has_schedule = false;                 // whether it holds only while its parameter "<frame> load" is 1
+  double barrier = 0, width = 0.05;          // mu and delta of what keeps forces within cones; 0: a limit
 };
 // Of moved_axes() (robot_terms.h) those that it holds: a point does not hold turns.
 std::vector<int> held_axes(const dynamics::Model<double>& model, const HeldContact& contact);
@@ -92,6 +100,9 @@ struct RobotProblemOptions {
 };
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options);
+
+// (N) What forces of contacts are compared with: of the whole robot.
+double weight_of(const RobotScene& scene);
 
 // The cone of a held contact (above) whose force is in the controls from `first` on; `weight` (N): of the robot.
 Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::Index first, double weight);

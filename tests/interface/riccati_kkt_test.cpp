@@ -65,6 +65,15 @@ RiccatiKkt random_chain(Random& random, bool convex) {
   return chain;
 }
 
+// Links that say one variable each by the stage before, some twice.
+void make_explicit(RiccatiKkt& chain) {
+  for (std::size_t k = 1; k < chain.stages(); ++k) {
+    MatrixXd& D = chain.stage(k).D;
+    D.setZero();
+    for (Eigen::Index r = 0; r < D.rows(); ++r) D(r, (r + Eigen::Index(k)) % D.cols()) = r % 2 == 0 ? -1 : 2;
+  }
+}
+
 // Also where rows outnumber a stage's variables, or repeat each other, on and across stages.
 TEST(RiccatiKkt, SolvesTheWholeSystem) {
   int slow = 0;
@@ -74,6 +83,7 @@ TEST(RiccatiKkt, SolvesTheWholeSystem) {
     RiccatiKkt::Stage& last = chain.stage(chain.stages() - 1);
     if (seed % 3 == 0 && last.G.rows() == 2) last.G.row(1) = -2 * last.G.row(0);
     if (seed % 5 == 0 && last.D.rows() > 1) last.D.row(1).setZero();
+    if (seed % 4 == 1) make_explicit(chain);
     for (double elastic : {0.0, 0.3}) {
       ASSERT_TRUE(chain.factor(0, elastic)) << "seed " << seed;
       const MatrixXd K = whole(chain, 0, elastic);
@@ -104,6 +114,7 @@ TEST(RiccatiKkt, KnowsTheInertia) {
   for (unsigned seed = 0; seed < 400; ++seed) {
     Random random(seed);
     RiccatiKkt chain = random_chain(random, false);
+    if (seed % 4 == 1) make_explicit(chain);
     const double shift = 3.0 * random.below(4);
     const MatrixXd K = whole(chain, shift, 0);
     const Eigen::Index n = chain.variables(), m = chain.rows();

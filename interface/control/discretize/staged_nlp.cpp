@@ -56,6 +56,8 @@ void StagedNlp::forget() {
 
 // Repeated questions about the same x cost nothing.
 bool StagedNlp::evaluate_values(const double* x) {
+  are_of_first_ = first_good_ && same(x_first_, x);
+  if (are_of_first_) return true;
   if (same(x_values_, x)) return values_good_;
   std::copy(x, x + x_values_.size(), x_values_.begin());
   return values_good_ = values_.run(program_.evaluators, Order::kValue, x);
@@ -101,7 +103,7 @@ bool StagedNlp::objective(const double* x, double& value) {
   for (std::size_t k = 0; k < phases(); ++k) {
     double own = 0;
     for (std::size_t c = phase(k).cost; c < program_.end_of_costs(k); ++c)
-      own += program_.costs[c].factor * values_.y[program_.costs[c].output];
+      own += program_.costs[c].factor * values()[program_.costs[c].output];
     value += own;
   }
   return true;
@@ -117,10 +119,11 @@ bool StagedNlp::gradient(const double* x, double* gradient) {
 bool StagedNlp::constraints(const double* x, double* g) {
   if (!evaluate_values(x)) return false;
   std::fill(g, g + shape().m(), 0.0);
+  const std::vector<double>& y = values();
   for (const RowBlock& block : program_.rows) {
     for (std::size_t t = block.first_term; t < block.last_term; ++t) {
       const LinearTerm& term = program_.terms[t];
-      const double* from = term.evaluator == LinearTerm::kVariables ? x : values_.y.data();
+      const double* from = term.evaluator == LinearTerm::kVariables ? x : y.data();
       add(g + block.row, term.factor, from + term.first, block.size);
     }
   }

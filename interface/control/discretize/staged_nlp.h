@@ -115,6 +115,8 @@ class StagedNlp : public Nlp {
   // What was evaluated last, and where: values alone, and with derivatives.
   std::vector<double> x_values_, x_first_;
   bool values_good_ = false, first_good_ = false;
+  bool are_of_first_ = false;  // the values asked for last came with derivatives
+  const std::vector<double>& values() const { return are_of_first_ ? first_.y : values_.y; }
   Evaluation values_, first_, squares_;
 };
 

@@ -47,6 +47,7 @@ void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
     if (push.at >= options.seconds)
       refuse("a push at " + seconds(push.at) + ", expected one before the end at " +
              seconds(options.seconds));
+    if (push.of_state && push.at >= 0) continue;
     if (push.change.size() != problem.n_x() || !push.change.allFinite() || !(push.at >= 0))
       refuse("a push at " + seconds(push.at) + " with " + std::to_string(push.change.size()) +
              " entries, expected a time from 0 on and " + std::to_string(problem.n_x()) + " numbers");
@@ -64,6 +65,7 @@ class SteeredPlant {
       : x(problem.start),
         problem_(problem),
         feedback_(options.feedback),
+        plant_(options.plant),
         disturbances_(options.disturbances),
         idle_(problem.first_guess(0).u) {
     std::sort(disturbances_.begin(), disturbances_.end(),
@@ -95,6 +97,12 @@ class SteeredPlant {
         if (plan.motion.points() == 0) return idle_;
         return correction.size() > 0 ? plan.limited(plan.control(t) + correction) : plan.control(t);
       };
+      if (plant_) {
+        trouble = plant_(x, from, until, acting);
+        if (!trouble.empty()) return false;
+        from = until;
+        continue;
+      }
       const Simulation run = simulate(problem_, x, from, until, acting, kPlantTolerance);
       if (!run.x.allFinite()) {
         trouble = run.trouble;
@@ -107,6 +115,8 @@ class SteeredPlant {
 
   // Where it will be later if nothing hits it; where it is, if that cannot be simulated.
   VectorXd foreseen(double from, double to) const {
+    if (plant_ && to > from && plan.motion.points() > 0) return x + (plan.state(to) - plan.state(from));
+    if (plant_) return x;
     SteeredPlant model = *this;
     model.disturbances_.clear(), model.next_ = 0;
     return model.move(from, to) ? model.x : x;
@@ -115,11 +125,12 @@ class SteeredPlant {
  private:
   void push_at(double t) {
     for (; next_ < disturbances_.size() && disturbances_[next_].at <= t; ++next_)
-      x += disturbances_[next_].change;
+      x += disturbances_[next_].of_state ? disturbances_[next_].of_state(x) : disturbances_[next_].change;
   }
 
   const Problem& problem_;
   double feedback_;
+  SimulatedPlant plant_;
   std::vector<Disturbance> disturbances_;
   VectorXd idle_;
   std::size_t next_ = 0;
@@ -158,6 +169,11 @@ ClosedLoop close_loop(const Problem& problem, const ClosedLoopOptions& options) 
   for (int k = 0; k < periods && !options.stop.stop_requested(); ++k) {
     const double t = k * options.period, acts = t + options.delay, end = (k + 1) * options.period;
     if (options.watch) options.watch(t);
+    if (options.is_over) loop.trouble = options.is_over(t, plant.x);
+    if (!loop.trouble.empty()) {
+      note(t);
+      break;
+    }
     const MpcStep& s = mpc.step(acts, plant.foreseen(t, acts));
     loop.steps.push_back(
         {t, s.seconds, s.gain_seconds, s.cost, s.violation, s.iterations, s.status, s.usable});

@@ -6,7 +6,8 @@
 //   plot(loop.motion.t, loop.motion.x);        loop.latency(0.99);        // s
 //
 // Each period the state is measured and planned from; what is planned acts `delay` later, until then the plan before it.  Plans
-// begin where the model will be by then.  The plant is the problem's own dynamics, integrated to 1e-10 (verify.h); a push adds to its
+// begin where the model will be by then.  With a simulated plant, which only it knows, that is where the plan before is then, and as
+// far off as now.  Else the plant is the problem's own dynamics, integrated to 1e-10 (verify.h); a push adds to its
 // state at once, which the controller only sees at its next measurement.
 //
 // A plan that is not usable is not followed: the one before it goes on.
@@ -29,13 +30,23 @@ namespace dyntape {
 struct Disturbance {
   double at;               // s
   Eigen::VectorXd change;  // (n_x) of the state
+  // In its place: the change, from the state then.
+  std::function<Eigen::VectorXd(const Eigen::VectorXd& x)> of_state = {};
 };
+
+// A plant of another kind than the problem's own dynamics: moves x (n_x) from one time to another under controls (n_u), which it
+// asks for as often as it likes.  Returns "", or why it cannot be simulated.
+using SimulatedPlant = std::function<std::string(Eigen::VectorXd& x, double from, double to,
+                                                 const std::function<Eigen::VectorXd(double t)>& control)>;
 
 struct ClosedLoopOptions {
   double seconds = 3, period = 0.02, delay = 0;  // s
   double feedback = 0;                           // s between corrections by the plan's gains; 0: none
   MpcOptions mpc = {};
   std::vector<Disturbance> disturbances = {};
+  SimulatedPlant plant = {};  // empty: the problem's own dynamics
+  // Asked at every step: why the loop is over, a robot that fell say; "": it goes on.
+  std::function<std::string(double t, const Eigen::VectorXd& x)> is_over = {};
   std::stop_token stop = {};
   std::function<void(double t)> watch = {};  // told of each step when it begins
 };

@@ -39,6 +39,12 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
   return most;
 }
 
+void put_at_equal_bounds(const NlpShape& shape, std::vector<double>& x) {
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (shape.x_lower[i] == shape.x_upper[i]) x[i] = shape.x_lower[i];
+  }
+}
+
 // Of rows; infinite where there are none to be had.
 double violation_of(Nlp& nlp, const std::vector<double>& x) {
   std::vector<double> g(nlp.shape().m());
@@ -122,11 +128,13 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
   last_.x = x;
   for (int i = 0; i < options_.iterations; ++i) {
     model_->take_bounds();
+    if (system_ && !EqualityQp::fits(model_->shape())) system_.reset();
+    if (system_) put_at_equal_bounds(model_->shape(), x);
     if (!model_->expand(x, last_.lambda)) {
       last_.status = SolveStatus::kNotFinite;
       return i;
     }
-    last_ = of_model_->solve(x, options_.solver);
+    last_ = system_ ? system_->solve(x) : of_model_->solve(x, options_.solver);
     const bool is_small = largest_difference(x, last_.x) <= options_.solver.tolerance;
     x = last_.x;
     if (last_.status != SolveStatus::kSolved || (is_small && i > 0)) return i + 1;
@@ -138,7 +146,12 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
 // Solves, or goes on from the last solution, and says what came of it.
 void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From from) {
   const bool goes_on = from == From::kLastSolution, is_stepwise = goes_on && options_.iterations > 0;
-  planner_ = is_stepwise ? of_model_.get() : solver_.get();
+  if (is_stepwise && system_)
+    derivatives_ = [this](const auto& held) { return system_->derivatives(held); };
+  else
+    derivatives_ = [planner = is_stepwise ? of_model_.get() : solver_.get()](const auto& held) {
+      return planner->derivatives(held);
+    };
   if (is_stepwise) {
     step_.iterations += quadratic_steps(start);
   } else {
@@ -166,7 +179,7 @@ void RecedingHorizon::add_gain() {
   const Eigen::Index n_x = motion.x.rows(), n_u = motion.u.rows(), first = n_x + motion.a.rows();
   std::vector<std::size_t> held;
   for (Eigen::Index i = 0; i < n_x; ++i) held.push_back(std::size_t(i));
-  const Eigen::MatrixXd derivatives = planner_->derivatives(held);
+  const Eigen::MatrixXd derivatives = derivatives_(held);
   if (derivatives.size() > 0) {
     const Eigen::Map<const Eigen::VectorXd> units(scaled_->units().x.data(), derivatives.rows());
     plan.gain = units.segment(first, n_u).asDiagonal() * derivatives.middleRows(first, n_u) *
@@ -174,6 +187,23 @@ void RecedingHorizon::add_gain() {
     plan.rates = rates_of(program_.problem(), motion);
   }
   step_.gain_seconds = seconds_since(begin);
+}
+
+// A later plan, from the last one moved to now.
+void RecedingHorizon::plan_again(const std::vector<double>& start, const std::vector<double>& moved_plan,
+                                 double t, const Eigen::VectorXd& x) {
+  if (system_ && options_.iterations > 0) return plan_from(moved_plan, t, From::kLastSolution);
+  const NlpSolution before = last_;
+  std::vector<double> from_here = start;
+  std::copy(x.begin(), x.end(), from_here.begin());
+  const bool is_far = violation_of(*scaled_, scaled_->in_scaled_units(from_here)) > kFar;
+  for (const From from : is_far ? std::array{From::kPoint, From::kLastSolution}
+                                : std::array{From::kLastSolution, From::kPoint}) {
+    last_ = before;
+    plan_from(moved_plan, t, from);
+    if (step_.usable) return;
+  }
+  plan_from(scaled_->in_scaled_units(program_.start()), t, From::kPoint);
 }
 
 const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
@@ -203,6 +233,7 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
     solver_ = std::make_unique<StructuredInteriorPoint>(*scaled_);
     model_ = std::make_unique<QpSubproblem>(*scaled_);
     of_model_ = std::make_unique<StructuredInteriorPoint>(*model_);
+    if (EqualityQp::fits(model_->shape())) system_ = std::make_unique<EqualityQp>(*model_);
   }
   scaled_->take_bounds();
   step_.iterations = 0;
@@ -210,17 +241,7 @@ const MpcStep& RecedingHorizon::step(double t, const Eigen::VectorXd& x) {
   if (!has_plan_) {
     plan_from(moved_plan, t, From::kPoint);
   } else {
-    const NlpSolution before = last_;
-    std::vector<double> from_here = start;
-    std::copy(x.begin(), x.end(), from_here.begin());
-    const bool is_far = violation_of(*scaled_, scaled_->in_scaled_units(from_here)) > kFar;
-    for (const From from : is_far ? std::array{From::kPoint, From::kLastSolution}
-                                  : std::array{From::kLastSolution, From::kPoint}) {
-      last_ = before;
-      plan_from(moved_plan, t, from);
-      if (step_.usable) break;
-    }
-    if (!step_.usable) plan_from(scaled_->in_scaled_units(program_.start()), t, From::kPoint);
+    plan_again(start, moved_plan, t, x);
   }
   has_plan_ = step_.plan.motion.x.allFinite() && step_.plan.motion.u.allFinite();
   step_.plan.limits = values_.u;

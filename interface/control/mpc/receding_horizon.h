@@ -25,6 +25,9 @@
 // What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
 // time: a reference r(t) is followed as it is.  They change in place through values().
 //
+// Without limits, these being soft (penalties.h), a step with `iterations` above 0 is a linear system (equality_qp.h), takes the same
+// time whatever happens, and goes on from the last solution however far that is.
+//
 // A waypoint of the plant's time is likewise a running term with a parameter of time for its target, and another for its weight.
 // One of the horizon (at_fraction(), problem.h), which would go on before the plant for ever, is refused; terms at the start of the
 // horizon act on what the plant does now.
@@ -53,6 +56,7 @@
 #include <dyntape/interface/control/discretize/staged_nlp.h>
 #include <dyntape/interface/control/mpc/triple_buffer.h>
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
+#include <dyntape/interface/control/riccati/equality_qp.h>
 #include <dyntape/interface/control/riccati/interior_point.h>
 #include <dyntape/interface/control/riccati/qp_subproblem.h>
 
@@ -119,6 +123,8 @@ class RecedingHorizon {
   enum class From { kLastSolution, kPoint };
 
   void plan_from(const std::vector<double>& start, double t, From from);
+  void plan_again(const std::vector<double>& start, const std::vector<double>& moved_plan, double t,
+                  const Eigen::VectorXd& x);
   void add_gain();
 
   MpcOptions options_;
@@ -126,9 +132,10 @@ class RecedingHorizon {
   StagedNlp program_;
   std::unique_ptr<ScaledNlp> scaled_;
   std::unique_ptr<StructuredInteriorPoint> solver_, of_model_;
-  StructuredInteriorPoint* planner_ = nullptr;  // that the plan is from
   std::unique_ptr<QpSubproblem> model_;
-  NlpSolution last_;  // in scaled units
+  std::unique_ptr<EqualityQp> system_;  // of a model without limits; null: it has some
+  std::function<Eigen::MatrixXd(const std::vector<std::size_t>& held)> derivatives_;  // of the plan
+  NlpSolution last_;                                                                  // in scaled units
   MpcStep step_;
   TripleBuffer<Plan> latest_;
   bool has_plan_ = false;

@@ -48,7 +48,7 @@ class Steps {
   template <class T>
   Stage<T> stage(const Stage<T>& s, int halves, const T& h, const StageVector<T>& x) const {
     const Eigen::Index first = halves == 0 ? 0 : n_p_ + 1 + (halves - 1) * n_p_;
-    return {s.t + T(0.5 * halves) * h, x, {}, s.u, s.p.segment(first, n_p_)};
+    return {s.t + T(0.5 * halves) * h, x, s.a, s.u, s.p.segment(first, n_p_)};
   }
 
   template <class T>
@@ -129,7 +129,7 @@ IntervalLength interval_lengths(std::vector<double> nodes) {
 
 Problem multiple_shooting(const Problem& problem, ShootingScheme scheme, int steps,
                           const IntervalLength& length) {
-  if (problem.n_a() > 0)
+  if (problem.n_a() > 0 && (scheme != ShootingScheme::kEuler || steps != 1))
     throw ArgumentError("problem \"" + problem.name +
                         "\": the dynamics are in their inverse form, which steps do not know; expected the "
                         "forward form");
@@ -139,7 +139,8 @@ Problem multiple_shooting(const Problem& problem, ShootingScheme scheme, int ste
   Problem result = problem;
   result.parameters.add("length of an interval",
                         [length](double t) { return Eigen::VectorXd::Constant(1, length(t)); });
-  for (int k = 1; k <= 2 * steps && problem.parameters.size() > 0; ++k) {
+  const bool asks_later = problem.parameters.size() > 0 && (scheme != ShootingScheme::kEuler || steps > 1);
+  for (int k = 1; k <= 2 * steps && asks_later; ++k) {
     result.parameters.add(std::to_string(k) + "/" + std::to_string(2 * steps) + " of an interval later",
                           [=, of = problem.parameters, end = problem.duration](double t) {
                             return of.at(std::min(t + k * length(t) / (2 * steps), end));

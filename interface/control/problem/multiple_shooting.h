@@ -12,10 +12,11 @@
 //
 //   kRungeKutta4     the classical scheme of (x, int L), fourth order
 //   kEuler           x' = x + h f(x, u), int L = h L(x, u), first order; of the parameters those at the beginning.  States that
-//                    the problem says are positions move by the new velocities: semi-implicit, which keeps energies
+//                    the problem says are positions move by the new velocities: semi-implicit, which keeps energies.  Accelerations
+//                    of the inverse form hold over the interval: one step, its equations at the beginning
 //
 // ArgumentError, when the rate is asked for, unless it has one entry a state; for the inverse form, whose rate is no function
-// of states and controls; for less than one step.
+// of states and controls, but of one kEuler step; for less than one step.
 #pragma once
 
 #include <functional>

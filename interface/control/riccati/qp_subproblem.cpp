@@ -23,10 +23,10 @@ void QpSubproblem::take_bounds() {
 
 bool QpSubproblem::expand(const std::vector<double>& x, const std::vector<double>& lambda) {
   x_ = x;
-  // The Hessian first: what it needs at the same point brings the others along.
-  return nlp_.hessian(x.data(), 1, lambda.data(), hessian_.data()) && nlp_.objective(x.data(), f_) &&
-         nlp_.constraints(x.data(), g_.data()) && nlp_.gradient(x.data(), gradient_.data()) &&
-         nlp_.jacobian(x.data(), jacobian_.data());
+  // What needs most first: at the same point that brings the others along.
+  return nlp_.hessian(x.data(), 1, lambda.data(), hessian_.data()) &&
+         nlp_.jacobian(x.data(), jacobian_.data()) && nlp_.gradient(x.data(), gradient_.data()) &&
+         nlp_.objective(x.data(), f_) && nlp_.constraints(x.data(), g_.data());
 }
 
 void QpSubproblem::curve(const double* x) {

@@ -5,7 +5,6 @@
 #include <dyntape/interface/control/riccati/riccati_kkt.h>
 
 #include <cmath>
-#include <numeric>
 
 #include <dyntape/interface/control/riccati/columns.h>
 
@@ -39,6 +38,37 @@ RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes)
   }
 }
 
+// Links that say one variable each by the stage before, as steps forward do, come first: solved for, they leave all other
+// rows as they are.  Then the rows of the stage itself, then other links.
+void RiccatiKkt::order_rows(Factor& f, const Stage& s, bool is_elastic) {
+  const Eigen::Index n = s.H.rows(), links = s.D.rows(), rows = links + s.G.rows();
+  f.row.clear(), f.col.clear();
+  std::vector<Eigen::Index> count(std::size_t(links), 0), at(std::size_t(links), 0), others;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double* const column = s.D.data() + i * links;
+    for (Eigen::Index r = 0; r < links; ++r) {
+      if (column[r] != 0) ++count[std::size_t(r)], at[std::size_t(r)] = i;
+    }
+  }
+  std::vector<bool> is_taken(std::size_t(n), false);
+  for (Eigen::Index r = 0; r < links; ++r) {
+    const auto variable = std::size_t(at[std::size_t(r)]);
+    if (count[std::size_t(r)] != 1 || is_taken[variable] || is_elastic) {
+      others.push_back(r);
+      continue;
+    }
+    is_taken[variable] = true;
+    f.row.push_back(r), f.col.push_back(Eigen::Index(variable));
+  }
+  f.carried = Eigen::Index(f.row.size());
+  for (Eigen::Index r = links; r < rows; ++r) f.row.push_back(r);
+  f.row.insert(f.row.end(), others.begin(), others.end());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!is_taken[std::size_t(i)]) f.col.push_back(i);
+  }
+  for (Eigen::Index i = n; i < f.M.rows(); ++i) f.col.push_back(i);
+}
+
 // The cost of a stage with all behind it, and its rows.
 void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   const Stage& s = stages_[k];
@@ -51,13 +81,15 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   if (all > n) {
     f.Q.setZero(), f.M.setZero();
     f.Q.diagonal().tail(own).setConstant(1 / elastic);
-    f.M.bottomLeftCorner(own, own).setIdentity();
+    f.M.bottomLeftCorner(own, own).setIdentity();  // of rows in their order here
   }
   f.Q.topLeftCorner(n, n) = s.H;
   f.Q.diagonal().head(n).array() += shift;
-  auto M = f.M.topRows(n);
-  M.leftCols(s.G.rows()) = s.G.transpose();
-  M.rightCols(links) = s.D.transpose();
+  order_rows(f, s, elastic > 0);
+  for (Eigen::Index r = 0; r < own; ++r) {
+    const Eigen::Index row = f.row[std::size_t(r)];
+    f.M.col(r).head(n) = row < links ? s.D.row(row).transpose() : s.G.row(row - links).transpose();
+  }
   if (!next) return;
   // Q += C^T P C
   for (Eigen::Index j = 0; j < n; ++j) {
@@ -72,14 +104,12 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
 void RiccatiKkt::eliminate_rows(Factor& f, Eigen::Index links) {
   MatrixXd& M = f.M;
   const Eigen::Index n = M.rows(), rows = M.cols();
-  f.row.resize(std::size_t(rows)), f.col.resize(std::size_t(n));
-  const Eigen::Index own = rows - links;
-  for (Eigen::Index r = 0; r < rows; ++r) f.row[std::size_t(r)] = r < own ? links + r : r - own;
-  std::iota(f.col.begin(), f.col.end(), 0);
+  const Eigen::Index carried = f.carried, own = carried + rows - links;
   f.s.resize(rows);  // sizes of the rows
   for (Eigen::Index r = 0; r < rows; ++r) f.s[r] = n > 0 ? M.col(r).cwiseAbs().maxCoeff() : 0;
-  f.rank = 0;
-  for (Eigen::Index step = 0; step < std::min(rows, n); ++step) {
+  if (carried > 0) order_variables(f);
+  f.rank = carried;
+  for (Eigen::Index step = carried; step < std::min(rows, n); ++step) {
     Eigen::Index pivot = step, chosen = -1;
     double most = kDependent;
     const auto look_at = [&](Eigen::Index r) {
@@ -117,6 +147,20 @@ void RiccatiKkt::eliminate_rows(Factor& f, Eigen::Index links) {
   }
 }
 
+// Variables in the order of f.col; carried ones are solved for.
+void RiccatiKkt::order_variables(Factor& f) {
+  const Eigen::Index n = f.M.rows(), rows = f.M.cols();
+  f.t.resize(n);
+  for (Eigen::Index r = 0; r < rows; ++r) {
+    double* const row = f.M.data() + r * n;
+    for (Eigen::Index i = 0; i < n; ++i) f.t[i] = row[f.col[std::size_t(i)]];
+    std::copy(f.t.data(), f.t.data() + n, row);
+  }
+  for (Eigen::Index r = f.carried; r < rows; ++r) {
+    for (Eigen::Index i = 0; i < f.carried; ++i) f.M(i, r) /= f.M(i, i);
+  }
+}
+
 // False where what is free has no minimum.
 bool RiccatiKkt::eliminate(std::size_t k) {
   Factor& f = factors_[k];
@@ -134,22 +178,26 @@ bool RiccatiKkt::eliminate(std::size_t k) {
     if (row < links) (i < rank ? f.X(free + row, i) : f.R(i - rank, row)) = 1;
   }
   double* const X = f.X.data();
-  for (Eigen::Index i = 0; i < rank; ++i) {
+  const Eigen::Index carried = f.carried;
+  for (Eigen::Index i = carried; i < rank; ++i) {
     double* const column = X + i * pad;
-    for (Eigen::Index j = 0; j < i; ++j) {
+    for (Eigen::Index j = 0; j < carried; ++j) column[free + f.row[std::size_t(j)]] -= M[j + i * n];
+    for (Eigen::Index j = carried; j < i; ++j) {
       const double factor = M[j + i * n];
       if (factor != 0) add(column + free, -factor, X + j * pad + free, links);
     }
   }
   for (Eigen::Index i = 0; i < left; ++i) {
-    for (Eigen::Index j = 0; j < rank; ++j) {
+    for (Eigen::Index j = 0; j < carried; ++j) f.R(i, f.row[std::size_t(j)]) -= M[j + (rank + i) * n];
+    for (Eigen::Index j = carried; j < rank; ++j) {
       const double factor = M[j + (rank + i) * n];
       if (factor == 0) continue;
       for (Eigen::Index c = 0; c < links; ++c) f.R(i, c) -= factor * X[free + c + j * pad];
     }
   }
-  for (Eigen::Index i = 0; i < rank; ++i) std::copy(M + rank + i * n, M + n + i * n, X + i * pad);
-  for (Eigen::Index i = rank; i-- > 0;) {
+  for (Eigen::Index i = carried; i < rank; ++i) std::copy(M + rank + i * n, M + n + i * n, X + i * pad);
+  for (Eigen::Index i = 0; i < carried; ++i) X[free + f.row[std::size_t(i)] + i * pad] = -1 / M[i + i * n];
+  for (Eigen::Index i = rank; i-- > carried;) {
     double* const column = X + i * pad;
     for (Eigen::Index j = i + 1; j < rank; ++j) {
       const double factor = M[j + i * n];
@@ -176,12 +224,23 @@ bool RiccatiKkt::eliminate(std::size_t k) {
     std::copy(of_Q + rank, of_Q + n, column);
     std::fill(column + free, column + pad, 0.0);
   }
-  add_product(f.V.data(), pad, X, pad, f.Q.data(), n, pad, rank, n);
+  for (Eigen::Index j = 0; j < n; ++j) {
+    for (Eigen::Index i = 0; i < carried; ++i) {
+      const Eigen::Index at = free + f.row[std::size_t(i)];
+      f.V(at, j) += X[at + i * pad] * f.Q(i, j);
+    }
+  }
+  add_product(f.V.data(), pad, X + carried * pad, pad, f.Q.data() + carried, n, pad, rank - carried, n);
   f.S.resize(pad, both);
   std::copy(f.V.data() + rank * pad, f.V.data() + n * pad, f.S.data());
   std::fill(f.S.data() + free * pad, f.S.data() + both * pad, 0.0);
   f.Xt = f.X.transpose();
-  add_symmetric_product(f.S.data(), pad, f.V.data(), pad, f.Xt.data(), rank, pad, rank, both);
+  for (Eigen::Index i = 0; i < carried; ++i) {
+    const Eigen::Index at = free + f.row[std::size_t(i)];
+    add(f.S.data() + at * pad, X[at + i * pad], f.V.data() + i * pad, pad);
+  }
+  add_symmetric_product(f.S.data(), pad, f.V.data() + carried * pad, pad, f.Xt.data() + carried, rank, pad,
+                        rank - carried, both);
   // Free variables are minimised: what is left is the cost to go.
   for (Eigen::Index j = 0; j < free; ++j) {
     double* const column = f.S.data() + j * pad;

@@ -19,7 +19,8 @@
 // (elimination with pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
 // of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become costs of the stages before: stiff springs.  With links
 // x_k = A x_{k-1} + B u_{k-1} this is Riccati's recursion, and it is as long; with links of collocation it is the same
-// recursion with their implicit state solved for.  Every Cholesky factorisation goes through if and only if the problem is
+// recursion with their implicit state solved for.  Links that say one variable each by the stage before, as of steps forward in
+// time, are not eliminated but put in: a stage of 79 variables whose 37 states are such takes a third.  Every Cholesky factorisation goes through if and only if the problem is
 // strictly convex on its rows: the whole system has the right inertia.
 //
 // Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
@@ -78,11 +79,11 @@ class RiccatiKkt {
   // What is left of a stage when its factorisation is done.  Variables and rows are in the order of their pivots, basic ones
   // first; `both` are free variables and what the link brings.
   struct Factor {
-    Eigen::Index rank = 0, free = 0;
-    std::vector<Eigen::Index> row, col;  // pivots
-    Eigen::MatrixXd Q, ordered;          // (n x n) cost of the stage and all behind it; room for it
-    Eigen::MatrixXd M;                   // (n x rows) rows as columns: own, links; then L^T and U^T
-    Eigen::MatrixXd X, Xt;               // (both x rank) basic variables by both, transposed; and not
+    Eigen::Index rank = 0, free = 0, carried = 0;  // carried: basic by links of one variable each, the first
+    std::vector<Eigen::Index> row, col;            // pivots
+    Eigen::MatrixXd Q, ordered;                    // (n x n) cost of the stage and all behind it; room for it
+    Eigen::MatrixXd M;                             // (n x rows) rows as columns: own, links; then L^T and U^T
+    Eigen::MatrixXd X, Xt;   // (both x rank) basic variables by both, transposed; and not
     Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
     Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
     Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose
@@ -92,6 +93,8 @@ class RiccatiKkt {
   };
 
   void assemble(std::size_t k, double shift, double elastic);
+  static void order_rows(Factor& f, const Stage& s, bool is_elastic);
+  static void order_variables(Factor& f);
   void eliminate_rows(Factor& f, Eigen::Index links);
   bool eliminate(std::size_t k);
   void hand_down(std::size_t k);

@@ -233,8 +233,7 @@ double StagewiseKkt::largest_residual(const KktVector& right, const KktVector& s
                    r.c.size() ? r.c.cwiseAbs().maxCoeff() : 0.0});
 }
 
-void StagewiseKkt::solve(const KktVector& right, KktVector& step) {
-  constexpr double kGood = 1e-12;
+void StagewiseKkt::solve(const KktVector& right, KktVector& step, double good) {
   constexpr int kMost = 20;  // of rows that are springs, each leaves a part of what it misses
   step.x.resize(right.x.size()), step.s.setZero(right.s.size()), step.c.resize(right.c.size());
   condensed_solve(right, step);
@@ -244,7 +243,7 @@ void StagewiseKkt::solve(const KktVector& right, KktVector& step) {
   for (int i = 0; i < kMost; ++i) {
     const double residual = largest_residual(right, step);
     if (residual > before) step.x -= correction_.x, step.s -= correction_.s, step.c -= correction_.c;
-    if (!(residual > kGood * size) || !(residual < 0.9 * before)) return;
+    if (!(residual > good * size) || !(residual < 0.9 * before)) return;
     before = residual;
     condensed_solve(residual_, correction_);
     step.x += correction_.x, step.s += correction_.s, step.c += correction_.c;

@@ -48,7 +48,8 @@ class StagewiseKkt {
 
   void set(const double* jacobian, const double* hessian);
   bool factor(const KktDiagonal& diagonal);
-  void solve(const KktVector& right, KktVector& step);
+  // Corrected until it is off by no more than `good` of the right side, or no better.
+  void solve(const KktVector& right, KktVector& step, double good = 1e-12);
   // (n x held) d x / d x[held] of the first stage's variables, by those of them that have equal bounds; zero behind.
   Eigen::MatrixXd follow(const std::vector<std::size_t>& held);
 

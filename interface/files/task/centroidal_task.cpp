@@ -68,41 +68,11 @@ void read_demands_of_mass(Section& file, CentroidalOptions& options) {
                 .get_or("force", w.force, io::not_negative());
 }
 
-std::optional<Gait> read_gait(Section& file, const MassKeys& keys, const dynamics::Model<double>* model) {
-  if (!file.about("walking; without this block all feet stand").has("gait")) return {};
-  Section block = file.child("gait");
-  Gait gait;
-  gait.period = block.about("of a foot's steps [s]").get<double>("period", io::positive());
-  gait.duty = block.about("part of the period for which a foot stands, up to 1")
-                  .get_or("duty_factor", gait.duty, io::between(1e-3, 1));
-  const auto feet = Eigen::Index(keys.contacts.size());
-  const auto numbers = [&](const char* key, const std::string& text, Eigen::Index n, const std::string& has,
-                           const io::Range& range = {}) {
-    return numbers_in(block, key, text, n, range, has, false);
-  };
-  block.about(
-      "of each foot of contacts.points: parts of a period by which it steps down later, within one either "
-      "way");
-  if (model) {
-    const VectorXd phases = numbers("phase_offsets", block.get<std::string>("phase_offsets"), feet,
-                                    "there are " + std::to_string(feet) + " feet", io::between(-1, 1));
-    gait.phases.assign(phases.begin(), phases.end());
-  } else {
-    block.defer("phase_offsets", "a number a foot");
-  }
-  block.about("of the body, along the floor [m/s]");
-  if (model)
-    gait.velocity = numbers("velocity", block.get_or("velocity", "0 0"), 2, "the floor has 2 axes");
-  else
-    block.defer("velocity", "two numbers \"x y\"", "0 0");
-  return gait;
-}
-
 MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<double>* model) {
   MassKeys keys;
   read_stand(file, task, keys, model);
   read_demands_of_mass(file, task.options);
-  task.gait = read_gait(file, keys, model);
+  task.gait = read_gait(file, Eigen::Index(keys.contacts.size()), model);
   Section horizon = file.about("how far a plan looks").child("horizon");
   task.options.duration = horizon.about("of a plan [s]").get<double>("duration", seconds());
   file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
@@ -115,9 +85,11 @@ MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<do
       solver.about("of the scaled optimality error").get_or("tolerance", 1e-6, io::positive());
   task.solver.max_iterations =
       solver.about("of a plan, after which it gives up").get_or("max_iterations", 300, io::not_negative());
-  task.control = read_control(file, [](Section& push) -> VectorXd {
+  task.control = read_control(file, [](Section& push) {
     push.about("at the centre of mass, world axes [N s]");
-    return read_vector3(push, "impulse", std::nullopt);
+    Task::Control::Disturbance hit;
+    hit.v = read_vector3(push, "impulse", std::nullopt);
+    return hit;
   });
   return keys;
 }

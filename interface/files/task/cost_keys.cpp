@@ -7,6 +7,7 @@
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/task/task_costs.h>
 #include <dyntape/interface/files/task/task_keys.h>
+#include <dyntape/interface/motion/gait.h>
 
 namespace dyntape {
 
@@ -73,6 +74,28 @@ void check_time_costs(Section& file, const TaskKeys& keys) {
 }
 
 }  // namespace
+
+const std::vector<TaskCost>& task_costs() {
+  static const std::vector<TaskCost> costs = {
+      {"control", "of the squared controls",
+       [](const Problem&, const Task&, double weight) { return squared_controls(weight); }},
+      {"effort", "of the squared fractions of the effort limits",
+       [](const Problem&, const Task& task, double weight) {
+         return squared_fractions(task.scene, weight, task.robot.unit);
+       }},
+      {"acceleration", "of the squared accelerations",
+       [](const Problem& problem, const Task&, double weight) {
+         return squared_accelerations(problem, weight);
+       }},
+      {"force", "of the squared difference of contacts' forces from their share of the weight",
+       [](const Problem& problem, const Task& task, double weight) {
+         return squared_forces(problem, task.scene, task.robot.contacts, weight);
+       }},
+      {kTimeCost, "of the duration, where it is to be found [1/s]",
+       [](const Problem&, const Task&, double weight) { return minimum_time(weight); }},
+  };
+  return costs;
+}
 
 void read_costs(Section& file, TaskKeys& keys, const RobotModel* model) {
   keys.costs = costs_of(file, model);

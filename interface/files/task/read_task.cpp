@@ -145,9 +145,10 @@ Task::Aim aim_of(const Task& task, const TaskKeys& keys) {
   const Eigen::VectorXd goal = keys.goal.head(model.nq);
   if (goal.array().isNaN().all()) return aim_of(model, keys.terms);
   return {"the goal", "norm over the joints, rad or m",
-          [model, goal](double, const Eigen::VectorXd& x) {
+          [model, goal, by = task.travel](double t, const Eigen::VectorXd& x) {
             Eigen::VectorXd q = x.head(model.nq), known = goal;
             fill_free(model, q, known);
+            if (!by.isZero(0)) known.head<2>() += by * t;
             return dynamics::difference<double>(model, known, q).norm();
           },
           [state = keys.goal](double) { return state; }};
@@ -316,6 +317,7 @@ void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKn
   end_at(task.problem, task.scene, keys.goal.head(nq), keys.goal.tail(nv));
   add_places(task.problem, task, keys);
   add_costs(task.problem, task, keys.costs);
+  if (keys.gait) walk(task.problem, task.scene, task.robot.contacts, *keys.gait, keys.swing);
   if (keys.reference) follow(task.problem, *keys.reference);
   for (const TaskTerm& term : keys.terms) add(term, task.problem);
   add_limits(task.problem, task, keys.limits);
@@ -324,6 +326,10 @@ void compose_problem(Task& task, const TaskKeys& keys, const std::vector<GuessKn
 }
 
 void draw_to_goal(Task& task, const TaskKeys& keys, bool ends) {
+  if (keys.gait && !keys.gait->velocity.isZero(0)) {
+    task.travel = keys.gait->velocity;
+    task.problem.parameters.add("travel", [by = task.travel](double t) -> Eigen::VectorXd { return by * t; });
+  }
   add_frame_tracking(task.problem, task, keys);
   const auto& model = task.scene.model;
   const TaskKeys::Costs& costs = keys.costs;
@@ -335,6 +341,14 @@ void draw_to_goal(Task& task, const TaskKeys& keys, bool ends) {
     Term term = joint_tracking(task.scene, w_q, q.array().isNaN().select(dynamics::neutral(model), q), w_v,
                                v.array().isNaN().select(0, v));
     term.name = name, term.where = where;
+    if (!task.travel.isZero(0)) {
+      const Parameter gone = task.problem.parameters.find("travel");
+      term.function = [f = term.function, gone, root = w_q.head<2>().cwiseSqrt().eval()](const auto& s) {
+        auto r = f(s);
+        for (int i = 0; i < 2; ++i) r[i] -= gone(s)[i] * root[i];
+        return r;
+      };
+    }
     task.problem.add(std::move(term));
   };
   Eigen::VectorXd w_q = where_known(model, q, costs.tracking_q);

@@ -38,6 +38,8 @@
 //                   floor, a note otherwise;
 //                   points ["" : frames whose origins stay where they are at the start], friction [0.7]: each is held by a
 //                   force within the friction cone of a floor with z upwards; the goal is to leave the joints free then;
+//                   barrier [0: cones are limits], width [0.05]: weight of a logarithm that keeps forces within their cones, and the
+//                   part of the robot's weight below which it is a parabola;
 //                   foot LINK { from, to: opposite corners of a rectangle in the link's axes (m) }: as many as there are,
 //                   each a foot that does not turn either (robot_problem.h)
 //   phases          phase NAME { duration, intervals, min_duration, max_duration [those of horizon]; contacts [all];
@@ -45,6 +47,9 @@
 //                   (phases.h): what a phase holds and the one before does not is where it last stood, or so much beside
 //                   it, and at rest when the phase begins, or with an impact is brought to rest by that; what is not held
 //                   stays above where it stood.  Two rows of trajectory.csv have the time at which phases meet
+//   gait            period, duty_factor [0.5], phase_offsets "0 0.5 0.5 0", velocity ["0 0"] (m/s), swing_height [0.05] (m),
+//                   swing_weight [1e4]: contacts.points hold and leave the floor by a schedule (Gait); the goal's base goes on with the
+//                   velocity
 //   periodic        swap ["": "left_hip right_hip"], advance { JOINT (m, rad) or base "dx dy dz" (m) }, impact [off]: the
 //                   motion goes on for ever (periodic_gait.h): the state at its end is that at its start, joints and contacts of each
 //                   pair of `swap` having changed places, and positions having gained what they advance.  Contacts of the first
@@ -108,6 +113,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -118,6 +124,8 @@
 #include <dyntape/interface/motion/robot_problem.h>
 
 namespace dyntape {
+
+struct Scene;
 
 enum class View { kXz, kXy, kYz, kOblique };
 
@@ -183,12 +191,17 @@ struct Task {
     double seconds = 3, period = 0.02, delay = 0;  // s
     double feedback = 0;                           // s between corrections by the plan's gains; 0: none
     int iterations = 1;                            // of a step; 0: until it is solved
+    double violation = 1e-2;                       // of a usable plan (receding_horizon.h)
     double late = 0.2;  // most of the later steps that may take longer than a period
     struct Disturbance {
-      double at;          // s
-      Eigen::VectorXd v;  // (nv) added to the velocities
+      double at = 0;                                      // s
+      Eigen::VectorXd v;                                  // (nv) added to the velocities
+      Eigen::Vector3d impulse = Eigen::Vector3d::Zero();  // N s, world axes, at the origin of:
+      std::string frame = {};                             // "": none
     };
     std::vector<Disturbance> disturbances;
+    std::shared_ptr<const Scene> plant;  // null: the task's own dynamics
+    double fallen = 0;                   // m, height of the base below which it is over; 0: never
   };
   Control control;
   // How far a state is from what a controller draws it to, for its report: the motion that is followed, the place of a frame, or the
@@ -202,6 +215,7 @@ struct Task {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
   };
   Aim aim;
+  Eigen::Vector2d travel = Eigen::Vector2d::Zero();  // m/s, by which a walking robot's goal moves on
   // The motion in phases, each a task of its own; empty: it has none.  The problem is then that of all contacts at once, and
   // only says what the controls are.
   std::vector<Task> phases;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The costs of one weight each that a task file may ask for, in its block `costs`.  A new one is a row in task_costs.cpp.
+// The costs of one weight each that a task file may ask for, in its block `costs`.  A new one is a row in cost_keys.cpp.
 #pragma once
 
 #include <vector>

@@ -10,7 +10,6 @@
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/planar_keys.h>
-#include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/task/place_keys.h>
 #include <dyntape/interface/files/task/term_keys.h>
@@ -391,37 +390,6 @@ MeshOptions read_mesh(Section& file, WithLimitedMemory with) {
   return mesh;
 }
 
-Task::Control read_control(Section& file, const ReadPush& read_push) {
-  Section block = file.about("the task as a controller, for `dyntape mpc`").child_or_empty("mpc");
-  Task::Control control;
-  control.seconds = block.about("of the closed loop [s]").get_or("duration", control.seconds, io::positive());
-  control.period =
-      block.about("from one plan to the next [s]").get_or("period", control.period, io::positive());
-  control.delay = block.about("from measuring to acting [s], less than a period")
-                      .get_or("delay", control.delay, io::not_negative());
-  if (control.delay >= control.period)
-    block.problem("delay", "'mpc.delay' must be less than the period, " + io::shortest(control.period) +
-                               " s, got " + io::shortest(control.delay));
-  control.feedback = block.about("from one correction by the plan's gains to the next [s]; 0: none")
-                         .get_or("feedback_period", control.feedback, io::not_negative());
-  if (control.feedback >= control.period)
-    block.problem("feedback_period", "'mpc.feedback_period' must be less than the period, " +
-                                         io::shortest(control.period) + " s, got " +
-                                         io::shortest(control.feedback));
-  control.iterations = block.about("steps of sequential quadratic programming a plan; 0: until it is solved")
-                           .get_or("iterations", control.iterations, io::between(0, 1000));
-  control.late = block.about("most of the later steps that may take longer than a period, as a part of all")
-                     .get_or("max_late", control.late, io::between(0.0, 1.0));
-  if (!block.about("something that hits the robot").has("disturbance")) return control;
-  std::vector<Section> disturbances = block.children("disturbance");
-  if (disturbances.empty()) disturbances.push_back(block.child("disturbance"));  // in the list of keys one
-  for (Section& push : disturbances) {
-    const double at = push.about("when [s]").get<double>("at", io::not_negative());
-    control.disturbances.push_back({at, read_push(push)});
-  }
-  return control;
-}
-
 TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
   task.robot = read_form(file);
@@ -444,6 +412,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
     read_goal(file, keys, model, "the state at the end; may be absent where a reference, or terms, say it");
   read_soft_goal(file, task);
   read_phases(file, task, keys, model);
+  read_walk(file, task, keys, model);
   if (keys.closed && model) settle_closed(file, task, *model, keys);
   keys.waypoints = read_waypoints(file, model);
   keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
@@ -470,10 +439,8 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   check_ddp(file, task, keys);
   read_output(file, task, model);
   task.models = read_model_settings(file);
-  task.control = read_control(file, [model](Section& push) {
-    push.about("added to the velocities [rad/s or m/s]");
-    return read_joint_values(push, "v", model, 0.0);
-  });
+  task.control = read_control(file, [model](Section& push) { return read_hit(push, model); });
+  read_plant(file, task, model);
   read_demands(file, task.demands);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");

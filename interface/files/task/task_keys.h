@@ -21,6 +21,7 @@
 #include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/files/task/term_keys.h>
 #include <dyntape/interface/files/task/waypoint_keys.h>
+#include <dyntape/interface/motion/gait.h>
 #include <dyntape/interface/motion/periodic_gait.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
@@ -77,6 +78,8 @@ struct TaskKeys {
     std::vector<std::pair<std::string, std::string>> contacts;  // that are swapped
     bool impact = false;
   };
+  std::optional<Gait> gait;      // of points, in their order; none: all stand
+  double swing = 0;              // weight of how feet in the air are off their height
   std::optional<Closed> closed;  // the motion goes on for ever; start and goal are open then
 };
 
@@ -87,8 +90,16 @@ TaskKeys read_task_keys(io::Section& file, Task& task, const dynamics::Model<dou
 // What other files that are solved or controlled have as well: horizon.intervals and the mesh, the block mpc, whose disturbances differ.
 enum class WithLimitedMemory { kNo, kYes };  // of Ipopt alone
 MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMemory::kYes);
-using ReadPush = std::function<Eigen::VectorXd(io::Section& push)>;
+using ReadPush = std::function<Task::Control::Disturbance(io::Section& push)>;  // but for its time
 Task::Control read_control(io::Section& file, const ReadPush& read_push);
+
+// The block `gait` of so many feet; none: all stand.
+std::optional<Gait> read_gait(io::Section& file, Eigen::Index feet, const dynamics::Model<double>* model);
+
+// The same of a task, when phases are known, and what of the block `mpc` is of robots with joints (control_keys.cpp).
+void read_walk(io::Section& file, Task& task, TaskKeys& keys, const dynamics::Model<double>* model);
+Task::Control::Disturbance read_hit(io::Section& push, const dynamics::Model<double>* model);
+void read_plant(io::Section& file, Task& task, const dynamics::Model<double>* model);
 
 // The block `closed`; when phases are known, notes what does not fit them and opens the goal (closed_motion.cpp).
 std::optional<TaskKeys::Closed> read_closed(io::Section& file, const Task& task,

@@ -46,6 +46,7 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   options.mpc.mesh = task.mesh;
   options.mpc.solver = task.solver;
   options.mpc.iterations = task.control.iterations;
+  options.mpc.violation = task.control.violation;
   const auto off = [&](const Trajectory& motion, int point) {
     return (motion.x.col(point).head<3>() - wanted_mass(task, motion.t[point])).norm();
   };

@@ -206,6 +206,7 @@ std::string ControlReport::json() const {
     steps.push_back({{"t", step.t},
                      {"ms", 1e3 * step.seconds},
                      {"iterations", step.iterations},
+                     {"violation", step.violation},
                      {"status", to_string(step.status)},
                      {"usable", step.usable}});
   nlohmann::ordered_json report = {{"task", task},

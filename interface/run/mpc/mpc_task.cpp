@@ -2,8 +2,10 @@
 #include <dyntape/interface/run/mpc/mpc_task.h>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/task/limits.h>
+#include <dyntape/interface/io/number.h>
+#include <dyntape/interface/motion/robot_configuration.h>
+#include <dyntape/interface/run/mpc/scene_plant.h>
 #include <dyntape/interface/run/solve/pictures.h>
 
 namespace dyntape {
@@ -15,11 +17,14 @@ constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.sv
 io::CsvTable loop_table(const Task& task, const ClosedLoop& loop) {
   const Curves c = curves_of(task, loop.motion);
   std::vector<std::string> header = {"t"};
-  const std::vector<std::string> joints = joint_names(task.scene.model);
-  for (const char* prefix : {"q.", "v."}) {
-    for (const std::string& joint : joints) header.push_back(prefix + joint);
+  for (const bool of_q : {true, false}) {
+    const std::vector<std::string> names = entry_names_of(task.scene.model, of_q ? "q." : "v.", of_q);
+    header.insert(header.end(), names.begin(), names.end());
   }
-  for (const std::string& joint : driven_names(task.scene)) header.push_back("tau." + joint);
+  const std::vector<std::string> joints = driven_names(task.scene);
+  for (const std::string& joint : joints) header.push_back("tau." + joint);
+  for (std::size_t k = joints.size(); k < task.problem.controls.size(); ++k)
+    header.push_back(task.problem.controls[k]);  // forces, as planned
   for (const std::string& name : step_columns()) header.push_back(name);
   io::CsvTable table(header);
   for (int p = 0; p < loop.motion.points(); ++p) {
@@ -50,7 +55,30 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
                             .feedback = task.control.feedback,
                             .stop = stop,
                             .watch = watch};
+  if (task.control.plant) {
+    const auto plant = std::make_shared<ScenePlant>(*task.control.plant, task.problem.start);
+    options.plant = [plant](Eigen::VectorXd& x, double from, double to, const auto& control) {
+      return plant->move(x, from, to, control);
+    };
+  }
+  if (task.control.fallen > 0)
+    options.is_over = [least = task.control.fallen](double t, const auto& x) {
+      return x[2] >= least
+                 ? std::string()
+                 : "the robot fell: at " + io::significant(t, 4) + " s its base is at a height of " +
+                       io::significant(x[2], 3) + " m, less than " + io::significant(least, 3) + " m";
+    };
   for (const Task::Control::Disturbance& push : task.control.disturbances) {
+    if (!push.frame.empty()) {
+      options.disturbances.push_back({push.at, {}, [&task, push](const Eigen::VectorXd& x) {
+                                        const int nq = task.scene.model.nq;
+                                        Eigen::VectorXd change = Eigen::VectorXd::Zero(x.size());
+                                        change.segment(nq, task.scene.model.nv) =
+                                            push.v + struck(task.scene, x.head(nq), push.frame, push.impulse);
+                                        return change;
+                                      }});
+      continue;
+    }
     Eigen::VectorXd change = Eigen::VectorXd::Zero(task.problem.n_x());
     change.segment(task.scene.model.nq, push.v.size()) = push.v;
     options.disturbances.push_back({push.at, change});
@@ -63,6 +91,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
   options.mpc.iterations = task.control.iterations;
+  options.mpc.violation = task.control.violation;
   Off off = {task.aim.what, task.aim.unit, {}};
   if (task.aim.off)
     off.at = [&](const Trajectory& motion, int point) {

@@ -8,8 +8,12 @@
 //
 //   mpc   duration [3], of the loop; period [0.02], between steps; delay [0], from measuring to acting; feedback_period [0],
 //         between corrections by the plan's gains (receding_horizon.h), 0: none, all s; iterations [1] of a step, 0: until it is
-//         solved; max_late [0.2]: most of the later steps that may take longer than the period, as a part of all;
-//         disturbance { at (s), v VECTOR (rad/s or m/s) }: added to the velocities
+//         solved; max_violation [0.01]: of a usable plan, relative to nominal values; max_late [0.2]: most of the later steps that may take longer than the period, as a part of all;
+//         disturbance { at (s), v VECTOR (rad/s or m/s) }: added to the velocities, or { at, frame, impulse "x y z" (N s, world
+//         axes) }: what that does to the robot at the origin of a link;
+//         plant [""]: a scene of the same robot (scene.h), whose simulation is the plant: its contacts, motors, steps.  Without
+//         it the plant is the task's own dynamics, to which forces of contacts are what the plan says;
+//         min_height [0] (m): a floating base below it has fallen, which ends the loop and is no success
 //
 // The horizon is the task's; costs of tracking draw to the goal, which is not demanded at its end.
 //

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// A scene as the plant of a closed loop: its engine, contacts and motors (simulate.h), driven by a plan's torques.
+//
+//   const auto plant = std::make_shared<ScenePlant>(scene, state);
+//   options.plant = [plant](auto& x, double from, double to, const auto& control) { return plant->move(x, from, to, control); };
+//
+// Its steps are those of the scene, shortened to end where it is asked to, and halved where they have no solution.  Of controls the first ones are the driven joints'; a
+// command holds over a step.  States of motors with a lag, and which rigid contacts are closed, stay from call to call.
+//
+// Errors: ArgumentError where rigid contacts are below their ground at the start.
+#pragma once
+
+#include <functional>
+#include <optional>
+
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/system/rigid/rigid_step.h>
+
+namespace dyntape {
+
+class ScenePlant {
+ public:
+  ScenePlant(const Scene& scene, const Eigen::VectorXd& start);  // start (q, v)
+
+  // "", or why there is no further step.
+  std::string move(Eigen::VectorXd& x, double from, double to,
+                   const std::function<Eigen::VectorXd(double t)>& control);
+
+ private:
+  bool advance(double t, double h, const Eigen::VectorXd& u, int halvings, std::string& why);
+
+  Scene scene_;
+  Eigen::Index commands_, moving_;  // driven joints, entries of (q, v)
+  Stepper stepper_;
+  std::optional<RigidStepper> rigid_;
+  Eigen::VectorXd x_, next_;  // with motors
+};
+
+// What an impulse (N s, world axes) at the origin of a frame adds to the velocities (nv) of a robot at q that nothing holds.
+Eigen::VectorXd struck(const RobotScene& scene, const Eigen::VectorXd& q, const std::string& frame,
+                       const Eigen::Vector3d& impulse);
+
+}  // namespace dyntape
