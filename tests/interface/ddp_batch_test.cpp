@@ -10,6 +10,7 @@
 
 #include "message_of.h"
 #include "ocp_problems.h"
+#include "temporary_cache.h"
 
 namespace dyntape {
 namespace {
@@ -82,6 +83,21 @@ TEST(DdpBatch, SameBitsInAnyCompanyAndAnyNumberOfThreads) {
       expect_same_bits(s, shared[std::size_t(i)]);
       expect_same_bits(s, turned[std::size_t(kCount - 1 - i)]);
     }
+  }
+}
+
+// Functions of as many lanes as the processor has.
+TEST(DdpBatch, CompiledLanesHaveTheBitsOfOneAlone) {
+  const TemporaryCache cache;
+  const MatrixXd starts = random_starts(10);
+  DdpOptions options = options_of(DdpHessian::kExact);
+  options.evaluation = {
+      .functions = Functions::kPortable, .lanes = Lanes::kNative, .cache_folder = cache.path()};
+  const DdpBatch batch(soft_swing_up(12), options);
+  const std::vector<DdpSolution> all = batch.solve({.starts = starts});
+  for (int i = 0; i < 10; ++i) {
+    EXPECT_TRUE(all[std::size_t(i)].success());
+    expect_same_bits(all[std::size_t(i)], batch.solve({.starts = starts.col(i)})[0]);
   }
 }
 

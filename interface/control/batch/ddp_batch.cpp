@@ -166,12 +166,18 @@ class BatchRun {
   }
 
   DdpWish most_wanted() const {
+    // Cheap work first, so that what is dear finds more lanes that want it.
+    struct Kind {
+      DdpWish wish;
+      int weight;
+    };
     DdpWish best = DdpWish::kNothing;
     int most = 0;
-    for (const DdpWish wish : {DdpWish::kRollOut, DdpWish::kLinearise, DdpWish::kBackward}) {
+    for (const Kind& kind :
+         {Kind{DdpWish::kRollOut, 4}, Kind{DdpWish::kLinearise, 3}, Kind{DdpWish::kBackward, 2}}) {
       int count = 0;
-      for (int l = 0; l < lanes_; ++l) count += wants(l, wish);
-      if (count > most) most = count, best = wish;
+      for (int l = 0; l < lanes_; ++l) count += wants(l, kind.wish);
+      if (kind.weight * count > most) most = kind.weight * count, best = kind.wish;
     }
     return best;
   }

@@ -90,6 +90,7 @@ class WorkOf final : public LaneWork {
       length.set(l, is_used ? trials[std::size_t(l)].length : 0);
       in_place = in_place && source_[l] == l;
     }
+    set_order();
     const P costs = in_place ? roll_out([](const P& x) { return x; }, length)
                              : roll_out([this](const P& x) { return moved(x); }, length);
     for (std::size_t l = 0; l < trials.size(); ++l) trials[l].cost = costs[int(l)];
@@ -107,6 +108,7 @@ class WorkOf final : public LaneWork {
       is_taken[l] = trial_of[std::size_t(l)] >= 0 ? -1 : 0;
       source_[l] = std::max(trial_of[std::size_t(l)], 0);
     }
+    set_order();
     typename M::Bits bits;
     std::memcpy(&bits, is_taken, sizeof bits);
     const M taken(bits);
@@ -179,8 +181,16 @@ class WorkOf final : public LaneWork {
     for (Index i = 0; i < to.size(); ++i) to[i] = from[std::size_t(first + i)][lane];
   }
 
+  void set_order() {
+    alignas(8 * W) std::int64_t order[W];
+    std::copy(source_, source_ + W, order);
+    std::memcpy(&order_, order, sizeof order_);
+  }
   // Lane l becomes that of lane source_[l].
   P moved(const P& x) const {
+#if !defined(__clang__)
+    if constexpr (8 * W <= DYNTAPE_REGISTER) return P(__builtin_shuffle(x.vector(), order_));
+#endif
     alignas(8 * W) double in[W], out[W];
     x.store(in);
     for (int l = 0; l < W; ++l) out[l] = in[source_[l]];
@@ -283,6 +293,7 @@ class WorkOf final : public LaneWork {
   LaneSecants<W> secants_;
   LaneRecursion<W> recursion_;
   int source_[W] = {};
+  typename M::Bits order_ = {};                                        // the same
   Packs slopes_, sizes_, dz_, trial_y_, trial_p_, adjoint_, of_step_;  // of one stage
 };
 
