@@ -35,7 +35,7 @@ void read_stand(Section& file, CentroidalTask& task, MassKeys& keys, const dynam
   const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, fallback);
   keys.v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
   const BaseStart base = read_base(start);
-  keys.contacts = read_contacts(file, model);
+  keys.contacts = read_contacts(file, model, Cones::kLimits);
   if (!model) return;
   if (!floats(*model)) {
     file.child("robot").problem("base", "'robot.base' must be floating: a robot that stands on its feet");

@@ -193,7 +193,7 @@ std::vector<Eigen::Vector3d> read_corners(Section& foot) {
   return {from, {to.x(), from.y(), from.z()}, to, {from.x(), to.y(), from.z()}};
 }
 
-std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
+std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model, Cones cones) {
   Section block = file.about("points that the floor holds over the whole motion").child_or_empty("contacts");
   std::vector<std::string> moving;
   if (model) {
@@ -219,14 +219,15 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model) {
   }
   const double friction =
       block.about("coefficient").get_or("friction", HeldContact().friction, coefficients());
+  for (HeldContact& contact : contacts) contact.friction = friction;
+  if (cones == Cones::kLimits) return contacts;
   const double barrier =
       block.about("weight of a logarithm that keeps forces within cones, in place of a limit; 0: a limit")
           .get_or("barrier", 0.0, io::not_negative());
   double width = HeldContact().width;
   block.about("with it: the room to the cone, as a part of the weight, below which it becomes a parabola");
   if (barrier > 0 || !model) width = block.get_or("width", width, io::positive());
-  for (HeldContact& contact : contacts)
-    contact.friction = friction, contact.barrier = barrier, contact.width = width;
+  for (HeldContact& contact : contacts) contact.barrier = barrier, contact.width = width;
   return contacts;
 }
 

@@ -26,7 +26,9 @@ std::string read_link(io::Section& block, const std::string& key, const dynamics
 std::vector<Thruster> read_thrusters(io::Section& file, const dynamics::Model<double>* model);
 
 // The block `contacts`; their places are for the start to tell.
-std::vector<HeldContact> read_contacts(io::Section& file, const dynamics::Model<double>* model);
+enum class Cones { kLimits, kLimitsOrBarriers };
+std::vector<HeldContact> read_contacts(io::Section& file, const dynamics::Model<double>* model,
+                                       Cones cones = Cones::kLimitsOrBarriers);
 
 // The floor's height (m), contacts.floor; none: the file does not say.
 std::optional<double> read_floor(io::Section& file);
