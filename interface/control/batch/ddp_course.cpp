@@ -18,7 +18,8 @@ using Eigen::VectorXd;
 
 }  // namespace
 
-// As class Ddp of solve/ddp.cpp, of one lane of many.
+// As class Ddp of solve/ddp.cpp, of one lane of many.  Each co_await stands in a statement of its own: in conditions gcc 12 makes
+// wrong code of them.
 struct DdpCourse::Solve {
   Solve(const DdpOptions& all, LaneWork& of_lanes, int own)
       : options(all), work(of_lanes), lane(own), at(of_lanes.at(own)) {}
