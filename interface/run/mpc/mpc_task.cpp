@@ -38,6 +38,16 @@ io::CsvTable loop_table(const Task& task, const ClosedLoop& loop) {
   return table;
 }
 
+// "", or where a floating base is that is below a height, or leans by more than 60 degrees.
+std::string why_fallen(double t, const Eigen::VectorXd& x, double least) {
+  const std::string fell = "the robot fell: at " + io::significant(t, 4) + " s its base ";
+  const double upright = 1 - 2 * x.segment<2>(3).squaredNorm() / x.segment<4>(3).squaredNorm();
+  if (x[2] < least)
+    return fell + "is at a height of " + io::significant(x[2], 3) + " m, less than " +
+           io::significant(least, 3) + " m";
+  return upright < 0.5 ? fell + "leans by more than 60 degrees" : "";
+}
+
 }  // namespace
 
 ControlReport control_task(const Task& task, const std::stop_token& stop,
@@ -62,11 +72,8 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
     };
   }
   if (task.control.fallen > 0)
-    options.is_over = [least = task.control.fallen](double t, const auto& x) {
-      return x[2] >= least
-                 ? std::string()
-                 : "the robot fell: at " + io::significant(t, 4) + " s its base is at a height of " +
-                       io::significant(x[2], 3) + " m, less than " + io::significant(least, 3) + " m";
+    options.is_over = [least = task.control.fallen](double t, const Eigen::VectorXd& x) {
+      return why_fallen(t, x, least);
     };
   for (const Task::Control::Disturbance& push : task.control.disturbances) {
     if (!push.frame.empty()) {

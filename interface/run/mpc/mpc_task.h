@@ -13,7 +13,7 @@
 //         axes) }: what that does to the robot at the origin of a link;
 //         plant [""]: a scene of the same robot (scene.h), whose simulation is the plant: its contacts, motors, steps.  Without
 //         it the plant is the task's own dynamics, to which forces of contacts are what the plan says;
-//         min_height [0] (m): a floating base below it has fallen, which ends the loop and is no success
+//         min_height [0] (m): a floating base below it, or that leans by more than 60 degrees, has fallen, which ends the loop and is no success
 //
 // The horizon is the task's; costs of tracking draw to the goal, which is not demanded at its end.
 //

@@ -14,7 +14,7 @@ namespace {
 
 using Eigen::VectorXd;
 
-constexpr int kHalvings = 6;  // of a step: feet that hit the floor hard
+constexpr int kHalvings = 2;  // of a step: feet that hit the floor hard
 
 bool needs_jacobians(const Scene& scene) {
   return !scene.robot.constraints.rigid.empty() && RigidStepper::needs_jacobians(scene.integrator);
