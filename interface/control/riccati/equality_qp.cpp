@@ -27,7 +27,7 @@ bool EqualityQp::fits(const NlpShape& shape) {
 
 EqualityQp::EqualityQp(QpSubproblem& model)
     : model_(model),
-      kkt_(model),
+      kkt_(model, true),
       gradient_(model.shape().n()),
       jacobian_(model.shape().jacobian.nnz()),
       hessian_(model.shape().hessian.nnz()),

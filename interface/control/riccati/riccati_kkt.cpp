@@ -26,8 +26,12 @@ constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable th
 constexpr double kSpring = 1e10;  // what rows without a variable of their own cost, squared and halved
 }  // namespace
 
-RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes)
-    : stages_(sizes.size()), factors_(sizes.size()), first_variable_{0}, first_row_{0} {
+RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links)
+    : stages_(sizes.size()),
+      factors_(sizes.size()),
+      first_variable_{0},
+      first_row_{0},
+      puts_in_links_(puts_in_links) {
   for (std::size_t k = 0; k < sizes.size(); ++k) {
     const Eigen::Index n = sizes[k].variables, links = sizes[k].links;
     const Eigen::Index next = k + 1 < sizes.size() ? sizes[k + 1].links : 0;
@@ -40,7 +44,7 @@ RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes)
 
 // Links that say one variable each by the stage before, as steps forward do, come first: solved for, they leave all other
 // rows as they are.  Then the rows of the stage itself, then other links.
-void RiccatiKkt::order_rows(Factor& f, const Stage& s, bool is_elastic) {
+void RiccatiKkt::order_rows(Factor& f, const Stage& s, bool puts_in) {
   const Eigen::Index n = s.H.rows(), links = s.D.rows(), rows = links + s.G.rows();
   f.row.clear(), f.col.clear();
   std::vector<Eigen::Index> count(std::size_t(links), 0), at(std::size_t(links), 0), others;
@@ -53,7 +57,7 @@ void RiccatiKkt::order_rows(Factor& f, const Stage& s, bool is_elastic) {
   std::vector<bool> is_taken(std::size_t(n), false);
   for (Eigen::Index r = 0; r < links; ++r) {
     const auto variable = std::size_t(at[std::size_t(r)]);
-    if (count[std::size_t(r)] != 1 || is_taken[variable] || is_elastic) {
+    if (count[std::size_t(r)] != 1 || is_taken[variable] || !puts_in) {
       others.push_back(r);
       continue;
     }
@@ -85,7 +89,7 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   }
   f.Q.topLeftCorner(n, n) = s.H;
   f.Q.diagonal().head(n).array() += shift;
-  order_rows(f, s, elastic > 0);
+  order_rows(f, s, puts_in_links_ && elastic == 0);
   for (Eigen::Index r = 0; r < own; ++r) {
     const Eigen::Index row = f.row[std::size_t(r)];
     f.M.col(r).head(n) = row < links ? s.D.row(row).transpose() : s.G.row(row - links).transpose();

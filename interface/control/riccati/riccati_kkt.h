@@ -19,9 +19,12 @@
 // (elimination with pivoting), what is free then is minimised (Cholesky), and what is left is a quadratic cost to go
 // of C_{k-1} z_{k-1} alone.  Rows that a stage has no variable for become costs of the stages before: stiff springs.  With links
 // x_k = A x_{k-1} + B u_{k-1} this is Riccati's recursion, and it is as long; with links of collocation it is the same
-// recursion with their implicit state solved for.  Links that say one variable each by the stage before, as of steps forward in
-// time, are not eliminated but put in: a stage of 79 variables whose 37 states are such takes a third.  Every Cholesky factorisation goes through if and only if the problem is
+// recursion with their implicit state solved for.  Every Cholesky factorisation goes through if and only if the problem is
 // strictly convex on its rows: the whole system has the right inertia.
+//
+// puts_in_links: links that say one variable each by the stage before, as of steps forward in time, are put in before a stage's own
+// rows choose their pivots: a stage of 79 variables whose 37 states are such takes a third.  Where own rows need these variables as
+// pivots, as collocation's may, that loses digits.
 //
 // Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
 // their squares leave no digit of the cost to go; springs let all stages share.  A solution then misses such rows by their multipliers over
@@ -52,7 +55,7 @@ class RiccatiKkt {
     Eigen::MatrixXd C, D;  // (links of the next x n), (links x n)
   };
 
-  explicit RiccatiKkt(const std::vector<StageSizes>& sizes);
+  explicit RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links = false);
 
   std::size_t stages() const { return stages_.size(); }
   Stage& stage(std::size_t k) { return stages_[k]; }
@@ -93,7 +96,7 @@ class RiccatiKkt {
   };
 
   void assemble(std::size_t k, double shift, double elastic);
-  static void order_rows(Factor& f, const Stage& s, bool is_elastic);
+  static void order_rows(Factor& f, const Stage& s, bool puts_in);
   static void order_variables(Factor& f);
   void eliminate_rows(Factor& f, Eigen::Index links);
   bool eliminate(std::size_t k);
@@ -102,6 +105,7 @@ class RiccatiKkt {
   std::vector<Stage> stages_;
   std::vector<Factor> factors_;
   std::vector<Eigen::Index> first_variable_, first_row_;
+  bool puts_in_links_;
 };
 
 }  // namespace dyntape

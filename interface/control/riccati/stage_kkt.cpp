@@ -17,10 +17,10 @@ RowKind kind_of(double lower, double upper) {
 
 }  // namespace
 
-StagewiseKkt::StagewiseKkt(const Nlp& nlp) : shape_(nlp.shape()) {
+StagewiseKkt::StagewiseKkt(const Nlp& nlp, bool puts_in_links) : shape_(nlp.shape()) {
   place_variables();
   place_rows(nlp);
-  connect();
+  connect(puts_in_links);
 }
 
 bool StagewiseKkt::fits() const {
@@ -93,8 +93,8 @@ void StagewiseKkt::place_rows(const Nlp& nlp) {
 }
 
 // Where each non-zero goes.
-void StagewiseKkt::connect() {
-  chain_.emplace(sizes_);
+void StagewiseKkt::connect(bool puts_in_links) {
+  chain_.emplace(sizes_, puts_in_links);
   for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
     const std::size_t row = shape_.jacobian.row[e], col = shape_.jacobian.col[e];
     if (row_place_[row] < 0 || is_fixed(col)) continue;

@@ -40,7 +40,7 @@ struct KktDiagonal {
 
 class StagewiseKkt {
  public:
-  explicit StagewiseKkt(const Nlp& nlp);
+  explicit StagewiseKkt(const Nlp& nlp, bool puts_in_links = false);  // riccati_kkt.h
 
   RowKind kind(std::size_t row) const { return kind_[row]; }
   bool is_fixed(std::size_t variable) const { return place_[variable] < 0; }
@@ -74,7 +74,7 @@ class StagewiseKkt {
 
   void place_variables();
   void place_rows(const Nlp& nlp);
-  void connect();
+  void connect(bool puts_in_links);
   double largest_residual(const KktVector& right, const KktVector& step);
   void condensed_solve(const KktVector& right, KktVector& step) {
     condensed_solve(right, step, chain_->stages());
