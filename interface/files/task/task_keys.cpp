@@ -10,6 +10,7 @@
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/planar_keys.h>
+#include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/task/place_keys.h>
 #include <dyntape/interface/files/task/term_keys.h>

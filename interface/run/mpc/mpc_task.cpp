@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/run/mpc/scene_plant.h>
 #include <dyntape/interface/run/solve/pictures.h>
