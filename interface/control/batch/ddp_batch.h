@@ -15,7 +15,7 @@
 //
 // Each solve takes the course that DdpSolver takes, to rounding: the same rules of steps, stopping, saddles and limits.  Its bits
 // depend on its own values alone: not on how many there are, which are beside it, or on the number of threads.  A lane that is done
-// takes the next problem, and one that is waited for nowhere waits: which work is done next is what most lanes ask for.
+// takes the next problem.  The work that most lanes ask for is done next; the other lanes wait.
 //
 // A solve that fails is a status of its own and takes nothing from the others.  Besides what DdpSolver says: kNotFinite where the motion
 // is not finite at the start or leaves a branch that was recorded there.  `seconds` is each one's share of the call; max_seconds
