@@ -10,9 +10,9 @@
 // evaluates N states for little more than the price of one, without generating anything.
 //
 // Bits.  Every lane computes what Pack<double, 1> computes, whatever N is and whatever the other lanes hold:
-// arithmetic and sqrt are IEEE's, nothing is contracted, and the elementary functions are SLEEF's
-// deterministic ones (pack_functions.cpp; 1 ulp), which differ from the C library's in the last bit now and
-// then.  A NaN stays in its lane.
+// arithmetic and sqrt are IEEE's, nothing is contracted, and the elementary functions are the portable ones
+// (portable.h; within 1 ulp), which differ from the C library's in the last bit now and then.  A NaN stays
+// in its lane.
 //
 // Comparisons give a Mask, which does not convert to bool: `if (x < y)` does not compile, for lanes may
 // disagree.  any(mask) and all(mask) ask.

@@ -10,8 +10,9 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/run/threads.h>
-#include <dyntape/interface/control/batch/ddp_course.h>
+#include <dyntape/interface/control/batch/lane_work.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
+#include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {
@@ -230,20 +231,11 @@ class BatchRun {
       any = true;
     }
     if (any) work_->accept(trial_of);
-    for (int l = 0; l < lanes_; ++l)
-      if (wants(l, DdpWish::kNothing)) close(l), refill(l);
-  }
-
-  void close(int lane) {
-    DdpCourse& course = *courses_[std::size_t(lane)];
-    DdpSolution& s = solutions_[numbers_[std::size_t(lane)]];
-    LaneMotion motion = work_->motion(lane);
-    s.status = course.status(), s.cost = course.cost();
-    s.is_minimum = course.is_minimum(), s.is_saddle = course.is_saddle();
-    s.x = std::move(motion.x), s.u = std::move(motion.u);
-    s.slope = std::move(motion.slope), s.adjoint = std::move(motion.adjoint);
-    s.policy = std::move(motion.policy);
-    s.iterations = course.take_iterations();
+    for (int l = 0; l < lanes_; ++l) {
+      if (!wants(l, DdpWish::kNothing)) continue;
+      solutions_[numbers_[std::size_t(l)]] = courses_[std::size_t(l)]->solution();
+      refill(l);
+    }
   }
 
   void refill(int lane) {
@@ -287,8 +279,10 @@ DdpBatch::DdpBatch(const Problem& problem, const DdpOptions& options, unsigned t
                   problem.u.upper,
                   options.hessian == DdpHessian::kExact,
                   options.start == DdpStart::kNodes};
-  made_ = std::make_unique<Made>(
-      Made{std::move(solver), options, threads > 0 ? threads : codegen::thread_count(), std::move(setup)});
+  DdpOptions unwatched = options;
+  unwatched.watch = nullptr;
+  made_ = std::make_unique<Made>(Made{std::move(solver), std::move(unwatched),
+                                      threads > 0 ? threads : codegen::thread_count(), std::move(setup)});
 }
 
 DdpBatch::DdpBatch(DdpBatch&&) noexcept = default;

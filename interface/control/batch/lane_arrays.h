@@ -13,6 +13,7 @@
 
 #include <dyntape/autodiff/scalars/pack.h>
 #include <dyntape/interface/control/batch/lane_setup.h>
+#include <dyntape/interface/control/solve/ddp_work.h>
 
 namespace dyntape {
 
@@ -78,7 +79,7 @@ struct LaneArrays {
   LaneSetup setup;
   int N, n, m, z_size, p_size, y_size, J_size, H_size;
   bool is_limited;
-  std::vector<LaneState> states;
+  std::vector<DdpState> states;
   NonZeros columns, residuals;  // of (A | B) by columns, with their rows; of the residuals by rows
   std::vector<NonZero> gradient;
 

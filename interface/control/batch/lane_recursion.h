@@ -3,7 +3,7 @@
 // Riccati's recursion of all lanes, from the end to the start (riccati/riccati.h), each with its own shift.
 //
 //   LaneRecursion<8> recursion(arrays, secants, step);
-//   recursion.backward(wanted);         // policies and slopes of those where all stages have a minimum; LaneState says of which
+//   recursion.backward(wanted);         // policies and slopes of those where all stages have a minimum; DdpState says of which
 //
 // The curvature of a stage: second derivatives by the slope of the cost to go, or those of the residuals with the secants.
 #pragma once
@@ -36,7 +36,7 @@ class LaneRecursion {
     M sound = a_.mask_of(wanted), with(false);
     P shift(0);
     for (int l = 0; l < W; ++l) {
-      LaneState& s = a_.states[std::size_t(l)];
+      DdpState& s = a_.states[std::size_t(l)];
       shift.set(l, s.shift);
       s.is_convex = s.is_convex || wanted[std::size_t(l)];
     }
@@ -210,7 +210,7 @@ class LaneRecursion {
   }
 
   void note_failure(int lane, int k, const P& shift) {
-    LaneState& s = a_.states[std::size_t(lane)];
+    DdpState& s = a_.states[std::size_t(lane)];
     s.is_convex = false, s.failed_stage = k;
     s.failed.resize(a_.m, a_.m);
     for (int i = 0; i < a_.m; ++i)

@@ -3,7 +3,7 @@
 // What Gauss-Newton's Hessian lacks, as solve/stage_secants.h learns it, of all lanes.
 //
 //   LaneSecants<8> secants(arrays);
-//   secants.learn(wanted);              // after they were linearised; LaneState::help says whether they help
+//   secants.learn(wanted);              // after they were linearised; DdpState::help says whether they help
 //   secants.of_stage(k)                 // (n_z x n_z) packs, by rows
 #pragma once
 

@@ -29,7 +29,7 @@ class WorkOf final : public LaneWork {
   }
 
   int lanes() const override { return W; }
-  LaneState& at(int lane) override { return a_.states[std::size_t(lane)]; }
+  DdpState& at(int lane) override { return a_.states[std::size_t(lane)]; }
 
   void load(int lane, const MatrixXd& parameters, const VectorXd& at_end, const MatrixXd& x,
             const MatrixXd& u) override {
@@ -46,9 +46,9 @@ class WorkOf final : public LaneWork {
       for (P& entry : *unknown) entry.set(lane, std::numeric_limits<double>::quiet_NaN());
   }
 
-  LaneMotion motion(int lane) const override {
-    LaneMotion motion{MatrixXd(a_.n, a_.N + 1), MatrixXd(a_.m, a_.N), MatrixXd(a_.n, a_.N + 1),
-                      MatrixXd(a_.n, a_.N + 1), std::vector<LqrPolicy>(std::size_t(a_.N))};
+  DdpMotion motion(int lane) const override {
+    DdpMotion motion{MatrixXd(a_.n, a_.N + 1), MatrixXd(a_.m, a_.N), MatrixXd(a_.n, a_.N + 1),
+                     MatrixXd(a_.n, a_.N + 1), std::vector<LqrPolicy>(std::size_t(a_.N))};
     for (int k = 0; k <= a_.N; ++k) {
       take(a_.slope, k * a_.n, lane, motion.slope.col(k)),
           take(a_.adjoint, k * a_.n, lane, motion.adjoint.col(k));
@@ -156,7 +156,7 @@ class WorkOf final : public LaneWork {
     for (const P& x : a_.x_end) largest_x = max(largest_x, abs(x));
     for (int l = 0; l < W; ++l) {
       if (!wanted[std::size_t(l)]) continue;
-      LaneState& s = at(l);
+      DdpState& s = at(l);
       s.is_finite = finite[l] == 0 && !left[l] && !left_at_end[l];
       s.cost = cost[l], s.gap = gap[l], s.gaps = gaps[l];
       s.largest_x = largest_x[l], s.largest_u = largest_u[l];

@@ -10,14 +10,14 @@
 //   work->linearise(wanted), work->backward(wanted);   // of the lanes that want it; the others keep what they have
 //
 // What a lane computes has the same bits whatever the others hold and want, in registers of any width.  The course of each solve
-// (ddp_course.h) says what is wanted next.
+// (solve/ddp_course.h) says what is wanted next.
 #pragma once
 
 #include <memory>
 #include <vector>
 
 #include <dyntape/interface/control/batch/lane_setup.h>
-#include <dyntape/interface/control/riccati/riccati.h>
+#include <dyntape/interface/control/solve/ddp_work.h>
 
 namespace dyntape {
 
@@ -27,25 +27,12 @@ struct LaneTrial {
   double cost = 0;  // found; not finite where the motion is not, or leaves a recorded branch
 };
 
-struct LaneMotion {
-  Eigen::MatrixXd x, u, slope, adjoint;  // (n_x x N + 1), (n_u x N), (n_x x N + 1) twice
-  std::vector<LqrPolicy> policy;         // (N)
-};
-
-class LaneWork {
+class LaneWork : public DdpWork {
  public:
-  virtual ~LaneWork() = default;
-
   virtual int lanes() const = 0;
-  virtual LaneState& at(int lane) = 0;
   // (2 + 3 n_p x N) and (1 + n_p), as record_shooting() asks for them; the motion that it starts from; no policy.
   virtual void load(int lane, const Eigen::MatrixXd& parameters, const Eigen::VectorXd& at_end,
                     const Eigen::MatrixXd& x, const Eigen::MatrixXd& u) = 0;
-  virtual LaneMotion motion(int lane) const = 0;
-  // In place of the last step: no feedback up to stage `last`, no gaps, and these changes of the controls (n_u x N).
-  virtual void set_policy(int lane, int last, const Eigen::MatrixXd& k) = 0;
-  virtual void set_policy(int lane, const std::vector<LqrPolicy>& policy) = 0;
-
   // One trial a lane, lanes() of them at most.
   virtual void roll_out(std::vector<LaneTrial>& trials) = 0;
   // Of each lane the trial that becomes its motion; -1: none.

@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The course of one solve by differential dynamic programming (solve/ddp.h), which says what it needs next and waits for it:
+// The course of one solve by differential dynamic programming (ddp.h), which says what it needs next and waits for it:
 //
-//   DdpCourse course(options, work, lane, cost);
+//   DdpCourse course(options, work, lane);
 //   while (course.wish() != DdpWish::kNothing) {
 //     ...                                          // the work of its wish, together with that of other lanes
 //     course.go_on();
 //   }
-//   course.status(), course.iterations()
+//   DdpSolution s = course.solution();
 //
 // Which problems go side by side, and who waits for whom, is the caller's, and changes nothing of the course.
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
-#include <dyntape/interface/control/batch/lane_work.h>
-#include <dyntape/interface/control/solve/ddp.h>
+#include <dyntape/interface/control/solve/ddp_solution.h>
+#include <dyntape/interface/control/solve/ddp_work.h>
 
 namespace dyntape {
 
@@ -24,7 +25,8 @@ enum class DdpWish { kNothing, kRollOut, kLinearise, kBackward };
 
 class DdpCourse {
  public:
-  DdpCourse(const DdpOptions& options, LaneWork& work, int lane);
+  // cost: of the motion that the work begins with, where that is known.
+  DdpCourse(const DdpOptions& options, DdpWork& work, int lane, std::optional<double> cost = {});
   ~DdpCourse();
   DdpCourse(DdpCourse&&) noexcept;
   DdpCourse& operator=(DdpCourse&&) noexcept;
@@ -36,12 +38,7 @@ class DdpCourse {
   void go_on();
   int accepted() const;  // after it went on from trials: which of them is its motion now; -1: none
 
-  // At the end.
-  SolveStatus status() const;
-  double cost() const;
-  bool is_minimum() const;
-  bool is_saddle() const;
-  std::vector<DdpIteration> take_iterations();
+  DdpSolution solution();  // at the end, once; without times
 
  private:
   struct Solve;

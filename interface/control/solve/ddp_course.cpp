@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/batch/ddp_course.h>
+#include <dyntape/interface/control/solve/ddp_course.h>
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
-#include <dyntape/interface/control/batch/piece.h>
+#include <dyntape/interface/control/solve/piece.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {
@@ -18,11 +18,12 @@ using Eigen::VectorXd;
 
 }  // namespace
 
-// As class Ddp of solve/ddp.cpp, of one lane of many.  Each co_await stands in a statement of its own: in conditions gcc 12 makes
-// wrong code of them.
+// Each co_await stands in a statement of its own: in conditions gcc 12 makes wrong code of them.
 struct DdpCourse::Solve {
-  Solve(const DdpOptions& all, LaneWork& of_lanes, int own)
-      : options(all), work(of_lanes), lane(own), at(of_lanes.at(own)) {}
+  Solve(const DdpOptions& all, DdpWork& of_lanes, int own, std::optional<double> of_start)
+      : options(all), work(of_lanes), lane(own), at(of_lanes.at(own)), knows_cost(of_start.has_value()) {
+    if (of_start) cost = *of_start;
+  }
 
   struct Pause {
     Solve& solve;
@@ -42,7 +43,11 @@ struct DdpCourse::Solve {
     return {*this, DdpWish::kRollOut};
   }
   Pause roll_out(double length) { return roll_out(std::vector<double>(1, length)); }
-  void accept(std::size_t trial) { accepted = int(trial), cost = costs[trial]; }
+  void accept(std::size_t trial) { accepted = int(trial), cost = costs[trial], knows_cost = true; }
+  void note(const DdpIteration& now) {
+    iterations.push_back(now);
+    if (options.watch) options.watch(now);
+  }
 
   bool is_exact() const { return options.hessian == DdpHessian::kExact; }
   bool is_closed(double tolerance) const { return at.gap <= tolerance * at.largest_x; }
@@ -52,6 +57,8 @@ struct DdpCourse::Solve {
   bool is_solved() const { return has_no_slope(options.tolerance) && is_closed(options.tolerance); }
   bool is_acceptable() const { return has_no_slope(1e4 * options.tolerance) && is_closed(1e-6); }
 
+  // Newton's step moves nothing any more.  Steps of Gauss-Newton get shorter by a ratio each, and what they lead to is as far
+  // as all of them together.
   bool is_still() {
     const double size = at.step_size, ratio = shift == 0 && last_size > 0 ? size / last_size : 1,
                  slower = std::max(ratio, std::exchange(last_ratio, ratio));
@@ -61,16 +68,20 @@ struct DdpCourse::Solve {
     return size <= share * options.tolerance * at.largest_u;
   }
 
+  // Where the merit cannot tell one motion from the next any more, Newton's steps still make the slope less; where nothing
+  // does, it is over.
   bool has_stalled(double slope) {
     constexpr int kMost = 20;
     if (slope < 0.5 * least_slope) stalled = 0, least_slope = slope;
     return is_near_rounding && ++stalled > kMost;
   }
 
+  // Newton's steps, of all curvature, promise less than the cost is rounded by.
   bool is_least() const {
     return is_exact() && shift == 0 && is_closed(options.tolerance) && promised <= 1e-15 * cost;
   }
 
+  // Whether there is a next one.
   bool raise_shift() {
     shift = std::max(1e-9, 10 * shift);
     return shift <= 1e12;
@@ -86,7 +97,7 @@ struct DdpCourse::Solve {
     co_return at.is_convex;
   }
 
-  // The longest of 1, 1/2, ... that lowers the merit; 0: none.
+  // The longest of 1, 1/2, ... that lowers the merit, cost + weight sum |gap|; 0: none.
   Piece<double> search() {
     constexpr double kEnough = 1e-4, kShortest = 1e-7;
     if (at.gaps > 0)
@@ -110,6 +121,8 @@ struct DdpCourse::Solve {
     co_return 0.0;
   }
 
+  // From a stationary point that is no minimum: the controls of the last stage that has none are moved along its most negative
+  // curvature, and what is behind follows the best policies: the cost falls by the square of the length.  False where none does.
   Piece<bool> leave_saddle() {
     constexpr int kMost = 5, kLongest = 20, kShortest = -40;  // powers of two
     constexpr double kEnough = 0.1;
@@ -151,35 +164,52 @@ struct DdpCourse::Solve {
     co_return found;
   }
 
-  // The shapes of solve/trial_changes.h, one at a time, both ways.
-  Piece<bool> leave_along_trials() {
-    constexpr int kMost = 5, kDoublings = 20, kShapes = 4;
-    constexpr double kLength = 1e-2, kRounding = 1e-10;
-    const LaneMotion now = work.motion(lane);
-    const Eigen::Index N = now.u.cols(), m = now.u.rows();
-    const VectorXd sizes = kLength * now.u.cwiseAbs().rowwise().maxCoeff().cwiseMax(1.0);
-    for (Eigen::Index trial = 0; trial < kShapes * m; ++trial) {
-      const Eigen::Index control = trial / kShapes;
-      MatrixXd change = MatrixXd::Zero(m, N);
+  // Each control changed by a few sines over the horizon, by a hundredth of its size.
+  static std::vector<MatrixXd> trial_changes(const MatrixXd& u) {
+    constexpr int kShapes = 4;
+    constexpr double kLength = 1e-2;
+    const Eigen::Index N = u.cols(), m = u.rows();
+    const VectorXd sizes = kLength * u.cwiseAbs().rowwise().maxCoeff().cwiseMax(1.0);
+    std::vector<MatrixXd> changes(std::size_t(kShapes * m), MatrixXd::Zero(m, N));
+    for (Eigen::Index i = 0; i < kShapes * m; ++i)
       for (Eigen::Index k = 0; k < N; ++k)
-        change(control, k) =
-            std::sin(std::numbers::pi * double(trial % kShapes + 1) * (double(k) + 0.5) / double(N));
-      work.set_policy(lane, int(N), change);
-      std::vector<double> ways(2, sizes[control]);
-      ways[1] = -ways[1];
-      const std::vector<double> both = co_await costs_of(std::move(ways));
-      const double sum = both[0] + both[1];
+        changes[std::size_t(i)](i / kShapes, k) =
+            sizes[i / kShapes] *
+            std::sin(std::numbers::pi * double(i % kShapes + 1) * (double(k) + 0.5) / double(N));
+    return changes;
+  }
+
+  // Without second derivatives: where the cost falls by the square of a trial change, as its mean both ways says, the point is no
+  // minimum, and is left along it.  False where none lowers the cost.
+  Piece<bool> leave_along_trials() {
+    constexpr int kMost = 5, kDoublings = 20;
+    constexpr double kRounding = 1e-10;
+    const DdpMotion now = work.motion(lane);
+    const std::vector<MatrixXd> changes = trial_changes(now.u);
+    const std::vector<double> known = work.costs_of(lane, changes);
+    for (std::size_t i = 0; i < changes.size(); ++i) {
+      double up = known.empty() ? 0 : known[2 * i], down = known.empty() ? 0 : known[2 * i + 1];
+      if (known.empty()) {
+        work.set_policy(lane, options.intervals, changes[i]);
+        std::vector<double> ways(2, 1);
+        ways[1] = -1;
+        const std::vector<double> both = co_await costs_of(std::move(ways));
+        up = both[0], down = both[1];
+      }
+      const double sum = up + down;
       if (!std::isfinite(sum) || !(sum - 2 * cost < -kRounding * (1 + std::abs(cost)))) continue;
       is_saddle = true;
       if (++saddles > kMost) break;
-      double best = both[0] < both[1] ? sizes[control] : -sizes[control], least = std::min(both[0], both[1]);
-      for (int i = 0; i < kDoublings; ++i) {
+      if (!known.empty()) work.set_policy(lane, options.intervals, changes[i]);
+      double best = up < down ? 1 : -1, least = std::min(up, down);
+      for (int doubled = 0; doubled < kDoublings; ++doubled) {
         co_await roll_out(2 * best);
         if (!(costs[0] < least)) break;
         least = costs[0], best *= 2;
       }
       if (!(least < cost)) continue;
       co_await roll_out(best);
+      if (!std::isfinite(costs[0])) continue;
       accept(0);
       is_saddle = false;
       break;
@@ -198,6 +228,7 @@ struct DdpCourse::Solve {
     co_return is_left;
   }
 
+  // The policy of a solution; a shift that is left says that it is no minimum.
   Piece<SolveStatus> finish() {
     shift = 0;
     for (;;) {
@@ -207,30 +238,22 @@ struct DdpCourse::Solve {
     }
   }
 
-  // False where it is not finite.
-  Piece<bool> start() {
-    if (options.start == DdpStart::kRollOut) {
-      co_await roll_out(1.0);
-      if (!std::isfinite(costs[0])) co_return false;
-      accept(0);
-      co_return true;
-    }
-    co_await linearise();
-    cost = at.cost;
-    co_return at.is_finite;
-  }
-
   Piece<SolveStatus> run() {
     const double begin = thread_seconds();
-    bool goes_on = co_await start();
-    if (!goes_on) co_return SolveStatus::kNotFinite;
+    bool goes_on = true;
+    if (!knows_cost && options.start == DdpStart::kRollOut) {
+      co_await roll_out(1.0);
+      if (!std::isfinite(costs[0])) co_return SolveStatus::kNotFinite;
+      accept(0);
+    }
     for (int i = 0;; ++i) {
       co_await linearise();
       at.is_first = false;
+      if (!std::exchange(knows_cost, true)) cost = at.cost;
       if (!at.is_finite || !std::isfinite(cost)) co_return SolveStatus::kNotFinite;
       DdpIteration now{cost, at.gap, at.slopes.maxCoeff(), shift, 0};
       if (is_solved()) {
-        iterations.push_back(now);
+        note(now);
         SolveStatus status = co_await finish();
         if (status != SolveStatus::kSolved) co_return status;
         if (is_exact() && shift == 0) co_return status;
@@ -242,6 +265,7 @@ struct DdpCourse::Solve {
       if (cost < -1e50) co_return SolveStatus::kDiverging;
       const SolveStatus at_rest = is_acceptable() ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
       if (has_stalled(now.slope)) {
+        // Where all derivatives are rounding, as of a pole that stands, no step along them leads down.
         goes_on = is_closed(options.tolerance);
         if (goes_on) goes_on = co_await leave();
         if (goes_on) continue;
@@ -259,7 +283,7 @@ struct DdpCourse::Solve {
           goes_on = !is_exact();
           if (goes_on) goes_on = co_await leave();
           if (goes_on) break;
-          iterations.push_back(now);
+          note(now);
           co_return SolveStatus::kSolved;
         }
         if (is_convex) now.length = co_await search();
@@ -271,14 +295,14 @@ struct DdpCourse::Solve {
         co_return is_convex ? at_rest : SolveStatus::kStepFailed;
       }
       if (now.length > 0.3) shift = shift > 1e-9 ? shift / 10 : 0;
-      iterations.push_back(now);
+      note(now);
     }
   }
 
   const DdpOptions& options;
-  LaneWork& work;
+  DdpWork& work;
   int lane;
-  LaneState& at;
+  DdpState& at;
 
   Piece<SolveStatus> course;
   std::coroutine_handle<> waiting;
@@ -286,6 +310,7 @@ struct DdpCourse::Solve {
   std::vector<double> lengths, costs;
   int accepted = -1;
 
+  bool knows_cost;
   double cost = 0;
   std::vector<DdpIteration> iterations;
   double last_size = 0, last_ratio = 1;
@@ -294,8 +319,8 @@ struct DdpCourse::Solve {
   int stalled = 0, saddles = 0;
 };
 
-DdpCourse::DdpCourse(const DdpOptions& options, LaneWork& work, int lane)
-    : solve_(std::make_unique<Solve>(options, work, lane)) {
+DdpCourse::DdpCourse(const DdpOptions& options, DdpWork& work, int lane, std::optional<double> cost)
+    : solve_(std::make_unique<Solve>(options, work, lane, cost)) {
   work.at(lane) = {};
   solve_->course = solve_->run();
   solve_->course.handle().resume();
@@ -317,12 +342,18 @@ void DdpCourse::go_on() {
 
 int DdpCourse::accepted() const { return solve_->accepted; }
 
-SolveStatus DdpCourse::status() const { return solve_->course.result(); }
-bool DdpCourse::is_minimum() const {
-  return status() == SolveStatus::kSolved && solve_->shift == 0 && solve_->is_exact();
+DdpSolution DdpCourse::solution() {
+  Solve& own = *solve_;
+  DdpMotion motion = own.work.motion(own.lane);
+  DdpSolution s;
+  s.status = own.course.result(), s.cost = own.cost;
+  s.is_minimum = s.success() && own.shift == 0 && own.is_exact();
+  s.is_saddle = s.success() && own.is_saddle;
+  s.x = std::move(motion.x), s.u = std::move(motion.u);
+  s.slope = std::move(motion.slope), s.adjoint = std::move(motion.adjoint);
+  s.policy = std::move(motion.policy);
+  s.iterations = std::move(own.iterations);
+  return s;
 }
-bool DdpCourse::is_saddle() const { return status() == SolveStatus::kSolved && solve_->is_saddle; }
-double DdpCourse::cost() const { return solve_->cost; }
-std::vector<DdpIteration> DdpCourse::take_iterations() { return std::move(solve_->iterations); }
 
 }  // namespace dyntape
