@@ -1,101 +1,21 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Problems as controllers: differential dynamic programming with its policy, and model predictive control.
-#include <nanobind/stl/shared_ptr.h>
-
+// Problems as controllers: model predictive control.
 #include <algorithm>
 #include <mutex>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/mpc/receding_horizon.h>
-#include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/io/number.h>
 
 #include "motions.h"
 #include "problems.h"
-#include "watch.h"
 
 namespace dyntape::python {
 namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-
-// --- Differential dynamic programming ---------------------------------------------------------------------
-
-std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, const std::string& hessian,
-                                       double tolerance, int max_iterations, bool verify,
-                                       nb::handle progress) {
-  DdpOptions options;
-  options.evaluation.route = Route::kTiered;  // begins at once
-  options.verify = verify;
-  options.intervals = intervals;
-  options.tolerance = tolerance;
-  options.max_iterations = max_iterations;
-  if (hessian != "exact" && hessian != "gauss_newton")
-    throw ArgumentError("solve_ddp: hessian: expected \"exact\" or \"gauss_newton\", got \"" + hessian +
-                        "\"");
-  options.hessian = hessian == "exact" ? DdpHessian::kExact : DdpHessian::kGaussNewton;
-  return watched(progress, [&](const Watch& watch) {
-    options.stop = options.evaluation.stop = watch.stop;
-    if (watch.tell)
-      options.watch = [&](const DdpIteration& now) { watch.tell("cost " + io::with_digits(now.cost, 6)); };
-    return std::make_shared<DdpSolution>(solve_with_ddp(p.problem, options));
-  });
-}
-
-// (N, n_u, n_x) gains, row by row.
-nb::object gains_of(const DdpSolution& s) {
-  const auto n = static_cast<std::ptrdiff_t>(s.policy.size());
-  double* to = nullptr;
-  nb::object array = new_array({n, s.u.rows(), s.x.rows()}, to);
-  for (const LqrPolicy& policy : s.policy) {
-    for (Eigen::Index i = 0; i < s.u.rows(); ++i) {
-      for (Eigen::Index j = 0; j < s.x.rows(); ++j) *to++ = policy.K(i, j);
-    }
-  }
-  return array;
-}
-
-void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem) {
-  using S = DdpSolution;
-  nb::class_<S>(module, "DdpSolution", "A motion and the policy u = u_k + K_k (x - x_k) that keeps it.")
-      .def_prop_ro(
-          "t", [](const S& s) { return entries_of(s.t); }, nb::sig("def t(self) -> Array"), "(N + 1,) s.")
-      .def_prop_ro(
-          "x", [](const S& s) { return rows_of(s.x); }, nb::sig("def x(self) -> Array"), "(N + 1, states).")
-      .def_prop_ro(
-          "u", [](const S& s) { return rows_of(s.u); }, nb::sig("def u(self) -> Array"),
-          "(N, controls), held over each interval.")
-      .def_prop_ro("K", gains_of, nb::sig("def K(self) -> Array"), "(N, controls, states).")
-      .def_ro("cost", &S::cost, "What was minimised.")
-      .def_prop_ro("success", &S::success, "Whether it was solved.")
-      .def_prop_ro(
-          "status", [](const S& s) { return to_string(s.status); }, "How the solver ended.")
-      .def_prop_ro(
-          "iterations", [](const S& s) { return s.iterations.size(); }, "Of the solver.")
-      .def_ro("integration_error", &S::integration_error,
-              "What the steps are off by, found by integrating to 1e-12.")
-      .def_ro("seconds", &S::seconds, "s, of the iterations.")
-      .def_ro("build_seconds", &S::build_seconds, "s, of recording and of making code.")
-      .def("__repr__", [](const S& s) {
-        return std::string("<dyntape.DdpSolution: ") + to_string(s.status) + " in " +
-               std::to_string(s.iterations.size()) + " iterations, cost " + io::with_digits(s.cost, 6) + ">";
-      });
-  problem.def(
-      "solve_ddp", solve_ddp, nb::arg("intervals") = 100, nb::kw_only(), nb::arg("hessian") = "exact",
-      nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("verify") = true,
-      nb::arg("progress") = nb::none(),
-      nb::sig(
-          "def solve_ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
-          "max_iterations: int = 500, verify: bool = True, progress: Progress = None) -> DdpSolution"),
-      "Solves by differential dynamic programming: costs and limits of controls, from a given start.\n\n"
-      "Controls are held over each interval, one step of the classical Runge-Kutta scheme.\n"
-      "verify: finds `integration_error`, which may take longer than the solve.\n"
-      "Raises ArgumentError for what the method does not know, as goals and path constraints.");
-}
-
-// --- Model predictive control -----------------------------------------------------------------------------
 
 struct PythonMpc {
   PythonMpc(const Problem& problem, const MpcOptions& options) : mpc(problem, options) {}
@@ -225,9 +145,6 @@ ParameterValue parameter_value(nb::handle value, nb::handle times) {
   return table_value(values, t);
 }
 
-void bind_control(nb::module_& module, nb::class_<PythonProblem>& problem) {
-  bind_ddp(module, problem);
-  bind_mpc(module);
-}
+void bind_control(nb::module_& module) { bind_mpc(module); }
 
 }  // namespace dyntape::python

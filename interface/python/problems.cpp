@@ -287,7 +287,8 @@ void bind_problems(nb::module_& module) {
   bind_parts(problem);
   bind_terms(problem);
   bind_problem_solve(module, problem);
-  bind_control(module, problem);
+  bind_control(module);
+  bind_ddp(module, problem);
   nb::object robot = module.attr("Robot");
   robot.attr("problem") = nb::cpp_function(
       problem_of, nb::name("problem"), nb::is_method(), nb::scope(robot), nb::arg("duration"), nb::kw_only(),

@@ -55,7 +55,8 @@ ParameterValue parameter_value(nb::handle value, nb::handle times);
 Eigen::VectorXd vector_of(nb::handle given, const std::string& what, Eigen::Index entries);
 
 void bind_stages(nb::module_& module);                                             // stages.cpp
-void bind_control(nb::module_& module, nb::class_<PythonProblem>& problem);        // control.cpp
+void bind_control(nb::module_& module);                                            // control.cpp
+void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem);            // ddp.cpp
 void bind_terms(nb::class_<PythonProblem>& problem);                               // problem_terms.cpp
 void bind_problem_solve(nb::module_& module, nb::class_<PythonProblem>& problem);  // problem_solve.cpp
 

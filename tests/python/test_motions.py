@@ -306,6 +306,49 @@ def test_a_policy():
         p.add_cost("unknown", lambda s: s["mass"][0])
 
 
+def swing_up():
+    def rate(s):
+        return [s.x[1], (s.u[0] - 0.05 * s.x[1] - s["load"][0] * 9.81 * 0.5 * np.sin(s.x[0])) / 0.25]
+
+    p = dyntape.Problem("pendulum", ["angle", "rate"], ["torque"], 3.0, rate, parameters={"load": 1.0})
+    p.add_squares("effort", lambda s: s.u)
+    p.add_squares("upright", lambda s: [20 * (s.x[0] - np.pi), 20 * s.x[1]], where="end")
+    p.start, p.goal = [0, 0], [np.nan, np.nan]
+    return p
+
+
+def test_many_policies_at_once(random):
+    solver = swing_up().ddp(60)
+    starts, loads = random.uniform(-0.5, 0.5, (11, 2)), random.uniform(0.8, 1.2, 11)
+    s = solver.solve_batch(starts, parameters={"load": loads})
+    assert len(s) == 11 and s.success.all() and (s.iterations > 0).all()
+    assert s.x.shape == (11, 61, 2) and s.u.shape == (11, 60, 1) and s.K.shape == (11, 60, 1, 2)
+    np.testing.assert_array_equal(s.x[:, 0], starts)
+    alone = solver.solve_batch(starts[7:8], parameters={"load": loads[7:8]})
+    for part in ("x", "u", "K", "cost", "slope"):  # the bits that it has alone
+        np.testing.assert_array_equal(getattr(s, part)[7], getattr(alone, part)[0])
+    solver.set_parameter("load", loads[7])
+    one = solver.solve(starts[7])
+    np.testing.assert_allclose(one.u, s[7].u, atol=1e-7 * abs(one.u).max())
+    step = 1e-5 * np.array([0, 1])
+    by_rate = (solver.solve(starts[7] + step).cost - solver.solve(starts[7] - step).cost) / 2e-5
+    np.testing.assert_allclose(s.slope[7, 1], by_rate, rtol=1e-5)
+
+
+def test_what_a_batch_does_not_take():
+    solver = swing_up().ddp(20)
+    with pytest.raises(dyntape.ArgumentError, match=r"starts: expected an array of shape \(any, 2\)"):
+        solver.solve_batch([[0.0, 0.0, 0.0]])
+    with pytest.raises(dyntape.ArgumentError, match=r'"load": expected an array of shape \(problems, 1\), got \(2, 2\)'):
+        solver.solve_batch(parameters={"load": [[1.0, 2.0], [1.0, 2.0]]})
+    with pytest.raises(dyntape.ArgumentError, match="3 columns, expected 2"):
+        solver.solve_batch([[0.0, 0.0]] * 2, parameters={"load": [1.0, 1.0, 1.0]})
+    with pytest.raises(IndexError, match="problem 2 of 2"):
+        solver.solve_batch([[0.0, 0.0]] * 2)[2]
+    with pytest.raises(dyntape.ArgumentError, match="hessian: expected"):
+        swing_up().ddp(20, hessian="newton")
+
+
 def test_masses_are_identified(random):
     arm = dyntape.load(CONFIG / "robots" / "double_pendulum.urdf")
     q, v, a = arm.random(400, seed=2), random.normal(size=(400, 2)), random.normal(size=(400, 2))

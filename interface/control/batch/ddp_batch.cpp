@@ -289,20 +289,22 @@ DdpBatch::DdpBatch(DdpBatch&&) noexcept = default;
 DdpBatch& DdpBatch::operator=(DdpBatch&&) noexcept = default;
 DdpBatch::~DdpBatch() = default;
 
-const Problem& DdpBatch::problem() const { return made_->solver.problem(); }
-BuildReport DdpBatch::build() const { return made_->solver.build(); }
+DdpSolver& DdpBatch::solver() { return made_->solver; }
+const DdpSolver& DdpBatch::solver() const { return made_->solver; }
 int DdpBatch::lanes() const { return make_lane_work(made_->setup)->lanes(); }
 
-std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values) const {
+std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values, const std::stop_token& stop) const {
   const auto begin = std::chrono::steady_clock::now();
   const Problem& problem = made_->solver.problem();
-  const DdpOptions& options = made_->options;
+  DdpOptions options = made_->options;
+  if (stop.stop_possible()) options.stop = stop;
+  LaneSetup setup = made_->setup;
+  setup.lower = problem.u.lower, setup.upper = problem.u.upper;
   const BatchCases cases(problem, options, values);
   std::vector<DdpSolution> solutions(cases.count());
   std::atomic<std::size_t> next = 0;
   const std::size_t threads = std::min<std::size_t>(made_->threads, cases.count());
-  codegen::run_tasks(threads,
-                     [&](std::size_t) { BatchRun(made_->setup, options, cases, next, solutions).run(); });
+  codegen::run_tasks(threads, [&](std::size_t) { BatchRun(setup, options, cases, next, solutions).run(); });
   const VectorXd t = VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
   const double share = seconds_since(begin) / double(std::max<std::size_t>(1, cases.count()));
   for (DdpSolution& s : solutions) s.t = t, s.seconds = share;

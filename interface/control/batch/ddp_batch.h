@@ -10,7 +10,7 @@
 //   batch.solve({.starts = starts, .parameters = values});               // (n_p x count), held over time; Parameters::entry_names()
 //   batch.solve({.starts = starts, .controls = guesses});                // (n_u N x count): u_0, u_1, ... of each
 //
-// What is left out is the problem's own: its parameters, which may be functions of time, its guess, its start for all, where only
+// What is left out is the problem's own (solver().problem()): its parameters, which may be functions of time, its guess, its start for all, where only
 // parameters or controls are given.
 //
 // Each solve takes the course that DdpSolver takes, to rounding: the same rules of steps, stopping, saddles and limits.  Its bits
@@ -27,6 +27,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <vector>
 
 #include <dyntape/interface/control/solve/ddp.h>
@@ -47,10 +48,11 @@ class DdpBatch {
   DdpBatch& operator=(DdpBatch&&) noexcept;
   ~DdpBatch();
 
-  const Problem& problem() const;
-  std::vector<DdpSolution> solve(const DdpBatchValues& values) const;
-  int lanes() const;          // problems side by side in a thread
-  BuildReport build() const;  // of the functions, which were made once
+  std::vector<DdpSolution> solve(const DdpBatchValues& values, const std::stop_token& stop = {}) const;
+  int lanes() const;  // problems side by side in a thread
+  // One at a time with the same functions, and the values that hold where a batch leaves them out: set_values().
+  DdpSolver& solver();
+  const DdpSolver& solver() const;
 
  private:
   struct Made;

@@ -93,19 +93,20 @@ BuildReport DdpSolver::build() const {
   return report;
 }
 
-DdpSolution DdpSolver::solve() {
+DdpSolution DdpSolver::solve(const std::stop_token& stop) {
   const Problem& problem = made_->problem;
+  DdpOptions options = made_->options;
+  if (stop.stop_possible()) options.stop = stop;
   const auto begin = std::chrono::steady_clock::now();
-  DdpMotionWork work(problem, made_->options, made_->step, made_->end);
-  DdpCourse course(made_->options, work, 0, work.start());
+  DdpMotionWork work(problem, options, made_->step, made_->end);
+  DdpCourse course(options, work, 0, work.start());
   run(course, work);
   DdpSolution solution = course.solution();
-  solution.t = Eigen::VectorXd::LinSpaced(made_->options.intervals + 1, 0, problem.duration);
+  solution.t = Eigen::VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
   solution.build_seconds = made_->build_seconds;
   solution.seconds = seconds_since(begin);
-  if (solution.success() && made_->options.verify)
-    solution.integration_error =
-        error_of_steps(problem, solution.t, solution.x, solution.u, made_->options.stop);
+  if (solution.success() && options.verify)
+    solution.integration_error = error_of_steps(problem, solution.t, solution.x, solution.u, options.stop);
   return solution;
 }
 

@@ -61,8 +61,8 @@ class DdpSolver {
 
   const Problem& problem() const;       // with the values of now
   void set_values(const Problem& now);  // ArgumentError where they do not fit, and then nothing has changed
-  DdpSolution solve();
-  BuildReport build() const;  // of the functions, which were made once
+  DdpSolution solve(const std::stop_token& stop = {});  // one that can stop takes the place of the options'
+  BuildReport build() const;                            // of the functions, which were made once
   // record_shooting()'s, compiled.
   const CompiledFunction& step() const;
   const CompiledFunction& end() const;
