@@ -17,13 +17,17 @@
 // with the first derivatives (constraints.h), which come with it.  The part of inverse dynamics is id_hessian();
 // that of a chain of k columns takes one dot product of 18 entries for each two of them.
 //
+// Of an impact, likewise,
+//   const MatrixX<double>& H = impulse_hessian(model, data, feet, second, q, v, 0.0, mu, nu);
+// the Hessian of  mu^T v_plus(q, v) + nu^T impulse(q, v)  over (q, v), which has no entries by v twice.
+//
 // Dependent rows are treated as the first derivatives treat them.  Where the rank is constant around q the part of
 // mu is exact, also where rows contradict each other.  The part of nu needs forces that are unique: full row rank.
 // Where the rank changes there are no derivatives.
 //
 // Errors: ArgumentError for arguments of other sizes, for a workspace of another robot or of other constraints, and
 // where id_hessian() has no answer (velocity products that do not act, added inertias).
-// Equations: docs/math.md (L.16) to (L.23).
+// Equations: docs/math.md (L.16) to (L.24).
 #pragma once
 
 #include <dyntape/dynamics/algorithms/hessian.h>
@@ -47,7 +51,8 @@ template <class T>
 struct ConstrainedHessian {
   ConstrainedHessian(const Model<T>& model, const ConstraintData<T>& c);
 
-  MatrixX<T> H;  // (3nv x 3nv)
+  MatrixX<T> H;          // (3nv x 3nv)
+  MatrixX<T> H_impulse;  // (2nv x 2nv)
 
   // Working memory.
   std::vector<ConstrainedColumn<T>> columns;  // of the chain at hand
@@ -64,5 +69,12 @@ const MatrixX<T>& constrained_hessian(const Model<T>& model, Data<T>& data, Cons
                                       ConstrainedHessian<T>& second, const VectorRef<T>& q,
                                       const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& mu,
                                       const VectorRef<T>& nu, const DynamicsTerms<T>& acting = {});
+
+// Returns second.H_impulse.  Calls impulse_dynamics_derivatives, whose results it leaves in c.
+template <class T>
+const MatrixX<T>& impulse_hessian(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                                  ConstrainedHessian<T>& second, const VectorRef<T>& q, const VectorRef<T>& v,
+                                  const std::type_identity_t<T>& restitution, const VectorRef<T>& mu,
+                                  const VectorRef<T>& nu, const DynamicsTerms<T>& acting = {});
 
 }  // namespace dyntape::dynamics

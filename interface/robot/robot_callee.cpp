@@ -113,7 +113,7 @@ std::shared_ptr<const Callee> row_callee(const Model<double>& model, const Rows&
                                  }});
 }
 
-// Constrained dynamics on the tape.
+// Constrained dynamics and impacts on the tape: accelerations or velocities, and the forces where these are unique.
 struct Held {
   Held(const Model<double>& robot, const std::vector<dynamics::Constraint<double>>& list, bool independent)
       : model(robot.cast<AD>()), data(model), c(model, cast(list)) {
@@ -125,28 +125,51 @@ struct Held {
     return result;
   }
 
-  // The accelerations, and the forces where these are unique.
+  MatrixXad with_forces(const MatrixXad& motion, const MatrixXad& forces) const {
+    if (!c.independent) return motion;
+    MatrixXad both(motion.rows() + forces.rows(), motion.cols());
+    both << motion, forces;
+    return both;
+  }
+
   VectorXad value(const VectorXad& x) {
     const Eigen::Index n = model.nv;
     dynamics::constrained_dynamics<AD>(model, data, c, x.head(n), x.segment(n, n), x.tail(n));
-    VectorXad y(n + (c.independent ? c.lambda.size() : 0));
-    y.head(n) = c.ddq;
-    if (c.independent) y.tail(c.lambda.size()) = c.lambda;
-    return y;
+    return with_forces(c.ddq, c.lambda);
   }
   MatrixXad jacobian(const VectorXad& x) {
-    const Eigen::Index n = model.nv, m = c.independent ? c.lambda.size() : 0;
+    const Eigen::Index n = model.nv;
     dynamics::constrained_dynamics_derivatives<AD>(model, data, c, x.head(n), x.segment(n, n), x.tail(n));
-    MatrixXad J(n + m, 3 * n);
-    J.topRows(n) << c.ddq_dq, c.ddq_dv, c.ddq_dtau;
-    if (m > 0) J.bottomRows(m) << c.lambda_dq, c.lambda_dv, c.lambda_dtau;
-    return J;
+    MatrixXad motion(n, 3 * n), forces(c.lambda.size(), 3 * n);
+    motion << c.ddq_dq, c.ddq_dv, c.ddq_dtau;
+    forces << c.lambda_dq, c.lambda_dv, c.lambda_dtau;
+    return with_forces(motion, forces);
   }
   MatrixXad hessian(const VectorXad& x, const VectorXad& w) {
     const Eigen::Index n = model.nv;
     dynamics::ConstrainedHessian<AD> second(model, c);
     return dynamics::constrained_hessian<AD>(model, data, c, second, x.head(n), x.segment(n, n), x.tail(n),
                                              w.head(n), w.tail(w.size() - n));
+  }
+
+  VectorXad impact(double restitution, const VectorXad& x) {
+    const Eigen::Index n = model.nv;
+    dynamics::impulse_dynamics<AD>(model, data, c, x.head(n), x.tail(n), AD(restitution));
+    return with_forces(c.v_plus, c.impulse);
+  }
+  MatrixXad impact_jacobian(double restitution, const VectorXad& x) {
+    const Eigen::Index n = model.nv;
+    dynamics::impulse_dynamics_derivatives<AD>(model, data, c, x.head(n), x.tail(n), AD(restitution));
+    MatrixXad motion(n, 2 * n), forces(c.lambda.size(), 2 * n);
+    motion << c.v_plus_dq, c.v_plus_dv;
+    forces << c.impulse_dq, c.impulse_dv;
+    return with_forces(motion, forces);
+  }
+  MatrixXad impact_hessian(double restitution, const VectorXad& x, const VectorXad& w) {
+    const Eigen::Index n = model.nv;
+    dynamics::ConstrainedHessian<AD> second(model, c);
+    return dynamics::impulse_hessian<AD>(model, data, c, second, x.head(n), x.tail(n), AD(restitution),
+                                         w.head(n), w.tail(w.size() - n));
   }
 
   Model<AD> model;
@@ -175,6 +198,19 @@ std::shared_ptr<const Callee> constrained_dynamics_callee(
   return analytic_callee(value,
                          {[=](const VectorXad& x) { return held().jacobian(x); },
                           [=](const VectorXad& x, const VectorXad& w) { return held().hessian(x, w); }});
+}
+
+std::shared_ptr<const Callee> impulse_dynamics_callee(
+    const Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
+    double restitution, bool independent) {
+  check_joints(model);
+  const auto held = [=] { return Held(model, constraints, independent); };
+  const Function value = record(model.name + "_impulse_dynamics", static_cast<std::size_t>(2 * model.nv),
+                                [&](const VectorXad& x) { return held().impact(restitution, x); });
+  return analytic_callee(value, {[=](const VectorXad& x) { return held().impact_jacobian(restitution, x); },
+                                 [=](const VectorXad& x, const VectorXad& w) {
+                                   return held().impact_hessian(restitution, x, w);
+                                 }});
 }
 
 bool is_worth_callees(const Model<double>& model) {

@@ -34,6 +34,10 @@ std::shared_ptr<const Callee> forward_dynamics_callee(const dynamics::Model<doub
 std::shared_ptr<const Callee> constrained_dynamics_callee(
     const dynamics::Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
     bool independent = false);
+// (q, v) -> (v_plus, impulse), dynamics::impulse_dynamics, likewise.
+std::shared_ptr<const Callee> impulse_dynamics_callee(
+    const dynamics::Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
+    double restitution, bool independent = false);
 
 // Whether the joints allow them, and are so many (three) that they pay: with fewer the derivatives of the recorded
 // value are as short.

@@ -56,6 +56,23 @@ struct Twice {
     return (H + H.transpose()) / 2;
   }
 
+  // Of impacts, by (q, v).
+  MatrixXd impulse_slopes(double restitution, const VectorXd& mu, const VectorXd& nu) {
+    const VectorXq q = s.q.cast<Float128>(), v = s.v.cast<Float128>();
+    const VectorXq m = mu.cast<Float128>(), n = nu.cast<Float128>();
+    const auto g = [&](const VectorXq& at, const VectorXq& with) {
+      impulse_dynamics_derivatives(model128, data128, c128, at, with, Float128(restitution));
+      VectorXq y(2 * model.nv);
+      y << c128.v_plus_dq.transpose() * m + c128.impulse_dq.transpose() * n,
+          c128.v_plus_dv.transpose() * m + c128.impulse_dv.transpose() * n;
+      return y;
+    };
+    MatrixXd H(2 * model.nv, 2 * model.nv);
+    H << tangent_difference(model128, q, [&](const VectorXq& x) { return g(x, v); }),
+        vector_difference(v, [&](const VectorXq& x) { return g(q, x); });
+    return (H + H.transpose()) / 2;
+  }
+
   Model<double> model;
   Model<Float128> model128;
   State s;
@@ -87,6 +104,20 @@ TEST_P(ConstrainedHessianOf, IsTheSlopeOfTheFirstDerivatives) {
   EXPECT_LE(relative_error(of_accelerations + both.hessian(0 * mu, nu), expected), 1e-11);
 }
 
+TEST_P(ConstrainedHessianOf, ImpactsIsTheSlopeOfTheirFirstDerivatives) {
+  ConstrainedRobot robot(GetParam());
+  Twice both(robot.model, robot.list, robot.s);
+  const long n = robot.model.nv;
+  const VectorXd mu = robot.random.vector(n), nu = robot.random.vector(both.c.lambda.size());
+  const MatrixXd H =
+      impulse_hessian(both.model, both.data, both.c, both.second, both.s.q, both.s.v, 0.3, mu, nu);
+  EXPECT_LE(relative_error(H, both.impulse_slopes(0.3, mu, nu)), 1e-11);
+  EXPECT_TRUE(H == H.transpose());
+  EXPECT_EQ(H.bottomRightCorner(n, n), MatrixXd::Zero(n, n));
+  EXPECT_TRUE(impulse_hessian(both.model, both.data, both.c, both.second, both.s.q, both.s.v, 0.3, mu, nu) ==
+              H);
+}
+
 INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedHessianOf, testing::Range(1UL, 13UL));
 
 State state_of(const Model<double>& model, unsigned long seed) {
@@ -115,6 +146,11 @@ TEST(ConstrainedHessians, RowsWrittenTwice) {
   EXPECT_LE(relative_error(again.hessian(mu, {}), H), 1e-11);
   EXPECT_EQ(again.c.delassus.dependent().sum(), 12);
   EXPECT_LE(relative_error(H, once.slopes(mu, VectorXd::Zero(12))), 1e-11);
+  const auto impact = [&](Twice& feet_of_it) {
+    return MatrixXd(impulse_hessian(model, feet_of_it.data, feet_of_it.c, feet_of_it.second, s.q, s.v, 0.0,
+                                    mu, VectorXd()));
+  };
+  EXPECT_LE(relative_error(impact(again), impact(once)), 1e-11);
 }
 
 // The same templates in 113 bits: feet that do not turn either, with stabilisation.

@@ -9,6 +9,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_callee.h>
+#include <dyntape/interface/system/scene_system.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
@@ -16,6 +17,7 @@
 
 #include "../autodiff/random.h"
 #include "../dynamics/robot_files.h"
+#include "shipped_scenes.h"
 
 namespace dyntape {
 namespace {
@@ -63,7 +65,7 @@ Constraints points(const Model<double>& model, const std::vector<const char*>& f
 
 struct Case {
   const char* name;
-  bool independent;
+  bool independent, impact;
 };
 
 struct HeldRobot {
@@ -82,6 +84,10 @@ HeldRobot robot_of(const std::string& name) {
     const Model<double> arm = load("panda");
     return {arm, {dynamics::frame_constraint(arm, arm.frame_index("panda_link8"), {})}};
   }
+  if (name == "five_link_walker") {
+    const Model<double> walker = load("five_link_walker");
+    return {walker, points(walker, {"left_foot"})};
+  }
   if (name == "ur5") {
     const Model<double> arm = load("ur5");
     return {arm, points(arm, {"tool0"})};
@@ -94,7 +100,9 @@ class ConstrainedCallee : public ::testing::TestWithParam<Case> {
  protected:
   ConstrainedCallee() {
     const auto [model, held] = robot_of(GetParam().name);
-    callee = constrained_dynamics_callee(model, held, GetParam().independent);
+    const auto [name, independent, impact] = GetParam();
+    callee = impact ? impulse_dynamics_callee(model, held, 0.2, independent)
+                    : constrained_dynamics_callee(model, held, independent);
     const auto plain = dissolving_callee(*callee->recorded()->function);
     by_callee = wrapped(callee);
     by_value = dissolved(wrapped(plain));
@@ -153,7 +161,8 @@ TEST_P(ConstrainedCallee, TakesFewerOperations) {
   for (Order order : {Order::kFirst, Order::kSecond}) {
     const std::size_t a = total_operations(derive(by_callee, order).function),
                       b = total_operations(derive(by_value, order).function);
-    std::printf("%-9s order %d: %zu of %zu\n", GetParam().name, static_cast<int>(order), a, b);
+    std::printf("%s%s order %d: %zu of %zu\n", GetParam().name, GetParam().impact ? ", impact" : "",
+                static_cast<int>(order), a, b);
     EXPECT_LT(a, b);
   }
 }
@@ -180,20 +189,50 @@ TEST_P(CompiledConstrainedCallee, HasTheBitsOfTheInterpreter) {
   }
 }
 
-std::string name_of(const ::testing::TestParamInfo<Case>& info) { return info.param.name; }
+std::string name_of(const ::testing::TestParamInfo<Case>& info) {
+  return std::string(info.param.name) + (info.param.impact ? "_impact" : "");
+}
 
 INSTANTIATE_TEST_SUITE_P(Robots, ConstrainedCallee,
-                         ::testing::Values(Case{"four_bar", false}, Case{"ur5", true}, Case{"panda", true},
-                                           Case{"solo12", true}),
+                         ::testing::Values(Case{"four_bar", false, false}, Case{"ur5", true, false},
+                                           Case{"panda", true, false}, Case{"solo12", true, false},
+                                           Case{"five_link_walker", false, true}, Case{"ur5", true, true}),
                          name_of);
 INSTANTIATE_TEST_SUITE_P(Robots, CompiledConstrainedCallee,
-                         ::testing::Values(Case{"four_bar", false}, Case{"ur5", true}), name_of);
+                         ::testing::Values(Case{"four_bar", false, false}, Case{"ur5", true, false},
+                                           Case{"five_link_walker", false, true}),
+                         name_of);
 
 // Where rows may depend on each other forces are not unique, and not among the results.
 TEST(ConstrainedCallees, GiveForcesOfIndependentRowsOnly) {
   const auto [arm, held] = robot_of("ur5");
   EXPECT_EQ(constrained_dynamics_callee(arm, held)->n_out, 6u);
   EXPECT_EQ(constrained_dynamics_callee(arm, held, true)->n_out, 9u);
+  EXPECT_EQ(impulse_dynamics_callee(arm, held, 0.0)->n_out, 6u);
+  EXPECT_EQ(impulse_dynamics_callee(arm, held, 0.0, true)->n_out, 9u);
+}
+
+// The accelerations of a scene with loops are such a callee, unless parameters change its robot.
+TEST(ConstrainedCallees, AreWhatScenesWithLoopsMoveBy) {
+  const RobotScene scene = shipped("four_bar").robot;
+  const auto accelerations = [&](const System& system) {
+    return record("accelerations", std::size_t(2 * system.model.nv), [&](const VectorXad& x) {
+      const Eigen::Index n = system.model.nv;
+      return system.acceleration({AD(0), x.head(n), x.tail(n), VectorXad::Constant(system.n_u, AD(0.5)),
+                                  VectorXad::Constant(system.n_p, AD(0))});
+    });
+  };
+  const Function f = accelerations(system_of(scene)),
+                 plain = accelerations(system_of(scene, 1, [](RecordedScene&, const VectorXad&) {}));
+  const Derivatives a = derive(f, Order::kSecond), b = derive(plain, Order::kSecond);
+  EXPECT_LT(2 * total_operations(a.function), total_operations(b.function));
+  Random random(6);
+  const auto x = random.vector(f.n_x(), -1, 1), w = random.vector(f.n_y(), -1, 1);
+  EXPECT_EQ(evaluate(f, x), evaluate(plain, x));
+  const auto got = evaluate(a.function, x, {}, w), expected = evaluate(b.function, x, {}, w);
+  expect_near(entries_of(a.jacobian, got, a.n_y), entries_of(b.jacobian, expected, b.n_y), "Jacobian");
+  expect_near(entries_of(a.hessian, got, a.n_y + a.jacobian.nnz()),
+              entries_of(b.hessian, expected, b.n_y + b.jacobian.nnz()), "Hessian");
 }
 
 TEST(ConstrainedCallees, JointsOfSeveralCoordinatesAreRefused) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The Hessian of mu^T ddq + nu^T lambda: docs/math.md (L.16) to (L.23).
+// The Hessians of mu^T ddq + nu^T lambda and of mu^T v_plus + nu^T impulse: docs/math.md (L.16) to (L.24).
 #pragma once
 
 #include <dyntape/dynamics/contact/constrained_hessian.h>
@@ -25,12 +25,13 @@ Force<T> wrench_of(const ConstraintChain& chain, const VectorX<T>& x) {
 // What the columns of one chain have in common.
 template <class T>
 struct ChainWeights {
-  Force<T> f, on_V, lambda, residual;  // w_lambda; what V meets
+  Force<T> f, on_V, lambda, residual;  // f: w_lambda; on_V: what V meets
   Motion<T> V;                         // of frame 1
   Vector3<T> e_linear, e_angular;
-  Matrix3<T> E;  // Jr(e_angular)^-1
-  T kp, b, slope_of_b;
-  bool pulls = false, turns = false, contradicts = false;  // kp; and six rows; terms of the residual
+  Matrix3<T> E;  // Jr(e_angular)^-1, with b(z) of it and b'(z)
+  T kp = T(0), b = T(0), slope_of_b = T(0);
+  bool pulls = false, turns = false;  // whether there is a kp; and six rows
+  bool contradicts = false;           // whether rows may contradict each other
 };
 
 // b(z) of Jr^-1 and its derivative, b = g / (4 c_1) at z/4 with g = c_2 - c_3 (lie.h, stumpff.h).
@@ -255,12 +256,73 @@ void finish_hessian(const ConstraintData<T>& c, ConstrainedHessian<T>& h) {
   h.H.bottomLeftCorner(n, n) = h.H.topRightCorner(n, n).transpose();
 }
 
+// --- Impacts: u = v_plus + restitution v, w_a at joint velocities (L.24) ------------------------------------------
+
+template <class T>
+void set_impulse_columns(const ConstraintData<T>& c, ConstrainedHessian<T>& h, std::size_t i,
+                         const VectorX<T>& u) {
+  const ConstraintChain& chain = c.chains[i];
+  const Force<T> f = wrench_of(chain, h.w_lambda), impulse = wrench_of(chain, c.impulse);
+  Motion<T> V, W;
+  for (const auto& link : chain.links) {
+    const Motion<T> V_next = V + link_motion<T>(chain, c.columns[i], link, u);
+    const Motion<T> W_next = W + link_motion<T>(chain, c.columns[i], link, h.w_a);
+    for (int k = link.first; k < link.first + link.count; ++k) {
+      const Motion<T>& s = c.columns[i][k];
+      ConstrainedColumn<T>& column = h.columns[k];
+      column.V_q = cross(link.backward ? V_next : V, s);
+      column.W_q = cross(link.backward ? W_next : W, s);
+      column.on_V = cross(s, f);
+      column.on_W = cross(s, impulse);
+      set_rows<T>(h.D_w.col(chain.dofs[k]), chain, column.W_q.linear, column.W_q.angular);
+    }
+    V = V_next, W = W_next;
+  }
+}
+
+// Adds the second derivatives of w_lambda . J u - impulse . J w_a at fixed u.
+template <class T>
+void add_impulse_chain(const ConstraintData<T>& c, ConstrainedHessian<T>& h, std::size_t i) {
+  const ConstraintChain& chain = c.chains[i];
+  for (const auto& link : chain.links) {
+    const int end = link.first + link.count;
+    for (int far = link.first; far < end; ++far) {
+      const ConstrainedColumn<T>& by_far = h.columns[far];
+      for (int near = 0; near < end; ++near) {
+        const bool beside = near >= link.first;
+        const int k = chain.dofs[near], f = chain.dofs[far];
+        T qq = dot(h.columns[near].V_q, by_far.on_V) - dot(h.columns[near].W_q, by_far.on_W);
+        if (beside) qq *= T(0.5);
+        h.H_impulse(k, f) += qq, h.H_impulse(f, k) += qq;
+        if (!beside || link.backward) h.B(f, k) += dot(c.columns[i][near], by_far.on_V);
+      }
+    }
+  }
+}
+
+template <class T>
+void finish_impulse_hessian(const ConstraintData<T>& c, ConstrainedHessian<T>& h, const T& restitution) {
+  const long n = h.B.rows();
+  MatrixX<T>& H = h.H_impulse;
+  const auto& M_q = h.id.d2tau.topRightCorner(n, n);
+  H.topLeftCorner(n, n) += h.id.d2tau.topLeftCorner(n, n);
+  H.topRightCorner(n, n) = h.B * restitution - M_q;
+  h.B += M_q;
+  mix(c, h, c.v_plus_dq, c.impulse_dq);
+  H.topLeftCorner(n, n) += h.E + h.E.transpose();
+  mix(c, h, c.v_plus_dv, c.impulse_dv);
+  H.topRightCorner(n, n) += h.E;
+  H.topRows(n) = -H.topRows(n);
+  H.bottomLeftCorner(n, n) = H.topRightCorner(n, n).transpose();
+}
+
 }  // namespace detail
 
 template <class T>
 ConstrainedHessian<T>::ConstrainedHessian(const Model<T>& model, const ConstraintData<T>& c) : id(model) {
   const long nv = model.nv, m = c.lambda.size();
   H = MatrixX<T>::Zero(3 * nv, 3 * nv);
+  H_impulse = MatrixX<T>::Zero(2 * nv, 2 * nv);
   std::size_t longest = 0;
   for (const ConstraintChain& chain : c.chains) longest = std::max(longest, chain.dofs.size());
   columns.resize(longest);
@@ -270,15 +332,25 @@ ConstrainedHessian<T>::ConstrainedHessian(const Model<T>& model, const Constrain
   for (auto* x : {&D_w, &D_u, &residual_q, &residual_v}) *x = MatrixX<T>::Zero(m, nv);
 }
 
+namespace detail {
+
+template <class T>
+void check_multipliers(const char* function, const Model<T>& model, const ConstraintData<T>& c,
+                       const ConstrainedHessian<T>& second, const VectorRef<T>& mu, const VectorRef<T>& nu) {
+  check(function, "mu", model, mu.size(), model.nv);
+  if (nu.size() > 0) check(function, "nu", model, nu.size(), c.lambda.size());
+  check_shape(function, "workspace", model, second.id.bodies.shape);
+  check(function, "workspace", model, second.D_w.rows(), c.lambda.size());
+}
+
+}  // namespace detail
+
 template <class T>
 const MatrixX<T>& constrained_hessian(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
                                       ConstrainedHessian<T>& second, const VectorRef<T>& q,
                                       const VectorRef<T>& v, const VectorRef<T>& tau, const VectorRef<T>& mu,
                                       const VectorRef<T>& nu, const DynamicsTerms<T>& acting) {
-  detail::check("constrained_hessian", "mu", model, mu.size(), model.nv);
-  if (nu.size() > 0) detail::check("constrained_hessian", "nu", model, nu.size(), c.lambda.size());
-  detail::check_shape("constrained_hessian", "workspace", model, second.id.bodies.shape);
-  detail::check("constrained_hessian", "workspace", model, second.D_w.rows(), c.lambda.size());
+  detail::check_multipliers<T>("constrained_hessian", model, c, second, mu, nu);
   constrained_dynamics_derivatives<T>(model, data, c, q, v, tau, acting);
   detail::solve_adjoint(c, second, mu, nu);
   id_hessian<T>(model, data, second.id, q, v, c.ddq, second.w_a, acting);
@@ -294,10 +366,36 @@ const MatrixX<T>& constrained_hessian(const Model<T>& model, Data<T>& data, Cons
   return second.H;
 }
 
+template <class T>
+const MatrixX<T>& impulse_hessian(const Model<T>& model, Data<T>& data, ConstraintData<T>& c,
+                                  ConstrainedHessian<T>& second, const VectorRef<T>& q, const VectorRef<T>& v,
+                                  const std::type_identity_t<T>& restitution, const VectorRef<T>& mu,
+                                  const VectorRef<T>& nu, const DynamicsTerms<T>& acting) {
+  detail::check_multipliers<T>("impulse_hessian", model, c, second, mu, nu);
+  impulse_dynamics_derivatives<T>(model, data, c, q, v, restitution, acting);
+  detail::solve_adjoint(c, second, mu, nu);
+  DynamicsTerms<T> still = acting;
+  still.gravity = false;
+  still.external = nullptr;
+  c.along = c.v_plus - v;
+  c.step.setZero();
+  id_hessian<T>(model, data, second.id, q, c.step, c.along, second.w_a, still);
+  c.along = c.v_plus + v * restitution;
+  second.H_impulse.setZero();
+  second.B.setZero();
+  for (std::size_t i = 0; i < c.chains.size(); ++i) {
+    detail::set_impulse_columns(c, second, i, c.along);
+    detail::add_impulse_chain(c, second, i);
+  }
+  detail::finish_impulse_hessian<T>(c, second, restitution);
+  return second.H_impulse;
+}
+
 }  // namespace dyntape::dynamics
 
 #define DYNTAPE_INSTANTIATE_CONSTRAINED_HESSIAN(T, ...)                 \
   __VA_ARGS__ template struct dyntape::dynamics::ConstrainedHessian<T>; \
-  DYNTAPE_COMPILE(constrained_hessian, T, __VA_ARGS__)
+  DYNTAPE_COMPILE(constrained_hessian, T, __VA_ARGS__)                  \
+  DYNTAPE_COMPILE(impulse_hessian, T, __VA_ARGS__)
 
 DYNTAPE_DECLARE_BUILT_IN(DYNTAPE_INSTANTIATE_CONSTRAINED_HESSIAN)
