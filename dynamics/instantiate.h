@@ -24,6 +24,7 @@
 #include <dyntape/dynamics/algorithms/detail/operational_space.hxx>
 #include <dyntape/dynamics/algorithms/detail/regressor.hxx>
 #include <dyntape/dynamics/algorithms/detail/second_order.hxx>
+#include <dyntape/dynamics/contact/detail/constrained_hessian.hxx>
 #include <dyntape/dynamics/contact/detail/constraint_derivatives.hxx>
 #include <dyntape/dynamics/contact/detail/constraints.hxx>
 #include <dyntape/dynamics/effects/detail/contacts.hxx>
@@ -45,6 +46,7 @@
   DYNTAPE_INSTANTIATE_OPERATIONAL_SPACE(T)      \
   DYNTAPE_INSTANTIATE_REGRESSOR(T)              \
   DYNTAPE_INSTANTIATE_SECOND_ORDER(T)           \
+  DYNTAPE_INSTANTIATE_CONSTRAINED_HESSIAN(T)    \
   DYNTAPE_INSTANTIATE_CONSTRAINT_DERIVATIVES(T) \
   DYNTAPE_INSTANTIATE_CONSTRAINTS(T)            \
   DYNTAPE_INSTANTIATE_CONTACTS(T)               \

@@ -3,11 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <type_traits>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/interface/motion/of_kinematics.h>
 #include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/robot/robot_callee.h>
 
 namespace dyntape {
 
@@ -73,9 +77,20 @@ StageFunction impact(const RobotScene& scene, const std::vector<HeldContact>& co
     else
       held.push_back(dynamics::point_constraint<double>(scene.model, frame, *contact.place));
   }
-  return [scene, held](const auto& s) {
+  // With its analytic derivatives, but for added inertias, which callees do not know.
+  std::shared_ptr<const Callee> stuck;
+  if (scene.effects.acting().added.count == 0 && is_worth_callees(scene.model))
+    stuck = impulse_dynamics_callee(dynamics::acting_model(scene.model, scene.effects), held, 0.0);
+  return [scene, held, stuck](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
     using Vector = Eigen::Matrix<T, Eigen::Dynamic, 1>;
+    if constexpr (std::is_same_v<T, AD>) {
+      if (stuck) {
+        Vector x = s.x;
+        x.segment(scene.model.nq, scene.model.nv) = call(stuck, VectorXad(x.head(stuck->n_in)));
+        return x;
+      }
+    }
     const dynamics::Model<T> model = scene.model.template cast<T>();
     dynamics::Data<T> data(model);
     std::vector<dynamics::Constraint<T>> list;

@@ -2,10 +2,12 @@
 #include <dyntape/interface/robot/robot_callee.h>
 
 #include <algorithm>
+#include <functional>
 
 #include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
+#include <dyntape/dynamics/contact/constrained_hessian.h>
 #include <dyntape/interface/robot/robot_functions.h>
 #include <dyntape/interface/robot/robot_rows.h>
 
@@ -13,6 +15,12 @@ namespace dyntape {
 namespace {
 
 using dynamics::Model;
+
+// Derivatives of y(x), x = (q, v, w), as they are recorded on a tape.
+struct Analytic {
+  std::function<MatrixXad(const VectorXad& x)> jacobian;                     // (y by x)
+  std::function<MatrixXad(const VectorXad& x, const VectorXad& w)> hessian;  // (x by x) of w^T y
+};
 
 // The rows of the value, of its derivatives and of the Hessian of its weighted sum.
 struct Rows {
@@ -27,8 +35,8 @@ VectorXad row_of(const Model<AD>& model, const RobotFunction& function, const Ve
   return y;
 }
 
-// Its derivatives, (nv x 3nv) by q, v and the third input.
-MatrixXad jacobian(const Model<AD>& model, const Rows& rows, const VectorXad& x) {
+// Derivatives of a row, (nv x 3nv) by q, v and the third input.
+MatrixXad row_jacobian(const Model<AD>& model, const Rows& rows, const VectorXad& x) {
   const Eigen::Index n = model.nv;
   const VectorXad blocks = row_of(model, rows.derivatives, x);
   MatrixXad J(n, 3 * n);
@@ -39,7 +47,7 @@ MatrixXad jacobian(const Model<AD>& model, const Rows& rows, const VectorXad& x)
 }
 
 // (n x n), by the entries of x, of the sum of w_i y_i.
-MatrixXad hessian(const Model<AD>& model, const Rows& rows, const VectorXad& x, const VectorXad& w) {
+MatrixXad row_hessian(const Model<AD>& model, const Rows& rows, const VectorXad& x, const VectorXad& w) {
   VectorXad state(x.size() + w.size());
   state << x, w;
   return row_of(model, rows.hessian, state).reshaped(x.size(), x.size());  // symmetric
@@ -67,51 +75,142 @@ void check_joints(const Model<double>& model) {
   }
 }
 
-std::shared_ptr<const Callee> robot_callee(const Model<double>& model, const Rows& rows) {
-  check_joints(model);
-  const Eigen::Index n = model.nv;
-  const auto size = static_cast<std::size_t>(3 * n);
-  const std::string name = model.name + "_" + to_string(rows.value);
+std::shared_ptr<const Callee> analytic_callee(const Function& value, const Analytic& derivatives) {
+  const std::size_t n_x = value.n_x(), n_y = value.n_y();
+  const auto n = static_cast<Eigen::Index>(n_x), m = static_cast<Eigen::Index>(n_y);
+  const std::string name = value.name;
   const auto tangents = [=] {
-    const Model<AD> taped = model.cast<AD>();
-    return dissolving_callee(record(name + "_jvp", 2 * size, [&](const VectorXad& x) {
-      return product(jacobian(taped, rows, x.head(3 * n)), x.tail(3 * n));
+    return dissolving_callee(record(name + "_jvp", 2 * n_x, [&](const VectorXad& x) {
+      return product(derivatives.jacobian(x.head(n)), x.tail(n));
     }));
   };
   // (x, w, dx, dw) -> H(x, w) dx + J(x)^T dw
   const auto tangents_of_adjoints = [=] {
-    const Model<AD> taped = model.cast<AD>();
-    return dissolving_callee(record(name + "_vjp_jvp", 2 * (size + model.nv), [&](const VectorXad& all) {
-      const VectorXad x = all.head(3 * n), w = all.segment(3 * n, n), dx = all.segment(4 * n, 3 * n);
-      const VectorXad by_x = product(hessian(taped, rows, x, w), dx),
-                      by_w = product(jacobian(taped, rows, x).transpose(), all.tail(n));
+    return dissolving_callee(record(name + "_vjp_jvp", 2 * (n_x + n_y), [&](const VectorXad& all) {
+      const VectorXad x = all.head(n), w = all.segment(n, m), dx = all.segment(n + m, n);
+      const VectorXad by_x = product(derivatives.hessian(x, w), dx),
+                      by_w = product(derivatives.jacobian(x).transpose(), all.tail(m));
       return VectorXad(by_x + by_w);
     }));
   };
   const auto adjoints = [=] {
-    const Model<AD> taped = model.cast<AD>();
-    return dissolving_callee(record(name + "_vjp", size + model.nv,
+    return dissolving_callee(record(name + "_vjp", n_x + n_y,
                                     [&](const VectorXad& x) {
-                                      return product(jacobian(taped, rows, x.head(3 * n)).transpose(),
-                                                     x.tail(n));
+                                      return product(derivatives.jacobian(x.head(n)).transpose(), x.tail(m));
                                     }),
                              tangents_of_adjoints);
   };
-  Function value = record_robot_function(model, rows.value);
-  value.name = name;
   return dissolving_callee(value, tangents, adjoints);
 }
+
+std::shared_ptr<const Callee> row_callee(const Model<double>& model, const Rows& rows) {
+  check_joints(model);
+  Function value = record_robot_function(model, rows.value);
+  value.name = model.name + "_" + to_string(rows.value);
+  return analytic_callee(value, {[=](const VectorXad& x) { return row_jacobian(model.cast<AD>(), rows, x); },
+                                 [=](const VectorXad& x, const VectorXad& w) {
+                                   return row_hessian(model.cast<AD>(), rows, x, w);
+                                 }});
+}
+
+// Constrained dynamics and impacts on the tape: accelerations or velocities, and the forces where these are unique.
+struct Held {
+  Held(const Model<double>& robot, const std::vector<dynamics::Constraint<double>>& list, bool independent)
+      : model(robot.cast<AD>()), data(model), c(model, cast(list)) {
+    c.independent = independent;
+  }
+  static std::vector<dynamics::Constraint<AD>> cast(const std::vector<dynamics::Constraint<double>>& list) {
+    std::vector<dynamics::Constraint<AD>> result;
+    for (const auto& constraint : list) result.push_back(constraint.cast<AD>());
+    return result;
+  }
+
+  MatrixXad with_forces(const MatrixXad& motion, const MatrixXad& forces) const {
+    if (!c.independent) return motion;
+    MatrixXad both(motion.rows() + forces.rows(), motion.cols());
+    both << motion, forces;
+    return both;
+  }
+
+  VectorXad value(const VectorXad& x) {
+    const Eigen::Index n = model.nv;
+    dynamics::constrained_dynamics<AD>(model, data, c, x.head(n), x.segment(n, n), x.tail(n));
+    return with_forces(c.ddq, c.lambda);
+  }
+  MatrixXad jacobian(const VectorXad& x) {
+    const Eigen::Index n = model.nv;
+    dynamics::constrained_dynamics_derivatives<AD>(model, data, c, x.head(n), x.segment(n, n), x.tail(n));
+    MatrixXad motion(n, 3 * n), forces(c.lambda.size(), 3 * n);
+    motion << c.ddq_dq, c.ddq_dv, c.ddq_dtau;
+    forces << c.lambda_dq, c.lambda_dv, c.lambda_dtau;
+    return with_forces(motion, forces);
+  }
+  MatrixXad hessian(const VectorXad& x, const VectorXad& w) {
+    const Eigen::Index n = model.nv;
+    dynamics::ConstrainedHessian<AD> second(model, c);
+    return dynamics::constrained_hessian<AD>(model, data, c, second, x.head(n), x.segment(n, n), x.tail(n),
+                                             w.head(n), w.tail(w.size() - n));
+  }
+
+  VectorXad impact(double restitution, const VectorXad& x) {
+    const Eigen::Index n = model.nv;
+    dynamics::impulse_dynamics<AD>(model, data, c, x.head(n), x.tail(n), AD(restitution));
+    return with_forces(c.v_plus, c.impulse);
+  }
+  MatrixXad impact_jacobian(double restitution, const VectorXad& x) {
+    const Eigen::Index n = model.nv;
+    dynamics::impulse_dynamics_derivatives<AD>(model, data, c, x.head(n), x.tail(n), AD(restitution));
+    MatrixXad motion(n, 2 * n), forces(c.lambda.size(), 2 * n);
+    motion << c.v_plus_dq, c.v_plus_dv;
+    forces << c.impulse_dq, c.impulse_dv;
+    return with_forces(motion, forces);
+  }
+  MatrixXad impact_hessian(double restitution, const VectorXad& x, const VectorXad& w) {
+    const Eigen::Index n = model.nv;
+    dynamics::ConstrainedHessian<AD> second(model, c);
+    return dynamics::impulse_hessian<AD>(model, data, c, second, x.head(n), x.tail(n), AD(restitution),
+                                         w.head(n), w.tail(w.size() - n));
+  }
+
+  Model<AD> model;
+  dynamics::Data<AD> data;
+  dynamics::ConstraintData<AD> c;
+};
 
 }  // namespace
 
 std::shared_ptr<const Callee> inverse_dynamics_callee(const Model<double>& model) {
-  return robot_callee(model,
-                      {RobotFunction::kRnea, RobotFunction::kIdDerivatives, RobotFunction("id-hessian")});
+  return row_callee(model,
+                    {RobotFunction::kRnea, RobotFunction::kIdDerivatives, RobotFunction("id-hessian")});
 }
 
 std::shared_ptr<const Callee> forward_dynamics_callee(const Model<double>& model) {
-  return robot_callee(model,
-                      {RobotFunction::kAba, RobotFunction::kFdDerivatives, RobotFunction("fd-hessian")});
+  return row_callee(model, {RobotFunction::kAba, RobotFunction::kFdDerivatives, RobotFunction("fd-hessian")});
+}
+
+std::shared_ptr<const Callee> constrained_dynamics_callee(
+    const Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
+    bool independent) {
+  check_joints(model);
+  const auto held = [=] { return Held(model, constraints, independent); };
+  const Function value = record(model.name + "_constrained_dynamics", static_cast<std::size_t>(3 * model.nv),
+                                [&](const VectorXad& x) { return held().value(x); });
+  return analytic_callee(value,
+                         {[=](const VectorXad& x) { return held().jacobian(x); },
+                          [=](const VectorXad& x, const VectorXad& w) { return held().hessian(x, w); }});
+}
+
+std::shared_ptr<const Callee> impulse_dynamics_callee(
+    const Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
+    double restitution, bool independent) {
+  check_joints(model);
+  const auto held = [=] { return Held(model, constraints, independent); };
+  const Function value = record(model.name + "_impulse_dynamics", static_cast<std::size_t>(2 * model.nv),
+                                [&](const VectorXad& x) { return held().impact(restitution, x); });
+  return analytic_callee(value, {[=](const VectorXad& x) { return held().impact_jacobian(restitution, x); },
+                                 [=](const VectorXad& x, const VectorXad& w) {
+                                   return held().impact_hessian(restitution, x, w);
+                                 }});
 }
 
 bool is_worth_callees(const Model<double>& model) {

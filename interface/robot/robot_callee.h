@@ -15,8 +15,10 @@
 #pragma once
 
 #include <memory>
+#include <vector>
 
 #include <dyntape/autodiff/graph/callee.h>
+#include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/interface/robot/robot_functions.h>
 
 namespace dyntape {
@@ -25,6 +27,17 @@ namespace dyntape {
 std::shared_ptr<const Callee> inverse_dynamics_callee(const dynamics::Model<double>& model);
 // (q, v, tau) -> ddq, dynamics::aba.
 std::shared_ptr<const Callee> forward_dynamics_callee(const dynamics::Model<double>& model);
+// (q, v, tau) -> (ddq, lambda), dynamics::constrained_dynamics: closed loops, rigid contacts; second derivatives are
+// those of constrained_hessian.h.
+//   independent   the caller's word that rows are; without it the callee gives ddq alone, as forces of dependent rows are
+//                 not unique
+std::shared_ptr<const Callee> constrained_dynamics_callee(
+    const dynamics::Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
+    bool independent = false);
+// (q, v) -> (v_plus, impulse), dynamics::impulse_dynamics, likewise.
+std::shared_ptr<const Callee> impulse_dynamics_callee(
+    const dynamics::Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
+    double restitution, bool independent = false);
 
 // Whether the joints allow them, and are so many (three) that they pay: with fewer the derivatives of the recorded
 // value are as short.

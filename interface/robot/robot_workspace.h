@@ -15,7 +15,7 @@
 #include <dyntape/dynamics/algorithms/operational_space.h>
 #include <dyntape/dynamics/algorithms/regressor.h>
 #include <dyntape/dynamics/algorithms/second_order.h>
-#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/dynamics/contact/constrained_hessian.h>
 #include <dyntape/interface/robot/robot_function.h>
 
 #include <memory>
@@ -129,10 +129,13 @@ struct RobotWorkspace {
   OnDemand<T, dynamics::OperationalSpace<T>> operational_space{model};
   dynamics::ConstraintData<T>& constraints();
   const dynamics::ConstraintData<T>& constraints() const { return *constraints_; }
+  dynamics::ConstrainedHessian<T>& constrained_hessian();
+  const dynamics::ConstrainedHessian<T>& constrained_hessian() const { return *constrained_hessian_; }
 
  private:
   std::unique_ptr<RobotReduction<T>> reduction_;  // where joints follow others
   std::unique_ptr<dynamics::ConstraintData<T>> constraints_;
+  std::unique_ptr<dynamics::ConstrainedHessian<T>> constrained_hessian_;
 };
 
 }  // namespace dyntape::detail

@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/system/scene_system.h>
 
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/interface/robot/robot_callee.h>
+
+#include <memory>
 
 namespace dyntape {
 
@@ -23,10 +27,19 @@ VectorXad reaction_torques(const SceneConstraints& constraints, const Model<AD>&
   return rows.J.transpose() * s.p.tail(reactions_of(constraints));
 }
 
+// Constrained dynamics with their analytic derivatives, of a robot that no parameter changes; null: recorded as they are.
+std::shared_ptr<const Callee> loops_callee(const RobotScene& scene, int n_p) {
+  const auto acting = scene.effects.acting();
+  const bool known = n_p == 0 && acting.coriolis && acting.added.count == 0;
+  if (scene.constraints.loops.empty() || !known || !is_worth_callees(scene.model)) return nullptr;
+  return constrained_dynamics_callee(dynamics::acting_model(scene.model, scene.effects),
+                                     scene.constraints.loops);
+}
+
 // The acceleration of a robot that is held: loops close, rigid contacts push as the parameters say.
-VectorXad held_acceleration(const SceneConstraints& constraints, const Model<AD>& model,
-                            const dynamics::Effects<AD>& effects, const std::vector<int>& dofs,
-                            const SystemPoint<AD>& s) {
+VectorXad held_acceleration(const SceneConstraints& constraints, const std::shared_ptr<const Callee>& closed,
+                            const Model<AD>& model, const dynamics::Effects<AD>& effects,
+                            const std::vector<int>& dofs, const SystemPoint<AD>& s) {
   Data<AD> data(model);
   dynamics::EffectTorques<AD> torques(model);
   const VectorXad command = torques_at(dofs, s.drive, model.nv);
@@ -34,6 +47,11 @@ VectorXad held_acceleration(const SceneConstraints& constraints, const Model<AD>
   VectorXad tau = driven + dynamics::effect_torques<AD>(model, data, torques, effects, s.q, s.v);
   if (!constraints.rigid.empty()) tau += reaction_torques(constraints, model, data, s);
   if (constraints.loops.empty()) return dynamics::aba<AD>(model, data, s.q, s.v, tau, effects.acting());
+  if (closed) {
+    VectorXad x(3 * model.nv);
+    x << s.q, s.v, tau;
+    return call(closed, x);
+  }
   dynamics::ConstraintData<AD> loops(model, loops_of<AD>(constraints));
   return dynamics::constrained_dynamics<AD>(model, data, loops, s.q, s.v, tau, effects.acting());
 }
@@ -60,9 +78,11 @@ System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit) {
     edit(now, p.head(n_p));
     return now;
   };
-  system.acceleration = [with, dofs, constraints = scene.constraints](const SystemPoint<AD>& s) -> VectorXad {
+  const auto closed = loops_callee(scene, n_p);
+  system.acceleration = [with, dofs, closed,
+                         constraints = scene.constraints](const SystemPoint<AD>& s) -> VectorXad {
     const auto [model, effects] = with(s.p);
-    if (!constraints.empty()) return held_acceleration(constraints, model, effects, dofs, s);
+    if (!constraints.empty()) return held_acceleration(constraints, closed, model, effects, dofs, s);
     dynamics::Data<AD> data(model);
     dynamics::EffectTorques<AD> torques(model);
     const VectorXad tau = torques_at(dofs, s.drive, model.nv);

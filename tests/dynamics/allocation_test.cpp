@@ -5,7 +5,7 @@
 
 #include <dyntape/dynamics/algorithms/mimic.h>
 #include <dyntape/dynamics/algorithms/second_order.h>
-#include <dyntape/dynamics/contact/constraints.h>
+#include <dyntape/dynamics/contact/constrained_hessian.h>
 
 #include <atomic>
 
@@ -94,6 +94,10 @@ TEST_P(Allocation, ConstraintsAndFollowers) {
     impulse_dynamics_derivatives(model, data, c, q, v, 0.5, effects.acting());
   };
   EXPECT_EQ(count(step), 0);
+  ConstrainedHessian<double> second(model, c);
+  const Eigen::VectorXd mu = random.vector(model.nv), nu = random.vector(6);
+  EXPECT_EQ(count([&] { constrained_hessian(model, data, c, second, q, v, tau, mu, nu); }), 0);
+  EXPECT_EQ(count([&] { impulse_hessian(model, data, c, second, q, v, 0.5, mu, nu); }), 0);
   data.following = following(MimicModel<double>(model, random_rules(model, random)));
   EXPECT_EQ(count(step), 0);
   EXPECT_EQ(count([&] { fd_derivatives(model, data, q, v, tau); }), 0);

@@ -8,6 +8,8 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 
 #include <algorithm>
+
+#include "constrained_robot.h"
 #include "exact_robot.h"
 #include "robot_files.h"
 
@@ -16,53 +18,14 @@ namespace {
 
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-using Constraints = std::vector<Constraint<double>>;
 
 double largest(const MatrixXd& x) { return x.size() == 0 ? 0 : x.cwiseAbs().maxCoeff(); }
-
-// A robot and constraints whose rows are well independent, and that leave it at least two degrees of freedom.
-struct Case {
-  explicit Case(unsigned long seed) : random(seed) {
-    model = random_tree(random, {5 + random.below(4), seed % 2 ? Base::kFloating : Base::kFixed,
-                                 seed % 3 == 0, seed % 7 == 0});
-    s = random_state(model, random);
-    for (int tries = 0; tries < 30 && list.size() < 3; ++tries) {
-      Constraints more = list;
-      more.push_back(random_constraint(random.below(2) ? 6 : 3));
-      if (more.back().body_1 != more.back().body_2 && independent(more)) list = more;
-    }
-  }
-
-  bool independent(const Constraints& more) {
-    Data<double> data(model);
-    ConstraintData<double> c(model, more);
-    if (c.J.rows() + 2 > model.nv) return false;
-    constraint_kinematics(model, data, c, s.q, s.v);
-    const Eigen::JacobiSVD<MatrixXd> svd(c.J);
-    return svd.singularValues().minCoeff() > 0.05 * svd.singularValues().maxCoeff();
-  }
-
-  Constraint<double> random_constraint(int rows) {
-    return {rows,
-            random.below(model.njoints()),
-            random_placement(random),
-            random.below(2) ? -1 : random.below(model.njoints()),
-            random_placement(random),
-            random.uniform(0, 30),
-            random.uniform(0, 10)};
-  }
-
-  Random random;
-  Model<double> model;
-  State s;
-  Constraints list;
-};
 
 class Constrained : public testing::TestWithParam<unsigned long> {};
 
 // The equations of motion and the demanded acceleration hold; work goes where it should.
 TEST_P(Constrained, EquationsHold) {
-  Case robot(GetParam());
+  ConstrainedRobot robot(GetParam());
   Data<double> data(robot.model);
   ConstraintData<double> c(robot.model, robot.list);
   const VectorXd a = constrained_dynamics(robot.model, data, c, robot.s.q, robot.s.v, robot.s.tau);
@@ -70,12 +33,6 @@ TEST_P(Constrained, EquationsHold) {
   EXPECT_LE(largest(c.residual), 1e-12 * size);
   const VectorXd tau = rnea(robot.model, data, robot.s.q, robot.s.v, a) - c.J.transpose() * c.lambda;
   EXPECT_LE(largest(tau - robot.s.tau), 1e-11 * (1 + largest(c.lambda) + largest(a)));
-}
-
-std::vector<Constraint<Float128>> exact(const Constraints& list) {
-  std::vector<Constraint<Float128>> result;
-  for (const auto& c : list) result.push_back(c.cast<Float128>());
-  return result;
 }
 
 template <class A, class B>
@@ -86,7 +43,7 @@ MatrixX<typename A::Scalar> stacked(const A& x, const B& y) {
 }
 
 TEST_P(Constrained, DerivativesAgreeWith113Bits) {
-  Case robot(GetParam());
+  ConstrainedRobot robot(GetParam());
   const Model<Float128> model = robot.model.cast<Float128>();
   Data<double> data(robot.model);
   Data<Float128> data128(model);
@@ -152,7 +109,7 @@ TEST(ContradictoryRows, DerivativesAgreeWith113Bits) {
 }
 
 TEST_P(Constrained, ImpulseDerivativesAgreeWith113Bits) {
-  Case robot(GetParam());
+  ConstrainedRobot robot(GetParam());
   const Model<Float128> model = robot.model.cast<Float128>();
   Data<double> data(robot.model);
   Data<Float128> data128(model);
@@ -178,7 +135,7 @@ MatrixXd derivatives(const ConstraintData<double>& c, const MatrixXd& P, const M
 
 // Each part of the derivative matters.  "Almost free, one back-substitution" forgets all of them.
 TEST_P(Constrained, ForgettingAPartIsWrong) {
-  Case robot(GetParam());
+  ConstrainedRobot robot(GetParam());
   Data<double> data(robot.model);
   ConstraintData<double> c(robot.model, robot.list);
   constrained_dynamics_derivatives(robot.model, data, c, robot.s.q, robot.s.v, robot.s.tau);
@@ -205,7 +162,7 @@ TEST_P(Constrained, ForgettingAPartIsWrong) {
 // p'' + kd p' + kp p = 0 and the same for the rotation to first order, from placements alone: along
 // q (+) (v t + a t^2 / 2) in 113 bits.
 TEST_P(Constrained, DemandsWhatItSays) {
-  Case robot(GetParam());
+  ConstrainedRobot robot(GetParam());
   const Model<Float128> model = robot.model.cast<Float128>();
   Data<Float128> data(model);
   ConstraintData<Float128> c(model, exact(robot.list));
@@ -271,7 +228,7 @@ TEST(ConstraintPlaces, Jacobian) {
 
 // An elastic impact keeps the energy, a plastic one loses what J v carried.
 TEST(Impulses, Energy) {
-  Case robot(2);
+  ConstrainedRobot robot(2);
   Data<double> data(robot.model);
   ConstraintData<double> c(robot.model, robot.list);
   const VectorXd &q = robot.s.q, &v = robot.s.v;

@@ -58,6 +58,14 @@ dynamics::ConstraintData<T>& RobotWorkspace<T>::constraints() {
 }
 
 template <class T>
+dynamics::ConstrainedHessian<T>& RobotWorkspace<T>::constrained_hessian() {
+  if (!constrained_hessian_) {
+    constrained_hessian_ = std::make_unique<dynamics::ConstrainedHessian<T>>(model, constraints());
+  }
+  return *constrained_hessian_;
+}
+
+template <class T>
 void RobotWorkspace<T>::read(const T* from) {
   for (dynamics::VectorX<T>* part : {&state.q, &state.v, &state.w, &state.mu}) {
     std::copy(from, from + part->size(), part->data());

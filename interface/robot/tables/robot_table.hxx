@@ -363,6 +363,17 @@ const std::vector<RobotRow<T>>& robot_rows() {
              const ConstraintData<T>& c = w.constraints();
              y(c.ddq_dq), y(c.ddq_dv), y(c.ddq_dtau), y(c.lambda_dq), y(c.lambda_dv), y(c.lambda_dtau);
            }},
+      {.name = "constrained-hessian",
+       .what = "Hessian of mu^T ddq with contacts over (q, v, tau)",
+       .inputs = "q v tau mu",
+       .outputs = {{"H", k3NvMoved, k3NvMoved}},
+       .needs = kInertia | kContacts,
+       .run =
+           [](W& w, const S& s) {
+             constrained_hessian<T>(w.model, w.data, w.constraints(), w.constrained_hessian(), s.q, s.v, s.w,
+                                    s.mu, VectorX<T>());
+           },
+       .write = [](const W& w, Out& y) { y(w.constrained_hessian().H); }},
       {.name = "impulse-dynamics",
        .what = "velocities after an impact that sticks, and its impulses",
        .inputs = "q v",
