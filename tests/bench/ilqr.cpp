@@ -3,7 +3,9 @@
 // What an iteration of differential dynamic programming takes: the problem of tests/bench/ilqr_problem.py, which runs it
 // beside Crocoddyl.
 //
-//   bench_ilqr arm|quadruped URDF [INTERVALS [TIMES]]        one JSON object a line; seconds, the quickest of TIMES
+//   bench_ilqr arm|quadruped|cart-pole URDF [INTERVALS [TIMES]]     one JSON object a line; seconds, the quickest of TIMES
+//
+// A cart-pole swings up with its force within 12 N; control_peers.py runs that beside others, stage by stage as well.
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +13,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/dynamics/urdf/urdf.h>
+#include <dyntape/interface/control/discretize/staged_nlp.h>
+#include <dyntape/interface/control/nlp/solver_options.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_problem.h>
@@ -89,11 +93,49 @@ Problem quadruped(const std::string& urdf) {
   return p;
 }
 
-void run(const Problem& problem, ShootingScheme scheme, int intervals, int times) {
+Problem cart_pole(const std::string& urdf) {
+  const RobotScene scene{dynamics::load_urdf(urdf), {}, {"slider"}};
+  Problem p = robot_problem(scene, {.duration = 2});
+  p.add(running_squares("forces", [](const auto& s) { return s.u; }));
+  VectorXd goal = VectorXd::Zero(4);
+  goal.head(2) << 1, 3.14159265358979323846;
+  p.add(terminal_squares("end", [goal](const auto& s) {
+    auto r = (s.x - goal).eval();
+    r.head(2) *= 100, r.tail(2) *= std::sqrt(1e3);
+    return r;
+  }));
+  p.start.setZero();
+  p.goal.setConstant(Problem::kFree);
+  p.u.lower.setConstant(-12), p.u.upper.setConstant(12);
+  return p;
+}
+
+void run_stages(const Problem& problem, ShootingScheme scheme, int intervals, int times) {
+  const bool is_euler = scheme == ShootingScheme::kEuler;
+  MeshOptions mesh;
+  mesh.scheme = scheme_by_name(is_euler ? "semi-implicit-euler" : "runge-kutta-4");
+  mesh.intervals = intervals;
+  mesh.evaluation.lanes = Lanes::kNative;
+  StagedNlp program = discretize(problem, mesh);
+  const std::vector<double> x = program.start();
+  NlpSolution best;
+  for (int i = 0; i < times; ++i) {
+    NlpSolution s = solve_nlp(program, x, {.method = NlpMethod::kRiccati});
+    if (i == 0 || s.times.total < best.times.total) best = std::move(s);
+  }
+  std::printf(
+      "{\"scheme\": \"%s\", \"solver\": \"stages\", \"status\": \"%s\", \"iterations\": %d, \"cost\": "
+      "%.15g, \"seconds\": %.6g}\n",
+      is_euler ? "euler" : "rk4", to_string(best.status), best.iterations(), best.objective,
+      best.times.total);
+}
+
+void run(const Problem& problem, ShootingScheme scheme, int intervals, int times, DdpHessian hessian,
+         double tolerance) {
   DdpSolver solver(problem, {.intervals = intervals,
                              .scheme = scheme,
-                             .hessian = DdpHessian::kGaussNewton,
-                             .tolerance = 1e-5,
+                             .hessian = hessian,
+                             .tolerance = tolerance,
                              .verify = false});
   DdpSolution best;
   for (int i = 0; i < times; ++i) {
@@ -111,16 +153,23 @@ void run(const Problem& problem, ShootingScheme scheme, int intervals, int times
 
 int main(int argc, char** argv) {
   if (argc < 3 || argc > 5) {
-    std::fprintf(stderr, "usage: bench_ilqr arm|quadruped URDF [INTERVALS [TIMES]]\n");
+    std::fprintf(stderr, "usage: bench_ilqr arm|quadruped|cart-pole URDF [INTERVALS [TIMES]]\n");
     return 2;
   }
   try {
-    const bool is_arm = argv[1] == std::string("arm");
-    const Problem problem = is_arm ? arm(argv[2]) : quadruped(argv[2]);
+    const std::string which = argv[1];
+    const bool has_limits = which == "cart-pole";
+    const Problem problem = which == "arm" ? arm(argv[2])
+                            : has_limits   ? cart_pole(argv[2])
+                                           : quadruped(argv[2]);
     const int intervals = argc > 3 ? std::max(1, std::atoi(argv[3])) : 100,
               times = argc > 4 ? std::max(1, std::atoi(argv[4])) : 10;
-    run(problem, ShootingScheme::kEuler, intervals, times);
-    if (is_arm) run(problem, ShootingScheme::kRungeKutta4, intervals, times);
+    for (const ShootingScheme scheme : {ShootingScheme::kEuler, ShootingScheme::kRungeKutta4}) {
+      if (scheme == ShootingScheme::kRungeKutta4 && which == "quadruped") continue;
+      const auto hessian = has_limits ? DdpHessian::kExact : DdpHessian::kGaussNewton;
+      run(problem, scheme, intervals, times, hessian, has_limits ? 1e-9 : 1e-5);
+      if (has_limits) run_stages(problem, scheme, intervals, times);
+    }
   } catch (const dyntape::Error& e) {
     std::fprintf(stderr, "bench_ilqr: %s\n", e.what());
     return 1;

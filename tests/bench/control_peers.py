@@ -1,0 +1,164 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Optimal control by dyntape, Crocoddyl, mim-solvers, aligator, CasADi with Ipopt and CasADi with FATROP, in one run.
+
+    python3 -m venv build/control_peers
+    build/control_peers/bin/pip install crocoddyl==3.2.1 libpinocchio==4.0.0 pin==4.0.0 mim-solvers==0.3.0 libaligator==0.19.1 casadi
+    ninja -C build bench_ilqr
+    build/control_peers/bin/python tests/bench/control_peers.py build/bin [table.csv]
+
+Unfinished.  The arm and the quadruped of ilqr.cpp, and a cart-pole that swings up with its force within 12 N: 100 steps, the same costs, a start
+at the torques that hold the robot.  peers/control.cpp is compiled against the peers' headers first, which takes a minute.  CasADi solves
+the cart-pole by multiple shooting, its functions interpreted, with exact Hessians.  One thread each; seconds are the quickest solve.
+dyntape's cart-pole is not there yet: its rows say so.
+Costs are those that each solver states.  A peer that is not there, crashes or fails is a row that says so.  Pinocchio 4.1.0 does not fit
+the wheel of Crocoddyl 3.2.1, which then finds costs of 1e24 or crashes.
+"""
+import csv
+import importlib.metadata
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import time
+
+os.environ['OMP_NUM_THREADS'] = '1'
+HERE = pathlib.Path(__file__).resolve().parent
+ROBOTS = HERE.parent.parent / 'config/robots'
+PROBLEMS = [('arm', 'panda', 'euler'), ('arm', 'panda', 'rk4'), ('quadruped', 'solo12', 'euler'),
+            ('cart-pole', 'cart_pole', 'euler'), ('cart-pole', 'cart_pole', 'rk4')]
+PACKAGES = {'crocoddyl': 'crocoddyl', 'mim-solvers': 'mim-solvers', 'aligator': 'libaligator', 'casadi': 'casadi'}
+N, TIMES, LIMIT = 100, 5, 40  # steps; solves; seconds for all solves of a row
+# gcc 12 refuses static_assert(false) in templates of Pinocchio's that nobody uses; the rest are what its variants of joints need.
+FLAGS = ['-std=c++20', '-O3', '-DNDEBUG', '-w', '-Dstatic_assert(...)=', '-DBOOST_MPL_LIMIT_LIST_SIZE=30', '-DBOOST_MPL_LIMIT_VECTOR_SIZE=30',
+         '-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS', '-DBOOST_FUSION_INVOKE_MAX_ARITY=12', '-DPINOCCHIO_ENABLE_TEMPLATE_INSTANTIATION',
+         '-DPINOCCHIO_WITH_URDFDOM', '-DALIGATOR_ENABLE_TEMPLATE_INSTANTIATION', '-DALIGATOR_PINOCCHIO_V3', '-DALIGATOR_WITH_PINOCCHIO']
+LIBRARIES = ['aligator_croc_compat', 'aligator', 'mim_solvers', 'crocoddyl', 'pinocchio_parsers', 'pinocchio_collision',
+             'pinocchio_default', 'fmt', 'mimalloc', 'boost_filesystem', 'boost_serialization', 'boost_container']
+
+
+def version(peer):
+    try:
+        return importlib.metadata.version(PACKAGES[peer])
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def peer_program():
+    """peers/control.cpp compiled; None where a peer is not installed or it does not compile."""
+    prefix = next(pathlib.Path(sys.prefix).glob('lib/python*/site-packages/cmeel.prefix'), None)
+    if prefix is None or not all(map(version, ('crocoddyl', 'mim-solvers', 'aligator'))):
+        return None
+    source, program = HERE / 'peers/control.cpp', prefix / 'control_peer'
+    if not program.exists() or program.stat().st_mtime < source.stat().st_mtime:
+        command = ['g++', *FLAGS, '-isystem', prefix / 'include', '-isystem', prefix / 'include/pinocchio/deprecated', '-isystem',
+                   '/usr/include/eigen3', source, '-o', program, f'-L{prefix}/lib', f'-Wl,-rpath,{prefix}/lib',
+                   f'-Wl,-rpath-link,{prefix}/lib', *(f'-l{name}' for name in LIBRARIES)]
+        if subprocess.run(command, stderr=subprocess.DEVNULL).returncode != 0:
+            return None
+    return program
+
+
+def run(command):
+    """The JSON objects that a program prints, or a row that says why there is none."""
+    try:
+        done = subprocess.run(list(map(str, command)), capture_output=True, text=True, timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        return [{'status': f'not within {LIMIT} s'}]
+    except OSError:
+        return [{'status': 'not built'}]
+    if done.returncode != 0:
+        return [{'status': 'crashed' if done.returncode < 0 else 'failed'}]
+    return [json.loads(line) for line in done.stdout.splitlines()]
+
+
+def cart_pole_program(scheme):
+    """min sum h u^2 + squares of what is missed at the end, stage by stage, and its bounds."""
+    import casadi as ca
+    M, m, length, g, h = 1, .3, .5, 9.81, 2 / N
+    x, u = ca.SX.sym('x', 4), ca.SX.sym('u')
+
+    def rate(x):
+        s, c, w = ca.sin(x[1]), ca.cos(x[1]), x[3]
+        push = u + m * length * s * w ** 2 + m * g * s * c
+        a = push / (M + m * s ** 2)
+        return ca.vertcat(x[2:], a, -(g * s + c * a) / length)
+
+    if scheme == 'euler':
+        v = x[2:] + h * rate(x)[2:]
+        after = ca.vertcat(x[:2] + h * v, v)
+    else:
+        a = rate(x)
+        b = rate(x + h / 2 * a)
+        c = rate(x + h / 2 * b)
+        after = x + h / 6 * (a + 2 * b + 2 * c + rate(x + h * c))
+    step = ca.Function('step', [x, u], [after])
+    X, U = [ca.MX.sym(f'x{k}', 4) for k in range(N + 1)], [ca.MX.sym(f'u{k}') for k in range(N)]
+    variables = [z for k in range(N) for z in (X[k], U[k])] + [X[N]]
+    rows = [X[0]] + [X[k + 1] - step(X[k], U[k]) for k in range(N)]
+    # FATROP wants rows by stages: the start's belong to the first stage, after its link.
+    rows = [rows[1], rows[0], *rows[2:]]
+    missed = X[N] - ca.DM([1, ca.pi, 0, 0])
+    cost = sum(h * z ** 2 for z in U) + ca.dot(ca.DM([1e4, 1e4, 1e3, 1e3]), missed ** 2)
+    most = [z for _ in range(N) for z in (*[float('inf')] * 4, 12)] + [float('inf')] * 4
+    program = {'x': ca.vertcat(*variables), 'f': cost, 'g': ca.vertcat(*rows)}
+    return program, dict(x0=0, lbx=[-z for z in most], ubx=most, lbg=0, ubg=0)
+
+
+def casadi_solve(solver, scheme):
+    import casadi as ca
+    program, bounds = cart_pole_program(scheme)
+    options = {'print_time': False, 'expand': True, **({'ipopt.print_level': 0, 'ipopt.sb': 'yes', 'ipopt.tol': 1e-8} if solver == 'ipopt' else
+               {'structure_detection': 'auto', 'equality': [True] * program['g'].numel(), 'fatrop.print_level': 0})}
+    make = ca.nlpsol('solver', solver, program, options)
+    best = None
+    for _ in range(TIMES):
+        begin = time.perf_counter()
+        result = make(**bounds)
+        seconds = time.perf_counter() - begin
+        if best is None or seconds < best['seconds']:
+            stats = make.stats()
+            best = {'status': 'solved' if stats['success'] else 'not solved', 'iterations': stats['iter_count'],
+                    'cost': float(result['f']), 'seconds': seconds}
+    return best
+
+
+def rows_of(problem, robot, scheme, bench, program):
+    urdf = ROBOTS / f'{robot}.urdf'
+    for row in run([bench / 'bench_ilqr', problem, urdf, N, TIMES]):
+        if row.get('scheme', scheme) == scheme:
+            yield f"dyntape, {'stages' if row.get('solver') else 'DDP'}", row
+    for peer in ('crocoddyl', 'mim-solvers', 'aligator'):
+        if peer == 'aligator' and problem == 'cart-pole' and scheme == 'rk4':
+            yield peer, {'status': 'no Runge-Kutta steps with limits'}
+        else:
+            yield peer, run([program, peer, problem, urdf, scheme, N, TIMES])[0] if program else {'status': 'not installed'}
+    if problem == 'cart-pole':
+        for solver in ('ipopt', 'fatrop'):
+            yield f'CasADi, {solver}', run([sys.executable, __file__, '--casadi', solver, scheme])[0] if version('casadi') \
+                else {'status': 'not installed'}
+
+
+def main():
+    if sys.argv[1] == '--casadi':
+        print(json.dumps(casadi_solve(*sys.argv[2:4])))
+        return
+    program, table = peer_program(), []
+    print('; '.join(f'{peer} {version(peer) or "not installed"}' for peer in PACKAGES), '; load', round(os.getloadavg()[0], 2))
+    print('| problem | steps | solver | status | iterations | cost | ms an iteration | ms |\n|---|---|---|---|--:|--:|--:|--:|')
+    for problem, robot, scheme in PROBLEMS:
+        for solver, row in rows_of(problem, robot, scheme, pathlib.Path(sys.argv[1]), program):
+            line = [problem, scheme, solver, row['status']]
+            if 'seconds' in row:
+                ms = 1e3 * row['seconds']
+                line += [row['iterations'], f"{row['cost']:.9f}", f"{ms / max(1, row['iterations']):.3f}", f'{ms:.2f}']
+            table.append(line + [''] * (8 - len(line)))
+            print('| ' + ' | '.join(map(str, table[-1])) + ' |', flush=True)
+    if len(sys.argv) > 2:
+        with open(sys.argv[2], 'w', newline='') as file:
+            csv.writer(file).writerows(table)
+
+
+if __name__ == '__main__':
+    main()
