@@ -7,10 +7,9 @@
     ninja -C build bench_ilqr
     build/control_peers/bin/python tests/bench/control_peers.py build/bin [table.csv]
 
-Unfinished.  The arm and the quadruped of ilqr.cpp, and a cart-pole that swings up with its force within 12 N: 100 steps, the same costs, a start
-at the torques that hold the robot.  peers/control.cpp is compiled against the peers' headers first, which takes a minute.  CasADi solves
+The arm and the quadruped of ilqr.cpp, and a cart-pole that swings up with its force within 12 N: 100 steps, the same costs, a start at
+the torques that hold the robot.  peers/control.cpp is compiled against the peers' headers first, which takes a minute.  CasADi solves
 the cart-pole by multiple shooting, its functions interpreted, with exact Hessians.  One thread each; seconds are the quickest solve.
-dyntape's cart-pole is not there yet: its rows say so.
 Costs are those that each solver states.  A peer that is not there, crashes or fails is a row that says so.  Pinocchio 4.1.0 does not fit
 the wheel of Crocoddyl 3.2.1, which then finds costs of 1e24 or crashes.
 """
