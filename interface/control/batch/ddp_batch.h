@@ -10,8 +10,8 @@
 //   batch.solve({.starts = starts, .parameters = values});               // (n_p x count), held over time; Parameters::entry_names()
 //   batch.solve({.starts = starts, .controls = guesses});                // (n_u N x count): u_0, u_1, ... of each
 //
-// What is left out is the problem's own (solver().problem()): its parameters, which may be functions of time, its guess, its start for all, where only
-// parameters or controls are given.
+// What is left out is the problem's own (solver().problem()): its parameters, which may be functions of time, its guess, its
+// start for all, where only parameters or controls are given.
 //
 // Each solve takes the course that DdpSolver takes, to rounding: the same rules of steps, stopping, saddles and limits.  Its bits
 // depend on its own values alone: not on how many there are, which are beside it, or on the number of threads.  A lane that is done
