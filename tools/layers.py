@@ -91,7 +91,7 @@ ROOMS = {
                             'interface/report/player', 'interface/files/scene', 'interface/files/task', 'interface/run/simulate'],
     'interface/run/mpc': [*DYNAMICS, IO, 'interface/robot', *SYSTEM, *CONTROL, 'interface/motion', 'interface/report/plot',
                           'interface/report/player', 'interface/files', 'interface/files/info', 'interface/files/scene', 'interface/files/task',
-                          'interface/run/solve'],
+                          'interface/run/simulate', 'interface/run/solve'],
     'interface/report': [*DYNAMICS, IO, 'interface/robot', 'interface/report/plot', 'interface/report/player', 'interface/files/scene',
                          'interface/files/sweep', 'interface/run/simulate', 'interface/run/sweep'],
     'interface/identification': [*AUTODIFF, *DYNAMICS, IO, NLP, IPOPT, 'interface/report/plot'],

@@ -9,10 +9,13 @@
 //   rigid.stops = hard_stops(model, 0.0);                            // of the robot's limits
 //   UnilateralRows<double> at = unilateral_rows(model, data, rigid, q);   // at.gap, at.J
 //
-// A contact is a sphere about its frame's origin c (radius 0: a point) on the plane n . x = offset:
+// A contact is a sphere about its frame's origin c (radius 0: a point) on the plane n . x = offset, which is fixed in the world or in
+// another body, x then being in that body's axes:
 //   gap = n . c - offset - radius                                                                  (m)
 //   J v = velocity of the body's point at c - radius n along n, t_1, t_2 (plane_axes)              (m/s)
-// so that d gap / dt is the first row exactly, also where the sphere rolls.  Without friction it has its normal row alone.
+//         less that of the plane's body there
+// so that d gap / dt is the first row exactly, also where the sphere rolls or the plane turns.  Without friction it has its normal row
+// alone.  A plane has no edge: where a body's face ends the contact does not.
 // A stop is a joint on a line at one of its limits: gap = +-(q - limit), row +-1                   (rad or m)
 // The force of a row (N, N m) is J^T times it: that of a contact is fixed in the world while the body moves.
 //
@@ -35,6 +38,7 @@ struct RigidContact {
   double radius = 0;                                  // m
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of the plane, of any length but zero
   double offset = 0;                                  // m, along the unit normal
+  int plane_body = -1;                                // in whose axes both are; -1: in the world's
   double friction = 0;                                // mu >= 0
   double restitution = 0;                             // 0 ... 1
 };
@@ -101,6 +105,28 @@ struct UnilateralRows {
   MatrixX<T> J;    // (m x nv)
 };
 
+// Adds to J from `row` on the velocities along `axes` of a body's point, `lever` (m, world) from the body's origin, times `sign`; of
+// joints that do not carry the body `other` as well, which move both alike.
+template <class T>
+void add_point_rows(const Model<T>& model, Data<T>& data, const VectorX<T>& q, int body, int other,
+                    const Vector3<T>& lever, const Matrix3<T>& axes, double sign, Eigen::Index row, int rows,
+                    MatrixX<T>& J) {
+  std::vector<bool> is_common(std::size_t(model.njoints()), false);
+  for (int joint = other; joint >= 0; joint = model.parent[joint]) is_common[std::size_t(joint)] = true;
+  const Matrix6X<T>& of_body =
+      frame_jacobian<T>(model, data, q, on_body(body), ReferenceFrame::kLocalWorldAligned);
+  for (int k = 0; k < rows; ++k) {
+    const Vector3<T> along = axes.col(k), moment = lever.cross(along);
+    for (int joint = body; joint >= 0 && !is_common[std::size_t(joint)]; joint = model.parent[joint]) {
+      for (int j = data.tree.first[joint]; j < data.tree.first[joint] + data.tree.count[joint]; ++j) {
+        const auto column = of_body.col(j);
+        const T speed = along.dot(column.template head<3>()) + moment.dot(column.template tail<3>());
+        J(row + k, j) = sign > 0 ? speed : T(-speed);
+      }
+    }
+  }
+}
+
 // data.X_WB and data.J are overwritten.
 template <class T>
 UnilateralRows<T> unilateral_rows(const Model<T>& model, Data<T>& data, const UnilateralConstraints& rigid,
@@ -114,21 +140,24 @@ UnilateralRows<T> unilateral_rows(const Model<T>& model, Data<T>& data, const Un
   forward_kinematics<T>(model, data, q);
   Eigen::Index row = 0, i = 0;
   for (const RigidContact& c : rigid.contacts) {
-    const Eigen::Matrix3d axes = plane_axes(c.normal);
-    const Vector3<T> n = axes.col(0).cast<T>();
-    const Placement<T>& X = data.X_WB[std::size_t(c.body)];
+    Matrix3<T> axes = plane_axes(c.normal).cast<T>();
+    const Placement<T> X = data.X_WB[std::size_t(c.body)];
     const Vector3<T> arm = X.R * c.X_BF.p.cast<T>();
-    rows.gap[i] = n.dot(X.p + arm) - T(c.offset + c.radius);
-    const Vector3<T> lever = arm - n * T(c.radius);
-    const Matrix6X<T>& J =
-        frame_jacobian<T>(model, data, q, on_body(c.body), ReferenceFrame::kLocalWorldAligned);
-    for (int k = 0; k < blocks[std::size_t(i)].rows; ++k, ++row) {
-      const Vector3<T> along = axes.col(k).cast<T>(), moment = lever.cross(along);
-      for (int joint = c.body; joint >= 0; joint = model.parent[joint]) {
-        for (int j = data.tree.first[joint]; j < data.tree.first[joint] + data.tree.count[joint]; ++j)
-          rows.J(row, j) = along.dot(J.col(j).template head<3>()) + moment.dot(J.col(j).template tail<3>());
-      }
+    Vector3<T> center = X.p + arm;
+    if (c.plane_body >= 0) {
+      const Placement<T>& P = data.X_WB[std::size_t(c.plane_body)];
+      axes = P.R * axes;
+      center -= P.p;  // from the origin of the plane's body
     }
+    const Vector3<T> n = axes.col(0);
+    const int count = blocks[std::size_t(i)].rows;
+    rows.gap[i] = n.dot(center) - T(c.offset + c.radius);
+    add_point_rows<T>(model, data, q, c.body, c.plane_body, arm - n * T(c.radius), axes, 1, row, count,
+                      rows.J);
+    if (c.plane_body >= 0)
+      add_point_rows<T>(model, data, q, c.plane_body, c.body, center - n * T(c.radius), axes, -1, row, count,
+                        rows.J);
+    row += count;
     ++i;
   }
   for (const HardStop& stop : rigid.stops) {

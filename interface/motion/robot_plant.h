@@ -7,7 +7,7 @@
 //   tau = plant.inverse(stage) - plant.driving(stage);           // ID(q, v, a) - B u
 //
 // B u: control k drives joint dof k; the next are forces along axes of frames (thrusters), then forces at points of held
-// contacts, three each in the world's axes.
+// contacts, three each in the world's axes, then those of the scene's rigid contacts, along their rows (rigid_contacts.h).
 //
 // Working memory within: one thread at a time.
 #pragma once
@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include <dyntape/dynamics/contact/rigid_contacts.h>
 #include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/interface/control/problem/stage.h>
 #include <dyntape/interface/robot/robot_scene.h>
@@ -31,8 +32,15 @@ struct Drives {
   };
   std::vector<Push> thrusters;
   std::vector<int> contacts;  // frames at which their forces act
-  int n_u() const { return int(dofs.size() + thrusters.size() + 3 * contacts.size()); }
-  bool push() const { return !thrusters.empty() || !contacts.empty(); }
+  dynamics::UnilateralConstraints rigid = {};
+  int n_held() const { return int(3 * contacts.size()); }
+  int n_rigid() const {
+    int rows = 0;
+    for (const dynamics::ContactBlock& block : dynamics::blocks_of(rigid)) rows += block.rows;
+    return rows;
+  }
+  int n_u() const { return int(dofs.size() + thrusters.size()) + n_held() + n_rigid(); }
+  bool push() const { return !thrusters.empty() || !contacts.empty() || !rigid.empty(); }
 };
 
 // World axes: (m/s^2, rad/s^2), (m/s, rad/s), m and the frame's axes.
@@ -89,7 +97,14 @@ struct Plant {
       ++k;
     }
     for (; i < pushes.size(); ++i, k += 3) pushes[i].value.linear = s.u.template segment<3>(k);
-    return dynamics::wrench_torques<T>(model, data, pushed, pushes, q(s));
+    if (drives.rigid.empty()) return dynamics::wrench_torques<T>(model, data, pushed, pushes, q(s));
+    const Vector of_contacts = touching(s, drives.rigid).J.transpose() * s.u.tail(s.u.size() - k);
+    if (pushes.empty()) return of_contacts;
+    return of_contacts + dynamics::wrench_torques<T>(model, data, pushed, pushes, q(s));
+  }
+  // How far rigid contacts are from touching, and the rows of their velocities.
+  dynamics::UnilateralRows<T> touching(const Stage<T>& s, const dynamics::UnilateralConstraints& rigid) {
+    return dynamics::unilateral_rows<T>(model, data, rigid, q(s));
   }
   // What callees are given, which know no other than the robot that moves with v.
   Vector seen_v(const Stage<T>& s) const {

@@ -10,6 +10,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/effects/check.h>
 #include <dyntape/interface/control/problem/penalties.h>
+#include <dyntape/interface/motion/implicit_contacts.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_plant.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -66,6 +67,10 @@ struct Plants {
     return tau - plant.passive(s) - plant.driving(s);
   }
   Eigen::VectorXd missing(const Stage<double>& s) const { return plain->inverse(s) - plain->driving(s); }
+
+  using Rigid = dynamics::UnilateralConstraints;
+  auto touching(const Stage<AD>& s, const Rigid& rigid) const { return recorded().touching(s, rigid); }
+  auto touching(const Stage<double>& s, const Rigid& rigid) const { return plain->touching(s, rigid); }
 
   detail::HeldFrame<AD> held(const Stage<AD>& s, const VectorXad& a, int frame) const {
     return recorded().held(s, a, frame);
@@ -183,6 +188,7 @@ Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
     if (contact.corners.empty()) drives.contacts.push_back(frame);
     for (std::size_t i = 0; i < contact.corners.size(); ++i) drives.contacts.push_back(corner++);
   }
+  drives.rigid = scene.constraints.rigid;
   return drives;
 }
 
@@ -195,6 +201,7 @@ std::vector<std::string> control_names(const RobotScene& scene, const RobotProbl
       for (const char* axis : {".x", ".y", ".z"}) names.push_back("f." + point + axis);
     }
   }
+  for (const std::string& name : force_names(scene.constraints.rigid)) names.push_back(name);
   return names;
 }
 
@@ -292,7 +299,7 @@ Term soft_cone(const HeldContact& contact, Eigen::Index first, double weight,
 void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
                   const RobotProblemOptions& options) {
   const double weight = weight_of(plants->scene);
-  Eigen::Index k = problem.n_u() - 3 * Eigen::Index(plants->drives.contacts.size());
+  Eigen::Index k = problem.n_u() - plants->drives.n_rigid() - plants->drives.n_held();
   for (const HeldContact& contact : options.contacts) {
     const std::vector<int> axes = held_axes(plants->scene.model, contact);
     std::optional<Parameter> load;
@@ -348,7 +355,7 @@ Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::
 }
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {
-  check_has_no_constraints(scene, "optimal control");
+  check_implicit_contacts(scene);
   const auto plants = std::make_shared<const Plants>(with_corners(scene, options), drives_of(scene, options));
   const Model<double>& model = scene.model;
   std::vector<std::string> states = entry_names_of(model, "q.", true);
@@ -374,6 +381,8 @@ Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& option
   problem.positions = model.nq;
   bound_forces(problem, model, plants->drives, options);
   add_contacts(problem, plants, options);
+  add_implicit_contacts(problem, scene.constraints.rigid, weight_of(scene),
+                        [plants](const auto& s, const auto& rigid) { return plants->touching(s, rigid); });
   problem.most_typical = half_turns(model);
   if (!is_on_lines(model)) {
     problem.typical = typical_moves(model);

@@ -39,6 +39,9 @@
 // With `barrier` above 0 the cone is a cost that keeps away from the cone's sides, a relaxed logarithm of friction fz - |(fx, fy)| over
 // the robot's weight (penalties.h), and forces have no bounds.  |(fx, fy)| is rounded below a hundredth of the weight.
 //
+// Rigid contacts of the scene (RobotScene::constraints) open and close where the solver finds it best: no schedule, no phases.
+// implicit_contacts.h has their controls f.<contact>.n|t1|t2 and their terms.
+//
 // The motion has to start at rest there.  A goal is to give no more than contacts leave free: with four feet held, the pose
 // of the trunk, not the joints as well.
 //
@@ -48,7 +51,8 @@
 //
 // Errors: ArgumentError for a driven joint that is unknown or named twice, for fractions of an effort limit that does not
 // exist, for a thruster or contact of an unknown or fixed frame, without an axis, a range or a
-// friction above zero, for two contacts of one frame, for a foot of less than three corners; NumericalError in the forward form for a
+// friction above zero, for two contacts of one frame, for a foot of less than three corners, for a scene with loops, hard limits or
+// rigid contacts that rebound; NumericalError in the forward form for a
 // joint without inertia.
 #pragma once
 

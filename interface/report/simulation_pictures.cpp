@@ -114,7 +114,8 @@ void add_rigid_forces(const Scene& scene, const SimulatedMotion& motion, int k,
                       const dynamics::Data<double>& data, std::vector<PlayerContact>& forces) {
   Eigen::Index row = 0;
   for (const auto& contact : scene.robot.constraints.rigid.contacts) {
-    const Eigen::Matrix3d axes = dynamics::plane_axes(contact.normal);
+    Eigen::Matrix3d axes = dynamics::plane_axes(contact.normal);
+    if (contact.plane_body >= 0) axes = data.X_WB[std::size_t(contact.plane_body)].R * axes;
     const Eigen::Index rows = contact.friction > 0 ? 3 : 1;
     const auto& X = data.X_WB[std::size_t(contact.body)];
     const Eigen::Vector3d point = X.R * contact.X_BF.p + X.p - contact.radius * axes.col(0);
@@ -215,7 +216,7 @@ PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion, cons
                                      : Eigen::Vector2d::Zero();
   add_ground(scene.robot.effects, middle, player);
   for (const auto& contact : scene.robot.constraints.rigid.contacts)
-    player.plane = {contact.normal, contact.offset};
+    if (contact.plane_body < 0) player.plane = {contact.normal, contact.offset};
   return player;
 }
 

@@ -50,6 +50,26 @@ bool floats(const dynamics::Model<double>& model) {
   return !model.joints.empty() && model.joints.front().type == dynamics::JointType::kFreeFlyer;
 }
 
+std::string unit_of_state(const dynamics::Model<double>& model, int index) {
+  if (index < 0 || index >= model.nq + model.nv) return "";
+  const bool is_velocity = index >= model.nq;
+  const int entry = is_velocity ? index - model.nq : index;
+  for (const auto& joint : model.joints) {
+    const int first = is_velocity ? joint.idx_v : joint.idx_q;
+    const int count = is_velocity ? dynamics::nv(joint.type) : dynamics::nq(joint.type);
+    if (entry < first || entry >= first + count) continue;
+    using dynamics::JointType;
+    const int linear = joint.type == JointType::kPrismatic   ? 1
+                       : joint.type == JointType::kPlanar    ? 2
+                       : joint.type == JointType::kFreeFlyer ? 3
+                                                             : 0;
+    const bool slides = entry - first < linear;
+    if (is_velocity) return slides ? " m/s" : " rad/s";
+    return slides ? " m" : dynamics::traits(joint.type).has_angle ? " rad" : "";
+  }
+  return "";
+}
+
 std::vector<std::string> driven_names(const RobotScene& scene) {
   if (!scene.actuated.empty()) return scene.actuated;
   std::vector<std::string> names;

@@ -51,6 +51,9 @@ dynamics::VectorX<typename Drive::Scalar> torques_at(const std::vector<int>& dof
 // Whether a free-flyer carries it.
 bool floats(const dynamics::Model<double>& model);
 
+// " rad/s", of an entry of (q, v); "" of entries of a quaternion, or of a cosine and a sine.
+std::string unit_of_state(const dynamics::Model<double>& model, int index);
+
 // The names of columns of q ("q") or v ("v") in tables: q.elbow; of joints with several entries by number, q0.
 std::vector<std::string> entry_names(const dynamics::Model<double>& model, const std::string& block);
 

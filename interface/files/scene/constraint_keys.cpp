@@ -62,6 +62,30 @@ void read_loop(Section& block, const RobotModel* model, SceneConstraints& constr
   constraints.loop_names.push_back(name);
 }
 
+// The link that a contact's plane is fixed to; the plane is then told in the axes of that link's body.
+void read_plane_of(Section& block, const RobotModel* model, dynamics::RigidContact& contact) {
+  std::vector<std::string> moving;
+  if (model) {
+    for (const auto& frame : model->frames)
+      if (frame.body >= 0) moving.push_back(frame.name);
+  }
+  block.about("a link that the plane is fixed to, in whose axes normal and offset are; absent: the world");
+  const std::vector<std::string> links = distinct_names(block, "plane_of", moving);
+  if (links.empty() || !model) return;
+  if (links.size() > 1) return block.problem("plane_of", "'plane_of' names several links, expected one");
+  const auto& at = model->frames[std::size_t(model->frame_index(links.front()))];
+  contact.plane_body = at.body;
+  contact.normal = at.X_BF.R * contact.normal.normalized();
+  contact.offset += contact.normal.dot(at.X_BF.p);
+}
+
+void check_other_body(Section& block, const dynamics::RigidContact& contact) {
+  if (contact.body == contact.plane_body)
+    block.problem("plane_of", "'" + contact.name +
+                                  "' moves with its plane, so that they never meet; expected "
+                                  "links of two bodies");
+}
+
 void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralConstraints& rigid) {
   dynamics::RigidContact contact;
   const auto spheres = read_collision_shapes(block, robot);
@@ -78,7 +102,10 @@ void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralC
   contact.normal = read_vector3(block, "normal", contact.normal);
   contact.offset = block.about("height of the plane along the normal [m]").get_or("offset", 0.0);
   int number = 0;
-  if (!(contact.normal.norm() > 0)) block.problem("normal", "'normal' is zero, expected a direction");
+  if (!(contact.normal.norm() > 0))
+    block.problem("normal", "'normal' is zero, expected a direction");
+  else
+    read_plane_of(block, robot.model, contact);
   for (std::size_t k = 0; spheres && k < spheres->size(); ++k) {
     const dynamics::CollisionSphere& sphere = (*spheres)[k];
     const bool goes_on = k > 0 && (*spheres)[k - 1].link == sphere.link;
@@ -87,6 +114,7 @@ void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralC
     contact.body = sphere.body;
     contact.X_BF = {Eigen::Matrix3d::Identity(), sphere.center};
     contact.radius = sphere.radius;
+    check_other_body(block, contact);
     rigid.contacts.push_back(contact);
   }
   for (const int frame : frames) {
@@ -98,6 +126,7 @@ void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralC
     contact.name = at.name;
     contact.body = at.body;
     contact.X_BF = at.X_BF;
+    check_other_body(block, contact);
     rigid.contacts.push_back(contact);
   }
 }

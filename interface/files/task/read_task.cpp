@@ -40,16 +40,17 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
                    std::string("'") + key + "' stands here and in the scene '" + name + "'; expected one");
   }
   try {
-    Scene scene = read_scene(path_beside(task.file, file, "scene", name));
-    task.urdf = std::move(scene.urdf);
-    task.inputs = std::move(scene.inputs);
-    task.notes = std::move(scene.notes);
-    task.left_out = std::move(scene.left_out);
-    task.scene = std::move(scene.robot);
+    const auto simulated =
+        std::make_shared<const Scene>(read_scene(path_beside(task.file, file, "scene", name)));
+    task.urdf = simulated->urdf;
+    task.inputs = simulated->inputs;
+    task.notes = simulated->notes;
+    task.left_out = simulated->left_out;
+    task.scene = simulated->robot;
     if (task.scene.lag.size() > 0)
       file.problem("scene", "'" + name + "' has motors with a lag, which only simulate knows");
-    if (!task.scene.constraints.empty())
-      file.problem("scene", "'" + name + "' has constraints, which only simulate knows");
+    if (!task.scene.constraints.empty()) check_implicit_contacts(task.scene);
+    if (!task.scene.constraints.rigid.empty()) task.simulated = simulated;
     return true;
   } catch (const Error& e) {
     file.problem("scene", e.what());

@@ -42,6 +42,9 @@
 //                   part of the robot's weight below which it is a parabola;
 //                   foot LINK { from, to: opposite corners of a rectangle in the link's axes (m) }: as many as there are,
 //                   each a foot that does not turn either (robot_problem.h)
+//   contact_implicit  of a scene with rigid contacts, whose times and forces the solver finds (implicit_contacts.h); its scheme is radau-1:
+//                   relaxation [1e-4] (m), slip [1e-3] (m/s): how far contacts are rounded at the end;
+//                   first_relaxation [0.1], first_slip [0.1]: at the beginning; solves [4]: from those to these
 //   phases          phase NAME { duration, intervals, min_duration, max_duration [those of horizon]; contacts [all];
 //                   impact [off]; foothold_offset { FRAME "dx dy dz" (m) }; goal [none: open] }, as many as there are, one after another
 //                   (phases.h): what a phase holds and the one before does not is where it last stood, or so much beside
@@ -100,6 +103,10 @@
 //                   integration_error of their range on;
 //                   goal_error [1e-2]: most that a motion by method ddp may end from a goal that is not soft, as a part of how far
 //                   the motion moves it;
+//                   simulation_error [0.05]: most that positions of a motion with rigid contacts may be off when its torques drive the
+//                   scene's own simulation, as a part of the largest movement of an angle, or of a length;
+//                   servo_stiffness, servo_damping [0] (N m/rad, N m s/rad; N/m, N s/m): with which the driven joints follow their
+//                   motion in it;
 //                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
 //                   impose, or nearer to an obstacle between points of the mesh, is no success; off: it is reported only
 //   expected        cost, tolerance: a known optimum to compare with
@@ -121,6 +128,7 @@
 #include <dyntape/interface/control/solve/optimise.h>
 #include <dyntape/interface/files/info/settings.h>
 #include <dyntape/interface/motion/capsules.h>
+#include <dyntape/interface/motion/implicit_contacts.h>
 #include <dyntape/interface/motion/robot_problem.h>
 
 namespace dyntape {
@@ -155,6 +163,9 @@ struct Task {
   std::vector<Capsule> passed;  // places of waypoints, for pictures
   std::optional<double> floor;  // m, height of what contacts stand on; none: the file does not say
   OptimiseOptions optimise;
+  // Of rigid contacts, whose forces are found: how they are rounded, and what simulates the motion.  Null: there are none.
+  ContactContinuation continuation;
+  std::shared_ptr<const Scene> simulated;
   bool by_ddp = false;  // solved by differential dynamic programming (ddp.h), of `optimise` what that knows
   struct Expected {
     double cost, tolerance;
@@ -172,6 +183,10 @@ struct Task {
     // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
     // gives; unless the goal is soft.
     double goal = 1e-2;
+    // Most that a motion with rigid contacts may be off from its simulation, as a part of how far it moves positions.
+    double simulation = 0.05;
+    double servo_stiffness = 0,
+           servo_damping = 0;  // of joints that follow their positions in it (N m/rad, N m s/rad)
   };
   VerifyOptions demands;
   // No configuration was found in which a frame is where it shall be: costs draw it as near as it can get.

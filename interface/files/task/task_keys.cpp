@@ -23,7 +23,7 @@ namespace {
 using io::Section;
 using RobotModel = dynamics::Model<double>;
 
-RobotProblemOptions read_form(Section& file) {
+RobotProblemOptions read_form(Section& file, const std::string& dynamics) {
   Section horizon = file.about("the time that the motion has").child("horizon");
   Section transcription =
       file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
@@ -33,7 +33,7 @@ RobotProblemOptions read_form(Section& file) {
       transcription
           .about("dynamics as a constraint: accelerations from torques, or torques from accelerations")
           .choice_or<DynamicsForm>(
-              "dynamics", "forward",
+              "dynamics", dynamics,
               {{"forward", DynamicsForm::kForward}, {"inverse", DynamicsForm::kInverse}});
   options.unit = transcription.about("unit of the controls: N m, or the fraction of the effort limit")
                      .choice_or<ControlUnit>(
@@ -350,6 +350,14 @@ void read_demands(Section& file, Task::VerifyOptions& demands) {
   demands.between = verify.get_or("between_nodes", demands.between, io::or_infinite(io::positive()));
   verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
   demands.goal = verify.get_or("goal_error", demands.goal, io::or_infinite(io::positive()));
+  verify.about(
+      "most that positions of a motion with rigid contacts are off when its torques drive the scene's "
+      "simulation, relative to the largest movement of an angle, or of a length");
+  demands.simulation = verify.get_or("simulation_error", demands.simulation, io::or_infinite(io::positive()));
+  verify.about("with which the driven joints follow their motion in it, beside its torques [N m/rad or N/m]");
+  demands.servo_stiffness = verify.get_or("servo_stiffness", demands.servo_stiffness, io::not_negative());
+  verify.about("likewise [N m s/rad or N s/m]");
+  demands.servo_damping = verify.get_or("servo_damping", demands.servo_damping, io::not_negative());
   verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
   demands.limits = verify.get_or("limits", demands.limits);
 }
@@ -370,12 +378,12 @@ void read_output(Section& file, Task& task, const RobotModel* model) {
 
 }  // namespace
 
-MeshOptions read_mesh(Section& file, WithLimitedMemory with) {
+MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& default_scheme) {
   Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
   MeshOptions mesh;
   mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
   transcription.about("what connects neighbouring points: " + listed_schemes());
-  const std::string scheme = transcription.get_or("scheme", "hermite-simpson");
+  const std::string scheme = transcription.get_or("scheme", default_scheme);
   try {
     mesh.scheme = scheme_by_name(scheme);
     const std::string fault = mesh.scheme.fault_on(mesh.intervals);
@@ -393,8 +401,9 @@ MeshOptions read_mesh(Section& file, WithLimitedMemory with) {
 
 TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   TaskKeys keys;
-  task.robot = read_form(file);
-  task.optimise.mesh = read_mesh(file);
+  task.robot = read_form(file, task.simulated ? "inverse" : "forward");
+  task.optimise.mesh =
+      read_mesh(file, WithLimitedMemory::kYes, task.simulated ? kRigidScheme : "hermite-simpson");
   Section horizon = file.child("horizon");
   keys.free_time = read_free_time(horizon, task.robot.duration);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
@@ -404,6 +413,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.robot.thrusters = read_thrusters(file, model);
   task.robot.contacts = read_contacts(file, model);
   task.floor = read_floor(file);
+  read_continuation(file, task);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
@@ -438,11 +448,13 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   }
   keys.limits = read_limits(file);
   check_ddp(file, task, keys);
+  check_rigid_contacts(file, task, keys);
   read_output(file, task, model);
   task.models = read_model_settings(file);
   task.control = read_control(file, [model](Section& push) { return read_hit(push, model); });
   read_plant(file, task, model);
   read_demands(file, task.demands);
+  if (task.simulated) judge_by_simulation(task.demands);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");
     const double cost = expected.about("of the optimum").get<double>("cost");

@@ -89,7 +89,8 @@ TaskKeys read_task_keys(io::Section& file, Task& task, const dynamics::Model<dou
 
 // What other files that are solved or controlled have as well: horizon.intervals and the mesh, the block mpc, whose disturbances differ.
 enum class WithLimitedMemory { kNo, kYes };  // of Ipopt alone
-MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMemory::kYes);
+MeshOptions read_mesh(io::Section& file, WithLimitedMemory with = WithLimitedMemory::kYes,
+                      const std::string& scheme = "hermite-simpson");
 using ReadPush = std::function<Task::Control::Disturbance(io::Section& push)>;  // but for its time
 Task::Control read_control(io::Section& file, const ReadPush& read_push);
 
@@ -101,6 +102,12 @@ void read_walk(io::Section& file, Task& task, TaskKeys& keys, const dynamics::Mo
 Task::Control::Disturbance read_hit(io::Section& push, const dynamics::Model<double>* model);
 void read_plant(io::Section& file, Task& task, const dynamics::Model<double>* model);
 
+// The block `contact_implicit`, and what a scene with rigid contacts does not go together with (method_keys.cpp).
+void read_continuation(io::Section& file, Task& task);
+constexpr const char* kRigidScheme = "radau-1";
+void check_rigid_contacts(io::Section& file, const Task& task, const TaskKeys& keys);
+void judge_by_simulation(Task::VerifyOptions& demands);
+
 // The block `closed`; when phases are known, notes what does not fit them and opens the goal (closed_motion.cpp).
 std::optional<TaskKeys::Closed> read_closed(io::Section& file, const Task& task,
                                             const dynamics::Model<double>* model);
@@ -109,7 +116,7 @@ void settle_closed(io::Section& file, const Task& task, const dynamics::Model<do
 // The block `costs` (cost_keys.cpp), when goal and phases are known.
 void read_costs(io::Section& file, TaskKeys& keys, const dynamics::Model<double>* model);
 
-// Notes what the method ddp does not know, where that is the task's (ddp_keys.cpp).
+// Notes what the method ddp does not know, where that is the task's (method_keys.cpp).
 void check_ddp(io::Section& file, const Task& task, const TaskKeys& keys);
 
 // Every key that a task file may have, in the order of reading.

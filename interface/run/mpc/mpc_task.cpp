@@ -2,11 +2,14 @@
 #include <dyntape/interface/run/mpc/mpc_task.h>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/dynamics/effects/effects.h>
 #include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/robot_configuration.h>
-#include <dyntape/interface/run/mpc/scene_plant.h>
+#include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/run/simulate/scene_plant.h>
 #include <dyntape/interface/run/solve/pictures.h>
 
 namespace dyntape {
@@ -128,6 +131,21 @@ void write_control(const Task& task, ControlReport& report, const std::string& f
                         motion_player(task, motion, stop)};
   };
   write_loop(report, loop_table(task, report.loop), pictures, folder, stop);
+}
+
+Eigen::VectorXd struck(const RobotScene& scene, const Eigen::VectorXd& q, const std::string& frame,
+                       const Eigen::Vector3d& impulse) {
+  const dynamics::Model<double> model = dynamics::acting_model(scene.model, scene.effects);
+  dynamics::Data<double> data(model);
+  dynamics::WrenchTorques<double> torques(model);
+  std::vector<dynamics::Wrench<double>> push = {
+      dynamics::wrench_at_frame<double>(model, moving_frame(model, frame), dynamics::FixedIn::kWorld, {})};
+  push.front().value.linear = impulse;
+  const Eigen::VectorXd tau = dynamics::wrench_torques<double>(model, data, torques, push, q);
+  const Eigen::VectorXd still = Eigen::VectorXd::Zero(model.nv);
+  auto weightless = model;
+  weightless.gravity.setZero();
+  return dynamics::aba<double>(weightless, data, q, still, tau);
 }
 
 }  // namespace dyntape

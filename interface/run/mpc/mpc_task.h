@@ -39,4 +39,8 @@ std::vector<std::string> control_files();
 void write_control(const Task& task, ControlReport& report, const std::string& folder,
                    const std::stop_token& stop = {});
 
+// What an impulse (N s, world axes) at the origin of a frame adds to the velocities (nv) of a robot at q that nothing holds.
+Eigen::VectorXd struck(const RobotScene& scene, const Eigen::VectorXd& q, const std::string& frame,
+                       const Eigen::Vector3d& impulse);
+
 }  // namespace dyntape

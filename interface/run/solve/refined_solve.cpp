@@ -84,13 +84,16 @@ std::vector<std::string> active_names(StagedNlp& nlp, const NlpSolution& solutio
 
 class Rounds {
  public:
-  Rounds(const Task& task, const SolveWatch& watch) : task_(task), watch_(watch) {}
+  Rounds(const Task& task, const SolveWatch& watch) : task_(task), watch_(watch) {
+    report_.demands = task.demands;
+  }
 
   SolveReport run(const MeshOptions& mesh) {
     build(mesh);
-    take(optimise(*program_, program_->start(), options()));
-    if (report_.solution.nlp.log.empty()) check_not_stopped();
-    note(report_.solution);
+    if (task_.simulated)
+      solve_continued();
+    else
+      solve_from(program_->start());
     while (moment_.refinement < task_.demands.refinements && is_too_coarse(report_, task_) &&
            !watch_.stop.stop_requested()) {
       if (!refine()) break;
@@ -102,6 +105,24 @@ class Rounds {
   }
 
  private:
+  void solve_from(const std::vector<double>& start) {
+    take(optimise(*program_, start, options()));
+    if (report_.solution.nlp.log.empty()) check_not_stopped();
+    note(report_.solution);
+  }
+
+  // Rigid contacts, less rounded from solve to solve.  One that fails may still lead to the next.
+  void solve_continued() {
+    std::vector<double> from = program_->start();
+    for (const Parameters& now : contact_continuation(task_.problem, task_.continuation)) {
+      program_->set_parameters(now);
+      relaxation_ = now.find(kContactRelaxation)(program_->problem().stage(0, {}, {}, {}))[0];
+      solve_from(from);
+      if (watch_.stop.stop_requested()) return;
+      from = report_.solution.nlp.x;
+    }
+  }
+
   void tell(SolveStage stage) {
     moment_.stage = stage;
     progress_->show_in(moment_);
@@ -155,13 +176,14 @@ class Rounds {
     options.solver.max_iterations = std::max(options.solver.max_iterations - iterations_, 0);
     options.solver.max_seconds = std::max(options.solver.max_seconds - processor_seconds_, kLeastSecondsLeft);
     options.demands = task_.demands;
-    options.check_derivatives = options.check_derivatives && moment_.refinement == 0;
+    options.check_derivatives = options.check_derivatives && report_.meshes.empty();
     return options;
   }
 
   void take(Solution solution) {
     report_.solution = std::move(solution);
     report_.excesses = excesses_of(task_, report_.solution.phases);
+    if (task_.simulated) report_.simulated = simulate_contacts(task_, report_.solution.motion);
   }
 
   void note(const Solution& s) {
@@ -169,7 +191,7 @@ class Rounds {
     processor_seconds_ += s.nlp.times.processor;
     report_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
                               s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
-                              s.verification.worst_relative, s.nlp.status});
+                              s.verification.worst_relative, s.nlp.status, relaxation_});
   }
 
   // False where the finer mesh is given up, and the coarser motion stays.
@@ -211,7 +233,7 @@ class Rounds {
   SolveMoment moment_{SolveStage::kRecording};
   const std::shared_ptr<CompileProgress> progress_ = std::make_shared<CompileProgress>();
   int iterations_ = 0;
-  double processor_seconds_ = 0, record_seconds_ = 0;
+  double processor_seconds_ = 0, record_seconds_ = 0, relaxation_ = 0;
 };
 
 // "compiling piece 3 of 12, about 8 s left".
@@ -283,7 +305,7 @@ bool is_too_coarse(const SolveReport& report, const Task& task) {
   const Verification& v = report.solution.verification;
   if (is_nearly_feasible(report.solution)) return true;
   if (!report.solution.converged() || !(v.violation <= task.demands.violation)) return false;
-  if (!(v.worst_relative <= task.demands.integration_error)) return true;
+  if (!(v.worst_relative <= task.demands.integration_error) || !report.simulates()) return true;
   if (!task.demands.limits) return false;
   const auto between = [](const LimitExcess& excess) { return excess.between_points; };
   return !report.excesses.empty() && std::all_of(report.excesses.begin(), report.excesses.end(), between);

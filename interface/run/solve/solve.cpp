@@ -57,27 +57,6 @@ void say(const Task& task, const BuildReport& build) {
   for (const std::string& source : build.sources) std::fprintf(stderr, "dyntape:   %s\n", source.c_str());
 }
 
-// " rad/s", of a state of the robot; "" of entries of a quaternion, or of a cosine and a sine.
-std::string unit_of_state(const dynamics::Model<double>& model, int index) {
-  if (index < 0 || index >= model.nq + model.nv) return "";
-  const bool is_velocity = index >= model.nq;
-  const int entry = is_velocity ? index - model.nq : index;
-  for (const auto& joint : model.joints) {
-    const int first = is_velocity ? joint.idx_v : joint.idx_q;
-    const int count = is_velocity ? dynamics::nv(joint.type) : dynamics::nq(joint.type);
-    if (entry < first || entry >= first + count) continue;
-    using dynamics::JointType;
-    const int linear = joint.type == JointType::kPrismatic   ? 1
-                       : joint.type == JointType::kPlanar    ? 2
-                       : joint.type == JointType::kFreeFlyer ? 3
-                                                             : 0;
-    const bool slides = entry - first < linear;
-    if (is_velocity) return slides ? " m/s" : " rad/s";
-    return slides ? " m" : dynamics::traits(joint.type).has_angle ? " rad" : "";
-  }
-  return "";
-}
-
 std::string program_text(const Task& task) {
   MeshOptions mesh = mesh_of(task);
   mesh.evaluation.route = Route::kInterpreter;  // nothing need be compiled to count

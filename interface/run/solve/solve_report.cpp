@@ -60,15 +60,18 @@ std::string phases_text(const std::vector<SolvedPhase>& phases) {
 // Where the mesh was refined.
 std::string mesh_text(const std::vector<MeshRound>& meshes) {
   if (meshes.size() < 2) return "";
+  const bool rounds = meshes.front().relaxation > 0;
   io::TextTable table({{"intervals", "", io::Align::kRight},
-                       {"status"},
+                       {rounds ? "contacts act from" : "status"},
                        {"iterations", "", io::Align::kRight},
                        {"cost", "", io::Align::kRight},
                        {"defect of the motion", "", io::Align::kRight},
                        {"time", "", io::Align::kRight}});
   for (const MeshRound& m : meshes) {
-    table.append({std::to_string(m.intervals), to_string(m.status), std::to_string(m.iterations),
-                  precise(m.cost), io::scientific(m.relative_defect), io::duration(m.seconds)});
+    const std::string from = io::significant(1e3 * m.relaxation, 3) + " mm: ";
+    table.append({std::to_string(m.intervals), (rounds ? from : "") + to_string(m.status),
+                  std::to_string(m.iterations), precise(m.cost), io::scientific(m.relative_defect),
+                  io::duration(m.seconds)});
   }
   return "\n" + table.text();
 }
@@ -82,6 +85,7 @@ ordered_json rounds_of(const std::vector<MeshRound>& meshes) {
                       {"cost", number(m.cost)},
                       {"relative_defect", number(m.relative_defect)},
                       {"seconds", m.seconds}});
+    if (m.relaxation > 0) rounds.back()["relaxation"] = m.relaxation;
   }
   return rounds;
 }
@@ -141,6 +145,7 @@ std::string SolveReport::text() const {
   facts.append({"true defect, of the motion", defect_text(*this)});
   facts.append({"open-loop error at the end", io::scientific(v.miss) + open_loop_unit +
                                                   (v.miss_state.empty() ? "" : " (" + v.miss_state + ")")});
+  if (simulated) facts.append({"simulated with its contacts", simulated->sentence()});
   facts.append({"robot's limits", excesses.empty() ? "kept" : std::to_string(excesses.size()) + " exceeded"});
   facts.append({"active bounds", std::to_string(active.size())});
   if (ddp)
@@ -229,6 +234,10 @@ std::string SolveReport::json() const {
                           {"interval", v.worst_interval},
                           {"state", v.worst_state},
                           {"allowed", number(demands.integration_error)}};
+  if (simulated)
+    j["simulated"] = {{"error", number(simulated->error)}, {"state", simulated->state},
+                      {"off", number(simulated->off)},     {"time", simulated->time},
+                      {"trouble", simulated->trouble},     {"allowed", number(demands.simulation)}};
   j["limits"] = limits_of(*this);
   j["meshes"] = rounds_of(meshes);
   if (!unwritten.empty()) j["unwritten"] = unwritten;

@@ -14,6 +14,7 @@
 #include <dyntape/interface/control/solve/solution.h>
 #include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/run/solve/contact_simulation.h>
 
 namespace dyntape {
 
@@ -23,6 +24,7 @@ struct MeshRound {
   double seconds = 0;  // of the solve and its verification
   double cost = 0, relative_defect = 0;
   SolveStatus status = SolveStatus::kSolverError;
+  double relaxation = 0;  // m, of rigid contacts (implicit_contacts.h); 0: there are none
 };
 
 struct SolveSizes {
@@ -50,10 +52,11 @@ struct SolveReport {
   BuildReport build;
   std::vector<std::string> active;  // names of variables and rows that rest on a bound
 
-  std::optional<DdpFacts> ddp;        // where that was the method
-  std::vector<MeshRound> meshes;      // coarsest first
-  std::string refinement_trouble;     // why a finer mesh was given up, or ""
-  std::vector<LimitExcess> excesses;  // of the robot's limits
+  std::optional<DdpFacts> ddp;                 // where that was the method
+  std::vector<MeshRound> meshes;               // coarsest first
+  std::optional<ContactSimulation> simulated;  // of rigid contacts
+  std::string refinement_trouble;              // why a finer mesh was given up, or ""
+  std::vector<LimitExcess> excesses;           // of the robot's limits
   std::optional<Problem::Range>
       free_time;                       // of the duration, where it was to be found: motion.t ends with it
   bool interrupted = false;            // stopped from outside: the motion is the best so far
@@ -70,6 +73,7 @@ struct SolveReport {
   bool optimal() const;  // by differential dynamic programming the first order is the solver's own word
   bool true_enough() const { return is_accurate(solution.verification, solution.demands); }
   bool reaches_goal() const;  // by differential dynamic programming, which does not demand it
+  bool simulates() const;     // where rigid contacts are simulated, to the same positions
   bool within_limits() const { return excesses.empty() || !demands.limits; }
   bool cost_matches() const;  // the known optimum, where the task states one
   bool success() const;

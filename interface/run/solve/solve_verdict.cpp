@@ -101,8 +101,10 @@ bool SolveReport::optimal() const {
 
 bool SolveReport::reaches_goal() const { return !ddp || has_soft_goal || ddp->goal_miss <= demands.goal; }
 
+bool SolveReport::simulates() const { return !simulated || simulated->error <= demands.simulation; }
+
 bool SolveReport::success() const {
-  return solution.success() && reaches_goal() && within_limits() && cost_matches();
+  return solution.success() && simulates() && reaches_goal() && within_limits() && cost_matches();
 }
 
 int SolveReport::iterations() const {
@@ -127,6 +129,12 @@ std::string SolveReport::verdict() const {
   if (!v.trouble.empty())
     return "The solver reports success, but the motion cannot be re-simulated: " + v.trouble + ".";
   if (!true_enough()) return of_coarse(*this);
+  if (!simulates())
+    return "A local optimum was found, but its torques do something else when the scene is simulated: " +
+           simulated->sentence() +
+           (simulated->trouble.empty() ? ", where verify.simulation_error allows " +
+                                             io::significant(100 * demands.simulation, 3) + " %."
+                                       : ".");
   if (!reaches_goal()) {
     return "A local optimum was found, but it misses the goal: " + ddp->missed + " ends off by " +
            io::significant(100 * ddp->goal_miss, 3) +

@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/run/mpc/scene_plant.h>
+#include <dyntape/interface/run/simulate/scene_plant.h>
 
 #include <cmath>
 
-#include <dyntape/dynamics/algorithms/algorithms.h>
-#include <dyntape/dynamics/effects/effects.h>
-#include <dyntape/interface/motion/robot_terms.h>
 #include <dyntape/interface/system/scene_system.h>
 
 namespace dyntape {
@@ -61,21 +58,6 @@ std::string ScenePlant::move(VectorXd& x, double from, double to,
   }
   x = x_.head(moving_);
   return x.allFinite() ? "" : "its state is no longer finite";
-}
-
-VectorXd struck(const RobotScene& scene, const VectorXd& q, const std::string& frame,
-                const Eigen::Vector3d& impulse) {
-  const dynamics::Model<double> model = dynamics::acting_model(scene.model, scene.effects);
-  dynamics::Data<double> data(model);
-  dynamics::WrenchTorques<double> torques(model);
-  std::vector<dynamics::Wrench<double>> push = {
-      dynamics::wrench_at_frame<double>(model, moving_frame(model, frame), dynamics::FixedIn::kWorld, {})};
-  push.front().value.linear = impulse;
-  const VectorXd tau = dynamics::wrench_torques<double>(model, data, torques, push, q);
-  const VectorXd still = VectorXd::Zero(model.nv);
-  auto weightless = model;
-  weightless.gravity.setZero();
-  return dynamics::aba<double>(weightless, data, q, still, tau);
 }
 
 }  // namespace dyntape

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What of a task file differential dynamic programming does not know.
+// What of a task file differential dynamic programming does not know, and what rigid contacts do not go together with.
 #include <cmath>
+#include <limits>
 
 #include <dyntape/interface/files/task/task_keys.h>
 
@@ -51,6 +52,48 @@ void check_ddp(Section& file, const Task& task, const TaskKeys& keys) {
           0)
     file.problem("goal", "'goal' is to be met at the end" + method +
                              "weights that draw to it, in costs.tracking or costs.tracking.end");
+}
+
+void read_continuation(Section& file, Task& task) {
+  Section block = file.about("of a scene with rigid contacts, whose times and forces are to be found")
+                      .child_or_empty("contact_implicit");
+  ContactContinuation& c = task.continuation;
+  const auto number = [&](const char* key, const std::string& what, double fallback) {
+    return block.about(what).get_or(key, fallback, io::positive());
+  };
+  c.last.relaxation = number("relaxation", "distance from which the robot's weight may act, at the end [m]",
+                             c.last.relaxation);
+  c.last.slip = number("slip", "speed over which friction builds up, at the end [m/s]", c.last.slip);
+  c.first.relaxation = number("first_relaxation", "the same in the first solve [m]", c.first.relaxation);
+  c.first.slip = number("first_slip", "the same in the first solve [m/s]", c.first.slip);
+  c.solves = block.about("each from the motion of the one before, with both smaller by equal ratios")
+                 .get_or("solves", c.solves, io::between(1, 20));
+  if (file.has("contact_implicit") && !task.simulated)
+    file.problem("contact_implicit",
+                 "'contact_implicit' is of rigid contacts, and there are none; expected a 'scene' whose "
+                 "'constraints' have contacts");
+}
+
+void check_rigid_contacts(Section& file, const Task& task, const TaskKeys& keys) {
+  if (!task.simulated) return;
+  const std::string found = ", and the scene has rigid contacts, whose times are found; expected one of them";
+  if (task.by_ddp)
+    file.child_or_empty("solver").problem(
+        "method", "'solver.method' is ddp, which knows no rigid contacts; expected riccati or ipopt");
+  if (task.optimise.mesh.scheme.name != kRigidScheme)
+    file.child_or_empty("transcription")
+        .problem("scheme", std::string("'transcription.scheme' has to be ") + kRigidScheme +
+                               " where the scene has rigid contacts: others do not land within a step");
+  if (!task.robot.contacts.empty()) file.problem("contacts", "'contacts' are held all along" + found);
+  if (!task.robot.thrusters.empty())
+    file.problem("thrusters", "'thrusters' are not simulated in a scene with rigid contacts");
+  if (!keys.phases.empty()) file.problem("phases", "'phases' say when contacts hold" + found);
+  if (keys.closed) file.problem("periodic", "'periodic' says when contacts hold" + found);
+}
+
+// The scheme's motion is one at its points, and what it is off by, the simulation of the scene tells.
+void judge_by_simulation(Task::VerifyOptions& demands) {
+  demands.integration_error = demands.between = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace dyntape

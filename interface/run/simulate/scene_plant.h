@@ -37,8 +37,4 @@ class ScenePlant {
   Eigen::VectorXd x_, next_;  // with motors
 };
 
-// What an impulse (N s, world axes) at the origin of a frame adds to the velocities (nv) of a robot at q that nothing holds.
-Eigen::VectorXd struck(const RobotScene& scene, const Eigen::VectorXd& q, const std::string& frame,
-                       const Eigen::Vector3d& impulse);
-
 }  // namespace dyntape

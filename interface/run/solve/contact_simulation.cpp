@@ -1,0 +1,122 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/interface/run/solve/contact_simulation.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/files/scene/scene.h>
+#include <dyntape/interface/io/table.h>
+#include <dyntape/interface/run/simulate/scene_plant.h>
+
+namespace dyntape {
+
+using Eigen::VectorXd;
+
+namespace {
+
+// (nq) Of each position the largest movement of its kind.
+VectorXd movements(const Task& task, const Trajectory& motion) {
+  const Eigen::Index nq = task.problem.positions;
+  const auto kind = [&](Eigen::Index i) { return unit_of_state(task.scene.model, int(i)) == " m"; };
+  std::map<bool, double> largest;
+  for (Eigen::Index i = 0; i < nq; ++i) {
+    const auto row = motion.x.row(i);
+    double& of_kind = largest[kind(i)];
+    of_kind = std::max(of_kind, row.maxCoeff() - row.minCoeff());
+  }
+  VectorXd movement(nq);
+  for (Eigen::Index i = 0; i < nq; ++i) movement[i] = std::max(largest[kind(i)], 1e-9);
+  return movement;
+}
+
+// Torques of the interval that ends with point k, and what servos add at x, a share of it having passed.
+class Torques {
+ public:
+  Torques(const Task& task, const Trajectory& motion)
+      : task_(task),
+        motion_(motion),
+        torque_(joint_torque(task.scene, task.robot.unit)),
+        dofs_(actuated_dofs(task.scene)) {
+    for (const int dof : dofs_) {
+      for (const auto& joint : task.scene.model.joints)
+        if (joint.idx_v == dof && dynamics::is_single(joint.type)) entries_.push_back(joint.idx_q);
+    }
+  }
+
+  VectorXd at(int k, double share, const VectorXd& x) const {
+    const Problem& problem = task_.problem;
+    VectorXd tau = torque_(problem.stage(motion_.t[k], motion_.x.col(k), motion_.a.col(k), motion_.u.col(k)));
+    const double stiffness = task_.demands.servo_stiffness, damping = task_.demands.servo_damping;
+    for (std::size_t j = 0; j < dofs_.size() && (stiffness > 0 || damping > 0); ++j) {
+      const Eigen::Index q = entries_[j], v = problem.positions + dofs_[j];
+      const double wanted = motion_.x(q, k - 1) + share * (motion_.x(q, k) - motion_.x(q, k - 1));
+      tau[Eigen::Index(j)] += stiffness * (wanted - x[q]) + damping * (motion_.x(v, k) - x[v]);
+    }
+    return tau;
+  }
+
+ private:
+  const Task& task_;
+  const Trajectory& motion_;
+  StageFunction torque_;
+  std::vector<int> dofs_, entries_;
+};
+
+// From point k - 1 to k, in steps of the scene.
+std::string move(const Torques& torques, const Trajectory& motion, int k, double step, ScenePlant& plant,
+                 VectorXd& x) {
+  const double from = motion.t[k - 1], h = motion.t[k] - from;
+  const int steps = std::max(1, int(std::ceil(h / step * (1 - 1e-9))));
+  for (int i = 0; i < steps; ++i) {
+    const VectorXd tau = torques.at(k, double(i) / steps, x);
+    const double begin = from + h * i / steps, end = from + h * (i + 1) / steps;
+    const std::string why = plant.move(x, begin, end, [&](double) { return tau; });
+    if (!why.empty()) return "at t = " + io::significant(begin, 3) + " s: " + why;
+  }
+  return "";
+}
+
+// What is off most, from point to point.
+void follow(const Task& task, const Trajectory& motion, ContactSimulation& result) {
+  const Problem& problem = task.problem;
+  const Torques torques(task, motion);
+  const VectorXd movement = movements(task, motion);
+  VectorXd x = motion.x.col(0);
+  ScenePlant plant(*task.simulated, x);
+  for (int k = 1; k < motion.points() && result.trouble.empty(); ++k) {
+    result.trouble = move(torques, motion, k, task.simulated->step, plant, x);
+    const VectorXd planned = motion.x.col(k);
+    const VectorXd d = problem.difference ? problem.difference(planned, x) : VectorXd(x - planned);
+    Eigen::Index worst = 0;
+    const double error = (d.head(movement.size()).array() / movement.array()).abs().maxCoeff(&worst);
+    if (error <= result.error) continue;
+    result.error = error, result.off = std::abs(d[worst]), result.time = motion.t[k];
+    result.state = problem.states[std::size_t(worst)];
+    result.unit = unit_of_state(task.scene.model, int(worst));
+  }
+}
+
+}  // namespace
+
+std::string ContactSimulation::sentence() const {
+  if (!trouble.empty()) return trouble;
+  if (state.empty()) return "nothing is off";
+  return state + " is off by " + io::significant(off, 3) + unit + " at " + io::significant(time, 3) + " s, " +
+         io::significant(100 * error, 2) + " % of the motion";
+}
+
+ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion) {
+  ContactSimulation result;
+  try {
+    follow(task, motion, result);
+  } catch (const Error& e) {
+    result.trouble = e.what();
+  }
+  if (!result.trouble.empty()) result.error = std::numeric_limits<double>::infinity();
+  return result;
+}
+
+}  // namespace dyntape
