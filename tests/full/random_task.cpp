@@ -160,7 +160,13 @@ class Draw {
       const bool by_joints = task_.goal.size() > 0 && !task_.floats();
       if (by_joints) end += " q " + number(draws_q) + "\n";
       if (!task_.floats()) end += " v " + number(draws_v) + "\n";
-      if (!end.empty()) costs += block("tracking", block("end", end));
+      std::string tracking = end.empty() ? "" : block("end", end);
+      // Without it arms that have no limit whirl.
+      if (cost == RandomTask::Cost::kEffort) {
+        task_.slows = 0.05;
+        tracking += " v " + number(task_.slows) + "\n";
+      }
+      if (!tracking.empty()) costs += block("tracking", tracking);
     }
     task_.text += block("costs", costs);
   }
@@ -370,7 +376,7 @@ std::string file_text(const RandomTask& task, const std::string& method) {
   // Differential dynamic programming has steps of its own.
   const std::string scheme = method == "ddp" ? "" : " scheme " + task.scheme + "\n";
   return task.text + block("transcription", scheme + " dynamics " + task.dynamics + "\n") +
-         block("solver", " method " + method + "\n max_iterations 1000\n max_seconds 20\n") +
+         block("solver", " method " + method + "\n max_iterations 1000\n max_seconds 10\n") +
          block("evaluation", " route machine_code\n");
 }
 

@@ -42,8 +42,8 @@ struct RandomTask {
   double duration = 1;
   Eigen::VectorXd least, most;  // of controls
   Cost cost = Cost::kControl;
-  double draws_q = 0,
-         draws_v = 0;  // weights of the squared distance to the goal at the end, where it is for ddp
+  // Weights: of the squared velocities; of the squared distance to the goal at the end, where it is for ddp.
+  double slows = 0, draws_q = 0, draws_v = 0;
 
   // Of a floating base, at rest at the goal.
   bool floats() const { return !rotors.empty(); }

@@ -21,15 +21,15 @@ constexpr double kAgreement = 0.02;  // of a figure that the report gives, and t
 
 // Where the points of an interval are, which of them its control is a polynomial through, and what they weigh in a cost.
 struct Points {
-  std::vector<double> at, weight;
+  std::vector<double> at, weight;  // of what is held a step's cost has no such weights
   int first_used, used;
 };
 
 Points points_of(const std::string& scheme) {
   const double s5 = std::sqrt(5.), s6 = std::sqrt(6.);
   static const std::map<std::string, Points> all = {
-      {"held", {{0, 1}, {1, 0}, 0, 1}},
-      {"runge-kutta-4", {{0, 1}, {1, 0}, 0, 1}},
+      {"held", {{0, 1}, {}, 0, 1}},
+      {"runge-kutta-4", {{0, 1}, {}, 0, 1}},
       {"trapezoid", {{0, 1}, {0.5, 0.5}, 0, 2}},
       {"hermite-simpson", {{0, 0.5, 1}, {1. / 6, 4. / 6, 1. / 6}, 0, 3}},
       {"hermite-simpson-linear", {{0, 0.5, 1}, {1. / 6, 4. / 6, 1. / 6}, 0, 3}},
@@ -253,30 +253,41 @@ class Judge {
     return "the controls alone lead " + digits(miss) + " away from the end, reported as " + digits(reported);
   }
 
-  double running_cost(int point) {
-    const VectorXd u = motion_.u.col(point);
+  double running_cost(const VectorXd& x, const VectorXd& u) {
+    const double speed = task_.slows * x.tail(nv_).squaredNorm();
     switch (task_.cost) {
       case RandomTask::Cost::kControl:
-        return u.squaredNorm();
+        return speed + u.squaredNorm();
       case RandomTask::Cost::kEffort:
-        return u.cwiseQuotient(task_.most).squaredNorm();
+        return speed + u.cwiseQuotient(task_.most).squaredNorm();
       case RandomTask::Cost::kAcceleration:
         break;
     }
-    return robot_.acceleration(state(point), u).squaredNorm();
+    return speed + robot_.acceleration(x, u).squaredNorm();
+  }
+
+  // Of an interval whose control is held, by one Runge-Kutta step.
+  double cost_of_step(int k) {
+    const double h = motion_.t[node(k + 1)] - motion_.t[node(k)];
+    const VectorXd x = state(node(k)), u = control(k, 0), a = robot_.rate(x, u), xb = x + h / 2 * a,
+                   b = robot_.rate(xb, u), xc = x + h / 2 * b, xd = x + h * robot_.rate(xc, u);
+    return h / 6 *
+           (running_cost(x, u) + 2 * running_cost(xb, u) + 2 * running_cost(xc, u) + running_cost(xd, u));
+  }
+
+  double cost_of_points(int k) {
+    const double h = motion_.t[node(k + 1)] - motion_.t[node(k)];
+    double cost = 0;
+    for (int i = 0; i <= per_interval(); ++i) {
+      const double weight = h * points_.weight[std::size_t(i)];
+      if (weight > 0) cost += weight * running_cost(state(node(k) + i), motion_.u.col(node(k) + i));
+    }
+    return cost;
   }
 
   std::string cost_fault() {
-    // Its steps take a cost of states at times between the points.
-    if (task_.cost == RandomTask::Cost::kAcceleration && points_.used == 1) return "";
     double cost = 0;
-    for (int k = 0; k < intervals(); ++k) {
-      const double h = motion_.t[node(k + 1)] - motion_.t[node(k)];
-      for (int i = 0; i <= per_interval(); ++i) {
-        const double weight = points_.weight[std::size_t(i)];
-        if (weight > 0) cost += h * weight * running_cost(node(k) + i);
-      }
-    }
+    for (int k = 0; k < intervals(); ++k) cost += points_.used == 1 ? cost_of_step(k) : cost_of_points(k);
     const Away off = away(last());
     cost +=
         task_.draws_q * (off.place * off.place + off.turn * off.turn) + task_.draws_v * off.rate * off.rate;

@@ -54,6 +54,17 @@ std::string ending_of(const SolveReport& report) {
   return "beyond a limit";
 }
 
+// Whether the judge takes a motion for what it is no longer: its controls are changed by a hundredth, or its states by a thousandth.
+bool is_blind(const RandomTask& random, SolveReport report, bool by_ddp) {
+  Trajectory& motion = report.solution.motion;
+  const Eigen::MatrixXd u = motion.u;
+  motion.u *= 0.99;
+  if (fault_of(random, report, by_ddp).empty()) return true;
+  motion.u = u;
+  motion.x.col(motion.points() / 2).array() += 1e-3 * motion.x.cwiseAbs().maxCoeff();
+  return fault_of(random, report, by_ddp).empty();
+}
+
 Outcome solve(const RandomTask& random, const std::string& method, const std::string& path) {
   write_file_atomically(path, file_text(random, method));
   Outcome outcome;
@@ -66,7 +77,11 @@ Outcome solve(const RandomTask& random, const std::string& method, const std::st
     outcome.cost = report.solution.cost();
     outcome.is_by_other = report.solution.nlp.is_by_other_method;
     if (report.success()) outcome.wrong = fault_of(random, report, method == "ddp");
+    if (report.success() && is_blind(random, report, method == "ddp"))
+      outcome.wrong = "could be changed without being noticed";
     if (!report.unreachable.empty()) outcome.wrong = "is called out of reach: " + report.unreachable;
+  } catch (const NumericalError&) {  // as of an arm without limits that falls from its start
+    outcome.ending = "not finite at the start";
   } catch (const std::exception& e) {
     outcome.ending = "refused", outcome.wrong = std::string("is refused: ") + e.what();
   }
