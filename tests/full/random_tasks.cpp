@@ -61,7 +61,7 @@ bool is_blind(const RandomTask& random, SolveReport report, bool by_ddp) {
   motion.u *= 0.99;
   if (fault_of(random, report, by_ddp).empty()) return true;
   motion.u = u;
-  motion.x.col(motion.points() / 2).array() += 1e-3 * motion.x.cwiseAbs().maxCoeff();
+  motion.x.col(motion.node(motion.intervals() / 2)).array() += 1e-3 * motion.x.cwiseAbs().maxCoeff();
   return fault_of(random, report, by_ddp).empty();
 }
 
