@@ -307,6 +307,21 @@ TEST_F(VerdictKinds, ABoundThatIsReachedFromNearbyIsKept) {
   }
 }
 
+// What the next interval's control does is no slope at the end of one before it: the mesh is fine enough as it is.
+TEST_F(VerdictKinds, HeldControlsKeepALimitOfVelocityBetweenPoints) {
+  write_cart(1, 100);
+  for (const std::string method : {"ipopt", "riccati"}) {
+    const SolveReport report = solved(
+        "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 1.12\n intervals 10\n}\nstart {\n q 0\n}\n"
+        "goal {\n q 1\n}\ncosts {\n control 1\n}\ntranscription {\n scheme runge-kutta-4\n}\n"
+        "solver {\n method " +
+        method + "\n}\n");
+    EXPECT_TRUE(report.success()) << report.verdict();
+    EXPECT_EQ(report.meshes.size(), 1u);
+    EXPECT_NEAR(report.solution.motion.x.row(1).maxCoeff(), 1, 1e-6);
+  }
+}
+
 TEST_F(VerdictKinds, FeetInMidAirAreTold) {
   load("quadruped_crouch");
   const Task task = read();
