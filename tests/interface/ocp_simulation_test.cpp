@@ -179,6 +179,25 @@ TEST(Verification, SaysWhichIntervalCannotBeSimulated) {
   EXPECT_NE(v.trouble.find("interval 1: "), std::string::npos) << v.trouble;
 }
 
+// The other block is moved by rounding, and so is its nominal value.
+TEST(Violations, OfWhatStandsStillAreMeasuredByTheKind) {
+  const auto violation = [](std::vector<std::string> states, double off) {
+    const int points = 17;
+    Problem p("two blocks", std::move(states), {"u", "w"}, 2,
+              [](const auto& s) { return vector(s.x[2], s.x[3], s.u[0], s.u[1]); });
+    Trajectory motion{VectorXd::LinSpaced(points, 0, 2), Eigen::MatrixXd::Zero(4, points),
+                      Eigen::MatrixXd::Zero(0, points), Eigen::MatrixXd::Zero(2, points), hermite_simpson()};
+    motion.x(1, 8) += off;
+    NlpScaling units{1, std::vector<double>(points * 6, 1.), std::vector<double>(8 * 2 * 4, 1.)};
+    for (std::size_t k = 1; k < units.x.size(); k += 6) units.x[k] = 1e-9;
+    for (std::size_t k = 1; k < units.g.size(); k += 4) units.g[k] = 1e-9;
+    return verify(p, motion, units).violation;
+  };
+  EXPECT_NEAR(violation({"q.a", "q.b", "v.a", "v.b"}, 5e-12), 5e-8, 1e-12);
+  EXPECT_NEAR(violation({"q.a", "q.b", "v.a", "v.b"}, 5e-8), 5e-4, 1e-8);
+  EXPECT_NEAR(violation({"a", "b", "da", "db"}, 5e-12), 5e-3, 1e-7);
+}
+
 // What an error is a part of: of a joint that stands still beside others of its kind, of what those move; a joint of no kind, or
 // an error that is more than a ten-millionth of their movement, has no such excuse.
 TEST(RelativeDefects, AreMeasuredByTheKind) {

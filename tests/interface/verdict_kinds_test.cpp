@@ -294,6 +294,34 @@ TEST_F(VerdictKinds, SwitchesKeepLimits) {
   }
 }
 
+// Solvers widen a bound by a part of it, which is much beside how far the guess moves the state.
+TEST_F(VerdictKinds, ABoundThatIsReachedFromNearbyIsKept) {
+  write_cart(100, 100);
+  for (const std::string method : {"ipopt", "riccati"}) {
+    const SolveReport report = solved(
+        "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 1\n intervals 20\n}\nstart {\n q 2.95\n v 1\n}\n"
+        "goal {\n q 2.951\n}\nbounds {\n positions 3\n}\ncosts {\n control 1\n}\nsolver {\n method " +
+        method + "\n}\n");
+    EXPECT_TRUE(report.success()) << method << ": " << report.verdict();
+    EXPECT_NEAR(report.solution.motion.x.row(0).maxCoeff(), 3, 1e-6) << method;
+  }
+}
+
+// What the next interval's control does is no slope at the end of one before it: the mesh is fine enough as it is.
+TEST_F(VerdictKinds, HeldControlsKeepALimitOfVelocityBetweenPoints) {
+  write_cart(1, 100);
+  for (const std::string method : {"ipopt", "riccati"}) {
+    const SolveReport report = solved(
+        "robot {\n urdf cart.urdf\n}\nhorizon {\n duration 1.12\n intervals 10\n}\nstart {\n q 0\n}\n"
+        "goal {\n q 1\n}\ncosts {\n control 1\n}\ntranscription {\n scheme runge-kutta-4\n}\n"
+        "solver {\n method " +
+        method + "\n}\n");
+    EXPECT_TRUE(report.success()) << report.verdict();
+    EXPECT_EQ(report.meshes.size(), 1u);
+    EXPECT_NEAR(report.solution.motion.x.row(1).maxCoeff(), 1, 1e-6);
+  }
+}
+
 TEST_F(VerdictKinds, FeetInMidAirAreTold) {
   load("quadruped_crouch");
   const Task task = read();

@@ -26,7 +26,8 @@ class Audit {
         motion_(motion),
         units_(scaling),
         stop_(stop),
-        taken_(motion.scheme.taken_by(problem, interval_lengths(motion.nodes()))) {}
+        taken_(motion.scheme.taken_by(problem, interval_lengths(motion.nodes()))),
+        least_units_(least_units()) {}
 
   Verification run() {
     check_bounds();
@@ -50,16 +51,31 @@ class Audit {
   }
 
   // The same of the next row of the program, in its order.
-  void note_row(double value, double lower, double upper, const std::string& what) {
-    note(value, lower, upper, row_ < units_.g.size() ? units_.g[row_] : 1, what);
+  void note_row(double value, double lower, double upper, const std::string& what, double least_unit = 0) {
+    note(value, lower, upper, row_ < units_.g.size() ? std::max(units_.g[row_], least_unit) : 1, what);
     ++row_;
+  }
+
+  // (n_x) Of a state that only rounding moves what is rounding as well would be a violation.
+  Eigen::VectorXd least_units() const {
+    Eigen::VectorXd least = Eigen::VectorXd::Zero(problem_.n_x());
+    if (units_.x.size() < std::size_t(problem_.n_x())) return least;
+    std::map<std::string, double> largest;  // of a kind
+    for (int i = 0; i < problem_.n_x(); ++i) {
+      double& most = largest[kind_of_state(problem_.states[std::size_t(i)])];
+      most = std::max(most, units_.x[std::size_t(i)]);
+    }
+    for (int i = 0; i < problem_.n_x(); ++i)
+      least[i] = kOfKind * largest[kind_of_state(problem_.states[std::size_t(i)])];
+    return least;
   }
 
   // Of entry i of point p: x, then a, then u.
   double unit(int p, Eigen::Index i) const {
     const Eigen::Index n_z = problem_.n_x() + problem_.n_a() + problem_.n_u();
     const auto variable = static_cast<std::size_t>(p * n_z + i);
-    return variable < units_.x.size() ? units_.x[variable] : 1;
+    if (variable >= units_.x.size()) return 1;
+    return i < problem_.n_x() ? std::max(units_.x[variable], least_units_[i]) : units_.x[variable];
   }
 
   void check_units() const {
@@ -124,7 +140,8 @@ class Audit {
       for (Eigen::Index r = 0; r < defect.cols(); ++r) {
         for (int i = 0; i < problem_.n_x(); ++i) {
           note_row(defect(i, r), 0, 0,
-                   "defect of " + problem_.states[std::size_t(i)] + " in interval " + std::to_string(k));
+                   "defect of " + problem_.states[std::size_t(i)] + " in interval " + std::to_string(k),
+                   least_units_[i]);
         }
       }
     }
@@ -245,6 +262,7 @@ class Audit {
   const NlpScaling& units_;
   const std::stop_token& stop_;
   const Problem taken_;  // by the scheme
+  const Eigen::VectorXd least_units_;
   std::size_t row_ = 0;  // of the program, the next to be noted
   Verification result_;
 };

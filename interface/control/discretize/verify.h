@@ -5,7 +5,7 @@
 //
 //   const Verification v = verify(problem, motion, nlp.scaling(start));
 //   v.violation            largest violation of defects, path and end constraints, bounds and boundary values,
-//                          relative to the program's nominal values (nlp.h), so that units do not change what is small
+//                          relative to the program's nominal values (nlp.h), of a state to 1e-4 of its kind's at least (below)
 //   v.worst_defect         true defect: what the scheme cannot know about itself
 //   v.worst_relative       the same, measured by how far the motion moves each state, and worst_interval, worst_state
 //   v.miss                 open-loop error: how far the controls alone lead from the motion's last state

@@ -18,6 +18,7 @@
 #include <dyntape/interface/control/ipopt/ipopt_options.h>
 #include <dyntape/interface/control/ipopt/rounds.h>
 #include <dyntape/interface/control/nlp/best_point.h>
+#include <dyntape/interface/control/nlp/bound_widening.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {
@@ -91,11 +92,17 @@ class Adapter : public Ipopt::TNLP {
 
   bool get_bounds_info(Ipopt::Index, Number* xl, Number* xu, Ipopt::Index, Number* gl, Number* gu) override {
     const auto clip = [](double b) { return std::clamp(b, -2 * kIpoptInfinity, 2 * kIpoptInfinity); };
+    const auto widen = [&](const std::vector<double>& lower, const std::vector<double>& upper, Number* l,
+                           Number* u) {
+      for (std::size_t i = 0; i < lower.size(); ++i) {
+        const bool is_equation = lower[i] == upper[i];
+        const auto room = [&](double b) { return is_equation ? 0 : widening(options_.bound_relaxation, b); };
+        l[i] = clip(lower[i] - room(lower[i])), u[i] = clip(upper[i] + room(upper[i]));
+      }
+    };
     return guarded([&] {
-      std::transform(shape_.x_lower.begin(), shape_.x_lower.end(), xl, clip);
-      std::transform(shape_.x_upper.begin(), shape_.x_upper.end(), xu, clip);
-      std::transform(shape_.g_lower.begin(), shape_.g_lower.end(), gl, clip);
-      std::transform(shape_.g_upper.begin(), shape_.g_upper.end(), gu, clip);
+      widen(shape_.x_lower, shape_.x_upper, xl, xu);
+      widen(shape_.g_lower, shape_.g_upper, gl, gu);
       return true;
     });
   }
@@ -165,7 +172,9 @@ class Adapter : public Ipopt::TNLP {
     const std::lock_guard lock(mutex_);
     if (is_left_) return;
     solution_.objective = objective;
-    solution_.x.assign(x, x + n);
+    solution_.x.resize(std::size_t(n));
+    for (std::size_t i = 0; i < solution_.x.size(); ++i)
+      solution_.x[i] = std::clamp(x[i], shape_.x_lower[i], shape_.x_upper[i]);
     solution_.lower_multiplier.assign(zl, zl + n);
     solution_.upper_multiplier.assign(zu, zu + n);
     solution_.g.assign(g, g + m);

@@ -151,7 +151,8 @@ void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions
   assign("sb", std::string("yes"));  // no banner
   assign("tol", options.tolerance);
   assign("dual_inf_tol", options.dual_tolerance);
-  assign("bound_relax_factor", options.bound_relaxation);
+  assign("bound_relax_factor", 0.0);  // they come widened (ipopt.cpp)
+  assign("honor_original_bounds", std::string("no"));
   assign("max_iter", options.max_iterations);
   assign("max_cpu_time", options.max_seconds);
   assign("print_level", options.print_level);

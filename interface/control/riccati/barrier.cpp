@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/interface/control/nlp/bound_widening.h>
+
 namespace dyntape {
 
 namespace {
@@ -26,8 +28,8 @@ void Barrier::set_bounds(double relaxation) {
   const NlpShape& shape = nlp_.shape();
   lower_.setConstant(n_ + m_, -HUGE_VAL), upper_.setConstant(n_ + m_, HUGE_VAL);
   const auto set = [&](Eigen::Index at, double lower, double upper) {
-    if (lower > -HUGE_VAL) lower_[at] = lower - relaxation * std::max(1.0, std::abs(lower));
-    if (upper < HUGE_VAL) upper_[at] = upper + relaxation * std::max(1.0, std::abs(upper));
+    if (lower > -HUGE_VAL) lower_[at] = lower - widening(relaxation, lower);
+    if (upper < HUGE_VAL) upper_[at] = upper + widening(relaxation, upper);
   };
   for (std::size_t i = 0; i < shape.n(); ++i) {
     if (!kkt_.is_fixed(i)) set(Eigen::Index(i), shape.x_lower[i], shape.x_upper[i]);

@@ -26,7 +26,7 @@ struct BarrierPoint {
 class Barrier {
  public:
   Barrier(Nlp& nlp, const StagewiseKkt& kkt);  // `kkt` says what the rows are
-  // Those of the program, widened by `relaxation` of max(1, |bound|).
+  // Those of the program, widened (bound_widening.h).
   void set_bounds(double relaxation);
 
   Eigen::Index n() const { return n_; }

@@ -13,6 +13,21 @@ int interval_with(double t, const std::vector<double>& times) {
   return std::clamp(int(next - times.begin()) - 1, 0, int(times.size()) - 2);
 }
 
+// x' at the first and the last point of an interval, a column each, by the controls of the interval: where these are held, or
+// extrapolated, those of its neighbours are others.
+std::vector<Eigen::MatrixXd> rates_at_ends(const Problem& problem, const Trajectory& motion) {
+  std::vector<Eigen::MatrixXd> rates;
+  for (int k = 0; k < motion.intervals(); ++k) {
+    rates.emplace_back(motion.x.rows(), 2);
+    for (int end = 0; end < 2; ++end) {
+      const int p = motion.node(k + end);
+      rates.back().col(end) = problem.rate(
+          problem.stage(motion.t[p], motion.x.col(p), motion.acceleration(k, end), motion.control(k, end)));
+    }
+  }
+  return rates;
+}
+
 }  // namespace
 
 Eigen::VectorXd cubic(const Eigen::VectorXd& from, const Eigen::VectorXd& to,
@@ -47,6 +62,9 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
   const std::vector<double> points(motion.t.begin(), motion.t.end());
   const std::vector<double> nodes = motion.nodes();
   const Eigen::MatrixXd rates = rates_of(problem, motion);
+  const bool jumps = !motion.scheme.uses_first_point() || !motion.scheme.uses_last_point();
+  const std::vector<Eigen::MatrixXd> at_ends =
+      jumps ? rates_at_ends(problem, motion) : std::vector<Eigen::MatrixXd>{};
   Trajectory result{Eigen::Map<const Eigen::VectorXd>(times.data(), n),
                     Eigen::MatrixXd(motion.x.rows(), n),
                     Eigen::MatrixXd(motion.a.rows(), n),
@@ -58,8 +76,11 @@ Trajectory resampled(const Problem& problem, const Trajectory& motion, const std
     const double t = result.t[i];
     const int p = interval_with(t, points), k = interval_with(t, nodes);
     const double h = points[std::size_t(p) + 1] - points[std::size_t(p)];
-    result.x.col(i) = cubic(motion.x.col(p), motion.x.col(p + 1), rates.col(p), rates.col(p + 1), h,
-                            (t - points[std::size_t(p)]) / h);
+    const bool is_first = jumps && p == motion.node(k), is_last = jumps && p + 1 == motion.node(k + 1);
+    const Eigen::VectorXd rate = is_first ? at_ends[std::size_t(k)].col(0) : rates.col(p),
+                          next_rate = is_last ? at_ends[std::size_t(k)].col(1) : rates.col(p + 1);
+    result.x.col(i) =
+        cubic(motion.x.col(p), motion.x.col(p + 1), rate, next_rate, h, (t - points[std::size_t(p)]) / h);
     const double begin = nodes[std::size_t(k)], end = nodes[std::size_t(k) + 1];
     const double fraction = (t - begin) / (end - begin);
     result.a.col(i) = motion.acceleration(k, fraction);
