@@ -143,6 +143,7 @@ void run(const Problem& problem, ShootingScheme scheme, int intervals, int times
                              .scheme = scheme,
                              .hessian = hessian,
                              .tolerance = tolerance,
+                             .evaluation = {.functions = Functions::kPortable, .lanes = Lanes::kNative},
                              .verify = false});
   DdpSolution best;
   for (int i = 0; i < times; ++i) {
