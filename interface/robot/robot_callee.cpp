@@ -16,7 +16,7 @@ namespace {
 
 using dynamics::Model;
 
-// Derivatives of y(x), x = (q, v, w), as they are recorded on a tape.
+// Derivatives of y(x), x = (q, v, w), as they are recorded on a tape.  Without a Hessian that of the value is derived.
 struct Analytic {
   std::function<MatrixXad(const VectorXad& x)> jacobian;                     // (y by x)
   std::function<MatrixXad(const VectorXad& x, const VectorXad& w)> hessian;  // (x by x) of w^T y
@@ -75,6 +75,19 @@ void check_joints(const Model<double>& model) {
   }
 }
 
+// Those, or joints whose q holds a quaternion.
+void check_joints_of_held(const Model<double>& model) {
+  for (const auto& joint : model.joints) {
+    const bool has_quaternion =
+        joint.type == dynamics::JointType::kSpherical || joint.type == dynamics::JointType::kFreeFlyer;
+    if (has_one_coordinate(joint) || has_quaternion) continue;
+    throw ArgumentError(
+        "model \"" + model.name + "\": joint \"" + joint.name + "\" is " + dynamics::to_string(joint.type) +
+        "; constrained dynamics as a callee need joints that are revolute, prismatic, helical, "
+        "spherical or free-flyers");
+  }
+}
+
 std::shared_ptr<const Callee> analytic_callee(const Function& value, const Analytic& derivatives) {
   const std::size_t n_x = value.n_x(), n_y = value.n_y();
   const auto n = static_cast<Eigen::Index>(n_x), m = static_cast<Eigen::Index>(n_y);
@@ -94,11 +107,11 @@ std::shared_ptr<const Callee> analytic_callee(const Function& value, const Analy
     }));
   };
   const auto adjoints = [=] {
-    return dissolving_callee(record(name + "_vjp", n_x + n_y,
-                                    [&](const VectorXad& x) {
-                                      return product(derivatives.jacobian(x.head(n)).transpose(), x.tail(m));
-                                    }),
-                             tangents_of_adjoints);
+    const Function vjp = record(name + "_vjp", n_x + n_y, [&](const VectorXad& x) {
+      return product(derivatives.jacobian(x.head(n)).transpose(), x.tail(m));
+    });
+    if (derivatives.hessian) return dissolving_callee(vjp, tangents_of_adjoints);
+    return dissolving_callee(vjp, [=] { return jvp_callee(vjp_callee(dissolving_callee(value))); });
   };
   return dissolving_callee(value, tangents, adjoints);
 }
@@ -111,6 +124,26 @@ std::shared_ptr<const Callee> row_callee(const Model<double>& model, const Rows&
                                  [=](const VectorXad& x, const VectorXad& w) {
                                    return row_hessian(model.cast<AD>(), rows, x, w);
                                  }});
+}
+
+// (nv x nq) the displacement in the moving frames that a change of q is; a quaternion's length is none.
+MatrixXad displacement_map(const Model<AD>& model, const VectorXad& q) {
+  MatrixXad map = MatrixXad::Constant(model.nv, model.nq, AD(0));
+  for (const auto& joint : model.joints) {
+    const Eigen::Index i = joint.idx_q, k = joint.idx_v;
+    if (dynamics::traits(joint.type).on_a_line) {
+      map(k, i) = AD(1);
+      continue;
+    }
+    // w = 2 of conj(u) du, with u = (v, s):  s dv - ds v - v x dv
+    const Eigen::Index p = joint.type == dynamics::JointType::kFreeFlyer ? 3 : 0;
+    const dynamics::Vector4<AD> u = q.segment<4>(i + p);
+    if (p > 0) map.block<3, 3>(k, i) = dynamics::rotation(u).transpose();
+    const AD twice = AD(2) / dynamics::squared_length(u), x = u[0] * twice, y = u[1] * twice,
+             z = u[2] * twice, s = u[3] * twice;
+    map.block<3, 4>(k + p, i + p) << s, z, -y, -x, -z, s, x, -y, y, -x, s, -z;
+  }
+  return map;
 }
 
 // Constrained dynamics and impacts on the tape: accelerations or velocities, and the forces where these are unique.
@@ -134,15 +167,25 @@ struct Held {
 
   VectorXad value(const VectorXad& x) {
     const Eigen::Index n = model.nv;
-    dynamics::constrained_dynamics<AD>(model, data, c, x.head(n), x.segment(n, n), x.tail(n));
+    dynamics::constrained_dynamics<AD>(model, data, c, x.head(model.nq), x.segment(model.nq, n), x.tail(n));
     return with_forces(c.ddq, c.lambda);
+  }
+  // By the entries of q, of which the dynamics know displacements.
+  MatrixXad by_q(const VectorXad& x, const MatrixXad& by_displacement) const {
+    if (model.nq == model.nv) return by_displacement;
+    const MatrixXad map = displacement_map(model, x.head(model.nq)).transpose();
+    MatrixXad result(by_displacement.rows(), model.nq);
+    for (Eigen::Index i = 0; i < result.rows(); ++i)
+      result.row(i) = product(map, by_displacement.row(i).transpose()).transpose();
+    return result;
   }
   MatrixXad jacobian(const VectorXad& x) {
     const Eigen::Index n = model.nv;
-    dynamics::constrained_dynamics_derivatives<AD>(model, data, c, x.head(n), x.segment(n, n), x.tail(n));
-    MatrixXad motion(n, 3 * n), forces(c.lambda.size(), 3 * n);
-    motion << c.ddq_dq, c.ddq_dv, c.ddq_dtau;
-    forces << c.lambda_dq, c.lambda_dv, c.lambda_dtau;
+    dynamics::constrained_dynamics_derivatives<AD>(model, data, c, x.head(model.nq), x.segment(model.nq, n),
+                                                   x.tail(n));
+    MatrixXad motion(n, x.size()), forces(c.lambda.size(), x.size());
+    motion << by_q(x, c.ddq_dq), c.ddq_dv, c.ddq_dtau;
+    forces << by_q(x, c.lambda_dq), c.lambda_dv, c.lambda_dtau;
     return with_forces(motion, forces);
   }
   MatrixXad hessian(const VectorXad& x, const VectorXad& w) {
@@ -191,13 +234,15 @@ std::shared_ptr<const Callee> forward_dynamics_callee(const Model<double>& model
 std::shared_ptr<const Callee> constrained_dynamics_callee(
     const Model<double>& model, const std::vector<dynamics::Constraint<double>>& constraints,
     bool independent) {
-  check_joints(model);
+  check_joints_of_held(model);
   const auto held = [=] { return Held(model, constraints, independent); };
-  const Function value = record(model.name + "_constrained_dynamics", static_cast<std::size_t>(3 * model.nv),
-                                [&](const VectorXad& x) { return held().value(x); });
-  return analytic_callee(value,
-                         {[=](const VectorXad& x) { return held().jacobian(x); },
-                          [=](const VectorXad& x, const VectorXad& w) { return held().hessian(x, w); }});
+  const Function value =
+      record(model.name + "_constrained_dynamics", static_cast<std::size_t>(model.nq + 2 * model.nv),
+             [&](const VectorXad& x) { return held().value(x); });
+  Analytic derivatives{[=](const VectorXad& x) { return held().jacobian(x); }, {}};
+  if (model.nq == model.nv)
+    derivatives.hessian = [=](const VectorXad& x, const VectorXad& w) { return held().hessian(x, w); };
+  return analytic_callee(value, derivatives);
 }
 
 std::shared_ptr<const Callee> impulse_dynamics_callee(

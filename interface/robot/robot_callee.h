@@ -10,8 +10,8 @@
 // take two to four times as many operations (first and second order of a 7-joint arm: 24 300 against 7 400).
 // What is printed is one straight line: value, Jacobian and Hessian share what they have in common.
 //
-// Joints of one coordinate only (revolute, prismatic, helical): ArgumentError for others, where a derivative by q is
-// tangent and the chain rule needs more than the callee has.  Make one callee and use it for every call.
+// Joints of one coordinate only (revolute, prismatic, helical) but where it says else: ArgumentError for others, where a
+// derivative by q is tangent and the chain rule needs more than the callee has.  Make one callee and use it for every call.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,8 @@ std::shared_ptr<const Callee> inverse_dynamics_callee(const dynamics::Model<doub
 // (q, v, tau) -> ddq, dynamics::aba.
 std::shared_ptr<const Callee> forward_dynamics_callee(const dynamics::Model<double>& model);
 // (q, v, tau) -> (ddq, lambda), dynamics::constrained_dynamics: closed loops, rigid contacts; second derivatives are
-// those of constrained_hessian.h.
+// those of constrained_hessian.h.  Spherical joints and free-flyers are allowed here: q is (nq), second derivatives are then
+// those of the recorded value.
 //   independent   the caller's word that rows are; without it the callee gives ddq alone, as forces of dependent rows are
 //                 not unique
 std::shared_ptr<const Callee> constrained_dynamics_callee(

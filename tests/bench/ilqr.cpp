@@ -11,6 +11,7 @@
 #include <cstdlib>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/contact/constraints.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/control/discretize/staged_nlp.h>
@@ -19,6 +20,7 @@
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_problem.h>
 #include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/robot/robot_callee.h>
 
 namespace {
 
@@ -61,19 +63,24 @@ Problem quadruped(const std::string& urdf) {
     const VectorXd place = frame_position(scene, foot, Eigen::Vector3d::Zero())(Stage<double>{0, x, {}, {}});
     feet.push_back(dynamics::point_constraint(model, model.frame_index(foot), Eigen::Vector3d(place)));
   }
+  // Recorded with its analytic derivatives.
+  const auto held = constrained_dynamics_callee(model, feet, true);
   const auto rate = [=](const auto& s) {
     using T = std::decay_t<decltype(s.t)>;
-    const dynamics::Model<T> own = model.cast<T>();
-    dynamics::Data<T> data(own);
-    std::vector<dynamics::Constraint<T>> held;
-    for (const auto& foot : feet) held.push_back(foot.template cast<T>());
-    dynamics::ConstraintData<T> c(own, held);
-    c.independent = true;
     const dynamics::VectorX<T> at = s.x.head(nq), v = s.x.tail(nv);
-    dynamics::VectorX<T> tau = dynamics::VectorX<T>::Zero(nv), change(nq + nv);
+    dynamics::VectorX<T> tau = dynamics::VectorX<T>::Zero(nv), ddq, change(nq + nv);
     tau.tail(n_u) = s.u;
-    dynamics::constrained_dynamics<T>(own, data, c, at, v, tau);
-    change << configuration_rate<T>(model, at, v), c.ddq;
+    if constexpr (std::is_same_v<T, AD>) {
+      VectorXad in(nq + 2 * nv);
+      in << at, v, tau;
+      ddq = call(held, in).head(nv);
+    } else {
+      dynamics::Data<T> data(model);
+      dynamics::ConstraintData<T> c(model, feet);
+      c.independent = true;
+      ddq = dynamics::constrained_dynamics<T>(model, data, c, at, v, tau);
+    }
+    change << configuration_rate<T>(model, at, v), ddq;
     return change;
   };
   std::vector<std::string> states(std::size_t(nq + nv), "x"), controls(std::size_t(n_u), "u");
@@ -136,6 +143,7 @@ void run(const Problem& problem, ShootingScheme scheme, int intervals, int times
                              .scheme = scheme,
                              .hessian = hessian,
                              .tolerance = tolerance,
+                             .evaluation = {.functions = Functions::kPortable, .lanes = Lanes::kNative},
                              .verify = false});
   DdpSolution best;
   for (int i = 0; i < times; ++i) {

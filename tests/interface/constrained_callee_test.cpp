@@ -14,6 +14,7 @@
 
 #include <cstdio>
 #include <map>
+#include <tuple>
 
 #include "../autodiff/random.h"
 #include "../dynamics/robot_files.h"
@@ -235,9 +236,41 @@ TEST(ConstrainedCallees, AreWhatScenesWithLoopsMoveBy) {
               entries_of(b.hessian, expected, b.n_y + b.jacobian.nnz()), "Hessian");
 }
 
+// Quaternions are read by their direction: of any length, also where the derivative is along it.
+TEST(ConstrainedCallees, RobotsThatFloatAreHeldByTheEntriesOfTheirQuaternion) {
+  for (const auto& [name, feet, order] :
+       {std::tuple{"free_body", std::vector<const char*>{"body"}, Order::kSecond},
+        std::tuple{"solo12", std::vector<const char*>{"FL_FOOT", "HR_FOOT"}, Order::kFirst}}) {
+    const Model<double> robot = load(name, Base::kFloating);
+    const auto callee = constrained_dynamics_callee(robot, points(robot, feet), true);
+    EXPECT_EQ(callee->n_in, std::size_t(robot.nq + 2 * robot.nv));
+    const Function of_callee =
+        record("floats", callee->n_in, [&](const VectorXad& x) { return call(callee, x); });
+    const Derivatives a = derive(of_callee, order), b = derive(*callee->recorded()->function, order);
+    if (order == Order::kFirst) {
+      EXPECT_LT(3 * total_operations(a.function), total_operations(b.function));
+    }
+    Random random(5);
+    for (int k = 0; k < 5; ++k) {
+      const auto x = random.vector(callee->n_in, -1, 1), w = random.vector(callee->n_out, -1, 1);
+      const auto of_order = order == Order::kSecond ? w : std::vector<double>();
+      const auto got = evaluate(a.function, x, {}, of_order),
+                 expected = evaluate(b.function, x, {}, of_order);
+      expect_near(entries_of(a.jacobian, got, a.n_y), entries_of(b.jacobian, expected, b.n_y), "Jacobian");
+      if (order == Order::kFirst) continue;
+      expect_near(entries_of(a.hessian, got, a.n_y + a.jacobian.nnz()),
+                  entries_of(b.hessian, expected, b.n_y + b.jacobian.nnz()), "Hessian");
+    }
+  }
+}
+
 TEST(ConstrainedCallees, JointsOfSeveralCoordinatesAreRefused) {
   const Model<double> dog = load("solo12", Base::kFloating);
-  EXPECT_THROW(constrained_dynamics_callee(dog, points(dog, {"FL_FOOT"})), ArgumentError);
+  EXPECT_THROW(impulse_dynamics_callee(dog, points(dog, {"FL_FOOT"}), 0.0), ArgumentError);
+  EXPECT_THROW(inverse_dynamics_callee(dog), ArgumentError);
+  Model<double> sled = load("double_pendulum");
+  sled.joints[0].type = JointType::kPlanar;
+  EXPECT_THROW(constrained_dynamics_callee(sled, {}), ArgumentError);
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/control/riccati/columns.h>
@@ -24,40 +25,44 @@ ShootingSteps::ShootingSteps(const CompiledFunction& step, const Problem& proble
       z_(n_z_, intervals),
       y_(Eigen::Index(step.n_y()), intervals),
       J_(Eigen::Index(step.jacobian_pattern().nnz()), intervals),
-      first_gradient_((n_x_ + 1) * n_z_),
-      dense_(VectorXd::Zero(first_gradient_ + (y_.rows() - n_x_ - 1) * padded(n_z_))),
       point_(n_z_),
       value_(y_.rows()),
       weights_(VectorXd::Zero(y_.rows())),
-      stages_(std::size_t(intervals)) {
-  if (has_residuals()) H_.resize(padded(n_z_) * n_z_);
+      stages_(std::size_t(intervals), StageColumns(n_x_, problem.n_u())) {
+  find_places();
+  if (has_residuals()) before_.assign(stages_.begin(), stages_.end());
   if (step.order() >= Order::kSecond) H_.resize(Eigen::Index(step.hessian_pattern().nnz()));
-  const Pattern& at = step.jacobian_pattern();
-  for (std::size_t i = 0; i < at.nnz(); ++i) {
-    const Eigen::Index row = Eigen::Index(at.row[i]), col = Eigen::Index(at.col[i]);
-    if (row <= n_x_) first_residual_ = i + 1;
-    if (row < n_x_)
-      places_.push_back(col * n_x_ + row);
-    else if (row == n_x_)
-      places_.push_back(n_x_ * n_z_ + col);
-    else
-      places_.push_back(first_gradient_ + (row - n_x_ - 1) * padded(n_z_) + col);
-  }
-  const Eigen::Index n_p = problem.parameters.size(), n_u = problem.n_u();
+  const Eigen::Index n_p = problem.parameters.size();
   const double h = problem.duration / intervals;
   for (int k = 0; k < intervals; ++k) {
     parameters_.col(k).head(2) << k * h, h;
     for (int part = 0; part < 3; ++part)
       parameters_.col(k).segment(2 + part * n_p, n_p) = problem.parameters.at((k + part / 2.0) * h);
   }
-  for (LqrStage& s : stages_)
-    s = {MatrixXd(n_x_, n_x_),
-         MatrixXd(n_x_, n_u),
-         VectorXd(n_x_),
-         MatrixXd::Zero(n_z_, n_z_),
-         VectorXd(n_z_),
-         {},
-         {}};
+}
+
+// Non-zeros come by rows: rows of F are columns of its transpose.
+void ShootingSteps::find_places() {
+  constexpr std::size_t kFew = 4;
+  const Pattern& at = step_.jacobian_pattern();
+  const Eigen::Index of_z = padded(n_z_);
+  for (std::size_t i = 0; i < at.nnz(); ++i) {
+    const Eigen::Index row = Eigen::Index(at.row[i]), col = Eigen::Index(at.col[i]);
+    if (row > n_x_) {
+      if (residuals_.empty() || at.row[residuals_.back().begin] != at.row[i])
+        residuals_.push_back({i, i, -1});
+      ++residuals_.back().end;
+      continue;
+    }
+    std::vector<Run>& runs = row < n_x_ ? of_F_ : of_g_;
+    const Eigen::Index to = row < n_x_ ? row * of_z + col : col;
+    if (runs.empty() || runs.back().to + runs.back().count != to) runs.push_back({Eigen::Index(i), to, 0});
+    ++runs.back().count;
+  }
+  Eigen::Index size = 0;
+  for (Residual& r : residuals_)
+    if (r.end - r.begin > kFew) r.dense = std::exchange(size, size + of_z);
+  dense_.setZero(size);
 }
 
 double ShootingSteps::run(int k, const Eigen::Ref<const VectorXd>& x, const Eigen::Ref<const VectorXd>& u,
@@ -93,29 +98,34 @@ bool ShootingSteps::linearise(const MatrixXd& x, const MatrixXd& u) {
                       .jacobian = J_.data()};
   step_.check(step_.run(Order::kFirst, points, all_), points.count);
   for (std::size_t k = 0; k < stages_.size(); ++k) place(k);
-  return y_.allFinite() && J_.allFinite();
+  return are_finite(y_.data(), y_.size()) && are_finite(J_.data(), J_.size());
 }
 
 void ShootingSteps::place(std::size_t k) {
-  const Pattern& at = step_.jacobian_pattern();
   const double* const J = J_.col(Eigen::Index(k)).data();
-  for (std::size_t i = 0; i < at.nnz(); ++i) dense_[places_[i]] = J[i];
-  LqrStage& s = stages_[k];
-  const double* const F = dense_.data();
-  std::copy(F, F + s.A.size(), s.A.data());
-  std::copy(F + s.A.size(), F + n_x_ * n_z_, s.B.data());
-  s.g = dense_.segment(n_x_ * n_z_, n_z_);
+  StageColumns& s = stages_[k];
+  if (has_residuals()) std::swap(static_cast<StageSlopes&>(s), before_[k]);
+  for (const Run& run : of_F_) std::copy(J + run.from, J + run.from + run.count, s.Ft.data() + run.to);
+  for (const Run& run : of_g_) std::copy(J + run.from, J + run.from + run.count, s.g.data() + run.to);
   if (!has_residuals()) return;
-  // H / 2 = sum over the residuals of their gradients' squares.
-  const Eigen::Index of_z = padded(n_z_);
-  H_.setZero();
-  for (std::size_t i = first_residual_; i < at.nnz(); ++i) {
-    const Eigen::Index r = Eigen::Index(at.row[i]) - n_x_ - 1, j = Eigen::Index(at.col[i]),
-                       from = j / kPad * kPad;
-    add(H_.data() + j * of_z + from, 2 * J[i], F + first_gradient_ + r * of_z + from, of_z - from);
+  s.H.setZero();
+  for (const Residual& residual : residuals_) add_squares(residual, J, s.H);
+}
+
+// H / 2 = sum over the residuals of their gradients' squares.
+void ShootingSteps::add_squares(const Residual& residual, const double* J, MatrixXd& H) {
+  const std::uint32_t* const col = step_.jacobian_pattern().col.data();
+  const Eigen::Index of_z = H.rows();
+  if (residual.dense < 0) {
+    for (std::size_t i = residual.begin; i < residual.end; ++i)
+      for (std::size_t j = residual.begin; j < residual.end; ++j)
+        H.data()[col[i] * of_z + col[j]] += 2 * J[i] * J[j];
+    return;
   }
-  for (Eigen::Index j = 0; j < n_z_; ++j)
-    std::copy(H_.data() + j * of_z + j, H_.data() + j * of_z + n_z_, s.H.data() + j * n_z_ + j);
+  double* const gradient = dense_.data() + residual.dense;
+  for (std::size_t i = residual.begin; i < residual.end; ++i) gradient[col[i]] = J[i];
+  for (std::size_t i = residual.begin; i < residual.end; ++i)
+    add(H.data() + col[i] * of_z, 2 * J[i], gradient, of_z);
 }
 
 void ShootingSteps::curve(int k, const VectorXd& weights) {
@@ -124,7 +134,8 @@ void ShootingSteps::curve(int k, const VectorXd& weights) {
                      H_.data(), one_);
   MatrixXd& H = stages_[std::size_t(k)].H;
   const Pattern& at = step_.hessian_pattern();
-  for (std::size_t i = 0; i < at.nnz(); ++i) H(at.row[i], at.col[i]) = H_[Eigen::Index(i)];
+  for (std::size_t i = 0; i < at.nnz(); ++i)
+    H(at.row[i], at.col[i]) = H(at.col[i], at.row[i]) = H_[Eigen::Index(i)];
 }
 
 double error_of_steps(const Problem& problem, const VectorXd& t, const MatrixXd& x, const MatrixXd& u,

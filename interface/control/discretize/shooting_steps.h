@@ -4,7 +4,7 @@
 //
 //   ShootingSteps steps(step, problem, 100);
 //   double cost = steps.run(k, x.col(k), u.col(k), next);             // next = x', and int L dt
-//   if (steps.linearise(x, u)) ...                                    // finite: stages()[k].A, B, g; end of steps in ends()
+//   if (steps.linearise(x, u)) ...                                    // finite: stages()[k].Ft, g; end of steps in ends()
 //   steps.curve(k, weights);                                          // stages()[k].H, by weights of (x', int L dt)
 //
 // A step that has residuals r has H = 2 R^T R, R their Jacobian, from linearise() on; curve() is then not to be called.
@@ -36,26 +36,37 @@ class ShootingSteps {
   bool linearise(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u);  // (n_x x N or more), (n_u x N)
   void curve(int k, const Eigen::VectorXd& weights);  // (n_x + 1), at the point of the last linearise()
 
-  std::vector<LqrStage>& stages() { return stages_; }  // c and limits are the caller's
-  auto ends() const { return y_.topRows(n_x_); }       // (n_x x N) x' of the last linearise()
+  std::vector<StageColumns>& stages() { return stages_; }  // c and limits are the caller's
+  // With residuals: what the linearisation before the last one found.
+  const std::vector<StageSlopes>& before() const { return before_; }
+  auto ends() const { return y_.topRows(n_x_); }  // (n_x x N) x' of the last linearise()
   bool has_residuals() const { return y_.rows() > n_x_ + 1; }
 
  private:
+  struct Run {  // non-zeros, and where their entries lie
+    Eigen::Index from, to, count;
+  };
+  struct Residual {  // its non-zeros, and from where on it lies in dense_; -1: it has few
+    std::size_t begin, end;
+    Eigen::Index dense;
+  };
+
+  void find_places();
   void place(std::size_t k);
+  void add_squares(const Residual& residual, const double* J, Eigen::MatrixXd& H);
 
   CompiledFunction step_;
   CompiledFunction::Workspace one_, all_;
   Eigen::Index n_x_, n_z_;
   Eigen::MatrixXd parameters_;  // (2 + 3 n_p x N) t, h, p at the beginning, middle and end of each step
   Eigen::MatrixXd z_, y_, J_;   // a column a step; J_: the non-zeros of the pattern
-  // One step: (A | B), g, and the gradient of each residual, padded (columns.h).
-  Eigen::Index first_gradient_;
-  Eigen::VectorXd dense_;
-  std::vector<Eigen::Index> places_;  // in it, of the non-zeros
-  std::size_t first_residual_ = 0;    // among the non-zeros
+  std::vector<Run> of_F_, of_g_;
+  std::vector<Residual> residuals_;
+  Eigen::VectorXd dense_;  // gradients of residuals, padded (columns.h)
   Eigen::VectorXd point_, value_, weights_;
-  Eigen::VectorXd H_;  // room for one stage's: its non-zeros, or with residuals its padded columns
-  std::vector<LqrStage> stages_;
+  Eigen::VectorXd H_;  // one stage's non-zeros
+  std::vector<StageColumns> stages_;
+  std::vector<StageSlopes> before_;
 };
 
 // The largest entry of what steps of controls that are held, from x.col(k) at t[k] to x.col(k + 1), are off by, found by

@@ -43,7 +43,11 @@ constexpr int kOfRegister = DYNTAPE_REGISTER / sizeof(double);
 constexpr int kRegisters = kOfRegister == kPad ? 1 : 2;
 constexpr Eigen::Index kRows = kRegisters * kOfRegister;
 
-template <int columns>
+// Where the factors of a column's entries lie: kColumns: in a column of B; kRows: in a row of it, of a product with its transpose;
+// kMinusRows: that product is taken off.
+enum class Factors { kColumns, kRows, kMinusRows };
+
+template <int columns, Factors factors>
 void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict A, Eigen::Index of_A,
                const double* __restrict B, Eigen::Index of_B, Eigen::Index count) {
   Register sum[columns][kRegisters];
@@ -54,34 +58,72 @@ void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict
     Register a[kRegisters];
     for (int r = 0; r < kRegisters; ++r)
       a[r] = *reinterpret_cast<const Register*>(A + k * of_A + r * kOfRegister);
-    for (int c = 0; c < columns; ++c)
-      for (int r = 0; r < kRegisters; ++r) sum[c][r] += a[r] * B[k + c * of_B];
+    for (int c = 0; c < columns; ++c) {
+      const double b = factors == Factors::kColumns ? B[k + c * of_B] : B[k * of_B + c];
+      for (int r = 0; r < kRegisters; ++r) {
+        if constexpr (factors == Factors::kMinusRows)
+          sum[c][r] -= a[r] * b;
+        else
+          sum[c][r] += a[r] * b;
+      }
+    }
   }
   for (int c = 0; c < columns; ++c)
     for (int r = 0; r < kRegisters; ++r)
       *reinterpret_cast<Register*>(C + c * of_C + r * kOfRegister) = sum[c][r];
 }
 
+// The sum of a_i b_i, n = padded(n) of them, by the entry's place in the widest register.
+inline double padded_dot(const double* a, const double* b, Eigen::Index n) {
+  constexpr int kParts = int(kPad) / kOfRegister;
+  Register sum[kParts] = {};
+  for (Eigen::Index i = 0; i < n; i += kPad) {
+    for (int r = 0; r < kParts; ++r) {
+      const Eigen::Index at = i + r * kOfRegister;
+      sum[r] += *reinterpret_cast<const Register*>(a + at) * *reinterpret_cast<const Register*>(b + at);
+    }
+  }
+  double s[kPad];
+  for (int r = 0; r < kParts; ++r) *reinterpret_cast<Register*>(s + r * kOfRegister) = sum[r];
+  return ((s[0] + s[4]) + (s[2] + s[6])) + ((s[1] + s[5]) + (s[3] + s[7]));
+}
+
+// Zero times what is not finite is no number.
+inline bool are_finite(const double* a, Eigen::Index n) {
+  Register sum = {};
+  Eigen::Index i = 0;
+  for (; i + kOfRegister <= n; i += kOfRegister) sum += 0.0 * *reinterpret_cast<const Register*>(a + i);
+  double all = 0;
+  for (; i < n; ++i) all += 0 * a[i];
+  for (int part = 0; part < kOfRegister; ++part) all += sum[part];
+  return all == 0;
+}
+
 }  // namespace DYNTAPE_VECTORS
 
-// C += A B: C (rows x columns) and A (rows x count) with padded() rows and so many doubles from column to column.
-inline void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
-                        Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
+// C += A B: C (rows x columns) and A (rows x count) with padded() rows and so many doubles from column to column.  B by columns,
+// or by rows, and then it may be taken off.
+template <Factors factors = Factors::kColumns>
+void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
+                 Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
+  const Eigen::Index next = factors == Factors::kColumns ? of_B : 1;
   for (Eigen::Index i = 0; i < rows; i += kRows) {
     Eigen::Index j = 0;
     for (; j + 4 <= columns; j += 4)
-      add_block<4>(C + i + j * of_C, of_C, A + i, of_A, B + j * of_B, of_B, count);
-    for (; j < columns; ++j) add_block<1>(C + i + j * of_C, of_C, A + i, of_A, B + j * of_B, of_B, count);
+      add_block<4, factors>(C + i + j * of_C, of_C, A + i, of_A, B + j * next, of_B, count);
+    for (; j < columns; ++j)
+      add_block<1, factors>(C + i + j * of_C, of_C, A + i, of_A, B + j * next, of_B, count);
   }
 }
 
 // The same of a symmetric C: its lower triangle, and what its blocks have above.
-inline void add_symmetric_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A,
-                                  const double* B, Eigen::Index of_B, Eigen::Index rows, Eigen::Index count,
-                                  Eigen::Index columns) {
+template <Factors factors = Factors::kColumns>
+void add_symmetric_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
+                           Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
+  const Eigen::Index next = factors == Factors::kColumns ? of_B : 1;
   for (Eigen::Index j = 0; j < columns; j += kPad)
-    add_product(C + j + j * of_C, of_C, A + j, of_A, B + j * of_B, of_B, rows - j, count,
-                std::min(kPad, columns - j));
+    add_product<factors>(C + j + j * of_C, of_C, A + j, of_A, B + j * next, of_B, rows - j, count,
+                         std::min(kPad, columns - j));
 }
 
 inline double dot(const double* a, const double* b, Eigen::Index n) {

@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/riccati/riccati.h>
 
+#include <Eigen/Cholesky>
+#include <cmath>
+
 #include <dyntape/interface/control/riccati/columns.h>
 
 namespace dyntape {
 
 using namespace columns;
 
-namespace {
-
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+namespace {
 
 std::vector<Eigen::Index> places_of(const std::vector<bool>& chosen) {
   std::vector<Eigen::Index> places;
@@ -88,107 +92,165 @@ bool limited_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower
 
 }  // namespace
 
+StageColumns::StageColumns(Index of_x, Index of_u)
+    : StageSlopes{MatrixXd::Zero(padded(of_x + of_u), of_x), VectorXd::Zero(padded(of_x + of_u))},
+      n(of_x),
+      m(of_u),
+      H(MatrixXd::Zero(padded(of_x + of_u), of_x + of_u)),
+      c(VectorXd::Zero(of_x)) {}
+
+StageColumns::StageColumns(const LqrStage& s) : StageColumns(s.A.cols(), s.B.cols()) {
+  Ft.topRows(n) = s.A.transpose(), Ft.middleRows(n, m) = s.B.transpose();
+  H.topRows(n + m) = s.H.selfadjointView<Eigen::Lower>();
+  g.head(n + m) = s.g, c = s.c;
+  lower = s.lower, upper = s.upper;
+}
+
+void add_slope(const StageSlopes& s, const double* lambda, double* to) {
+  add_columns(to, s.Ft.data(), s.Ft.rows(), lambda, s.Ft.cols(), s.Ft.rows());
+}
+
+void take_step(const StageColumns& s, const double* z, double* next) {
+  const Index of_z = s.Ft.rows();
+  for (Index i = 0; i < s.n; ++i) next[i] = s.c[i] + padded_dot(s.Ft.data() + i * of_z, z, of_z);
+}
+
+double curvature(const MatrixXd& H, const double* z, VectorXd& work) {
+  work.setZero(H.rows());
+  add_columns(work.data(), H.data(), H.rows(), z, H.cols(), H.rows());
+  return padded_dot(work.data(), z, H.rows());
+}
+
 void Riccati::begin(const MatrixXd& H, const VectorXd& g) {
-  P_ = H;
-  p_ = g;
+  P_.setZero(padded(H.rows()), H.cols()), p_.setZero(P_.rows());
+  P_.topRows(H.rows()) = H, p_.head(g.size()) = g;
+}
+
+// What is behind the rows stays zero.
+void Riccati::resize(Index n, Index m) {
+  const Index of_x = padded(n), of_z = padded(n + m);
+  if (Q_.rows() == of_z && Q_.cols() == n + m && W_.rows() == of_x && W_.cols() == m) return;
+  Q_.setZero(of_z, n + m), q_.setZero(of_z);
+  slope_.setZero(of_x), W_.setZero(of_x, m), w_.setZero(m), inverse_.setZero(m);
+  Q_uu_.setZero(m, m), L_.setZero(m, m), Lt_.setZero(m, m);
 }
 
 // Q and q: the lower triangle.
-void Riccati::add_cost_to_go(const LqrStage& s) {
-  const Eigen::Index n = s.A.cols(), m = s.B.cols(), z = n + m, of_x = padded(n), of_z = padded(z);
-  if (F_.rows() != n || F_.cols() != z) {
-    // What is behind the rows stays zero.
-    padded_P_.setZero(of_x, n), Ft_.setZero(of_z, n), Q_.setZero(of_z, z);
-    F_.resize(n, z);
-  }
-  padded_P_.topRows(n) = P_;
-  F_ << s.A, s.B;
-  Ft_.topRows(z) = F_.transpose();
-  PF_.setZero(of_x, z);
-  Q_.topRows(z) = s.H;
-  add_product(PF_.data(), of_x, padded_P_.data(), of_x, F_.data(), n, of_x, n, z);
-  add_symmetric_product(Q_.data(), of_z, Ft_.data(), of_z, PF_.data(), of_x, of_z, n, z);
-  slope_.setZero(of_x), slope_.head(n) = p_;
-  add_columns(slope_.data(), padded_P_.data(), of_x, s.c.data(), n, of_x);
-  q_.setZero(of_z), q_.head(z) = s.g;
-  add_columns(q_.data(), Ft_.data(), of_z, slope_.data(), n, of_z);
+void Riccati::add_cost_to_go(const StageColumns& s, const MatrixXd* added) {
+  const Index n = s.n, z = n + s.m, of_x = P_.rows(), of_z = s.Ft.rows();
+  PF_.setZero(of_z, n);
+  Q_ = s.H;
+  if (added) Q_ += *added;
+  add_product(PF_.data(), of_z, s.Ft.data(), of_z, P_.data(), of_x, of_z, n, n);
+  add_symmetric_product<Factors::kRows>(Q_.data(), of_z, s.Ft.data(), of_z, PF_.data(), of_z, of_z, n, z);
+  slope_ = p_;
+  add_columns(slope_.data(), P_.data(), of_x, s.c.data(), n, of_x);
+  q_ = s.g;
+  add_slope(s, slope_.data(), q_.data());
 }
 
-// With Q_uu = L L^T and W = L^-1 Q_ux:  K = - L^-T W,  P = Q_xx - W^T W; rows of W are columns here.
-void Riccati::minimise(Eigen::Index n, Eigen::Index m) {
-  const Eigen::Index of_x = padded(n);
-  L_ = factors_.matrixLLT();
-  Lt_ = -L_.transpose();
-  W_.resize(of_x, m), Wt_.resize(m, n);
-  w_ = q_.segment(n, m);
-  for (Eigen::Index i = 0; i < m; ++i) {
-    double* const row = W_.col(i).data();
-    for (Eigen::Index j = 0; j < n; ++j) row[j] = Q_(n + i, j);
-    for (Eigen::Index j = n; j < of_x; ++j) row[j] = 0;
-    add_columns(row, W_.data(), of_x, Lt_.col(i).data(), i, of_x);
-    const double inverse = 1 / L_(i, i);
-    for (Eigen::Index j = 0; j < of_x; ++j) row[j] *= inverse;
-    for (Eigen::Index j = 0; j < n; ++j) Wt_(i, j) = -row[j];
-    w_[i] = (w_[i] + dot(Lt_.col(i).data(), w_.data(), i)) * inverse;
+bool Riccati::take_input_curvature(Index n, Index m, double shift) {
+  for (Index j = 0; j < m; ++j) {
+    for (Index i = j; i < m; ++i) Q_uu_(i, j) = Q_uu_(j, i) = Q_(n + i, n + j);
+    Q_uu_(j, j) += shift;
   }
-  add_symmetric_product(Q_.data(), Q_.rows(), W_.data(), of_x, Wt_.data(), m, of_x, m, n);
-  P_.resize(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = j; i < n; ++i) P_(i, j) = P_(j, i) = Q_(i, j);
-  }
-  p_ = q_.head(n);
-  for (Eigen::Index i = 0; i < m; ++i) add(p_.data(), -w_[i], W_.col(i).data(), n);
-  policy_.K.resize(m, n), policy_.k.resize(m);
-  L_ = -L_;
-  for (Eigen::Index i = m; i-- > 0;) {
-    double* const row = W_.col(i).data();
-    const Eigen::Index behind = m - i - 1;
-    const double* const of_L = L_.col(i).data() + i;
-    if (behind > 0) add_columns(row, row + of_x, of_x, of_L + 1, behind, of_x);
-    const double inverse = -1 / of_L[0];
-    for (Eigen::Index j = 0; j < of_x; ++j) row[j] *= inverse;
-    for (Eigen::Index j = 0; j < n; ++j) policy_.K(i, j) = -row[j];
-    w_[i] = (w_[i] + dot(of_L + 1, w_.data() + i + 1, behind)) * inverse;
-    policy_.k[i] = -w_[i];
-  }
+  return Q_uu_.allFinite();
 }
 
-bool Riccati::push(const LqrStage& s, double shift) {
-  const Eigen::Index n = s.A.cols(), m = s.B.cols();
-  add_cost_to_go(s);
-  Q_uu_ = Q_.block(n, n, m, m);
-  Q_uu_.triangularView<Eigen::StrictlyUpper>() = Q_uu_.transpose();
-  Q_uu_.diagonal().array() += shift;
-  if (!Q_uu_.allFinite()) return false;
-  const bool is_limited = s.lower.size() > 0;
-  if (!is_limited) {
-    factors_.compute(Q_uu_);
-    if (factors_.info() != Eigen::Success) return false;
+// False where Q_uu is not positive definite.
+bool Riccati::factor() {
+  const Index m = Q_uu_.cols();
+  for (Index i = 0; i < m; ++i) {
+    double* const row = Lt_.col(i).data();
+    for (Index j = 0; j < i; ++j)
+      row[j] = L_(i, j) = -inverse_[j] * (Q_uu_(i, j) - dot(row, Lt_.col(j).data(), j));
+    const double pivot = Q_uu_(i, i) - dot(row, row, i);
+    if (!(pivot > 0)) return false;
+    inverse_[i] = 1 / std::sqrt(pivot);
   }
-  if (!is_limited && shift == 0) {
-    minimise(n, m);
-    return true;
-  }
-
-  const auto Q_ux = Q_.block(n, 0, m, n);
-  if (is_limited) {
-    policy_.K.setZero(m, n);
-    std::vector<bool> is_free;
-    if (!limited_minimum(Q_uu_, q_.segment(n, m), s.lower, s.upper, policy_.k, is_free)) return false;
-    const std::vector<Eigen::Index> free = places_of(is_free);
-    if (!free.empty()) policy_.K(free, Eigen::all) = -Q_uu_(free, free).llt().solve(Q_ux(free, Eigen::all));
-  } else {
-    policy_.k = -factors_.solve(q_.segment(n, m));
-    policy_.K = -factors_.solve(Q_ux);
-  }
-  Q_uu_.diagonal().array() -= shift;
-  P_ = Q_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
-  P_.triangularView<Eigen::StrictlyUpper>() = P_.transpose();
-  P_ += Q_ux.transpose() * policy_.K + policy_.K.transpose() * (Q_ux + Q_uu_ * policy_.K);
-  p_ = q_.head(n) + Q_ux.transpose() * policy_.k +
-       policy_.K.transpose() * (q_.segment(n, m) + Q_uu_ * policy_.k);
-  P_ = (P_ + P_.transpose()).eval() / 2;
   return true;
+}
+
+// W = L^-1 Q_ux, whose rows are columns here, and w.
+void Riccati::eliminate(Index n, Index m) {
+  const Index of_x = P_.rows();
+  w_ = q_.segment(n, m);
+  for (Index i = 0; i < m; ++i) {
+    double* const row = W_.col(i).data();
+    for (Index j = 0; j < n; ++j) row[j] = Q_(n + i, j);
+    add_columns(row, W_.data(), of_x, Lt_.col(i).data(), i, of_x);
+    for (Index j = 0; j < of_x; ++j) row[j] *= inverse_[i];
+    w_[i] = (w_[i] + dot(Lt_.col(i).data(), w_.data(), i)) * inverse_[i];
+  }
+  w_ = -w_;
+}
+
+// P = Q_xx - W^T W, p = q_x - W^T L^-1 q_u.
+void Riccati::take_cost_to_go(Index n, Index m) {
+  const Index of_x = P_.rows();
+  add_symmetric_product<Factors::kMinusRows>(Q_.data(), Q_.rows(), W_.data(), of_x, W_.data(), of_x, of_x, m,
+                                             n);
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) P_(i, j) = P_(j, i) = Q_(i, j);
+  }
+  for (Index i = 0; i < n; ++i) p_[i] = q_[i];
+  add_columns(p_.data(), W_.data(), of_x, w_.data(), m, of_x);
+}
+
+// K = - L^-T W, k = L^-T w.
+void Riccati::find_policy(Index n, Index m) {
+  const Index of_x = P_.rows();
+  policy_.K.resize(m, n), policy_.k.resize(m);
+  for (Index i = m; i-- > 0;) {
+    double* const row = W_.col(i).data();
+    const double* const of_L = L_.col(i).data() + i + 1;
+    const Index behind = m - i - 1;
+    if (behind > 0) add_columns(row, row + of_x, of_x, of_L, behind, of_x);
+    for (Index j = 0; j < of_x; ++j) row[j] *= inverse_[i];
+    for (Index j = 0; j < n; ++j) policy_.K(i, j) = -row[j];
+    policy_.k[i] = (w_[i] + dot(of_L, policy_.k.data() + i + 1, behind)) * inverse_[i];
+  }
+}
+
+bool Riccati::push(const LqrStage& stage, double shift) {
+  stage_ = StageColumns(stage);
+  return push(stage_, shift);
+}
+
+bool Riccati::push(const StageColumns& s, double shift, const MatrixXd* added) {
+  resize(s.n, s.m);
+  add_cost_to_go(s, added);
+  if (!take_input_curvature(s.n, s.m, shift)) return false;
+  if (s.lower.size() > 0) return push_limited(s, shift);
+  if (!factor()) return false;
+  eliminate(s.n, s.m);
+  if (shift == 0) take_cost_to_go(s.n, s.m);
+  find_policy(s.n, s.m);
+  if (shift != 0) close(s.n, s.m, shift);
+  return true;
+}
+
+bool Riccati::push_limited(const StageColumns& s, double shift) {
+  const auto Q_ux = Q_.block(s.n, 0, s.m, s.n);
+  policy_.K.setZero(s.m, s.n);
+  std::vector<bool> is_free;
+  if (!limited_minimum(Q_uu_, q_.segment(s.n, s.m), s.lower, s.upper, policy_.k, is_free)) return false;
+  const std::vector<Index> free = places_of(is_free);
+  if (!free.empty()) policy_.K(free, Eigen::all) = -Q_uu_(free, free).llt().solve(Q_ux(free, Eigen::all));
+  close(s.n, s.m, shift);
+  return true;
+}
+
+// The cost to go of the policy as it is.
+void Riccati::close(Index n, Index m, double shift) {
+  const auto Q_ux = Q_.block(n, 0, m, n);
+  Q_uu_.diagonal().array() -= shift;
+  MatrixXd P = Q_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
+  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
+  P += Q_ux.transpose() * policy_.K + policy_.K.transpose() * (Q_ux + Q_uu_ * policy_.K);
+  P_.topRows(n) = (P + P.transpose()) / 2;
+  p_.head(n) = q_.head(n) + Q_ux.transpose() * policy_.k +
+               policy_.K.transpose() * (q_.segment(n, m) + Q_uu_ * policy_.k);
 }
 
 }  // namespace dyntape

@@ -25,7 +25,6 @@
 // Control-limited differential dynamic programming, ICRA 2014.
 #pragma once
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 #include <vector>
 
@@ -39,6 +38,29 @@ struct LqrStage {
   Eigen::VectorXd lower, upper;  // (m), or empty: no limits
 };
 
+// What a stage's slope is made of, F = (A | B).
+struct StageSlopes {
+  Eigen::MatrixXd Ft;  // (padded(n + m) x n)
+  Eigen::VectorXd g;   // (padded(n + m))
+};
+
+// A stage as the recursion takes it: columns padded() with zeros (columns.h).
+struct StageColumns : StageSlopes {
+  StageColumns() = default;
+  StageColumns(Eigen::Index n, Eigen::Index m);  // zeros, to be filled
+  explicit StageColumns(const LqrStage& stage);
+
+  Eigen::Index n = 0, m = 0;
+  Eigen::MatrixXd H;             // (padded(n + m) x n + m) both triangles
+  Eigen::VectorXd c;             // (n)
+  Eigen::VectorXd lower, upper;  // (m), or empty: no limits
+};
+
+// to += F^T lambda;  next = c + F z;  z.H z.  z and `to` have padded(n + m) entries, lambda and next n.
+void add_slope(const StageSlopes& slopes, const double* lambda, double* to);
+void take_step(const StageColumns& stage, const double* z, double* next);
+double curvature(const Eigen::MatrixXd& H, const double* z, Eigen::VectorXd& work);
+
 struct LqrPolicy {
   Eigen::MatrixXd K;  // (m x n)
   Eigen::VectorXd k;  // (m)
@@ -48,23 +70,33 @@ class Riccati {
  public:
   void begin(const Eigen::MatrixXd& H, const Eigen::VectorXd& g);
   bool push(const LqrStage& stage, double shift);
+  // The same, with a symmetric matrix of the size of stage.H added to it, if there is one.
+  bool push(const StageColumns& stage, double shift, const Eigen::MatrixXd* added = nullptr);
 
-  const Eigen::MatrixXd& P() const { return P_; }
-  const Eigen::VectorXd& p() const { return p_; }
+  auto P() const { return P_.topRows(P_.cols()); }
+  auto p() const { return p_.head(P_.cols()); }
   const LqrPolicy& policy() const { return policy_; }
   const Eigen::MatrixXd& input_curvature() const { return Q_uu_; }  // Q_uu + shift I of the stage that failed
 
  private:
-  void add_cost_to_go(const LqrStage& stage);
-  void minimise(Eigen::Index n, Eigen::Index m);
+  void resize(Eigen::Index n, Eigen::Index m);
+  void add_cost_to_go(const StageColumns& stage, const Eigen::MatrixXd* added);
+  bool take_input_curvature(Eigen::Index n, Eigen::Index m, double shift);
+  bool factor();
+  void eliminate(Eigen::Index n, Eigen::Index m);
+  void take_cost_to_go(Eigen::Index n, Eigen::Index m);
+  void find_policy(Eigen::Index n, Eigen::Index m);
+  bool push_limited(const StageColumns& stage, double shift);
+  void close(Eigen::Index n, Eigen::Index m, double shift);
 
-  Eigen::MatrixXd P_;
-  Eigen::VectorXd p_;
+  StageColumns stage_;
   LqrPolicy policy_;
-  // Working memory, most with rows padded (columns.h).
-  Eigen::MatrixXd padded_P_, F_, Ft_, PF_, Q_, Q_uu_, L_, Lt_, W_, Wt_;
-  Eigen::VectorXd slope_, q_, w_;
-  Eigen::LLT<Eigen::MatrixXd> factors_;
+  // Rows padded (columns.h), but for those of Q_uu and its factor.
+  Eigen::MatrixXd P_, PF_, Q_, W_;  // PF_: transposed; W_: by rows
+  Eigen::VectorXd p_, slope_, q_;
+  // Q_uu = L L^T: -L below the diagonal, by columns and by rows; one by L's diagonal; - L^-1 q_u.
+  Eigen::MatrixXd Q_uu_, L_, Lt_;
+  Eigen::VectorXd inverse_, w_;
 };
 
 // The minimum of 1/2 u.H u + g.u within lower <= u <= upper; H positive definite.  `is_free` says which entries are at no

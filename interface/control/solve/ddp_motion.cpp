@@ -25,9 +25,11 @@ DdpMotionWork::DdpMotionWork(const Problem& problem, const DdpOptions& options, 
       is_limited_((problem.u.lower.array().abs() < HUGE_VAL).any() ||
                   (problem.u.upper.array().abs() < HUGE_VAL).any()),
       stages_(steps_.stages()),
+      has_secants_(std::size_t(N_)),
       policy_(std::size_t(N_), {MatrixXd::Zero(m_, n_), VectorXd::Zero(m_)}),
       at_end_(parameters_of(problem, problem.duration)),
       weights_(n_ + 1),
+      of_stage_(stages_[0].g),
       gap_(MatrixXd::Zero(n_, N_)) {
   slope_ = adjoint_ = MatrixXd::Constant(n_, N_ + 1, std::nan(""));
   now_ = trial_ = {MatrixXd(n_, N_ + 1), MatrixXd(m_, N_)};
@@ -80,7 +82,7 @@ void DdpMotionWork::linearise() {
   state_.is_finite = steps_.linearise(now_.x, now_.u);
   gap_ = steps_.ends() - now_.x.rightCols(N_);
   for (int k = 0; k < N_; ++k) {
-    LqrStage& s = stages_[std::size_t(k)];
+    StageColumns& s = stages_[std::size_t(k)];
     s.c = gap_.col(k);
     if (!is_limited_) continue;
     s.lower = problem_.u.lower - now_.u.col(k);
@@ -92,7 +94,7 @@ void DdpMotionWork::linearise() {
   state_.largest_x = now_.x.cwiseAbs().maxCoeff(), state_.largest_u = now_.u.cwiseAbs().maxCoeff();
   state_.is_finite = state_.is_finite && g_end_.allFinite() && H_end_.allFinite() && find_adjoint();
   if (!state_.is_finite || is_exact()) return;
-  secants_.learn(stages_, now_.x, now_.u, adjoint_);
+  secants_.learn(stages_, steps_.before(), now_.x, now_.u, adjoint_);
   state_.help = secants_.help();
 }
 
@@ -100,69 +102,71 @@ void DdpMotionWork::linearise() {
 bool DdpMotionWork::find_adjoint() {
   state_.slopes = state_.sizes = VectorXd::Zero(m_);
   for (int k = N_ - 1; k >= 0; --k) {
-    const LqrStage& s = stages_[std::size_t(k)];
-    const VectorXd of_dynamics = s.B.transpose() * adjoint_.col(k + 1), of_cost = s.g.tail(m_);
-    state_.sizes = state_.sizes.cwiseMax(of_dynamics.cwiseAbs() + of_cost.cwiseAbs());
-    state_.slopes = state_.slopes.cwiseMax(projected(k, of_dynamics + of_cost));
-    adjoint_.col(k) = s.g.head(n_) + s.A.transpose() * adjoint_.col(k + 1);
+    const StageColumns& s = stages_[std::size_t(k)];
+    of_stage_.setZero();
+    add_slope(s, adjoint_.col(k + 1).data(), of_stage_.data());
+    state_.sizes =
+        state_.sizes.cwiseMax(of_stage_.segment(n_, m_).cwiseAbs() + s.g.segment(n_, m_).cwiseAbs());
+    of_stage_ += s.g;
+    add_projected(k, of_stage_.data() + n_);
+    adjoint_.col(k) = of_stage_.head(n_);
   }
   return adjoint_.allFinite() && state_.sizes.allFinite();
 }
 
-// Of the entries of a slope those that a control can still follow downwards, else zero.
-VectorXd DdpMotionWork::projected(int k, const VectorXd& slope) const {
-  VectorXd open = slope.cwiseAbs();
+// Of the entries of a slope those that a control can still follow downwards.
+void DdpMotionWork::add_projected(int k, const double* slope) {
   for (int i = 0; i < m_; ++i) {
     const double u = now_.u(i, k), lower = problem_.u.lower[i], upper = problem_.u.upper[i];
-    if (lower >= upper || (u <= lower && slope[i] > 0) || (u >= upper && slope[i] < 0)) open[i] = 0;
+    if (lower >= upper || (u <= lower && slope[i] > 0) || (u >= upper && slope[i] < 0)) continue;
+    state_.slopes[i] = std::max(state_.slopes[i], std::abs(slope[i]));
   }
-  return open;
 }
 
 // Secants that leave a stage without a minimum are left out there.
-bool DdpMotionWork::push(Riccati& riccati, int k) {
-  LqrStage& s = stages_[std::size_t(k)];
+bool DdpMotionWork::push(int k) {
+  StageColumns& s = stages_[std::size_t(k)];
   if (is_exact()) {
-    weights_ << riccati.p() + riccati.P() * s.c, 1;
+    weights_ << riccati_.p() + riccati_.P() * s.c, 1;
     steps_.curve(k, weights_);
-    return riccati.push(s, state_.shift);
+    return riccati_.push(s, state_.shift);
   }
-  for (const bool with : {state_.with_secants, false}) {
-    s.H = secants_.hessian(std::size_t(k), with);
-    if (riccati.push(s, state_.shift)) return true;
-  }
-  return false;
+  has_secants_[std::size_t(k)] =
+      state_.with_secants && riccati_.push(s, state_.shift, &secants_.of_stage(std::size_t(k)));
+  return has_secants_[std::size_t(k)] || riccati_.push(s, state_.shift);
 }
 
 void DdpMotionWork::backward() {
-  Riccati riccati;
-  riccati.begin(H_end_, g_end_);
+  riccati_.begin(H_end_, g_end_);
   slope_.col(N_) = g_end_;
   for (int k = N_ - 1; k >= 0; --k) {
-    state_.is_convex = push(riccati, k);
+    state_.is_convex = push(k);
     if (!state_.is_convex) {
-      state_.failed_stage = k, state_.failed = riccati.input_curvature();
+      state_.failed_stage = k, state_.failed = riccati_.input_curvature();
       return;
     }
-    policy_[std::size_t(k)] = riccati.policy();
-    slope_.col(k) = riccati.p();
+    policy_[std::size_t(k)] = riccati_.policy();
+    slope_.col(k) = riccati_.p();
   }
   predict();
 }
 
 // Of a step of the quadratic problem: its size, what the cost changes by to first order, and by its curvature.
 void DdpMotionWork::predict() {
-  VectorXd dx = VectorXd::Zero(n_), dz(n_ + m_);
+  VectorXd dx = VectorXd::Zero(n_), &dz = of_stage_;
   double linear = 0, curved = 0, size = 0;
+  dz.setZero();
   for (int k = 0; k < N_; ++k) {
-    const LqrStage& s = stages_[std::size_t(k)];
+    const StageColumns& s = stages_[std::size_t(k)];
     const LqrPolicy& policy = policy_[std::size_t(k)];
     size = std::max(size, policy.k.cwiseAbs().maxCoeff());
-    dz << dx, policy.k + policy.K * dx;
+    dz.head(n_) = dx, dz.segment(n_, m_) = policy.k;
+    dz.segment(n_, m_).noalias() += policy.K * dx;
     linear += s.g.dot(dz);
-    curved += dz.dot(s.H.selfadjointView<Eigen::Lower>() * dz) / 2;
-    const VectorXd moved = s.A * dx, driven = s.B * dz.tail(m_);
-    dx = moved + driven + s.c;
+    curved += curvature(s.H, dz.data(), work_) / 2;
+    if (has_secants_[std::size_t(k)])
+      curved += curvature(secants_.of_stage(std::size_t(k)), dz.data(), work_) / 2;
+    take_step(s, dz.data(), dx.data());
   }
   state_.linear = linear + g_end_.dot(dx), state_.curved = curved + dx.dot(H_end_ * dx) / 2;
   state_.step_size = size;
@@ -199,6 +203,7 @@ std::vector<double> DdpMotionWork::costs_of(int, const std::vector<MatrixXd>& ch
     u = now_.u.col(k).replicate(1, count);
     for (std::size_t i = 0; i < changes.size(); ++i)
       u.col(Eigen::Index(2 * i)) += changes[i].col(k), u.col(Eigen::Index(2 * i + 1)) -= changes[i].col(k);
+    if (!is_limited_) return;
     for (auto one : u.colwise()) one = limited(one);
   });
   for (Eigen::Index i = 0; i < count; ++i) costs[i] += end_.value(x.col(i), at_end_);

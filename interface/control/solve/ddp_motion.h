@@ -47,8 +47,8 @@ class DdpMotionWork final : public DdpWork {
   std::string not_finite(const Eigen::VectorXd& next, double cost) const;
   void take_guess();
   bool find_adjoint();
-  Eigen::VectorXd projected(int k, const Eigen::VectorXd& slope) const;
-  bool push(Riccati& riccati, int k);
+  void add_projected(int k, const double* slope);
+  bool push(int k);
   void predict();
 
   const Problem& problem_;
@@ -58,9 +58,11 @@ class DdpMotionWork final : public DdpWork {
   ShootingSteps steps_;
   EndCost end_;
   bool is_limited_;
-  std::vector<LqrStage>& stages_;
+  std::vector<StageColumns>& stages_;
+  std::vector<bool> has_secants_;  // (N) whether the last step took them
+  Riccati riccati_;
   std::vector<LqrPolicy> policy_;
-  Eigen::VectorXd at_end_, g_end_, weights_;
+  Eigen::VectorXd at_end_, g_end_, weights_, of_stage_, work_;
   Eigen::MatrixXd H_end_, gap_, slope_, adjoint_;
   Nodes now_, trial_;
   StageSecants secants_;

@@ -2,8 +2,8 @@
 //
 // What Gauss-Newton's Hessian lacks, a stage at a time, learnt from the first derivatives that every iteration has anyway.
 //
-//   secants.learn(stages, x, u, adjoint);          // after each linearisation; stages[k].H is Gauss-Newton's
-//   if (secants.help()) ... secants.hessian(k, true)   // H + S, without a promise that it is positive
+//   secants.learn(stages, before, x, u, adjoint);   // after each linearisation; stages[k].H is Gauss-Newton's
+//   if (secants.help()) ... stages[k].H + secants.of_stage(k)   // without a promise that it is positive
 //
 // Over a step s of a stage's (x, u) the slope of its Lagrangian, g + (A | B)^T lambda_{k+1}, changes by the true curvature times s.
 // S is changed by one rank so that (H + S) s is that change (SR1, with its rule of what is skipped in units of the steps); where S
@@ -22,27 +22,28 @@ namespace dyntape {
 
 class StageSecants {
  public:
-  // adjoint: (n_x x N + 1), of the motion x, u that the stages were linearised at.
-  void learn(const std::vector<LqrStage>& stages, const Eigen::MatrixXd& x, const Eigen::MatrixXd& u,
-             const Eigen::MatrixXd& adjoint);
+  // adjoint: (n_x x N + 1), of the motion x, u that the stages were linearised at; before: what the linearisation before found.
+  void learn(const std::vector<StageColumns>& stages, const std::vector<StageSlopes>& before,
+             const Eigen::MatrixXd& x, const Eigen::MatrixXd& u, const Eigen::MatrixXd& adjoint);
   bool help() const { return help_; }
-  Eigen::MatrixXd hessian(std::size_t k, bool with_secants) const;  // its lower triangle
+  const Eigen::MatrixXd& of_stage(std::size_t k) const { return S_[k]; }  // of the size of the stage's H
 
  private:
-  struct Past {
-    Eigen::MatrixXd A, B, H, S;
-    Eigen::VectorXd g;
-  };
   struct Curvatures {  // s.H s, s.(true - H) s, s.(true - H - S) s, summed over the stages
     double known = 0, missing = 0, left = 0;
   };
-  void change(Past& past, const LqrStage& now, const Eigen::VectorXd& s, const Eigen::VectorXd& adjoint,
-              Curvatures& along);
+  void begin(const std::vector<StageColumns>& stages);
+  void find_steps(const Eigen::MatrixXd& x, const Eigen::MatrixXd& u);
+  double change_of_slope(const StageColumns& now, const StageSlopes& before, const double* lambda);
+  void change(Eigen::MatrixXd& S, const StageColumns& now, const StageSlopes& before, const double* s,
+              const double* lambda, Curvatures& along);
 
-  std::vector<Past> past_;
-  Eigen::MatrixXd z_;          // (n_z x N) where they were linearised
-  Eigen::VectorXd size_;       // (n_z) the largest step of each entry
+  std::vector<Eigen::MatrixXd> S_;
+  // Rows padded (columns.h).
+  Eigen::MatrixXd z_, s_;      // (n_z x N) where they were linearised; the steps there
+  Eigen::VectorXd size_;       // (n_z) the largest step of each entry, behind them one
   Eigen::VectorXd y_, r_, w_;  // what H misses, what H + S misses; work
+  Eigen::VectorXd squares_, scaled_;
   bool help_ = false;
 };
 
