@@ -6,8 +6,8 @@
 //
 // Prints one JSON object: how the solve ended, iterations, cost, seconds (the quickest of TIMES) and the controls.  Each solver begins
 // with a roll-out of the torques that hold the robot.  aligator has no classical Runge-Kutta scheme: it takes Crocoddyl's steps then.
-#include <chrono>
 #include <cstdio>
+#include <ctime>
 #include <memory>
 #include <string>
 
@@ -214,11 +214,18 @@ struct Outcome {
   Vectors u;
 };
 
+// Processor time of this thread: others on the machine do not count.
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return double(now.tv_sec) + 1e-9 * double(now.tv_nsec);
+}
+
 template <class Run>
 double seconds_of(Run run) {
-  const auto begin = std::chrono::steady_clock::now();
+  const double begin = thread_seconds();
   run();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return thread_seconds() - begin;
 }
 
 template <class Solver>
