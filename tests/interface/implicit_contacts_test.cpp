@@ -51,7 +51,7 @@ void expect_laws(const Task& task, const Trajectory& motion) {
       const double mu = rigid.contacts[i].friction, gap = rows.gap[Eigen::Index(i)];
       EXPECT_GE(gap, -1e-7);
       EXPECT_GE(f[row], -1e-6 * weight);
-      EXPECT_LE(f[row] * gap / weight, task.continuation.last.relaxation * (1 + 1e-4));
+      EXPECT_LE(f[row] * gap / weight, task.continuation.last.relaxation + 1e-6);
       if (mu > 0) {
         EXPECT_LE(f.segment(row + 1, 2).norm(), mu * f[row] + 1e-5 * weight);
         EXPECT_LE(f.segment(row + 1, 2).dot(velocity.segment(row + 1, 2)), 1e-6 * weight);  // brakes
@@ -102,7 +102,9 @@ TEST(ImplicitContacts, BoxSlidesToRest) {
   Solution s;
   OptimiseOptions options;
   options.solver.method = NlpMethod::kRiccati;
-  for (const Parameters& now : contact_continuation(problem, {})) {
+  // A corner that carries a quarter of the weight may hover by four times the relaxation, and the box gain or lose the speed of that.
+  constexpr double kRelaxation = 1e-6, kHover = 4 * kRelaxation;
+  for (const Parameters& now : contact_continuation(problem, {.last = {kRelaxation, 1e-3}, .solves = 6})) {
     nlp.set_parameters(now);
     s = optimise(nlp, from, options);
     ASSERT_TRUE(s.converged()) << describe(s.nlp.status);
@@ -114,7 +116,7 @@ TEST(ImplicitContacts, BoxSlidesToRest) {
     speed = std::max(0.0, speed - kMu * kGravity * h), place += h * speed;
     EXPECT_NEAR(s.motion.x(7, k), speed, 2e-3) << k;
     EXPECT_NEAR(s.motion.x(0, k), place, 1e-3) << k;
-    EXPECT_NEAR(s.motion.x(2, k), 0.05, 2e-4) << k;
+    EXPECT_NEAR(s.motion.x(2, k), 0.05, 1.1 * kHover) << k;
   }
 }
 

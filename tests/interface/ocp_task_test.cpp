@@ -74,6 +74,18 @@ TEST_F(TaskFiles, OfTheProjectAreSolvedAndVerified) {
   EXPECT_GE(tasks, 7);
 }
 
+// Nominal values at its optimum are a fraction of those of the guess, so that it is solved in two rounds.  Begun anew the second took
+// four iterations more, a third of all.
+TEST_F(TaskFiles, ALaterRoundGoesOnFromTheMultipliersOfTheFirst) {
+  for (const NlpMethod method : {NlpMethod::kRiccati, NlpMethod::kIpopt}) {
+    Task task = without_compiler(read_task((kConfig / "tasks" / "block_move_free_time.info").string()));
+    task.optimise.solver.method = method;
+    const SolveReport report = solve_task(task);
+    EXPECT_TRUE(report.success()) << report.verdict();
+    EXPECT_LE(report.iterations(), 9);
+  }
+}
+
 TEST_F(TaskFiles, JointValuesInAllForms) {
   const Eigen::Vector2d goal(1, 3.14);
   for (const char* form :

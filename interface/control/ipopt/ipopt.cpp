@@ -35,9 +35,26 @@ constexpr std::chrono::milliseconds kPatience{100};  // with an iteration, once 
 // run in a thread of its own, which touches nothing of the caller's once the caller has left.
 class Adapter : public Ipopt::TNLP {
  public:
-  Adapter(Nlp& nlp, const std::vector<double>& start, const SolverOptions& options)
+  Adapter(Nlp& nlp, const std::vector<double>& start, const SolverOptions& options, const NlpSolution* warm)
       : nlp_(nlp), shape_(nlp.shape()), start_(start), options_(options) {
     solution_.x = start;
+    if (warm) warm_ = *warm;
+  }
+
+  // Of the solution that is gone on from: multipliers of bounds times distances, in the mean; 0: there is none.
+  double barrier() const {
+    constexpr double kFirst = 0.1;  // Ipopt's own
+    if (!warm_) return 0;
+    double sum = 0;
+    int bounds = 0;
+    const auto add = [&](double multiplier, double distance) {
+      if (std::isfinite(distance)) sum += std::abs(multiplier * distance), ++bounds;
+    };
+    for (std::size_t i = 0; i < shape_.n(); ++i) {
+      add(warm_->lower_multiplier[i], warm_->x[i] - shape_.x_lower[i]);
+      add(warm_->upper_multiplier[i], shape_.x_upper[i] - warm_->x[i]);
+    }
+    return std::clamp(bounds > 0 ? sum / bounds : 0, options_.tolerance, kFirst);
   }
 
   void begin() {
@@ -108,11 +125,17 @@ class Adapter : public Ipopt::TNLP {
   }
 
   // There are no multipliers to start from; options that ask for them are refused ahead of this.
-  bool get_starting_point(Ipopt::Index, bool, Number* x, bool z, Number*, Number*, Ipopt::Index, bool lambda,
-                          Number*) override {
+  bool get_starting_point(Ipopt::Index, bool, Number* x, bool has_z, Number* zl, Number* zu, Ipopt::Index,
+                          bool has_lambda, Number* lambda) override {
     return guarded([&] {
       std::copy(start_.begin(), start_.end(), x);
-      return !z && !lambda;
+      if (!warm_) return !has_z && !has_lambda;
+      if (has_z) {
+        std::copy(warm_->lower_multiplier.begin(), warm_->lower_multiplier.end(), zl);
+        std::copy(warm_->upper_multiplier.begin(), warm_->upper_multiplier.end(), zu);
+      }
+      if (has_lambda) std::copy(warm_->lambda.begin(), warm_->lambda.end(), lambda);
+      return true;
     });
   }
 
@@ -219,6 +242,7 @@ class Adapter : public Ipopt::TNLP {
   Nlp& nlp_;
   const NlpShape& shape_;
   const std::vector<double>& start_;
+  std::optional<NlpSolution> warm_ = {};  // to go on from
   const SolverOptions& options_;
 
   std::mutex mutex_;  // of all below, and of what is above
@@ -305,8 +329,8 @@ thread_local bool Turn::mine_ = false;
 
 // What a thread that was left behind still needs.
 struct Run {
-  Run(Nlp& problem, const std::vector<double>& start, SolverOptions o)
-      : options(std::move(o)), adapter(new Adapter(problem, start, options)) {}
+  Run(Nlp& problem, const std::vector<double>& start, SolverOptions o, const NlpSolution* warm)
+      : options(std::move(o)), adapter(new Adapter(problem, start, options, warm)) {}
 
   const SolverOptions options;
   const Ipopt::SmartPtr<Adapter> adapter;
@@ -329,7 +353,7 @@ struct Run {
   // instances begin and end.
   SolveStatus optimize() const {
     const Ipopt::SmartPtr<Ipopt::IpoptApplication> application = new Ipopt::IpoptApplication(false);
-    detail::configure(*application, options);
+    detail::configure(*application, options, adapter->barrier());
     if (application->Initialize("") != Ipopt::Solve_Succeeded) {
       throw ArgumentError("Ipopt refuses its options");
     }
@@ -341,10 +365,11 @@ struct Run {
   }
 };
 
-NlpSolution solve(Nlp& problem, const std::vector<double>& start, SolverOptions options) {
+NlpSolution solve(Nlp& problem, const std::vector<double>& start, SolverOptions options,
+                  const NlpSolution* warm) {
   Turn::refuse_nested();
   options.limited_memory |= problem.shape().hessian_kind == HessianKind::kLimitedMemory;
-  const auto run = std::make_shared<Run>(problem, start, std::move(options));
+  const auto run = std::make_shared<Run>(problem, start, std::move(options), warm);
   if (!run->options.stop.stop_possible()) {
     (*run)();
     return run->adapter->result();

@@ -15,8 +15,8 @@
 // infeasibilities in its log, are in those units; the solution is in the program's own.
 //
 // Rounds.  A wild start makes nominal values, and with them the tolerances, many times too large.  Where those at the
-// optimum that is found are smaller, the solve goes on from there in these, up to three times more; limits of
-// iterations and time hold for all rounds together.
+// optimum that is found are smaller, the solve goes on from there in these, its multipliers included, up to three times more;
+// limits of iterations and time hold for all rounds together.
 //
 // Stopping.  A request ends the solve with the iteration or, where that takes longer, after a tenth of a second.  The
 // best point of a solve that was stopped is the one that violates the constraints least; of those that violate them by

@@ -146,7 +146,7 @@ void check_ipopt_option(const std::string& name, const std::string& value) {
   set_by_name(*application, name, value);
 }
 
-void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions& options) {
+void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier) {
   const auto assign = [&](const char* name, const auto& value) { set(application, name, value); };
   assign("sb", std::string("yes"));  // no banner
   assign("tol", options.tolerance);
@@ -158,6 +158,14 @@ void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions
   assign("print_level", options.print_level);
   if (!options.stop_at_acceptable) assign("acceptable_iter", 0);
   if (options.limited_memory) assign("hessian_approximation", std::string("limited-memory"));
+  if (barrier > 0) {
+    constexpr double kPush = 1e-9;  // from bounds: the start is a solution
+    assign("warm_start_init_point", std::string("yes"));
+    assign("mu_init", barrier);
+    for (const char* name : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
+                             "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
+      assign(name, kPush);
+  }
   for (const auto& [name, value] : options.extra) set_by_name(application, name, value);
 }
 

@@ -20,7 +20,8 @@ namespace dyntape {
 void check_ipopt_option(const std::string& name, const std::string& value);
 
 namespace detail {
-void configure(Ipopt::IpoptApplication& application, const SolverOptions& options);
-}
+// `barrier`: with which it goes on from multipliers of an earlier solve; 0: it begins anew.
+void configure(Ipopt::IpoptApplication& application, const SolverOptions& options, double barrier);
+}  // namespace detail
 
 }  // namespace dyntape

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
+#include <dyntape/interface/control/nlp/status.h>
 #include <dyntape/interface/control/riccati/second_order.h>
 
 namespace dyntape {
@@ -20,7 +22,8 @@ constexpr double kLeastSeconds = 1e-6;  // Ipopt refuses to be given none
 
 // `before`: iterations of earlier rounds.
 NlpSolution solve_in(const NlpScaling& units, Nlp& problem, const std::vector<double>& start,
-                     SolverOptions options, const RoundSolver& solve, int before = 0) {
+                     SolverOptions options, const RoundSolver& solve, int before = 0,
+                     const NlpSolution* warm = nullptr) {
   ScaledNlp scaled(problem, units);
   if (options.watch) {
     options.watch = [watch = options.watch, unit = scaled.units().objective, before](IterationRecord record) {
@@ -29,7 +32,10 @@ NlpSolution solve_in(const NlpScaling& units, Nlp& problem, const std::vector<do
       watch(record);
     };
   }
-  NlpSolution solution = scaled.in_own_units(solve(scaled, scaled.in_scaled_units(start), options));
+  const std::optional<NlpSolution> scaled_warm =
+      warm ? std::optional(scaled.in_scaled_units(*warm)) : std::nullopt;
+  NlpSolution solution = scaled.in_own_units(
+      solve(scaled, scaled.in_scaled_units(start), options, scaled_warm ? &*scaled_warm : nullptr));
   solution.units = scaled.units();
   return solution;
 }
@@ -74,10 +80,14 @@ NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const Sol
   for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
     const NlpScaling found = problem.scaling(solution.x, solution.units);
     if (!coarse(solution.units, found)) break;
-    const std::vector<double> again = solution.x;
-    NlpSolution next =
-        solve_in(found, problem, again, less(options, solution), solve, before + solution.iterations());
-    solution = joined(std::move(solution), std::move(next));
+    const NlpSolution last = solution;
+    const auto again = [&](const NlpSolution* warm) {
+      NlpSolution next = solve_in(found, problem, last.x, less(options, solution), solve,
+                                  before + solution.iterations(), warm);
+      solution = joined(std::move(solution), std::move(next));
+    };
+    again(&last);
+    if (is_stuck(solution.status)) again(nullptr);
   }
   return solution;
 }

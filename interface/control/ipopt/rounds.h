@@ -9,7 +9,10 @@
 
 namespace dyntape {
 
-using RoundSolver = std::function<NlpSolution(Nlp&, const std::vector<double>&, const SolverOptions&)>;
+// Of the scaled program, from a start, and with `warm` (or null) going on from that solution's multipliers as well: a round behind the first
+// begins where the one before ended.
+using RoundSolver = std::function<NlpSolution(Nlp&, const std::vector<double>&, const SolverOptions&,
+                                              const NlpSolution* warm)>;
 
 // What is left of the iterations and the time after a solve.
 SolverOptions less(SolverOptions options, const NlpSolution& spent);

@@ -16,9 +16,10 @@ NlpSolution solve_with_riccati(Nlp& problem, const std::vector<double>& start, c
     throw ArgumentError("solve_with_riccati: the start has " + std::to_string(start.size()) +
                         " entries, the problem has " + std::to_string(problem.shape().n()) + " variables");
   return solve_in_rounds(problem, start, options,
-                         [](Nlp& scaled, const std::vector<double>& from, const SolverOptions& of_round) {
+                         [](Nlp& scaled, const std::vector<double>& from, const SolverOptions& of_round,
+                            const NlpSolution* warm) {
                            if (!LiftedNlp::is_needed(scaled.shape()))
-                             return StructuredInteriorPoint(scaled).solve(from, of_round);
+                             return StructuredInteriorPoint(scaled).solve(from, of_round, warm);
                            LiftedNlp carried(scaled, from);
                            return carried.in_own_variables(
                                StructuredInteriorPoint(carried).solve(carried.start(from), of_round));
