@@ -12,12 +12,13 @@
 //   <contact> gap               phi >= 0,  f_n >= 0
 //   <contact> complementarity   relaxation - (f_n / W) phi >= 0                     "contact relaxation" (m)
 //   <contact> friction          f_t sqrt(|v_t|^2 + slip^2) + mu f_n v_t = 0         "contact slip" (m/s)
-// At relaxation 0 a force acts only where bodies touch.  Above, the weight of the robot may act from that distance: such a program
-// has an interior, which complementarity itself has not, and is solved again and again while the relaxation shrinks.  Friction is
-// Coulomb's, rounded where nothing slides: |f_t| < mu f_n always, and what is pushed by the share r of the cone creeps with
-// slip r / sqrt(1 - r^2).
+// Without a relaxation a force would act only where bodies touch, and the program had no interior.  With one, a force f_n acts up to
+// the distance relaxation W / f_n: the weight from the relaxation itself, a hundredth of it from a hundred times that.  So it is solved
+// again and again while the relaxation shrinks.  What lands is slowed before it touches, by the energy W relaxation ln(distances'
+// ratio): small beside what moves, or the landing is wrong.  A body without gravity counts as 1 N.  Friction is Coulomb's, rounded where
+// nothing slides: |f_t| < mu f_n always, and what is pushed by the share r of the cone creeps with slip r / sqrt(1 - r^2).
 //
-// The scheme has to be radau-1, the implicit Euler scheme: positions at the end of a step are those that its velocities there
+// Axes of a plane that moves are those of its body.  The scheme has to be radau-1, the implicit Euler scheme: positions at the end of a step are those that its velocities there
 // lead to, q+ = q + h v+, and forces at the end of the step are those of the whole step.  So a body that lands gives up its speed within one step, by a
 // force of any size, and no impact has to be known beforehand: it is a time-stepping simulation whose forces are unknowns.
 //
@@ -43,14 +44,14 @@ namespace dyntape {
 constexpr const char *kContactRelaxation = "contact relaxation", *kContactSlip = "contact slip";
 
 struct ContactRounding {
-  double relaxation = 1e-4;  // m
+  double relaxation = 1e-5;  // m
   double slip = 1e-3;        // m/s
 };
 
 // From the first, coarse one to the last in so many solves, by equal ratios.
 struct ContactContinuation {
   ContactRounding first{0.1, 0.1}, last;
-  int solves = 4;
+  int solves = 5;
 };
 
 void check_implicit_contacts(const RobotScene& scene);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// The mechanisms of a scene: parts that no joint, loop or tendon connects, so that no energy goes from one to another.
+// The mechanisms of a scene: parts that no joint, loop, tendon or contact of their own connects, so that no energy goes from one to another.
 //
 //   for (const Mechanism& part : mechanisms_of(scene)) ...      // part.name: of the joint next to the world
 //

@@ -198,6 +198,24 @@ TEST(RigidScenes, ImpactsOnlyTakeEnergyAndNothingSinks) {
 }
 
 // It falls from 1 rad against a stop at the bottom; quarter and half periods are elliptic integrals.
+// Two bodies that touch each other alone: momentum stays, Newton's restitution says how they part, and what moved is of both.
+TEST(RigidScenes, AFingerHitsABlock) {
+  constexpr double kFinger = 0.5, kBlock = 2, kSpeed = 1;
+  for (const double e : {0.0, 0.5, 1.0}) {
+    Scene scene = shipped("finger_and_block");
+    scene.robot.constraints.rigid.contacts.front().restitution = e;
+    const SimulatedMotion motion = run(scene);
+    const double together = kFinger * kSpeed / (kFinger + kBlock);
+    const Eigen::Vector2d v = motion.v.rightCols<1>();
+    EXPECT_NEAR(v[0], together - e * kSpeed * kBlock / (kFinger + kBlock), 1e-12) << e;
+    EXPECT_NEAR(v[1], together + e * kSpeed * kFinger / (kFinger + kBlock), 1e-12) << e;
+    const double gap = 0.15, after = scene.duration - gap / kSpeed;
+    EXPECT_NEAR(motion.q(1, motion.samples() - 1), v[1] * after, 1e-9) << e;
+    EXPECT_EQ(motion.balances.size(), 1u);
+    EXPECT_LT(motion.energy_error(), 1e-12);
+  }
+}
+
 TEST(RigidScenes, APendulumMeetsItsStopOnTime) {
   Scene scene = shipped("pendulum");
   scene.robot.model.joints[0].limits.lower = 0;
@@ -443,6 +461,10 @@ TEST(RigidScenes, SayWhatIsWrongWithItsPlace) {
       {contact("frames rocker_end\nfriction -0.1"), "zero or more"},
       {contact("frames rocker_end\nnormal \"0 0 0\""), "is zero"},
       {contact("frames rocker_end\nstiffness 3"), "stiffness"},
+      {contact("frames rocker_end\nplane_of crnk"), "crank"},
+      {contact("frames rocker_end\nplane_of rocker"), "moves with its plane"},
+      {contact("frames rocker_end\nplane_of ground_pin"), "fixed to the world"},
+      {contact("frames rocker_end\nplane_of \"\""), "names 0 links, expected one"},
       {"limits\n{\nrestitutio 0\n}", "did you mean 'restitution'"},
       {"contact\n{\n}", "unknown key 'contact'"},
   };

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/files/scene/constraint_keys.h>
 
+#include <algorithm>
+
 #include <dyntape/interface/files/lists.h>
 
 namespace dyntape {
@@ -64,19 +66,24 @@ void read_loop(Section& block, const RobotModel* model, SceneConstraints& constr
 
 // The link that a contact's plane is fixed to; the plane is then told in the axes of that link's body.
 void read_plane_of(Section& block, const RobotModel* model, dynamics::RigidContact& contact) {
-  std::vector<std::string> moving;
+  std::vector<std::string> names;
   if (model) {
-    for (const auto& frame : model->frames)
-      if (frame.body >= 0) moving.push_back(frame.name);
+    for (const auto& frame : model->frames) names.push_back(frame.name);
   }
   block.about("a link that the plane is fixed to, in whose axes normal and offset are; absent: the world");
-  const std::vector<std::string> links = distinct_names(block, "plane_of", moving);
-  if (links.empty() || !model) return;
-  if (links.size() > 1) return block.problem("plane_of", "'plane_of' names several links, expected one");
-  const auto& at = model->frames[std::size_t(model->frame_index(links.front()))];
-  contact.plane_body = at.body;
-  contact.normal = at.X_BF.R * contact.normal.normalized();
-  contact.offset += contact.normal.dot(at.X_BF.p);
+  const std::vector<std::string> links = distinct_names(block, "plane_of", names);
+  if (!model || !block.has("plane_of")) return;
+  if (links.size() != 1)
+    return block.problem("plane_of",
+                         "'plane_of' names " + std::to_string(links.size()) + " links, expected one");
+  const auto is_it = [&](const auto& frame) { return frame.name == links.front(); };
+  const auto at = std::find_if(model->frames.begin(), model->frames.end(), is_it);
+  if (at == model->frames.end()) return;  // which is noted
+  if (at->body < 0)
+    return block.problem("plane_of", "'" + at->name + "' is fixed to the world, expected a link that moves");
+  contact.plane_body = at->body;
+  contact.normal = at->X_BF.R * contact.normal.stableNormalized();
+  contact.offset += contact.normal.dot(at->X_BF.p);
 }
 
 void check_other_body(Section& block, const dynamics::RigidContact& contact) {
@@ -102,10 +109,8 @@ void read_contact(Section& block, const KeyedRobot& robot, dynamics::UnilateralC
   contact.normal = read_vector3(block, "normal", contact.normal);
   contact.offset = block.about("height of the plane along the normal [m]").get_or("offset", 0.0);
   int number = 0;
-  if (!(contact.normal.norm() > 0))
-    block.problem("normal", "'normal' is zero, expected a direction");
-  else
-    read_plane_of(block, robot.model, contact);
+  if (!(contact.normal.norm() > 0)) block.problem("normal", "'normal' is zero, expected a direction");
+  read_plane_of(block, robot.model, contact);
   for (std::size_t k = 0; spheres && k < spheres->size(); ++k) {
     const dynamics::CollisionSphere& sphere = (*spheres)[k];
     const bool goes_on = k > 0 && (*spheres)[k - 1].link == sphere.link;

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include <dyntape/interface/files/task/task_keys.h>
+#include <dyntape/interface/io/number.h>
 
 namespace dyntape {
 
@@ -54,24 +55,36 @@ void check_ddp(Section& file, const Task& task, const TaskKeys& keys) {
                              "weights that draw to it, in costs.tracking or costs.tracking.end");
 }
 
-void read_continuation(Section& file, Task& task) {
+void read_continuation(Section& file, Task& task, const dynamics::Model<double>* model) {
+  if (model && !task.simulated) {  // in the list of keys it stands
+    if (file.has("contact_implicit"))
+      file.problem("contact_implicit",
+                   "'contact_implicit' is of rigid contacts, and there are none; expected a 'scene' whose "
+                   "'constraints' have contacts");
+    return;
+  }
   Section block = file.about("of a scene with rigid contacts, whose times and forces are to be found")
                       .child_or_empty("contact_implicit");
   ContactContinuation& c = task.continuation;
   const auto number = [&](const char* key, const std::string& what, double fallback) {
     return block.about(what).get_or(key, fallback, io::positive());
   };
-  c.last.relaxation = number("relaxation", "distance from which the robot's weight may act, at the end [m]",
+  c.last.relaxation = number("relaxation",
+                             "most that a force, as a part of the robot's weight, times its distance from "
+                             "touching may be, at the end [m]",
                              c.last.relaxation);
   c.last.slip = number("slip", "speed over which friction builds up, at the end [m/s]", c.last.slip);
   c.first.relaxation = number("first_relaxation", "the same in the first solve [m]", c.first.relaxation);
   c.first.slip = number("first_slip", "the same in the first solve [m/s]", c.first.slip);
   c.solves = block.about("each from the motion of the one before, with both smaller by equal ratios")
                  .get_or("solves", c.solves, io::between(1, 20));
-  if (file.has("contact_implicit") && !task.simulated)
-    file.problem("contact_implicit",
-                 "'contact_implicit' is of rigid contacts, and there are none; expected a 'scene' whose "
-                 "'constraints' have contacts");
+  const auto check_order = [&](const char* first, double a, const char* last, double b) {
+    if (a < b)
+      block.problem(first, std::string("'") + first + "' is " + io::shortest(a) + ", expected '" + last +
+                               "', " + io::shortest(b) + ", at least");
+  };
+  check_order("first_relaxation", c.first.relaxation, "relaxation", c.last.relaxation);
+  check_order("first_slip", c.first.slip, "slip", c.last.slip);
 }
 
 void check_rigid_contacts(Section& file, const Task& task, const TaskKeys& keys) {
@@ -91,8 +104,13 @@ void check_rigid_contacts(Section& file, const Task& task, const TaskKeys& keys)
   if (keys.closed) file.problem("periodic", "'periodic' says when contacts hold" + found);
 }
 
-// The scheme's motion is one at its points, and what it is off by, the simulation of the scene tells.
-void judge_by_simulation(Task::VerifyOptions& demands) {
+void judge_by_simulation(Section& verify, Task::VerifyOptions& demands) {
+  for (const char* key : {"integration_error", "between_nodes"}) {
+    if (verify.has(key))
+      verify.problem(key, std::string("'") + key +
+                              "' is of motions without rigid contacts; of these the simulation of the scene "
+                              "tells what they are off by, expected 'simulation_error'");
+  }
   demands.integration_error = demands.between = std::numeric_limits<double>::infinity();
 }
 

@@ -49,8 +49,12 @@ bool take_scene(Section& file, Task& task, const std::string& name) {
     task.scene = simulated->robot;
     if (task.scene.lag.size() > 0)
       file.problem("scene", "'" + name + "' has motors with a lag, which only simulate knows");
-    if (!task.scene.constraints.empty()) check_implicit_contacts(task.scene);
     if (!task.scene.constraints.rigid.empty()) task.simulated = simulated;
+    try {
+      check_implicit_contacts(task.scene);
+    } catch (const ArgumentError& e) {
+      file.problem("scene", "'" + name + "': " + e.what());
+    }
     return true;
   } catch (const Error& e) {
     file.problem("scene", e.what());

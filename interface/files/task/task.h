@@ -43,8 +43,8 @@
 //                   foot LINK { from, to: opposite corners of a rectangle in the link's axes (m) }: as many as there are,
 //                   each a foot that does not turn either (robot_problem.h)
 //   contact_implicit  of a scene with rigid contacts, whose times and forces the solver finds (implicit_contacts.h); its scheme is radau-1:
-//                   relaxation [1e-4] (m), slip [1e-3] (m/s): how far contacts are rounded at the end;
-//                   first_relaxation [0.1], first_slip [0.1]: at the beginning; solves [4]: from those to these
+//                   relaxation [1e-5] (m), slip [1e-3] (m/s): how far contacts are rounded at the end, the former a quarter of that with each
+//                   refinement of the mesh; first_relaxation [0.1], first_slip [0.1]: at the beginning; solves [5]: from those to these
 //   phases          phase NAME { duration, intervals, min_duration, max_duration [those of horizon]; contacts [all];
 //                   impact [off]; foothold_offset { FRAME "dx dy dz" (m) }; goal [none: open] }, as many as there are, one after another
 //                   (phases.h): what a phase holds and the one before does not is where it last stood, or so much beside
@@ -103,8 +103,9 @@
 //                   integration_error of their range on;
 //                   goal_error [1e-2]: most that a motion by method ddp may end from a goal that is not soft, as a part of how far
 //                   the motion moves it;
-//                   simulation_error [0.05]: most that positions of a motion with rigid contacts may be off when its torques drive the
-//                   scene's own simulation, as a part of the largest movement of an angle, or of a length;
+//                   simulation_error [0.05]: of rigid contacts, most that a position may be off when the motion's torques drive the
+//                   scene's own simulation, as a part of how far it moves (contact_simulation.h), and most of the contacts' impulse that
+//                   may act from a distance;
 //                   servo_stiffness, servo_damping [0] (N m/rad, N m s/rad; N/m, N s/m): with which the driven joints follow their
 //                   motion in it;
 //                   limits [on]: a motion beyond a limit of the robot's file (limits.h), which then the task does not
@@ -183,7 +184,8 @@ struct Task {
     // Most that differential dynamic programming may end from the goal, as a part of how far the motion moves what the goal
     // gives; unless the goal is soft.
     double goal = 1e-2;
-    // Most that a motion with rigid contacts may be off from its simulation, as a part of how far it moves positions.
+    // Most that a position of a motion with rigid contacts may be off from its simulation, as a part of how far it moves, and most of
+    // the contacts' impulse that may act from a distance.
     double simulation = 0.05;
     double servo_stiffness = 0,
            servo_damping = 0;  // of joints that follow their positions in it (N m/rad, N m s/rad)

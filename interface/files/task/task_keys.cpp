@@ -335,29 +335,42 @@ Task::ModelSettings read_model_settings(Section& file) {
   return settings;
 }
 
-void read_demands(Section& file, Task::VerifyOptions& demands) {
-  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
-  verify.about(
-      "most that it breaks a constraint by, computed anew, relative to the program's nominal values");
-  demands.violation = verify.get_or("violation", demands.violation, io::positive());
+void read_accuracy(Section& verify, Task::VerifyOptions& demands) {
   verify.about(
       "most that an interval differs from its re-simulation, relative to the motion's nominal values");
   demands.integration_error =
       verify.get_or("integration_error", demands.integration_error, io::or_infinite(io::positive()));
-  verify.about("how often the mesh is refined until it does not");
-  demands.refinements = verify.get_or("max_refinements", demands.refinements, io::between(0, 10));
   verify.about("most that an inequality is exceeded by between points, relative to how far its value moves");
   demands.between = verify.get_or("between_nodes", demands.between, io::or_infinite(io::positive()));
-  verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
-  demands.goal = verify.get_or("goal_error", demands.goal, io::or_infinite(io::positive()));
+}
+
+void read_simulation(Section& verify, Task::VerifyOptions& demands) {
   verify.about(
-      "most that positions of a motion with rigid contacts are off when its torques drive the scene's "
-      "simulation, relative to the largest movement of an angle, or of a length");
+      "of a scene with rigid contacts: most that a position is off when its torques drive the scene's "
+      "simulation, relative to how far it moves, and most of the contacts' impulse that acts from a "
+      "distance");
   demands.simulation = verify.get_or("simulation_error", demands.simulation, io::or_infinite(io::positive()));
   verify.about("with which the driven joints follow their motion in it, beside its torques [N m/rad or N/m]");
   demands.servo_stiffness = verify.get_or("servo_stiffness", demands.servo_stiffness, io::not_negative());
   verify.about("likewise [N m s/rad or N s/m]");
   demands.servo_damping = verify.get_or("servo_damping", demands.servo_damping, io::not_negative());
+}
+
+// What is of rigid contacts is asked of tasks with some, and stands in the list of keys.
+void read_demands(Section& file, Task::VerifyOptions& demands, bool has_contacts, bool is_list) {
+  Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
+  verify.about(
+      "most that it breaks a constraint by, computed anew, relative to the program's nominal values");
+  demands.violation = verify.get_or("violation", demands.violation, io::positive());
+  if (has_contacts)
+    judge_by_simulation(verify, demands);
+  else
+    read_accuracy(verify, demands);
+  verify.about("how often the mesh is refined until it does not");
+  demands.refinements = verify.get_or("max_refinements", demands.refinements, io::between(0, 10));
+  verify.about("most that a motion by method ddp ends from the goal, relative to how far it moves");
+  demands.goal = verify.get_or("goal_error", demands.goal, io::or_infinite(io::positive()));
+  if (has_contacts || is_list) read_simulation(verify, demands);
   verify.about("whether it has to keep within the robot's limits, bounded or not, and clear between points");
   demands.limits = verify.get_or("limits", demands.limits);
 }
@@ -413,7 +426,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.robot.thrusters = read_thrusters(file, model);
   task.robot.contacts = read_contacts(file, model);
   task.floor = read_floor(file);
-  read_continuation(file, task);
+  read_continuation(file, task, model);
   Section start = file.about("the state at the beginning").child("start");
   keys.start = read_end(start, End::kStart, false, model);
   keys.closed = read_closed(file, task, model);
@@ -453,8 +466,7 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.models = read_model_settings(file);
   task.control = read_control(file, [model](Section& push) { return read_hit(push, model); });
   read_plant(file, task, model);
-  read_demands(file, task.demands);
-  if (task.simulated) judge_by_simulation(task.demands);
+  read_demands(file, task.demands, task.simulated != nullptr, model == nullptr);
   if (file.about("a known optimum to compare with").has("expected")) {
     Section expected = file.child("expected");
     const double cost = expected.about("of the optimum").get<double>("cost");

@@ -103,10 +103,11 @@ Task::Control::Disturbance read_hit(io::Section& push, const dynamics::Model<dou
 void read_plant(io::Section& file, Task& task, const dynamics::Model<double>* model);
 
 // The block `contact_implicit`, and what a scene with rigid contacts does not go together with (method_keys.cpp).
-void read_continuation(io::Section& file, Task& task);
+void read_continuation(io::Section& file, Task& task, const dynamics::Model<double>* model);
 constexpr const char* kRigidScheme = "radau-1";
 void check_rigid_contacts(io::Section& file, const Task& task, const TaskKeys& keys);
-void judge_by_simulation(Task::VerifyOptions& demands);
+// The scheme's motion is one at its points, and what it is off by, the simulation of the scene tells.
+void judge_by_simulation(io::Section& verify, Task::VerifyOptions& demands);
 
 // The block `closed`; when phases are known, notes what does not fit them and opens the goal (closed_motion.cpp).
 std::optional<TaskKeys::Closed> read_closed(io::Section& file, const Task& task,

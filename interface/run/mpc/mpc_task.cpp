@@ -63,6 +63,11 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
     throw ArgumentError("task \"" + task.name +
                         "\" has phases, which no controller knows; expected a task without, or a file with a "
                         "block 'centroidal'");
+  if (task.simulated)
+    throw ArgumentError(
+        "task \"" + task.name +
+        "\": its scene has rigid contacts, whose forces a controller would take for motors; expected a "
+        "task without them, or `dyntape solve`");
   ClosedLoopOptions options{.seconds = task.control.seconds,
                             .period = task.control.period,
                             .delay = task.control.delay,

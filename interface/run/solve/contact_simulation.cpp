@@ -17,19 +17,45 @@ using Eigen::VectorXd;
 
 namespace {
 
-// (nq) Of each position the largest movement of its kind.
+constexpr double kOfKind = 0.05, kLeast = 0.02;  // of the largest movement; m or rad
+constexpr double kAfar = 10, kLeastAfar = 1e-3;  // relaxations; m
+
+// (nq) What each position's error is measured by.
 VectorXd movements(const Task& task, const Trajectory& motion) {
   const Eigen::Index nq = task.problem.positions;
   const auto kind = [&](Eigen::Index i) { return unit_of_state(task.scene.model, int(i)) == " m"; };
   std::map<bool, double> largest;
+  VectorXd movement(nq);
   for (Eigen::Index i = 0; i < nq; ++i) {
     const auto row = motion.x.row(i);
-    double& of_kind = largest[kind(i)];
-    of_kind = std::max(of_kind, row.maxCoeff() - row.minCoeff());
+    movement[i] = row.maxCoeff() - row.minCoeff();
+    largest[kind(i)] = std::max(largest[kind(i)], movement[i]);
   }
-  VectorXd movement(nq);
-  for (Eigen::Index i = 0; i < nq; ++i) movement[i] = std::max(largest[kind(i)], 1e-9);
+  for (Eigen::Index i = 0; i < nq; ++i)
+    movement[i] = std::max({movement[i], kOfKind * largest[kind(i)], kLeast});
   return movement;
+}
+
+// Of the normal impulses the part that acts where the gap is wide.
+double impulse_from_afar(const Task& task, const Trajectory& motion, double wide) {
+  const auto& model = task.scene.model;
+  const auto& rigid = task.scene.constraints.rigid;
+  dynamics::Data<double> data(model);
+  double all = 0, afar = 0;
+  for (int k = 1; k < motion.points(); ++k) {
+    const VectorXd q = motion.x.col(k).head(model.nq);
+    const auto rows = dynamics::unilateral_rows<double>(model, data, rigid, q);
+    const VectorXd f = motion.u.col(k).tail(rows.J.rows());
+    const double h = motion.t[k] - motion.t[k - 1];
+    Eigen::Index row = 0;
+    for (std::size_t i = 0; i < rigid.contacts.size(); ++i) {
+      const double impulse = h * std::max(f[row], 0.0);
+      all += impulse;
+      if (rows.gap[Eigen::Index(i)] > wide) afar += impulse;
+      row += rigid.contacts[i].friction > 0 ? 3 : 1;
+    }
+  }
+  return all > 0 ? afar / all : 0;
 }
 
 // Torques of the interval that ends with point k, and what servos add at x, a share of it having passed.
@@ -40,6 +66,11 @@ class Torques {
         motion_(motion),
         torque_(joint_torque(task.scene, task.robot.unit)),
         dofs_(actuated_dofs(task.scene)) {
+    const Eigen::Index driven = Eigen::Index(dofs_.size());
+    Stage<double> stage = task.problem.stage(0, {}, {}, task.problem.u.lower);
+    lower_ = torque_(stage).head(driven);
+    stage.u = task.problem.u.upper;
+    upper_ = torque_(stage).head(driven);
     for (const int dof : dofs_) {
       for (const auto& joint : task.scene.model.joints)
         if (joint.idx_v == dof && dynamics::is_single(joint.type)) entries_.push_back(joint.idx_q);
@@ -55,7 +86,7 @@ class Torques {
       const double wanted = motion_.x(q, k - 1) + share * (motion_.x(q, k) - motion_.x(q, k - 1));
       tau[Eigen::Index(j)] += stiffness * (wanted - x[q]) + damping * (motion_.x(v, k) - x[v]);
     }
-    return tau;
+    return tau.cwiseMax(lower_).cwiseMin(upper_);
   }
 
  private:
@@ -63,6 +94,7 @@ class Torques {
   const Trajectory& motion_;
   StageFunction torque_;
   std::vector<int> dofs_, entries_;
+  VectorXd lower_, upper_;
 };
 
 // From point k - 1 to k, in steps of the scene.
@@ -103,13 +135,16 @@ void follow(const Task& task, const Trajectory& motion, ContactSimulation& resul
 
 std::string ContactSimulation::sentence() const {
   if (!trouble.empty()) return trouble;
-  if (state.empty()) return "nothing is off";
+  const std::string afar =
+      io::significant(100 * from_afar, 2) + " % of the contacts' impulse acts from a distance";
+  if (state.empty()) return "nothing is off; " + afar;
   return state + " is off by " + io::significant(off, 3) + unit + " at " + io::significant(time, 3) + " s, " +
-         io::significant(100 * error, 2) + " % of the motion";
+         io::significant(100 * error, 2) + " % of its movement; " + afar;
 }
 
-ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion) {
+ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion, double relaxation) {
   ContactSimulation result;
+  result.from_afar = impulse_from_afar(task, motion, std::max(kAfar * relaxation, kLeastAfar));
   try {
     follow(task, motion, result);
   } catch (const Error& e) {
@@ -117,6 +152,10 @@ ContactSimulation simulate_contacts(const Task& task, const Trajectory& motion) 
   }
   if (!result.trouble.empty()) result.error = std::numeric_limits<double>::infinity();
   return result;
+}
+
+void check_contacts_at_start(const Task& task) {
+  if (task.problem.start.allFinite()) ScenePlant(*task.simulated, task.problem.start);
 }
 
 }  // namespace dyntape

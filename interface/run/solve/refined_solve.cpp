@@ -90,6 +90,7 @@ class Rounds {
 
   SolveReport run(const MeshOptions& mesh) {
     build(mesh);
+    if (task_.simulated) check_contacts_at_start(task_);
     if (task_.simulated)
       solve_continued();
     else
@@ -118,7 +119,9 @@ class Rounds {
       program_->set_parameters(now);
       relaxation_ = now.find(kContactRelaxation)(program_->problem().stage(0, {}, {}, {}))[0];
       solve_from(from);
-      if (watch_.stop.stop_requested()) return;
+      const bool is_spent = iterations_ >= task_.optimise.solver.max_iterations ||
+                            processor_seconds_ >= task_.optimise.solver.max_seconds;
+      if (is_spent || watch_.stop.stop_requested()) return;
       from = report_.solution.nlp.x;
     }
   }
@@ -183,7 +186,7 @@ class Rounds {
   void take(Solution solution) {
     report_.solution = std::move(solution);
     report_.excesses = excesses_of(task_, report_.solution.phases);
-    if (task_.simulated) report_.simulated = simulate_contacts(task_, report_.solution.motion);
+    if (task_.simulated) report_.simulated = simulate_contacts(task_, report_.solution.motion, relaxation_);
   }
 
   void note(const Solution& s) {
@@ -192,6 +195,15 @@ class Rounds {
     report_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
                               s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
                               s.verification.worst_relative, s.nlp.status, relaxation_});
+  }
+
+  // With shorter steps contacts come nearer before they touch, and what a force does on that way grows.
+  void shrink_relaxation(StagedNlp& finer) {
+    constexpr double kPart = 0.25;
+    relaxation_ *= kPart;
+    Parameters now = finer.problem().parameters;
+    now.set(kContactRelaxation, relaxation_);
+    finer.set_parameters(now);
   }
 
   // False where the finer mesh is given up, and the coarser motion stays.
@@ -209,6 +221,7 @@ class Rounds {
     const std::string where = "the mesh of " + std::to_string(moment_.intervals) + " intervals: ";
     try {
       auto program = std::make_unique<StagedNlp>(discretize(program_->program(), nodes));
+      if (task_.simulated) shrink_relaxation(*program);
       Solution fine = optimise(*program, warm_start(motions, *program), options());
       note(fine);
       if (!fine.converged()) {

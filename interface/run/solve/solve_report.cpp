@@ -235,9 +235,13 @@ std::string SolveReport::json() const {
                           {"state", v.worst_state},
                           {"allowed", number(demands.integration_error)}};
   if (simulated)
-    j["simulated"] = {{"error", number(simulated->error)}, {"state", simulated->state},
-                      {"off", number(simulated->off)},     {"time", simulated->time},
-                      {"trouble", simulated->trouble},     {"allowed", number(demands.simulation)}};
+    j["simulated"] = {{"error", number(simulated->error)},
+                      {"state", simulated->state},
+                      {"off", number(simulated->off)},
+                      {"time", simulated->time},
+                      {"impulse_from_a_distance", simulated->from_afar},
+                      {"trouble", simulated->trouble},
+                      {"allowed", number(demands.simulation)}};
   j["limits"] = limits_of(*this);
   j["meshes"] = rounds_of(meshes);
   if (!unwritten.empty()) j["unwritten"] = unwritten;

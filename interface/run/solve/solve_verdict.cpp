@@ -101,7 +101,9 @@ bool SolveReport::optimal() const {
 
 bool SolveReport::reaches_goal() const { return !ddp || has_soft_goal || ddp->goal_miss <= demands.goal; }
 
-bool SolveReport::simulates() const { return !simulated || simulated->error <= demands.simulation; }
+bool SolveReport::simulates() const {
+  return !simulated || (simulated->error <= demands.simulation && simulated->from_afar <= demands.simulation);
+}
 
 bool SolveReport::success() const {
   return solution.success() && simulates() && reaches_goal() && within_limits() && cost_matches();
@@ -132,9 +134,11 @@ std::string SolveReport::verdict() const {
   if (!simulates())
     return "A local optimum was found, but its torques do something else when the scene is simulated: " +
            simulated->sentence() +
-           (simulated->trouble.empty() ? ", where verify.simulation_error allows " +
-                                             io::significant(100 * demands.simulation, 3) + " %."
-                                       : ".");
+           (simulated->trouble.empty()
+                ? ", where verify.simulation_error allows " + io::significant(100 * demands.simulation, 3) +
+                      " %; "
+                      "expected more intervals, or a smaller relaxation or slip in contact_implicit."
+                : ".");
   if (!reaches_goal()) {
     return "A local optimum was found, but it misses the goal: " + ddp->missed + " ends off by " +
            io::significant(100 * ddp->goal_miss, 3) +
