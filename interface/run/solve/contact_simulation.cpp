@@ -17,7 +17,7 @@ using Eigen::VectorXd;
 
 namespace {
 
-constexpr double kOfKind = 0.05, kLeast = 0.02;  // of the largest movement; m or rad
+constexpr double kOfLargest = 0.05, kLeast = 0.02;  // of the largest movement; m or rad
 constexpr double kAfar = 10, kLeastAfar = 1e-3;  // relaxations; m
 
 // (nq) What each position's error is measured by.
@@ -32,7 +32,7 @@ VectorXd movements(const Task& task, const Trajectory& motion) {
     largest[kind(i)] = std::max(largest[kind(i)], movement[i]);
   }
   for (Eigen::Index i = 0; i < nq; ++i)
-    movement[i] = std::max({movement[i], kOfKind * largest[kind(i)], kLeast});
+    movement[i] = std::max({movement[i], kOfLargest * largest[kind(i)], kLeast});
   return movement;
 }
 
