@@ -11,7 +11,6 @@
 #include <dyntape/interface/control/problem/penalties.h>
 #include <dyntape/interface/motion/centroidal_problem.h>
 #include <dyntape/interface/run/mpc/mpc_task.h>
-#include <dyntape/interface/run/mpc/mpc_task.h>
 #include <dyntape/interface/run/simulate/scene_plant.h>
 #include "../source_folder.h"
 #include "message_of.h"

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 namespace {
 
 constexpr double kOfLargest = 0.05, kLeast = 0.02;  // of the largest movement; m or rad
-constexpr double kAfar = 10, kLeastAfar = 1e-3;  // relaxations; m
+constexpr double kAfar = 10, kLeastAfar = 1e-3;     // relaxations; m
 
 // (nq) What each position's error is measured by.
 VectorXd movements(const Task& task, const Trajectory& motion) {
