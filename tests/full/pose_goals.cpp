@@ -25,6 +25,8 @@
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/of_kinematics.h>
 
+#include "segments.h"
+
 using namespace dyntape;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
@@ -69,23 +71,10 @@ class Goals {
     return dynamics::frame_placement(task_.scene.model, data_, task_.scene.model.frame_index(frame));
   }
 
-  // Least distance of two segments less the radii, by going from one to the other and back.
   double gap(const VectorXd& q, const Capsule& a, const Capsule& b) {
     const Placement A = pose(q, a.frame), B = pose(q, b.frame);
-    const Vector3d ends[2][2] = {{A.R * a.from + A.p, A.R * a.to + A.p},
-                                 {B.R * b.from + B.p, B.R * b.to + B.p}};
-    Vector3d at[2] = {(ends[0][0] + ends[0][1]) / 2, (ends[1][0] + ends[1][1]) / 2};
-    for (int i = 0; i < 200; ++i) {
-      const auto& [from, to] = ends[i % 2];
-      const Vector3d along = to - from;
-      const double length = along.squaredNorm();
-      const double r = length > 0 ? std::clamp((at[1 - i % 2] - from).dot(along) / length, 0., 1.) : 0.;
-      const Vector3d nearest = from + r * along;
-      const bool is_done = i > 1 && (nearest - at[i % 2]).norm() < 1e-13;
-      at[i % 2] = nearest;
-      if (is_done) break;
-    }
-    return (at[0] - at[1]).norm() - a.radius - b.radius;
+    return least_distance({A.R * a.from + A.p, A.R * a.to + A.p}, {B.R * b.from + B.p, B.R * b.to + B.p}) -
+           a.radius - b.radius;
   }
 
   bool is_clear(const VectorXd& q) {

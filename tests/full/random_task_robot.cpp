@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "random_task.h"
+#include "segments.h"
 
 namespace dyntape::testing {
 
@@ -44,22 +45,9 @@ Isometry3d RobotAlone::pose(const VectorXd& q, const std::string& frame) const {
   return X;
 }
 
-// By going from the nearest point of one segment to that of the other and back.
 double RobotAlone::gap(const VectorXd& q, const Capsule& a, const Capsule& b) const {
   const Isometry3d A = pose(q, a.frame), B = pose(q, b.frame);
-  const Vector3d ends[2][2] = {{A * a.from, A * a.to}, {B * b.from, B * b.to}};
-  Vector3d at[2] = {(ends[0][0] + ends[0][1]) / 2, (ends[1][0] + ends[1][1]) / 2};
-  for (int i = 0; i < 400; ++i) {
-    const auto& [from, to] = ends[i % 2];
-    const Vector3d along = to - from;
-    const double length = along.squaredNorm();
-    const double r = length > 0 ? std::clamp((at[1 - i % 2] - from).dot(along) / length, 0., 1.) : 0.;
-    const Vector3d nearest = from + r * along;
-    const bool is_done = i > 1 && (nearest - at[i % 2]).norm() < 1e-13;
-    at[i % 2] = nearest;
-    if (is_done) break;
-  }
-  return (at[0] - at[1]).norm() - a.radius - b.radius;
+  return least_distance({A * a.from, A * a.to}, {B * b.from, B * b.to}) - a.radius - b.radius;
 }
 
 double RobotAlone::least_gap(const VectorXd& q) const {
