@@ -18,9 +18,10 @@
 // ratio): small beside what moves, or the landing is wrong.  A body without gravity counts as 1 N.  Friction is Coulomb's, rounded where
 // nothing slides: |f_t| < mu f_n always, and what is pushed by the share r of the cone creeps with slip r / sqrt(1 - r^2).
 //
-// Axes of a plane that moves are those of its body.  The scheme has to be radau-1, the implicit Euler scheme: positions at the end of a step are those that its velocities there
-// lead to, q+ = q + h v+, and forces at the end of the step are those of the whole step.  So a body that lands gives up its speed within one step, by a
-// force of any size, and no impact has to be known beforehand: it is a time-stepping simulation whose forces are unknowns.
+// Axes of a plane that moves are those of its body.  The scheme has to be radau-1, the implicit Euler scheme: positions at the end of a
+// step are those that its velocities there lead to, q+ = q + h v+, and forces at its end are those of the whole step.  So a body that lands
+// gives up its speed within one step, by a force of any size, and no impact has to be known beforehand: it is a time-stepping simulation
+// whose forces are unknowns.
 //
 // Sources: D. Stewart, J. Trinkle, An implicit time-stepping scheme for rigid body dynamics with inelastic collisions and
 // Coulomb friction, Int. J. Numer. Meth. Eng. 39, 1996; M. Posa, C. Cantu, R. Tedrake, A direct method for trajectory optimization
