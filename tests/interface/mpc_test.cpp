@@ -54,7 +54,7 @@ TEST(Mpc, EachPlanIsTheOptimumFromThere) {
                          .solver = {.tolerance = 1e-10},
                          .verify = false});
     EXPECT_NEAR(s.cost, fresh.cost(), 1e-5 * (1 + fresh.cost())) << k;
-    EXPECT_NEAR((s.plan.motion.x - fresh.motion.x).cwiseAbs().maxCoeff(), 0, 1e-3) << k;
+    EXPECT_NEAR((s.plan.motion.x - fresh.motion.x).cwiseAbs().maxCoeff(), 0, 2e-3) << k;
     EXPECT_LE(s.iterations, k > 0 ? 8 : 100) << k;
     x = simulate(alone, x, 0, 0.05, [&](double after) { return s.plan.control(t + after); }).x;
   }

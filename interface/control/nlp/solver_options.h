@@ -20,11 +20,18 @@ enum class NlpMethod {
   kRiccati,  // our own, from stage to stage (interior_point.h)
 };
 
+// How the structured interior point chooses the barrier parameter of a step.
+enum class BarrierUpdate {
+  kAdaptive,  // anew at each step while the error falls (barrier_parameter.h)
+  kMonotone,  // lowered when the barrier problem is solved; steadier where rows depend on each other, as in complementarity
+};
+
 struct SolverOptions {
   NlpMethod method = NlpMethod::kIpopt;
   double tolerance = 1e-8;         // of the scaled optimality error
   double dual_tolerance = 1;       // of the stationarity alone, without the weights of the error above
   double bound_relaxation = 1e-8;  // relative widening of bounds before the solve; 0 keeps them exact
+  BarrierUpdate barrier_update = BarrierUpdate::kAdaptive;  // of kRiccati; Ipopt's is its own "mu_strategy"
   bool limited_memory = false;     // approximate the Hessian (L-BFGS) even where the program has one
   bool stop_at_acceptable = true;  // give up early when stalled at an acceptable point (kAcceptable)
   bool try_other_method =

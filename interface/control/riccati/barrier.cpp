@@ -109,14 +109,20 @@ void BoundMultipliers::begin(const Barrier& barrier, const Eigen::VectorXd& w, d
   }
 }
 
+void BoundMultipliers::set_ones(const Barrier& barrier) {
+  lower = (barrier.lower().array() > -HUGE_VAL).cast<double>();
+  upper = (barrier.upper().array() < HUGE_VAL).cast<double>();
+}
+
+void BoundMultipliers::reset_above(double most, const Barrier& barrier) {
+  if ((lower.array() > most).any() || (upper.array() > most).any()) set_ones(barrier);
+}
+
 double BoundMultipliers::take_over(const Barrier& barrier, const Eigen::VectorXd& w,
                                    const NlpSolution& earlier, double least) {
   begin(barrier, w, 1, 0);
-  double sum = 0;
-  int bounds = 0;
   const auto take = [&](double& bound_multiplier, double value, double distance) {
     bound_multiplier = std::max(value, least / std::max(1.0, distance));
-    sum += bound_multiplier * distance, ++bounds;
   };
   const auto n = std::size_t(barrier.n());
   for (Eigen::Index i = 0; i < w.size(); ++i) {
@@ -128,7 +134,7 @@ double BoundMultipliers::take_over(const Barrier& barrier, const Eigen::VectorXd
       take(upper[i], at < n ? earlier.upper_multiplier[at] : earlier.lambda[at - n],
            barrier.upper()[i] - w[i]);
   }
-  return bounds > 0 ? sum / bounds : 0;
+  return mean_product(barrier, w);
 }
 
 void BoundMultipliers::curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const {
@@ -150,6 +156,16 @@ void BoundMultipliers::step(const Barrier& barrier, const Eigen::VectorXd& w, co
     if (barrier.upper()[i] < HUGE_VAL)
       upper_step[i] = (mu + upper[i] * w_step[i]) / (barrier.upper()[i] - w[i]) - upper[i];
   }
+}
+
+double BoundMultipliers::mean_product(const Barrier& barrier, const Eigen::VectorXd& w) const {
+  double sum = 0;
+  int bounds = 0;
+  for (Eigen::Index i = 0; i < w.size(); ++i) {
+    if (barrier.lower()[i] > -HUGE_VAL) sum += lower[i] * (w[i] - barrier.lower()[i]), ++bounds;
+    if (barrier.upper()[i] < HUGE_VAL) sum += upper[i] * (barrier.upper()[i] - w[i]), ++bounds;
+  }
+  return bounds > 0 ? sum / bounds : 0;
 }
 
 double BoundMultipliers::longest(double tau) const {

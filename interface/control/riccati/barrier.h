@@ -63,6 +63,8 @@ struct BoundMultipliers {
 
   // Those of the barrier, but `most` at most.
   void begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most);
+  void set_ones(const Barrier& barrier);                  // of the bounds that there are
+  void reset_above(double most, const Barrier& barrier);  // to ones, where any is above `most`
   // Those of an earlier solution, no product of bound multiplier and distance below `least` but where the distance is long.  The mean of the
   // products: the barrier that it speaks of.
   double take_over(const Barrier& barrier, const Eigen::VectorXd& w, const NlpSolution& earlier,
@@ -71,7 +73,9 @@ struct BoundMultipliers {
   void curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const;
   // By a step of w.
   void step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step, double mu);
-  double longest(double tau) const;  // within (0, 1], that leaves of each the part 1 - tau
+  double mean_product(const Barrier& barrier,
+                      const Eigen::VectorXd& w) const;  // of bound multiplier and distance
+  double longest(double tau) const;                     // within (0, 1], that leaves of each the part 1 - tau
   // To a point that w has moved to; never far from what its barrier would make them.
   void move(const Barrier& barrier, const Eigen::VectorXd& w, double length, double mu);
 };

@@ -5,9 +5,12 @@
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/nlp/best_point.h>
+#include <dyntape/interface/control/riccati/barrier_parameter.h>
+#include <dyntape/interface/control/riccati/optimality.h>
 #include <dyntape/interface/control/riccati/restoration.h>
 #include <dyntape/interface/control/riccati/stage_checks.h>
 #include <dyntape/interface/io/stopwatch.h>
@@ -20,13 +23,14 @@ using Eigen::VectorXd;
 using Clock = std::chrono::steady_clock;
 
 // Named as in the source.
-constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99, kSMax = 100;
+constexpr double kKappaEpsilon = 10, kKappaMu = 0.2, kThetaMu = 1.5, kTauMin = 0.99;
 constexpr double kGammaTheta = 1e-5, kGammaPhi = 1e-8, kDelta = 1, kSTheta = 1.1, kSPhi = 2.3, kEta = 1e-8;
 constexpr double kAlphaPart = 0.05, kKappaSoc = 0.99;
-constexpr int kMostCorrections = 4;
 constexpr double kFirstShift = 1e-4, kLeastShift = 1e-20, kMostShift = 1e20;
 constexpr double kFirstBarrier = 0.1, kMostBarrier = 10, kBlocked = 0.1;
-constexpr int kBlockedSteps = 3;
+constexpr int kBlockedSteps = 3, kMostCorrections = 4;
+constexpr double kMostFirstBarriers = 1e3, kFixedPart = 0.8,
+                 kFloor = 2;  // of the mean product; of the least barrier
 constexpr double kPush = 1e-2, kWarmPush = 1e-9, kMostPrice = 1e3;
 constexpr double kAcceptable = 1e-6;
 constexpr int kAcceptableIterations = 15;
@@ -42,6 +46,7 @@ class StructuredInteriorPoint::Method {
       : nlp_(nlp),
         kkt_(nlp),
         barrier_(nlp, kkt_),
+        optimality_(barrier_, kkt_),
         n_(barrier_.n()),
         m_(barrier_.m()),
         gradient_(n_),
@@ -88,6 +93,7 @@ class StructuredInteriorPoint::Method {
 
  private:
   double processor_seconds() const { return thread_seconds() - processor_begin_; }
+  double mean_product() const { return multipliers_.mean_product(barrier_, now_.w); }
   bool is_over() const { return options_.stop.stop_requested() || is_late(); }
   bool is_late() const { return processor_seconds() > options_.max_seconds; }
 
@@ -123,17 +129,17 @@ class StructuredInteriorPoint::Method {
     if (warm) {
       take_over(*warm);
     } else {
-      multipliers_.begin(barrier_, now_.w, 1, 0);
-      reset_bound_multipliers(HUGE_VAL);
+      multipliers_.set_ones(barrier_);
       least_squares_multipliers();
     }
     if (!differentiate(true)) return SolveStatus::kNotFinite;
     filter_.begin(now_.sum);
     note(0, 0, 0, 0, 0);
+    mode_ = BarrierMode(options_.barrier_update == BarrierUpdate::kAdaptive);
+    most_barrier_ = std::max(kMostFirstBarriers * mean_product(), kFirstBarrier);
     for (int iteration = 1;; ++iteration) {
       if (const std::optional<SolveStatus> end = ended(iteration)) return has_matrices_ = true, *end;
-      raise_barrier();
-      lower_barrier();
+      if (may_raise_ || !adapts_barrier()) raise_barrier(), lower_barrier();
       if (!newton_step()) return SolveStatus::kStepFailed;
       const double size = largest(w_step_);
       const Outcome outcome = search();
@@ -146,51 +152,14 @@ class StructuredInteriorPoint::Method {
   // Multipliers of an earlier solve, and the barrier that they speak of.
   void take_over(const NlpSolution& warm) {
     std::copy(warm.lambda.begin(), warm.lambda.end(), lambda_.data());
-    mu_ = std::clamp(multipliers_.take_over(barrier_, now_.w, warm, least_barrier_), least_barrier_,
-                     kFirstBarrier);
+    const double mu = multipliers_.take_over(barrier_, now_.w, warm, least_barrier_);
+    mu_ = std::clamp(mu, least_barrier_, kFirstBarrier);
   }
 
-  // What the point is off by from the conditions of the barrier problem with mu.
-  struct Errors {
-    double dual, primal, complementarity, all;
-  };
-  // Once for a point and its multipliers: what does not depend on mu.
-  void look() {
-    stationarity_.setZero(n_ + m_);
-    scratch_ = gradient_;
-    kkt_.add_transposed(lambda_, scratch_);
-    stationarity_.head(n_) = scratch_;
-    stationarity_.tail(m_) = -lambda_;
-    stationarity_ += multipliers_.upper - multipliers_.lower;
-    double multipliers = 0;
-    int bounds = 0;
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (!barrier_.moves(i)) stationarity_[i] = 0;
-      if (barrier_.lower()[i] > -HUGE_VAL) multipliers += multipliers_.lower[i], ++bounds;
-      if (barrier_.upper()[i] < HUGE_VAL) multipliers += multipliers_.upper[i], ++bounds;
-    }
-    const auto scale = [](double sum, double count) {
-      return std::max(kSMax, count > 0 ? sum / count : 0) / kSMax;
-    };
-    dual_ = largest(stationarity_);
-    dual_scale_ = scale(multipliers + lambda_.cwiseAbs().sum(), double(bounds) + double(m_));
-    multiplier_scale_ = scale(multipliers, bounds);
-  }
-  Errors errors(double mu) const {
-    double complementarity = 0;
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      const auto of = [&](double bound_multiplier, double distance) {
-        complementarity = std::max(complementarity, std::abs(bound_multiplier * distance - mu));
-      };
-      if (barrier_.lower()[i] > -HUGE_VAL) of(multipliers_.lower[i], now_.w[i] - barrier_.lower()[i]);
-      if (barrier_.upper()[i] < HUGE_VAL) of(multipliers_.upper[i], barrier_.upper()[i] - now_.w[i]);
-    }
-    const double all = std::max({dual_ / dual_scale_, now_.largest, complementarity / multiplier_scale_});
-    return {dual_, now_.largest, complementarity, all};
-  }
+  OptimalityErrors errors(double mu) const { return optimality_.errors(now_, multipliers_, mu); }
 
   std::optional<SolveStatus> ended(int iteration) {
-    const Errors e = errors(0);
+    const OptimalityErrors e = errors(0);
     constexpr double kMostViolation = 1e-4;
     if (e.all <= options_.tolerance && e.dual <= options_.dual_tolerance &&
         std::max(e.primal, e.complementarity) <= kMostViolation)
@@ -206,6 +175,40 @@ class StructuredInteriorPoint::Method {
       return is_acceptable ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall;
     return {};
   }
+
+  // Whether the next step chooses its barrier.  The first one that no longer does holds one near that of the point.
+  bool adapts_barrier() {
+    const bool did = mode_.is_adaptive();
+    const bool is_over = is_tiny_ || mean_product() <= kFloor * least_barrier_;
+    if (mode_.update(errors(0).all, is_over) || !did) return mode_.is_adaptive();
+    hold_barrier();
+    return false;
+  }
+  void hold_barrier() {
+    mu_ = std::clamp(kFixedPart * mean_product(), least_barrier_, most_barrier_);
+    filter_.clear();
+    is_tiny_ = false;
+  }
+  // By the two parts of a step: -> step_ and mu_.
+  void adaptive_step() {
+    set_right(0);
+    kkt_.solve(right_, step_);
+    join(step_, w_step_);
+    barrier_.slope(now_.w, 1, slope_);
+    right_.x = -slope_.head(n_), right_.s = -slope_.tail(m_), right_.c.setZero();
+    hold_still(right_);
+    kkt_.solve(right_, corrected_);
+    join(corrected_, soc_step_);
+    const double dual = optimality_.stationarity().squaredNorm() / double(n_);
+    const double primal = now_.c.squaredNorm() / std::max(1.0, double(m_));
+    const double mu = QualityFunction(barrier_, now_.w, multipliers_, w_step_, soc_step_)
+                          .minimum(dual, primal, step_part(), least_barrier_, most_barrier_);
+    if (std::exchange(mu_, mu) != mu) filter_.clear();
+    step_.x += mu * corrected_.x, step_.s += mu * corrected_.s, step_.c += mu * corrected_.c;
+    set_right(mu);
+  }
+  // Of a distance to a bound, that a step may take.
+  double step_part() const { return std::max(kTauMin, 1 - (mode_.is_adaptive() ? errors(0).all : mu_)); }
 
   // Steps that bounds cut short again and again: the first barrier was too weak for costs of this size to be kept off them.
   void raise_barrier() {
@@ -242,8 +245,8 @@ class StructuredInteriorPoint::Method {
       if (!barrier_.moves(i)) (i < n_ ? right.x[i] : right.s[i - n_]) = 0;
     }
   }
-  void set_right() {
-    barrier_.slope(now_.w, mu_, slope_);
+  void set_right(double mu) {
+    barrier_.slope(now_.w, mu, slope_);
     slope_.head(n_) += gradient_;  // of the barrier function
     right_.x = slope_.head(n_);
     kkt_.add_transposed(lambda_, right_.x);
@@ -255,8 +258,12 @@ class StructuredInteriorPoint::Method {
 
   bool newton_step() {
     if (!factor()) return false;
-    set_right();
-    kkt_.solve(right_, step_);
+    if (mode_.is_adaptive()) {
+      adaptive_step();
+    } else {
+      set_right(mu_);
+      kkt_.solve(right_, step_);
+    }
     join(step_, w_step_);
     multipliers_.step(barrier_, now_.w, w_step_, mu_);
     return w_step_.allFinite() && step_.c.allFinite();
@@ -273,7 +280,7 @@ class StructuredInteriorPoint::Method {
   };
 
   Outcome search() {
-    const double tau = std::max(kTauMin, 1 - mu_);
+    const double tau = step_part();
     const double along = slope_.dot(w_step_);  // of the barrier function
     const double theta = now_.sum, phi = barrier_.value(now_, mu_);
     const double rounding = 10 * std::numeric_limits<double>::epsilon();
@@ -364,15 +371,6 @@ class StructuredInteriorPoint::Method {
     lambda_ += primal * lambda_step;
     multipliers_.move(barrier_, now_.w, dual, mu_);
   }
-  // BoundMultipliers of one, where any is above `most`; and where all are wanted anew.
-  void reset_bound_multipliers(double most) {
-    if (most < HUGE_VAL && std::max(largest(multipliers_.lower), largest(multipliers_.upper)) <= most) return;
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      multipliers_.lower[i] = barrier_.lower()[i] > -HUGE_VAL;
-      multipliers_.upper[i] = barrier_.upper()[i] < HUGE_VAL;
-    }
-  }
-
   // Those that leave the least of the gradient; zero where they are large.
   void least_squares_multipliers() {
     lambda_.setZero();
@@ -415,15 +413,16 @@ class StructuredInteriorPoint::Method {
     lambda_.setZero();
     if (!differentiate(false)) return {SolveStatus::kNotFinite};
     multipliers_.begin(barrier_, now_.w, mu_, HUGE_VAL);
-    reset_bound_multipliers(kMostPrice);
+    multipliers_.reset_above(kMostPrice, barrier_);
     least_squares_multipliers();
+    if (mode_.end()) hold_barrier();
     return {{}, 0, 0, trials, true};
   }
 
   // Of every point that the method goes to.
   void note(int iteration, double size, double primal, double dual, int trials, bool is_restored = false) {
-    look();
-    const Errors e = errors(0);
+    optimality_.look(gradient_, lambda_, multipliers_);
+    const OptimalityErrors e = errors(0);
     solution_.log.push_back(
         {iteration, now_.f, e.primal, e.dual, mu_, size, diagonal_.shift, dual, primal, trials, is_restored});
     if (options_.watch) options_.watch(solution_.log.back());
@@ -450,9 +449,9 @@ class StructuredInteriorPoint::Method {
   SolverOptions options_;
   StagewiseKkt kkt_;
   Barrier barrier_;
+  Optimality optimality_;
   Eigen::Index n_, m_;
   Clock::time_point begin_;
-  double processor_begin_ = 0;
   NlpSolution solution_;
 
   BarrierPoint now_, trial_;
@@ -460,16 +459,16 @@ class StructuredInteriorPoint::Method {
   VectorXd gradient_, jacobian_, hessian_;
   VectorXd lambda_;  // (m)
   BoundMultipliers multipliers_;
-  double dual_ = 0, dual_scale_ = 1, multiplier_scale_ = 1;  // of look()
-  double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0;
+  double mu_ = kFirstBarrier, least_barrier_ = 0, last_shift_ = 0, processor_begin_ = 0;
   int acceptable_ = 0, blocked_ = 0;
   bool may_raise_ = true;
-  bool is_tiny_ = false;
-  bool has_matrices_ = false;  // kkt_ has those of now_
+  bool is_tiny_ = false, has_matrices_ = false;  // the latter: kkt_ has those of now_
   Filter filter_;
+  BarrierMode mode_;
+  double most_barrier_ = kMostBarrier;  // of adaptive steps
   KktDiagonal diagonal_;
   KktVector right_, step_, corrected_;
-  VectorXd w_step_, slope_, stationarity_, scratch_, soc_, soc_step_;
+  VectorXd w_step_, slope_, soc_, soc_step_;
 };
 
 StructuredInteriorPoint::StructuredInteriorPoint(Nlp& nlp)

@@ -91,7 +91,7 @@
 //                   controls hold, no other is asked for unless verify.limits; steps of the classical Runge-Kutta
 //                   scheme, or scheme euler), tolerance [1e-8], dual_tolerance [1],
 //                   bound_relaxation [1e-8], max_iterations [3000], max_seconds [1e6], stop_at_acceptable [on],
-//                   print_level [0], check_derivatives [on],
+//                   barrier_update [adaptive] monotone (barrier_parameter.h), print_level [0], check_derivatives [on],
 //                   ipopt { options of Ipopt by name, but those that name files, print or warm-start }
 //   verify          violation [1e-6]: most that the motion may break a constraint by, recomputed, relative to the
 //                   nominal values of the program (staged_nlp.h);

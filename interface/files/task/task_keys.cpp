@@ -97,6 +97,14 @@ void read_solver(Section& file, Task& task) {
                             .get_or("max_seconds", options.max_seconds, io::positive());
   options.stop_at_acceptable = solver.about("give up early when stalled at an acceptable point")
                                    .get_or("stop_at_acceptable", options.stop_at_acceptable);
+  options.barrier_update =
+      solver
+          .about(
+              "of riccati: chosen at each step while the error falls, or lowered problem by problem; of "
+              "rigid contacts monotone")
+          .choice_or<BarrierUpdate>(
+              "barrier_update", task.simulated ? "monotone" : "adaptive",
+              {{"adaptive", BarrierUpdate::kAdaptive}, {"monotone", BarrierUpdate::kMonotone}});
   options.print_level =
       solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
   optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")

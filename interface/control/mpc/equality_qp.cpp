@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/riccati/equality_qp.h>
+#include <dyntape/interface/control/mpc/equality_qp.h>
 
 #include <cmath>
 

@@ -17,7 +17,7 @@
 #pragma once
 
 #include <dyntape/interface/control/nlp/solution.h>
-#include <dyntape/interface/control/riccati/qp_subproblem.h>
+#include <dyntape/interface/control/mpc/qp_subproblem.h>
 #include <dyntape/interface/control/riccati/stage_kkt.h>
 
 namespace dyntape {

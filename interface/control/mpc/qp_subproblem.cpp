@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/riccati/qp_subproblem.h>
+#include <dyntape/interface/control/mpc/qp_subproblem.h>
 
 #include <algorithm>
 #include <cmath>

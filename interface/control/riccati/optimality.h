@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// How far a point and its multipliers are from the conditions of the barrier problem.
+//
+//   dual            largest entry of  grad f + J^T lambda - z_lower + z_upper,  (x, s) as Barrier has them
+//   primal          largest entry of  c
+//   complementarity largest           | z (w - bound) - mu |
+//   all             the largest of them, the first and the last over the mean size of the multipliers where that is above 100
+//
+// Source: Wächter and Biegler 2006, equations 5 and 6.
+#pragma once
+
+#include <Eigen/Core>
+
+#include <dyntape/interface/control/riccati/barrier.h>
+
+namespace dyntape {
+
+struct OptimalityErrors {
+  double dual, primal, complementarity, all;
+};
+
+class Optimality {
+ public:
+  Optimality(const Barrier& barrier, const StagewiseKkt& kkt) : barrier_(barrier), kkt_(kkt) {}
+
+  // Of the point that `kkt` has the Jacobian of: what does not depend on mu.
+  void look(const Eigen::VectorXd& gradient, const Eigen::VectorXd& lambda,
+            const BoundMultipliers& multipliers);
+  OptimalityErrors errors(const BarrierPoint& point, const BoundMultipliers& multipliers, double mu) const;
+  const Eigen::VectorXd& stationarity() const { return stationarity_; }  // (n + m)
+
+ private:
+  const Barrier& barrier_;
+  const StagewiseKkt& kkt_;
+  Eigen::VectorXd stationarity_, scratch_;
+  double dual_ = 0, dual_scale_ = 1, multiplier_scale_ = 1;
+};
+
+}  // namespace dyntape
