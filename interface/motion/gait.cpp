@@ -7,6 +7,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/scalar.h>
+#include <dyntape/interface/motion/of_kinematics.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
 namespace dyntape {
@@ -35,6 +36,26 @@ std::string Gait::fault(std::size_t feet) const {
   return "";
 }
 
+namespace {
+
+// Of the point, or of a foot's corners: z, less what it is above that of the frame as the foot stands.
+StageFunction heights(const RobotScene& scene, const HeldContact& contact) {
+  std::vector<Eigen::Vector3d> points = contact.corners;
+  if (points.empty()) points.push_back(Eigen::Vector3d::Zero());
+  const Eigen::Matrix3d axes = contact.axes.value_or(Eigen::Matrix3d::Identity());
+  return of_kinematics(scene, [=, frame = moving_frame(scene.model, contact.frame)](
+                                  const auto& model, const auto& data, const auto& s) {
+    using T = typename std::decay_t<decltype(s.x)>::Scalar;
+    const auto at = dynamics::frame_placement(model, data, frame);
+    dynamics::VectorX<T> z(Eigen::Index(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i)
+      z[Eigen::Index(i)] = at.p[2] + at.R.row(2).dot(points[i].template cast<T>()) - T((axes * points[i])[2]);
+    return z;
+  });
+}
+
+}  // namespace
+
 void walk(Problem& problem, const RobotScene& scene, const std::vector<HeldContact>& contacts,
           const Gait& gait, double weight) {
   const auto refuse = [&](const std::string& what) {
@@ -54,10 +75,11 @@ void walk(Problem& problem, const RobotScene& scene, const std::vector<HeldConta
         contact.frame + " height", [gait, i, floor = contact.place->z()](double t) -> Eigen::VectorXd {
           return Eigen::VectorXd::Constant(1, floor + gait.height(i, t));
         });
-    const StageFunction place = frame_position(scene, contact.frame, Eigen::Vector3d::Zero());
-    problem.add(running_squares(contact.frame + " swing", [=, root = std::sqrt(weight)](const auto& s) {
+    const StageFunction above = heights(scene, contact);
+    const double root = std::sqrt(weight / double(force_points(contact).size()));
+    problem.add(running_squares(contact.frame + " swing", [=](const auto& s) {
       using T = typename std::decay_t<decltype(s.x)>::Scalar;
-      return vector(T((place(s)[2] - height(s)[0]) * (T(1) - load(s)[0]) * T(root)));
+      return ((above(s).array() - height(s)[0]) * ((T(1) - load(s)[0]) * T(root))).matrix().eval();
     }));
   }
 }

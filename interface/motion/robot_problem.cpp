@@ -24,11 +24,14 @@ namespace {
 using detail::Drives;
 using detail::Plant;
 using dynamics::Data;
+using dynamics::Matrix3;
 using dynamics::Model;
+using dynamics::Vector3;
+using dynamics::VectorX;
 
 template <class T>
-dynamics::VectorX<T> joined(const dynamics::VectorX<T>& a, const dynamics::VectorX<T>& b) {
-  dynamics::VectorX<T> c(a.size() + b.size());
+VectorX<T> joined(const VectorX<T>& a, const VectorX<T>& b) {
+  VectorX<T> c(a.size() + b.size());
   c << a, b;
   return c;
 }
@@ -72,16 +75,12 @@ struct Plants {
   auto touching(const Stage<AD>& s, const Rigid& rigid) const { return recorded().touching(s, rigid); }
   auto touching(const Stage<double>& s, const Rigid& rigid) const { return plain->touching(s, rigid); }
 
-  detail::HeldFrame<AD> held(const Stage<AD>& s, const VectorXad& a, int frame) const {
-    return recorded().held(s, a, frame);
-  }
-  detail::HeldFrame<double> held(const Stage<double>& s, const Eigen::VectorXd& a, int frame) const {
-    return plain->held(s, a, frame);
-  }
+  auto held(const Stage<AD>& s, const VectorXad& a, int i) const { return recorded().held(s, a, i); }
+  auto held(const Stage<double>& s, const Eigen::VectorXd& a, int i) const { return plain->held(s, a, i); }
 
   // N(q) v.
   template <class T>
-  dynamics::VectorX<T> configuration(const Stage<T>& s) const {
+  VectorX<T> configuration(const Stage<T>& s) const {
     const int nq = scene.model.nq, nv = scene.model.nv;
     return configuration_rate<T>(scene.model, s.x.head(nq), s.x.segment(nq, nv));
   }
@@ -99,7 +98,7 @@ StageFunction forward_rate(const std::shared_ptr<const Plants>& plants) {
 StageFunction scaled_residual(const std::shared_ptr<const Plants>& plants, const Eigen::VectorXd& scale) {
   return [plants, scale](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    return dynamics::VectorX<T>(plants->missing(s).cwiseProduct(scale.template cast<T>()));
+    return VectorX<T>(plants->missing(s).cwiseProduct(scale.template cast<T>()));
   };
 }
 
@@ -234,8 +233,8 @@ void bound_forces(Problem& problem, const Model<double>& model, const Drives& dr
     const std::vector<int> axes = held_axes(model, contact);
     for (std::size_t point = 0; point < force_points(contact).size(); ++point, k += 3) {
       for (int i = 0; i < 3; ++i) {
-        const bool acts = std::find(axes.begin(), axes.end(), i) != axes.end();
-        if (!acts) problem.u.lower[k + i] = problem.u.upper[k + i] = 0;
+        if (std::find(axes.begin(), axes.end(), i) == axes.end())
+          problem.u.lower[k + i] = problem.u.upper[k + i] = 0;
       }
       if (contact.barrier == 0) problem.u.lower[k + 2] = 0;
     }
@@ -245,38 +244,45 @@ void bound_forces(Problem& problem, const Model<double>& model, const Drives& dr
 constexpr double kConeTip = 1e-3;          // of the weight, below no force
 constexpr double kPull = 100, kDrag = 20;  // of held points (1/s^2, 1/s): critically damped
 
-// Rows that keep a frame where it is: of its origin, and of a foot's axes.
-StageFunction holds(const std::shared_ptr<const Plants>& plants, const HeldContact& contact) {
-  return [plants, contact, frame = moving_frame(plants->scene.model, contact.frame)](const auto& s) {
-    using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    const dynamics::VectorX<T> a = s.a.size() > 0 ? dynamics::VectorX<T>(s.a) : plants->forward(s);
-    const detail::HeldFrame<T> f = plants->held(s, a, frame);
-    dynamics::VectorX<T> rows = f.acceleration.linear + f.velocity.linear * T(kDrag);
-    if (contact.place && !contact.has_schedule)
-      rows += (f.placement.p - contact.place->template cast<T>()) * T(kPull);
-    if (contact.corners.empty()) return rows;
-    dynamics::VectorX<T> turns = f.acceleration.angular + f.velocity.angular * T(kDrag);
-    // sin(angle) about the axis by which it is turned, which is the angle where it holds
-    for (int i = 0; contact.axes && i < 3; ++i) {
-      const dynamics::Vector3<T> wanted = contact.axes->col(i).template cast<T>();
-      turns += wanted.cross(dynamics::Vector3<T>(f.placement.R.col(i))) * T(kPull / 2);
-    }
-    return joined<T>(rows, turns);
-  };
+// (6) Rows that keep a frame where it is: of its origin, and of its axes.  A scheduled contact stands wherever it has landed.
+template <class T>
+VectorX<T> holding_rows(const HeldContact& contact, const detail::HeldFrame<T>& f) {
+  VectorX<T> rows = f.acceleration.vector() + f.velocity.vector() * T(kDrag);
+  if (contact.has_schedule) return rows;
+  if (contact.place) rows.head(3) += (f.placement.p - contact.place->template cast<T>()) * T(kPull);
+  // sin(angle) about the axis by which it is turned, which is the angle where it holds
+  for (int i = 0; contact.axes && i < 3; ++i) {
+    const Vector3<T> wanted = contact.axes->col(i).template cast<T>();
+    rows.tail(3) += wanted.cross(Vector3<T>(f.placement.R.col(i))) * T(kPull / 2);
+  }
+  return rows;
 }
 
-// `holds` while the contact is loaded, else no force: there are as many rows as entries of a force, or more.
-StageFunction holds_or_flies(const StageFunction& holds, const Parameter& load, Eigen::Index first,
-                             const std::vector<int>& axes, Eigen::Index forces, double weight) {
-  return [=, scale = 1 / weight](const auto& s) {
+// (6) Force and moment about the frame's origin, world axes, of the forces at a foot's corners or at a point.
+template <class T>
+VectorX<T> wrench_of(const HeldContact& contact, const Matrix3<T>& R, const VectorX<T>& forces) {
+  VectorX<T> wrench = VectorX<T>::Zero(6);
+  wrench.head(3) = forces.head(3);
+  for (std::size_t i = 0; i < contact.corners.size(); ++i) {
+    const Vector3<T> at = R * contact.corners[i].cast<T>(), force = forces.segment(3 * Eigen::Index(i), 3);
+    if (i > 0) wrench.head(3) += force;
+    wrench.tail(3) += at.cross(force);
+  }
+  return wrench;
+}
+
+// It is held; with a load, only while it is loaded, and has no wrench else.  forces: its first control.
+StageFunction holds(const std::shared_ptr<const Plants>& plants, const HeldContact& contact,
+                    const std::optional<Parameter>& load, Eigen::Index forces) {
+  return [=, frame = moving_frame(plants->scene.model, contact.frame),
+          count = 3 * force_points(contact).size(), scale = 1 / weight_of(plants->scene)](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    const T on = load(s)[0], off = T(1) - on;
-    const dynamics::VectorX<T> held = holds(s);
-    dynamics::VectorX<T> rows = held * on;
-    for (std::size_t i = 0; i < axes.size(); ++i) {
-      if (Eigen::Index(i) < forces) rows[Eigen::Index(i)] += s.u[first + axes[i]] * (off * T(scale));
-    }
-    return rows;
+    const VectorX<T> a = s.a.size() > 0 ? VectorX<T>(s.a) : plants->forward(s);
+    const detail::HeldFrame<T> f = plants->held(s, a, frame);
+    const VectorX<T> rows = holding_rows(contact, f);
+    if (!load) return rows;
+    const T on = (*load)(s)[0], off = (T(1) - on) * T(scale);
+    return VectorX<T>(rows * on + wrench_of<T>(contact, f.placement.R, s.u.segment(forces, count)) * off);
   };
 }
 
@@ -303,12 +309,8 @@ void add_contacts(Problem& problem, const std::shared_ptr<const Plants>& plants,
   for (const HeldContact& contact : options.contacts) {
     const std::vector<int> axes = held_axes(plants->scene.model, contact);
     std::optional<Parameter> load;
-    StageFunction rows = entries_of(holds(plants, contact), axes);
-    if (contact.has_schedule) {
-      load = problem.parameters.add(contact.frame + " load", 1.0);
-      rows = holds_or_flies(rows, *load, k, axes, 3, weight);
-    }
-    problem.add(path_equality(contact.frame + " holds", rows));
+    if (contact.has_schedule) load = problem.parameters.add(contact.frame + " load", 1.0);
+    problem.add(path_equality(contact.frame + " holds", entries_of(holds(plants, contact, load, k), axes)));
     for (const std::string& point : force_points(contact)) {
       HeldContact at = contact;
       at.frame = point;
@@ -490,7 +492,7 @@ Term joint_tracking(const RobotScene& scene, const Eigen::VectorXd& w_q, const E
   const StageFunction error = configuration_error(scene, q_ref);
   return running_squares("tracking", [=, first = scene.model.nq, n = scene.model.nv](const auto& s) {
     using T = typename std::decay_t<decltype(s.x)>::Scalar;
-    const dynamics::VectorX<T> dv = s.x.segment(first, n) - v_ref.template cast<T>();
+    const VectorX<T> dv = s.x.segment(first, n) - v_ref.template cast<T>();
     return joined<T>(error(s), dv).cwiseProduct(root.template cast<T>()).eval();
   });
 }

@@ -45,7 +45,7 @@ std::optional<Gait> read_gait(Section& file, Eigen::Index feet, const dynamics::
   return gait;
 }
 
-// A gait of feet that are points; contacts then have schedules.
+// A gait; contacts then have schedules.
 void read_walk(Section& file, Task& task, TaskKeys& keys, const RobotModel* model) {
   keys.gait = read_gait(file, Eigen::Index(task.robot.contacts.size()), model);
   if (!keys.gait) return;
@@ -54,11 +54,7 @@ void read_walk(Section& file, Task& task, TaskKeys& keys, const RobotModel* mode
                         .get_or("swing_height", keys.gait->lift, io::not_negative());
   keys.swing = block.about("weight of the squared distance of feet in the air from that height [1/m^2]")
                    .get_or("swing_weight", 1e4, io::positive());
-  for (HeldContact& contact : task.robot.contacts) {
-    contact.has_schedule = true;
-    if (!contact.corners.empty())
-      file.problem("gait", "'gait' is of contacts that are points, and '" + contact.frame + "' is a foot");
-  }
+  for (HeldContact& contact : task.robot.contacts) contact.has_schedule = true;
   if (model && !keys.phases.empty())
     file.problem("gait", "'gait' and 'phases' both say when contacts hold, expected one of them");
 }
