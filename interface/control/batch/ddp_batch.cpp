@@ -5,129 +5,18 @@
 #include <atomic>
 #include <chrono>
 #include <optional>
-#include <string>
 #include <utility>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/run/threads.h>
-#include <dyntape/interface/control/batch/lane_work.h>
+#include <dyntape/interface/control/batch/batch_cases.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
+#include <dyntape/interface/control/solve/ddp_sensitivities.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {
 
 namespace {
-
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
-
-// What a problem of the batch is loaded with.
-class BatchCases {
- public:
-  BatchCases(const Problem& problem, const DdpOptions& options, const DdpBatchValues& values)
-      : problem_(problem),
-        values_(values),
-        N_(options.intervals),
-        is_at_nodes_(options.start == DdpStart::kNodes) {
-    find_count();
-    check_starts();
-    const double h = problem.duration / N_;
-    const Index n_p = problem.parameters.size();
-    parameters_.resize(2 + 3 * n_p, N_), u_.resize(problem.n_u(), N_), x_.resize(problem.n_x(), N_ + 1);
-    for (int k = 0; k < N_; ++k) {
-      parameters_.col(k).head(2) << k * h, h;
-      for (int part = 0; part < 3; ++part)
-        parameters_.col(k).segment(2 + part * n_p, n_p) = problem.parameters.at((k + part / 2.0) * h);
-    }
-    at_end_ = parameters_of(problem, problem.duration);
-    for (int k = 0; k <= N_; ++k) {
-      const Stage<double> stage = problem.first_guess(k < N_ ? k * h : problem.duration);
-      if (stage.x.size() != problem.n_x() || (k < N_ && stage.u.size() != problem.n_u()))
-        refuse("the guess has other sizes than the problem");
-      x_.col(k) = stage.x;
-      if (k < N_) u_.col(k) = stage.u;
-    }
-  }
-
-  std::size_t count() const { return std::size_t(count_); }
-
-  Problem problem(std::size_t i) const {
-    Problem own = problem_;
-    own.start = start(Index(i));
-    if (values_.parameters.cols() == 0) return own;
-    const VectorXd p = values_.parameters.col(Index(i));
-    own.parameters = {};
-    const std::vector<std::string> names = problem_.parameters.entry_names();
-    for (Index j = 0; j < p.size(); ++j) own.parameters.add(names[std::size_t(j)], p[j]);
-    return own;
-  }
-
-  void load(LaneWork& work, int lane, std::size_t i) {
-    const Index column = Index(i);
-    if (values_.parameters.cols() > 0) {
-      const auto p = values_.parameters.col(column);
-      for (int part = 0; part < 3; ++part)
-        parameters_.middleRows(2 + part * p.size(), p.size()).colwise() = VectorXd(p);
-      at_end_.tail(p.size()) = p;
-    }
-    if (values_.controls.cols() > 0) u_ = values_.controls.col(column).reshaped(u_.rows(), u_.cols());
-    const VectorXd first = start(column);
-    if (is_at_nodes_ && !problem_.guess) x_ = first.replicate(1, N_ + 1);
-    x_.col(0) = first;
-    u_ = u_.cwiseMax(problem_.u.lower.replicate(1, N_)).cwiseMin(problem_.u.upper.replicate(1, N_));
-    work.load(lane, parameters_, at_end_, x_, u_);
-  }
-
- private:
-  VectorXd start(Index i) const {
-    if (values_.starts.cols() > 0) return values_.starts.col(i);
-    return problem_.start;
-  }
-
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw ArgumentError("problem \"" + problem_.name + "\": " + what);
-  }
-
-  void find_count() {
-    struct Block {
-      const char* name;
-      const MatrixXd& values;
-      Index rows;
-    };
-    const Block blocks[] = {{"starts", values_.starts, problem_.n_x()},
-                            {"parameters", values_.parameters, problem_.parameters.size()},
-                            {"controls", values_.controls, Index(problem_.n_u()) * N_}};
-    for (const Block& block : blocks) {
-      const Index cols = block.values.cols();
-      if (cols == 0) continue;
-      if (block.values.rows() != block.rows)
-        refuse(std::string(block.name) + " of " + std::to_string(block.values.rows()) + " rows, expected " +
-               std::to_string(block.rows));
-      if (count_ > 0 && cols != count_)
-        refuse(std::string(block.name) + " of " + std::to_string(cols) + " columns, expected " +
-               std::to_string(count_) + ", one a problem");
-      count_ = cols;
-      for (Index i = 0; i < cols; ++i)
-        if (!block.values.col(i).allFinite())
-          refuse(std::string(block.name) + ": column " + std::to_string(i) + " is not finite");
-    }
-  }
-
-  void check_starts() const {
-    if (values_.starts.cols() > 0 || problem_.start.allFinite()) return;
-    refuse("its start is not finite, and no starts are given");
-  }
-
-  const Problem& problem_;
-  const DdpBatchValues& values_;
-  int N_;
-  bool is_at_nodes_;
-  Index count_ = 0;
-  MatrixXd parameters_, x_, u_;
-  VectorXd at_end_;
-};
 
 // One thread's lanes, which take problem after problem.
 class BatchRun {
@@ -259,6 +148,44 @@ class BatchRun {
   std::vector<std::vector<int>> places_;  // of each lane's trials
 };
 
+// One thread's lanes at solutions, which take block after block of them.
+void add_sensitivities(const LaneSetup& setup, int n_x, BatchCases cases, std::atomic<std::size_t>& next,
+                       std::vector<DdpSolution>& solutions) {
+  const std::unique_ptr<LaneWork> work = make_lane_work(setup);
+  const auto lanes = std::size_t(work->lanes());
+  const bool with_motion = setup.is_exact;
+  const ChangesOfMotion none(setup.n_x, setup.n_u, setup.intervals, with_motion);
+  for (std::size_t first; (first = next.fetch_add(lanes)) < cases.count();) {
+    const std::size_t count = std::min(lanes, cases.count() - first);
+    std::vector<bool> is_solved(lanes, false);
+    for (std::size_t l = 0; l < count; ++l) {
+      is_solved[l] = solutions[first + l].success();
+      if (!is_solved[l]) continue;
+      cases.load_solution(*work, int(l), first + l, solutions[first + l]);
+      work->at(int(l)) = {};
+    }
+    work->linearise(is_solved);
+    if (with_motion) work->backward(is_solved), work->find_changes();
+    for (std::size_t l = 0; l < count; ++l) {
+      using S = SensitivityStatus;
+      const DdpState& s = work->at(int(l));
+      const auto found = [&](S status, const ChangesOfMotion& changes) {
+        solutions[first + l].sensitivities = sensitivities_of(status, changes, n_x);
+      };
+      if (!is_solved[l] || !s.is_finite)
+        found(is_solved[l] ? S::kNotFinite : S::kNotASolution, none);
+      else if (!with_motion || s.is_convex)
+        found(with_motion && work->is_weakly_held(int(l)) ? S::kWeaklyActive : S::kGood,
+              work->changes(int(l), with_motion));
+      else {
+        ChangesOfMotion of_cost = none;
+        of_cost.cost = work->changes(int(l), false).cost;
+        found(S::kNoStrictMinimum, of_cost);
+      }
+    }
+  }
+}
+
 }  // namespace
 
 struct DdpBatch::Made {
@@ -266,6 +193,7 @@ struct DdpBatch::Made {
   DdpOptions options;
   unsigned threads;
   LaneSetup setup;
+  std::optional<LaneSetup> at_solutions;  // of sensitivities
 };
 
 DdpBatch::DdpBatch(const Problem& problem, const DdpOptions& options, unsigned threads) {
@@ -279,10 +207,22 @@ DdpBatch::DdpBatch(const Problem& problem, const DdpOptions& options, unsigned t
                   problem.u.upper,
                   options.hessian == DdpHessian::kExact,
                   options.start == DdpStart::kNodes};
+  std::optional<LaneSetup> at_solutions;
+  if (const DdpDerivatives* const derivatives = solver.derivatives())
+    at_solutions = LaneSetup{derivatives->step(),
+                             derivatives->end(),
+                             options.intervals,
+                             problem.n_x() + int(problem.parameters.size()),
+                             problem.n_u(),
+                             problem.u.lower,
+                             problem.u.upper,
+                             derivatives->is_of_motion(),
+                             false};
   DdpOptions unwatched = options;
   unwatched.watch = nullptr;
   made_ = std::make_unique<Made>(Made{std::move(solver), std::move(unwatched),
-                                      threads > 0 ? threads : codegen::thread_count(), std::move(setup)});
+                                      threads > 0 ? threads : codegen::thread_count(), std::move(setup),
+                                      std::move(at_solutions)});
 }
 
 DdpBatch::DdpBatch(DdpBatch&&) noexcept = default;
@@ -305,7 +245,15 @@ std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values, const std
   std::atomic<std::size_t> next = 0;
   const std::size_t threads = std::min<std::size_t>(made_->threads, cases.count());
   codegen::run_tasks(threads, [&](std::size_t) { BatchRun(setup, options, cases, next, solutions).run(); });
-  const VectorXd t = VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
+  if (made_->at_solutions) {
+    LaneSetup at_solutions = *made_->at_solutions;
+    at_solutions.lower = problem.u.lower, at_solutions.upper = problem.u.upper;
+    next = 0;
+    codegen::run_tasks(threads, [&](std::size_t) {
+      add_sensitivities(at_solutions, problem.n_x(), cases, next, solutions);
+    });
+  }
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
   const double share = seconds_since(begin) / double(std::max<std::size_t>(1, cases.count()));
   for (DdpSolution& s : solutions) s.t = t, s.seconds = share;
   if (!options.verify) return solutions;

@@ -10,6 +10,9 @@
 //   batch.solve({.starts = starts, .parameters = values});               // (n_p x count), held over time; Parameters::entry_names()
 //   batch.solve({.starts = starts, .controls = guesses});                // (n_u N x count): u_0, u_1, ... of each
 //
+//   DdpBatch batch(problem, {.intervals = 100, .sensitivities = SensitivitiesOf::kMotion});
+//   batch.solve({.starts = starts})[3].sensitivities.parameters.x                      // dx/dp of each (solve/ddp_sensitivities.h)
+//
 // What is left out is the problem's own (solver().problem()): its parameters, which may be functions of time, its guess, its
 // start for all, where only parameters or controls are given.
 //
@@ -30,15 +33,10 @@
 #include <stop_token>
 #include <vector>
 
+#include <dyntape/interface/control/batch/batch_values.h>
 #include <dyntape/interface/control/solve/ddp.h>
 
 namespace dyntape {
-
-struct DdpBatchValues {
-  Eigen::MatrixXd starts = {};      // (n_x x count)
-  Eigen::MatrixXd parameters = {};  // (n_p x count)
-  Eigen::MatrixXd controls = {};    // (n_u N x count)
-};
 
 class DdpBatch {
  public:

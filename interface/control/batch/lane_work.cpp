@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include <dyntape/interface/control/batch/lane_changes.h>
 #include <dyntape/interface/control/batch/lane_recursion.h>
 
 namespace dyntape {
@@ -23,7 +24,12 @@ class WorkOf final : public LaneWork {
 
  public:
   explicit WorkOf(const LaneSetup& setup)
-      : a_(setup), step_(setup.step), end_(setup.end), secants_(a_), recursion_(a_, secants_, step_) {
+      : a_(setup),
+        step_(setup.step),
+        end_(setup.end),
+        secants_(a_),
+        recursion_(a_, secants_, step_),
+        changes_(a_) {
     slopes_ = sizes_ = a_.room(a_.m), dz_ = a_.room(a_.z_size), trial_y_ = a_.room(a_.y_size);
     trial_p_ = a_.room(a_.p_size), adjoint_ = a_.room(a_.n), of_step_ = a_.room(a_.z_size);
   }
@@ -168,6 +174,21 @@ class WorkOf final : public LaneWork {
 
   void backward(const std::vector<bool>& wanted) override { recursion_.backward(wanted); }
 
+  void find_changes() override { changes_.find(sizes_); }
+  bool is_weakly_held(int lane) const override { return changes_.is_weak(lane); }
+  ChangesOfMotion changes(int lane, bool with_motion) const override {
+    ChangesOfMotion result(a_.n, a_.m, a_.N, with_motion);
+    take(a_.adjoint, 0, lane, result.cost);
+    if (!with_motion) return result;
+    for (int j = 0; j < a_.n; ++j) {
+      for (Index i = 0; i < result.x.rows(); ++i)
+        result.x(i, j) = changes_.x()[std::size_t(i * a_.n + j)][lane];
+      for (Index i = 0; i < result.u.rows(); ++i)
+        result.u(i, j) = changes_.u()[std::size_t(i * a_.n + j)][lane];
+    }
+    return result;
+  }
+
  private:
   static const double* numbers(const Packs& packs) { return reinterpret_cast<const double*>(packs.data()); }
   static double* numbers(Packs& packs) { return reinterpret_cast<double*>(packs.data()); }
@@ -292,6 +313,7 @@ class WorkOf final : public LaneWork {
   LaneFunction<W> step_, end_;
   LaneSecants<W> secants_;
   LaneRecursion<W> recursion_;
+  LaneChanges<W> changes_;
   int source_[W] = {};
   typename M::Bits order_ = {};                                        // the same
   Packs slopes_, sizes_, dz_, trial_y_, trial_p_, adjoint_, of_step_;  // of one stage

@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <dyntape/interface/control/batch/lane_setup.h>
+#include <dyntape/interface/control/solve/ddp_sensitivities.h>
 #include <dyntape/interface/control/solve/ddp_work.h>
 
 namespace dyntape {
@@ -39,6 +40,12 @@ class LaneWork : public DdpWork {
   virtual void accept(const std::vector<int>& trial_of) = 0;
   virtual void linearise(const std::vector<bool>& wanted) = 0;
   virtual void backward(const std::vector<bool>& wanted) = 0;
+
+  // After these two, at solutions: what all motions change by with their starts, by the policies; and, of each, whether a control is
+  // weakly held (solve/ddp_sensitivities.h).
+  virtual void find_changes() = 0;
+  virtual ChangesOfMotion changes(int lane, bool with_motion) const = 0;
+  virtual bool is_weakly_held(int lane) const = 0;
 };
 
 std::unique_ptr<LaneWork> make_lane_work(const LaneSetup& setup);
