@@ -52,7 +52,7 @@ void BatchCases::take_parameters(Index i) {
   at_end_.tail(p.size()) = p;
 }
 
-void BatchCases::load(LaneWork& work, int lane, std::size_t i) {
+void BatchCases::load(LaneWork& work, int slot, std::size_t i) {
   const Index column = Index(i);
   take_parameters(column);
   if (values_.controls.cols() > 0) u_ = values_.controls.col(column).reshaped(u_.rows(), u_.cols());
@@ -60,14 +60,14 @@ void BatchCases::load(LaneWork& work, int lane, std::size_t i) {
   if (is_at_nodes_ && !problem_.guess) x_ = first.replicate(1, N_ + 1);
   x_.col(0) = first;
   u_ = u_.cwiseMax(problem_.u.lower.replicate(1, N_)).cwiseMin(problem_.u.upper.replicate(1, N_));
-  work.load(lane, parameters_, at_end_, x_, u_);
+  work.load(slot, parameters_, at_end_, x_, u_);
 }
 
-void BatchCases::load_solution(LaneWork& work, int lane, std::size_t i, const DdpSolution& solution) {
+void BatchCases::load_solution(LaneWork& work, int slot, std::size_t i, const DdpSolution& solution) {
   take_parameters(Index(i));
   MatrixXd x = MatrixXd::Zero(problem_.n_x() + problem_.parameters.size(), N_ + 1);
   x.topRows(problem_.n_x()) = solution.x;
-  work.load(lane, parameters_, at_end_, x, solution.u);
+  work.load(slot, parameters_, at_end_, x, solution.u);
 }
 
 VectorXd BatchCases::start(Index i) const {

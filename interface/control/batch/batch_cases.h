@@ -3,8 +3,8 @@
 // What each problem of a batch is loaded with: its start, parameters and first guess, or its solution.
 //
 //   BatchCases cases(problem, options, values);            // throws what DdpBatch::solve() throws
-//   cases.load(work, lane, i);                             // from its guess
-//   cases.load_solution(derivatives, lane, i, solutions[i]);
+//   cases.load(work, slot, i);                             // from its guess
+//   cases.load_solution(work, slot, i, solutions[i]);
 //
 // A copy has room of its own to load from.
 #pragma once
@@ -25,9 +25,9 @@ class BatchCases {
 
   std::size_t count() const { return std::size_t(count_); }
   Problem problem(std::size_t i) const;  // with the values of the i-th
-  void load(LaneWork& work, int lane, std::size_t i);
+  void load(LaneWork& work, int slot, std::size_t i);
   // Of the problem whose states have offsets of parameters behind them, all zero (solve/ddp_sensitivities.h).
-  void load_solution(LaneWork& work, int lane, std::size_t i, const DdpSolution& solution);
+  void load_solution(LaneWork& work, int slot, std::size_t i, const DdpSolution& solution);
 
  private:
   Eigen::VectorXd start(Eigen::Index i) const;

@@ -18,7 +18,9 @@ namespace dyntape {
 
 namespace {
 
-// One thread's lanes, which take problem after problem.
+constexpr int kSlotsALane = 3;  // problems in flight, so that lanes find work while others wait
+
+// One thread's slots, which take problem after problem.
 class BatchRun {
  public:
   BatchRun(const LaneSetup& setup, const DdpOptions& options, const BatchCases& cases,
@@ -27,114 +29,132 @@ class BatchRun {
         cases_(cases),
         next_(next),
         solutions_(solutions),
-        work_(make_lane_work(setup)),
+        work_(make_lane_work(setup, kSlotsALane)),
         lanes_(work_->lanes()),
-        courses_(std::size_t(lanes_)),
-        numbers_(std::size_t(lanes_)) {}
+        slots_(work_->slots()),
+        courses_(std::size_t(slots_)),
+        numbers_(std::size_t(slots_)),
+        kinds_(std::size_t(slots_), kNone) {
+    counts_[kNone] = slots_;
+  }
 
   void run() {
-    for (int l = 0; l < lanes_; ++l) refill(l);
+    for (int s = 0; s < slots_; ++s) refill(s);
     for (;;) {
-      const DdpWish wish = most_wanted();
-      if (wish == DdpWish::kNothing) return;
-      std::vector<bool> wanted(std::size_t(lanes_), false);
-      for (int l = 0; l < lanes_; ++l) wanted[std::size_t(l)] = wants(l, wish);
-      if (wish == DdpWish::kRollOut)
+      const Kind kind = next_kind();
+      if (kind == kNone) return;
+      const std::vector<int> wanted = slots_of(kind);
+      if (kind == kRollOut) {
         roll_out(wanted);
-      else if (wish == DdpWish::kLinearise)
+      } else if (kind == kLinearise) {
         work_->linearise(wanted);
-      else
-        work_->backward(wanted);
-      go_on(wanted);
+        go_on(wanted);
+      } else if (kind == kPredict) {
+        work_->predict(wanted);
+        go_on(wanted);
+      } else {
+        backward(wanted);
+      }
     }
   }
 
  private:
-  bool wants(int lane, DdpWish wish) const {
-    const std::optional<DdpCourse>& course = courses_[std::size_t(lane)];
-    return course && course->wish() == wish;
+  enum Kind { kPredict, kRollOut, kLinearise, kBackward, kNone };
+
+  void set_kind(int slot, Kind kind) {
+    Kind& now = kinds_[std::size_t(slot)];
+    --counts_[now], ++counts_[kind];
+    now = kind;
+  }
+  static Kind kind_of(DdpWish wish) {
+    if (wish == DdpWish::kNothing) return kNone;
+    if (wish == DdpWish::kRollOut) return kRollOut;
+    return wish == DdpWish::kLinearise ? kLinearise : kBackward;
   }
 
-  DdpWish most_wanted() const {
-    // Cheap work first, so that what is dear finds more lanes that want it.
-    struct Kind {
-      DdpWish wish;
-      int weight;
-    };
-    DdpWish best = DdpWish::kNothing;
-    int most = 0;
-    for (const Kind& kind :
-         {Kind{DdpWish::kRollOut, 4}, Kind{DdpWish::kLinearise, 3}, Kind{DdpWish::kBackward, 2}}) {
-      int count = 0;
-      for (int l = 0; l < lanes_; ++l) count += wants(l, kind.wish);
-      if (kind.weight * count > most) most = kind.weight * count, best = kind.wish;
+  // What all lanes have work of, the cheapest first; else what most have.
+  Kind next_kind() const {
+    Kind most = kNone;
+    for (const Kind kind : {kPredict, kRollOut, kLinearise, kBackward}) {
+      if (counts_[kind] >= lanes_) return kind;
+      if (counts_[kind] > (most == kNone ? 0 : counts_[most])) most = kind;
     }
-    return best;
+    return most;
+  }
+
+  // A lane each; all that go backwards, since some are on their way.
+  std::vector<int> slots_of(Kind kind) const {
+    std::vector<int> slots;
+    for (int s = 0; s < slots_; ++s) {
+      if (kinds_[std::size_t(s)] != kind) continue;
+      slots.push_back(s);
+      if (kind != kBackward && int(slots.size()) == lanes_) break;
+    }
+    return slots;
   }
 
   // Lanes that are left run what would be tried next.
-  void roll_out(const std::vector<bool>& wanted) {
-    std::vector<LaneTrial> trials(static_cast<std::size_t>(lanes_));
-    std::vector<bool> is_taken(wanted);
-    places_.assign(std::size_t(lanes_), {});
-    for (int l = 0; l < lanes_; ++l) {
-      trials[std::size_t(l)] = {l, 0};
-      if (wanted[std::size_t(l)]) add_trial(trials, l, l);
-    }
-    int place = 0;
+  void roll_out(const std::vector<int>& wanted) {
+    std::vector<LaneTrial> trials;
+    std::vector<std::vector<int>> places(wanted.size());  // of each slot's trials
     for (bool is_added = true; is_added;) {
       is_added = false;
-      for (int l = 0; l < lanes_; ++l) {
-        while (place < lanes_ && is_taken[std::size_t(place)]) ++place;
-        if (place == lanes_) break;
-        if (!wanted[std::size_t(l)] ||
-            places_[std::size_t(l)].size() >= courses_[std::size_t(l)]->lengths().size())
-          continue;
-        add_trial(trials, l, place);
-        is_taken[std::size_t(place)] = is_added = true;
+      for (std::size_t i = 0; i < wanted.size() && int(trials.size()) < lanes_; ++i) {
+        const std::vector<double>& lengths = courses_[std::size_t(wanted[i])]->lengths();
+        if (places[i].size() >= lengths.size()) continue;
+        trials.push_back({wanted[i], lengths[places[i].size()]});
+        places[i].push_back(int(trials.size()) - 1);
+        is_added = true;
       }
     }
     work_->roll_out(trials);
-    for (int l = 0; l < lanes_; ++l) {
-      if (!wanted[std::size_t(l)]) continue;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      DdpCourse& course = *courses_[std::size_t(wanted[i])];
       std::vector<double> costs;
-      for (const int at : places_[std::size_t(l)]) costs.push_back(trials[std::size_t(at)].cost);
-      courses_[std::size_t(l)]->set_costs(std::move(costs));
-    }
-  }
-  void add_trial(std::vector<LaneTrial>& trials, int lane, int place) {
-    std::vector<int>& own = places_[std::size_t(lane)];
-    trials[std::size_t(place)] = {lane, courses_[std::size_t(lane)]->lengths()[own.size()]};
-    own.push_back(place);
-  }
-
-  void go_on(const std::vector<bool>& wanted) {
-    std::vector<int> trial_of(std::size_t(lanes_), -1);
-    bool any = false;
-    for (int l = 0; l < lanes_; ++l) {
-      if (!wanted[std::size_t(l)]) continue;
-      DdpCourse& course = *courses_[std::size_t(l)];
+      for (const int at : places[i]) costs.push_back(trials[std::size_t(at)].cost);
+      course.set_costs(std::move(costs));
       course.go_on();
-      if (course.accepted() < 0) continue;
-      trial_of[std::size_t(l)] = places_[std::size_t(l)][std::size_t(course.accepted())];
-      any = true;
+      if (course.accepted() >= 0) work_->accept(wanted[i], places[i][std::size_t(course.accepted())]);
     }
-    if (any) work_->accept(trial_of);
-    for (int l = 0; l < lanes_; ++l) {
-      if (!wants(l, DdpWish::kNothing)) continue;
-      solutions_[numbers_[std::size_t(l)]] = courses_[std::size_t(l)]->solution();
-      refill(l);
+    take_solutions(wanted);
+  }
+
+  // Those without a minimum may begin again at once.
+  void backward(const std::vector<int>& wanted) {
+    std::vector<int> failed;
+    for (const int s : work_->backward(wanted)) {
+      if (work_->at(s).is_convex)
+        set_kind(s, kPredict);
+      else
+        failed.push_back(s);
+    }
+    go_on(failed);
+  }
+
+  void go_on(const std::vector<int>& slots) {
+    for (const int s : slots) courses_[std::size_t(s)]->go_on();
+    take_solutions(slots);
+  }
+
+  void take_solutions(const std::vector<int>& slots) {
+    for (const int s : slots) {
+      std::optional<DdpCourse>& course = courses_[std::size_t(s)];
+      set_kind(s, kind_of(course->wish()));
+      if (course->wish() != DdpWish::kNothing) continue;
+      solutions_[numbers_[std::size_t(s)]] = course->solution();
+      refill(s);
     }
   }
 
-  void refill(int lane) {
-    std::optional<DdpCourse>& course = courses_[std::size_t(lane)];
+  void refill(int slot) {
+    std::optional<DdpCourse>& course = courses_[std::size_t(slot)];
     course.reset();
     const std::size_t number = next_++;
     if (number >= cases_.count()) return;
-    numbers_[std::size_t(lane)] = number;
-    cases_.load(*work_, lane, number);
-    course.emplace(options_, *work_, lane);
+    numbers_[std::size_t(slot)] = number;
+    cases_.load(*work_, slot, number);
+    course.emplace(options_, *work_, slot);
+    set_kind(slot, kind_of(course->wish()));
   }
 
   const DdpOptions& options_;
@@ -142,46 +162,51 @@ class BatchRun {
   std::atomic<std::size_t>& next_;
   std::vector<DdpSolution>& solutions_;
   std::unique_ptr<LaneWork> work_;
-  int lanes_;
+  int lanes_, slots_;
   std::vector<std::optional<DdpCourse>> courses_;
   std::vector<std::size_t> numbers_;
-  std::vector<std::vector<int>> places_;  // of each lane's trials
+  std::vector<Kind> kinds_;     // of work that each slot waits for; kPredict: it is back at the start
+  int counts_[kNone + 1] = {};  // of each kind
 };
 
 // One thread's lanes at solutions, which take block after block of them.
 void add_sensitivities(const LaneSetup& setup, int n_x, BatchCases cases, std::atomic<std::size_t>& next,
                        std::vector<DdpSolution>& solutions) {
-  const std::unique_ptr<LaneWork> work = make_lane_work(setup);
+  using S = SensitivityStatus;
+  const std::unique_ptr<LaneWork> work = make_lane_work(setup, 1);
   const auto lanes = std::size_t(work->lanes());
   const bool with_motion = setup.is_exact;
-  const ChangesOfMotion none(setup.n_x, setup.n_u, setup.intervals, with_motion);
   for (std::size_t first; (first = next.fetch_add(lanes)) < cases.count();) {
-    const std::size_t count = std::min(lanes, cases.count() - first);
-    std::vector<bool> is_solved(lanes, false);
-    for (std::size_t l = 0; l < count; ++l) {
-      is_solved[l] = solutions[first + l].success();
-      if (!is_solved[l]) continue;
-      cases.load_solution(*work, int(l), first + l, solutions[first + l]);
-      work->at(int(l)) = {};
+    std::vector<int> solved;
+    const auto number = [&](int slot) { return first + std::size_t(slot); };
+    const ChangesOfMotion none(setup.n_x, setup.n_u, setup.intervals, with_motion);
+    for (int s = 0; s < int(lanes) && number(s) < cases.count(); ++s) {
+      solutions[number(s)].sensitivities = sensitivities_of(S::kNotASolution, none, n_x);
+      if (!solutions[number(s)].success()) continue;
+      cases.load_solution(*work, s, number(s), solutions[number(s)]);
+      work->at(s) = {};
+      solved.push_back(s);
     }
-    work->linearise(is_solved);
-    if (with_motion) work->backward(is_solved), work->find_changes();
-    for (std::size_t l = 0; l < count; ++l) {
-      using S = SensitivityStatus;
-      const DdpState& s = work->at(int(l));
-      const auto found = [&](S status, const ChangesOfMotion& changes) {
-        solutions[first + l].sensitivities = sensitivities_of(status, changes, n_x);
-      };
-      if (!is_solved[l] || !s.is_finite)
-        found(is_solved[l] ? S::kNotFinite : S::kNotASolution, none);
-      else if (!with_motion || s.is_convex)
-        found(with_motion && work->is_weakly_held(int(l)) ? S::kWeaklyActive : S::kGood,
-              work->changes(int(l), with_motion));
-      else {
-        ChangesOfMotion of_cost = none;
-        of_cost.cost = work->changes(int(l), false).cost;
-        found(S::kNoStrictMinimum, of_cost);
+    if (solved.empty()) continue;
+    work->linearise(solved);
+    if (with_motion) {
+      for (std::vector<int> left = solved; !left.empty();)
+        for (const int over : work->backward(left)) std::erase(left, over);
+      work->find_changes(solved);
+    }
+    for (std::size_t lane = 0; lane < solved.size(); ++lane) {
+      const DdpState& s = work->at(solved[lane]);
+      ChangesOfMotion changes = none;
+      S status = S::kNotFinite;
+      if (s.is_finite) {
+        changes.cost = work->cost_slopes(solved[lane]);
+        const bool has_motion = with_motion && s.is_convex;
+        if (has_motion) work->take_changes(int(lane), changes);
+        status = has_motion && work->is_weakly_held(int(lane)) ? S::kWeaklyActive
+                 : with_motion && !has_motion                  ? S::kNoStrictMinimum
+                                                               : S::kGood;
       }
+      solutions[number(solved[lane])].sensitivities = sensitivities_of(status, changes, n_x);
     }
   }
 }
@@ -231,7 +256,7 @@ DdpBatch::~DdpBatch() = default;
 
 DdpSolver& DdpBatch::solver() { return made_->solver; }
 const DdpSolver& DdpBatch::solver() const { return made_->solver; }
-int DdpBatch::lanes() const { return make_lane_work(made_->setup)->lanes(); }
+int DdpBatch::lanes() const { return make_lane_work(made_->setup, 1)->lanes(); }
 
 std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values, const std::stop_token& stop) const {
   const auto begin = std::chrono::steady_clock::now();

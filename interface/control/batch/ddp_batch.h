@@ -17,8 +17,8 @@
 // start for all, where only parameters or controls are given.
 //
 // Each solve takes the course that DdpSolver takes, to rounding: the same rules of steps, stopping, saddles and limits.  Its bits
-// depend on its own values alone: not on how many there are, which are beside it, or on the number of threads.  A lane that is done
-// takes the next problem.  The work that most lanes ask for is done next; the other lanes wait.
+// depend on its own values alone: not on how many there are, which are beside it, or on the number of threads.  Three problems
+// a lane are in flight, so that all lanes find some that ask for the same work; one that is done makes room for the next.
 //
 // A solve that fails is a status of its own and takes nothing from the others.  Besides what DdpSolver says: kNotFinite where the motion
 // is not finite at the start or leaves a branch that was recorded there.  `seconds` is each one's share of the call; max_seconds
