@@ -101,7 +101,8 @@ struct LaneArrays {
     K = of_stages(m * n), k = of_stages(m), gap = of_stages(n);
     slope = of_stages(n), adjoint = of_stages(n), used = of_stages(1);
     const bool has_secants = !all.is_exact;
-    S = of_stages(has_secants ? z_size * z_size : 0), before_z = of_stages(has_secants ? z_size : 0);
+    S = of_stages(has_secants ? z_size * (z_size + 1) / 2 : 0),
+    before_z = of_stages(has_secants ? z_size : 0);
     numbers_.assign(std::size_t(slots) * std::size_t(slot_size() / W), P(0));
   }
   LaneArrays(const LaneArrays&) = delete;

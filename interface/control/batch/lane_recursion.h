@@ -28,7 +28,7 @@ class LaneRecursion {
   LaneRecursion(LaneArrays<W>& arrays, LaneFunction<W>& step)
       : a_(arrays), step_(step), controls_(arrays.m), places_(arrays.places({})) {
     const int n = a_.n, m = a_.m, z = a_.z_size;
-    J_ = a_.room(a_.J_size), H_ = a_.room(a_.H_size), S_ = a_.room(a_.setup.is_exact ? 0 : z * z);
+    J_ = a_.room(a_.J_size), H_ = a_.room(a_.H_size), S_ = a_.room(a_.S.size);
     is_used_ = a_.room(1), z_ = q_ = a_.room(z), p_ = a_.room(a_.p_size), gap_ = a_.room(n);
     J_end_ = a_.room(a_.J_end.size), H_end_ = a_.room(a_.H_end.size);
     lower_ = upper_ = column_ = of_q_ = a_.room(m);
@@ -228,9 +228,9 @@ class LaneRecursion {
     }
     if (!any(with_secants)) return;
     const P* const S = S_.data();
-    for (int a = 0; a < a_.z_size; ++a)
-      for (int b = 0; b <= a; ++b)
-        Q_[std::size_t(a * a_.z_size + b)] += select(with_secants, S[a * a_.z_size + b], P(0));
+    for (int a = 0, at = 0; a < a_.z_size; ++a)
+      for (int b = 0; b <= a; ++b, ++at)
+        Q_[std::size_t(a * a_.z_size + b)] += select(with_secants, S[at], P(0));
   }
 
   P& Q_uu(int i, int j) {
@@ -308,10 +308,12 @@ class LaneRecursion {
     const M used = is_used_[0] == P(1);
     if (!any(used)) return;
     a_.gather(a_.S, places, S_.data());
-    for (int i = 0; i < a_.z_size; ++i) {
-      P sum(0);
-      for (int j = 0; j < a_.z_size; ++j) sum += S_[std::size_t(i * a_.z_size + j)] * dz[std::size_t(j)];
-      to[std::size_t(i)] += select(used, sum, P(0));
+    for (int i = 0, at = 0; i < a_.z_size; ++i) {
+      for (int j = 0; j <= i; ++j, ++at) {
+        const P entry = select(used, S_[std::size_t(at)], P(0));
+        to[std::size_t(i)] += entry * dz[std::size_t(j)];
+        if (i != j) to[std::size_t(j)] += entry * dz[std::size_t(i)];
+      }
     }
   }
 
