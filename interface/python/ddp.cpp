@@ -24,11 +24,19 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+SensitivitiesOf sensitivities_named(const std::string& name) {
+  if (name == "none") return SensitivitiesOf::kNothing;
+  if (name == "cost") return SensitivitiesOf::kCost;
+  if (name == "motion") return SensitivitiesOf::kMotion;
+  throw ArgumentError("sensitivities: expected \"none\", \"cost\" or \"motion\", got \"" + name + "\"");
+}
+
 DdpOptions ddp_options(int intervals, const std::string& hessian, double tolerance, int max_iterations,
-                       bool verify) {
+                       bool verify, const std::string& sensitivities) {
   DdpOptions options;
   options.evaluation.route = Route::kTiered;  // begins at once
   options.verify = verify;
+  options.sensitivities = sensitivities_named(sensitivities);
   options.intervals = intervals;
   options.tolerance = tolerance;
   options.max_iterations = max_iterations;
@@ -40,8 +48,8 @@ DdpOptions ddp_options(int intervals, const std::string& hessian, double toleran
 
 std::shared_ptr<DdpSolution> solve_ddp(const PythonProblem& p, int intervals, const std::string& hessian,
                                        double tolerance, int max_iterations, bool verify,
-                                       nb::handle progress) {
-  DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify);
+                                       const std::string& sensitivities, nb::handle progress) {
+  DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify, sensitivities);
   return watched(progress, [&](const Watch& watch) {
     options.stop = options.evaluation.stop = watch.stop;
     if (watch.tell)
@@ -71,10 +79,56 @@ nb::object gains_of(const DdpSolution& s) {
   return array;
 }
 
+// --- What solutions change by ------------------------------------------------------------------------------
+
+// By parameters or by the start, of states, controls or cost.
+struct Sensitivity {
+  const char *name, *shape, *what;
+  MotionDerivatives DdpSensitivities::*by;
+  MatrixXd MotionDerivatives::*of;  // null: the cost
+};
+constexpr Sensitivity kSensitivities[] = {
+    {"dx_dp", "N + 1, states, parameters", "what states change by with each entry of the parameters.",
+     &DdpSensitivities::parameters, &MotionDerivatives::x},
+    {"du_dp", "N, controls, parameters", "of the controls; zero where one is held at its limit.",
+     &DdpSensitivities::parameters, &MotionDerivatives::u},
+    {"dcost_dp", "parameters", "of the cost.", &DdpSensitivities::parameters, nullptr},
+    {"dx_dstart", "N + 1, states, states", "what states change by with each state at the start.",
+     &DdpSensitivities::start, &MotionDerivatives::x},
+    {"du_dstart", "N, controls, states", "of the controls.", &DdpSensitivities::start, &MotionDerivatives::u},
+    {"dcost_dstart", "states", "of the cost.", &DdpSensitivities::start, nullptr}};
+
+// Rows of a matrix are entries of a node, node after node.
+nb::object derivatives_of(const Sensitivity& which, const DdpSolution* first, std::size_t count,
+                          Shape shape) {
+  Index n_x = 0, n_u = 0, N = 0, columns = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const DdpSolution& s = first[i];
+    const MotionDerivatives& by = s.sensitivities.*which.by;
+    const MotionDerivatives& by_start = s.sensitivities.start;
+    if (by_start.cost.size() == 0 || (which.of && by_start.x.size() == 0))
+      throw ArgumentError(std::string(which.name) + ": not asked for; expected sensitivities=\"motion\"" +
+                          (which.of ? "" : " or \"cost\"") + " of the solver");
+    n_x = s.x.rows(), n_u = s.u.rows(), N = s.u.cols(), columns = by.cost.size();
+  }
+  if (which.of == &MotionDerivatives::x) shape.insert(shape.end(), {N + 1, n_x});
+  if (which.of == &MotionDerivatives::u) shape.insert(shape.end(), {N, n_u});
+  shape.push_back(columns);
+  double* to = nullptr;
+  nb::object array = new_array(shape, to);
+  for (std::size_t i = 0; i < count; ++i) {
+    const MotionDerivatives& by = first[i].sensitivities.*which.by;
+    to = which.of ? write_rows(by.*which.of, to) : std::copy(by.cost.begin(), by.cost.end(), to);
+  }
+  return array;
+}
+
+std::string sensitivity_status(const DdpSolution& s) { return to_string(s.sensitivities.status); }
+
 void bind_one_solution(nb::module_& module) {
   using S = DdpSolution;
-  nb::class_<S>(module, "DdpSolution", "A motion and the policy u = u_k + K_k (x - x_k) that keeps it.")
-      .def_prop_ro(
+  nb::class_<S> type(module, "DdpSolution", "A motion and the policy u = u_k + K_k (x - x_k) that keeps it.");
+  type.def_prop_ro(
           "t", [](const S& s) { return entries_of(s.t); }, nb::sig("def t(self) -> Array"), "(N + 1,) s.")
       .def_prop_ro(
           "x", [](const S& s) { return rows_of(s.x); }, nb::sig("def x(self) -> Array"), "(N + 1, states).")
@@ -99,6 +153,13 @@ void bind_one_solution(nb::module_& module) {
         return std::string("<dyntape.DdpSolution: ") + to_string(s.status) + " in " +
                std::to_string(s.iterations.size()) + " iterations, cost " + io::with_digits(s.cost, 6) + ">";
       });
+  for (const Sensitivity& one : kSensitivities)
+    def_array(type, one.name, kept(std::string("(") + one.shape + (one.of ? "), " : ",), ") + one.what),
+              [&one](const S& s) { return derivatives_of(one, &s, 1, {}); });
+  type.def_prop_ro(
+      "sensitivity_status", sensitivity_status,
+      "\"good\"; \"weakly active\": to either side of a limit it is another; \"no strict minimum\": of "
+      "the motion NaN; \"not a solution\", \"not finite\": NaN.");
 }
 
 // --- Many -------------------------------------------------------------------------------------------------
@@ -152,6 +213,9 @@ void bind_many_solutions(nb::module_& module) {
     return stacked(s, {s.n_x},
                    [](const DdpSolution& one, double* to) { return write_rows(one.slope.col(0), to); });
   });
+  for (const Sensitivity& one : kSensitivities)
+    def_array(type, one.name, kept(std::string("(problems, ") + one.shape + "), " + one.what),
+              [&one](const S& s) { return derivatives_of(one, s.all.data(), s.all.size(), {s.count()}); });
   def_array(type, "cost", "(problems,) what was minimised.", [](const S& s) {
     return stacked(s, {}, [](const DdpSolution& one, double* to) { return *to = one.cost, to + 1; });
   });
@@ -171,6 +235,14 @@ void bind_many_solutions(nb::module_& module) {
             return status;
           },
           "How the solver ended, of each.")
+      .def_prop_ro(
+          "sensitivity_status",
+          [](const S& s) {
+            std::vector<std::string> status;
+            for (const DdpSolution& one : s.all) status.push_back(sensitivity_status(one));
+            return status;
+          },
+          "What derivatives are worth, of each.")
       .def_prop_ro(
           "iterations",
           [](const S& s) {
@@ -203,9 +275,9 @@ struct PythonDdp {
 };
 
 std::unique_ptr<PythonDdp> make_ddp(const PythonProblem& p, int intervals, const std::string& hessian,
-                                    double tolerance, int max_iterations, bool verify, bool portable,
-                                    unsigned threads) {
-  DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify);
+                                    double tolerance, int max_iterations, bool verify,
+                                    const std::string& sensitivities, bool portable, unsigned threads) {
+  DdpOptions options = ddp_options(intervals, hessian, tolerance, max_iterations, verify, sensitivities);
   if (portable) options.evaluation.functions = Functions::kPortable;
   return watched(nb::none(), [&](const Watch&) { return std::make_unique<PythonDdp>(p, options, threads); });
 }
@@ -303,6 +375,10 @@ void bind_solver(nb::module_& module) {
       .def_prop_ro(
           "lanes", [](const PythonDdp& self) { return self.batch.lanes(); },
           "Problems side by side in a thread.")
+      .def_prop_ro(
+          "parameters",
+          [](const PythonDdp& self) { return self.batch.solver().problem().parameters.entry_names(); },
+          "Names of the entries that derivatives are by.")
       .def("__repr__", [](const PythonDdp& self) {
         return "<dyntape.Ddp of \"" + self.batch.solver().problem().name + "\", " +
                std::to_string(self.intervals) + " intervals>";
@@ -318,21 +394,27 @@ void bind_ddp(nb::module_& module, nb::class_<PythonProblem>& problem) {
   problem.def(
       "solve_ddp", solve_ddp, nb::arg("intervals") = 100, nb::kw_only(), nb::arg("hessian") = "exact",
       nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("verify") = true,
-      nb::arg("progress") = nb::none(),
+      nb::arg("sensitivities") = "none", nb::arg("progress") = nb::none(),
       nb::sig(
           "def solve_ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
-          "max_iterations: int = 500, verify: bool = True, progress: Progress = None) -> DdpSolution"),
+          "max_iterations: int = 500, verify: bool = True, sensitivities: str = 'none', progress: Progress = "
+          "None) "
+          "-> DdpSolution"),
       "Solves by differential dynamic programming: costs and limits of controls, from a given start.\n\n"
       "Controls are held over each interval, one step of the classical Runge-Kutta scheme.\n"
       "verify: finds `integration_error`, which may take longer than the solve.\n"
+      "sensitivities: \"cost\" gives `dcost_dp` and `dcost_dstart`, \"motion\" also `dx_dp`, `du_dp`, "
+      "`dx_dstart` and\n"
+      "`du_dstart`, exact with either kind of Hessian; their functions are made besides.\n"
       "Raises ArgumentError for what the method does not know, as goals and path constraints.");
   problem.def(
       "ddp", make_ddp, nb::arg("intervals") = 100, nb::kw_only(), nb::arg("hessian") = "exact",
       nb::arg("tolerance") = 1e-9, nb::arg("max_iterations") = 500, nb::arg("verify") = false,
-      nb::arg("portable") = true, nb::arg("threads") = 1,
-      nb::sig(
-          "def ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
-          "max_iterations: int = 500, verify: bool = False, portable: bool = True, threads: int = 1) -> Ddp"),
+      nb::arg("sensitivities") = "none", nb::arg("portable") = true, nb::arg("threads") = 1,
+      nb::sig("def ddp(self, intervals: int = 100, *, hessian: str = 'exact', tolerance: float = 1e-09, "
+              "max_iterations: int = 500, verify: bool = False, sensitivities: str = 'none', portable: bool "
+              "= True, "
+              "threads: int = 1) -> Ddp"),
       "A solver for many starts and parameters, one after another or side by side; as `solve_ddp`.\n\n"
       "portable: sine, cosine and their like of dyntape's own, quick in lanes and the same on every "
       "processor;\n"

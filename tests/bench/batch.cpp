@@ -4,6 +4,7 @@
 //
 //   bench_batch cart-pole|arm [COUNT [INTERVALS]]            one JSON object a line; microseconds a problem
 //
+// with_sensitivities: by four parameters, the place where the motion is to end, and by the start.
 // Swing-ups of a cart-pole, and reaches of an arm of two links in the plane, from random starts.
 #include <algorithm>
 #include <cstdio>
@@ -21,6 +22,12 @@ using namespace dyntape;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
+// Four parameters that the motion is to end at.
+void add_goal(Problem& p, const Eigen::Vector4d& place) {
+  const Parameter goal = p.parameters.add("goal", place);
+  p.add(terminal_squares("there", [goal](const auto& s) { return (30.0 * (s.x - goal(s))).eval(); }));
+}
+
 // Cart 1 kg, point mass 0.3 kg on a rod of 0.5 m that hangs at th = 0; u pushes the cart.
 Problem cart_pole() {
   Problem p("cart-pole", {"p", "th", "pd", "thd"}, {"u"}, 2, [](const auto& s) {
@@ -34,12 +41,7 @@ Problem cart_pole() {
     return vector(T(s.x[2]), T(w), push, spin);
   });
   p.add(running_squares("effort", [](const auto& s) { return s.u; }));
-  p.add(terminal_squares("upright", [](const auto& s) {
-    auto off = s.x;
-    const double goal[] = {1, std::numbers::pi, 0, 0};
-    for (int i = 0; i < 4; ++i) off[i] = 30.0 * (s.x[i] - goal[i]);
-    return off;
-  }));
+  add_goal(p, {1, std::numbers::pi, 0, 0});
   return p;
 }
 
@@ -56,12 +58,7 @@ Problem arm() {
     return vector(T(ad), T(bd), T((m22 * r1 - m12 * r2) / d), T((m11 * r2 - m12 * r1) / d));
   });
   p.add(running_squares("effort", [](const auto& s) { return (0.1 * s.u).eval(); }));
-  p.add(terminal_squares("there", [](const auto& s) {
-    auto off = s.x;
-    const double goal[] = {1.5, 0.8, 0, 0};
-    for (int i = 0; i < 4; ++i) off[i] = 30.0 * (s.x[i] - goal[i]);
-    return off;
-  }));
+  add_goal(p, {1.5, 0.8, 0, 0});
   return p;
 }
 
@@ -79,6 +76,12 @@ void measure(Problem p, DdpHessian hessian, Functions functions, int count, int 
   double begin = thread_seconds();
   const std::vector<DdpSolution> all = batch.solve({.starts = starts});
   const double together = thread_seconds() - begin;
+  DdpOptions derived = options;
+  derived.sensitivities = SensitivitiesOf::kMotion;
+  const DdpBatch with_sensitivities(p, derived);
+  begin = thread_seconds();
+  with_sensitivities.solve({.starts = starts});
+  const double with = thread_seconds() - begin;
   Problem now = p;
   int same = 0, solved = 0;
   std::size_t iterations = 0;
@@ -95,10 +98,11 @@ void measure(Problem p, DdpHessian hessian, Functions functions, int count, int 
   std::printf(
       "{\"problem\": \"%s\", \"hessian\": \"%s\", \"functions\": \"%s\", \"count\": %d, \"lanes\": %d, "
       "\"solved\": %d, "
-      "\"same\": %d, \"iterations\": %.1f, \"alone_us\": %.1f, \"batch_us\": %.1f, \"times\": %.2f}\n",
+      "\"same\": %d, \"iterations\": %.1f, \"alone_us\": %.1f, \"batch_us\": %.1f, \"times\": %.2f, "
+      "\"with_sensitivities_us\": %.1f}\n",
       p.name.c_str(), hessian == DdpHessian::kExact ? "exact" : "gauss-newton", to_string(functions), count,
       batch.lanes(), solved, same, double(iterations) / count, 1e6 * alone / count, 1e6 * together / count,
-      alone / together);
+      alone / together, 1e6 * with / count);
   std::fflush(stdout);
 }
 

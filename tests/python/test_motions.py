@@ -335,6 +335,31 @@ def test_many_policies_at_once(random):
     np.testing.assert_allclose(s.slope[7, 1], by_rate, rtol=1e-5)
 
 
+def test_what_many_policies_change_by(random):
+    solver = swing_up().ddp(60, sensitivities="motion")
+    assert solver.parameters == ["load"]
+    starts, loads = random.uniform(-0.5, 0.5, (3, 2)), random.uniform(0.8, 1.2, 3)
+    s = solver.solve_batch(starts, parameters={"load": loads})
+    assert s.sensitivity_status == ["good"] * 3
+    assert s.dx_dp.shape == (3, 61, 2, 1) and s.du_dp.shape == (3, 60, 1, 1) and s.dcost_dp.shape == (3, 1)
+    assert s.dx_dstart.shape == (3, 61, 2, 2) and s.du_dstart.shape == (3, 60, 1, 2) and s.dcost_dstart.shape == (3, 2)
+    step = 1e-5
+    up, down = (solver.solve_batch(starts, parameters={"load": loads + way}) for way in (step, -step))
+    for slope, part in (("dx_dp", "x"), ("du_dp", "u"), ("dcost_dp", "cost")):
+        change = (getattr(up, part) - getattr(down, part)) / (2 * step)
+        np.testing.assert_allclose(getattr(s, slope)[..., 0], change, atol=1e-5 * abs(change).max())
+        np.testing.assert_array_equal(getattr(s[1], slope), getattr(s, slope)[1])
+    np.testing.assert_array_equal(s.dx_dstart[:, 0], np.broadcast_to(np.eye(2), (3, 2, 2)))
+    np.testing.assert_allclose(s.dcost_dstart, s.slope, atol=1e-6 * abs(s.slope).max())
+    of_cost = swing_up().solve_ddp(60, hessian="gauss_newton", sensitivities="cost")
+    assert of_cost.sensitivity_status == "good" and of_cost.dcost_dp.shape == (1,)
+    for without in (of_cost, swing_up().ddp(60).solve()):
+        with pytest.raises(dyntape.ArgumentError, match='du_dp: not asked for; expected sensitivities="motion"'):
+            without.du_dp
+    with pytest.raises(dyntape.ArgumentError, match="sensitivities: expected"):
+        swing_up().ddp(20, sensitivities="all")
+
+
 def test_what_a_batch_does_not_take():
     solver = swing_up().ddp(20)
     with pytest.raises(dyntape.ArgumentError, match=r"starts: expected an array of shape \(any, 2\)"):

@@ -3,8 +3,8 @@
 // The controls of one stage of many problems at once: least of 1/2 u.H u + g.u, within limits where there are some.
 //
 //   LaneControls<8> controls(m);
-//   Mask<8> good = controls.minimise(H, g, nullptr, nullptr);      // where H is positive definite: controls.u()
-//   good = controls.minimise(H, g, lower, upper);                  // projected Newton steps (riccati.h), each problem its own
+//   Mask<8> good = controls.minimise(H, g, nullptr, nullptr, wanted);  // where H is positive definite: controls.u()
+//   good = controls.minimise(H, g, lower, upper, wanted);              // projected Newton steps (riccati.h), each problem its own
 //   controls.solve(b);                                             // H^-1 b among what is at no limit, zero elsewhere
 //
 // H (m x m), symmetric; g, lower, upper, b (m).
@@ -30,8 +30,8 @@ class LaneControls {
 
   const P* u() const { return u_.data(); }
 
-  M minimise(const P* H, const P* g, const P* lower, const P* upper) {
-    if (lower) return minimise_within(H, g, lower, upper);
+  M minimise(const P* H, const P* g, const P* lower, const P* upper, const M& wanted) {
+    if (lower) return minimise_within(H, g, lower, upper, wanted);
     std::fill(free_.begin(), free_.end(), M(true));
     const M good = factor(H, free_);
     for (int i = 0; i < m_; ++i) u_[i] = -g[i];
@@ -101,11 +101,11 @@ class LaneControls {
     return factor(H, open_);
   }
 
-  M minimise_within(const P* H, const P* g, const P* lower, const P* upper) {
+  M minimise_within(const P* H, const P* g, const P* lower, const P* upper, const M& wanted) {
     constexpr int kMostRounds = 100, kHalvings = 40;
     const M good = open_up(H, g, lower, upper);
     for (int i = 0; i < m_; ++i) u_[i] = clamped(P(0), lower[i], upper[i]);
-    M active = good;
+    M active = good && wanted;
     std::vector<M>& free = free_;
     for (int round = 0; round < kMostRounds && any(active); ++round) {
       M any_free(false);

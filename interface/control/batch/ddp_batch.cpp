@@ -5,131 +5,22 @@
 #include <atomic>
 #include <chrono>
 #include <optional>
-#include <string>
 #include <utility>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/run/threads.h>
-#include <dyntape/interface/control/batch/lane_work.h>
+#include <dyntape/interface/control/batch/batch_cases.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
+#include <dyntape/interface/control/solve/ddp_sensitivities.h>
 #include <dyntape/interface/io/stopwatch.h>
 
 namespace dyntape {
 
 namespace {
 
-using Eigen::Index;
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
+constexpr int kSlotsALane = 3;  // problems in flight, so that lanes find work while others wait
 
-// What a problem of the batch is loaded with.
-class BatchCases {
- public:
-  BatchCases(const Problem& problem, const DdpOptions& options, const DdpBatchValues& values)
-      : problem_(problem),
-        values_(values),
-        N_(options.intervals),
-        is_at_nodes_(options.start == DdpStart::kNodes) {
-    find_count();
-    check_starts();
-    const double h = problem.duration / N_;
-    const Index n_p = problem.parameters.size();
-    parameters_.resize(2 + 3 * n_p, N_), u_.resize(problem.n_u(), N_), x_.resize(problem.n_x(), N_ + 1);
-    for (int k = 0; k < N_; ++k) {
-      parameters_.col(k).head(2) << k * h, h;
-      for (int part = 0; part < 3; ++part)
-        parameters_.col(k).segment(2 + part * n_p, n_p) = problem.parameters.at((k + part / 2.0) * h);
-    }
-    at_end_ = parameters_of(problem, problem.duration);
-    for (int k = 0; k <= N_; ++k) {
-      const Stage<double> stage = problem.first_guess(k < N_ ? k * h : problem.duration);
-      if (stage.x.size() != problem.n_x() || (k < N_ && stage.u.size() != problem.n_u()))
-        refuse("the guess has other sizes than the problem");
-      x_.col(k) = stage.x;
-      if (k < N_) u_.col(k) = stage.u;
-    }
-  }
-
-  std::size_t count() const { return std::size_t(count_); }
-
-  Problem problem(std::size_t i) const {
-    Problem own = problem_;
-    own.start = start(Index(i));
-    if (values_.parameters.cols() == 0) return own;
-    const VectorXd p = values_.parameters.col(Index(i));
-    own.parameters = {};
-    const std::vector<std::string> names = problem_.parameters.entry_names();
-    for (Index j = 0; j < p.size(); ++j) own.parameters.add(names[std::size_t(j)], p[j]);
-    return own;
-  }
-
-  void load(LaneWork& work, int lane, std::size_t i) {
-    const Index column = Index(i);
-    if (values_.parameters.cols() > 0) {
-      const auto p = values_.parameters.col(column);
-      for (int part = 0; part < 3; ++part)
-        parameters_.middleRows(2 + part * p.size(), p.size()).colwise() = VectorXd(p);
-      at_end_.tail(p.size()) = p;
-    }
-    if (values_.controls.cols() > 0) u_ = values_.controls.col(column).reshaped(u_.rows(), u_.cols());
-    const VectorXd first = start(column);
-    if (is_at_nodes_ && !problem_.guess) x_ = first.replicate(1, N_ + 1);
-    x_.col(0) = first;
-    u_ = u_.cwiseMax(problem_.u.lower.replicate(1, N_)).cwiseMin(problem_.u.upper.replicate(1, N_));
-    work.load(lane, parameters_, at_end_, x_, u_);
-  }
-
- private:
-  VectorXd start(Index i) const {
-    if (values_.starts.cols() > 0) return values_.starts.col(i);
-    return problem_.start;
-  }
-
-  [[noreturn]] void refuse(const std::string& what) const {
-    throw ArgumentError("problem \"" + problem_.name + "\": " + what);
-  }
-
-  void find_count() {
-    struct Block {
-      const char* name;
-      const MatrixXd& values;
-      Index rows;
-    };
-    const Block blocks[] = {{"starts", values_.starts, problem_.n_x()},
-                            {"parameters", values_.parameters, problem_.parameters.size()},
-                            {"controls", values_.controls, Index(problem_.n_u()) * N_}};
-    for (const Block& block : blocks) {
-      const Index cols = block.values.cols();
-      if (cols == 0) continue;
-      if (block.values.rows() != block.rows)
-        refuse(std::string(block.name) + " of " + std::to_string(block.values.rows()) + " rows, expected " +
-               std::to_string(block.rows));
-      if (count_ > 0 && cols != count_)
-        refuse(std::string(block.name) + " of " + std::to_string(cols) + " columns, expected " +
-               std::to_string(count_) + ", one a problem");
-      count_ = cols;
-      for (Index i = 0; i < cols; ++i)
-        if (!block.values.col(i).allFinite())
-          refuse(std::string(block.name) + ": column " + std::to_string(i) + " is not finite");
-    }
-  }
-
-  void check_starts() const {
-    if (values_.starts.cols() > 0 || problem_.start.allFinite()) return;
-    refuse("its start is not finite, and no starts are given");
-  }
-
-  const Problem& problem_;
-  const DdpBatchValues& values_;
-  int N_;
-  bool is_at_nodes_;
-  Index count_ = 0;
-  MatrixXd parameters_, x_, u_;
-  VectorXd at_end_;
-};
-
-// One thread's lanes, which take problem after problem.
+// One thread's slots, which take problem after problem.
 class BatchRun {
  public:
   BatchRun(const LaneSetup& setup, const DdpOptions& options, const BatchCases& cases,
@@ -138,114 +29,132 @@ class BatchRun {
         cases_(cases),
         next_(next),
         solutions_(solutions),
-        work_(make_lane_work(setup)),
+        work_(make_lane_work(setup, kSlotsALane)),
         lanes_(work_->lanes()),
-        courses_(std::size_t(lanes_)),
-        numbers_(std::size_t(lanes_)) {}
+        slots_(work_->slots()),
+        courses_(std::size_t(slots_)),
+        numbers_(std::size_t(slots_)),
+        kinds_(std::size_t(slots_), kNone) {
+    counts_[kNone] = slots_;
+  }
 
   void run() {
-    for (int l = 0; l < lanes_; ++l) refill(l);
+    for (int s = 0; s < slots_; ++s) refill(s);
     for (;;) {
-      const DdpWish wish = most_wanted();
-      if (wish == DdpWish::kNothing) return;
-      std::vector<bool> wanted(std::size_t(lanes_), false);
-      for (int l = 0; l < lanes_; ++l) wanted[std::size_t(l)] = wants(l, wish);
-      if (wish == DdpWish::kRollOut)
+      const Kind kind = next_kind();
+      if (kind == kNone) return;
+      const std::vector<int> wanted = slots_of(kind);
+      if (kind == kRollOut) {
         roll_out(wanted);
-      else if (wish == DdpWish::kLinearise)
+      } else if (kind == kLinearise) {
         work_->linearise(wanted);
-      else
-        work_->backward(wanted);
-      go_on(wanted);
+        go_on(wanted);
+      } else if (kind == kPredict) {
+        work_->predict(wanted);
+        go_on(wanted);
+      } else {
+        backward(wanted);
+      }
     }
   }
 
  private:
-  bool wants(int lane, DdpWish wish) const {
-    const std::optional<DdpCourse>& course = courses_[std::size_t(lane)];
-    return course && course->wish() == wish;
+  enum Kind { kPredict, kRollOut, kLinearise, kBackward, kNone };
+
+  void set_kind(int slot, Kind kind) {
+    Kind& now = kinds_[std::size_t(slot)];
+    --counts_[now], ++counts_[kind];
+    now = kind;
+  }
+  static Kind kind_of(DdpWish wish) {
+    if (wish == DdpWish::kNothing) return kNone;
+    if (wish == DdpWish::kRollOut) return kRollOut;
+    return wish == DdpWish::kLinearise ? kLinearise : kBackward;
   }
 
-  DdpWish most_wanted() const {
-    // Cheap work first, so that what is dear finds more lanes that want it.
-    struct Kind {
-      DdpWish wish;
-      int weight;
-    };
-    DdpWish best = DdpWish::kNothing;
-    int most = 0;
-    for (const Kind& kind :
-         {Kind{DdpWish::kRollOut, 4}, Kind{DdpWish::kLinearise, 3}, Kind{DdpWish::kBackward, 2}}) {
-      int count = 0;
-      for (int l = 0; l < lanes_; ++l) count += wants(l, kind.wish);
-      if (kind.weight * count > most) most = kind.weight * count, best = kind.wish;
+  // What all lanes have work of, the cheapest first; else what most have.
+  Kind next_kind() const {
+    Kind most = kNone;
+    for (const Kind kind : {kPredict, kRollOut, kLinearise, kBackward}) {
+      if (counts_[kind] >= lanes_) return kind;
+      if (counts_[kind] > (most == kNone ? 0 : counts_[most])) most = kind;
     }
-    return best;
+    return most;
+  }
+
+  // A lane each; all that go backwards, since some are on their way.
+  std::vector<int> slots_of(Kind kind) const {
+    std::vector<int> slots;
+    for (int s = 0; s < slots_; ++s) {
+      if (kinds_[std::size_t(s)] != kind) continue;
+      slots.push_back(s);
+      if (kind != kBackward && int(slots.size()) == lanes_) break;
+    }
+    return slots;
   }
 
   // Lanes that are left run what would be tried next.
-  void roll_out(const std::vector<bool>& wanted) {
-    std::vector<LaneTrial> trials(static_cast<std::size_t>(lanes_));
-    std::vector<bool> is_taken(wanted);
-    places_.assign(std::size_t(lanes_), {});
-    for (int l = 0; l < lanes_; ++l) {
-      trials[std::size_t(l)] = {l, 0};
-      if (wanted[std::size_t(l)]) add_trial(trials, l, l);
-    }
-    int place = 0;
+  void roll_out(const std::vector<int>& wanted) {
+    std::vector<LaneTrial> trials;
+    std::vector<std::vector<int>> places(wanted.size());  // of each slot's trials
     for (bool is_added = true; is_added;) {
       is_added = false;
-      for (int l = 0; l < lanes_; ++l) {
-        while (place < lanes_ && is_taken[std::size_t(place)]) ++place;
-        if (place == lanes_) break;
-        if (!wanted[std::size_t(l)] ||
-            places_[std::size_t(l)].size() >= courses_[std::size_t(l)]->lengths().size())
-          continue;
-        add_trial(trials, l, place);
-        is_taken[std::size_t(place)] = is_added = true;
+      for (std::size_t i = 0; i < wanted.size() && int(trials.size()) < lanes_; ++i) {
+        const std::vector<double>& lengths = courses_[std::size_t(wanted[i])]->lengths();
+        if (places[i].size() >= lengths.size()) continue;
+        trials.push_back({wanted[i], lengths[places[i].size()]});
+        places[i].push_back(int(trials.size()) - 1);
+        is_added = true;
       }
     }
     work_->roll_out(trials);
-    for (int l = 0; l < lanes_; ++l) {
-      if (!wanted[std::size_t(l)]) continue;
+    for (std::size_t i = 0; i < wanted.size(); ++i) {
+      DdpCourse& course = *courses_[std::size_t(wanted[i])];
       std::vector<double> costs;
-      for (const int at : places_[std::size_t(l)]) costs.push_back(trials[std::size_t(at)].cost);
-      courses_[std::size_t(l)]->set_costs(std::move(costs));
-    }
-  }
-  void add_trial(std::vector<LaneTrial>& trials, int lane, int place) {
-    std::vector<int>& own = places_[std::size_t(lane)];
-    trials[std::size_t(place)] = {lane, courses_[std::size_t(lane)]->lengths()[own.size()]};
-    own.push_back(place);
-  }
-
-  void go_on(const std::vector<bool>& wanted) {
-    std::vector<int> trial_of(std::size_t(lanes_), -1);
-    bool any = false;
-    for (int l = 0; l < lanes_; ++l) {
-      if (!wanted[std::size_t(l)]) continue;
-      DdpCourse& course = *courses_[std::size_t(l)];
+      for (const int at : places[i]) costs.push_back(trials[std::size_t(at)].cost);
+      course.set_costs(std::move(costs));
       course.go_on();
-      if (course.accepted() < 0) continue;
-      trial_of[std::size_t(l)] = places_[std::size_t(l)][std::size_t(course.accepted())];
-      any = true;
+      if (course.accepted() >= 0) work_->accept(wanted[i], places[i][std::size_t(course.accepted())]);
     }
-    if (any) work_->accept(trial_of);
-    for (int l = 0; l < lanes_; ++l) {
-      if (!wants(l, DdpWish::kNothing)) continue;
-      solutions_[numbers_[std::size_t(l)]] = courses_[std::size_t(l)]->solution();
-      refill(l);
+    take_solutions(wanted);
+  }
+
+  // Those without a minimum may begin again at once.
+  void backward(const std::vector<int>& wanted) {
+    std::vector<int> failed;
+    for (const int s : work_->backward(wanted)) {
+      if (work_->at(s).is_convex)
+        set_kind(s, kPredict);
+      else
+        failed.push_back(s);
+    }
+    go_on(failed);
+  }
+
+  void go_on(const std::vector<int>& slots) {
+    for (const int s : slots) courses_[std::size_t(s)]->go_on();
+    take_solutions(slots);
+  }
+
+  void take_solutions(const std::vector<int>& slots) {
+    for (const int s : slots) {
+      std::optional<DdpCourse>& course = courses_[std::size_t(s)];
+      set_kind(s, kind_of(course->wish()));
+      if (course->wish() != DdpWish::kNothing) continue;
+      solutions_[numbers_[std::size_t(s)]] = course->solution();
+      refill(s);
     }
   }
 
-  void refill(int lane) {
-    std::optional<DdpCourse>& course = courses_[std::size_t(lane)];
+  void refill(int slot) {
+    std::optional<DdpCourse>& course = courses_[std::size_t(slot)];
     course.reset();
     const std::size_t number = next_++;
     if (number >= cases_.count()) return;
-    numbers_[std::size_t(lane)] = number;
-    cases_.load(*work_, lane, number);
-    course.emplace(options_, *work_, lane);
+    numbers_[std::size_t(slot)] = number;
+    cases_.load(*work_, slot, number);
+    course.emplace(options_, *work_, slot);
+    set_kind(slot, kind_of(course->wish()));
   }
 
   const DdpOptions& options_;
@@ -253,11 +162,54 @@ class BatchRun {
   std::atomic<std::size_t>& next_;
   std::vector<DdpSolution>& solutions_;
   std::unique_ptr<LaneWork> work_;
-  int lanes_;
+  int lanes_, slots_;
   std::vector<std::optional<DdpCourse>> courses_;
   std::vector<std::size_t> numbers_;
-  std::vector<std::vector<int>> places_;  // of each lane's trials
+  std::vector<Kind> kinds_;     // of work that each slot waits for; kPredict: it is back at the start
+  int counts_[kNone + 1] = {};  // of each kind
 };
+
+// One thread's lanes at solutions, which take block after block of them.
+void add_sensitivities(const LaneSetup& setup, int n_x, BatchCases cases, std::atomic<std::size_t>& next,
+                       std::vector<DdpSolution>& solutions) {
+  using S = SensitivityStatus;
+  const std::unique_ptr<LaneWork> work = make_lane_work(setup, 1);
+  const auto lanes = std::size_t(work->lanes());
+  const bool with_motion = setup.is_exact;
+  for (std::size_t first; (first = next.fetch_add(lanes)) < cases.count();) {
+    std::vector<int> solved;
+    const auto number = [&](int slot) { return first + std::size_t(slot); };
+    const ChangesOfMotion none(setup.n_x, setup.n_u, setup.intervals, with_motion);
+    for (int s = 0; s < int(lanes) && number(s) < cases.count(); ++s) {
+      solutions[number(s)].sensitivities = sensitivities_of(S::kNotASolution, none, n_x);
+      if (!solutions[number(s)].success()) continue;
+      cases.load_solution(*work, s, number(s), solutions[number(s)]);
+      work->at(s) = {};
+      solved.push_back(s);
+    }
+    if (solved.empty()) continue;
+    work->linearise(solved);
+    if (with_motion) {
+      for (std::vector<int> left = solved; !left.empty();)
+        for (const int over : work->backward(left)) std::erase(left, over);
+      work->find_changes(solved);
+    }
+    for (std::size_t lane = 0; lane < solved.size(); ++lane) {
+      const DdpState& s = work->at(solved[lane]);
+      ChangesOfMotion changes = none;
+      S status = S::kNotFinite;
+      if (s.is_finite) {
+        changes.cost = work->cost_slopes(solved[lane]);
+        const bool has_motion = with_motion && s.is_convex;
+        if (has_motion) work->take_changes(int(lane), changes);
+        status = has_motion && work->is_weakly_held(int(lane)) ? S::kWeaklyActive
+                 : with_motion && !has_motion                  ? S::kNoStrictMinimum
+                                                               : S::kGood;
+      }
+      solutions[number(solved[lane])].sensitivities = sensitivities_of(status, changes, n_x);
+    }
+  }
+}
 
 }  // namespace
 
@@ -266,6 +218,7 @@ struct DdpBatch::Made {
   DdpOptions options;
   unsigned threads;
   LaneSetup setup;
+  std::optional<LaneSetup> at_solutions;  // of sensitivities
 };
 
 DdpBatch::DdpBatch(const Problem& problem, const DdpOptions& options, unsigned threads) {
@@ -279,10 +232,22 @@ DdpBatch::DdpBatch(const Problem& problem, const DdpOptions& options, unsigned t
                   problem.u.upper,
                   options.hessian == DdpHessian::kExact,
                   options.start == DdpStart::kNodes};
+  std::optional<LaneSetup> at_solutions;
+  if (const DdpDerivatives* const derivatives = solver.derivatives())
+    at_solutions = LaneSetup{derivatives->step(),
+                             derivatives->end(),
+                             options.intervals,
+                             problem.n_x() + int(problem.parameters.size()),
+                             problem.n_u(),
+                             problem.u.lower,
+                             problem.u.upper,
+                             derivatives->is_of_motion(),
+                             false};
   DdpOptions unwatched = options;
   unwatched.watch = nullptr;
   made_ = std::make_unique<Made>(Made{std::move(solver), std::move(unwatched),
-                                      threads > 0 ? threads : codegen::thread_count(), std::move(setup)});
+                                      threads > 0 ? threads : codegen::thread_count(), std::move(setup),
+                                      std::move(at_solutions)});
 }
 
 DdpBatch::DdpBatch(DdpBatch&&) noexcept = default;
@@ -291,7 +256,7 @@ DdpBatch::~DdpBatch() = default;
 
 DdpSolver& DdpBatch::solver() { return made_->solver; }
 const DdpSolver& DdpBatch::solver() const { return made_->solver; }
-int DdpBatch::lanes() const { return make_lane_work(made_->setup)->lanes(); }
+int DdpBatch::lanes() const { return make_lane_work(made_->setup, 1)->lanes(); }
 
 std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values, const std::stop_token& stop) const {
   const auto begin = std::chrono::steady_clock::now();
@@ -305,7 +270,15 @@ std::vector<DdpSolution> DdpBatch::solve(const DdpBatchValues& values, const std
   std::atomic<std::size_t> next = 0;
   const std::size_t threads = std::min<std::size_t>(made_->threads, cases.count());
   codegen::run_tasks(threads, [&](std::size_t) { BatchRun(setup, options, cases, next, solutions).run(); });
-  const VectorXd t = VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
+  if (made_->at_solutions) {
+    LaneSetup at_solutions = *made_->at_solutions;
+    at_solutions.lower = problem.u.lower, at_solutions.upper = problem.u.upper;
+    next = 0;
+    codegen::run_tasks(threads, [&](std::size_t) {
+      add_sensitivities(at_solutions, problem.n_x(), cases, next, solutions);
+    });
+  }
+  const Eigen::VectorXd t = Eigen::VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
   const double share = seconds_since(begin) / double(std::max<std::size_t>(1, cases.count()));
   for (DdpSolution& s : solutions) s.t = t, s.seconds = share;
   if (!options.verify) return solutions;

@@ -10,12 +10,15 @@
 //   batch.solve({.starts = starts, .parameters = values});               // (n_p x count), held over time; Parameters::entry_names()
 //   batch.solve({.starts = starts, .controls = guesses});                // (n_u N x count): u_0, u_1, ... of each
 //
+//   DdpBatch batch(problem, {.intervals = 100, .sensitivities = SensitivitiesOf::kMotion});
+//   batch.solve({.starts = starts})[3].sensitivities.parameters.x                      // dx/dp of each (solve/ddp_sensitivities.h)
+//
 // What is left out is the problem's own (solver().problem()): its parameters, which may be functions of time, its guess, its
 // start for all, where only parameters or controls are given.
 //
 // Each solve takes the course that DdpSolver takes, to rounding: the same rules of steps, stopping, saddles and limits.  Its bits
-// depend on its own values alone: not on how many there are, which are beside it, or on the number of threads.  A lane that is done
-// takes the next problem.  The work that most lanes ask for is done next; the other lanes wait.
+// depend on its own values alone: not on how many there are, which are beside it, or on the number of threads.  Three problems
+// a lane are in flight, so that all lanes find some that ask for the same work; one that is done makes room for the next.
 //
 // A solve that fails is a status of its own and takes nothing from the others.  Besides what DdpSolver says: kNotFinite where the motion
 // is not finite at the start or leaves a branch that was recorded there.  `seconds` is each one's share of the call; max_seconds
@@ -30,15 +33,10 @@
 #include <stop_token>
 #include <vector>
 
+#include <dyntape/interface/control/batch/batch_values.h>
 #include <dyntape/interface/control/solve/ddp.h>
 
 namespace dyntape {
-
-struct DdpBatchValues {
-  Eigen::MatrixXd starts = {};      // (n_x x count)
-  Eigen::MatrixXd parameters = {};  // (n_p x count)
-  Eigen::MatrixXd controls = {};    // (n_u N x count)
-};
 
 class DdpBatch {
  public:

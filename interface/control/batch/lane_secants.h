@@ -3,8 +3,8 @@
 // What Gauss-Newton's Hessian lacks, as solve/stage_secants.h learns it, of all lanes.
 //
 //   LaneSecants<8> secants(arrays);
-//   secants.learn(wanted);              // after they were linearised; DdpState::help says whether they help
-//   secants.of_stage(k)                 // (n_z x n_z) packs, by rows
+//   secants.learn(places, now);         // after they were linearised; DdpState::help says whether they help
+//   arrays.gather(arrays.S, places, S); // the lower triangle of (n_z x n_z) packs, by rows
 #pragma once
 
 #include <cmath>
@@ -24,35 +24,43 @@ class LaneSecants {
  public:
   explicit LaneSecants(LaneArrays<W>& arrays) : a_(arrays) {
     if (a_.setup.is_exact) return;
-    S_ = a_.room(a_.N * a_.z_size * a_.z_size), before_z_ = a_.z;
-    size_ = s_ = r_ = change_ = a_.room(a_.z_size);
+    const int z = a_.z_size;
+    S_ = a_.room(a_.S.size), z_before_ = a_.room(a_.N * z), J_before_ = a_.room(a_.J_size);
+    size_ = inverse_size_ = s_ = r_ = change_ = a_.room(z);
   }
 
-  const P* of_stage(int k) const { return &S_[std::size_t(k * a_.z_size * a_.z_size)]; }
-
-  // As StageSecants::learn(), of the lanes that are wanted; the others have made no step.
-  void learn(const std::vector<bool>& wanted) {
+  // As StageSecants::learn(), of slots that were linearised so; what they have kept is from before.
+  void learn(LanePlaces<W>& places, const LaneMotion<W>& now) {
     constexpr double kFarOff = 0.2;
-    std::vector<bool> anew(W), goes_on(W);
-    for (int l = 0; l < W; ++l) {
-      anew[std::size_t(l)] = wanted[std::size_t(l)] && a_.states[std::size_t(l)].is_first;
-      goes_on[std::size_t(l)] = wanted[std::size_t(l)] && !a_.states[std::size_t(l)].is_first;
+    P is_first(0);
+    for (int l = 0; l < W; ++l) is_first.set(l, a_.states[std::size_t(places.slot[l])].is_first);
+    const M is_new = is_first == P(1), learns = !is_new;
+    for (int k = 0; k < a_.N; ++k) {
+      a_.go_to(places, k);
+      a_.gather(a_.before_z, places, &z_before_[std::size_t(k * a_.z_size)]);
     }
-    const M is_new = a_.mask_of(anew), learns = a_.mask_of(goes_on);
-    if (any(is_new))
-      for (P& x : S_) x = select(is_new, P(0), x);
     std::fill(size_.begin(), size_.end(), P(std::numeric_limits<double>::min()));
-    for (std::size_t i = 0; i < a_.z.size(); ++i) {
+    for (std::size_t i = 0; i < now.z.size(); ++i) {
       P& size = size_[i % std::size_t(a_.z_size)];
-      size = max(size, abs(a_.z[i] - before_z_[i]));
+      size = max(size, abs(now.z[i] - z_before_[i]));
     }
+    for (std::size_t i = 0; i < size_.size(); ++i) inverse_size_[i] = P(1) / size_[i];
     P known(0), missing(0), left(0);
-    for (int k = 0; any(learns) && k < a_.N; ++k) learn_stage(k, learns, known, missing, left);
-    const M wants = a_.mask_of(wanted);
-    for (std::size_t i = 0; i < a_.z.size(); ++i) before_z_[i] = select(wants, a_.z[i], before_z_[i]);
+    for (int k = 0; k < a_.N; ++k) {
+      a_.go_to(places, k);
+      a_.gather(a_.S, places, S_.data());
+      if (any(is_new))
+        for (P& x : S_) x = select(is_new, P(0), x);
+      if (any(learns)) {
+        a_.gather(a_.J, places, J_before_.data());
+        learn_stage(k, now, learns, known, missing, left);
+      }
+      a_.scatter(S_.data(), places, a_.S);
+      a_.scatter(&now.z[std::size_t(k * a_.z_size)], places, a_.before_z);
+    }
     const M help = learns && abs(left) < abs(missing) && abs(missing) > P(kFarOff) * known;
     for (int l = 0; l < W; ++l)
-      if (wanted[std::size_t(l)]) a_.states[std::size_t(l)].help = help[l];
+      if (places.is_used[l]) a_.states[std::size_t(places.slot[l])].help = help[l];
   }
 
  private:
@@ -66,15 +74,14 @@ class LaneSecants {
     for (const NonZero& at : a_.gradient) to[std::size_t(at.at)] += sign * J[at.number];
   }
 
-  void learn_stage(int k, const M& learns, P& known, P& missing, P& left) {
+  void learn_stage(int k, const LaneMotion<W>& now, const M& learns, P& known, P& missing, P& left) {
     constexpr double kWorse = 2, kSkipped = 1e-2, kRounding = 1e-13;
-    const P *const J = &a_.J[std::size_t(k * a_.J_size)],
-                   *const J_before = &a_.J_before[std::size_t(k * a_.J_size)],
-                   *const adjoint = &a_.adjoint[std::size_t((k + 1) * a_.n)];
-    P* const S = &S_[std::size_t(k * a_.z_size * a_.z_size)];
+    const P *const J = now.J.data() + k * a_.J_size, *const J_before = J_before_.data(),
+                   *const adjoint = &now.adjoint[std::size_t((k + 1) * a_.n)];
+    P* const S = S_.data();
     for (int i = 0; i < a_.z_size; ++i) {
       const auto at = std::size_t(i);
-      s_[at] = a_.z[std::size_t(k * a_.z_size) + at] - before_z_[std::size_t(k * a_.z_size) + at];
+      s_[at] = now.z[std::size_t(k * a_.z_size) + at] - z_before_[std::size_t(k * a_.z_size) + at];
       change_[at] = r_[at] = P(0);
     }
     a_.add_curvature(J, s_, r_);
@@ -83,46 +90,53 @@ class LaneSecants {
     for (P& x : r_) x = -x;
     std::swap(change_, r_);
     add_slope(J, adjoint, P(1), change_), add_slope(J_before, adjoint, P(-1), change_);
-    for (int i = 0; i < a_.z_size; ++i) {
-      P sum = change_[std::size_t(i)];
-      for (int j = 0; j < a_.z_size; ++j) sum -= S[i * a_.z_size + j] * s_[std::size_t(j)];
-      r_[std::size_t(i)] = sum;
+    std::copy(change_.begin(), change_.end(), r_.begin());
+    for (int i = 0, at = 0; i < a_.z_size; ++i) {
+      for (int j = 0; j < i; ++j, ++at) {
+        r_[std::size_t(i)] -= S[at] * s_[std::size_t(j)];
+        r_[std::size_t(j)] -= S[at] * s_[std::size_t(i)];
+      }
+      r_[std::size_t(i)] -= S[at++] * s_[std::size_t(i)];
     }
     missing += a_.dot(s_, change_), left += a_.dot(s_, r_);
-    P of_g(0), of_A(0), of_B(0), of_adjoint(0), s_scaled(0);
+    const M counts = learns && sqrt(a_.dot(r_, r_)) > P(kRounding) * size_of_slopes(J, adjoint);
+    const auto scaled_squares = [&](const Packs& x, const Packs& by) {
+      P sum(0);
+      for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * by[i] * (x[i] * by[i]);
+      return sum;
+    };
+    P of_r = scaled_squares(r_, size_);
+    const P of_change = scaled_squares(change_, size_);
+    const M anew = counts && of_r > P(kWorse * kWorse) * of_change;
+    of_r = select(anew, of_change, of_r);
+    for (int i = 0; i < a_.z_size; ++i)
+      r_[std::size_t(i)] = select(anew, change_[std::size_t(i)], r_[std::size_t(i)]);
+    const P curvature = a_.dot(r_, s_);
+    const M changes =
+        counts && abs(curvature) > P(kSkipped) * sqrt(of_r) * sqrt(scaled_squares(s_, inverse_size_));
+    const P part = select(changes, P(1) / curvature, P(0));
+    for (int i = 0, at = 0; i < a_.z_size; ++i) {
+      const P of_row = select(changes, part * r_[std::size_t(i)], P(0));
+      for (int j = 0; j <= i; ++j, ++at)
+        S[at] = select(anew, P(0), S[at]) + select(changes, of_row * r_[std::size_t(j)], P(0));
+    }
+  }
+
+  // |g| + (|A| + |B|) |adjoint|: what a change of slope is rounded by, but for a factor.
+  P size_of_slopes(const P* J, const P* adjoint) const {
+    P of_g(0), of_A(0), of_B(0), of_adjoint(0);
     for (const NonZero& at : a_.gradient) of_g += J[at.number] * J[at.number];
     for (int j = 0; j < a_.z_size; ++j)
       for (const NonZero& at : a_.columns[std::size_t(j)])
         (j < a_.n ? of_A : of_B) += J[at.number] * J[at.number];
     for (int i = 0; i < a_.n; ++i) of_adjoint += adjoint[i] * adjoint[i];
-    const P noise = P(kRounding) * (sqrt(of_g) + (sqrt(of_A) + sqrt(of_B)) * sqrt(of_adjoint));
-    const M counts = learns && sqrt(a_.dot(r_, r_)) > noise;
-    const auto scaled = [&](const Packs& x) {
-      P sum(0);
-      for (std::size_t i = 0; i < x.size(); ++i) sum += x[i] * size_[i] * (x[i] * size_[i]);
-      return sqrt(sum);
-    };
-    const M anew = counts && scaled(r_) > P(kWorse) * scaled(change_);
-    for (int i = 0; i < a_.z_size; ++i)
-      r_[std::size_t(i)] = select(anew, change_[std::size_t(i)], r_[std::size_t(i)]);
-    for (int i = 0; i < a_.z_size; ++i) {
-      const P part = s_[std::size_t(i)] / size_[std::size_t(i)];
-      s_scaled += part * part;
-    }
-    const P curvature = a_.dot(r_, s_);
-    const M changes = counts && abs(curvature) > P(kSkipped) * scaled(r_) * sqrt(s_scaled);
-    for (int i = 0; i < a_.z_size; ++i) {
-      const P of_row = select(changes, r_[std::size_t(i)] / curvature, P(0));
-      for (int j = 0; j < a_.z_size; ++j) {
-        P& entry = S[i * a_.z_size + j];
-        entry = select(anew, P(0), entry) + select(changes, of_row * r_[std::size_t(j)], P(0));
-      }
-    }
+    return sqrt(of_g) + (sqrt(of_A) + sqrt(of_B)) * sqrt(of_adjoint);
   }
 
   LaneArrays<W>& a_;
-  Packs S_, before_z_;  // before_z_: where the stages were linearised before
-  Packs size_, s_, r_, change_;
+  Packs z_before_;
+  Packs size_, inverse_size_;            // of steps: the largest of each entry
+  Packs S_, J_before_, s_, r_, change_;  // of one stage
 };
 
 }  // namespace DYNTAPE_VECTORS

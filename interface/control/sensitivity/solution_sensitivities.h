@@ -49,19 +49,10 @@
 #include <string>
 #include <vector>
 
+#include <dyntape/interface/control/nlp/sensitivity_status.h>
 #include <dyntape/interface/control/nlp/solution.h>
 
 namespace dyntape {
-
-enum class SensitivityStatus {
-  kGood,
-  kWeaklyActive,
-  kDependentRows,
-  kNoStrictMinimum,
-  kNotASolution,
-  kNotFinite
-};
-const char* to_string(SensitivityStatus status);
 
 struct SolutionStep {
   Eigen::VectorXd x, lambda;         // (n), (m)

@@ -2,12 +2,14 @@
 #include <dyntape/interface/control/solve/ddp.h>
 
 #include <chrono>
+#include <optional>
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/control/solve/ddp_motion.h>
+#include <dyntape/interface/control/solve/ddp_sensitivities.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/stopwatch.h>
 
@@ -53,6 +55,7 @@ struct DdpSolver::Made {
   DdpOptions options;
   CompiledFunction step, end;
   double record_seconds, build_seconds;
+  std::optional<DdpDerivatives> derivatives;
 };
 
 DdpSolver::DdpSolver(const Problem& problem, const DdpOptions& options) {
@@ -62,9 +65,15 @@ DdpSolver::DdpSolver(const Problem& problem, const DdpOptions& options) {
   const RecordedShooting recorded = record_shooting(problem, options.scheme, !is_exact);
   const Order order = is_exact ? Order::kSecond : Order::kFirst;
   const double record_seconds = seconds_since(begin);
-  made_ = std::make_unique<Made>(Made{
-      problem, options, CompiledFunction::make(recorded.step, of_order(order, options.evaluation)),
-      CompiledFunction::make(recorded.end, of_order(Order::kSecond, options.evaluation)), record_seconds, 0});
+  made_ = std::make_unique<Made>(
+      Made{problem,
+           options,
+           CompiledFunction::make(recorded.step, of_order(order, options.evaluation)),
+           CompiledFunction::make(recorded.end, of_order(Order::kSecond, options.evaluation)),
+           record_seconds,
+           0,
+           {}});
+  if (options.sensitivities != SensitivitiesOf::kNothing) made_->derivatives.emplace(problem, options);
   made_->build_seconds = seconds_since(begin);
 }
 
@@ -75,6 +84,9 @@ DdpSolver::~DdpSolver() = default;
 const Problem& DdpSolver::problem() const { return made_->problem; }
 const CompiledFunction& DdpSolver::step() const { return made_->step; }
 const CompiledFunction& DdpSolver::end() const { return made_->end; }
+const DdpDerivatives* DdpSolver::derivatives() const {
+  return made_->derivatives ? &*made_->derivatives : nullptr;
+}
 
 void DdpSolver::set_values(const Problem& now) {
   Problem next = made_->problem;
@@ -89,6 +101,9 @@ void DdpSolver::set_values(const Problem& now) {
 BuildReport DdpSolver::build() const {
   BuildReport report;
   for (const CompiledFunction* f : {&made_->step, &made_->end}) add_to(report, *f);
+  if (made_->derivatives)
+    for (const CompiledFunction* f : {&made_->derivatives->step(), &made_->derivatives->end()})
+      add_to(report, *f);
   report.seconds.record = made_->record_seconds;
   return report;
 }
@@ -104,6 +119,7 @@ DdpSolution DdpSolver::solve(const std::stop_token& stop) {
   DdpSolution solution = course.solution();
   solution.t = Eigen::VectorXd::LinSpaced(options.intervals + 1, 0, problem.duration);
   solution.build_seconds = made_->build_seconds;
+  if (made_->derivatives) solution.sensitivities = made_->derivatives->at(problem, solution);
   solution.seconds = seconds_since(begin);
   if (solution.success() && options.verify)
     solution.integration_error = error_of_steps(problem, solution.t, solution.x, solution.u, options.stop);

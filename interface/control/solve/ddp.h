@@ -26,6 +26,7 @@
 //               end as "step too small".
 //   acceptable  1e4 times that, where the cost's rounding allows no less, as with kGaussNewton, whose derivatives fall with the root
 //               of what the cost is off by
+// sensitivities: how cost and motion change with parameters and start, where options.sensitivities asks (ddp_sensitivities.h).
 // integration_error: what the steps are off by, found by integrating the problem's own rate to 1e-12 (verify.h) over each interval.
 //
 // Errors: ArgumentError for what the method does not know (record_stage.h), for a guess that does not fit; NumericalError
@@ -41,6 +42,8 @@
 #include <dyntape/interface/control/solve/ddp_solution.h>
 
 namespace dyntape {
+
+class DdpDerivatives;
 
 DdpSolution solve_with_ddp(const Problem& problem, const DdpOptions& options = {});
 
@@ -66,6 +69,7 @@ class DdpSolver {
   // record_shooting()'s, compiled.
   const CompiledFunction& step() const;
   const CompiledFunction& end() const;
+  const DdpDerivatives* derivatives() const;  // null where options.sensitivities asks for nothing
 
  private:
   struct Made;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <dyntape/codegen/options/options.h>
+#include <dyntape/interface/control/nlp/sensitivity_status.h>
 #include <dyntape/interface/control/nlp/status.h>
 #include <dyntape/interface/control/problem/record_stage.h>
 #include <dyntape/interface/control/riccati/riccati.h>
@@ -20,6 +21,7 @@ namespace dyntape {
 
 enum class DdpHessian { kExact, kGaussNewton };
 enum class DdpStart { kRollOut, kNodes };
+enum class SensitivitiesOf { kNothing, kCost, kMotion };
 
 struct DdpIteration {
   double cost, gap, slope;  // at its beginning: largest gap, largest projected slope by a control
@@ -34,10 +36,27 @@ struct DdpOptions {
   double tolerance = 1e-9;
   int max_iterations = 500;
   CodegenOptions evaluation = {.lanes = Lanes::kNative};  // stages are linearised side by side
-  bool verify = true;        // finds integration_error, which may take longer than the solve
-  double max_seconds = 1e6;  // of processor time of this thread
+  bool verify = true;  // finds integration_error, which may take longer than the solve
+  SensitivitiesOf sensitivities = SensitivitiesOf::kNothing;  // by parameters and start (DdpSensitivities)
+  double max_seconds = 1e6;                                   // of processor time of this thread
   std::stop_token stop = {};
   std::function<void(const DdpIteration&)> watch = {};  // told of each iteration when it is over
+};
+
+// What a solution changes by, to first order.  Column j: by what entry j is changed by, the entries of the parameters in the order
+// of Parameters::entry_names(), or the states at the start.  Units: those of the row over those of the column.
+struct MotionDerivatives {
+  Eigen::MatrixXd x, u;  // (n_x (N + 1) x count), (n_u N x count): of node after node; empty of kCost
+  Eigen::VectorXd cost;  // (count)
+};
+
+// A parameter is changed by the same number at all times; one that is a function of time is shifted.  NaN where the status says that
+// there are no derivatives (ddp_sensitivities.h).
+struct DdpSensitivities {
+  SensitivityStatus status = SensitivityStatus::kNotASolution;
+  MotionDerivatives parameters, start;
+
+  bool good() const { return status == SensitivityStatus::kGood; }
 };
 
 struct DdpSolution {
@@ -52,6 +71,7 @@ struct DdpSolution {
   bool is_saddle =
       false;  // solved with kGaussNewton, and the cost falls along some change of the controls all the same
   std::vector<DdpIteration> iterations;
+  DdpSensitivities sensitivities;  // empty where they were not asked for
   double integration_error =
       std::numeric_limits<double>::quiet_NaN();  // of what is solved, where all can be simulated
   double build_seconds = 0, seconds = 0;         // of recording and compiling; of the iterations

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/sensitivity/solution_sensitivities.h>
+#include <dyntape/interface/control/nlp/sensitivity_status.h>
 
 namespace dyntape {
 

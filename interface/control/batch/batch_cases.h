@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+//
+// What each problem of a batch is loaded with: its start, parameters and first guess, or its solution.
+//
+//   BatchCases cases(problem, options, values);            // throws what DdpBatch::solve() throws
+//   cases.load(work, slot, i);                             // from its guess
+//   cases.load_solution(work, slot, i, solutions[i]);
+//
+// A copy has room of its own to load from.
+#pragma once
+
+#include <string>
+
+#include <dyntape/interface/control/batch/batch_values.h>
+#include <dyntape/interface/control/batch/lane_work.h>
+#include <dyntape/interface/control/problem/problem.h>
+#include <dyntape/interface/control/solve/ddp_solution.h>
+
+namespace dyntape {
+
+class BatchCases {
+ public:
+  // Both, and the options, outlive it.
+  BatchCases(const Problem& problem, const DdpOptions& options, const DdpBatchValues& values);
+
+  std::size_t count() const { return std::size_t(count_); }
+  Problem problem(std::size_t i) const;  // with the values of the i-th
+  void load(LaneWork& work, int slot, std::size_t i);
+  // Of the problem whose states have offsets of parameters behind them, all zero (solve/ddp_sensitivities.h).
+  void load_solution(LaneWork& work, int slot, std::size_t i, const DdpSolution& solution);
+
+ private:
+  Eigen::VectorXd start(Eigen::Index i) const;
+  [[noreturn]] void refuse(const std::string& what) const;
+  void find_count();
+  void check_starts() const;
+  void take_parameters(Eigen::Index i);
+
+  const Problem& problem_;
+  const DdpBatchValues& values_;
+  int N_;
+  bool is_at_nodes_;
+  Eigen::Index count_ = 0;
+  Eigen::MatrixXd parameters_, x_, u_;
+  Eigen::VectorXd at_end_;
+};
+
+}  // namespace dyntape
