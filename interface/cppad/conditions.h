@@ -79,6 +79,14 @@ S CondExp(const S& flag, const S& if_true, const S& if_false) {
 
 // --- of the value alone, on any number of levels ---
 template <std::floating_point Float>
+Float plain_value(Float x) {
+  return x;
+}
+template <class Base>
+auto plain_value(const AD<Base>& x) {
+  return plain_value(x.value());
+}
+template <std::floating_point Float>
 bool IdenticalCon(Float) {
   return true;
 }
@@ -86,29 +94,17 @@ template <class Base>
 bool IdenticalCon(const AD<Base>& x) {
   return Constant(x) && IdenticalCon(x.value());
 }
-template <std::floating_point Float>
-bool IdenticalZero(Float x) {
-  return x == 0;
+template <Conditional S>
+bool IdenticalZero(const S& x) {
+  return IdenticalCon(x) && plain_value(x) == 0;
 }
-template <class Base>
-bool IdenticalZero(const AD<Base>& x) {
-  return Constant(x) && IdenticalZero(x.value());
+template <Conditional S>
+bool IdenticalOne(const S& x) {
+  return IdenticalCon(x) && plain_value(x) == 1;
 }
-template <std::floating_point Float>
-bool IdenticalOne(Float x) {
-  return x == 1;
-}
-template <class Base>
-bool IdenticalOne(const AD<Base>& x) {
-  return Constant(x) && IdenticalOne(x.value());
-}
-template <std::floating_point Float>
-bool IdenticalEqualCon(Float x, Float y) {
-  return x == y;
-}
-template <class Base>
-bool IdenticalEqualCon(const AD<Base>& x, const AD<Base>& y) {
-  return Constant(x) && Constant(y) && IdenticalEqualCon(x.value(), y.value());
+template <Conditional S>
+bool IdenticalEqualCon(const S& x, const S& y) {
+  return IdenticalCon(x) && IdenticalCon(y) && plain_value(x) == plain_value(y);
 }
 // Whether x and y are one constant, or one node.
 template <std::floating_point Float>
@@ -121,14 +117,6 @@ bool EqualOpSeq(const AD<Base>& x, const AD<Base>& y) {
   return x.id() == y.id();
 }
 
-template <std::floating_point Float>
-Float plain_value(Float x) {
-  return x;
-}
-template <class Base>
-auto plain_value(const AD<Base>& x) {
-  return plain_value(x.value());
-}
 template <Conditional S>
 bool GreaterThanZero(const S& x) {
   return plain_value(x) > 0;

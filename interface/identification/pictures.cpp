@@ -3,15 +3,9 @@
 
 #include <cmath>
 
-#include <dyntape/interface/report/plot/picture.h>
+#include <dyntape/interface/report/plot/curves.h>
 
 namespace dyntape {
-namespace {
-
-std::vector<double> to_vector(const Eigen::VectorXd& v) { return {v.begin(), v.end()}; }
-
-}  // namespace
-
 void draw_excitation(const dynamics::Model<double>& model, const Excitation& excitation,
                      const std::string& path) {
   const Eigen::VectorXd times = times_of_period(excitation.series.period, 400);
@@ -19,9 +13,8 @@ void draw_excitation(const dynamics::Model<double>& model, const Excitation& exc
   io::Panel positions{.title = "positions", .x_label = "time [s]", .y_label = "q [rad or m]"};
   io::Panel velocities{.title = "velocities", .x_label = "time [s]", .y_label = "v [rad/s or m/s]"};
   for (const dynamics::Joint<double>& joint : model.joints) {
-    positions.series.push_back(
-        {.name = joint.name, .x = to_vector(times), .y = to_vector(q.row(joint.idx_v))});
-    velocities.series.push_back({.x = to_vector(times), .y = to_vector(v.row(joint.idx_v))});
+    positions.series.push_back(io::curve(joint.name, times, q.row(joint.idx_v)));
+    velocities.series.push_back(io::curve("", times, v.row(joint.idx_v)));
   }
   io::Panel condition{.title = "condition of the base regressor",
                       .x_label = "gradient evaluation",

@@ -181,6 +181,21 @@ void CsvTable::append(std::span<const double> row) {
   values_.insert(values_.end(), row.begin(), row.end());
 }
 
+void CsvColumns::add(const std::string& name, const std::vector<double>& values) {
+  names_.push_back(name);
+  columns_.push_back(values);
+}
+
+CsvTable CsvColumns::table() const {
+  CsvTable table(names_);
+  std::vector<double> row(columns_.size());
+  for (std::size_t k = 0; !columns_.empty() && k < columns_.front().size(); ++k) {
+    for (std::size_t i = 0; i < row.size(); ++i) row[i] = columns_[i][k];
+    table.append(row);
+  }
+  return table;
+}
+
 CsvTable parse_csv(std::string_view text, const std::string& file_name) {
   return CsvReader(file_name).read(text);
 }

@@ -60,6 +60,26 @@ class CsvTable {
   std::vector<double> values_;
 };
 
+// A table column by column, all of one length.
+class CsvColumns {
+ public:
+  void add(const std::string& name, const std::vector<double>& values);
+  // A name for each row of a matrix.
+  template <class Matrix>
+  void add(const std::vector<std::string>& names, const Matrix& rows) {
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      std::vector<double> values;
+      for (std::ptrdiff_t k = 0; k < rows.cols(); ++k) values.push_back(rows(std::ptrdiff_t(i), k));
+      add(names[i], values);
+    }
+  }
+  CsvTable table() const;
+
+ private:
+  std::vector<std::string> names_;
+  std::vector<std::vector<double>> columns_;
+};
+
 CsvTable parse_csv(std::string_view text, const std::string& file_name);
 CsvTable read_csv(const std::string& path);
 

@@ -132,6 +132,14 @@ void ResultMarks::end(const std::string& file) {
   if (written_.empty()) fs::remove(path(kList), none);
 }
 
+void ResultFolder::write_text(const char* file, const std::string& text) {
+  write(file, [&](const std::string& path) { write_file_atomically(path, text); });
+}
+
+void ResultFolder::write_table(const char* file, const CsvTable& table) {
+  write(file, [&](const std::string& path) { write_csv(path, table, NonFinite::kAllow); });
+}
+
 void ResultFolder::remove(const char* file) {
   std::error_code none;
   const fs::path it = path(file);

@@ -20,6 +20,7 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/system/descriptor.h>
+#include <dyntape/interface/io/csv.h>
 
 namespace dyntape::io {
 
@@ -72,6 +73,9 @@ class ResultFolder {
       remove(file);
     }
   }
+
+  void write_text(const char* file, const std::string& text);
+  void write_table(const char* file, const CsvTable& table);  // numbers that are not finite too
 
   // Should it be there, as a plain file that dyntape has written.
   void remove(const char* file);

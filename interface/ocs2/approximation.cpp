@@ -55,9 +55,9 @@ Shapes shapes(std::pair<int, int> f, std::pair<int, int> dfdx, std::pair<int, in
   return {f, dfdx, dfdu, std::pair(nx, nx), std::pair(inputs, nu < 0 ? 0 : nx), std::pair(inputs, inputs)};
 }
 
-Shapes shapes_of_scalar(int nx, int nu) { return shapes({1, 1}, {nx, 1}, {std::max(nu, 0), 1}, nx, nu); }
+Shapes shapes_of(int nx, int nu) { return shapes({1, 1}, {nx, 1}, {std::max(nu, 0), 1}, nx, nu); }
 
-Shapes shapes_of_vector(int nf, int nx, int nu) {
+Shapes shapes_of(int nf, int nx, int nu) {
   return shapes({nf, 1}, {nf, nx}, {nu < 0 ? 0 : nf, std::max(nu, 0)}, nx, nu);
 }
 
@@ -144,11 +144,6 @@ std::string misfit(const Matrices& list, const std::string& name, std::pair<int,
   return complaint;
 }
 
-template <class A>
-void resize_all(A& a, const Shapes& to, int nf) {
-  for_each_block([&](std::size_t k, auto& block) { resize_block(block, to[k], nf); }, a);
-}
-
 // Without inputs (nu < 0) the blocks of u may be anything.
 template <class A>
 std::string misfits(const A& a, const Shapes& expected, int nf, int nu, const std::string& name) {
@@ -165,45 +160,37 @@ std::string misfits(const A& a, const Shapes& expected, int nf, int nu, const st
 
 }  // namespace
 
-template <class Self>
-Self& detail::ApproximationBlocks<Self>::operator+=(const Self& other) {
+namespace detail {
+
+template <class Self, class Blocks, class... Size>
+Self& ApproximationOf<Self, Blocks, Size...>::operator+=(const Self& other) {
   auto& self = static_cast<Self&>(*this);
   for_each_block([](std::size_t k, auto& a, const auto& b) { add(a, b, kNames[k]); }, self, other);
   return self;
 }
 
-template <class Self>
-Self& detail::ApproximationBlocks<Self>::operator*=(scalar_t factor) {
+template <class Self, class Blocks, class... Size>
+Self& ApproximationOf<Self, Blocks, Size...>::operator*=(scalar_t factor) {
   auto& self = static_cast<Self&>(*this);
   for_each_block([&](std::size_t, auto& block) { scale(block, factor); }, self);
   return self;
 }
 
-template <class Self>
-Self& detail::ScalarApproximation<Self>::resize(int nx, int nu) {
+template <class Self, class Blocks, class... Size>
+Self& ApproximationOf<Self, Blocks, Size...>::resize(Size... nf, int nx, int nu) {
   auto& self = static_cast<Self&>(*this);
-  resize_all(self, shapes_of_scalar(nx, nu), 1);
+  const Shapes to = shapes_of(nf..., nx, nu);
+  for_each_block([&](std::size_t k, auto& block) { resize_block(block, to[k], (1 * ... * nf)); }, self);
   return self;
 }
 
-template <class Self>
-Self& detail::ScalarApproximation<Self>::setZero(int nx, int nu) {
-  for_each_block([](std::size_t, auto& block) { set_zero(block); }, resize(nx, nu));
+template <class Self, class Blocks, class... Size>
+Self& ApproximationOf<Self, Blocks, Size...>::setZero(Size... nf, int nx, int nu) {
+  for_each_block([](std::size_t, auto& block) { set_zero(block); }, resize(nf..., nx, nu));
   return static_cast<Self&>(*this);
 }
 
-template <class Self>
-Self& detail::VectorApproximation<Self>::resize(int nf, int nx, int nu) {
-  auto& self = static_cast<Self&>(*this);
-  resize_all(self, shapes_of_vector(nf, nx, nu), nf);
-  return self;
-}
-
-template <class Self>
-Self& detail::VectorApproximation<Self>::setZero(int nf, int nx, int nu) {
-  for_each_block([](std::size_t, auto& block) { set_zero(block); }, resize(nf, nx, nu));
-  return static_cast<Self&>(*this);
-}
+}  // namespace detail
 
 template <Approximation A>
 std::ostream& operator<<(std::ostream& out, const A& a) {
@@ -213,12 +200,12 @@ std::ostream& operator<<(std::ostream& out, const A& a) {
 
 template <ScalarFunctionApproximation A>
 std::string checkSize(int nx, int nu, const A& a, const std::string& name) {
-  return misfits(a, shapes_of_scalar(nx, nu), 1, nu, name);
+  return misfits(a, shapes_of(nx, nu), 1, nu, name);
 }
 
 template <VectorFunctionApproximation A>
 std::string checkSize(int nf, int nx, int nu, const A& a, const std::string& name) {
-  return misfits(a, shapes_of_vector(nf, nx, nu), nf, nu, name);
+  return misfits(a, shapes_of(nf, nx, nu), nf, nu, name);
 }
 
 std::string checkBeingPSD(const matrix_t& matrix, const std::string& name) {
@@ -238,14 +225,10 @@ std::string checkBeingPSD(const matrix_t& matrix, const std::string& name) {
   return "";
 }
 
-template struct detail::ApproximationBlocks<Scalar1>;
-template struct detail::ApproximationBlocks<Scalar2>;
-template struct detail::ApproximationBlocks<Vector1>;
-template struct detail::ApproximationBlocks<Vector2>;
-template struct detail::ScalarApproximation<Scalar1>;
-template struct detail::ScalarApproximation<Scalar2>;
-template struct detail::VectorApproximation<Vector1>;
-template struct detail::VectorApproximation<Vector2>;
+template struct detail::ApproximationOf<Scalar1, detail::LinearBlocks<scalar_t, vector_t>>;
+template struct detail::ApproximationOf<Scalar2, detail::QuadraticBlocks<scalar_t, vector_t, matrix_t>>;
+template struct detail::ApproximationOf<Vector1, detail::LinearBlocks<vector_t, matrix_t>, int>;
+template struct detail::ApproximationOf<Vector2, detail::QuadraticBlocks<vector_t, matrix_t, Matrices>, int>;
 template std::ostream& operator<<(std::ostream&, const Scalar1&);
 template std::ostream& operator<<(std::ostream&, const Scalar2&);
 template std::ostream& operator<<(std::ostream&, const Vector1&);

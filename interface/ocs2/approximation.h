@@ -74,91 +74,70 @@ Theirs quadratic_as(const auto& a) {
   return t;
 }
 
-// What is done to all blocks of an approximation alike.  Entries of what is resized are undefined.
-template <class Self>
-struct ApproximationBlocks : OfDyntape {
+template <class F, class Slope>
+struct LinearBlocks : OfDyntape {
+  F f{};
+  Slope dfdx, dfdu;
+
+  template <LinearLike Theirs>
+  requires(!QuadraticLike<Theirs>) operator Theirs() const { return linear_as<Theirs>(*this); }
+};
+template <class F, class Slope, class Curvature>
+struct QuadraticBlocks : OfDyntape {
+  F f{};
+  Slope dfdx, dfdu;
+  Curvature dfdxx, dfdux, dfduu;
+
+  template <QuadraticLike Theirs>
+  operator Theirs() const {
+    return quadratic_as<Theirs>(*this);
+  }
+};
+
+// What is done to all blocks alike.  Size: of f, of a vector alone.  Entries of what is resized are undefined.
+template <class Self, class Blocks, class... Size>
+struct ApproximationOf : Blocks {
+  ApproximationOf() = default;
+  explicit ApproximationOf(Size... nf, int nx, int nu = -1) { resize(nf..., nx, nu); }
   Self& operator+=(const Self& other);
   Self& operator*=(scalar_t factor);
+  Self& resize(Size... nf, int nx, int nu = -1);
+  Self& setZero(Size... nf, int nx, int nu = -1);
+  static Self Zero(Size... nf, int nx, int nu = -1) { return Self().setZero(nf..., nx, nu); }
 };
-
-template <class Self>
-struct ScalarApproximation : ApproximationBlocks<Self> {
-  Self& resize(int nx, int nu = -1);
-  Self& setZero(int nx, int nu = -1);
-  static Self Zero(int nx, int nu = -1) { return Self().setZero(nx, nu); }
-};
-
-template <class Self>
-struct VectorApproximation : ApproximationBlocks<Self> {
-  Self& resize(int nf, int nx, int nu = -1);
-  Self& setZero(int nf, int nx, int nu = -1);
-  static Self Zero(int nf, int nx, int nu = -1) { return Self().setZero(nf, nx, nu); }
-};
+template <class Self, class Blocks>
+using OfScalar = ApproximationOf<Self, Blocks>;
+template <class Self, class Blocks>
+using OfVector = ApproximationOf<Self, Blocks, int>;
 
 }  // namespace detail
 
-struct ScalarFunctionLinearApproximation : detail::ScalarApproximation<ScalarFunctionLinearApproximation> {
-  scalar_t f = 0;
-  vector_t dfdx, dfdu;
-
-  ScalarFunctionLinearApproximation() = default;
-  explicit ScalarFunctionLinearApproximation(int nx, int nu = -1) { resize(nx, nu); }
-
-  template <detail::LinearLike Theirs>
-  requires(!detail::QuadraticLike<Theirs>) operator Theirs() const {
-    return detail::linear_as<Theirs>(*this);
-  }
+struct ScalarFunctionLinearApproximation
+    : detail::OfScalar<ScalarFunctionLinearApproximation, detail::LinearBlocks<scalar_t, vector_t>> {
+  using ApproximationOf::ApproximationOf;
 };
-
 struct ScalarFunctionQuadraticApproximation
-    : detail::ScalarApproximation<ScalarFunctionQuadraticApproximation> {
-  scalar_t f = 0;
-  vector_t dfdx, dfdu;
-  matrix_t dfdxx, dfdux, dfduu;
-
-  ScalarFunctionQuadraticApproximation() = default;
-  explicit ScalarFunctionQuadraticApproximation(int nx, int nu = -1) { resize(nx, nu); }
-
-  template <detail::QuadraticLike Theirs>
-  operator Theirs() const {
-    return detail::quadratic_as<Theirs>(*this);
-  }
+    : detail::OfScalar<ScalarFunctionQuadraticApproximation,
+                       detail::QuadraticBlocks<scalar_t, vector_t, matrix_t>> {
+  using ApproximationOf::ApproximationOf;
 };
-
-struct VectorFunctionLinearApproximation : detail::VectorApproximation<VectorFunctionLinearApproximation> {
-  vector_t f;
-  matrix_t dfdx, dfdu;
-
-  VectorFunctionLinearApproximation() = default;
-  explicit VectorFunctionLinearApproximation(int nf, int nx, int nu = -1) { resize(nf, nx, nu); }
-
-  template <detail::LinearLike Theirs>
-  requires(!detail::QuadraticLike<Theirs>) operator Theirs() const {
-    return detail::linear_as<Theirs>(*this);
-  }
+struct VectorFunctionLinearApproximation
+    : detail::OfVector<VectorFunctionLinearApproximation, detail::LinearBlocks<vector_t, matrix_t>> {
+  using ApproximationOf::ApproximationOf;
 };
-
+// The second order is a matrix an output.
 struct VectorFunctionQuadraticApproximation
-    : detail::VectorApproximation<VectorFunctionQuadraticApproximation> {
-  vector_t f;
-  matrix_t dfdx, dfdu;
-  std::vector<matrix_t> dfdxx, dfdux, dfduu;  // (nf) each
-
-  VectorFunctionQuadraticApproximation() = default;
-  explicit VectorFunctionQuadraticApproximation(int nf, int nx, int nu = -1) { resize(nf, nx, nu); }
-
-  template <detail::QuadraticLike Theirs>
-  operator Theirs() const {
-    return detail::quadratic_as<Theirs>(*this);
-  }
+    : detail::OfVector<VectorFunctionQuadraticApproximation,
+                       detail::QuadraticBlocks<vector_t, matrix_t, std::vector<matrix_t>>> {
+  using ApproximationOf::ApproximationOf;
 };
 
 template <class T>
-concept ScalarFunctionApproximation = std::derived_from<T, detail::ScalarApproximation<T>>;
+concept Approximation = std::derived_from<T, detail::OfDyntape>;
 template <class T>
-concept VectorFunctionApproximation = std::derived_from<T, detail::VectorApproximation<T>>;
+concept ScalarFunctionApproximation = Approximation<T> && std::same_as<decltype(T::f), scalar_t>;
 template <class T>
-concept Approximation = ScalarFunctionApproximation<T> || VectorFunctionApproximation<T>;
+concept VectorFunctionApproximation = Approximation<T> && !ScalarFunctionApproximation<T>;
 
 template <Approximation A>
 A operator+(A a, const A& b) {

@@ -1,83 +1,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/report/simulation_results.h>
 
-#include <algorithm>
-
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
+#include <dyntape/interface/report/plot/curves.h>
 
 namespace dyntape {
 
 namespace {
 
 using Eigen::MatrixXd;
+using Eigen::VectorXd;
 
-std::vector<double> row_of(const MatrixXd& curves, Eigen::Index i) {
-  const Eigen::VectorXd row = curves.row(i);
-  return {row.begin(), row.end()};
+VectorXd vector_of(const std::vector<double>& values) {
+  return VectorXd::Map(values.data(), Eigen::Index(values.size()));
 }
 
-void add(io::Panel& panel, const std::string& name, const SimulatedMotion& motion,
-         const std::vector<double>& y) {
-  panel.series.push_back({.name = name, .x = io::thinned(motion.t), .y = io::thinned(y)});
-}
-
-io::Panel joint_panel(const Scene& scene, const SimulatedMotion& motion, const std::string& title,
-                      const std::string& label, const MatrixXd& curves, bool is_q) {
-  io::Panel panel{.title = title, .x_label = "time [s]", .y_label = label};
-  for (const auto& joint : scene.robot.model.joints) {
-    if (dynamics::is_single(joint.type))
-      add(panel, joint.name, motion, row_of(curves, is_q ? joint.idx_q : joint.idx_v));
+// No more points than can be told apart.
+io::Plot with_fewer_points(io::Plot plot) {
+  for (io::Panel& panel : plot.panels) {
+    for (io::Series& series : panel.series)
+      series.x = io::thinned(series.x), series.y = io::thinned(series.y);
   }
-  return panel;
+  return plot;
 }
 
-io::Panel base_panel(const SimulatedMotion& motion) {
-  io::Panel panel{.title = "base", .x_label = "time [s]", .y_label = "position [m]"};
-  for (int i = 0; i < 3; ++i) add(panel, std::string(1, "xyz"[i]), motion, row_of(motion.q, i));
-  return panel;
-}
-
-io::Panel turning_panel(const SimulatedMotion& motion) {
-  io::Panel panel{
-      .title = "base, angular velocity in its own axes", .x_label = "time [s]", .y_label = "[rad/s]"};
-  for (int i = 0; i < 3; ++i) add(panel, std::string(1, "xyz"[i]), motion, row_of(motion.v, 3 + i));
-  return panel;
+io::Panel joint_panel(const Scene& scene, const VectorXd& t, const std::string& title,
+                      const std::string& label, const MatrixXd& curves, bool is_q) {
+  std::vector<std::string> names;
+  std::vector<int> rows;
+  for (const auto& joint : scene.robot.model.joints) {
+    if (!dynamics::is_single(joint.type)) continue;
+    names.push_back(joint.name);
+    rows.push_back(is_q ? joint.idx_q : joint.idx_v);
+  }
+  return io::over_time(title, label, names, t, curves(rows, Eigen::all));
 }
 
 }  // namespace
 
 io::Plot state_plot(const Scene& scene, const SimulatedMotion& motion) {
+  const VectorXd t = vector_of(motion.t);
   io::Plot plot{.title = scene.name};
-  if (floats(scene.robot.model)) plot.panels = {base_panel(motion), turning_panel(motion)};
-  io::Panel q = joint_panel(scene, motion, "position", "q [rad, m]", motion.q, true);
-  io::Panel v = joint_panel(scene, motion, "velocity", "v [rad/s, m/s]", motion.v, false);
+  if (floats(scene.robot.model))
+    plot.panels = {io::over_time("base", "position [m]", {"x", "y", "z"}, t, motion.q.topRows(3)),
+                   io::over_time("base, angular velocity in its own axes", "[rad/s]", {"x", "y", "z"}, t,
+                                 motion.v.middleRows(3, 3))};
+  io::Panel q = joint_panel(scene, t, "position", "q [rad, m]", motion.q, true);
+  io::Panel v = joint_panel(scene, t, "velocity", "v [rad/s, m/s]", motion.v, false);
   if (!q.series.empty()) plot.panels.insert(plot.panels.end(), {std::move(q), std::move(v)});
-  if (motion.drive.size() > 0 && !motion.drive.isZero(0)) {
-    io::Panel drive{.title = "drive", .x_label = "time [s]", .y_label = "tau [N m, N]"};
-    const std::vector<std::string> names = driven_names(scene.robot);
-    for (std::size_t k = 0; k < names.size(); ++k)
-      add(drive, names[k], motion, row_of(motion.drive, long(k)));
-    plot.panels.push_back(std::move(drive));
-  }
-  return plot;
+  if (motion.drive.size() > 0 && !motion.drive.isZero(0))
+    plot.panels.push_back(io::over_time("drive", "tau [N m, N]", driven_names(scene.robot), t, motion.drive));
+  return with_fewer_points(std::move(plot));
 }
 
 io::Plot energy_plot(const Scene& scene, const SimulatedMotion& motion) {
-  io::Panel energy{.title = "energy", .x_label = "time [s]", .y_label = "[J]"};
-  std::vector<double> sum;
-  for (int k = 0; k < motion.samples(); ++k) sum.push_back(motion.energy(k));
-  add(energy, "kinetic", motion, motion.kinetic);
-  add(energy, "stored", motion, motion.stored);
-  add(energy, "sum", motion, sum);
+  const VectorXd t = vector_of(motion.t), kinetic = vector_of(motion.kinetic),
+                 stored = vector_of(motion.stored);
+  MatrixXd energies(3, t.size());
+  energies << kinetic.transpose(), stored.transpose(), (kinetic + stored).transpose();
   io::Panel work{.title = "work done on the robot", .x_label = "time [s]", .y_label = "[J]"};
   for (const EnergyFlow& flow : motion.flows) {
-    const bool any = std::any_of(flow.work.begin(), flow.work.end(), [](double w) { return w != 0; });
-    if (any) add(work, flow.name, motion, flow.work);
+    const VectorXd done = vector_of(flow.work);
+    if (!done.isZero(0)) work.series.push_back(io::curve(flow.name, t, done));
   }
-  io::Plot plot{.title = scene.name, .panels = {std::move(energy)}};
+  io::Plot plot{.title = scene.name,
+                .panels = {io::over_time("energy", "[J]", {"kinetic", "stored", "sum"}, t, energies)}};
   if (!work.series.empty()) plot.panels.push_back(std::move(work));
-  return plot;
+  return with_fewer_points(std::move(plot));
 }
 
 namespace {
@@ -163,10 +153,6 @@ dynamics::UrdfVisuals visuals_of(const Scene& scene, const std::stop_token& stop
   }
 }
 
-PlayerValue told(const std::string& name, const std::vector<double>& values) {
-  return {name, "J", Eigen::Map<const Eigen::VectorXd>(values.data(), Eigen::Index(values.size()))};
-}
-
 }  // namespace
 
 std::vector<std::vector<PlayerContact>> point_forces(const Scene& scene, const SimulatedMotion& motion) {
@@ -191,25 +177,24 @@ io::Plot force_plot(const Scene& scene, const SimulatedMotion& motion) {
   io::Plot plot{.title = scene.name};
   if (forces.empty() || names.empty()) return plot;
   const auto panel = [&](const std::string& title, const auto& part) {
-    io::Panel p{.title = title, .x_label = "time [s]", .y_label = "[N]"};
+    MatrixXd parts(names.size(), forces.size());
     for (std::size_t i = 0; i < names.size(); ++i) {
-      std::vector<double> y;
-      for (const auto& sample : forces) y.push_back(part(sample[i].force));
-      add(p, names[i], motion, y);
+      for (std::size_t k = 0; k < forces.size(); ++k) parts(i, k) = part(forces[k][i].force);
     }
-    return p;
+    return io::over_time(title, "[N]", names, vector_of(motion.t), parts);
   };
   plot.panels = {panel("forces at points, upwards", [](const Eigen::Vector3d& f) { return f.z(); }),
                  panel("sideways", [](const Eigen::Vector3d& f) { return std::hypot(f.x(), f.y()); })};
-  return plot;
+  return with_fewer_points(std::move(plot));
 }
 
 PlayerInput scene_player(const Scene& scene, const SimulatedMotion& motion, const std::stop_token& stop) {
   PlayerInput player{.title = scene.name, .model = scene.robot.model, .visuals = visuals_of(scene, stop)};
-  player.t = Eigen::Map<const Eigen::VectorXd>(motion.t.data(), motion.samples());
+  player.t = vector_of(motion.t);
   player.q = motion.q;
   player.contacts = point_forces(scene, motion);
-  player.values = {told("kinetic energy", motion.kinetic), told("stored energy", motion.stored)};
+  player.values = {{"kinetic energy", "J", vector_of(motion.kinetic)},
+                   {"stored energy", "J", vector_of(motion.stored)}};
   // A fixed base stands at the origin.
   const Eigen::Vector2d middle = floats(scene.robot.model)
                                      ? Eigen::Vector2d(motion.q.topRows<2>().rowwise().mean())

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/report/simulation_results.h>
 
-#include <nlohmann/json.hpp>
+#include <cmath>
+#include <tuple>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/scene/folded_notes.h>
+#include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
-#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/report/player/player.h>
 #include <dyntape/interface/run/simulate/effect_costs.h>
 
@@ -39,27 +39,17 @@ std::vector<std::string> simulation_files() {
 }
 
 io::CsvTable motion_table(const Scene& scene, const SimulatedMotion& motion) {
-  std::vector<std::string> names = {"t"};
-  for (const char* block : {"q", "v"}) {
-    const std::vector<std::string> entries = entry_names(scene.robot.model, block);
-    names.insert(names.end(), entries.begin(), entries.end());
-  }
-  for (const std::string& joint : driven_names(scene.robot)) names.push_back("tau." + joint);
-  names.insert(names.end(), {"energy.kinetic", "energy.stored"});
-  for (const EnergyFlow& flow : motion.flows) names.push_back("work." + word_of(flow));
-  io::CsvTable table(names);
-  std::vector<double> row;
-  for (int k = 0; k < motion.samples(); ++k) {
-    row.assign(1, motion.t[std::size_t(k)]);
-    for (const Eigen::MatrixXd* part : {&motion.q, &motion.v, &motion.drive}) {
-      for (Eigen::Index i = 0; i < part->rows(); ++i) row.push_back((*part)(i, k));
-    }
-    row.push_back(motion.kinetic[std::size_t(k)]);
-    row.push_back(motion.stored[std::size_t(k)]);
-    for (const EnergyFlow& flow : motion.flows) row.push_back(flow.work[std::size_t(k)]);
-    table.append(row);
-  }
-  return table;
+  io::CsvColumns table;
+  table.add("t", motion.t);
+  table.add(entry_names(scene.robot.model, "q"), motion.q);
+  table.add(entry_names(scene.robot.model, "v"), motion.v);
+  std::vector<std::string> torques = driven_names(scene.robot);
+  for (std::string& name : torques) name = "tau." + name;
+  table.add(torques, motion.drive);
+  table.add("energy.kinetic", motion.kinetic);
+  table.add("energy.stored", motion.stored);
+  for (const EnergyFlow& flow : motion.flows) table.add("work." + word_of(flow), flow.work);
+  return table.table();
 }
 
 std::string SimulationReport::verdict() const {
@@ -73,17 +63,16 @@ std::string SimulationReport::verdict() const {
 namespace {
 
 // Of the whole, or of each mechanism.
-void append_balances(io::TextTable& facts, const std::vector<MechanismBalance>& balances) {
+void say_balances(io::Facts& facts, const std::vector<MechanismBalance>& balances) {
   for (const MechanismBalance& balance : balances) {
     const std::string whose = balances.size() > 1 ? ", " + balance.name : "";
-    facts.append(
-        {"energy balance" + whose + " off by",
-         io::scientific(balance.error) + " J of " + io::significant(balance.moved, 3) + " J that moved"});
+    facts.say("energy balance" + whose + " off by",
+              io::scientific(balance.error) + " J of " + io::significant(balance.moved, 3) + " J that moved");
     constexpr double kWorthAWord = 1e-3;
     if (balance.part() < kWorthAWord) continue;
-    facts.append({balance.taken > 0 ? "lost by the steps" : "gained by the steps",
-                  io::scientific(std::abs(balance.taken)) + " J by the end; " +
-                      io::significant(100 * balance.part(), 2) + " % of what moved were missing at most"});
+    facts.say(balance.taken > 0 ? "lost by the steps" : "gained by the steps",
+              io::scientific(std::abs(balance.taken)) + " J by the end; " +
+                  io::significant(100 * balance.part(), 2) + " % of what moved were missing at most");
   }
 }
 
@@ -100,92 +89,97 @@ ordered_json json_of(const Accuracy& accuracy) {
   return j;
 }
 
-}  // namespace
-
-std::string SimulationReport::text() const {
-  io::TextTable facts({{"quantity"}, {"value"}});
+void tell_steps(const SimulationReport& report, io::Facts& facts) {
+  const auto& [scene, motion] = std::tie(report.scene, report.motion);
   const double simulated = double(motion.steps) * scene.step;
-  facts.append({"integrator", std::string(to_string(scene.integrator)) + ", steps of " +
-                                  io::duration(scene.step) + ", " + io::with_groups(motion.steps)});
+  facts["scene"] = scene.name;
+  facts["robot"] = scene.robot.model.name;
+  facts["success"] = report.success() && report.unwritten.empty();
+  facts["verdict"] = report.verdict();
+  facts.say("integrator", std::string(to_string(scene.integrator)) + ", steps of " +
+                              io::duration(scene.step) + ", " + io::with_groups(motion.steps));
+  facts["integrator"] = to_string(scene.integrator);
+  facts["step"] = scene.step;
+  facts["steps"] = motion.steps;
   const bool adapts = is_adaptive(scene.integrator);
-  facts.append({adapts ? "one rate" : "one step", io::with_groups(long(motion.operations)) + " operations"});
-  if (adapts)
-    facts.append({"took", io::with_groups(motion.effort.internal_steps) + " internal steps, " +
-                              io::with_groups(motion.effort.rates) + " rates, " +
-                              io::with_groups(motion.effort.jacobians) + " Jacobians"});
-  facts.append({"ready after", io::duration(motion.build_seconds)});
-  facts.append(
-      {"computed in", io::duration(motion.step_seconds) + ", " + per_second(simulated, motion.step_seconds)});
-  if (motion.assembled_by > 0)
-    facts.append({"start, to close loops", "moved by " + io::significant(motion.assembled_by, 3)});
-  if (motion.slowed_by > 1e-12)
-    facts.append(
-        {"start, velocity", "changed by " + io::significant(motion.slowed_by, 3) + " to keep loops closed"});
-  if (motion.loop_error > 0) facts.append({"loops open by", io::scientific(motion.loop_error) + " m or rad"});
-  if (!scene.robot.constraints.rigid.empty()) {
-    facts.append({"impacts", io::with_groups(motion.impacts)});
-    facts.append({"passed its ground by", io::scientific(motion.deepest) + " m or rad"});
+  facts.say(adapts ? "one rate" : "one step", io::with_groups(long(motion.operations)) + " operations");
+  facts["operations"] = motion.operations;
+  if (adapts) {
+    const auto& [internal, rates, jacobians] = motion.effort;
+    facts.say("took", io::with_groups(internal) + " internal steps, " + io::with_groups(rates) + " rates, " +
+                          io::with_groups(jacobians) + " Jacobians");
+    facts["tolerances"] = {{"relative", scene.tolerances.relative}, {"absolute", scene.tolerances.absolute}};
+    facts["effort"] = {{"internal_steps", internal}, {"rates", rates}, {"jacobians", jacobians}};
   }
-  append_balances(facts, motion.balances);
-  std::string text = scene.name + ": " + verdict() + "\n\n" + facts.text();
-  io::TextTable flows(
-      {{"energy"}, {"at the start", "J", io::Align::kRight}, {"at the end", "J", io::Align::kRight}});
-  flows.append(
-      {"kinetic", io::with_digits(motion.kinetic.front(), 5), io::with_digits(motion.kinetic.back(), 5)});
-  flows.append(
-      {"stored", io::with_digits(motion.stored.front(), 5), io::with_digits(motion.stored.back(), 5)});
-  for (const EnergyFlow& flow : motion.flows)
-    flows.append({"work of " + flow.name, "0", io::with_digits(flow.work.back(), 5)});
-  text += "\n" + flows.text();
-  if (accuracy) text += "accuracy: " + accuracy->sentence() + "\n";
-  for (const std::string& note : folded(scene.notes)) text += "note: " + note + "\n";
-  return text;
+  facts.say("ready after", io::duration(motion.build_seconds));
+  facts.say("computed in",
+            io::duration(motion.step_seconds) + ", " + per_second(simulated, motion.step_seconds));
+  facts["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
 }
 
-std::string SimulationReport::json() const {
-  ordered_json j;
-  j["scene"] = scene.name;
-  j["robot"] = scene.robot.model.name;
-  j["success"] = success() && unwritten.empty();
-  j["verdict"] = verdict();
-  j["integrator"] = to_string(scene.integrator);
-  j["step"] = scene.step;
-  j["steps"] = motion.steps;
-  j["operations"] = motion.operations;
-  if (is_adaptive(scene.integrator)) {
-    j["tolerances"] = {{"relative", scene.tolerances.relative}, {"absolute", scene.tolerances.absolute}};
-    j["effort"] = {{"internal_steps", motion.effort.internal_steps},
-                   {"rates", motion.effort.rates},
-                   {"jacobians", motion.effort.jacobians}};
-  }
-  j["seconds"] = {{"build", motion.build_seconds}, {"steps", motion.step_seconds}};
-  if (!scene.robot.constraints.loops.empty())
-    j["loops"] = {{"assembled_by", motion.assembled_by},
-                  {"slowed_by", motion.slowed_by},
-                  {"open_by", motion.loop_error}};
-  if (!scene.robot.constraints.rigid.empty())
-    j["rigid"] = {{"impacts", motion.impacts}, {"deepest", motion.deepest}};
-  j["energy"] = json_of(worst_of(motion.balances));
+void tell_constraints(const SimulationReport& report, io::Facts& facts) {
+  const SimulatedMotion& motion = report.motion;
+  if (motion.assembled_by > 0)
+    facts.say("start, to close loops", "moved by " + io::significant(motion.assembled_by, 3));
+  if (motion.slowed_by > 1e-12)
+    facts.say("start, velocity",
+              "changed by " + io::significant(motion.slowed_by, 3) + " to keep loops closed");
+  if (motion.loop_error > 0) facts.say("loops open by", io::scientific(motion.loop_error) + " m or rad");
+  if (!report.scene.robot.constraints.loops.empty())
+    facts["loops"] = {{"assembled_by", motion.assembled_by},
+                      {"slowed_by", motion.slowed_by},
+                      {"open_by", motion.loop_error}};
+  if (report.scene.robot.constraints.rigid.empty()) return;
+  facts.say("impacts", io::with_groups(motion.impacts));
+  facts.say("passed its ground by", io::scientific(motion.deepest) + " m or rad");
+  facts["rigid"] = {{"impacts", motion.impacts}, {"deepest", motion.deepest}};
+}
+
+void tell_energy(const SimulatedMotion& motion, io::Facts& facts) {
+  say_balances(facts, motion.balances);
+  ordered_json& energy = facts["energy"];
+  energy = json_of(worst_of(motion.balances));
   if (motion.balances.size() > 1) {
     for (const MechanismBalance& balance : motion.balances)
-      j["energy"]["mechanisms"][balance.name] = json_of(balance);
+      energy["mechanisms"][balance.name] = json_of(balance);
   }
-  for (const EnergyFlow& flow : motion.flows) j["energy"]["work"][flow.name] = flow.work.back();
-  if (accuracy) j["accuracy"] = json_of(*accuracy);
-  j["notes"] = scene.notes;
-  j["sources"] = motion.sources;
-  j["unwritten"] = unwritten;
-  return j.dump(2) + "\n";
+  io::TextTable flows(
+      {{"energy"}, {"at the start", "J", io::Align::kRight}, {"at the end", "J", io::Align::kRight}});
+  for (const auto& [name, values] : {std::pair("kinetic", &motion.kinetic), {"stored", &motion.stored}})
+    flows.append({name, io::with_digits(values->front(), 5), io::with_digits(values->back(), 5)});
+  for (const EnergyFlow& flow : motion.flows) {
+    flows.append({"work of " + flow.name, "0", io::with_digits(flow.work.back(), 5)});
+    energy["work"][flow.name] = flow.work.back();
+  }
+  facts.below("\n" + flows.text());
 }
+
+io::Facts facts_of(const SimulationReport& report) {
+  io::Facts facts(report.scene.name + ": " + report.verdict());
+  tell_steps(report, facts);
+  tell_constraints(report, facts);
+  tell_energy(report.motion, facts);
+  if (report.accuracy) {
+    facts.below("accuracy: " + report.accuracy->sentence() + "\n");
+    facts["accuracy"] = json_of(*report.accuracy);
+  }
+  for (const std::string& note : folded(report.scene.notes)) facts.below("note: " + note + "\n");
+  facts["notes"] = report.scene.notes;
+  facts["sources"] = report.motion.sources;
+  facts["unwritten"] = report.unwritten;
+  return facts;
+}
+
+}  // namespace
+
+std::string SimulationReport::text() const { return facts_of(*this).text(); }
+std::string SimulationReport::json() const { return facts_of(*this).json(); }
 
 void write_results(SimulationReport& report, const std::string& folder, const std::stop_token& stop) {
   io::ResultFolder results(folder, report.unwritten);
   const SimulatedMotion& motion = report.motion;
-  results.write(kMotion, [&](const std::string& path) {
-    io::write_csv(path, motion_table(report.scene, motion), io::NonFinite::kAllow);
-  });
-  results.write(kEffective,
-                [&](const std::string& path) { write_file_atomically(path, report.scene.effective); });
+  results.write_table(kMotion, motion_table(report.scene, motion));
+  results.write_text(kEffective, report.scene.effective);
   for (const auto& [file, plot] :
        {std::pair(kCurves, &state_plot), {kEnergy, &energy_plot}, {kForces, &force_plot}}) {
     const io::Plot picture = plot(report.scene, motion);
@@ -205,7 +199,7 @@ void write_results(SimulationReport& report, const std::string& folder, const st
       write_player(player, path);
     });
   }
-  results.write(kReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+  results.write_text(kReport, report.json());
 }
 
 std::string explain(const Scene& scene, const std::stop_token& stop) {

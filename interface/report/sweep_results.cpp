@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <sstream>
+#include <tuple>
 
 #include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
-#include <dyntape/interface/io/table.h>
 
 namespace dyntape {
 
@@ -27,8 +27,6 @@ std::vector<double> sound_column(const io::CsvTable& table, const std::string& n
   }
   return values;
 }
-
-bool is_in_summary(const std::string& name) { return name != "t" && !name.starts_with("v"); }
 
 // Numbers along an axis in thousands, millionths, ... where plain ones would be long.
 struct Axis {
@@ -119,86 +117,80 @@ std::string SweepReport::verdict() const {
   return text + (failed == 0 ? "" : ", " + io::with_groups(long(failed)) + " of all failed");
 }
 
-std::string SweepReport::text() const {
-  std::string text = sweep.name + ": " + verdict() + "\n\n";
-  io::TextTable facts({{"quantity"}, {"value"}});
-  facts.append({"scene", sweep.scene.name + ", " + io::with_groups(sweep.scene.steps()) + " steps of " +
-                             to_string(sweep.scene.integrator)});
-  facts.append({"seed", std::to_string(sweep.seed)});
-  if (!outcome.was_finished) {
-    const double speed = double(outcome.rows - outcome.resumed) / std::max(outcome.step_seconds, 1e-9);
-    facts.append({"one step", io::with_groups(long(outcome.operations)) + " operations"});
-    facts.append({"ready after", io::duration(outcome.build_seconds)});
-    facts.append({"computed in", io::duration(outcome.step_seconds) + ", " + io::significant(speed, 3) +
-                                     " samples a second, " +
-                                     io::significant(speed * double(sweep.scene.steps()), 3) +
-                                     " steps a second"});
+namespace {
+
+// Least to most: of each result for programs, of some for people where there are any.
+void tell_quantiles(const SceneSweep& sweep, const SweepOutcome& outcome, io::Facts& facts) {
+  std::vector<io::TextColumn> columns = {{"result"}};
+  for (const char* name : {"least", "5 %", "median", "95 %", "most"})
+    columns.push_back({name, "", io::Align::kRight});
+  io::TextTable table(columns);
+  for (const std::string& name : result_names(sweep.scene)) {
+    const Quantiles q = quantiles_of(sound_column(outcome.table, name));
+    facts["quantiles"][name] = {q.least, q.low, q.median, q.high, q.most};
+    if (name == "t" || name.starts_with("v")) continue;
+    std::vector<std::string> row = {name};
+    for (double x : {q.least, q.low, q.median, q.high, q.most}) row.push_back(io::with_digits(x, 5));
+    table.append(row);
   }
-  text += facts.text();
-  if (!outcome.was_stopped && outcome.failures.size() < std::size_t(outcome.rows)) {
-    io::TextTable table({{"result"},
-                         {"least", "", io::Align::kRight},
-                         {"5 %", "", io::Align::kRight},
-                         {"median", "", io::Align::kRight},
-                         {"95 %", "", io::Align::kRight},
-                         {"most", "", io::Align::kRight}});
-    for (const std::string& name : result_names(sweep.scene)) {
-      if (!is_in_summary(name)) continue;
-      const Quantiles q = quantiles_of(sound_column(outcome.table, name));
-      std::vector<std::string> row = {name};
-      for (double x : {q.least, q.low, q.median, q.high, q.most}) row.push_back(io::with_digits(x, 5));
-      table.append(row);
-    }
-    text += "\n" + table.text();
-  }
-  for (std::size_t k = 0; k < std::min(outcome.failures.size(), kShownFailures); ++k)
-    text += (k == 0 ? "\n" : "") + outcome.failures[k] + "\n";
-  if (outcome.failures.size() > kShownFailures)
-    text += "and " + io::with_groups(long(outcome.failures.size() - kShownFailures)) + " more\n";
-  return text;
+  if (outcome.failures.size() < std::size_t(outcome.rows)) facts.below("\n" + table.text());
 }
 
-std::string SweepReport::json() const {
-  nlohmann::ordered_json j;
-  j["sweep"] = sweep.name;
-  j["scene"] = sweep.scene.name;
-  j["identity"] =
-      outcome.was_stopped || !unwritten.empty() ? "" : outcome.identity;  // of results that are whole
-  j["success"] = success() && unwritten.empty();
-  j["verdict"] = verdict();
-  j["samples"] = sweep.rows();
-  j["seed"] = sweep.seed;
-  j["resumed"] = outcome.resumed;
-  j["failed"] = outcome.failures.size();
-  j["operations"] = outcome.operations;
-  j["seconds"] = {{"build", outcome.build_seconds}, {"steps", outcome.step_seconds}};
-  if (!outcome.was_stopped) {
-    for (const std::string& name : result_names(sweep.scene)) {
-      const Quantiles q = quantiles_of(sound_column(outcome.table, name));
-      j["quantiles"][name] = {q.least, q.low, q.median, q.high, q.most};
-    }
+io::Facts facts_of(const SweepReport& report) {
+  const auto& [sweep, outcome] = std::tie(report.sweep, report.outcome);
+  io::Facts facts(sweep.name + ": " + report.verdict());
+  facts["sweep"] = sweep.name;
+  facts.say("scene", sweep.scene.name + ", " + io::with_groups(sweep.scene.steps()) + " steps of " +
+                         to_string(sweep.scene.integrator));
+  facts["scene"] = sweep.scene.name;
+  facts["identity"] =
+      outcome.was_stopped || !report.unwritten.empty() ? "" : outcome.identity;  // of results that are whole
+  facts["success"] = report.success() && report.unwritten.empty();
+  facts["verdict"] = report.verdict();
+  facts["samples"] = sweep.rows();
+  facts.say("seed", std::to_string(sweep.seed));
+  facts["seed"] = sweep.seed;
+  facts["resumed"] = outcome.resumed;
+  facts["failed"] = outcome.failures.size();
+  facts["operations"] = outcome.operations;
+  facts["seconds"] = {{"build", outcome.build_seconds}, {"steps", outcome.step_seconds}};
+  if (!outcome.was_finished) {
+    const double speed = double(outcome.rows - outcome.resumed) / std::max(outcome.step_seconds, 1e-9);
+    facts.say("one step", io::with_groups(long(outcome.operations)) + " operations");
+    facts.say("ready after", io::duration(outcome.build_seconds));
+    facts.say("computed in", io::duration(outcome.step_seconds) + ", " + io::significant(speed, 3) +
+                                 " samples a second, " +
+                                 io::significant(speed * double(sweep.scene.steps()), 3) + " steps a second");
   }
-  j["unwritten"] = unwritten;
-  return j.dump(2) + "\n";
+  if (!outcome.was_stopped) tell_quantiles(sweep, outcome, facts);
+  const std::vector<std::string>& failures = outcome.failures;
+  for (std::size_t k = 0; k < std::min(failures.size(), kShownFailures); ++k)
+    facts.below((k == 0 ? "\n" : "") + failures[k] + "\n");
+  if (failures.size() > kShownFailures)
+    facts.below("and " + io::with_groups(long(failures.size() - kShownFailures)) + " more\n");
+  facts["unwritten"] = report.unwritten;
+  return facts;
 }
+
+}  // namespace
+
+std::string SweepReport::text() const { return facts_of(*this).text(); }
+std::string SweepReport::json() const { return facts_of(*this).json(); }
 
 void write_sweep_results(SweepReport& report, const std::string& folder, const std::stop_token& stop) {
   io::ResultFolder results(folder, report.unwritten);
   const SweepOutcome& outcome = report.outcome;
-  const auto put = [&](const char* file, const std::string& text) {
-    results.write(file, [&](const std::string& path) { write_file_atomically(path, text); });
-  };
-  put(kSweepTable, outcome.csv);
+  results.write_text(kSweepTable, outcome.csv);
   std::string failures;
   for (const std::string& failure : outcome.failures) failures += failure + "\n";
   results.remove(kSweepFailures);
-  if (!failures.empty()) put(kSweepFailures, failures);
-  put(kSweepUnderstood, report.sweep.effective);
+  if (!failures.empty()) results.write_text(kSweepFailures, failures);
+  results.write_text(kSweepUnderstood, report.sweep.effective);
   results.remove(kSweepPicture);
   const io::Plot plot = sweep_plot(report.sweep, outcome.table);
   if (!plot.panels.empty())
     results.write(kSweepPicture, [&](const std::string& path) { io::draw(plot, path, "gnuplot", stop); });
-  put(kSweepReport, report.json());
+  results.write_text(kSweepReport, report.json());
 }
 
 SweepOutcome finished_outcome(const SceneSweep& sweep, const std::string& folder) {

@@ -7,11 +7,6 @@
 
 namespace dyntape {
 
-struct RecordedEnergy {
-  Function function;  // of (q, v, drive)
-  EnergyLayout layout;
-};
-
 namespace {
 
 using dynamics::Effects;
@@ -102,48 +97,10 @@ class PowerRecorder {
   std::vector<std::pair<const char*, bool>> suppliers_;
 };
 
-RecordedEnergy record_energy(const RobotScene& scene) {
-  const std::vector<int> dofs = actuated_dofs(scene);
-  const int nq = scene.model.nq, nv = scene.model.nv;
-  RecordedEnergy recorded;
-  recorded.function =
-      record(scene.model.name + "_energy", std::size_t(nq + nv) + dofs.size(), [&](const VectorXad& x) {
-        const VectorXad tau = torques_at(dofs, x.tail(Eigen::Index(dofs.size())), nv);
-        return record_energies(scene, scene.model.cast<AD>(), scene.effects.cast<AD>(), x.head(nq),
-                               x.segment(nq, nv), tau, recorded.layout);
-      });
-  return recorded;
-}
-
-CodegenOptions without_derivatives(CodegenOptions options) {
-  options.order = Order::kValue;
-  return options;
-}
-
-}  // namespace
-
-EnergyMeter::EnergyMeter(const RobotScene& scene, const CodegenOptions& options)
-    : EnergyMeter(record_energy(scene), scene, options) {}
-
-EnergyMeter::EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene,
-                         const CodegenOptions& options)
-    : layout_(recorded.layout),
-      n_state_(scene.model.nq + scene.model.nv),
-      function_(CompiledFunction::make(recorded.function, without_derivatives(options))),
-      workspace_(function_),
-      input_(Eigen::Index(function_.n_x())),
-      output_(Eigen::Index(function_.n_y())) {}
-
-const Energy& EnergyMeter::at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive) {
-  input_ << x.head(n_state_), drive;
-  function_.value(input_.data(), nullptr, output_.data(), workspace_);
-  layout_.read(output_.data(), 1, energy_);
-  return energy_;
-}
-
-VectorXad record_energies(const RobotScene& scene, const dynamics::Model<AD>& model,
-                          const Effects<AD>& effects, const VectorXad& q, const VectorXad& v,
-                          const VectorXad& tau, EnergyLayout& layout) {
+// What an EnergyLayout describes, of the motors' torques tau (nv).
+VectorXad energies_of(const RobotScene& scene, const RecordedScene& now, const VectorXad& q,
+                      const VectorXad& v, const VectorXad& tau, EnergyLayout& layout) {
+  const auto& [model, effects] = now;
   dynamics::Data<AD> data(model);
   PowerRecorder powers_of(model, effects);
   std::vector<AD> y = {dynamics::kinetic_energy<AD>(model, data, q, v, effects.acting()),
@@ -159,6 +116,60 @@ VectorXad record_energies(const RobotScene& scene, const dynamics::Model<AD>& mo
   for (const std::vector<AD>& each : powers) powers_of.append(each, y);
   layout.flows = powers_of.names();
   return Eigen::Map<VectorXad>(y.data(), Eigen::Index(y.size()));
+}
+
+Function record_energy(const RobotScene& scene, int n_p, const SceneEdit& edit, EnergyLayout& layout) {
+  const std::vector<int> dofs = actuated_dofs(scene);
+  const int nq = scene.model.nq, nv = scene.model.nv, n_u = int(dofs.size());
+  const auto lagged = (scene.lag.array() > 0).count();
+  return record(scene.model.name + "_energy", std::size_t(nq + nv + lagged), std::size_t(2 + n_u + n_p),
+                [&](const VectorXad& x, const VectorXad& arguments) {
+                  RecordedScene now = recorded(scene);
+                  if (edit) edit(now, arguments.tail(n_p));
+                  VectorXad drive = arguments.segment(2, n_u);
+                  for (Eigen::Index k = 0, m = nq + nv; k < scene.lag.size(); ++k) {
+                    if (scene.lag[k] > 0) drive[k] = x[m++];
+                  }
+                  return energies_of(scene, now, x.head(nq), x.segment(nq, nv), torques_at(dofs, drive, nv),
+                                     layout);
+                });
+}
+
+CodegenOptions without_derivatives(CodegenOptions options) {
+  options.order = Order::kValue;
+  return options;
+}
+
+}  // namespace
+
+EnergyMeter::EnergyMeter(const RobotScene& scene, const CodegenOptions& options, int n_p,
+                         const SceneEdit& edit)
+    : function_(
+          CompiledFunction::make(record_energy(scene, n_p, edit, layout_), without_derivatives(options))),
+      workspace_(function_),
+      arguments_(Eigen::VectorXd::Zero(Eigen::Index(function_.n_p()))),
+      output_(Eigen::Index(function_.n_y())) {}
+
+EnergyMeter::EnergyMeter(const EnergyMeter& other)
+    : layout_(other.layout_),
+      function_(other.function_),
+      workspace_(function_),
+      arguments_(other.arguments_),
+      output_(other.output_) {}
+
+const Energy& EnergyMeter::at(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p) {
+  arguments_.segment(2, u.size()) = u;
+  arguments_.tail(p.size()) = p;
+  function_.value(x.data(), arguments_.data(), output_.data(), workspace_);
+  layout_.read(output_.data(), 1, energy_);
+  return energy_;
+}
+
+void EnergyMeter::side_by_side(std::size_t count, std::size_t width, const double* x, const double* arguments,
+                               double* y, std::uint32_t* status) {
+  (void)function_.run(
+      Order::kValue,
+      {.count = count, .x = x, .p = arguments, .y = y, .status = status, .side_by_side = width}, workspace_);
 }
 
 void EnergyLayout::read(const double* y, Eigen::Index stride, Energy& energy) const {

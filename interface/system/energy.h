@@ -3,20 +3,22 @@
 // Energies of a scene and the power of all that acts, recorded and compiled.
 //
 //   EnergyMeter meter(scene, {});
-//   const Energy& e = meter.at(x, drive);        // x = (q, v, ...); e.kinetic, e.stored (J), e.power (W)
-//   meter.names()                                // of e.power: "motors", then the effects that supply or take energy
-//   meter.mechanisms()                           // what energies and powers are also known of one by one (mechanisms.h)
+//   const Energy& e = meter.at(x, u);            // x = (q, v, motors with a lag); e.kinetic, e.stored (J), e.power (W)
+//   meter.layout().flows                         // of e.power: "motors", then the effects that supply or take energy
+//   meter.layout().mechanisms                    // what energies and powers are also known of one by one (mechanisms.h)
 //
 // What moves must obey two balances: T changes by the work of all powers, and what is stored by that of the forces that store
 // it.  A scheme whose velocities are not those of its positions breaks the second.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include <dyntape/autodiff/record/eigen.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/system/mechanisms.h>
+#include <dyntape/interface/system/scene_system.h>
 
 namespace dyntape {
 
@@ -38,31 +40,28 @@ struct EnergyLayout {
   // Entry i stands at y[i * stride].
   void read(const double* y, Eigen::Index stride, Energy& energy) const;
 };
-// Records them at (q, v), tau (nv) that of the motors, with these numbers of the scene; says in `layout` what they are.
-VectorXad record_energies(const RobotScene& scene, const dynamics::Model<AD>& model,
-                          const dynamics::Effects<AD>& effects, const VectorXad& q, const VectorXad& v,
-                          const VectorXad& tau, EnergyLayout& layout);
-
-struct RecordedEnergy;
 
 class EnergyMeter {
  public:
-  EnergyMeter(const RobotScene& scene, const CodegenOptions& options);
+  // With numbers of the scene as parameters, as its system has them (scene_system.h).
+  EnergyMeter(const RobotScene& scene, const CodegenOptions& options, int n_p = 0,
+              const SceneEdit& edit = {});
+  EnergyMeter(const EnergyMeter& other);  // with working memory of its own, for another thread
 
-  const std::vector<std::string>& names() const { return layout_.flows; }
-  Eigen::Index flows() const { return Eigen::Index(layout_.flows.size()); }
-  const std::vector<Mechanism>& mechanisms() const { return layout_.mechanisms; }
-  // x begins with q and v; drive: what the motors give.  Valid until the next call.
-  const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& drive);
+  const EnergyLayout& layout() const { return layout_; }
+  // u: what the motors are told, which those without a lag give at once; p (n_p).  Valid until the next call.
+  const Energy& at(const Eigen::VectorXd& x, const Eigen::VectorXd& u, const Eigen::VectorXd& p = {});
+  const Energy& latest() const { return energy_; }
+
+  // Of many states in lanes, laid out as those of Stepper::steps_side_by_side; y (layout().size()).
+  void side_by_side(std::size_t count, std::size_t width, const double* x, const double* arguments, double* y,
+                    std::uint32_t* status);
 
  private:
-  EnergyMeter(const RecordedEnergy& recorded, const RobotScene& scene, const CodegenOptions& options);
-
   EnergyLayout layout_;
-  int n_state_;
-  CompiledFunction function_;
+  CompiledFunction function_;  // of variables x and parameters (t, h, u, p)
   CompiledFunction::Workspace workspace_;
-  Eigen::VectorXd input_, output_;
+  Eigen::VectorXd arguments_, output_;
   Energy energy_;
 };
 

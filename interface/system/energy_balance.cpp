@@ -18,8 +18,8 @@ constexpr double kOfTheScene = 1e-9;  // what is less of the energy that moved a
 
 double MechanismBalance::part() const { return error > kNoEnergy ? error / std::max(moved, kNoEnergy) : 0; }
 
-EnergyBalances::EnergyBalances(const std::vector<std::string>& names) {
-  for (const std::string& name : names) balances_.push_back({name});
+EnergyBalances::EnergyBalances(const std::vector<Mechanism>& mechanisms) {
+  for (const Mechanism& mechanism : mechanisms) balances_.push_back({mechanism.name});
 }
 
 void EnergyBalances::add(const Energy& energy, const Eigen::MatrixXd& work) {

@@ -3,7 +3,7 @@
 // Whether the energy of a motion is accounted for, mechanism by mechanism (mechanisms.h): a small one beside a large one has
 // a balance of its own.
 //
-//   EnergyBalances balances(names);
+//   EnergyBalances balances(mechanisms);
 //   balances.add(energy, work);                                    // at the start, then after each step
 //   const std::string warning = doubt_of_energy(balances.all());     // "" or a sentence
 //
@@ -29,7 +29,7 @@ struct MechanismBalance {
 
 class EnergyBalances {
  public:
-  explicit EnergyBalances(const std::vector<std::string>& names);
+  explicit EnergyBalances(const std::vector<Mechanism>& mechanisms);
 
   // work: (flows, then what was released; mechanisms), J since the start.
   void add(const Energy& energy, const Eigen::MatrixXd& work);

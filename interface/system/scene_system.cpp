@@ -60,6 +60,17 @@ VectorXad held_acceleration(const SceneConstraints& constraints, const std::shar
 
 RecordedScene recorded(const RobotScene& scene) { return {scene.model.cast<AD>(), scene.effects.cast<AD>()}; }
 
+Eigen::VectorXd state_of(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                         const Eigen::VectorXd& u) {
+  Eigen::VectorXd x(q.size() + v.size() + (scene.lag.array() > 0).count());
+  x.head(q.size()) = q;
+  x.segment(q.size(), v.size()) = v;
+  for (Eigen::Index k = 0, m = q.size() + v.size(); k < scene.lag.size(); ++k) {
+    if (scene.lag[k] > 0) x[m++] = u[k];
+  }
+  return x;
+}
+
 System system_of(const RobotScene& scene) {
   return system_of(scene, 0, [](RecordedScene&, const VectorXad&) {});
 }

@@ -26,6 +26,10 @@ struct RecordedScene {
 };
 RecordedScene recorded(const RobotScene& scene);
 
+// A state of that system: (q, v, what motors with a lag give, which is what they are told).
+Eigen::VectorXd state_of(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                         const Eigen::VectorXd& u);
+
 // With parameters p (n_p) before these, which `edit` puts in the place of numbers of the scene.
 using SceneEdit = std::function<void(RecordedScene&, const VectorXad& p)>;
 System system_of(const RobotScene& scene, int n_p, const SceneEdit& edit);

@@ -4,8 +4,10 @@
 #include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/io/csv.h>
 #include <gtest/gtest.h>
+
 #include <sys/stat.h>
 #include <unistd.h>
+#include <Eigen/Core>
 
 #include <atomic>
 #include <bit>
@@ -191,6 +193,16 @@ TEST(Csv, a_missing_column_is_told_with_its_file) {
             "measured.csv:1: there is no column 't'; did you mean 'tt'?");
   EXPECT_EQ(said(CsvTable({"tt", "q"})), "CsvTable: there is no column 't'; did you mean 'tt'?");
   EXPECT_THROW(parse_csv("a\n1\n", "measured.csv").column("t"), FileError);
+}
+
+TEST(Csv, columns_stand_side_by_side) {
+  Eigen::MatrixXd q(2, 3);
+  q << 1, 2, 3, 4, 5, 6;
+  CsvColumns columns;
+  columns.add("t", {0, 0.5, 1});
+  columns.add({"q.a", "q.b"}, q);
+  EXPECT_EQ(format_csv(columns.table()), "t,q.a,q.b\n0,1,4\n0.5,2,5\n1,3,6\n");
+  EXPECT_EQ(CsvColumns().table().rows(), 0);
 }
 
 }  // namespace

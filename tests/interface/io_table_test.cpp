@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/table.h>
 #include <gtest/gtest.h>
 
@@ -46,6 +47,27 @@ TEST(TextTable, rounded_numbers_are_near_what_they_show) {
     const double shown = std::strtod(significant(value, 4).c_str(), nullptr);
     ASSERT_LE(std::abs(shown - value), 0.50001e-3 * value) << "seed " << seed;
   }
+}
+
+TEST(Facts, are_told_to_people_and_programs_in_order) {
+  Facts facts("pendulum: simulated 2 s");
+  facts.say("one step", "12 operations");
+  facts["operations"] = 12;
+  facts["error"] = std::numeric_limits<double>::quiet_NaN();
+  facts.time("check derivatives", 0.25, "twice");
+  facts.below("\n" + facts.times());
+  EXPECT_EQ(facts.text(),
+            "pendulum: simulated 2 s\n\n"
+            "quantity  value\n"
+            "--------  -------------\n"
+            "one step  12 operations\n"
+            "\n"
+            "step                 time  remark\n"
+            "-----------------  ------  ------\n"
+            "check derivatives  250 ms  twice\n");
+  EXPECT_EQ(facts.json(),
+            "{\n  \"operations\": 12,\n  \"error\": null,\n  \"seconds\": {\n    "
+            "\"check_derivatives\": 0.25\n  }\n}\n");
 }
 
 }  // namespace

@@ -57,19 +57,13 @@ Samples read_samples(const IdentifyOptions& options, const dynamics::UrdfRobot& 
 }
 
 void write_motion(const dynamics::Model<double>& model, const Excitation& e, const std::string& path) {
-  std::vector<std::string> names = {"t"};
-  const auto add = [&](const std::string& prefix, int count) {
-    for (const std::string& name : numbered(prefix, count)) names.push_back(name);
-  };
-  add("q", model.nq), add("v", model.nv), add("a", model.nv);
-  io::CsvTable table(names);
   const Samples s = sample(model, e.series, times_of_period(e.series.period, 500));
-  for (Eigen::Index i = 0; i < s.count(); ++i) {
-    Eigen::VectorXd row(1 + model.nq + 2 * model.nv);
-    row << s.time[i], s.q.col(i), s.v.col(i), s.a.col(i);
-    table.append(std::span(row.data(), static_cast<std::size_t>(row.size())));
-  }
-  io::write_csv(path, table);
+  io::CsvColumns table;
+  table.add({"t"}, s.time.transpose());
+  table.add(numbered("q", model.nq), s.q);
+  table.add(numbered("v", model.nv), s.v);
+  table.add(numbered("a", model.nv), s.a);
+  io::write_csv(path, table.table());
 }
 
 void print(const BaseParameters& base, const Eigen::VectorXd& values, const Eigen::VectorXd* error,

@@ -112,11 +112,11 @@ struct MotionSensitivity::Made {
   };
 
   // That program, its parameters held at every point and told by nobody.
-  class HeldParameters : public Nlp {
+  class HeldParameters : public StagedNlp {
    public:
     HeldParameters(const Problem& problem, const MeshOptions& mesh)
-        : program_(discretize(with_parameters_as_states(problem), exact(mesh))),
-          shape_(program_.shape()),
+        : StagedNlp(discretize(with_parameters_as_states(problem), exact(mesh))),
+          shape_(program().shape),
           is_of_steps_(mesh.scheme.step) {
       const Eigen::Index free = problem.free_time ? 1 : 0, n_p = problem.parameters.size();
       places_ = {.own = problem.n_x(),
@@ -138,23 +138,11 @@ struct MotionSensitivity::Made {
     const Places& places() const { return places_; }
 
     void set_values(const Problem& now) {
-      program_.set_values(with_parameters_as_states(now));
+      StagedNlp::set_values(with_parameters_as_states(now));
       hold(now);
     }
 
     const NlpShape& shape() const override { return shape_; }
-    bool objective(const double* x, double& value) override { return program_.objective(x, value); }
-    bool gradient(const double* x, double* gradient) override { return program_.gradient(x, gradient); }
-    bool constraints(const double* x, double* g) override { return program_.constraints(x, g); }
-    bool jacobian(const double* x, double* nonzeros) override { return program_.jacobian(x, nonzeros); }
-    bool hessian(const double* x, double sigma, const double* lambda, double* nonzeros) override {
-      return program_.hessian(x, sigma, lambda, nonzeros);
-    }
-    NlpScaling scaling(const std::vector<double>& at, const NlpScaling& before) override {
-      return program_.scaling(at, before);
-    }
-    std::string variable_name(std::size_t i) const override { return program_.variable_name(i); }
-    std::string constraint_name(std::size_t j) const override { return program_.constraint_name(j); }
 
    private:
     void hold(const Problem& now) {
@@ -164,8 +152,8 @@ struct MotionSensitivity::Made {
             "problem \"" + now.name + "\": the parameter \"" + varies +
             "\" varies with time, on the way of a step as well, which derivatives of multiple "
             "shooting do not know; expected constants");
-      shape_.x_lower = program_.shape().x_lower, shape_.x_upper = program_.shape().x_upper;
-      const std::vector<double> t = program_.times();
+      shape_.x_lower = program().shape.x_lower, shape_.x_upper = program().shape.x_upper;
+      const std::vector<double> t = times();
       for (Eigen::Index point = 0; point < places_.points; ++point) {
         const VectorXd values = now.parameters.at(t[std::size_t(point)]);
         for (Eigen::Index i = 0; i < places_.n_p; ++i) {
@@ -175,7 +163,6 @@ struct MotionSensitivity::Made {
       }
     }
 
-    StagedNlp program_;
     NlpShape shape_;
     bool is_of_steps_;
     Places places_;

@@ -129,16 +129,8 @@ VectorXd values_of(const SceneSweep& sweep, long row) {
 
 SampleStart start_of(const SceneSweep& sweep, const VectorXd& values) {
   const StartNumbers start = start_numbers(sweep, values);
-  const VectorXd& lag = sweep.scene.robot.lag;
-  SampleStart sample{{}, parameters_in(sweep, values), start.u};
-  sample.x.resize(start.q.size() + start.v.size() + (lag.array() > 0).count());
-  sample.x.head(start.q.size()) = start.q;
-  sample.x.segment(start.q.size(), start.v.size()) = start.v;
   const VectorXd u = Commands{sweep.scene.commands.t, start.u}.at(0, {});
-  for (Eigen::Index k = 0, m = start.q.size() + start.v.size(); k < lag.size(); ++k) {
-    if (lag[k] > 0) sample.x[m++] = u[k];  // motors start where they are told to be
-  }
-  return sample;
+  return {state_of(sweep.scene.robot, start.q, start.v, u), parameters_in(sweep, values), start.u};
 }
 
 Scene scene_of(const SceneSweep& sweep, long row) {

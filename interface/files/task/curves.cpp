@@ -12,6 +12,13 @@ double effort_limit(const dynamics::Model<double>& model, int dof) {
   return std::find_if(model.joints.begin(), model.joints.end(), has)->limits.effort;
 }
 
+std::vector<std::string> control_columns(const Task& task) {
+  std::vector<std::string> names = task.problem.controls;
+  for (std::string& name : names)
+    if (name.starts_with("u.")) name = "tau." + name.substr(2);
+  return names;
+}
+
 Curves curves_of(const Task& task, const Trajectory& motion) {
   const int n = task.scene.model.nv, nq = task.scene.model.nq;
   Curves c{motion.x.topRows(nq), motion.x.middleRows(nq, n), MatrixXd(n, motion.points()), motion.u};

@@ -18,6 +18,9 @@ struct Curves {
 // (N m or N) of the joint with that degree of freedom.
 double effort_limit(const dynamics::Model<double>& model, int dof);
 
+// What columns of a table call the controls: of torques "tau.elbow", of forces "f.rotor".
+std::vector<std::string> control_columns(const Task& task);
+
 Curves curves_of(const Task& task, const Trajectory& motion);
 
 }  // namespace dyntape

@@ -27,8 +27,8 @@ void check_quadratic(const char* name, ConstraintOrder order) {
 
 namespace detail {
 
-VectorFunctionLinearApproximation linear(const TermModel& term, const char* name, scalar_t time,
-                                         const vector_t& state, const vector_t& input, const vector_t& p) {
+VectorFunctionLinearApproximation linear(const TermModel& term, const char* name, const vector_t& p,
+                                         scalar_t time, const vector_t& state, const vector_t& input) {
   const vector_t x = term.variables(name, time, state, input);
   const CppAdInterface& model = term.of(name);
   VectorFunctionLinearApproximation a;
@@ -39,10 +39,10 @@ VectorFunctionLinearApproximation linear(const TermModel& term, const char* name
   return a;
 }
 
-VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const char* name, scalar_t time,
-                                                    const vector_t& state, const vector_t& input,
-                                                    const vector_t& p) {
-  const VectorFunctionLinearApproximation first = linear(term, name, time, state, input, p);
+VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const char* name,
+                                                    const vector_t& p, scalar_t time, const vector_t& state,
+                                                    const vector_t& input) {
+  const VectorFunctionLinearApproximation first = linear(term, name, p, time, state, input);
   const vector_t x = term.variables(name, time, state, input);
   VectorFunctionQuadraticApproximation a;
   a.f = first.f, a.dfdx = first.dfdx, a.dfdu = first.dfdu;
@@ -57,84 +57,60 @@ VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const
   return a;
 }
 
+template <class Self, class... Input>
+VectorFunctionLinearApproximation Constraint<Self, Input...>::getLinearApproximation(
+    scalar_t, const vector_t&, const Input&..., const PreComputation&) const {
+  refuse("getLinearApproximation");
+}
+template <class Self, class... Input>
+VectorFunctionQuadraticApproximation Constraint<Self, Input...>::getQuadraticApproximation(
+    scalar_t, const vector_t&, const Input&..., const PreComputation&) const {
+  refuse("getQuadraticApproximation");
+}
+
+template <class Base, class... Input>
+void RecordedConstraint<Base, Input...>::initialize(std::size_t stateDim,
+                                                    InPlaceOf<Input, std::size_t>... inputDim,
+                                                    std::size_t parameterDim, const std::string& modelName,
+                                                    const std::string& modelFolder, bool recompileLibraries,
+                                                    bool verbose, const char* file, int line) {
+  const auto recorded = [this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t& u,
+                               const ad_vector_t& p) {
+    if constexpr (sizeof...(Input) == 0) {
+      return constraintFunction(t, x, p);
+    } else {
+      return constraintFunction(t, x, u, p);
+    }
+  };
+  model_.make(recorded, {stateDim, (std::size_t(0) + ... + inputDim), parameterDim}, modelName, modelFolder,
+              needed(this->getOrder()), recompileLibraries, verbose, {file, line});
+}
+
+template <class Base, class... Input>
+vector_t RecordedConstraint<Base, Input...>::getValue(scalar_t time, const vector_t& state,
+                                                      const Input&... input,
+                                                      const PreComputation& preComp) const {
+  const vector_t x = model_.variables(kind(), time, state, input...);
+  return model_.of(kind()).getFunctionValue(x, getParameters(time, preComp));
+}
+
+template <class Base, class... Input>
+VectorFunctionLinearApproximation RecordedConstraint<Base, Input...>::getLinearApproximation(
+    scalar_t time, const vector_t& state, const Input&... input, const PreComputation& preComp) const {
+  return linear(model_, kind(), getParameters(time, preComp), time, state, input...);
+}
+
+template <class Base, class... Input>
+VectorFunctionQuadraticApproximation RecordedConstraint<Base, Input...>::getQuadraticApproximation(
+    scalar_t time, const vector_t& state, const Input&... input, const PreComputation& preComp) const {
+  check_quadratic(kind(), this->getOrder());
+  return quadratic_rows(model_, kind(), getParameters(time, preComp), time, state, input...);
+}
+
+template class Constraint<StateConstraint>;
+template class Constraint<StateInputConstraint, vector_t>;
+template class RecordedConstraint<StateConstraint>;
+template class RecordedConstraint<StateInputConstraint, vector_t>;
+
 }  // namespace detail
-
-VectorFunctionLinearApproximation StateConstraint::getLinearApproximation(scalar_t, const vector_t&,
-                                                                          const PreComputation&) const {
-  refuse("getLinearApproximation");
-}
-VectorFunctionQuadraticApproximation StateConstraint::getQuadraticApproximation(scalar_t, const vector_t&,
-                                                                                const PreComputation&) const {
-  refuse("getQuadraticApproximation");
-}
-VectorFunctionLinearApproximation StateInputConstraint::getLinearApproximation(scalar_t, const vector_t&,
-                                                                               const vector_t&,
-                                                                               const PreComputation&) const {
-  refuse("getLinearApproximation");
-}
-VectorFunctionQuadraticApproximation StateInputConstraint::getQuadraticApproximation(
-    scalar_t, const vector_t&, const vector_t&, const PreComputation&) const {
-  refuse("getQuadraticApproximation");
-}
-
-// --- Of states --------------------------------------------------------------------------------------------
-
-void StateConstraintCppAd::initialize(std::size_t stateDim, std::size_t parameterDim,
-                                      const std::string& modelName, const std::string& modelFolder,
-                                      bool recompileLibraries, bool verbose, const char* file, int line) {
-  model_.make([this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t&,
-                     const ad_vector_t& p) { return constraintFunction(t, x, p); },
-              {stateDim, 0, parameterDim}, modelName, modelFolder, needed(getOrder()), recompileLibraries,
-              verbose, {file, line});
-}
-
-vector_t StateConstraintCppAd::getValue(scalar_t time, const vector_t& state,
-                                        const PreComputation& preComp) const {
-  const vector_t x = model_.variables("StateConstraintCppAd", time, state);
-  return model_.of("StateConstraintCppAd").getFunctionValue(x, getParameters(time, preComp));
-}
-
-VectorFunctionLinearApproximation StateConstraintCppAd::getLinearApproximation(
-    scalar_t time, const vector_t& state, const PreComputation& preComp) const {
-  return detail::linear(model_, "StateConstraintCppAd", time, state, {}, getParameters(time, preComp));
-}
-
-VectorFunctionQuadraticApproximation StateConstraintCppAd::getQuadraticApproximation(
-    scalar_t time, const vector_t& state, const PreComputation& preComp) const {
-  check_quadratic("StateConstraintCppAd", getOrder());
-  return detail::quadratic_rows(model_, "StateConstraintCppAd", time, state, {},
-                                getParameters(time, preComp));
-}
-
-// --- Of states and inputs ---------------------------------------------------------------------------------
-
-void StateInputConstraintCppAd::initialize(std::size_t stateDim, std::size_t inputDim,
-                                           std::size_t parameterDim, const std::string& modelName,
-                                           const std::string& modelFolder, bool recompileLibraries,
-                                           bool verbose, const char* file, int line) {
-  model_.make([this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t& u,
-                     const ad_vector_t& p) { return constraintFunction(t, x, u, p); },
-              {stateDim, inputDim, parameterDim}, modelName, modelFolder, needed(getOrder()),
-              recompileLibraries, verbose, {file, line});
-}
-
-vector_t StateInputConstraintCppAd::getValue(scalar_t time, const vector_t& state, const vector_t& input,
-                                             const PreComputation& preComp) const {
-  const vector_t x = model_.variables("StateInputConstraintCppAd", time, state, input);
-  return model_.of("StateInputConstraintCppAd").getFunctionValue(x, getParameters(time, preComp));
-}
-
-VectorFunctionLinearApproximation StateInputConstraintCppAd::getLinearApproximation(
-    scalar_t time, const vector_t& state, const vector_t& input, const PreComputation& preComp) const {
-  return detail::linear(model_, "StateInputConstraintCppAd", time, state, input,
-                        getParameters(time, preComp));
-}
-
-VectorFunctionQuadraticApproximation StateInputConstraintCppAd::getQuadraticApproximation(
-    scalar_t time, const vector_t& state, const vector_t& input, const PreComputation& preComp) const {
-  check_quadratic("StateInputConstraintCppAd", getOrder());
-  return detail::quadratic_rows(model_, "StateInputConstraintCppAd", time, state, input,
-                                getParameters(time, preComp));
-}
-
 }  // namespace dyntape::ocs2

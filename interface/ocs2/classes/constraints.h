@@ -26,107 +26,95 @@ namespace dyntape::ocs2 {
 
 enum class ConstraintOrder { Linear, Quadratic };
 
-class StateConstraint {
+namespace detail {
+
+// Of a state, or of a state and an input.
+template <class Self, class... Input>
+class Constraint {
  public:
-  explicit StateConstraint(ConstraintOrder order) : order_(order) {}
-  virtual ~StateConstraint() = default;
-  virtual StateConstraint* clone() const = 0;
+  explicit Constraint(ConstraintOrder order) : order_(order) {}
+  virtual ~Constraint() = default;
+  virtual Self* clone() const = 0;
   ConstraintOrder getOrder() const { return order_; }
   virtual bool isActive(scalar_t /*time*/) const { return true; }
   virtual std::size_t getNumConstraints(scalar_t time) const = 0;
-  virtual vector_t getValue(scalar_t time, const vector_t& state, const PreComputation& preComp) const = 0;
-  virtual VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
-                                                                   const PreComputation& preComp) const;
-  virtual VectorFunctionQuadraticApproximation getQuadraticApproximation(scalar_t time, const vector_t& state,
-                                                                         const PreComputation& preComp) const;
-
- protected:
-  StateConstraint(const StateConstraint&) = default;
-
- private:
-  ConstraintOrder order_;
-};
-
-class StateInputConstraint {
- public:
-  explicit StateInputConstraint(ConstraintOrder order) : order_(order) {}
-  virtual ~StateInputConstraint() = default;
-  virtual StateInputConstraint* clone() const = 0;
-  ConstraintOrder getOrder() const { return order_; }
-  virtual bool isActive(scalar_t /*time*/) const { return true; }
-  virtual std::size_t getNumConstraints(scalar_t time) const = 0;
-  virtual vector_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
+  virtual vector_t getValue(scalar_t time, const vector_t& state, const Input&... input,
                             const PreComputation& preComp) const = 0;
   virtual VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
-                                                                   const vector_t& input,
+                                                                   const Input&... input,
                                                                    const PreComputation& preComp) const;
   virtual VectorFunctionQuadraticApproximation getQuadraticApproximation(scalar_t time, const vector_t& state,
-                                                                         const vector_t& input,
+                                                                         const Input&... input,
                                                                          const PreComputation& preComp) const;
 
  protected:
-  StateInputConstraint(const StateInputConstraint&) = default;
+  Constraint(const Constraint&) = default;
 
  private:
   ConstraintOrder order_;
 };
 
-class StateConstraintCppAd : public StateConstraint {
- public:
-  using StateConstraint::StateConstraint;
-  void initialize(std::size_t stateDim, std::size_t parameterDim, const std::string& modelName,
-                  const std::string& modelFolder = "", bool recompileLibraries = true, bool verbose = true,
-                  const char* file = __builtin_FILE(), int line = __builtin_LINE());
-  virtual vector_t getParameters(scalar_t /*time*/, const PreComputation&) const { return vector_t(0); }
-  vector_t getValue(scalar_t time, const vector_t& state, const PreComputation& preComp) const override;
-  VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
-                                                           const PreComputation& preComp) const override;
-  VectorFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const PreComputation& preComp) const override;
+}  // namespace detail
 
- protected:
-  StateConstraintCppAd(const StateConstraintCppAd&) = default;
-  virtual ad_vector_t constraintFunction(ad_scalar_t time, const ad_vector_t& state,
-                                         const ad_vector_t& parameters) const = 0;
-
- private:
-  detail::TermModel model_;
+class StateConstraint : public detail::Constraint<StateConstraint> {
+  using Constraint::Constraint;
+};
+class StateInputConstraint : public detail::Constraint<StateInputConstraint, vector_t> {
+  using Constraint::Constraint;
 };
 
-class StateInputConstraintCppAd : public StateInputConstraint {
+namespace detail {
+
+// A constraint that a client records, of a model that initialize() makes.
+template <class Base, class... Input>
+class RecordedConstraint : public Base {
  public:
-  using StateInputConstraint::StateInputConstraint;
-  void initialize(std::size_t stateDim, std::size_t inputDim, std::size_t parameterDim,
+  using Base::Base;
+  void initialize(std::size_t stateDim, InPlaceOf<Input, std::size_t>... inputDim, std::size_t parameterDim,
                   const std::string& modelName, const std::string& modelFolder = "",
                   bool recompileLibraries = true, bool verbose = true, const char* file = __builtin_FILE(),
                   int line = __builtin_LINE());
+  // (parameterDim) of the function.
   virtual vector_t getParameters(scalar_t /*time*/, const PreComputation&) const { return vector_t(0); }
-  vector_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
+  vector_t getValue(scalar_t time, const vector_t& state, const Input&... input,
                     const PreComputation& preComp) const override;
   VectorFunctionLinearApproximation getLinearApproximation(scalar_t time, const vector_t& state,
-                                                           const vector_t& input,
+                                                           const Input&... input,
                                                            const PreComputation& preComp) const override;
   VectorFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const vector_t& input,
+      scalar_t time, const vector_t& state, const Input&... input,
       const PreComputation& preComp) const override;
 
  protected:
-  StateInputConstraintCppAd(const StateInputConstraintCppAd&) = default;
-  virtual ad_vector_t constraintFunction(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,
+  RecordedConstraint(const RecordedConstraint&) = default;
+  virtual ad_vector_t constraintFunction(ad_scalar_t time, const ad_vector_t& state,
+                                         const InPlaceOf<Input, ad_vector_t>&... input,
                                          const ad_vector_t& parameters) const = 0;
 
  private:
-  detail::TermModel model_;
+  virtual const char* kind() const = 0;  // for messages
+  TermModel model_;
+};
+
+}  // namespace detail
+
+class StateConstraintCppAd : public detail::RecordedConstraint<StateConstraint> {
+  using RecordedConstraint::RecordedConstraint;
+  const char* kind() const final { return "StateConstraintCppAd"; }
+};
+class StateInputConstraintCppAd : public detail::RecordedConstraint<StateInputConstraint, vector_t> {
+  using RecordedConstraint::RecordedConstraint;
+  const char* kind() const final { return "StateInputConstraintCppAd"; }
 };
 
 namespace detail {
 
 // Of a model of (time, state, input): value and Jacobian, and a Hessian a row.
-VectorFunctionLinearApproximation linear(const TermModel& term, const char* name, scalar_t time,
-                                         const vector_t& state, const vector_t& input, const vector_t& p);
-VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const char* name, scalar_t time,
-                                                    const vector_t& state, const vector_t& input,
-                                                    const vector_t& p);
+VectorFunctionLinearApproximation linear(const TermModel& term, const char* name, const vector_t& p,
+                                         scalar_t time, const vector_t& state, const vector_t& input = {});
+VectorFunctionQuadraticApproximation quadratic_rows(const TermModel& term, const char* name,
+                                                    const vector_t& p, scalar_t time, const vector_t& state,
+                                                    const vector_t& input = {});
 
 }  // namespace detail
 

@@ -60,99 +60,49 @@ ScalarFunctionQuadraticApproximation scalar_blocks(const TermModel::Sizes& sizes
   return a;
 }
 
-namespace {
-
-ScalarFunctionQuadraticApproximation quadratic(const TermModel& term, const char* name, scalar_t time,
-                                               const vector_t& state, const vector_t& input,
-                                               const vector_t& p) {
-  const CppAdEvaluation all = term.of(name).getAll(term.variables(name, time, state, input), p);
-  return scalar_blocks(term.sizes(), all.value[0], all.jacobian.row(0), all.hessian);
+template <class Base, class... Input>
+void RecordedCost<Base, Input...>::initialize(std::size_t stateDim, InPlaceOf<Input, std::size_t>... inputDim,
+                                              std::size_t parameterDim, const std::string& modelName,
+                                              const std::string& modelFolder, bool recompileLibraries,
+                                              bool verbose, const char* file, int line) {
+  const auto recorded = [this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t& u,
+                               const ad_vector_t& p) {
+    if constexpr (sizeof...(Input) == 0) {
+      return values(t, x, p);
+    } else {
+      return values(t, x, u, p);
+    }
+  };
+  model_.make(recorded, {stateDim, (std::size_t(0) + ... + inputDim), parameterDim}, modelName, modelFolder,
+              is_gauss_newton() ? ApproximationOrder::First : ApproximationOrder::Second, recompileLibraries,
+              verbose, {file, line});
 }
 
-ad_vector_t one(const ad_scalar_t& value) { return ad_vector_t::Constant(1, value); }
+template <class Base, class... Input>
+scalar_t RecordedCost<Base, Input...>::getValue(scalar_t time, const vector_t& state, const Input&... input,
+                                                const TargetTrajectories& targetTrajectories,
+                                                const PreComputation& preComp) const {
+  const vector_t x = model_.variables(kind(), time, state, input...);
+  const vector_t y = model_.of(kind()).getFunctionValue(x, getParameters(time, targetTrajectories, preComp));
+  return is_gauss_newton() ? 0.5 * y.squaredNorm() : y[0];
+}
 
-}  // namespace
+template <class Base, class... Input>
+ScalarFunctionQuadraticApproximation RecordedCost<Base, Input...>::getQuadraticApproximation(
+    scalar_t time, const vector_t& state, const Input&... input, const TargetTrajectories& targetTrajectories,
+    const PreComputation& preComp) const {
+  const vector_t x = model_.variables(kind(), time, state, input...);
+  const vector_t p = getParameters(time, targetTrajectories, preComp);
+  if (is_gauss_newton()) {
+    const ScalarFunctionQuadraticApproximation whole = model_.of(kind()).getGaussNewtonApproximation(x, p);
+    return scalar_blocks(model_.sizes(), whole.f, whole.dfdx, whole.dfdxx);
+  }
+  const CppAdEvaluation all = model_.of(kind()).getAll(x, p);
+  return scalar_blocks(model_.sizes(), all.value[0], all.jacobian.row(0), all.hessian);
+}
+
+template class RecordedCost<StateCost>;
+template class RecordedCost<StateInputCost, vector_t>;
+
 }  // namespace detail
-
-// --- Of states --------------------------------------------------------------------------------------------
-
-void StateCostCppAd::initialize(std::size_t stateDim, std::size_t parameterDim, const std::string& modelName,
-                                const std::string& modelFolder, bool recompileLibraries, bool verbose,
-                                const char* file, int line) {
-  model_.make([this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t&,
-                     const ad_vector_t& p) { return detail::one(costFunction(t, x, p)); },
-              {stateDim, 0, parameterDim}, modelName, modelFolder, ApproximationOrder::Second,
-              recompileLibraries, verbose, {file, line});
-}
-
-scalar_t StateCostCppAd::getValue(scalar_t time, const vector_t& state,
-                                  const TargetTrajectories& targetTrajectories,
-                                  const PreComputation& preComp) const {
-  const vector_t x = model_.variables("StateCostCppAd", time, state);
-  return model_.of("StateCostCppAd").getFunctionValue(x, getParameters(time, targetTrajectories, preComp))[0];
-}
-
-ScalarFunctionQuadraticApproximation StateCostCppAd::getQuadraticApproximation(
-    scalar_t time, const vector_t& state, const TargetTrajectories& targetTrajectories,
-    const PreComputation& preComp) const {
-  return detail::quadratic(model_, "StateCostCppAd", time, state, {},
-                           getParameters(time, targetTrajectories, preComp));
-}
-
-// --- Of states and inputs ---------------------------------------------------------------------------------
-
-void StateInputCostCppAd::initialize(std::size_t stateDim, std::size_t inputDim, std::size_t parameterDim,
-                                     const std::string& modelName, const std::string& modelFolder,
-                                     bool recompileLibraries, bool verbose, const char* file, int line) {
-  model_.make([this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t& u,
-                     const ad_vector_t& p) { return detail::one(costFunction(t, x, u, p)); },
-              {stateDim, inputDim, parameterDim}, modelName, modelFolder, ApproximationOrder::Second,
-              recompileLibraries, verbose, {file, line});
-}
-
-scalar_t StateInputCostCppAd::getValue(scalar_t time, const vector_t& state, const vector_t& input,
-                                       const TargetTrajectories& targetTrajectories,
-                                       const PreComputation& preComp) const {
-  const vector_t x = model_.variables("StateInputCostCppAd", time, state, input);
-  return model_.of("StateInputCostCppAd")
-      .getFunctionValue(x, getParameters(time, targetTrajectories, preComp))[0];
-}
-
-ScalarFunctionQuadraticApproximation StateInputCostCppAd::getQuadraticApproximation(
-    scalar_t time, const vector_t& state, const vector_t& input, const TargetTrajectories& targetTrajectories,
-    const PreComputation& preComp) const {
-  return detail::quadratic(model_, "StateInputCostCppAd", time, state, input,
-                           getParameters(time, targetTrajectories, preComp));
-}
-
-// --- Gauss-Newton -----------------------------------------------------------------------------------------
-
-void StateInputCostGaussNewtonAd::initialize(std::size_t stateDim, std::size_t inputDim,
-                                             std::size_t parameterDim, const std::string& modelName,
-                                             const std::string& modelFolder, bool recompileLibraries,
-                                             bool verbose, const char* file, int line) {
-  model_.make([this](ad_scalar_t t, const ad_vector_t& x, const ad_vector_t& u,
-                     const ad_vector_t& p) { return costVectorFunction(t, x, u, p); },
-              {stateDim, inputDim, parameterDim}, modelName, modelFolder, ApproximationOrder::First,
-              recompileLibraries, verbose, {file, line});
-}
-
-scalar_t StateInputCostGaussNewtonAd::getValue(scalar_t time, const vector_t& state, const vector_t& input,
-                                               const TargetTrajectories& targetTrajectories,
-                                               const PreComputation& preComp) const {
-  const char* const name = "StateInputCostGaussNewtonAd";
-  const vector_t p = getParameters(time, targetTrajectories, preComp);
-  return 0.5 * model_.of(name).getFunctionValue(model_.variables(name, time, state, input), p).squaredNorm();
-}
-
-ScalarFunctionQuadraticApproximation StateInputCostGaussNewtonAd::getQuadraticApproximation(
-    scalar_t time, const vector_t& state, const vector_t& input, const TargetTrajectories& targetTrajectories,
-    const PreComputation& preComp) const {
-  const char* const name = "StateInputCostGaussNewtonAd";
-  const vector_t p = getParameters(time, targetTrajectories, preComp);
-  const auto whole =
-      model_.of(name).getGaussNewtonApproximation(model_.variables(name, time, state, input), p);
-  return detail::scalar_blocks(model_.sizes(), whole.f, whole.dfdx, whole.dfdxx);
-}
-
 }  // namespace dyntape::ocs2

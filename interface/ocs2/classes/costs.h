@@ -32,39 +32,31 @@
 
 namespace dyntape::ocs2 {
 
-class StateCost {
+namespace detail {
+
+// Of a state, or of a state and an input.
+template <class Self, class... Input>
+class Cost {
  public:
-  StateCost() = default;
-  virtual ~StateCost() = default;
-  virtual StateCost* clone() const = 0;
+  Cost() = default;
+  virtual ~Cost() = default;
+  virtual Self* clone() const = 0;
   virtual bool isActive(scalar_t /*time*/) const { return true; }
-  virtual scalar_t getValue(scalar_t time, const vector_t& state,
+  virtual scalar_t getValue(scalar_t time, const vector_t& state, const Input&... input,
                             const TargetTrajectories& targetTrajectories,
                             const PreComputation& preComp) const = 0;
   virtual ScalarFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const TargetTrajectories& targetTrajectories,
-      const PreComputation& preComp) const = 0;
-
- protected:
-  StateCost(const StateCost&) = default;
-};
-
-class StateInputCost {
- public:
-  StateInputCost() = default;
-  virtual ~StateInputCost() = default;
-  virtual StateInputCost* clone() const = 0;
-  virtual bool isActive(scalar_t /*time*/) const { return true; }
-  virtual scalar_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
-                            const TargetTrajectories& targetTrajectories,
-                            const PreComputation& preComp) const = 0;
-  virtual ScalarFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const vector_t& input,
+      scalar_t time, const vector_t& state, const Input&... input,
       const TargetTrajectories& targetTrajectories, const PreComputation& preComp) const = 0;
 
  protected:
-  StateInputCost(const StateInputCost&) = default;
+  Cost(const Cost&) = default;
 };
+
+}  // namespace detail
+
+class StateCost : public detail::Cost<StateCost> {};
+class StateInputCost : public detail::Cost<StateInputCost, vector_t> {};
 
 namespace detail {
 
@@ -101,84 +93,84 @@ class TermModel {
 ScalarFunctionQuadraticApproximation scalar_blocks(const TermModel::Sizes& sizes, scalar_t value,
                                                    const vector_t& gradient, const matrix_t& hessian);
 
-}  // namespace detail
+// What stands for each input.
+template <class Input, class T>
+using InPlaceOf = T;
 
-class StateCostCppAd : public StateCost {
+// A cost that a client records, of a model that initialize() makes.
+template <class Base, class... Input>
+class RecordedCost : public Base {
  public:
-  StateCostCppAd() = default;
-  void initialize(std::size_t stateDim, std::size_t parameterDim, const std::string& modelName,
-                  const std::string& modelFolder = "", bool recompileLibraries = true, bool verbose = true,
-                  const char* file = __builtin_FILE(), int line = __builtin_LINE());
-  // (parameterDim) of costFunction.
+  RecordedCost() = default;
+  void initialize(std::size_t stateDim, InPlaceOf<Input, std::size_t>... inputDim, std::size_t parameterDim,
+                  const std::string& modelName, const std::string& modelFolder = "",
+                  bool recompileLibraries = true, bool verbose = true, const char* file = __builtin_FILE(),
+                  int line = __builtin_LINE());
+  // (parameterDim) of the function.
   virtual vector_t getParameters(scalar_t /*time*/, const TargetTrajectories&, const PreComputation&) const {
     return vector_t(0);
   }
-  scalar_t getValue(scalar_t time, const vector_t& state, const TargetTrajectories& targetTrajectories,
+  scalar_t getValue(scalar_t time, const vector_t& state, const Input&... input,
+                    const TargetTrajectories& targetTrajectories,
                     const PreComputation& preComp) const override;
   ScalarFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const TargetTrajectories& targetTrajectories,
-      const PreComputation& preComp) const override;
+      scalar_t time, const vector_t& state, const Input&... input,
+      const TargetTrajectories& targetTrajectories, const PreComputation& preComp) const override;
 
  protected:
-  StateCostCppAd(const StateCostCppAd&) = default;
+  RecordedCost(const RecordedCost&) = default;
+
+ private:
+  virtual const char* kind() const = 0;  // for messages
+  virtual bool is_gauss_newton() const { return false; }
+  virtual ad_vector_t values(ad_scalar_t time, const ad_vector_t& state,
+                             const InPlaceOf<Input, ad_vector_t>&... input,
+                             const ad_vector_t& parameters) const = 0;
+  TermModel model_;
+};
+
+inline ad_vector_t one(const ad_scalar_t& value) { return ad_vector_t::Constant(1, value); }
+
+}  // namespace detail
+
+class StateCostCppAd : public detail::RecordedCost<StateCost> {
+ protected:
   virtual ad_scalar_t costFunction(ad_scalar_t time, const ad_vector_t& state,
                                    const ad_vector_t& parameters) const = 0;
 
  private:
-  detail::TermModel model_;
+  const char* kind() const final { return "StateCostCppAd"; }
+  ad_vector_t values(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& parameters) const final {
+    return detail::one(costFunction(time, state, parameters));
+  }
 };
 
-class StateInputCostCppAd : public StateInputCost {
- public:
-  StateInputCostCppAd() = default;
-  void initialize(std::size_t stateDim, std::size_t inputDim, std::size_t parameterDim,
-                  const std::string& modelName, const std::string& modelFolder = "",
-                  bool recompileLibraries = true, bool verbose = true, const char* file = __builtin_FILE(),
-                  int line = __builtin_LINE());
-  virtual vector_t getParameters(scalar_t /*time*/, const TargetTrajectories&, const PreComputation&) const {
-    return vector_t(0);
-  }
-  scalar_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
-                    const TargetTrajectories& targetTrajectories,
-                    const PreComputation& preComp) const override;
-  ScalarFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const vector_t& input,
-      const TargetTrajectories& targetTrajectories, const PreComputation& preComp) const override;
-
+class StateInputCostCppAd : public detail::RecordedCost<StateInputCost, vector_t> {
  protected:
-  StateInputCostCppAd(const StateInputCostCppAd&) = default;
   virtual ad_scalar_t costFunction(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,
                                    const ad_vector_t& parameters) const = 0;
 
  private:
-  detail::TermModel model_;
+  const char* kind() const final { return "StateInputCostCppAd"; }
+  ad_vector_t values(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,
+                     const ad_vector_t& parameters) const final {
+    return detail::one(costFunction(time, state, input, parameters));
+  }
 };
 
 // f = 1/2 |y|^2, and J^T J in the place of its Hessian, which is positive semi-definite.
-class StateInputCostGaussNewtonAd : public StateInputCost {
- public:
-  StateInputCostGaussNewtonAd() = default;
-  void initialize(std::size_t stateDim, std::size_t inputDim, std::size_t parameterDim,
-                  const std::string& modelName, const std::string& modelFolder = "",
-                  bool recompileLibraries = true, bool verbose = true, const char* file = __builtin_FILE(),
-                  int line = __builtin_LINE());
-  virtual vector_t getParameters(scalar_t /*time*/, const TargetTrajectories&, const PreComputation&) const {
-    return vector_t(0);
-  }
-  scalar_t getValue(scalar_t time, const vector_t& state, const vector_t& input,
-                    const TargetTrajectories& targetTrajectories,
-                    const PreComputation& preComp) const override;
-  ScalarFunctionQuadraticApproximation getQuadraticApproximation(
-      scalar_t time, const vector_t& state, const vector_t& input,
-      const TargetTrajectories& targetTrajectories, const PreComputation& preComp) const override;
-
+class StateInputCostGaussNewtonAd : public detail::RecordedCost<StateInputCost, vector_t> {
  protected:
-  StateInputCostGaussNewtonAd(const StateInputCostGaussNewtonAd&) = default;
   virtual ad_vector_t costVectorFunction(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,
                                          const ad_vector_t& parameters) const = 0;
 
  private:
-  detail::TermModel model_;
+  const char* kind() const final { return "StateInputCostGaussNewtonAd"; }
+  bool is_gauss_newton() const final { return true; }
+  ad_vector_t values(ad_scalar_t time, const ad_vector_t& state, const ad_vector_t& input,
+                     const ad_vector_t& parameters) const final {
+    return costVectorFunction(time, state, input, parameters);
+  }
 };
 
 }  // namespace dyntape::ocs2

@@ -134,17 +134,17 @@ VectorFunctionLinearApproximation SystemDynamicsBaseAD::linearApproximation(scal
                                                                             const vector_t& state,
                                                                             const vector_t& input,
                                                                             const PreComputation& preComp) {
-  return detail::linear(flow_map_, kDynamics, time, state, input, getFlowMapParameters(time, preComp));
+  return detail::linear(flow_map_, kDynamics, getFlowMapParameters(time, preComp), time, state, input);
 }
 
 VectorFunctionLinearApproximation SystemDynamicsBaseAD::jumpMapLinearApproximation(
     scalar_t time, const vector_t& state, const PreComputation& preComp) {
-  return detail::linear(jump_map(), kDynamics, time, state, {}, getJumpMapParameters(time, preComp));
+  return detail::linear(jump_map(), kDynamics, getJumpMapParameters(time, preComp), time, state);
 }
 
 VectorFunctionLinearApproximation SystemDynamicsBaseAD::guardSurfacesLinearApproximation(
     scalar_t time, const vector_t& state, const vector_t& input) {
-  auto a = detail::linear(guard_surfaces(), kDynamics, time, state, {}, getGuardSurfacesParameters(time));
+  auto a = detail::linear(guard_surfaces(), kDynamics, getGuardSurfacesParameters(time), time, state);
   a.dfdu = matrix_t::Zero(a.f.size(), input.size());
   return a;
 }

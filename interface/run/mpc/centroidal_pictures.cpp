@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include <dyntape/interface/motion/standing.h>
+#include <dyntape/interface/report/plot/curves.h>
 
 namespace dyntape {
 
@@ -53,24 +54,8 @@ void swing(FootOverTime& foot) {
   }
 }
 
-io::Panel panel_of(const std::string& title, const std::string& y_label,
-                   const std::vector<std::string>& names, const VectorXd& t, const MatrixXd& curves) {
-  io::Panel panel{.title = title, .x_label = "time [s]", .y_label = y_label};
-  for (Eigen::Index i = 0; i < curves.rows(); ++i) {
-    io::Series series{.name = names[std::size_t(i)]};
-    for (Eigen::Index p = 0; p < t.size(); ++p) series.x.push_back(t[p]), series.y.push_back(curves(i, p));
-    panel.series.push_back(std::move(series));
-  }
-  return panel;
-}
-
 io::Series path_of(const std::string& name, const MatrixXd& points) {
-  io::Series series{.name = name};
-  for (Eigen::Index p = 0; p < points.cols(); ++p) {
-    series.x.push_back(points(0, p));
-    series.y.push_back(points(1, p));
-  }
-  return series;
+  return io::curve(name, points.row(0), points.row(1));
 }
 
 // Closed.
@@ -207,14 +192,14 @@ io::Plot mass_plot(const CentroidalTask& task, const Trajectory& motion) {
   const std::vector<std::string> axes = {"x", "y", "z"};
   io::Plot plot;
   plot.title = task.name;
-  plot.panels = {panel_of("centre of mass, from where it starts", "[m]", axes, motion.t, moved),
-                 panel_of("its velocity", "[m/s]", axes, motion.t, motion.x.middleRows(3, 3)),
-                 panel_of("angular momentum", "[N m s]", axes, motion.t, motion.x.bottomRows(3)),
-                 panel_of("upward forces", "[N]", names, motion.t, upwards),
-                 panel_of("forces along the floor, of all feet", "[N]", {"x", "y"}, motion.t, along)};
+  plot.panels = {io::over_time("centre of mass, from where it starts", "[m]", axes, motion.t, moved),
+                 io::over_time("its velocity", "[m/s]", axes, motion.t, motion.x.middleRows(3, 3)),
+                 io::over_time("angular momentum", "[N m s]", axes, motion.t, motion.x.bottomRows(3)),
+                 io::over_time("upward forces", "[N]", names, motion.t, upwards),
+                 io::over_time("forces along the floor, of all feet", "[N]", {"x", "y"}, motion.t, along)};
   MatrixXd wanted(3, motion.points());
   for (int p = 0; p < motion.points(); ++p) wanted.col(p) = wanted_mass(task, motion.t[p]) - task.body.com;
-  io::Panel targets = panel_of("", "", {"", "", ""}, motion.t, wanted);
+  io::Panel targets = io::over_time("", "", {"", "", ""}, motion.t, wanted);
   for (std::size_t i = 0; i < axes.size(); ++i) {
     targets.series[i].target_of = axes[i];
     plot.panels[0].series.push_back(std::move(targets.series[i]));

@@ -3,13 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <tuple>
 
-#include <dyntape/autodiff/text_file.h>
+#include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
-#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/report/player/player.h>
 
 namespace dyntape {
@@ -55,6 +53,19 @@ io::Plot feedback_plot(const ControlReport& report) {
 }
 
 }  // namespace
+
+ClosedLoopOptions loop_options(const Task::Control& control, const std::stop_token& stop,
+                               const std::function<void(double t)>& watch) {
+  ClosedLoopOptions options{.seconds = control.seconds,
+                            .period = control.period,
+                            .delay = control.delay,
+                            .feedback = control.feedback,
+                            .stop = stop,
+                            .watch = watch};
+  options.mpc.iterations = control.iterations;
+  options.mpc.violation = control.violation;
+  return options;
+}
 
 ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off) {
   ControlReport report;
@@ -121,8 +132,7 @@ void write_loop(ControlReport& report, const io::CsvTable& table,
                 const std::function<LoopPictures()>& pictures, const std::string& folder,
                 const std::stop_token& stop) {
   io::ResultFolder results(folder, report.unwritten);
-  results.write(kLoopTable,
-                [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
+  results.write_table(kLoopTable, table);
   results.remove(kLoopFeedback);
   if (report.loop.motion.points() > 2) {
     const LoopPictures drawn = pictures();
@@ -134,15 +144,16 @@ void write_loop(ControlReport& report, const io::CsvTable& table,
     if (report.feedback) draw(kLoopFeedback, feedback_plot(report));
     results.write(kLoopPlayer, [&](const std::string& path) { write_player(drawn.player, path); });
   }
-  results.write(kLoopReport, [&](const std::string& path) { write_file_atomically(path, report.json()); });
+  results.write_text(kLoopReport, report.json());
 }
 
-std::vector<std::string> step_columns() { return {"step_ms", "iterations", "usable"}; }
-
-std::vector<double> step_values(const ClosedLoop& loop, int point) {
-  if (std::size_t(point) >= loop.steps.size()) return {0, 0, 0};
-  const ClosedLoop::Step& step = loop.steps[std::size_t(point)];
-  return {1e3 * step.seconds, double(step.iterations), step.usable ? 1.0 : 0.0};
+void add_steps(const ClosedLoop& loop, io::CsvColumns& table) {
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, loop.motion.points());
+  for (std::size_t k = 0; k < loop.steps.size() && Eigen::Index(k) < rows.cols(); ++k) {
+    const ClosedLoop::Step& step = loop.steps[k];
+    rows.col(Eigen::Index(k)) << 1e3 * step.seconds, double(step.iterations), step.usable ? 1.0 : 0.0;
+  }
+  table.add({"step_ms", "iterations", "usable"}, rows);
 }
 
 double ControlReport::late_share() const {
@@ -155,83 +166,94 @@ const ClosedLoop::Step* ControlReport::first_unusable() const {
   return step == loop.steps.end() ? nullptr : &*step;
 }
 
-std::string ControlReport::text() const {
-  const auto ms = [](double seconds) { return io::significant(1e3 * seconds, 3) + " ms"; };
-  io::TextTable table({{"closed loop"}, {""}});
-  table.append({"task", task});
-  table.append({"simulated", io::significant(loop.motion.t[loop.motion.points() - 1], 4) + " s, " +
-                                 std::to_string(loop.steps.size()) + " steps"});
-  if (!off_of.empty())
-    table.append({"from " + off_of, io::significant(off_begin, 3) + " at the beginning, " +
-                                        io::significant(off_end, 3) + " at the end (" + unit + ")"});
-  if (!loop.steps.empty())
-    table.append(
-        {"first step", ms(loop.steps.front().seconds) + ", " + to_string(loop.steps.front().status)});
-  table.append({"later steps", "median " + ms(loop.latency(0.5)) + ", 99 % " + ms(loop.latency(0.99)) +
-                                   ", longest " + ms(loop.latency(1))});
-  if (feedback) {
-    const auto pair = [](double most, double typical) {
-      return io::significant(most, 3) + " at most, " + io::significant(typical, 3) + " typically";
-    };
-    table.append(
-        {"after the first push", pair(feedback->most_with, feedback->typical_with) + " from " + off_of +
-                                     " with feedback between "
-                                     "plans, " +
-                                     pair(feedback->most_without, feedback->typical_without) + " without"});
-    table.append(
-        {"gains of a plan", "median " + io::significant(median_gain_ms(loop), 3) + " ms of the step"});
-  }
-  if (beyond)
-    table.append(
-        {"robot's limits",
-         beyond->empty()
-             ? "kept"
-             : beyond->front() +
-                   (beyond->size() > 1 ? ", and " + std::to_string(beyond->size() - 1) + " more" : "")});
-  table.append({"longer than the period", std::to_string(loop.missed(deadline)) + " (" +
-                                              io::significant(100 * late_share(), 2) + " %, allowed " +
-                                              io::significant(100 * most_late, 2) + " %)"});
-  if (!note.empty()) table.append({"note", note});
-  std::string unusable = std::to_string(loop.unusable());
-  if (const ClosedLoop::Step* step = first_unusable())
-    unusable += ", the first at " + io::significant(step->t, 4) + " s: " + to_string(step->status);
-  table.append({"plans not usable", unusable});
-  if (!loop.trouble.empty()) table.append({"ended early", loop.trouble});
-  return table.text();
+namespace {
+
+void tell_goal(const ControlReport& report, io::Facts& facts) {
+  facts["from_goal"] = nullptr;
+  if (report.off_of.empty()) return;
+  facts.say("from " + report.off_of, io::significant(report.off_begin, 3) + " at the beginning, " +
+                                         io::significant(report.off_end, 3) + " at the end (" + report.unit +
+                                         ")");
+  facts["from_goal"] = {
+      {"of", report.off_of}, {"unit", report.unit}, {"begin", report.off_begin}, {"end", report.off_end}};
 }
 
-std::string ControlReport::json() const {
-  nlohmann::ordered_json steps = nlohmann::ordered_json::array();
-  for (const ClosedLoop::Step& step : loop.steps)
-    steps.push_back({{"t", step.t},
-                     {"ms", 1e3 * step.seconds},
-                     {"iterations", step.iterations},
-                     {"violation", step.violation},
-                     {"status", to_string(step.status)},
-                     {"usable", step.usable}});
-  nlohmann::ordered_json report = {{"task", task},
-                                   {"success", success()},
-                                   {"trouble", loop.trouble},
-                                   {"late", {{"share", late_share()}, {"allowed", most_late}}},
-                                   {"seconds", loop.motion.t[loop.motion.points() - 1]},
-                                   {"from_goal", nullptr},
-                                   {"step_ms",
-                                    {{"median", 1e3 * loop.latency(0.5)},
-                                     {"p99", 1e3 * loop.latency(0.99)},
-                                     {"longest", 1e3 * loop.latency(1)}}},
-                                   {"missed_deadlines", loop.missed(deadline)},
-                                   {"unusable_plans", loop.unusable()},
-                                   {"steps", steps}};
-  if (!off_of.empty())
-    report["from_goal"] = {{"of", off_of}, {"unit", unit}, {"begin", off_begin}, {"end", off_end}};
-  if (beyond) report["limits"] = {{"kept", beyond->empty()}, {"exceeded", *beyond}};
-  if (feedback)
-    report["feedback"] = {
-        {"after", feedback->after},
-        {"with", {{"most", feedback->most_with}, {"typical", feedback->typical_with}}},
-        {"without", {{"most", feedback->most_without}, {"typical", feedback->typical_without}}},
-        {"gain_ms", median_gain_ms(loop)}};
-  return report.dump(2) + "\n";
+void tell_steps(const ClosedLoop& loop, io::Facts& facts) {
+  const auto ms = [](double seconds) { return io::significant(1e3 * seconds, 3) + " ms"; };
+  if (!loop.steps.empty())
+    facts.say("first step", ms(loop.steps.front().seconds) + ", " + to_string(loop.steps.front().status));
+  const double median = loop.latency(0.5), p99 = loop.latency(0.99), longest = loop.latency(1);
+  facts.say("later steps", "median " + ms(median) + ", 99 % " + ms(p99) + ", longest " + ms(longest));
+  facts["step_ms"] = {{"median", 1e3 * median}, {"p99", 1e3 * p99}, {"longest", 1e3 * longest}};
 }
+
+nlohmann::ordered_json json_of(const std::vector<ClosedLoop::Step>& steps) {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const ClosedLoop::Step& step : steps)
+    list.push_back({{"t", step.t},
+                    {"ms", 1e3 * step.seconds},
+                    {"iterations", step.iterations},
+                    {"violation", step.violation},
+                    {"status", to_string(step.status)},
+                    {"usable", step.usable}});
+  return list;
+}
+
+std::string limits_text(const std::vector<std::string>& beyond) {
+  if (beyond.empty()) return "kept";
+  return beyond.front() + (beyond.size() > 1 ? ", and " + std::to_string(beyond.size() - 1) + " more" : "");
+}
+
+void tell_feedback(const ControlReport& report, io::Facts& facts) {
+  const ControlReport::Feedback& of = *report.feedback;
+  const auto pair = [](double most, double typical) {
+    return io::significant(most, 3) + " at most, " + io::significant(typical, 3) + " typically";
+  };
+  const double gain_ms = median_gain_ms(report.loop);
+  facts.say("after the first push", pair(of.most_with, of.typical_with) + " from " + report.off_of +
+                                        " with feedback between plans, " +
+                                        pair(of.most_without, of.typical_without) + " without");
+  facts.say("gains of a plan", "median " + io::significant(gain_ms, 3) + " ms of the step");
+  facts["feedback"] = {{"after", of.after},
+                       {"with", {{"most", of.most_with}, {"typical", of.typical_with}}},
+                       {"without", {{"most", of.most_without}, {"typical", of.typical_without}}},
+                       {"gain_ms", gain_ms}};
+}
+
+io::Facts facts_of(const ControlReport& report) {
+  const ClosedLoop& loop = report.loop;
+  const double seconds = loop.motion.t[loop.motion.points() - 1];
+  io::Facts facts("", {{"closed loop"}, {""}});
+  facts.say("task", report.task);
+  facts["task"] = report.task;
+  facts["success"] = report.success();
+  facts["trouble"] = loop.trouble;
+  facts["late"] = {{"share", report.late_share()}, {"allowed", report.most_late}};
+  facts.say("simulated", io::significant(seconds, 4) + " s, " + std::to_string(loop.steps.size()) + " steps");
+  facts["seconds"] = seconds;
+  tell_goal(report, facts);
+  tell_steps(loop, facts);
+  facts["missed_deadlines"] = loop.missed(report.deadline);
+  facts["unusable_plans"] = loop.unusable();
+  facts["steps"] = json_of(loop.steps);
+  if (report.beyond) facts["limits"] = {{"kept", report.beyond->empty()}, {"exceeded", *report.beyond}};
+  if (report.feedback) tell_feedback(report, facts);
+  if (report.beyond) facts.say("robot's limits", limits_text(*report.beyond));
+  facts.say("longer than the period", std::to_string(loop.missed(report.deadline)) + " (" +
+                                          io::significant(100 * report.late_share(), 2) + " %, allowed " +
+                                          io::significant(100 * report.most_late, 2) + " %)");
+  if (!report.note.empty()) facts.say("note", report.note);
+  std::string unusable = std::to_string(loop.unusable());
+  if (const ClosedLoop::Step* step = report.first_unusable())
+    unusable += ", the first at " + io::significant(step->t, 4) + " s: " + to_string(step->status);
+  facts.say("plans not usable", unusable);
+  if (!loop.trouble.empty()) facts.say("ended early", loop.trouble);
+  return facts;
+}
+
+}  // namespace
+
+std::string ControlReport::text() const { return facts_of(*this).text(); }
+std::string ControlReport::json() const { return facts_of(*this).json(); }
 
 }  // namespace dyntape

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include <dyntape/interface/control/mpc/closed_loop.h>
+#include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/report/player/player_input.h>
 #include <dyntape/interface/report/plot/picture.h>
@@ -53,6 +54,9 @@ struct Off {
   std::string what, unit;
   std::function<double(const Trajectory& motion, int point)> at;  // empty: there is nothing to be off
 };
+// What a file says of it; disturbances, plant and mesh are for the caller.
+ClosedLoopOptions loop_options(const Task::Control& control, const std::stop_token& stop,
+                               const std::function<void(double t)>& watch);
 // The report of a loop: with feedback, of a second one without as well.
 ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& options, const Off& off);
 
@@ -74,8 +78,7 @@ void write_loop(ControlReport& report, const io::CsvTable& table,
                 const std::function<LoopPictures()>& pictures, const std::string& folder,
                 const std::stop_token& stop);
 
-// Of the step at a point of the motion, behind the plant's columns of closed_loop.csv.
-std::vector<std::string> step_columns();
-std::vector<double> step_values(const ClosedLoop& loop, int point);
+// Of the step at each point of the motion, behind the plant's columns of closed_loop.csv.
+void add_steps(const ClosedLoop& loop, io::CsvColumns& table);
 
 }  // namespace dyntape

@@ -20,26 +20,13 @@ constexpr const char *kLoopCurves = "closed_loop.svg", *kLoopMotion = "motion.sv
 
 io::CsvTable loop_table(const Task& task, const ClosedLoop& loop) {
   const Curves c = curves_of(task, loop.motion);
-  std::vector<std::string> header = {"t"};
-  for (const bool of_q : {true, false}) {
-    const std::vector<std::string> names = entry_names_of(task.scene.model, of_q ? "q." : "v.", of_q);
-    header.insert(header.end(), names.begin(), names.end());
-  }
-  const std::vector<std::string> joints = driven_names(task.scene);
-  for (const std::string& joint : joints) header.push_back("tau." + joint);
-  for (std::size_t k = joints.size(); k < task.problem.controls.size(); ++k)
-    header.push_back(task.problem.controls[k]);  // forces, as planned
-  for (const std::string& name : step_columns()) header.push_back(name);
-  io::CsvTable table(header);
-  for (int p = 0; p < loop.motion.points(); ++p) {
-    std::vector<double> row = {loop.motion.t[p]};
-    for (const Eigen::MatrixXd* part : {&c.q, &c.v, &c.tau}) {
-      for (Eigen::Index i = 0; i < part->rows(); ++i) row.push_back((*part)(i, p));
-    }
-    for (double value : step_values(loop, p)) row.push_back(value);
-    table.append(row);
-  }
-  return table;
+  io::CsvColumns table;
+  table.add({"t"}, loop.motion.t.transpose());
+  table.add(entry_names_of(task.scene.model, "q.", true), c.q);
+  table.add(entry_names_of(task.scene.model, "v.", false), c.v);
+  table.add(control_columns(task), c.tau);  // forces as planned
+  add_steps(loop, table);
+  return table.table();
 }
 
 // "", or where a floating base is that is below a height, or leans by more than 60 degrees.
@@ -68,12 +55,7 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
         "task \"" + task.name +
         "\": its scene has rigid contacts, whose forces a controller would take for motors; expected a "
         "task without them, or `dyntape solve`");
-  ClosedLoopOptions options{.seconds = task.control.seconds,
-                            .period = task.control.period,
-                            .delay = task.control.delay,
-                            .feedback = task.control.feedback,
-                            .stop = stop,
-                            .watch = watch};
+  ClosedLoopOptions options = loop_options(task.control, stop, watch);
   if (task.control.plant) {
     const auto plant = std::make_shared<ScenePlant>(*task.control.plant, task.problem.start);
     options.plant = [plant](Eigen::VectorXd& x, double from, double to, const auto& control) {
@@ -106,16 +88,13 @@ ControlReport control_task(const Task& task, const std::stop_token& stop,
   if (wants_exact) options.mpc.mesh.hessian = HessianKind::kExact;
   options.mpc.solver = task.optimise.solver;
   options.mpc.solver.tolerance = std::max(options.mpc.solver.tolerance, 1e-6);
-  options.mpc.iterations = task.control.iterations;
-  options.mpc.violation = task.control.violation;
   Off off = {task.aim.what, task.aim.unit, {}};
   if (task.aim.off)
     off.at = [&](const Trajectory& motion, int point) {
       return task.aim.off(motion.t[point], motion.x.col(point));
     };
   ControlReport report = report_loop(tracking_problem(task), options, off);
-  report.task = task.name;
-  report.most_late = task.control.late;
+  report.task = task.name, report.most_late = task.control.late;
   report.beyond.emplace();
   for (const LimitExcess& excess : limit_excesses(task, report.loop.motion))
     if (excess.of == LimitOf::kRobot) report.beyond->push_back(excess.text());

@@ -2,16 +2,13 @@
 #include <dyntape/interface/run/simulate/accuracy.h>
 
 #include <cmath>
-#include <optional>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
+#include <dyntape/interface/run/simulate/scene_stepper.h>
 #include <dyntape/interface/run/simulate/simulate.h>
-#include <dyntape/interface/system/assembly.h>
-#include <dyntape/interface/system/rigid/rigid_step.h>
-#include <dyntape/interface/system/scene_system.h>
 
 namespace dyntape {
 
@@ -25,35 +22,14 @@ constexpr double kNearby = 1e-8;
 class BareRun {
  public:
   BareRun(const Scene& scene, const Tolerances& tolerances, const std::stop_token& stop)
-      : scene_(scene),
-        stop_(stop),
-        stepper_(system_of(scene.robot), scene.integrator, with_stop(scene.evaluation, stop),
-                 !scene.robot.constraints.rigid.empty() && RigidStepper::needs_jacobians(scene.integrator), 1,
-                 tolerances) {
-    const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-    VectorXd q = scene.q, v = scene.v;
-    close_loops(scene.robot, q, v);
-    start_ = VectorXd::Zero(stepper_.nx());
-    start_.head(nq) = q;
-    start_.segment(nq, nv) = v;
-    const VectorXd u = scene.commands.at(0, start_);
-    for (Eigen::Index k = 0, m = nq + nv; k < scene.robot.lag.size(); ++k) {
-      if (scene.robot.lag[k] > 0) start_[m++] = u[k];
-    }
-  }
-
-  const VectorXd& start() const { return start_; }
+      : scene_(scene), stop_(stop), stepper_(scene, with_stop(scene.evaluation, stop), tolerances) {}
 
   struct States {
     VectorXd halfway, end;
   };
   // Each step in so many parts.  ArgumentError where one is not made.
   States from(VectorXd x, int parts) {
-    std::optional<RigidStepper> rigid;
-    if (!scene_.robot.constraints.rigid.empty()) {
-      rigid.emplace(scene_.robot, stepper_, scene_.integrator, scene_.evaluation);
-      rigid->start(x);
-    }
+    stepper_.start(x);
     const double h = scene_.step / parts;
     const long steps = scene_.steps();
     States states;
@@ -65,10 +41,7 @@ class BareRun {
       const VectorXd u = scene_.commands.at(t + scene_.step / 2, x);
       for (int part = 0; part < parts; ++part) {
         std::string why;
-        const double now = t + part * h;
-        const bool done = rigid ? rigid->step(now, h, x, u, next, &why)
-                                : stepper_.step(now, h, x.data(), u.data(), nullptr, next.data(), &why);
-        if (!done) throw ArgumentError(why);
+        if (!stepper_.step(t + part * h, h, x, u, next, &why)) throw ArgumentError(why);
         x.swap(next);
       }
     }
@@ -84,8 +57,7 @@ class BareRun {
 
   const Scene& scene_;
   std::stop_token stop_;
-  Stepper stepper_;
-  VectorXd start_;
+  SceneStepper stepper_;
 };
 
 // (2 nv) increments from a to b: of q in its moving frame, and of v.
@@ -151,17 +123,18 @@ Accuracy accuracy_of(const Scene& scene, const std::stop_token& stop) {
   try {
     check_start(scene);
     BareRun run(scene, scene.tolerances, stop);
-    const BareRun::States as_it_is = run.from(run.start(), 1);
+    const VectorXd start = start_of(scene).x;
+    const BareRun::States as_it_is = run.from(start, 1);
     BareRun::States finer;
     if (is_adaptive(scene.integrator)) {
       constexpr double kTighter = 0.01;
       const Tolerances tight{std::max(kTighter * scene.tolerances.relative, Tolerances::kLeastRelative),
                              kTighter * scene.tolerances.absolute};
-      finer = BareRun(scene, tight, stop).from(run.start(), 1);
+      finer = BareRun(scene, tight, stop).from(start, 1);
     } else {
-      finer = run.from(run.start(), 2);
+      finer = run.from(start, 2);
     }
-    const BareRun::States beside = run.from(nearby(scene, run.start()), 1);
+    const BareRun::States beside = run.from(nearby(scene, start), 1);
     const int nv = scene.robot.model.nv;
     const double p = std::pow(2.0, order_of(scene));
     const VectorXd off = p / (p - 1) * apart(scene, as_it_is.end, finer.end);

@@ -28,37 +28,37 @@ std::string trouble_at_turns(const Scene& scene, double t, const VectorXd& x) {
   return stability_trouble(scene, q, v);
 }
 
-// Where half steps lead elsewhere again and again: friction that trembles, forces that come and go within a step.
-std::string doubt_of_halves(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks) {
-  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-  const double h = scene.step;
-  std::vector<VectorXd> error;
-  VectorXd whole(stepper.nx()), half(stepper.nx()), twice(stepper.nx());
-  VectorXd most = VectorXd::Zero(nv);
-  for (const auto& [k, x, forces] : looks) {
-    const double t = double(k) * h;
-    const VectorXd u = scene.commands.at(t + h / 2, x);
-    if (!stepper.step(t, h, x.data(), u.data(), forces.data(), whole.data())) continue;
-    if (!stepper.step(t, h / 2, x.data(), u.data(), forces.data(), half.data())) continue;
-    if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), forces.data(), twice.data())) continue;
-    most = most.cwiseMax((twice - x).segment(nq, nv).cwiseAbs());
-    error.push_back((twice - whole).segment(nq, nv).cwiseAbs());
-  }
-  return doubt_of_half_steps(error, most);
-}
+std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: "; }
 
 }  // namespace
 
-std::string doubt_of_half_steps(const std::vector<VectorXd>& error, const VectorXd& most) {
-  constexpr double kElsewhere = 0.1, kOften = 0.25;
-  long elsewhere = 0;
-  for (const VectorXd& e : error) elsewhere += (e.array() > kElsewhere * most.array() + 1e-12).any();
-  if (double(elsewhere) <= kOften * double(error.size()) || elsewhere < 3) return "";
-  return "in " + std::to_string(elsewhere) + " of " + std::to_string(error.size()) +
-         " places two steps of half the length lead elsewhere; take shorter steps, or smoother forces";
+void HalfSteps::try_at(const Scene& scene, Stepper& stepper, const Look& look, const VectorXd& u,
+                       const VectorXd& p, const VectorXd& whole) {
+  const double h = scene.step, t = double(look.step) * h;
+  VectorXd half(look.x.size()), twice(look.x.size());
+  if (!stepper.step(t, h / 2, look.x.data(), u.data(), p.data(), half.data())) return;
+  if (!stepper.step(t + h / 2, h / 2, half.data(), u.data(), p.data(), twice.data())) return;
+  note(scene, look, whole, twice);
 }
 
-std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: "; }
+void HalfSteps::note(const Scene& scene, const Look& look, const VectorXd& whole, const VectorXd& twice) {
+  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
+  const VectorXd error = (twice - whole).segment(nq, nv).cwiseAbs();
+  const VectorXd change = (twice - look.x).segment(nq, nv).cwiseAbs();
+  looks_.push_back(look);
+  if (!error.allFinite() || !change.allFinite()) return;
+  most_ = errors_.empty() ? change : VectorXd(most_.cwiseMax(change));
+  errors_.push_back(error);
+}
+
+std::string HalfSteps::warning() const {
+  constexpr double kElsewhere = 0.1, kOften = 0.25;
+  long elsewhere = 0;
+  for (const VectorXd& e : errors_) elsewhere += (e.array() > kElsewhere * most_.array() + 1e-12).any();
+  if (double(elsewhere) <= kOften * double(errors_.size()) || elsewhere < 3) return "";
+  return "in " + std::to_string(elsewhere) + " of " + std::to_string(errors_.size()) +
+         " places two steps of half the length lead elsewhere; take shorter steps, or smoother forces";
+}
 
 VectorXd drive_in(const Scene& scene, const VectorXd& x, const VectorXd& u) {
   VectorXd drive = u;
@@ -69,20 +69,35 @@ VectorXd drive_in(const Scene& scene, const VectorXd& x, const VectorXd& u) {
   return drive;
 }
 
-std::string doubt_at(const Scene& scene, const Look& look) {
+std::string trouble_of_step(const Scene& scene, double t, const VectorXd& x, const std::string& why) {
   const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-  const double t = double(look.step) * scene.step;
-  std::string stiff = stability_trouble(scene, look.x.head(nq), look.x.segment(nq, nv));
-  if (stiff.empty()) stiff = trouble_at_turns(scene, t, look.x);
-  return stiff.empty() ? "" : at_time(t) + stiff;
+  const std::string stiff = stability_trouble(scene, x.head(nq), x.segment(nq, nv));
+  return at_time(t) + (stiff.empty() ? why : stiff);
+}
+
+std::string doubt_of_stiffness(const Scene& scene, const std::vector<Look>& looks) {
+  const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
+  for (const Look& look : looks) {
+    const double t = double(look.step) * scene.step;
+    std::string stiff = stability_trouble(scene, look.x.head(nq), look.x.segment(nq, nv));
+    if (stiff.empty()) stiff = trouble_at_turns(scene, t, look.x);
+    if (!stiff.empty()) return at_time(t) + stiff;
+  }
+  return "";
 }
 
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks) {
   if (is_adaptive(scene.integrator)) return "";  // its steps are as short as its tolerances ask for
+  if (std::string stiff = doubt_of_stiffness(scene, looks); !stiff.empty()) return stiff;
+  HalfSteps halves;
+  VectorXd whole(stepper.nx());
   for (const Look& look : looks) {
-    if (std::string warning = doubt_at(scene, look); !warning.empty()) return warning;
+    const double t = double(look.step) * scene.step;
+    const VectorXd u = scene.commands.at(t + scene.step / 2, look.x);
+    if (stepper.step(t, scene.step, look.x.data(), u.data(), look.forces.data(), whole.data()))
+      halves.try_at(scene, stepper, look, u, look.forces, whole);
   }
-  return doubt_of_halves(scene, stepper, looks);
+  return halves.warning();
 }
 
 }  // namespace dyntape

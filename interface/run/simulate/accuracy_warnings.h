@@ -25,18 +25,34 @@ struct Look {
 constexpr double kBeyond = 1e100;
 constexpr const char* kUnbounded = "the motion grows without bound; take shorter steps";
 
+// Why a motion ends at t: steps that are too long there, or else what its step says.
+std::string trouble_of_step(const Scene& scene, double t, const Eigen::VectorXd& x, const std::string& why);
+
 std::string doubt_of_steps(const Scene& scene, Stepper& stepper, const std::vector<Look>& looks);
 
-// Of the stiffness at one place, where joints turn round within the step as well.
-std::string doubt_at(const Scene& scene, const Look& look);
+// Of the stiffness at places of a motion, where joints turn round within the step as well.
+std::string doubt_of_stiffness(const Scene& scene, const std::vector<Look>& looks);
 
-// The same of half steps alone: how far two of them lead from a whole one (nv) at each place, |.|, and the largest change
-// of v in a step.
-std::string doubt_of_half_steps(const std::vector<Eigen::VectorXd>& errors, const Eigen::VectorXd& most);
+// At a few places of a motion, how far two half steps lead from a whole one.
+class HalfSteps {
+ public:
+  // Two half steps with u held, of parameters p, beside the whole one from x.
+  void try_at(const Scene& scene, Stepper& stepper, const Look& look, const Eigen::VectorXd& u,
+              const Eigen::VectorXd& p, const Eigen::VectorXd& whole);
+  // Their ends.
+  void note(const Scene& scene, const Look& look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
+
+  const std::vector<Look>& looks() const { return looks_; }
+  // Where they lead elsewhere again and again: friction that trembles, forces that come and go within a step.
+  std::string warning() const;
+
+ private:
+  std::vector<Look> looks_;
+  std::vector<Eigen::VectorXd> errors_;  // (nv) of v, |.|
+  Eigen::VectorXd most_;                 // change of v in a step
+};
 
 // What the motors give at a state: those with a lag have a state of their own, the others follow u.
 Eigen::VectorXd drive_in(const Scene& scene, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
-
-std::string at_time(double t);  // "at t = 1.25 s: "
 
 }  // namespace dyntape

@@ -17,11 +17,11 @@ int joint_with_dof(const dynamics::Model<double>& model, int dof) {
 }  // namespace
 
 RigidAccount::RigidAccount(const Scene& scene, EnergyMeter& meter)
-    : of_steps_(scene, meter), flows_(meter.flows()) {
+    : of_steps_(scene, meter), flows_(Eigen::Index(meter.layout().flows.size())) {
   const SceneConstraints& constraints = scene.robot.constraints;
   const auto& [contacts, stops] = constraints.rigid;
   const std::vector<dynamics::ContactBlock> blocks = dynamics::blocks_of(constraints.rigid);
-  const std::vector<int> place = mechanism_of_joints(meter.mechanisms(), scene.robot.model.njoints());
+  const std::vector<int> place = mechanism_of_joints(meter.layout().mechanisms, scene.robot.model.njoints());
   for (std::size_t i = 0; i < blocks.size(); ++i) {
     const bool is_contact = i < contacts.size();
     const int joint =
@@ -32,7 +32,7 @@ RigidAccount::RigidAccount(const Scene& scene, EnergyMeter& meter)
       row_mechanism_.push_back(joint < 0 ? 0 : place[std::size_t(joint)]);
     }
   }
-  const auto n = Eigen::Index(meter.mechanisms().size());
+  const auto n = Eigen::Index(meter.layout().mechanisms.size());
   work_ = MatrixXd::Zero(flows_ + Eigen::Index(names(constraints).size()) + 1, n);
   reactions_ = VectorXd::Zero(Eigen::Index(row_flow_.size()));
 }

@@ -3,8 +3,6 @@
 
 #include <cmath>
 
-#include <dyntape/interface/system/scene_system.h>
-
 namespace dyntape {
 
 namespace {
@@ -13,31 +11,22 @@ using Eigen::VectorXd;
 
 constexpr int kHalvings = 2;  // of a step: feet that hit the floor hard
 
-bool needs_jacobians(const Scene& scene) {
-  return !scene.robot.constraints.rigid.empty() && RigidStepper::needs_jacobians(scene.integrator);
-}
-
 }  // namespace
 
 ScenePlant::ScenePlant(const Scene& scene, const VectorXd& start)
     : scene_(scene),
       commands_(Eigen::Index(actuated_dofs(scene.robot).size())),
       moving_(start.size()),
-      stepper_(system_of(scene_.robot), scene.integrator, scene.evaluation, needs_jacobians(scene), 1,
-               scene.tolerances),
-      x_(VectorXd::Zero(stepper_.nx())),
+      stepper_(scene_, scene.evaluation),
+      x_(VectorXd::Zero(stepper_.stepper.nx())),
       next_(x_) {
   x_.head(moving_) = start;
-  if (scene.robot.constraints.rigid.empty()) return;
-  rigid_.emplace(scene_.robot, stepper_, scene.integrator, scene.evaluation);
-  rigid_->start(x_);
+  stepper_.start(x_);
 }
 
 // A step, or two of half the length where it has no solution.
 bool ScenePlant::advance(double t, double h, const VectorXd& u, int halvings, std::string& why) {
-  const bool is_done = rigid_ ? rigid_->step(t, h, x_, u, next_, &why)
-                              : stepper_.step(t, h, x_.data(), u.data(), nullptr, next_.data(), &why);
-  if (is_done) {
+  if (stepper_.step(t, h, x_, u, next_, &why)) {
     x_.swap(next_);
     return true;
   }

@@ -12,10 +12,8 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 
-#include <dyntape/interface/files/scene/scene.h>
-#include <dyntape/interface/system/rigid/rigid_step.h>
+#include <dyntape/interface/run/simulate/scene_stepper.h>
 
 namespace dyntape {
 
@@ -32,8 +30,7 @@ class ScenePlant {
 
   Scene scene_;
   Eigen::Index commands_, moving_;  // driven joints, entries of (q, v)
-  Stepper stepper_;
-  std::optional<RigidStepper> rigid_;
+  SceneStepper stepper_;
   Eigen::VectorXd x_, next_;  // with motors
 };
 

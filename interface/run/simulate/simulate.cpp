@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <deque>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
@@ -13,12 +12,10 @@
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/simulate/accuracy_warnings.h>
-#include <dyntape/interface/run/simulate/motion_work.h>
 #include <dyntape/interface/run/simulate/rigid_account.h>
+#include <dyntape/interface/run/simulate/scene_stepper.h>
 #include <dyntape/interface/run/simulate/stability.h>
 #include <dyntape/interface/system/assembly.h>
-#include <dyntape/interface/system/energy.h>
-#include <dyntape/interface/system/scene_system.h>
 
 namespace dyntape {
 
@@ -38,43 +35,25 @@ CodegenOptions watched(const Scene& scene, const SimulationWatch& watch) {
   return options;
 }
 
-std::vector<std::string> names_of(const std::vector<Mechanism>& mechanisms) {
-  std::vector<std::string> names;
-  for (const Mechanism& mechanism : mechanisms) names.push_back(mechanism.name);
-  return names;
-}
-
 // One run of a scene: the state that moves, and what is noted of it.
 class SceneRun {
  public:
   SceneRun(const Scene& scene, const SimulationWatch& watch)
       : scene_(scene),
         watch_(watch),
-        stepper_(system_of(scene.robot), scene.integrator, watched(scene, watch),
-                 !scene.robot.constraints.rigid.empty() && RigidStepper::needs_jacobians(scene.integrator), 1,
-                 scene.tolerances),
-        energy_(scene.robot, watched(scene, watch)),
-        balances_(names_of(energy_.mechanisms())),
-        x_(stepper_.nx()),
-        next_(stepper_.nx()) {
-    const int nq = scene.robot.model.nq, nv = scene.robot.model.nv;
-    VectorXd q = scene.q, v = scene.v;
-    motion_.assembled_by = close_loops(scene.robot, q, v);
-    motion_.slowed_by = (v - scene.v).cwiseAbs().maxCoeff();
-    x_.head(nq) = q;
-    x_.segment(nq, nv) = v;
-    const VectorXd u = scene.commands.at(0, x_);
-    for (Eigen::Index k = 0, m = nq + nv; k < scene.robot.lag.size(); ++k) {
-      if (scene.robot.lag[k] > 0) x_[m++] = u[k];  // motors start where they are told to be
-    }
-    for (const std::string& name : energy_.names()) motion_.flows.push_back({name, {}, {}});
-    if (scene.robot.constraints.rigid.empty()) {
-      work_.emplace(scene, energy_, stepper_, [this](const MatrixXd& work) { note_work(work); });
+        steps_(scene, watched(scene, watch)),
+        meter_(scene.robot, watched(scene, watch)),
+        account_(scene, meter_.layout(), [this](const MatrixXd& work) { note_work(work); }) {
+    const SceneStart start = start_of(scene);
+    motion_.assembled_by = start.assembled_by, motion_.slowed_by = start.slowed_by;
+    x_ = next_ = start.x;
+    steps_.start(x_);
+    for (const std::string& name : meter_.layout().flows) motion_.flows.push_back({name, {}, {}});
+    if (!steps_.rigid) {
+      work_.emplace(scene, meter_, steps_.stepper);
       return;
     }
-    rigid_.emplace(scene.robot, stepper_, scene.integrator, watched(scene, watch));
-    rigid_->start(x_);
-    account_.emplace(scene, energy_);
+    of_rigid_.emplace(scene, meter_);
     for (const std::string& name : RigidAccount::names(scene.robot.constraints))
       motion_.flows.push_back({name, {}, {}});
   }
@@ -83,23 +62,14 @@ class SceneRun {
     const auto begin = Clock::now();
     const long steps = scene_.steps();
     note(0);
-    if (work_) work_->start(x_);
-    if (account_) note_work(account_->work());
-    for (long k = 0; k < steps && goes_on(k, steps); ++k) {
-      if (!step(k)) break;
-      ++motion_.steps;
-      note(k + 1);
-      if (work_) work_->after_step(double(k) * scene_.step, next_, x_);  // x_ and next_ have changed places
-      if (account_) note_work(account_->work());
-    }
-    if (work_) work_->finish();
-    if (account_) motion_.impacts = account_->impacts();
-    motion_.balances = balances_.all();
+    while (motion_.steps < steps && goes_on(motion_.steps, steps) && step()) note(motion_.steps);
+    motion_.balances = account_.finish();
+    if (of_rigid_) motion_.impacts = of_rigid_->impacts();
     motion_.step_seconds = seconds_since(begin);
-    motion_.warning = rigid_ ? rigid_->undecided() : "";
-    if (motion_.warning.empty()) motion_.warning = doubt_of_steps(scene_, stepper_, looks_);
-    motion_.operations = stepper_.report().step_operations;
-    motion_.sources = stepper_.report().sources;
+    motion_.warning = steps_.rigid ? steps_.rigid->undecided() : "";
+    if (motion_.warning.empty()) motion_.warning = doubt_of_steps(scene_, steps_.stepper, looks_);
+    motion_.operations = steps_.stepper.report().step_operations;
+    motion_.sources = steps_.stepper.report().sources;
     join_columns();
     return std::move(motion_);
   }
@@ -116,42 +86,38 @@ class SceneRun {
     return !motion_.was_stopped;
   }
 
-  bool step(long k) {
-    const double t = double(k) * scene_.step;
+  bool step() {
+    const double t = double(motion_.steps) * scene_.step;
     const VectorXd u = scene_.commands.at(t + scene_.step / 2, x_);
     std::string why;
-    const bool done = advance(t, u, &why);
-    motion_.effort += stepper_.effort();
+    if (work_) work_->before_step(u);
+    const bool done = steps_.step(t, scene_.step, x_, u, next_, &why);
+    motion_.effort += steps_.stepper.effort();
     if (done && next_.squaredNorm() < kBeyond) {
+      if (of_rigid_) of_rigid_->add(*steps_.rigid, u, scene_.step);
+      if (work_) of_step_ = work_->after_step(t, x_, next_);
       x_.swap(next_);
+      ++motion_.steps;
       return true;
     }
-    if (done) why = kUnbounded;
     motion_.was_stopped = watch_.stop.stop_requested();
-    if (motion_.was_stopped) return false;
-    const int nq = scene_.robot.model.nq;
-    const std::string stiff = stability_trouble(scene_, x_.head(nq), x_.segment(nq, scene_.robot.model.nv));
-    motion_.trouble = at_time(t) + (stiff.empty() ? why : stiff);
+    if (!motion_.was_stopped) motion_.trouble = trouble_of_step(scene_, t, x_, done ? kUnbounded : why);
     return false;
-  }
-
-  bool advance(double t, const VectorXd& u, std::string* why) {
-    if (!rigid_) {
-      work_->before_step(u);
-      return stepper_.step(t, scene_.step, x_.data(), u.data(), nullptr, next_.data(), why);
-    }
-    if (!rigid_->step(t, scene_.step, x_, u, next_, why)) return false;
-    account_->add(*rigid_, u, scene_.step);
-    return true;
   }
 
   void note(long k) {
     const double t = double(k) * scene_.step;
-    const VectorXd now = drive_in(scene_, x_, scene_.commands.at(t, x_));
-    const Energy& energy = energy_.at(x_, now);
-    waiting_.push_back(energy);
+    const VectorXd u = scene_.commands.at(t, x_);
+    const Energy& energy = meter_.at(x_, u);
     if (k % (1 + scene_.steps() / kLooks) == 0)
-      looks_.push_back({k, x_, rigid_ ? rigid_->forces() : VectorXd()});
+      looks_.push_back({k, x_, steps_.rigid ? steps_.rigid->forces() : VectorXd()});
+    note_sample(k, t, u, energy);
+    if (of_rigid_) return account_.reach(energy, of_rigid_->work());
+    if (k == 0) return account_.start(energy);
+    account_.add(energy, of_step_);
+  }
+
+  void note_sample(long k, double t, const VectorXd& u, const Energy& energy) {
     if (!is_sample(k)) return;
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
@@ -159,19 +125,16 @@ class SceneRun {
     motion_.loop_error =
         std::max(motion_.loop_error, loop_error(scene_.robot, x_.head(scene_.robot.model.nq)));
     states_.push_back(x_);
-    drives_.push_back(now);
+    drives_.push_back(drive_in(scene_, x_, u));
     const VectorXd powers = energy.power.rowwise().sum();
-    for (Eigen::Index i = 0; i < energy_.flows(); ++i)
+    for (Eigen::Index i = 0; i + 1 < powers.size(); ++i)
       motion_.flows[std::size_t(i)].power.push_back(powers[i]);
-    if (!account_) return;
-    reactions_.push_back(account_->reactions());
-    motion_.deepest = std::max(motion_.deepest, -rigid_->functions().near(x_).gap.minCoeff());
+    if (!of_rigid_) return;
+    reactions_.push_back(of_rigid_->reactions());
+    motion_.deepest = std::max(motion_.deepest, -steps_.rigid->functions().near(x_).gap.minCoeff());
   }
 
-  // Of the first step whose energy waits for its work.
   void note_work(const MatrixXd& work) {
-    balances_.add(waiting_.front(), work);
-    waiting_.pop_front();
     if (!is_sample(worked_++)) return;
     const VectorXd all = work.rowwise().sum();
     for (std::size_t i = 0; i < motion_.flows.size(); ++i)
@@ -200,15 +163,14 @@ class SceneRun {
 
   const Scene& scene_;
   const SimulationWatch& watch_;
-  Stepper stepper_;
-  EnergyMeter energy_;
-  EnergyBalances balances_;
-  std::optional<MotionWork> work_;     // without,
-  std::optional<RigidStepper> rigid_;  // and with rigid contacts or stops
-  std::optional<RigidAccount> account_;
+  SceneStepper steps_;
+  EnergyMeter meter_;
+  EnergyAccount account_;
+  std::optional<MotionWork> work_;        // without,
+  std::optional<RigidAccount> of_rigid_;  // and with rigid contacts or stops
   VectorXd x_, next_;
-  std::deque<Energy> waiting_;  // for the work until then
-  long worked_ = 0;             // steps whose work is known
+  MatrixXd of_step_;  // J
+  long worked_ = 0;   // steps whose work is known
   std::vector<VectorXd> states_, drives_, reactions_;
   std::vector<Look> looks_;
   SimulatedMotion motion_;

@@ -11,7 +11,7 @@
 //
 // Energy balance.  The kinetic energy changes by the work of the motors and of each effect, gravity among them,
 //   T = T(0) + sum of int P dt,    P = v . tau of that effect alone.
-// The integrals are those along the steps (motion_work.h): exact to h^4, of contacts, which begin within a step, less.  What
+// The integrals are those along the steps (energy_account.h): exact to h^4, of contacts, which begin within a step, less.  What
 // effects with a potential store is known besides.  With rigid contacts or hard limits they are taken between events
 // (rigid_account.h); power is then of the other flows alone.  What does not add up is what the steps took or gave, and
 // more than a tenth of what moved, in any mechanism by itself, is a warning (energy_balance.h).

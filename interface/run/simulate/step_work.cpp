@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <dyntape/dynamics/model/configuration.h>
-#include <dyntape/interface/run/simulate/accuracy_warnings.h>
 
 namespace dyntape {
 
@@ -31,7 +30,7 @@ Eigen::Vector3d moments_of_decay(double z) {
 
 StepWork::StepWork(const Scene& scene, EnergyMeter& meter) : scene_(scene), meter_(meter) {
   const auto& model = scene.robot.model;
-  const std::vector<int> place = mechanism_of_joints(meter.mechanisms(), model.njoints());
+  const std::vector<int> place = mechanism_of_joints(meter.layout().mechanisms, model.njoints());
   std::vector<int> of_dof(std::size_t(model.nv), 0);
   for (int i = 0; i < model.njoints(); ++i) {
     const auto& joint = model.joints[std::size_t(i)];
@@ -58,21 +57,49 @@ double StepWork::of_motor(std::size_t k, const States& x, const VectorXd& moved,
   return of_command + (x.begin[motor.in_x] - u) * h * parabola.dot(moments_of_decay(h / motor.lag));
 }
 
-MatrixXd StepWork::between(const States& x, const VectorXd& u, double h) {
-  MatrixXd work = h / 6 * at(x.begin, u);
-  work += 4 * h / 6 * at(x.middle, u);
-  work += h / 6 * at(x.end, u);
+MatrixXd StepWork::between(const States& x, const VectorXd& u, double h, const VectorXd& p) {
+  MatrixXd work = h / 6 * meter_.at(x.begin, u, p).power;
+  work += 4 * h / 6 * meter_.at(x.middle, u, p).power;
+  work += h / 6 * meter_.at(x.end, u, p).power;
+  put_motors(x, u, h, work);
+  return work;
+}
+
+void StepWork::put_motors(const States& x, const VectorXd& u, double h, MatrixXd& work) const {
   work.row(0).setZero();
   const auto& model = scene_.robot.model;
   const VectorXd moved =
       dynamics::difference<double>(model, VectorXd(x.begin.head(model.nq)), VectorXd(x.end.head(model.nq)));
   for (std::size_t k = 0; k < motors_.size(); ++k)
     work(0, motors_[k].mechanism) += of_motor(k, x, moved, u[Eigen::Index(k)], h);
-  return work;
 }
 
-const MatrixXd& StepWork::at(const VectorXd& x, const VectorXd& u) {
-  return meter_.at(x, drive_in(scene_, x, u)).power;
+MotionWork::MotionWork(const Scene& scene, EnergyMeter& meter, Stepper& stepper)
+    : scene_(scene),
+      stepper_(stepper),
+      of_steps_(scene, meter),
+      middle_(stepper.nx()),
+      of_step_(MatrixXd::Zero(Eigen::Index(meter.layout().flows.size()) + 1,
+                              Eigen::Index(meter.layout().mechanisms.size()))) {
+  if (work_rule(scene) != WorkRule::kGauss) return;
+  stepper.watch([this, &meter](const double* x, double weight) {
+    middle_ = Eigen::Map<const VectorXd>(x, middle_.size());
+    of_step_ += weight * meter.at(middle_, u_, p_).power;
+  });
+}
+
+void MotionWork::before_step(const VectorXd& u, const VectorXd& p) {
+  u_ = u, p_ = p;
+  of_step_.setZero();
+}
+
+const MatrixXd& MotionWork::after_step(double t, const VectorXd& x, const VectorXd& next) {
+  if (work_rule(scene_) == WorkRule::kSimpson) {
+    const double h = scene_.step;
+    if (!stepper_.step(t, h / 2, x.data(), u_.data(), p_.data(), middle_.data())) middle_ = next;
+    of_step_ = of_steps_.between({x, middle_, next}, u_, h, p_);
+  }
+  return of_step_;
 }
 
 }  // namespace dyntape

@@ -8,8 +8,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/solve/ddp.h>
 #include <dyntape/interface/io/stopwatch.h>
-#include <dyntape/interface/run/solve/compile_progress.h>
 #include <dyntape/interface/run/solve/refined_solve.h>
+#include <dyntape/interface/run/solve/solve_rounds.h>
 
 namespace dyntape {
 
@@ -66,10 +66,10 @@ void look_at_goal(const Task& task, const Trajectory& motion, DdpFacts& facts) {
   facts.off_goal = std::sqrt(squares);
 }
 
-class DdpRounds {
+class DdpRounds : SolveRounds {
  public:
   DdpRounds(const Task& task, const SolveWatch& watch)
-      : task_(task), watch_(watch), problem_(tracking_problem(task)) {
+      : SolveRounds(task, watch), problem_(tracking_problem(task)) {
     is_exact_ = task.optimise.mesh.hessian != HessianKind::kGaussNewton;
   }
 
@@ -77,12 +77,10 @@ class DdpRounds {
     moment_.intervals = mesh.intervals;
     for (;;) {
       Solution solution = solve(mesh);
-      note(solution);
       if (is_for_exact(solution)) {
         is_exact_ = true;
         begin_at(solution.motion);
         Solution by_exact = solve(mesh);
-        note(by_exact);
         by_exact.nlp.is_by_other_method = true;
         if (by_exact.converged()) solution = std::move(by_exact);
       }
@@ -121,18 +119,6 @@ class DdpRounds {
            !watch_.stop.stop_requested();
   }
 
-  void note(const Solution& solution) {
-    report_.meshes.push_back({moment_.intervals, solution.nlp.iterations(),
-                              solution.nlp.times.total + solution.verify_seconds, solution.cost(),
-                              solution.verification.worst_relative, solution.nlp.status});
-  }
-
-  void tell(SolveStage stage) {
-    moment_.stage = stage;
-    progress_->show_in(moment_);
-    if (watch_.tell) watch_.tell(moment_);
-  }
-
   DdpOptions options(const MeshOptions& mesh) {
     const SolverOptions& asked = task_.optimise.solver;
     DdpOptions options;
@@ -144,9 +130,7 @@ class DdpRounds {
     options.max_seconds = asked.max_seconds - seconds_;
     options.evaluation = mesh.evaluation;
     options.evaluation.lanes = Lanes::kNative;
-    options.evaluation.stop = watch_.stop;
-    moment_.compiles = options.evaluation.route == Route::kTiered;
-    watch_compilers(options.evaluation, progress_, moment_, watch_.tell);
+    watch_compilers(options.evaluation);
     options.verify = false;
     options.stop = watch_.stop;
     options.watch = [this](const DdpIteration& at) {
@@ -169,26 +153,26 @@ class DdpRounds {
     try {
       solver.emplace(problem_, options(mesh));
     } catch (const ToolError&) {
-      if (!watch_.stop.stop_requested()) throw;
-      throw Interrupted("interrupted before the first iteration: there is no motion yet");
+      check_not_stopped();
+      throw;
     }
     tell(SolveStage::kSolving);
     const DdpSolution found = solver->solve();
     report_.build = solver->build();
-    if (found.iterations.empty() && watch_.stop.stop_requested())
-      throw Interrupted("interrupted before the first iteration: there is no motion yet");
+    if (found.iterations.empty()) check_not_stopped();
     Solution solution;
     solution.demands = task_.demands;
     solution.nlp.status = found.status;
     solution.nlp.objective = found.cost;
     solution.nlp.log = now_;
     solution.nlp.times.total = found.seconds;
-    iterations_ += solution.nlp.iterations(), seconds_ += found.seconds;
+    seconds_ += found.seconds;
     solution.motion = motion_of(problem_, found);
     tell(SolveStage::kVerifying);
     const auto begin = std::chrono::steady_clock::now();
     solution.verification = verify(problem_, solution.motion, {}, watch_.stop);
     solution.verify_seconds = seconds_since(begin);
+    note(solution, solution.nlp.times.total + solution.verify_seconds);
     facts_ = {};
     facts_.slope = found.iterations.empty() ? std::nan("") : found.iterations.back().slope;
     look_at_goal(task_, solution.motion, facts_);
@@ -212,16 +196,10 @@ class DdpRounds {
         total_operations(dissolved(record_shooting(problem_, shooting_scheme(task_)).step));
   }
 
-  const Task& task_;
-  const SolveWatch& watch_;
   Problem problem_;
-  SolveReport report_;
   DdpFacts facts_;
-  SolveMoment moment_{SolveStage::kRecording};
   std::vector<IterationRecord> now_;
-  const std::shared_ptr<CompileProgress> progress_ = std::make_shared<CompileProgress>();
   bool is_exact_;  // the Hessian
-  int iterations_ = 0;
   double seconds_ = 0;
 };
 

@@ -10,6 +10,7 @@
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/report/player/shapes.h>
+#include <dyntape/interface/report/plot/curves.h>
 #include <dyntape/interface/run/solve/hidden_parts.h>
 
 namespace dyntape {
@@ -113,17 +114,13 @@ Bounds or_else(const Bounds& bounds, const Bounds& robot) {
   return {choose(bounds.lower, robot.lower), choose(bounds.upper, robot.upper)};
 }
 
-io::Series series_of(const std::string& name, const std::vector<double>& t, const Eigen::VectorXd& row) {
-  return {.name = name, .x = t, .y = {row.begin(), row.end()}};
-}
-
 // What curves shall be, where a task says it (NaN: where it does not).
-void add_targets(io::Panel& panel, const std::vector<std::string>& names, const std::vector<double>& t,
+void add_targets(io::Panel& panel, const std::vector<std::string>& names, const Eigen::VectorXd& t,
                  const MatrixXd& targets) {
   bool any = false;
   for (Eigen::Index i = 0; i < targets.rows(); ++i) {
     if (!targets.row(i).array().isFinite().any()) continue;
-    io::Series series = series_of("", t, targets.row(i));
+    io::Series series = io::curve("", t, targets.row(i));
     series.target_of = names[std::size_t(i)];
     panel.series.push_back(std::move(series));
     any = true;
@@ -135,17 +132,13 @@ void add_targets(io::Panel& panel, const std::vector<std::string>& names, const 
 void add_panels(io::Plot& plot, const Groups& groups, const std::vector<std::string>& names,
                 const Trajectory& motion, const MatrixXd& curves, const Bounds& limits,
                 const MatrixXd& targets = {}) {
-  const std::vector<double> t(motion.t.begin(), motion.t.end());
   for (const auto& [quantity, rows] : groups.all()) {
     const MatrixXd own = curves(rows, Eigen::all);
-    io::Panel p{.title = quantity.title, .x_label = "time [s]", .y_label = quantity.unit};
-    p.horizontal = near_limits(own, {limits.lower(rows), limits.upper(rows)});
     std::vector<std::string> own_names;
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      own_names.push_back(names[std::size_t(rows[i])]);
-      p.series.push_back(series_of(own_names.back(), t, own.row(Eigen::Index(i))));
-    }
-    if (targets.rows() > 0) add_targets(p, own_names, t, targets(rows, Eigen::all));
+    for (const Eigen::Index row : rows) own_names.push_back(names[std::size_t(row)]);
+    io::Panel p = io::over_time(quantity.title, quantity.unit, own_names, motion.t, own);
+    p.horizontal = near_limits(own, {limits.lower(rows), limits.upper(rows)});
+    if (targets.rows() > 0) add_targets(p, own_names, motion.t, targets(rows, Eigen::all));
     plot.panels.push_back(std::move(p));
   }
 }
@@ -187,20 +180,16 @@ MatrixXd targets_of(const Task& task, const Eigen::VectorXd& t) {
 // Of the frame that a controller draws to a place.
 io::Panel place_panel(const Task& task, const Trajectory& motion) {
   const auto& model = task.scene.model;
-  const std::vector<double> t(motion.t.begin(), motion.t.end());
   dynamics::Data<double> data(model);
   MatrixXd place(3, motion.points());
   for (int p = 0; p < motion.points(); ++p) {
     dynamics::forward_kinematics(model, data, Eigen::VectorXd(motion.x.col(p).head(model.nq)));
     place.col(p) = frame_placement(model, data, model.frame_index(task.aim.frame)).p;
   }
-  io::Panel panel{.title = "place of " + task.aim.frame, .x_label = "time [s]", .y_label = "[m]"};
   std::vector<std::string> names;
-  for (int axis = 0; axis < 3; ++axis) {
-    names.push_back(std::string(1, "xyz"[axis]) + " of " + task.aim.frame);
-    panel.series.push_back(series_of(names.back(), t, place.row(axis)));
-  }
-  add_targets(panel, names, t, task.aim.place.replicate(1, motion.points()));
+  for (const char* axis : {"x", "y", "z"}) names.push_back(axis + (" of " + task.aim.frame));
+  io::Panel panel = io::over_time("place of " + task.aim.frame, "[m]", names, motion.t, place);
+  add_targets(panel, names, motion.t, task.aim.place.replicate(1, motion.points()));
   return panel;
 }
 

@@ -10,7 +10,7 @@
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/io/table.h>
-#include <dyntape/interface/run/solve/compile_progress.h>
+#include <dyntape/interface/run/solve/solve_rounds.h>
 
 namespace dyntape {
 
@@ -82,11 +82,9 @@ std::vector<std::string> active_names(StagedNlp& nlp, const NlpSolution& solutio
   return names;
 }
 
-class Rounds {
+class Rounds : SolveRounds {
  public:
-  Rounds(const Task& task, const SolveWatch& watch) : task_(task), watch_(watch) {
-    report_.demands = task.demands;
-  }
+  Rounds(const Task& task, const SolveWatch& watch) : SolveRounds(task, watch) {}
 
   SolveReport run(const MeshOptions& mesh) {
     build(mesh);
@@ -126,23 +124,12 @@ class Rounds {
     }
   }
 
-  void tell(SolveStage stage) {
-    moment_.stage = stage;
-    progress_->show_in(moment_);
-    if (watch_.tell) watch_.tell(moment_);
-  }
-
-  void check_not_stopped() const {
-    if (watch_.stop.stop_requested())
-      throw Interrupted("interrupted before the first iteration: there is no motion yet");
-  }
-
   void build(const MeshOptions& mesh) {
     std::vector<MeshOptions> meshes = meshes_of(task_, mesh);
     moment_.intervals = 0;
     for (const MeshOptions& own : meshes)
       moment_.intervals += own.nodes.empty() ? own.intervals : int(own.nodes.size()) - 1;
-    for (MeshOptions& own : meshes) watch(own);
+    for (MeshOptions& own : meshes) watch_compilers(own.evaluation);
     tell(SolveStage::kRecording);
     try {
       program_ = std::make_unique<StagedNlp>(discretize(phases_of(task_), meshes));
@@ -158,12 +145,6 @@ class Rounds {
     BuildReport report = program_->build();
     report.seconds.record = record_seconds_;
     return report;
-  }
-
-  void watch(MeshOptions& mesh) {
-    mesh.evaluation.stop = watch_.stop;
-    moment_.compiles = mesh.evaluation.route == Route::kTiered;
-    watch_compilers(mesh.evaluation, progress_, moment_, watch_.tell);
   }
 
   // Iterations and time are limited for all meshes together.
@@ -190,11 +171,8 @@ class Rounds {
   }
 
   void note(const Solution& s) {
-    iterations_ += s.nlp.iterations();
     processor_seconds_ += s.nlp.times.processor;
-    report_.meshes.push_back({moment_.intervals, s.nlp.iterations(),
-                              s.check_seconds + s.nlp.times.total + s.verify_seconds, s.cost(),
-                              s.verification.worst_relative, s.nlp.status, relaxation_});
+    SolveRounds::note(s, s.check_seconds + s.nlp.times.total + s.verify_seconds, relaxation_);
   }
 
   // With shorter steps contacts come nearer before they touch, and what a force does on that way grows.
@@ -239,13 +217,7 @@ class Rounds {
     return true;
   }
 
-  const Task& task_;
-  const SolveWatch& watch_;
   std::unique_ptr<StagedNlp> program_;
-  SolveReport report_;
-  SolveMoment moment_{SolveStage::kRecording};
-  const std::shared_ptr<CompileProgress> progress_ = std::make_shared<CompileProgress>();
-  int iterations_ = 0;
   double processor_seconds_ = 0, record_seconds_ = 0, relaxation_ = 0;
 };
 

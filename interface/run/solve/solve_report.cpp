@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The report for people and for programs.
-#include <cmath>
-#include <nlohmann/json.hpp>
 
+#include <dyntape/interface/io/facts.h>
 #include <dyntape/interface/io/number.h>
-#include <dyntape/interface/io/table.h>
 #include <dyntape/interface/run/solve/solve_report.h>
 
 namespace dyntape {
@@ -15,11 +13,6 @@ namespace {
 using nlohmann::ordered_json;
 
 std::string precise(double value) { return io::with_digits(value, 12); }
-
-// JSON has no NaN and no infinity.
-ordered_json number(double value) {
-  return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
-}
 
 std::string defect_text(const SolveReport& report) {
   const Verification& v = report.solution.verification;
@@ -82,8 +75,8 @@ ordered_json rounds_of(const std::vector<MeshRound>& meshes) {
     rounds.push_back({{"intervals", m.intervals},
                       {"status", to_string(m.status)},
                       {"iterations", m.iterations},
-                      {"cost", number(m.cost)},
-                      {"relative_defect", number(m.relative_defect)},
+                      {"cost", m.cost},
+                      {"relative_defect", m.relative_defect},
                       {"seconds", m.seconds}});
     if (m.relaxation > 0) rounds.back()["relaxation"] = m.relaxation;
   }
@@ -103,182 +96,195 @@ ordered_json limits_of(const SolveReport& report) {
   return {{"kept", report.excesses.empty()}, {"demanded", report.demands.limits}, {"excesses", excesses}};
 }
 
+// How it was found, and what it costs.
+void tell_outcome(const SolveReport& report, io::Facts& facts) {
+  const Solution& solution = report.solution;
+  const NlpSolution& nlp = solution.nlp;
+  facts["task"] = report.task;
+  facts["robot"] = report.robot;
+  facts["success"] = report.success() && report.unwritten.empty();
+  facts["notes"] = report.notes;
+  facts["interrupted"] = report.interrupted;
+  facts.say("status", to_string(nlp.status));
+  facts["status"] = to_string(nlp.status);
+  facts["verdict"] = report.verdict();
+  if (nlp.is_by_other_method)
+    facts.say("found by", report.ddp ? "exact second derivatives, where Gauss-Newton got stuck"
+                                     : "the other method, where the one asked for got stuck");
+  facts.say("iterations", std::to_string(nlp.iterations()));
+  facts["iterations"] = nlp.iterations();
+  facts["by_other_method"] = nlp.is_by_other_method;
+  facts.say("cost", precise(solution.cost()));
+  facts["cost"] = solution.cost();
+  facts["duration"] = report.duration();
+  if (const auto& range = report.free_time) {
+    facts.say("duration found", precise(report.duration()) + " s (between " + precise(range->shortest) +
+                                    " and " + precise(range->longest) + ")");
+    facts["duration_range"] = {range->shortest, range->longest};
+  }
+  if (solution.phases.size() > 1) {
+    facts.say("phases", phases_text(solution.phases));
+    for (const SolvedPhase& phase : solution.phases)
+      facts["phases"].push_back(
+          {{"name", phase.name}, {"begin", phase.begin}, {"duration", phase.duration()}});
+  }
+  if (const auto& expected = report.expected) {
+    facts.say("known optimum", precise(expected->cost) + " (difference " +
+                                   io::scientific(solution.cost() - expected->cost) + ", allowed " +
+                                   io::scientific(expected->tolerance) + ")");
+    facts["expected"] = {
+        {"cost", expected->cost}, {"tolerance", expected->tolerance}, {"matches", report.cost_matches()}};
+  }
+}
+
+// Whether it is an optimum that keeps the constraints.
+void tell_optimality(const SolveReport& report, io::Facts& facts) {
+  const Verification& v = report.solution.verification;
+  const KktResiduals& kkt = report.solution.kkt;
+  const StationaryPoint order = report.solution.nlp.stationary_point;
+  facts.say("constraint violation, relative, plain code",
+            io::scientific(v.violation) + (v.worst_row.empty() ? "" : " (" + v.worst_row + ")"));
+  facts["constraint_violation"] = {{"value", v.violation}, {"row", v.worst_row}};
+  facts["kkt"] = {{"stationarity", kkt.stationarity},
+                  {"feasibility", kkt.feasibility},
+                  {"complementarity", kkt.complementarity}};
+  facts["is_minimum"] = nullptr;
+  if (order != StationaryPoint::kUnknown) facts["is_minimum"] = order == StationaryPoint::kMinimum;
+  if (const auto& ddp = report.ddp) {
+    facts.say("largest slope by a control", io::scientific(ddp->slope));
+    facts.say("from the goal at the end",
+              io::significant(ddp->off_goal, 3) + " (costs draw to it; norm over what it gives)");
+    facts["ddp"] = {
+        {"slope", ddp->slope},
+        {"is_minimum", ddp->is_minimum ? ordered_json(*ddp->is_minimum) : ordered_json(nullptr)},
+        {"from_goal", ddp->off_goal},
+        {"goal_miss", {{"what", ddp->missed}, {"share", ddp->goal_miss}, {"allowed", report.demands.goal}}},
+        {"soft_goal", report.has_soft_goal}};
+  } else {
+    facts.say("optimality, relative, recomputed", "stationarity " + io::scientific(kkt.stationarity) +
+                                                      ", feasibility " + io::scientific(kkt.feasibility) +
+                                                      ", complementarity " +
+                                                      io::scientific(kkt.complementarity));
+  }
+  facts.say("a minimum, to the second order", order_text(order));
+}
+
+// Whether it is what its controls do, and within the limits.
+void tell_truth(const SolveReport& report, io::Facts& facts) {
+  const Verification& v = report.solution.verification;
+  facts.say("true defect, re-simulated",
+            io::scientific(v.worst_defect) + " (" +
+                (v.trouble.empty() ? "worst interval, in the unit of the state that it is of" : v.trouble) +
+                ")");
+  facts["integration_error"] = v.worst_defect;
+  facts.say("true defect, of the motion", defect_text(report));
+  facts["relative_defect"] = {{"value", v.worst_relative},
+                              {"interval", v.worst_interval},
+                              {"state", v.worst_state},
+                              {"allowed", report.demands.integration_error}};
+  facts.say("open-loop error at the end", io::scientific(v.miss) + report.open_loop_unit +
+                                              (v.miss_state.empty() ? "" : " (" + v.miss_state + ")"));
+  if (const auto& simulated = report.simulated) {
+    facts.say("simulated with its contacts", simulated->sentence());
+    facts["simulated"] = {{"error", simulated->error},
+                          {"state", simulated->state},
+                          {"off", simulated->off},
+                          {"time", simulated->time},
+                          {"impulse_from_a_distance", simulated->from_afar},
+                          {"trouble", simulated->trouble},
+                          {"allowed", report.demands.simulation}};
+  }
+  const std::size_t exceeded = report.excesses.size();
+  facts.say("robot's limits", exceeded == 0 ? "kept" : std::to_string(exceeded) + " exceeded");
+  facts["limits"] = limits_of(report);
+  facts["meshes"] = rounds_of(report.meshes);
+  if (!report.unwritten.empty()) facts["unwritten"] = report.unwritten;
+  if (!report.refinement_trouble.empty()) facts["refinement_trouble"] = report.refinement_trouble;
+  if (!v.trouble.empty()) facts["simulation_trouble"] = v.trouble;
+  facts["open_loop_error"] = {{"value", v.miss},
+                              {"state", v.miss_state},
+                              {"unit", report.open_loop_unit.empty() ? "" : report.open_loop_unit.substr(1)}};
+}
+
+// What was made and what it took.
+void tell_work(const SolveReport& report, io::Facts& facts) {
+  const auto& [derivatives, build, sizes] = std::tie(report.solution.derivatives, report.build, report.sizes);
+  facts["derivative_check"] = {{"first", derivatives.worst_first}, {"second", derivatives.worst_second}};
+  if (derivatives.hessian_directions)
+    facts["derivative_check"]["hessian_directions"] = derivatives.hessian_directions;
+  facts.say("active bounds", std::to_string(report.active.size()));
+  facts["active_bounds"] = report.active;
+  if (report.ddp)
+    facts.say("steps",
+              io::with_groups(sizes.points - 1) + ", " + io::with_groups(sizes.variables) + " controls");
+  else
+    facts.say("program", io::with_groups(sizes.variables) + " variables, " +
+                             io::with_groups(sizes.constraints) + " constraints, " +
+                             io::with_groups(sizes.jacobian) + " + " + io::with_groups(sizes.hessian) +
+                             " non-zeros");
+  facts["sizes"] = {{"variables", sizes.variables},
+                    {"constraints", sizes.constraints},
+                    {"jacobian_nonzeros", sizes.jacobian},
+                    {"hessian_nonzeros", sizes.hessian},
+                    {"points", sizes.points},
+                    {"operations_a_point", sizes.operations}};
+  facts["functions"] = {{"compiled", build.compiled},
+                        {"from_cache", build.from_cache},
+                        {"machine_code", build.machine_code},
+                        {"interpreted", build.interpreted},
+                        {"sources", build.sources}};
+}
+
+void tell_times(const SolveReport& report, io::Facts& facts) {
+  const BuildReport& build = report.build;
+  const Timings& seconds = build.seconds;
+  const auto& [derivatives, times] = std::tie(report.solution.derivatives, report.solution.nlp.times);
+  facts.time("record", seconds.record, io::with_groups(report.sizes.operations) + " operations a point");
+  facts.time("derive", seconds.derive);
+  facts.time("print", seconds.schedule + seconds.print);
+  facts.time("compile", seconds.compile,
+             std::to_string(build.compiled) + " compiled, " + std::to_string(build.from_cache) +
+                 " from the cache, " + std::to_string(build.machine_code) + " as machine code, " +
+                 std::to_string(build.interpreted) + " interpreted");
+  facts.time("load", seconds.hash + seconds.load);
+  const std::string along =
+      derivatives.hessian_directions
+          ? ", along " + std::to_string(derivatives.hessian_directions) + " random directions"
+          : "";
+  if (report.ddp)
+    facts["seconds"]["check_derivatives"] = report.solution.check_seconds;
+  else
+    facts.time("check derivatives", report.solution.check_seconds,
+               "worst relative difference beyond rounding " + io::scientific(derivatives.worst_first) +
+                   ", second order " + io::scientific(derivatives.worst_second) + along);
+  facts.time("solve", times.total,
+             report.ddp ? ""
+                        : "functions " + io::duration(times.functions) + ", Jacobian " +
+                              io::duration(times.jacobian) + ", Hessian " + io::duration(times.hessian) +
+                              ", linear solver and rest " + io::duration(times.solver()));
+  for (const auto& [part, took] : {std::pair("functions", times.functions),
+                                   {"jacobian", times.jacobian},
+                                   {"hessian", times.hessian},
+                                   {"linear_and_rest", times.solver()}})
+    facts["seconds"][std::string("solve_") + part] = took;
+  facts.time("verify", report.solution.verify_seconds);
+}
+
+io::Facts facts_of(const SolveReport& report) {
+  io::Facts facts(report.task + ": " + report.verdict());
+  tell_outcome(report, facts);
+  tell_optimality(report, facts);
+  tell_truth(report, facts);
+  tell_work(report, facts);
+  tell_times(report, facts);
+  facts.below(excess_text(report.excesses) + mesh_text(report.meshes) + "\n" + facts.times());
+  for (const std::string& note : report.notes) facts.below("note: " + note + "\n");
+  return facts;
+}
+
 }  // namespace
 
-std::string SolveReport::text() const {
-  const NlpSolution& nlp = solution.nlp;
-  const Verification& v = solution.verification;
-  io::TextTable facts({{"quantity"}, {"value"}});
-  facts.append({"status", to_string(nlp.status)});
-  if (nlp.is_by_other_method)
-    facts.append({"found by", std::string(ddp ? "exact second derivatives" : "the other method") +
-                                  ", where " + (ddp ? "Gauss-Newton" : "the one asked for") + " got stuck"});
-  facts.append({"iterations", std::to_string(nlp.iterations())});
-  facts.append({"cost", precise(solution.cost())});
-  if (free_time) {
-    facts.append({"duration found", precise(duration()) + " s (between " + precise(free_time->shortest) +
-                                        " and " + precise(free_time->longest) + ")"});
-  }
-  if (solution.phases.size() > 1) facts.append({"phases", phases_text(solution.phases)});
-  if (expected) {
-    facts.append({"known optimum", precise(expected->cost) + " (difference " +
-                                       io::scientific(solution.cost() - expected->cost) + ", allowed " +
-                                       io::scientific(expected->tolerance) + ")"});
-  }
-  facts.append({"constraint violation, relative, plain code",
-                io::scientific(v.violation) + (v.worst_row.empty() ? "" : " (" + v.worst_row + ")")});
-  if (ddp) {
-    facts.append({"largest slope by a control", io::scientific(ddp->slope)});
-    facts.append({"from the goal at the end",
-                  io::significant(ddp->off_goal, 3) + " (costs draw to it; norm over what it gives)"});
-  } else {
-    facts.append({"optimality, relative, recomputed",
-                  "stationarity " + io::scientific(solution.kkt.stationarity) + ", feasibility " +
-                      io::scientific(solution.kkt.feasibility) + ", complementarity " +
-                      io::scientific(solution.kkt.complementarity)});
-  }
-  facts.append({"a minimum, to the second order", order_text(nlp.stationary_point)});
-  facts.append(
-      {"true defect, re-simulated",
-       io::scientific(v.worst_defect) + " (" +
-           (v.trouble.empty() ? "worst interval, in the unit of the state that it is of" : v.trouble) + ")"});
-  facts.append({"true defect, of the motion", defect_text(*this)});
-  facts.append({"open-loop error at the end", io::scientific(v.miss) + open_loop_unit +
-                                                  (v.miss_state.empty() ? "" : " (" + v.miss_state + ")")});
-  if (simulated) facts.append({"simulated with its contacts", simulated->sentence()});
-  facts.append({"robot's limits", excesses.empty() ? "kept" : std::to_string(excesses.size()) + " exceeded"});
-  facts.append({"active bounds", std::to_string(active.size())});
-  if (ddp)
-    facts.append(
-        {"steps", io::with_groups(sizes.points - 1) + ", " + io::with_groups(sizes.variables) + " controls"});
-  else
-    facts.append({"program", io::with_groups(sizes.variables) + " variables, " +
-                                 io::with_groups(sizes.constraints) + " constraints, " +
-                                 io::with_groups(sizes.jacobian) + " + " + io::with_groups(sizes.hessian) +
-                                 " non-zeros"});
-  const Timings& seconds = build.seconds;
-  io::TextTable times({{"step"}, {"time", "", io::Align::kRight}, {"remark"}});
-  const std::string origin = std::to_string(build.compiled) + " compiled, " +
-                             std::to_string(build.from_cache) + " from the cache, " +
-                             std::to_string(build.machine_code) + " as machine code, " +
-                             std::to_string(build.interpreted) + " interpreted";
-  times.append(
-      {"record", io::duration(seconds.record), io::with_groups(sizes.operations) + " operations a point"});
-  times.append({"derive", io::duration(seconds.derive), ""});
-  times.append({"print", io::duration(seconds.schedule + seconds.print), ""});
-  times.append({"compile", io::duration(seconds.compile), origin});
-  times.append({"load", io::duration(seconds.hash + seconds.load), ""});
-  if (!ddp)
-    times.append({"check derivatives", io::duration(solution.check_seconds),
-                  "worst relative difference beyond rounding " +
-                      io::scientific(solution.derivatives.worst_first) + ", second order " +
-                      io::scientific(solution.derivatives.worst_second) +
-                      (solution.derivatives.hessian_directions
-                           ? ", along " + std::to_string(solution.derivatives.hessian_directions) +
-                                 " random directions"
-                           : "")});
-  times.append({"solve", io::duration(nlp.times.total),
-                ddp ? ""
-                    : "functions " + io::duration(nlp.times.functions) + ", Jacobian " +
-                          io::duration(nlp.times.jacobian) + ", Hessian " + io::duration(nlp.times.hessian) +
-                          ", linear solver and rest " + io::duration(nlp.times.solver())});
-  times.append({"verify", io::duration(solution.verify_seconds), ""});
-  std::string text = task + ": " + verdict() + "\n\n" + facts.text() + excess_text(excesses) +
-                     mesh_text(meshes) + "\n" + times.text();
-  for (const std::string& note : notes) text += "note: " + note + "\n";
-  return text;
-}
-
-std::string SolveReport::json() const {
-  const NlpSolution& nlp = solution.nlp;
-  const Verification& v = solution.verification;
-  const Timings& seconds = build.seconds;
-  ordered_json j;
-  j["task"] = task;
-  j["robot"] = robot;
-  j["success"] = success() && unwritten.empty();
-  j["notes"] = notes;
-  j["interrupted"] = interrupted;
-  j["status"] = to_string(nlp.status);
-  j["verdict"] = verdict();
-  j["iterations"] = nlp.iterations();
-  j["by_other_method"] = nlp.is_by_other_method;
-  j["cost"] = number(solution.cost());
-  j["duration"] = number(duration());
-  if (free_time) j["duration_range"] = {free_time->shortest, free_time->longest};
-  for (const SolvedPhase& phase : solution.phases) {
-    if (solution.phases.size() > 1)
-      j["phases"].push_back({{"name", phase.name}, {"begin", phase.begin}, {"duration", phase.duration()}});
-  }
-  if (expected) {
-    j["expected"] = {
-        {"cost", expected->cost}, {"tolerance", expected->tolerance}, {"matches", cost_matches()}};
-  }
-  j["constraint_violation"] = {{"value", number(v.violation)}, {"row", v.worst_row}};
-  j["kkt"] = {{"stationarity", number(solution.kkt.stationarity)},
-              {"feasibility", number(solution.kkt.feasibility)},
-              {"complementarity", number(solution.kkt.complementarity)}};
-  const StationaryPoint order = nlp.stationary_point;
-  j["is_minimum"] = order == StationaryPoint::kUnknown ? ordered_json(nullptr)
-                                                       : ordered_json(order == StationaryPoint::kMinimum);
-  if (ddp)
-    j["ddp"] = {
-        {"slope", number(ddp->slope)},
-        {"is_minimum", ddp->is_minimum ? ordered_json(*ddp->is_minimum) : ordered_json(nullptr)},
-        {"from_goal", number(ddp->off_goal)},
-        {"goal_miss",
-         {{"what", ddp->missed}, {"share", number(ddp->goal_miss)}, {"allowed", number(demands.goal)}}},
-        {"soft_goal", has_soft_goal}};
-  j["integration_error"] = number(v.worst_defect);
-  j["relative_defect"] = {{"value", number(v.worst_relative)},
-                          {"interval", v.worst_interval},
-                          {"state", v.worst_state},
-                          {"allowed", number(demands.integration_error)}};
-  if (simulated)
-    j["simulated"] = {{"error", number(simulated->error)},
-                      {"state", simulated->state},
-                      {"off", number(simulated->off)},
-                      {"time", simulated->time},
-                      {"impulse_from_a_distance", simulated->from_afar},
-                      {"trouble", simulated->trouble},
-                      {"allowed", number(demands.simulation)}};
-  j["limits"] = limits_of(*this);
-  j["meshes"] = rounds_of(meshes);
-  if (!unwritten.empty()) j["unwritten"] = unwritten;
-  if (!refinement_trouble.empty()) j["refinement_trouble"] = refinement_trouble;
-  if (!v.trouble.empty()) j["simulation_trouble"] = v.trouble;
-  j["open_loop_error"] = {{"value", number(v.miss)},
-                          {"state", v.miss_state},
-                          {"unit", open_loop_unit.empty() ? "" : open_loop_unit.substr(1)}};
-  j["derivative_check"] = {{"first", number(solution.derivatives.worst_first)},
-                           {"second", number(solution.derivatives.worst_second)}};
-  if (solution.derivatives.hessian_directions)
-    j["derivative_check"]["hessian_directions"] = solution.derivatives.hessian_directions;
-  j["active_bounds"] = active;
-  j["sizes"] = {{"variables", sizes.variables},
-                {"constraints", sizes.constraints},
-                {"jacobian_nonzeros", sizes.jacobian},
-                {"hessian_nonzeros", sizes.hessian},
-                {"points", sizes.points},
-                {"operations_a_point", sizes.operations}};
-  j["functions"] = {{"compiled", build.compiled},
-                    {"from_cache", build.from_cache},
-                    {"machine_code", build.machine_code},
-                    {"interpreted", build.interpreted},
-                    {"sources", build.sources}};
-  j["seconds"] = {{"record", seconds.record},
-                  {"derive", seconds.derive},
-                  {"print", seconds.schedule + seconds.print},
-                  {"compile", seconds.compile},
-                  {"load", seconds.hash + seconds.load},
-                  {"check_derivatives", solution.check_seconds},
-                  {"solve", nlp.times.total},
-                  {"solve_functions", nlp.times.functions},
-                  {"solve_jacobian", nlp.times.jacobian},
-                  {"solve_hessian", nlp.times.hessian},
-                  {"solve_linear_and_rest", nlp.times.solver()},
-                  {"verify", solution.verify_seconds}};
-  return j.dump(2) + "\n";
-}
+std::string SolveReport::text() const { return facts_of(*this).text(); }
+std::string SolveReport::json() const { return facts_of(*this).json(); }
 
 }  // namespace dyntape

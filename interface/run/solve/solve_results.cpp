@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
 // The files of a solved task.
-#include <dyntape/autodiff/error.h>
-#include <dyntape/autodiff/text_file.h>
-#include <dyntape/interface/io/csv.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/result_folder.h>
 #include <dyntape/interface/robot/robot_scene.h>
@@ -20,23 +17,14 @@ constexpr const char *kTrajectory = "trajectory.csv", *kIterations = "iterations
 
 io::CsvTable trajectory_table(const Task& task, const Trajectory& motion) {
   const Curves c = curves_of(task, motion);
-  std::vector<std::string> header = {"t"};
-  for (const char* block : {"q", "v", "a"}) {
-    const std::vector<std::string> names = entry_names(task.scene.model, block);
-    header.insert(header.end(), names.begin(), names.end());
-  }
-  for (const std::string& control : task.problem.controls)  // torques "u.elbow", forces "f.rotor"
-    header.push_back(control.starts_with("u.") ? "tau." + control.substr(2) : control);
-  io::CsvTable table(header);
-  std::vector<double> row;
-  for (int p = 0; p < motion.points(); ++p) {
-    row.assign(1, motion.t[p]);
-    for (const Eigen::MatrixXd* part : {&c.q, &c.v, &c.a, &c.tau}) {
-      for (Eigen::Index i = 0; i < part->rows(); ++i) row.push_back((*part)(i, p));
-    }
-    table.append(row);
-  }
-  return table;
+  const auto& model = task.scene.model;
+  io::CsvColumns table;
+  table.add({"t"}, motion.t.transpose());
+  table.add(entry_names(model, "q"), c.q);
+  table.add(entry_names(model, "v"), c.v);
+  table.add(entry_names(model, "a"), c.a);
+  table.add(control_columns(task), c.tau);
+  return table.table();
 }
 
 io::CsvTable iteration_table(const NlpSolution& nlp) {
@@ -59,17 +47,11 @@ std::vector<std::string> result_files() {
 void write_results(const Task& task, SolveReport& report, const std::string& folder,
                    const std::stop_token& stop) {
   io::ResultFolder results(folder, report.unwritten);
-  const auto csv = [&](const char* file, const io::CsvTable& table) {
-    results.write(file, [&](const std::string& path) { io::write_csv(path, table, io::NonFinite::kAllow); });
-  };
-  const auto text = [&](const char* file, const std::string& text) {
-    results.write(file, [&](const std::string& path) { write_file_atomically(path, text); });
-  };
   const Trajectory& motion = report.solution.motion;
-  csv(kTrajectory, trajectory_table(task, motion));
-  csv(kIterations, iteration_table(report.solution.nlp));
+  results.write_table(kTrajectory, trajectory_table(task, motion));
+  results.write_table(kIterations, iteration_table(report.solution.nlp));
   const std::string found = "; duration found: " + io::shortest(report.duration()) + " s\n";
-  text(kEffective, task.effective + (report.free_time ? found : ""));
+  results.write_text(kEffective, task.effective + (report.free_time ? found : ""));
   const auto picture = [&](const char* file, const auto& draw) {
     const std::size_t failures = report.unwritten.size();
     if (!report.interrupted && !stop.stop_requested()) results.write(file, draw);
@@ -84,7 +66,7 @@ void write_results(const Task& task, SolveReport& report, const std::string& fol
     });
   }
   picture(kPlayer, [&](const std::string& path) { write_player(motion_player(task, motion, stop), path); });
-  text(kReport, report.json());
+  results.write_text(kReport, report.json());
 }
 
 }  // namespace dyntape

@@ -16,7 +16,8 @@ LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
       nq_(scene_.robot.model.nq),
       nv_(scene_.robot.model.nv),
       n_arguments_(2 + functions.stepper.n_u() + functions.stepper.n_p()),
-      rule_(work_rule(scene_)) {
+      rule_(work_rule(scene_)),
+      of_steps_(scene_, functions.meter) {
   for (long k = 0; k < count; ++k) {
     motions.push_back(begin_of(functions, first + k));
     judges_.emplace_back(functions, motions.back());
@@ -28,12 +29,19 @@ LaneMotions::LaneMotions(SweptFunctions& functions, long first, long count)
   for (codegen::AlignedRoom* array : {&x_, &next_, &half_, &twice_, &kept_x_})
     array->resize(n * std::size_t(nx_));
   arguments_.resize(n * std::size_t(n_arguments_));
-  energies_.resize(n * std::size_t(functions.layout.size()));
+  energies_.resize(n * std::size_t(functions.meter.layout().size()));
   for (codegen::AlignedRoom* array : {&speeds_, &most_energy_, &kept_speeds_, &kept_most_energy_})
     array->resize(n);
   // Places without a sample of their own repeat the last.
   for (long k = 0; k < places(); ++k) put(k, motions[std::size_t(std::min(k, count - 1))]);
   set_times(0, scene_.step);
+}
+
+VectorXd LaneMotions::entries_of(codegen::AlignedRoom& array, long entries, long first, long n,
+                                 long k) const {
+  VectorXd values(n);
+  for (long i = 0; i < n; ++i) values[i] = at(array.data(), entries, first + i, k);
+  return values;
 }
 
 void LaneMotions::put(long k, const SampleMotion& motion) {
@@ -74,18 +82,12 @@ void LaneMotions::note_speeds() {
 }
 
 void LaneMotions::evaluate_energies(const double* x) {
-  (void)functions_.energy.run(Order::kValue,
-                              {.count = std::size_t(places()),
-                               .x = x,
-                               .p = arguments_.data(),
-                               .y = energies_.data(),
-                               .status = unread_.data(),
-                               .side_by_side = std::size_t(width_)},
-                              functions_.of_energy);
+  functions_.meter.side_by_side(std::size_t(places()), std::size_t(width_), x, arguments_.data(),
+                                energies_.data(), unread_.data());
 }
 
 void LaneMotions::note_energies() {
-  const Eigen::Index size = functions_.layout.size();
+  const Eigen::Index size = functions_.meter.layout().size();
   for (long k = 0; k < places(); ++k) {
     double& most = most_energy_.data()[k];
     most = std::max(most, at(energies_.data(), size, 0, k) + at(energies_.data(), size, 1, k));
@@ -93,14 +95,11 @@ void LaneMotions::note_energies() {
 }
 
 void LaneMotions::judge_energies() {
-  const Eigen::Index size = functions_.layout.size();
+  const Eigen::Index size = functions_.meter.layout().size();
   for (std::size_t k = 0; k < motions.size(); ++k) {
     if (is_over_[k]) continue;
-    functions_.layout.read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
-    if (rule_ == WorkRule::kCubic)
-      judges_[k].balance.step(energy_);
-    else
-      judges_[k].balance.step(energy_, work_[k]);
+    functions_.meter.layout().read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+    judges_[k].account.add(energy_, work_[k]);
   }
 }
 
@@ -108,19 +107,27 @@ void LaneMotions::judge_energies() {
 void LaneMotions::work_of_step(double t) {
   const double h = scene_.step;
   const auto n = std::size_t(places());
-  const Eigen::Index size = functions_.layout.size();
+  const Eigen::Index size = functions_.meter.layout().size();
   std::fill(unread_.begin(), unread_.end(), 0);
   set_times(t, h / 2);
   functions_.stepper.steps_side_by_side(n, x_.data(), arguments_.data(), half_.data(), unread_.data());
   set_times(t, h);
-  const std::pair<const double*, double> states[] = {{x_.data(), 1}, {half_.data(), 4}, {next_.data(), 1}};
+  const std::pair<double*, double> states[] = {
+      {x_.data(), h / 6}, {half_.data(), 4 * h / 6}, {next_.data(), h / 6}};
   for (const auto& [x, weight] : states) {
     evaluate_energies(x);
     for (std::size_t k = 0; k < motions.size(); ++k) {
-      functions_.layout.read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
+      functions_.meter.layout().read(&at(energies_.data(), size, 0, long(k)), width_, energy_);
       if (x == x_.data()) work_[k].setZero(energy_.power.rows(), energy_.power.cols());
-      work_[k] += h / 6 * weight * energy_.power;
+      work_[k] += weight * energy_.power;
     }
+  }
+  const int n_u = functions_.stepper.n_u();
+  for (long k = 0; k < long(motions.size()); ++k) {
+    const VectorXd begin = entries_of(x_, nx_, 0, nx_, k), middle = entries_of(half_, nx_, 0, nx_, k),
+                   end = entries_of(next_, nx_, 0, nx_, k);
+    of_steps_.put_motors({begin, middle, end}, entries_of(arguments_, n_arguments_, 2, n_u, k), h,
+                         work_[std::size_t(k)]);
   }
 }
 
@@ -135,16 +142,11 @@ void LaneMotions::try_halves(double t) {
   std::vector<std::uint32_t> second(n, 0);
   set_times(t + h / 2, h / 2);
   stepper.steps_side_by_side(n, half_.data(), arguments_.data(), twice_.data(), second.data());
-  VectorXd whole(nx_), twice(nx_);
   for (long k = 0; k < long(motions.size()); ++k) {
     if (is_over_[std::size_t(k)] || unread_[std::size_t(k)] || second[std::size_t(k)]) continue;
-    Look look{step_, VectorXd(nx_)};
-    for (long i = 0; i < nx_; ++i) {
-      look.x[i] = at(x_.data(), nx_, i, k);
-      whole[i] = at(next_.data(), nx_, i, k);
-      twice[i] = at(twice_.data(), nx_, i, k);
-    }
-    judges_[std::size_t(k)].halves.note(scene_, std::move(look), whole, twice);
+    judges_[std::size_t(k)].halves.note(scene_, {step_, entries_of(x_, nx_, 0, nx_, k)},
+                                        entries_of(next_, nx_, 0, nx_, k),
+                                        entries_of(twice_, nx_, 0, nx_, k));
   }
 }
 
@@ -179,18 +181,16 @@ bool LaneMotions::is_within(long k) {
   return squares < kBeyond;
 }
 
-void LaneMotions::take(long k, const double* x, const SampleExtremes* extremes) {
-  SampleMotion& motion = motions[std::size_t(k)];
-  for (long i = 0; i < nx_; ++i) motion.x[i] = at(const_cast<double*>(x), nx_, i, k);
-  motion.extremes = *extremes;
+void LaneMotions::take(long k, codegen::AlignedRoom& x, const SampleExtremes& extremes) {
+  motions[std::size_t(k)].x = entries_of(x, nx_, 0, nx_, k);
+  motions[std::size_t(k)].extremes = extremes;
 }
 
 void LaneMotions::look_for_failures() {
   for (long k = 0; k < long(motions.size()); ++k) {
     const auto place = std::size_t(k);
     if (is_over_[place] || (status_[place] == 0 && is_within(k))) continue;
-    const SampleExtremes before{kept_speeds_.data()[k], kept_most_energy_.data()[k]};
-    take(k, kept_x_.data(), &before);
+    take(k, kept_x_, {kept_speeds_.data()[k], kept_most_energy_.data()[k]});
     SampleMotion& motion = motions[place];
     motion.steps = kept_step_;
     advance(functions_, motion, step_);
@@ -230,8 +230,7 @@ bool LaneMotions::run(const std::stop_token& stop) {
     warnings.push_back(
         is_over ? "" : judges_[std::size_t(k)].warning(functions_.sweep, motions[std::size_t(k)].row));
     if (is_over) continue;
-    const SampleExtremes extremes{speeds_.data()[k], most_energy_.data()[k]};
-    take(k, x_.data(), &extremes);
+    take(k, x_, {speeds_.data()[k], most_energy_.data()[k]});
     motions[std::size_t(k)].steps = steps;
   }
   return true;

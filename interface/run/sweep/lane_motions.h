@@ -13,6 +13,7 @@
 #include <stop_token>
 
 #include <dyntape/codegen/run/lanes.h>
+#include <dyntape/interface/run/simulate/step_work.h>
 #include <dyntape/interface/run/sweep/sample_motion.h>
 
 namespace dyntape {
@@ -33,7 +34,8 @@ class LaneMotions {
   }
   long places() const { return (long(motions.size()) + width_ - 1) / width_ * width_; }
   void put(long k, const SampleMotion& motion);
-  void take(long k, const double* x, const SampleExtremes* extremes);
+  Eigen::VectorXd entries_of(codegen::AlignedRoom& array, long entries, long first, long n, long k) const;
+  void take(long k, codegen::AlignedRoom& x, const SampleExtremes& extremes);
   bool step(long step);
   void set_times(double t, double h);
   void note_speeds();
@@ -57,6 +59,7 @@ class LaneMotions {
   std::vector<std::uint32_t> status_, unread_;
   std::vector<SampleJudge> judges_;
   const WorkRule rule_;
+  StepWork of_steps_;
   std::vector<Eigen::MatrixXd> work_;  // of the step, a matrix a sample
   Energy energy_;                      // of one of them
 };

@@ -11,11 +11,9 @@
 
 #include <string>
 
-#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/files/sweep/sweep.h>
 #include <dyntape/interface/run/simulate/accuracy_warnings.h>
-#include <dyntape/interface/run/sweep/sample_balance.h>
-#include <dyntape/interface/system/energy.h>
+#include <dyntape/interface/run/simulate/energy_account.h>
 
 namespace dyntape {
 
@@ -23,21 +21,6 @@ namespace dyntape {
 struct SampleExtremes {
   double v = 0;       // largest |entry of v| at any step
   double energy = 0;  // largest kinetic and stored energy at any sample of the scene (J)
-};
-
-// What is known of the steps of a motion: at a few places, how far two half ones lead from a whole one.
-class HalfSteps {
- public:
-  // `end` of the whole step from `look`, and of the two halves.
-  void note(const Scene& scene, Look look, const Eigen::VectorXd& whole, const Eigen::VectorXd& twice);
-
-  // As simulate warns of the steps of a motion (interface/run/simulate/accuracy_warnings.h).  "" or a sentence.
-  std::string warning(const SceneSweep& sweep, long row) const;
-
- private:
-  std::vector<Look> looks_;
-  std::vector<Eigen::VectorXd> errors_;
-  Eigen::VectorXd most_;  // change of v in a step
 };
 
 struct SampleMotion {
@@ -53,22 +36,14 @@ class SweptFunctions {
   SweptFunctions(const SceneSweep& sweep, const CodegenOptions& options);
   SweptFunctions twin() const;
 
-  // At a state of a sample, whose motors are told u.
-  const Energy& energies(const SampleMotion& of, const Eigen::VectorXd& x, const Eigen::VectorXd& u);
-  const Energy& latest() const { return energy_; }
-
   const SceneSweep& sweep;
   Stepper stepper;
-  EnergyLayout layout;
-  CompiledFunction energy;  // of variables x and parameters (t, h, u, p)
-  CompiledFunction::Workspace of_energy;
+  EnergyMeter meter;
   bool is_implicit, has_table;
   long look_stride;
 
  private:
   SweptFunctions(const SweptFunctions& other, Stepper stepper);
-  Eigen::VectorXd arguments_, output_;
-  Energy energy_;
 };
 
 // Scene steps between two places where half steps are tried.
@@ -77,13 +52,13 @@ bool is_sample_time(const Scene& scene, long step);
 
 SampleMotion begin_of(SweptFunctions& functions, long row);
 
-// What judges a motion: its half steps and its energy.
+// What judges a motion as simulate does: its half steps and its energy.
 struct SampleJudge {
   SampleJudge(SweptFunctions& functions, const SampleMotion& motion);
-  std::string warning(const SceneSweep& sweep, long row);
+  std::string warning(const SceneSweep& sweep, long row);  // "" or a sentence
 
   HalfSteps halves;
-  SampleBalance balance;
+  EnergyAccount account;
 };
 
 // What the motors are told over a step from `t`.

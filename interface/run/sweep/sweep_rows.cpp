@@ -25,7 +25,7 @@ void append_row(SweptFunctions& f, const SampleMotion& motion, bool ok, std::str
   append_number(text, ok ? 1 : 0);
   append_number(text, double(motion.steps) * scene.step);
   for (double x : motion.x.head(scene.robot.model.nq + scene.robot.model.nv)) append_number(text, x);
-  const Energy& energies = f.energies(motion, motion.x, motion.start.u.col(0));
+  const Energy& energies = f.meter.at(motion.x, motion.start.u.col(0), motion.start.p);
   for (double x : {energies.kinetic, energies.stored, motion.extremes.energy, motion.extremes.v})
     append_number(text, x);
   text += '\n';

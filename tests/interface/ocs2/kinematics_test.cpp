@@ -4,7 +4,7 @@
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 
-#include "../source_folder.h"
+#include "../../source_folder.h"
 #include "program.h"
 
 namespace {
