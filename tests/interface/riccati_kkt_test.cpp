@@ -68,7 +68,7 @@ RiccatiKkt random_chain(Random& random, bool convex, bool puts_in_links = false)
 // Links that say one variable each by the stage before, some twice.
 void make_explicit(RiccatiKkt& chain) {
   for (std::size_t k = 1; k < chain.stages(); ++k) {
-    MatrixXd& D = chain.stage(k).D;
+    RiccatiKkt::Rows& D = chain.stage(k).D;
     D.setZero();
     for (Eigen::Index r = 0; r < D.rows(); ++r) D(r, (r + Eigen::Index(k)) % D.cols()) = r % 2 == 0 ? -1 : 2;
   }
@@ -106,6 +106,24 @@ TEST(RiccatiKkt, SolvesTheWholeSystem) {
     }
   }
   EXPECT_LE(slow, 6);  // of 600
+}
+
+// The first stage alone, of a right side that is zero behind the second, is that of the whole.
+TEST(RiccatiKkt, SolvesTheFirstStageAlone) {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    Random random(seed);
+    RiccatiKkt chain = random_chain(random, true, seed % 2 == 0);
+    if (seed % 4 == 0) make_explicit(chain);
+    ASSERT_TRUE(chain.factor(0)) << "seed " << seed;
+    VectorXd a = VectorXd::Zero(chain.variables()), b = VectorXd::Zero(chain.rows()), z, lambda;
+    a.head(chain.first_variable(1)) = random.vector(chain.first_variable(1));
+    b.head(chain.rows_before(2)) = random.vector(chain.rows_before(2));
+    chain.solve(a, b, z, lambda);
+    const VectorXd whole = z.head(chain.first_variable(1));
+    z.setConstant(NAN);
+    chain.solve_first(a, b, z);
+    EXPECT_EQ(z.head(whole.size()), whole) << "seed " << seed;
+  }
 }
 
 // Every factorisation goes through if and only if the Hessian is positive definite on what the rows leave free.

@@ -121,6 +121,51 @@ TEST_F(WholeBody, SchedulesSwitchBetweenForceAndHold) {
   EXPECT_NEAR(row->function(s).norm(), 1, 1e-9);
 }
 
+// The same of a foot with corners: in the air the wrench of all its forces is none, and its corners are drawn to one height.
+TEST_F(WholeBody, FeetSwitchBetweenWrenchAndHold) {
+  load_control("g1_steps");
+  Task task = this->task();
+  const Problem& p = task.problem;
+  const auto term = [&](const std::string& name) {
+    const auto found =
+        std::find_if(p.terms.begin(), p.terms.end(), [&](const Term& t) { return t.name == name; });
+    EXPECT_NE(found, p.terms.end()) << name;
+    return found->function;
+  };
+  const int nv = task.scene.model.nv, nq = task.scene.model.nq, first = nv - 6;
+  Stage<double> s = p.stage(0, p.start, VectorXd::Zero(nv), VectorXd::Random(first + 24));
+  s.x.segment<4>(3) =
+      Eigen::Quaterniond(Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, -2, 3).normalized())).coeffs();
+  dynamics::Data<double> data(task.scene.model);
+  dynamics::forward_kinematics<double>(task.scene.model, data, s.x.head(nq), VectorXd::Zero(nv));
+  const auto foot = dynamics::frame_placement<double>(task.scene.model, data,
+                                                      task.scene.model.frame_index("left_ankle_roll_link"));
+  Eigen::Matrix<double, 6, 1> wrench = Eigen::Matrix<double, 6, 1>::Zero();
+  const std::vector<Eigen::Vector3d>& corners = task.robot.contacts[0].corners;
+  ASSERT_EQ(corners.size(), 4u);
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d f = s.u.segment<3>(first + 3 * i), at = foot.R * corners[std::size_t(i)];
+    wrench.head<3>() += f, wrench.tail<3>() += at.cross(f);
+  }
+  const Parameter load = p.parameters.find("left_ankle_roll_link load"),
+                  height = p.parameters.find("left_ankle_roll_link height");
+  const StageFunction holds = term("left_ankle_roll_link holds"), swing = term("left_ankle_roll_link swing");
+  s.p[load.first()] = 0;
+  EXPECT_LE((holds(s) - wrench / weight_of(task.scene)).norm(), 1e-12);
+  EXPECT_GT(swing(s).norm(), 1);  // it is turned
+  s.p[load.first()] = 1;
+  EXPECT_LE(holds(s).norm(), 1e-12);  // at rest, not accelerated, wherever it stands
+  EXPECT_EQ(swing(s).norm(), 0);
+  s.a[3] = 1;  // the base turns, and the foot with it
+  EXPECT_NEAR(holds(s).tail<3>().norm(), 1, 1e-9);
+
+  s.x = p.start, s.p[load.first()] = 0;
+  s.p[height.first()] = task.robot.contacts[0].place->z() + 0.05;
+  const VectorXd below = swing(s);
+  ASSERT_EQ(below.size(), 4);
+  EXPECT_LE((below.array() + 0.05 * std::sqrt(1e4 / 4)).matrix().norm(), 1e-9);
+}
+
 // The robot is given the momentum, whatever the mass of the link that is hit.
 TEST_F(WholeBody, ImpulsesGiveTheirMomentum) {
   const Task task = this->task();

@@ -48,8 +48,8 @@ class StructuredInteriorPoint {
   NlpSolution solve(const std::vector<double>& start, const SolverOptions& options,
                     const NlpSolution* warm = nullptr);
 
-  // (n x held) how the first stage's variables of the last solution change, to first order, with those of them that are held by
-  // equal bounds; zero behind.  With the program's own kind of Hessian and the barrier as it ended, so what is at a limit
+  // (variables of the first stage x held) how these of the last solution change, to first order, with those of them that are held
+  // by equal bounds.  With the program's own kind of Hessian and the barrier as it ended, so what is at a limit
   // stays there.  Empty where the last solve ended at no minimum of its quadratic model.
   Eigen::MatrixXd derivatives(const std::vector<std::size_t>& held);
 

@@ -35,8 +35,8 @@ RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links)
   for (std::size_t k = 0; k < sizes.size(); ++k) {
     const Eigen::Index n = sizes[k].variables, links = sizes[k].links;
     const Eigen::Index next = k + 1 < sizes.size() ? sizes[k + 1].links : 0;
-    stages_[k] = {MatrixXd::Zero(n, n), MatrixXd::Zero(sizes[k].rows, n), MatrixXd::Zero(next, n),
-                  MatrixXd::Zero(links, n)};
+    stages_[k] = {MatrixXd::Zero(n, n), MatrixXd::Zero(next, n), Rows::Zero(sizes[k].rows, n),
+                  Rows::Zero(links, n)};
     first_variable_.push_back(first_variable_.back() + n);
     first_row_.push_back(first_row_.back() + links + sizes[k].rows);
   }
@@ -47,22 +47,20 @@ RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links)
 void RiccatiKkt::order_rows(Factor& f, const Stage& s, bool puts_in) {
   const Eigen::Index n = s.H.rows(), links = s.D.rows(), rows = links + s.G.rows();
   f.row.clear(), f.col.clear();
-  std::vector<Eigen::Index> count(std::size_t(links), 0), at(std::size_t(links), 0), others;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const double* const column = s.D.data() + i * links;
-    for (Eigen::Index r = 0; r < links; ++r) {
-      if (column[r] != 0) ++count[std::size_t(r)], at[std::size_t(r)] = i;
-    }
-  }
+  std::vector<Eigen::Index> others;
   std::vector<bool> is_taken(std::size_t(n), false);
   for (Eigen::Index r = 0; r < links; ++r) {
-    const auto variable = std::size_t(at[std::size_t(r)]);
-    if (count[std::size_t(r)] != 1 || is_taken[variable] || !puts_in) {
+    const double* const row = s.D.data() + r * n;
+    Eigen::Index count = 0, at = 0;
+    for (Eigen::Index i = 0; puts_in && i < n && count < 2; ++i) {
+      if (row[i] != 0) ++count, at = i;
+    }
+    if (count != 1 || is_taken[std::size_t(at)]) {
       others.push_back(r);
       continue;
     }
-    is_taken[variable] = true;
-    f.row.push_back(r), f.col.push_back(Eigen::Index(variable));
+    is_taken[std::size_t(at)] = true;
+    f.row.push_back(r), f.col.push_back(at);
   }
   f.carried = Eigen::Index(f.row.size());
   for (Eigen::Index r = links; r < rows; ++r) f.row.push_back(r);
@@ -92,7 +90,8 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   order_rows(f, s, puts_in_links_ && elastic == 0);
   for (Eigen::Index r = 0; r < own; ++r) {
     const Eigen::Index row = f.row[std::size_t(r)];
-    f.M.col(r).head(n) = row < links ? s.D.row(row).transpose() : s.G.row(row - links).transpose();
+    const double* const from = row < links ? s.D.data() + row * n : s.G.data() + (row - links) * n;
+    std::copy(from, from + n, f.M.data() + r * all);
   }
   if (!next) return;
   // Q += C^T P C
@@ -165,6 +164,29 @@ void RiccatiKkt::order_variables(Factor& f) {
   }
 }
 
+// Free variables are minimised, kPad at a time: what is left is the cost to go.  False where they have no minimum.
+bool RiccatiKkt::minimise(Factor& f, Eigen::Index links) {
+  const Eigen::Index free = f.free, both = free + links, pad = f.S.rows();
+  double* const S = f.S.data();
+  for (Eigen::Index begin = 0; begin < free; begin += kPad) {
+    const Eigen::Index end = std::min(begin + kPad, free);
+    for (Eigen::Index j = begin; j < end; ++j) {
+      double* const column = S + j * pad;
+      const double pivot = column[j];
+      const double before = std::min(1.0, std::abs(f.Q(f.rank + j, f.rank + j)));  // but for springs
+      if (!(pivot > kFlat * before) || !std::isfinite(pivot)) return false;
+      const double inverse = 1 / std::sqrt(pivot);
+      for (Eigen::Index i = j; i < both; ++i) column[i] *= inverse;
+      for (Eigen::Index c = j + 1; c < end; ++c) add(S + c * pad + c, -column[c], column + c, both - c);
+    }
+    // Columns behind these: what is above the diagonal is nobody's.
+    const double* const columns = S + begin * pad;
+    add_product<Factors::kMinusRows>(S + begin + end * pad, pad, columns + begin, pad, columns + end, pad,
+                                     pad - begin, end - begin, both - end);
+  }
+  return true;
+}
+
 // False where what is free has no minimum.
 bool RiccatiKkt::eliminate(std::size_t k) {
   Factor& f = factors_[k];
@@ -203,10 +225,8 @@ bool RiccatiKkt::eliminate(std::size_t k) {
   for (Eigen::Index i = 0; i < carried; ++i) X[free + f.row[std::size_t(i)] + i * pad] = -1 / M[i + i * n];
   for (Eigen::Index i = rank; i-- > carried;) {
     double* const column = X + i * pad;
-    for (Eigen::Index j = i + 1; j < rank; ++j) {
-      const double factor = M[j + i * n];
-      if (factor != 0) add(column, factor, X + j * pad, pad);  // of what has its sign changed already
-    }
+    add_columns(column, column + pad, pad, M + i + 1 + i * n, rank - i - 1,
+                pad);  // their sign has changed already
     const double inverse = -1 / M[i + i * n];
     for (Eigen::Index c = 0; c < pad; ++c) column[c] *= inverse;
   }
@@ -228,34 +248,32 @@ bool RiccatiKkt::eliminate(std::size_t k) {
     std::copy(of_Q + rank, of_Q + n, column);
     std::fill(column + free, column + pad, 0.0);
   }
+  f.t.resize(carried);
+  bool in_order = true;
+  for (Eigen::Index i = 0; i < carried; ++i) {
+    const Eigen::Index row = f.row[std::size_t(i)];
+    f.t[i] = X[free + row + i * pad], in_order &= row == i;
+  }
   for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = 0; i < carried; ++i) {
-      const Eigen::Index at = free + f.row[std::size_t(i)];
-      f.V(at, j) += X[at + i * pad] * f.Q(i, j);
+    double* const of_links = f.V.data() + j * pad + free;
+    const double* const of_Q = f.Q.data() + j * n;
+    if (in_order) {
+      for (Eigen::Index i = 0; i < carried; ++i) of_links[i] += f.t[i] * of_Q[i];
+    } else {
+      for (Eigen::Index i = 0; i < carried; ++i) of_links[f.row[std::size_t(i)]] += f.t[i] * of_Q[i];
     }
   }
   add_product(f.V.data(), pad, X + carried * pad, pad, f.Q.data() + carried, n, pad, rank - carried, n);
   f.S.resize(pad, both);
   std::copy(f.V.data() + rank * pad, f.V.data() + n * pad, f.S.data());
   std::fill(f.S.data() + free * pad, f.S.data() + both * pad, 0.0);
-  f.Xt = f.X.transpose();
   for (Eigen::Index i = 0; i < carried; ++i) {
     const Eigen::Index at = free + f.row[std::size_t(i)];
     add(f.S.data() + at * pad, X[at + i * pad], f.V.data() + i * pad, pad);
   }
-  add_symmetric_product(f.S.data(), pad, f.V.data() + carried * pad, pad, f.Xt.data() + carried, rank, pad,
-                        rank - carried, both);
-  // Free variables are minimised: what is left is the cost to go.
-  for (Eigen::Index j = 0; j < free; ++j) {
-    double* const column = f.S.data() + j * pad;
-    const double pivot = column[j];
-    const double before = std::min(1.0, std::abs(f.Q(rank + j, rank + j)));  // but for springs
-    if (!(pivot > kFlat * before) || !std::isfinite(pivot)) return false;
-    const double inverse = 1 / std::sqrt(pivot);
-    for (Eigen::Index i = j; i < both; ++i) column[i] *= inverse;
-    for (Eigen::Index c = j + 1; c < both; ++c)
-      add(f.S.data() + c * pad + c, -column[c], column + c, both - c);
-  }
+  add_symmetric_product<Factors::kRows>(f.S.data(), pad, f.V.data() + carried * pad, pad, X + carried * pad,
+                                        pad, pad, rank - carried, both);
+  if (!minimise(f, links)) return false;
   f.P.resize(links, links);
   for (Eigen::Index j = 0; j < links; ++j) {
     for (Eigen::Index i = j; i < links; ++i) {
@@ -295,103 +313,124 @@ bool RiccatiKkt::factor(double shift, double elastic) {
   return true;
 }
 
-void RiccatiKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd& lambda,
-                       std::size_t stages) {
+// What a stage and all behind it make of the right side: z0, r0, y.  `slope` (links of the next stage): of the cost to go by what
+// the next link brings; null: zero.
+void RiccatiKkt::sweep_back(std::size_t k, const VectorXd& a, const VectorXd& b, const double* slope) {
+  Factor& f = factors_[k];
+  const Eigen::Index links = stages_[k].D.rows();
+  const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
+  const double* const M = f.M.data();
+  // q and the constants of the rows, by pivots.
+  f.q.resize(n), f.s.resize(rows);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index variable = f.col[std::size_t(i)];
+    if (variable >= stages_[k].H.rows()) {
+      f.q[i] = 0;
+      continue;
+    }
+    f.q[i] = -a[first_variable_[k] + variable];
+    if (!slope) continue;
+    for (std::size_t e = f.C_begin[std::size_t(variable)]; e < f.C_begin[std::size_t(variable) + 1]; ++e)
+      f.q[i] += f.C[e].value * slope[f.C[e].row];
+  }
+  for (Eigen::Index i = 0; i < rows; ++i) {
+    f.s[i] = -b[first_row_[k] + f.row[std::size_t(i)]];
+  }
+  for (Eigen::Index i = 0; i < rows; ++i) f.s[i] -= dot(M + i * n, f.s.data(), std::min(i, rank));
+  f.r0 = f.s.tail(rows - rank);
+  f.z0.resize(rank);
+  for (Eigen::Index i = rank; i-- > 0;) {
+    const double* const of_U = M + i * n + i;
+    f.z0[i] = -(f.s[i] + dot(of_U + 1, f.z0.data() + i + 1, rank - i - 1)) / of_U[0];
+  }
+  f.t = f.q;
+  add_columns(f.t.data(), f.Q.data(), n, f.z0.data(), rank, n);
+  // Slope of the free variables and of the cost to go.
+  f.y.setZero(pad);
+  f.y.head(free) = f.t.tail(free);
+  add_columns(f.y.data(), f.X.data(), pad, f.t.data(), rank, pad);
+  for (Eigen::Index j = 0; j < free; ++j) {
+    const double* const column = f.S.data() + j * pad;
+    f.y[j] /= column[j];
+    add(f.y.data() + j + 1, -f.y[j], column + j + 1, free + links - j - 1);
+  }
+  for (Eigen::Index r = 0; r < rows - rank; ++r) {
+    for (Eigen::Index c = 0; c < links; ++c) f.y[free + c] += kSpring * f.R(r, c) * f.r0[r];
+  }
+}
+
+// A stage's variables (its entries of z) and f.t, the same by pivots, once those of the stage before are there.
+void RiccatiKkt::sweep_forward(std::size_t k, double* z) {
+  Factor& f = factors_[k];
+  const Eigen::Index links = stages_[k].D.rows();
+  const Eigen::Index n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
+  // Free variables, in the place of their derivatives; what the link brings behind them.
+  auto brought = f.y.segment(free, links);
+  brought.setZero();
+  if (k > 0) {
+    const Factor& before = factors_[k - 1];
+    const double* const of_z = z + first_variable_[k - 1];
+    for (std::size_t j = 0; j + 1 < before.C_begin.size(); ++j) {
+      for (std::size_t e = before.C_begin[j]; e < before.C_begin[j + 1]; ++e)
+        brought[before.C[e].row] += before.C[e].value * of_z[j];
+    }
+  }
+  for (Eigen::Index j = free; j-- > 0;) {
+    const double* const column = f.S.data() + j * pad;
+    // Minus L^-T (w + W y): free entries behind j have their sign changed already.
+    f.y[j] = -(f.y[j] + dot(column + free, brought.data(), links)) / column[j] -
+             dot(column + j + 1, f.y.data() + j + 1, free - j - 1) / column[j];
+  }
+  f.t.resize(n);
+  for (Eigen::Index i = 0; i < rank; ++i)
+    f.t[i] = f.z0[i] + dot(f.X.data() + i * pad, f.y.data(), free + links);
+  f.t.tail(free) = f.y.head(free);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const Eigen::Index variable = f.col[std::size_t(i)];
+    if (variable < stages_[k].H.rows()) z[first_variable_[k] + variable] = f.t[i];
+  }
+}
+
+// Multipliers of a stage's rows, by what they hold against.
+void RiccatiKkt::take_multipliers(std::size_t k, double* lambda) {
+  Factor& f = factors_[k];
+  const Eigen::Index links = stages_[k].D.rows();
+  const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank;
+  const double* const M = f.M.data();
+  f.lambda.setZero(rows);
+  double* const multiplier = f.lambda.data();
+  add_columns(multiplier, f.Q.data(), n, f.t.data(), n, rank);
+  for (Eigen::Index i = 0; i < rank; ++i) multiplier[i] = -(multiplier[i] + f.q[i]);
+  for (Eigen::Index i = 0; i < rank; ++i) {
+    multiplier[i] /= M[i + i * n];
+    add(multiplier + i + 1, -multiplier[i], M + i + 1 + i * n, rank - i - 1);
+  }
+  for (Eigen::Index i = rank; k > 0 && i < rows; ++i) {
+    double missed = f.r0[i - rank];
+    for (Eigen::Index c = 0; c < links; ++c) missed += f.R(i - rank, c) * f.y[f.free + c];
+    multiplier[i] = kSpring * missed;
+    add(multiplier, -multiplier[i], M + i * n, rank);
+  }
+  for (Eigen::Index i = rank; i-- > 0;) add(multiplier, -multiplier[i], M + i * n, i);
+  for (Eigen::Index i = 0; i < rows; ++i) lambda[first_row_[k] + f.row[std::size_t(i)]] = multiplier[i];
+}
+
+void RiccatiKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd& lambda) {
   z.resize(variables()), lambda.resize(rows());
-  for (std::size_t k = stages; k-- > 0;) {
-    Factor& f = factors_[k];
-    const Factor* const next = k + 1 < stages ? &factors_[k + 1] : nullptr;
-    const Eigen::Index links = stages_[k].D.rows();
-    const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
-    const double* const M = f.M.data();
-    // q and the constants of the rows, by pivots.
-    f.q.resize(n), f.s.resize(rows);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Index variable = f.col[std::size_t(i)];
-      if (variable >= stages_[k].H.rows()) {
-        f.q[i] = 0;
-        continue;
-      }
-      f.q[i] = -a[first_variable_[k] + variable];
-      if (!next) continue;
-      for (std::size_t e = f.C_begin[std::size_t(variable)]; e < f.C_begin[std::size_t(variable) + 1]; ++e)
-        f.q[i] += f.C[e].value * next->y[next->free + f.C[e].row];
-    }
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      f.s[i] = -b[first_row_[k] + f.row[std::size_t(i)]];
-    }
-    for (Eigen::Index i = 0; i < rows; ++i) f.s[i] -= dot(M + i * n, f.s.data(), std::min(i, rank));
-    f.r0 = f.s.tail(rows - rank);
-    f.z0.resize(rank);
-    for (Eigen::Index i = rank; i-- > 0;) {
-      const double* const of_U = M + i * n + i;
-      f.z0[i] = -(f.s[i] + dot(of_U + 1, f.z0.data() + i + 1, rank - i - 1)) / of_U[0];
-    }
-    f.t = f.q;
-    add_columns(f.t.data(), f.Q.data(), n, f.z0.data(), rank, n);
-    // Slope of the free variables and of the cost to go.
-    f.y.setZero(pad);
-    f.y.head(free) = f.t.tail(free);
-    add_columns(f.y.data(), f.X.data(), pad, f.t.data(), rank, pad);
-    for (Eigen::Index j = 0; j < free; ++j) {
-      const double* const column = f.S.data() + j * pad;
-      f.y[j] /= column[j];
-      add(f.y.data() + j + 1, -f.y[j], column + j + 1, free + links - j - 1);
-    }
-    for (Eigen::Index r = 0; r < rows - rank; ++r) {
-      for (Eigen::Index c = 0; c < links; ++c) f.y[free + c] += kSpring * f.R(r, c) * f.r0[r];
-    }
+  for (std::size_t k = stages(); k-- > 0;) {
+    const Factor* const next = k + 1 < stages() ? &factors_[k + 1] : nullptr;
+    sweep_back(k, a, b, next ? next->y.data() + next->free : nullptr);
   }
-  for (std::size_t k = 0; k < stages; ++k) {
-    Factor& f = factors_[k];
-    const Eigen::Index links = stages_[k].D.rows();
-    const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
-    const double* const M = f.M.data();
-    // Free variables, in the place of their derivatives; what the link brings behind them.
-    auto brought = f.y.segment(free, links);
-    brought.setZero();
-    if (k > 0) {
-      const Factor& before = factors_[k - 1];
-      const double* const of_z = z.data() + first_variable_[k - 1];
-      for (std::size_t j = 0; j + 1 < before.C_begin.size(); ++j) {
-        for (std::size_t e = before.C_begin[j]; e < before.C_begin[j + 1]; ++e)
-          brought[before.C[e].row] += before.C[e].value * of_z[j];
-      }
-    }
-    for (Eigen::Index j = free; j-- > 0;) {
-      const double* const column = f.S.data() + j * pad;
-      // Minus L^-T (w + W y): free entries behind j have their sign changed already.
-      f.y[j] = -(f.y[j] + dot(column + free, brought.data(), links)) / column[j] -
-               dot(column + j + 1, f.y.data() + j + 1, free - j - 1) / column[j];
-    }
-    f.t.resize(n);
-    for (Eigen::Index i = 0; i < rank; ++i)
-      f.t[i] = f.z0[i] + dot(f.X.data() + i * pad, f.y.data(), free + links);
-    f.t.tail(free) = f.y.head(free);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Index variable = f.col[std::size_t(i)];
-      if (variable < stages_[k].H.rows()) z[first_variable_[k] + variable] = f.t[i];
-    }
-    // BoundMultipliers of the rows, by what they hold against.
-    f.lambda.setZero(rows);
-    double* const bound_multiplier = f.lambda.data();
-    add_columns(bound_multiplier, f.Q.data(), n, f.t.data(), n, rank);
-    for (Eigen::Index i = 0; i < rank; ++i) bound_multiplier[i] = -(bound_multiplier[i] + f.q[i]);
-    for (Eigen::Index i = 0; i < rank; ++i) {
-      bound_multiplier[i] /= M[i + i * n];
-      add(bound_multiplier + i + 1, -bound_multiplier[i], M + i + 1 + i * n, rank - i - 1);
-    }
-    for (Eigen::Index i = rank; k > 0 && i < rows; ++i) {
-      double missed = f.r0[i - rank];
-      for (Eigen::Index c = 0; c < links; ++c) missed += f.R(i - rank, c) * brought[c];
-      bound_multiplier[i] = kSpring * missed;
-      add(bound_multiplier, -bound_multiplier[i], M + i * n, rank);
-    }
-    for (Eigen::Index i = rank; i-- > 0;) add(bound_multiplier, -bound_multiplier[i], M + i * n, i);
-    for (Eigen::Index i = 0; i < rows; ++i) {
-      lambda[first_row_[k] + f.row[std::size_t(i)]] = bound_multiplier[i];
-    }
+  for (std::size_t k = 0; k < stages(); ++k) {
+    sweep_forward(k, z.data());
+    take_multipliers(k, lambda.data());
   }
+}
+
+void RiccatiKkt::solve_first(const VectorXd& a, const VectorXd& b, VectorXd& z) {
+  if (stages() > 1) sweep_back(1, a, b, nullptr);
+  sweep_back(0, a, b, stages() > 1 ? factors_[1].y.data() + factors_[1].free : nullptr);
+  sweep_forward(0, z.data());
 }
 
 }  // namespace dyntape

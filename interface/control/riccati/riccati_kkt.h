@@ -11,7 +11,7 @@
 //   chain.stage(k).H = ...                             // and G, C, D; kept by factor()
 //   if (!chain.factor(shift)) ...                      // H + shift I is not convex on what the rows leave free
 //   chain.solve(a, b, z, lambda);                      // H z + M^T lambda = a,  M z = b, M all rows
-//   chain.solve(a, b, z, lambda, 3);                   // of the first three stages alone, a and b being zero behind them
+//   chain.solve_first(a, b, z);                        // the first stage's z alone, a and b being zero behind the second
 //
 // Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
 //
@@ -38,6 +38,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <vector>
 
 #include <dyntape/autodiff/eigen_layout.h>
@@ -50,9 +51,10 @@ struct StageSizes {
 
 class RiccatiKkt {
  public:
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Stage {
-    Eigen::MatrixXd H, G;  // (n x n) symmetric, both triangles; (rows x n)
-    Eigen::MatrixXd C, D;  // (links of the next x n), (links x n)
+    Eigen::MatrixXd H, C;  // (n x n) symmetric, both triangles; (links of the next x n)
+    Rows G, D;             // (rows x n), (links x n)
   };
 
   explicit RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links = false);
@@ -64,15 +66,13 @@ class RiccatiKkt {
   // Where the entries of stage k begin; k = stages(): their number.
   Eigen::Index first_variable(std::size_t k) const { return first_variable_[k]; }
   Eigen::Index first_row(std::size_t k) const { return first_row_[k]; }
+  Eigen::Index variables_before(std::size_t k) const { return first_variable_[std::min(k, stages())]; }
+  Eigen::Index rows_before(std::size_t k) const { return first_row_[std::min(k, stages())]; }
 
   bool factor(double shift, double elastic = 0);
-  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z,
-             Eigen::VectorXd& lambda) {
-    solve(a, b, z, lambda, stages());
-  }
-  // The first so many stages; z and lambda of the others are not written.
-  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda,
-             std::size_t stages);
+  void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda);
+  // z of the first stage alone, where a and b are zero behind the second.
+  void solve_first(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z);
 
  private:
   struct NonZero {
@@ -86,7 +86,7 @@ class RiccatiKkt {
     std::vector<Eigen::Index> row, col;            // pivots
     Eigen::MatrixXd Q, ordered;                    // (n x n) cost of the stage and all behind it; room for it
     Eigen::MatrixXd M;                             // (n x rows) rows as columns: own, links; then L^T and U^T
-    Eigen::MatrixXd X, Xt;   // (both x rank) basic variables by both, transposed; and not
+    Eigen::MatrixXd X;                             // (both x rank) basic variables by both, transposed
     Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
     Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
     Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose
@@ -99,8 +99,12 @@ class RiccatiKkt {
   static void order_rows(Factor& f, const Stage& s, bool puts_in);
   static void order_variables(Factor& f);
   void eliminate_rows(Factor& f, Eigen::Index links);
+  static bool minimise(Factor& f, Eigen::Index links);
   bool eliminate(std::size_t k);
   void hand_down(std::size_t k);
+  void sweep_back(std::size_t k, const Eigen::VectorXd& a, const Eigen::VectorXd& b, const double* slope);
+  void sweep_forward(std::size_t k, double* z);
+  void take_multipliers(std::size_t k, double* lambda);
 
   std::vector<Stage> stages_;
   std::vector<Factor> factors_;

@@ -132,10 +132,16 @@ void StagewiseKkt::set(const double* jacobian, const double* hessian) {
 
 bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
   diagonal_ = diagonal;
-  for (std::size_t k = 0; k < chain_->stages(); ++k) chain_->stage(k).H.setZero();
-  if (diagonal.with_hessian) {
-    for (const Entry& entry : hessian_entries_) *entry.to = W_[Eigen::Index(entry.from)];
+  // Entries that nothing below writes stay zero.
+  for (const InequalityRow& row : inequalities_) {
+    Eigen::MatrixXd& H = chain_->stage(row.stage).H;
+    for (const InequalityEntry& a : row.entries) {
+      for (const InequalityEntry& b : row.entries) H(b.column, a.column) = 0;
+    }
   }
+  for (std::size_t k = 0; k < chain_->stages(); ++k) chain_->stage(k).H.diagonal().setZero();
+  for (const Entry& entry : hessian_entries_)
+    *entry.to = diagonal.with_hessian ? W_[Eigen::Index(entry.from)] : 0;
   for (std::size_t i = 0; i < place_.size(); ++i) {
     if (is_fixed(i)) continue;
     chain_->stage(stage_of_[i]).H(local_[i], local_[i]) += diagonal.sigma_x[Eigen::Index(i)];
@@ -153,7 +159,7 @@ bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
   return chain_->factor(diagonal.shift, diagonal.elastic);
 }
 
-void StagewiseKkt::condensed_solve(const KktVector& right, KktVector& step, std::size_t stages) {
+void StagewiseKkt::condensed_solve(const KktVector& right, KktVector& step) {
   const double elastic = diagonal_.elastic;
   for (std::size_t i = 0; i < place_.size(); ++i) {
     if (!is_fixed(i)) a_[place_[i]] = right.x[Eigen::Index(i)];
@@ -168,7 +174,7 @@ void StagewiseKkt::condensed_solve(const KktVector& right, KktVector& step, std:
   for (std::size_t j = 0; j < row_place_.size(); ++j) {
     if (row_place_[j] >= 0) b_[row_place_[j]] = right.c[Eigen::Index(j)];
   }
-  chain_->solve(a_, b_, z_, bound_multipliers_, stages);
+  chain_->solve(a_, b_, z_, bound_multipliers_);
   for (std::size_t i = 0; i < place_.size(); ++i) step.x[Eigen::Index(i)] = is_fixed(i) ? 0 : z_[place_[i]];
   for (std::size_t j = 0; j < row_place_.size(); ++j)
     step.c[Eigen::Index(j)] = row_place_[j] >= 0 ? bound_multipliers_[row_place_[j]] : 0;
@@ -251,22 +257,47 @@ void StagewiseKkt::solve(const KktVector& right, KktVector& step, double good) {
 }
 
 Eigen::MatrixXd StagewiseKkt::follow(const std::vector<std::size_t>& held) {
-  KktVector &right = residual_, &step = correction_;
-  const auto n = Eigen::Index(shape_.n());
-  const Eigen::Index first = begin_.size() > 1 ? Eigen::Index(begin_[1]) : n;
-  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(n, Eigen::Index(held.size()));
-  z_.setZero(chain_->variables()), bound_multipliers_.setZero(chain_->rows());
+  const std::size_t first = begin_.size() > 1 ? begin_[1] : shape_.n();
+  std::vector<std::ptrdiff_t> column(shape_.n(), -1);  // of what is held
+  for (std::size_t i = 0; i < held.size(); ++i) column[held[i]] = std::ptrdiff_t(i);
+  // By what is held: the right side of the rows and variables of the first two stages, as bounds of the first tie rows of both.
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(chain_->rows_before(2), Eigen::Index(held.size()));
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(chain_->variables_before(2), rows.cols());
+  Eigen::MatrixXd softened = Eigen::MatrixXd::Zero(Eigen::Index(inequalities_.size()), rows.cols());
+  std::vector<Eigen::Index> inequality(kind_.size(), -1);
+  for (std::size_t r = 0; r < inequalities_.size(); ++r) inequality[inequalities_[r].row] = Eigen::Index(r);
+  for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
+    const std::size_t row = shape_.jacobian.row[e];
+    const std::ptrdiff_t i = column[shape_.jacobian.col[e]];
+    if (i < 0) continue;
+    if (row_place_[row] >= 0) rows(row_place_[row], i) -= J_[Eigen::Index(e)];
+    if (inequality[row] >= 0)
+      softened(inequality[row], i) += row_sigma_[Eigen::Index(row)] * J_[Eigen::Index(e)];
+  }
+  for (std::size_t r = 0; r < inequalities_.size(); ++r) {
+    if (inequalities_[r].stage > 1) continue;
+    const Eigen::Index before = chain_->first_variable(inequalities_[r].stage);
+    for (const InequalityEntry& e : inequalities_[r].entries)
+      slopes.row(before + e.column) -= J_[Eigen::Index(e.from)] * softened.row(Eigen::Index(r));
+  }
+  for (std::size_t e = 0; e < shape_.hessian.nnz() && diagonal_.with_hessian; ++e) {
+    const std::size_t row = shape_.hessian.row[e], col = shape_.hessian.col[e];
+    const auto add = [&](std::size_t to, std::size_t by) {
+      if (column[by] >= 0 && !is_fixed(to)) slopes(place_[to], column[by]) -= W_[Eigen::Index(e)];
+    };
+    add(row, col);
+    if (row != col) add(col, row);
+  }
+  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(Eigen::Index(first), rows.cols());
+  a_.setZero(), b_.setZero(), z_.resize(chain_->variables());
   for (std::size_t i = 0; i < held.size(); ++i) {
-    auto slope = derivatives.col(Eigen::Index(i));
-    slope[Eigen::Index(held[i])] = 1;
-    right.x.setZero(), right.s.setZero(), right.c.setZero();
-    step.x = slope, step.c.setZero();
-    add_both_products(step, right);
-    add_hessian(slope, right.x);
-    right.x = -right.x, right.c = -right.c;
-    // It is in the rows of the first stage and in links of the second, and so is its right side.
-    condensed_solve(right, step, std::min<std::size_t>(2, chain_->stages()));
-    slope.head(first) += step.x.head(first);
+    const auto at = Eigen::Index(i);
+    a_.head(slopes.rows()) = slopes.col(at), b_.head(rows.rows()) = rows.col(at);
+    chain_->solve_first(a_, b_, z_);
+    for (std::size_t v = 0; v < first; ++v) {
+      if (!is_fixed(v)) derivatives(Eigen::Index(v), at) = z_[place_[v]];
+    }
+    derivatives(Eigen::Index(held[i]), at) = 1;
   }
   return derivatives;
 }

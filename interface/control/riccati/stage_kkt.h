@@ -50,7 +50,7 @@ class StagewiseKkt {
   bool factor(const KktDiagonal& diagonal);
   // Corrected until it is off by no more than `good` of the right side, or no better.
   void solve(const KktVector& right, KktVector& step, double good = 1e-12);
-  // (n x held) d x / d x[held] of the first stage's variables, by those of them that have equal bounds; zero behind.
+  // (variables of the first stage x held) d x / d x[held], by those of them that have equal bounds.
   Eigen::MatrixXd follow(const std::vector<std::size_t>& held);
 
   // y += J^T v, J v and W v of the matrices that were set.
@@ -76,10 +76,7 @@ class StagewiseKkt {
   void place_rows(const Nlp& nlp);
   void connect(bool puts_in_links);
   double largest_residual(const KktVector& right, const KktVector& step);
-  void condensed_solve(const KktVector& right, KktVector& step) {
-    condensed_solve(right, step, chain_->stages());
-  }
-  void condensed_solve(const KktVector& right, KktVector& step, std::size_t stages);
+  void condensed_solve(const KktVector& right, KktVector& step);
 
   const NlpShape& shape_;
   std::vector<std::size_t> begin_, stage_of_;  // of stages; of each variable
