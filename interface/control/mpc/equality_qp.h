@@ -16,8 +16,8 @@
 // Where H has no minimum on the rows the status is "step failed", and the point stays.
 #pragma once
 
-#include <dyntape/interface/control/nlp/solution.h>
 #include <dyntape/interface/control/mpc/qp_subproblem.h>
+#include <dyntape/interface/control/nlp/solution.h>
 #include <dyntape/interface/control/riccati/stage_kkt.h>
 
 namespace dyntape {

@@ -54,11 +54,11 @@
 #include <memory>
 
 #include <dyntape/interface/control/discretize/staged_nlp.h>
+#include <dyntape/interface/control/mpc/equality_qp.h>
+#include <dyntape/interface/control/mpc/qp_subproblem.h>
 #include <dyntape/interface/control/mpc/triple_buffer.h>
 #include <dyntape/interface/control/nlp/scaled_nlp.h>
-#include <dyntape/interface/control/mpc/equality_qp.h>
 #include <dyntape/interface/control/riccati/interior_point.h>
-#include <dyntape/interface/control/mpc/qp_subproblem.h>
 
 namespace dyntape {
 
