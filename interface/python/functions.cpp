@@ -297,6 +297,30 @@ void bind_derivatives(nb::class_<RecordedFunction>& f) {
       "(..., nnz) the non-zeros of the Hessian's lower triangle, in the order of hessian_pattern.");
 }
 
+void bind_function_facts(nb::class_<RecordedFunction>& f) {
+  f.def_prop_ro(
+      "name", [](const RecordedFunction& g) { return g.function.name; }, "Its name, in messages and in C.");
+  f.def_prop_ro("n_x", &RecordedFunction::n_x, "Number of variables.");
+  f.def_prop_ro("n_p", &RecordedFunction::n_p, "Number of parameters.");
+  f.def_prop_ro("n_y", &RecordedFunction::n_y, "Number of outputs.");
+  f.def_prop_ro(
+      "shape", [](const RecordedFunction& g) { return nb::tuple(nb::cast(g.y_shape)); },
+      nb::sig("def shape(self) -> tuple[int, ...]"), "Shape of one value.");
+  f.def_prop_ro(
+      "is_compiled", [](const RecordedFunction& g) { return g.compiled() != nullptr; },
+      "Whether machine code or compiled code serves.");
+  f.def_prop_ro(
+      "operations", [](const RecordedFunction& g) { return total_operations(g.function); },
+      "Operations of one value.");
+  f.def_prop_ro(
+      "content_hash", [](const RecordedFunction& g) { return content_hash(g.function); },
+      "32 hexadecimal digits of what it computes; names do not enter.");
+  f.def(
+      "to_text", [](const RecordedFunction& g) { return to_text(g.function); },
+      "What was recorded, a line an operation.");
+  f.def("__repr__", summary);
+}
+
 }  // namespace
 
 RecordedFunction::RecordedFunction(Function recorded, Shape shape)
@@ -380,27 +404,7 @@ void bind_functions(nb::module_& module) {
       "lanes: kernels of several states at a time besides, for batches.\n"
       "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n\n"
       "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
-  f.def_prop_ro(
-      "name", [](const RecordedFunction& g) { return g.function.name; }, "Its name, in messages and in C.");
-  f.def_prop_ro("n_x", &RecordedFunction::n_x, "Number of variables.");
-  f.def_prop_ro("n_p", &RecordedFunction::n_p, "Number of parameters.");
-  f.def_prop_ro("n_y", &RecordedFunction::n_y, "Number of outputs.");
-  f.def_prop_ro(
-      "shape", [](const RecordedFunction& g) { return nb::tuple(nb::cast(g.y_shape)); },
-      nb::sig("def shape(self) -> tuple[int, ...]"), "Shape of one value.");
-  f.def_prop_ro(
-      "is_compiled", [](const RecordedFunction& g) { return g.compiled() != nullptr; },
-      "Whether machine code or compiled code serves.");
-  f.def_prop_ro(
-      "operations", [](const RecordedFunction& g) { return total_operations(g.function); },
-      "Operations of one value.");
-  f.def_prop_ro(
-      "content_hash", [](const RecordedFunction& g) { return content_hash(g.function); },
-      "32 hexadecimal digits of what it computes; names do not enter.");
-  f.def(
-      "to_text", [](const RecordedFunction& g) { return to_text(g.function); },
-      "What was recorded, a line an operation.");
-  f.def("__repr__", summary);
+  bind_function_facts(f);
   module.def(
       "record", record_function, nb::arg("f"), nb::arg("n_x"), nb::arg("n_p") = 0, nb::kw_only(),
       nb::arg("name") = nb::none(), nb::arg("x0") = std::vector<double>(),

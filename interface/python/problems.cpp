@@ -168,7 +168,7 @@ std::string summary(const P& p) {
          (terms.empty() ? std::string("no terms") : "terms: " + terms) + ">";
 }
 
-void bind_parts(nb::class_<P>& problem) {
+void bind_ends(nb::class_<P>& problem) {
   problem
       .def_prop_ro(
           "name", [](const P& p) { return p.problem.name; }, "Its name.")
@@ -206,7 +206,11 @@ void bind_parts(nb::class_<P>& problem) {
            "row for each of\n"
            "them, straight lines between; zeros where nothing is given.  A Solution's t, x, u, a begin where "
            "it "
-           "ended.")
+           "ended.");
+}
+
+void bind_limits(nb::class_<P>& problem) {
+  problem
       .def(
           "bound_states",
           [](P& p, nb::handle lower, nb::handle upper) {
@@ -284,7 +288,8 @@ void bind_problems(nb::module_& module) {
       nb::sig(
           "def __init__(self, name: str, states: Sequence[str], controls: Sequence[str], duration: float, "
           "rate: Callable[[Stage], Any], *, parameters: Mapping[str, ArrayLike] | None = None) -> None"));
-  bind_parts(problem);
+  bind_ends(problem);
+  bind_limits(problem);
   bind_terms(problem);
   bind_problem_solve(module, problem);
   bind_control(module);

@@ -9,7 +9,7 @@
 
 The arm and the quadruped of ilqr.cpp, and a cart-pole that swings up with its force within 12 N: 100 steps, the same costs, a start at
 the torques that hold the robot.  peers/control.cpp is compiled against the peers' headers first, which takes a minute.  CasADi solves
-the arm and the cart-pole by multiple shooting, its functions interpreted, with exact Hessians.  One thread each; seconds are processor time
+them by multiple shooting, its functions interpreted, with exact Hessians.  One thread each; seconds are processor time
 of the quickest solve.
 Costs are those that each solver states.  A peer that is not there, crashes or fails is a row that says so.  Pinocchio 4.1.0 does not fit
 the wheel of Crocoddyl 3.2.1, which then finds costs of 1e24 or crashes.
@@ -99,6 +99,79 @@ def arm(programs):
             'start': start, 'guess': hold.full().ravel().tolist(), 'limit': float('inf')}
 
 
+def series(x, *terms):
+    return sum(c * x ** k for k, c in enumerate(terms))
+
+
+def moved_base(q, d):
+    """Position and quaternion of a base after a motion d in its axes, exact to rounding for turns below 0.5 rad."""
+    import casadi as ca
+    s, u, w, turn = ca.dot(d[3:], d[3:]), q[3:6], q[6], ca.skew(d[3:])
+    way = d[:3] + series(s, 1 / 2, -1 / 24, 1 / 720, -1 / 40320) * turn @ d[:3] + series(s, 1 / 6, -1 / 120, 1 / 5040, -1 / 362880) * turn @ turn @ d[:3]
+    half, c = series(s, 1 / 2, -1 / 48, 1 / 3840, -1 / 645120) * d[3:], series(s, 1, -1 / 8, 1 / 384, -1 / 46080, 1 / 10321920)
+    return ca.vertcat(q[:3] + way + 2 * w * ca.cross(u, way) + 2 * ca.cross(u, ca.cross(u, way)),
+                      w * half + c * u + ca.cross(u, half), w * c - ca.dot(u, half))
+
+
+def missed_base(goal, q):
+    """The motion that leads from a base at `goal`, which is not turned, to q; turns below 0.5 rad."""
+    import casadi as ca
+    s = ca.dot(q[3:6], q[3:6])
+    turn = 2 * series(s, 1, 1 / 6, 3 / 40, 5 / 112, 35 / 1152, 63 / 2816, 231 / 13312, 143 / 10240) * q[3:6]
+    t, W, way = ca.dot(turn, turn), ca.skew(turn), q[:3] - goal[:3]
+    return ca.vertcat(way - W @ way / 2 + series(t, 1 / 12, 1 / 720, 1 / 30240, 1 / 1209600) * W @ W @ way, turn)
+
+
+def quadruped(programs):
+    """The quadruped of ilqr.cpp, whose feet are held by the equations of motion and of the feet at once."""
+    import casadi as ca
+    import numpy
+    import pinocchio
+    from casadi_robot import Robot, columns, crba, cross_motion, rnea
+    command = [programs / 'bench_kernels', ROBOTS / 'solo12.urdf', '--model', '--base', 'floating']
+    robot = Robot(json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout))
+    model = pinocchio.buildModelFromUrdf(str(ROBOTS / 'solo12.urdf'), pinocchio.JointModelFreeFlyer())
+    u, x, q, v = ca.SX.sym('u', 12), ca.vertcat(robot.q, robot.v), robot.q, robot.v
+    # Motions of the bodies in the trunk's axes: by each rate, and accelerations at none.
+    R, p, J, speed, bias = [], [], [], [], []
+    for i in range(len(robot)):
+        k, S = robot.parent(i), robot.S[i]
+        R.append(R[k] @ robot.R[i] if k >= 0 else ca.SX.eye(3))
+        p.append(p[k] + R[k] @ robot.p[i] if k >= 0 else ca.SX(3, 1))
+        own = columns(lambda s: ca.vertcat(R[i] @ s[:3] + ca.cross(p[i], R[i] @ s[3:]), R[i] @ s[3:]), S)
+        J.append(ca.SX(J[k]) if k >= 0 else ca.SX(6, 18))
+        J[i][:, robot.cols[i]] = own
+        rate = own @ v[robot.cols[i]]
+        speed.append(speed[k] + rate if k >= 0 else rate)
+        bias.append(bias[k] + cross_motion(speed[i], rate) if k >= 0 else ca.SX(6, 1))
+    rows, held = [], []
+    for leg in ('FL', 'FR', 'HL', 'HR'):
+        frame = model.frames[model.getFrameId(f'{leg}_FOOT')]
+        i = frame.parentJoint - 1
+        at = p[i] + R[i] @ ca.DM(frame.placement.translation)
+        rows.append(J[i][:3, :] - ca.skew(at) @ J[i][3:, :])
+        moves = speed[i][:3] + ca.cross(speed[i][3:], at)
+        held.append(bias[i][:3] + ca.cross(bias[i][3:], at) + ca.cross(speed[i][3:], moves))
+    J, held, M = ca.vertcat(*rows), ca.vertcat(*held), crba(robot)
+    D, L, perm = ca.ldl(M)
+    weight = ca.substitute(rnea(robot, ca.SX(18, 1)), robot.step, ca.DM.zeros(6))
+    free = ca.vertcat(ca.SX(6, 1), u) - weight
+    by_force = ca.ldl_solve(J.T, D, L, perm)
+    force = ca.ldl_solve(-held - J @ ca.ldl_solve(free, D, L, perm), *ca.ldl(J @ by_force))
+    start = [0, 0, .24, 0, 0, 0, 1] + [0, .8, -1.6] * 2 + [0, -.8, 1.6] * 2
+    goal = ca.DM([.02, 0, .2] + start[3:])
+    missed = ca.vertcat(missed_base(goal, q), q[7:] - goal[7:], v)
+    misses = ca.dot(ca.DM([10] * 18 + [.1] * 18), missed ** 2)
+    # Torques that hold it at rest, least with the forces of the feet.
+    at_rest = ca.Function('at_rest', [q, v], [weight, J])(start, [0] * 18)
+    weight, J0 = (part.full() for part in at_rest)
+    forces = numpy.linalg.lstsq(J0[:, :6].T, weight[:6, 0], rcond=None)[0]
+    hold = weight[6:, 0] - J0[:, 6:].T @ forces
+    return {'x': x, 'u': u, 'v': v, 'a': ca.ldl_solve(free, D, L, perm) + by_force @ force, 'duration': 1,
+            'cost': misses + 1e-3 * ca.dot(u, u), 'end': 100 * misses, 'start': start + [0] * 18, 'guess': hold.tolist(),
+            'limit': float('inf'), 'move': lambda q, d: ca.vertcat(moved_base(q, d[:6]), q[7:] + d[6:])}
+
+
 def shooting_program(of, scheme):
     """min sum h cost + end, stage by stage, and its bounds."""
     import casadi as ca
@@ -106,8 +179,8 @@ def shooting_program(of, scheme):
     rate = ca.Function('rate', [x, u], [ca.vertcat(of['v'], of['a'])])
     cost, end = ca.Function('cost', [x, u], [of['cost']]), ca.Function('end', [x], [of['end']])
     if scheme == 'euler':
-        v = x[n // 2:] + h * of['a']
-        after, running = ca.vertcat(x[:n // 2] + h * v, v), h * of['cost']
+        v = of['v'] + h * of['a']
+        after, running = ca.vertcat(of.get('move', lambda q, d: q + d)(x[:n - v.numel()], h * v), v), h * of['cost']
     else:  # of the integral of the cost as well
         a = rate(x, u)
         b = rate(x + h / 2 * a, u)
@@ -129,8 +202,9 @@ def shooting_program(of, scheme):
 
 def casadi_solve(solver, problem, scheme, programs):
     import casadi as ca
-    program, bounds = shooting_program({'arm': arm, 'cart-pole': cart_pole}[problem](pathlib.Path(programs)), scheme)
-    options = {'print_time': False, 'expand': True, **({'ipopt.print_level': 0, 'ipopt.sb': 'yes', 'ipopt.tol': 1e-8} if solver == 'ipopt' else
+    makers = {'arm': arm, 'cart-pole': cart_pole, 'quadruped': quadruped}
+    program, bounds = shooting_program(makers[problem](pathlib.Path(programs)), scheme)
+    options = {'print_time': False, 'expand': problem != 'quadruped', **({'ipopt.print_level': 0, 'ipopt.sb': 'yes', 'ipopt.tol': 1e-8} if solver == 'ipopt' else
                {'structure_detection': 'auto', 'equality': [True] * program['g'].numel(), 'fatrop.print_level': 0})}
     make = ca.nlpsol('solver', solver, program, options)
     best = None
@@ -157,7 +231,7 @@ def rows_of(problem, robot, scheme, bench, program):
             yield peer, {'status': 'no Runge-Kutta steps with limits'}
         else:
             yield peer, run([program, peer, problem, urdf, scheme, N, TIMES])[0] if program else {'status': 'not installed'}
-    for solver in ('ipopt', 'fatrop') if problem != 'quadruped' else ():
+    for solver in 'ipopt', 'fatrop':
         yield f'CasADi, {solver}', run([sys.executable, __file__, '--casadi', solver, problem, scheme, bench])[0] if version('casadi') \
             else {'status': 'not installed'}
 

@@ -398,8 +398,8 @@ class StructuredInteriorPoint::Method {
       return {acceptable_ > 0 ? SolveStatus::kAcceptable : SolveStatus::kStepTooSmall};
     Restoration restoration(nlp_, kkt_, barrier_);
     const RestorationEnd end = restoration.run(
-        now_, mu_, small, is_good, [this] { return is_over(); },
-        [this](BarrierPoint& point) { return evaluate(point); });
+        now_, mu_, small,
+        {is_good, [this] { return is_over(); }, [this](BarrierPoint& point) { return evaluate(point); }});
     switch (end) {
       case RestorationEnd::kRestored:
         break;

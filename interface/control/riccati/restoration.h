@@ -11,6 +11,7 @@
 
 #include <functional>
 #include <limits>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -44,18 +45,40 @@ enum class RestorationEnd { kRestored, kInfeasible, kStopped, kFailed };
 
 class Restoration {
  public:
-  Restoration(Nlp& nlp, StagewiseKkt& kkt, const Barrier& barrier)
-      : nlp_(nlp), kkt_(kkt), barrier_(barrier) {}
+  Restoration(Nlp& nlp, StagewiseKkt& kkt, const Barrier& barrier);
 
+  // What the method that needs it answers: whether a point is as good as demanded, whether to stop, and a point's values; false: they
+  // are not finite.
+  struct Method {
+    std::function<bool(const BarrierPoint&)> takes;
+    std::function<bool()> stops;
+    std::function<bool(BarrierPoint&)> evaluate;
+  };
   // Moves `point` until it lacks nine tenths of what it did at most, and `takes` it; the matrices of `kkt` are then other ones.
-  RestorationEnd run(BarrierPoint& point, double mu, double small,
-                     const std::function<bool(const BarrierPoint&)>& takes,
-                     const std::function<bool()>& stops, const std::function<bool(BarrierPoint&)>& evaluate);
+  RestorationEnd run(BarrierPoint& point, double mu, double small, const Method& method);
 
  private:
+  bool linearise(const BarrierPoint& point);
+  bool is_flat(const BarrierPoint& point) const;
+  std::optional<RestorationEnd> improve(BarrierPoint& point, const Method& method);
+  bool find_step(const BarrierPoint& point);
+  std::optional<double> search(const BarrierPoint& point, const Method& method);
+  double merit(const BarrierPoint& at) const;
+  void lower_barrier(const BarrierPoint& point);
+
   Nlp& nlp_;
   StagewiseKkt& kkt_;
   const Barrier& barrier_;
+  Eigen::Index n_, m_;
+  double mu_ = 0, share_;  // of all logarithms together, of what is lacked
+  double damping_ = 1e-6;  // of the square of the steepest slope, or of 1 where that is less
+  double steepest_ = 0;    // largest entry of the Jacobian on the way
+  BoundMultipliers bound_multipliers_;
+  BarrierPoint trial_;
+  Eigen::VectorXd jacobian_, hessian_;
+  Eigen::VectorXd slope_, of_c_, step_;  // (n + m) of the barrier, of what is lacked
+  KktDiagonal diagonal_;
+  KktVector right_, change_;
 };
 
 }  // namespace dyntape
