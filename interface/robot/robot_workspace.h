@@ -18,7 +18,9 @@
 #include <dyntape/dynamics/contact/constrained_hessian.h>
 #include <dyntape/interface/robot/robot_function.h>
 
+#include <functional>
 #include <memory>
+#include <span>
 
 namespace dyntape::detail {
 
@@ -28,17 +30,25 @@ struct RobotState {
   dynamics::VectorX<T> q, v, w, mu;  // w: a or tau
 };
 
-// Results go out in the order of robot_functions.h.
+// Results go out in the order of robot_functions.h: to an array, or by parts to whoever takes them.
 template <class T>
 class RobotWriter {
  public:
-  explicit RobotWriter(T* y) : y_(y) {}
+  using Take = std::function<void(const T* part, std::size_t count)>;
 
-  void operator()(const T& number) { *y_++ = number; }
+  explicit RobotWriter(T* y) : y_(y) {}
+  // Each part as soon as it fills `room`; what is left, by finish().
+  RobotWriter(std::span<T> room, Take take)
+      : begin_(room.data()), y_(begin_), end_(begin_ + room.size()), take_(std::move(take)) {}
+
+  void operator()(const T& number) {
+    *y_++ = number;
+    if (y_ == end_) finish();
+  }
   template <class M>
   void operator()(const Eigen::MatrixBase<M>& block) {
     for (Eigen::Index i = 0; i < block.rows(); ++i) {
-      for (Eigen::Index j = 0; j < block.cols(); ++j) *y_++ = block(i, j);
+      for (Eigen::Index j = 0; j < block.cols(); ++j) (*this)(T(block(i, j)));
     }
   }
   // Page (i, j, k) with k running first.
@@ -46,12 +56,17 @@ class RobotWriter {
     const int n = tensor.size();
     for (int i = 0; i < n; ++i) {
       for (int j = 0; j < n; ++j) {
-        for (int k = 0; k < n; ++k) *y_++ = tensor(i, j, k);
+        for (int k = 0; k < n; ++k) (*this)(tensor(i, j, k));
       }
     }
   }
   void operator()(const dynamics::Motion<T>& m) { write_pair(m.linear, m.angular); }
   void operator()(const dynamics::Force<T>& f) { write_pair(f.linear, f.angular); }
+
+  void finish() {
+    if (y_ != begin_) take_(begin_, static_cast<std::size_t>(y_ - begin_));
+    y_ = begin_;
+  }
 
  private:
   void write_pair(const dynamics::Vector3<T>& linear, const dynamics::Vector3<T>& angular) {
@@ -59,7 +74,8 @@ class RobotWriter {
     (*this)(angular);
   }
 
-  T* y_;
+  T *begin_ = nullptr, *y_, *end_ = nullptr;
+  Take take_ = {};
 };
 
 template <class T>
@@ -97,6 +113,8 @@ struct RobotWorkspace {
   void run() { run(state); }
   void run(const RobotState<T>& at);
   void write(T* to);
+  // By parts, as RobotWriter; of robots without joints that follow others.
+  void write(std::span<T> room, typename RobotWriter<T>::Take take);
   void evaluate(const T* from, T* to) {
     read(from);
     run();

@@ -3,7 +3,9 @@
 // A robot's function in packs of some width, seen without the width.  Internal.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -24,17 +26,28 @@ struct PackedPath {
 
 template <class Pack>
 struct PathOf final : PackedPath {
+  // Results leave by parts that stay in the cache, but where joints follow others.
+  static constexpr std::size_t kPart = 128;
+
   PathOf(const dynamics::Model<double>& robot, const RobotFunction& function)
-      : model(robot.cast<Pack>()), work(model, function), x(work.n_in()), y(work.n_out()) {
+      : model(robot.cast<Pack>()), work(model, function), x(work.n_in()) {
     n_in = x.size();
-    n_out = y.size();
+    n_out = work.n_out();
     lanes = Pack::kLanes;
+    y.resize(work.mimic() ? n_out : std::min(n_out, kPart));
   }
 
   void evaluate(const double* states, int count, double* results) override {
     gather_lanes(states, n_in, count, x.data(), n_in);
-    work.evaluate(x.data(), y.data());
-    scatter_lanes(y.data(), n_out, results, n_out, count);
+    work.read(x.data());
+    work.run();
+    const auto take = [&](const Pack* part, std::size_t n) {
+      scatter_lanes(part, n, results, n_out, count);
+      results += n;
+    };
+    if (!work.mimic()) return work.write(y, std::ref(take));
+    work.write(y.data());
+    take(y.data(), n_out);
   }
 
   const dynamics::Model<Pack> model;

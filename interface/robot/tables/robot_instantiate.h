@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace dyntape::detail {
 
@@ -83,6 +84,13 @@ void RobotWorkspace<T>::write(T* to) {
   RobotWriter<T> writer(reduction_ ? reduction_->full_result() : to);
   row.write(*this, writer);
   if (reduction_) reduction_->reduce(to);
+}
+
+template <class T>
+void RobotWorkspace<T>::write(std::span<T> room, typename RobotWriter<T>::Take take) {
+  RobotWriter<T> writer(room, std::move(take));
+  row.write(*this, writer);
+  writer.finish();
 }
 
 template <class T>
