@@ -69,6 +69,24 @@ TEST(Settings, AreReadAsWhatStandsInTheFile) {
   EXPECT_NE(message.find("--set solver.tolerence: unknown key 'tolerence'"), std::string::npos) << message;
 }
 
+// A key is one key by either name, in the file and in the setting.
+TEST(Settings, MeetKeysOfAnotherName) {
+  const std::vector<io::Renamed> renamed = {{"mesh.points", "nodes", {}},
+                                            {"solver.method", "method", "old", "new"}};
+  for (const char* in_file : {"points", "nodes"}) {
+    for (const char* option : {"mesh.points=9", "mesh.nodes=9"}) {
+      const std::string text = std::string("mesh { ") + in_file + " 7 }\nsolver { method new }\n";
+      io::Section file =
+          io::Section::parse(text, "a.info", renamed, io::settings_of({option, "solver.method=old"}));
+      EXPECT_EQ(file.child("mesh").get<int>("nodes"), 9) << in_file << ", " << option;
+      EXPECT_EQ(file.child("solver").get<std::string>("method"), "new");
+      file.finish();
+      EXPECT_EQ(file.replacements().size(),
+                1u + (in_file == std::string("points")) + (option == std::string("mesh.points=9")));
+    }
+  }
+}
+
 TEST(Settings, OfABlockSayItsKeys) {
   const std::string file = test::source_folder() + "/config/tasks/arm_reaching.info";
   const std::string message = message_of<FileError>([&] { read_task(file, settings({"horizon=3"})); });

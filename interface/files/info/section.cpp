@@ -38,8 +38,9 @@ InfoNode detail::answer_node(const std::string& key, std::string value, const In
 Section Section::parse(std::string_view text, const std::string& file_name,
                        const std::vector<Renamed>& renamed, const std::vector<Setting>& settings) {
   InfoScan scan = scan_info(text, file_name);
-  apply(settings, scan.root);
   std::vector<Replacement> replacements = replace_old_names(scan.root, renamed);
+  const std::vector<Replacement> of_settings = apply(settings, scan.root, renamed);
+  replacements.insert(replacements.end(), of_settings.begin(), of_settings.end());
   std::vector<std::string> files = {file_name};
   files.insert(files.end(), scan.included.begin(), scan.included.end());
   auto reading = std::make_shared<Reading>(

@@ -56,6 +56,20 @@ InfoNode& entry_of(InfoNode& block, const PathStep& step, const Where& where) {
   return block.children.back();
 }
 
+// Keys on the way and the value by their names of today.
+void rename(std::vector<PathStep>& steps, std::string& value, const Where& where,
+            const std::vector<Renamed>& renamed, std::vector<Replacement>& replacements) {
+  InfoNode alone;
+  InfoNode* node = &alone;
+  for (const PathStep& step : steps) node = &entry_of(*node, {step.key, 0}, where);
+  node->value = value;
+  const std::vector<Replacement> found = replace_old_names(alone, renamed);
+  replacements.insert(replacements.end(), found.begin(), found.end());
+  node = &alone;
+  for (PathStep& step : steps) node = &node->children[0], step.key = node->key;
+  value = node->value;
+}
+
 }  // namespace
 
 std::vector<Setting> settings_of(const std::vector<std::string>& options) {
@@ -69,19 +83,24 @@ std::vector<Setting> settings_of(const std::vector<std::string>& options) {
   return settings;
 }
 
-void apply(const std::vector<Setting>& settings, InfoNode& root) {
+std::vector<Replacement> apply(const std::vector<Setting>& settings, InfoNode& root,
+                               const std::vector<Renamed>& renamed) {
+  std::vector<Replacement> replacements;
   for (const Setting& setting : settings) {
     const Where where{std::make_shared<const std::string>(kOption + setting.path), 0, 0};
-    const std::vector<PathStep> steps = steps_of(setting);
+    std::vector<PathStep> steps = steps_of(setting);
+    std::string value = setting.value;
+    rename(steps, value, where, renamed, replacements);
     InfoNode* block = &root;
     for (std::size_t k = 0; k + 1 < steps.size(); ++k) block = &entry_of(*block, steps[k], where);
     InfoNode& node = entry_of(*block, steps.back(), where);
-    if (setting.value.empty()) {
+    if (value.empty()) {
       block->children.erase(block->children.begin() + (&node - block->children.data()));
       continue;
     }
-    node.value = setting.value, node.has_value = true, node.value_where = where;
+    node.value = value, node.has_value = true, node.value_where = where;
   }
+  return replacements;
 }
 
 }  // namespace dyntape::io

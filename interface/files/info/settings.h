@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include <dyntape/interface/files/info/info.h>
+#include <dyntape/interface/files/info/renamed.h>
 
 namespace dyntape::io {
 
@@ -23,6 +23,8 @@ struct Setting {
 // Of "path=value"; ArgumentError for what is none.
 std::vector<Setting> settings_of(const std::vector<std::string>& options);
 
-void apply(const std::vector<Setting>& settings, InfoNode& root);
+// To a file that has its names of today (renamed.h); keys and values that a setting has by older names, which count as today's.
+std::vector<Replacement> apply(const std::vector<Setting>& settings, InfoNode& root,
+                               const std::vector<Renamed>& renamed = {});
 
 }  // namespace dyntape::io
