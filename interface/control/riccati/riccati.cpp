@@ -90,6 +90,10 @@ bool limited_minimum(const MatrixXd& H, const VectorXd& g, const VectorXd& lower
   return true;
 }
 
+bool is_within(const VectorXd& u, const VectorXd& lower, const VectorXd& upper) {
+  return (u.array() >= lower.array()).all() && (u.array() <= upper.array()).all();
+}
+
 }  // namespace
 
 StageColumns::StageColumns(Index of_x, Index of_u)
@@ -197,18 +201,25 @@ void Riccati::take_cost_to_go(Index n, Index m) {
   add_columns(p_.data(), W_.data(), of_x, w_.data(), m, of_x);
 }
 
-// K = - L^-T W, k = L^-T w.
-void Riccati::find_policy(Index n, Index m) {
+// k = L^-T w.
+void Riccati::find_minimum(Index m) {
+  policy_.k.resize(m);
+  for (Index i = m; i-- > 0;) {
+    const double behind = dot(L_.col(i).data() + i + 1, policy_.k.data() + i + 1, m - i - 1);
+    policy_.k[i] = (w_[i] + behind) * inverse_[i];
+  }
+}
+
+// K = - L^-T W.
+void Riccati::find_gain(Index n, Index m) {
   const Index of_x = P_.rows();
-  policy_.K.resize(m, n), policy_.k.resize(m);
+  policy_.K.resize(m, n);
   for (Index i = m; i-- > 0;) {
     double* const row = W_.col(i).data();
-    const double* const of_L = L_.col(i).data() + i + 1;
     const Index behind = m - i - 1;
-    if (behind > 0) add_columns(row, row + of_x, of_x, of_L, behind, of_x);
+    if (behind > 0) add_columns(row, row + of_x, of_x, L_.col(i).data() + i + 1, behind, of_x);
     for (Index j = 0; j < of_x; ++j) row[j] *= inverse_[i];
     for (Index j = 0; j < n; ++j) policy_.K(i, j) = -row[j];
-    policy_.k[i] = (w_[i] + dot(of_L, policy_.k.data() + i + 1, behind)) * inverse_[i];
   }
 }
 
@@ -221,11 +232,13 @@ bool Riccati::push(const StageColumns& s, double shift, const MatrixXd* added) {
   resize(s.n, s.m);
   add_cost_to_go(s, added);
   if (!take_input_curvature(s.n, s.m, shift)) return false;
-  if (s.lower.size() > 0) return push_limited(s, shift);
-  if (!factor()) return false;
+  const bool has_limits = s.lower.size() > 0;
+  if (!factor()) return has_limits && push_limited(s, shift);
   eliminate(s.n, s.m);
+  find_minimum(s.m);
+  if (has_limits && !is_within(policy_.k, s.lower, s.upper)) return push_limited(s, shift);
   if (shift == 0) take_cost_to_go(s.n, s.m);
-  find_policy(s.n, s.m);
+  find_gain(s.n, s.m);
   if (shift != 0) close(s.n, s.m, shift);
   return true;
 }
@@ -245,12 +258,23 @@ bool Riccati::push_limited(const StageColumns& s, double shift) {
 void Riccati::close(Index n, Index m, double shift) {
   const auto Q_ux = Q_.block(n, 0, m, n);
   Q_uu_.diagonal().array() -= shift;
-  MatrixXd P = Q_.topLeftCorner(n, n).triangularView<Eigen::Lower>();
-  P.triangularView<Eigen::StrictlyUpper>() = P.transpose();
-  P += Q_ux.transpose() * policy_.K + policy_.K.transpose() * (Q_ux + Q_uu_ * policy_.K);
-  P_.topRows(n) = (P + P.transpose()) / 2;
-  p_.head(n) = q_.head(n) + Q_ux.transpose() * policy_.k +
-               policy_.K.transpose() * (q_.segment(n, m) + Q_uu_ * policy_.k);
+  rest_ = Q_ux;
+  rest_.noalias() += Q_uu_ * policy_.K;
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j; i < n; ++i) P_(i, j) = P_(j, i) = Q_(i, j);
+  }
+  auto P = P_.topRows(n);
+  P.noalias() += Q_ux.transpose() * policy_.K;
+  P.noalias() += policy_.K.transpose() * rest_;
+  for (Index j = 0; j < n; ++j) {
+    for (Index i = j + 1; i < n; ++i) P(i, j) = P(j, i) = (P(i, j) + P(j, i)) / 2;
+  }
+  w_ = q_.segment(n, m);
+  w_.noalias() += Q_uu_ * policy_.k;
+  auto p = p_.head(n);
+  p = q_.head(n);
+  p.noalias() += Q_ux.transpose() * policy_.k;
+  p.noalias() += policy_.K.transpose() * w_;
 }
 
 }  // namespace dyntape

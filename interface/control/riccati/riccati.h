@@ -85,7 +85,8 @@ class Riccati {
   bool factor();
   void eliminate(Eigen::Index n, Eigen::Index m);
   void take_cost_to_go(Eigen::Index n, Eigen::Index m);
-  void find_policy(Eigen::Index n, Eigen::Index m);
+  void find_minimum(Eigen::Index m);
+  void find_gain(Eigen::Index n, Eigen::Index m);
   bool push_limited(const StageColumns& stage, double shift);
   void close(Eigen::Index n, Eigen::Index m, double shift);
 
@@ -97,6 +98,7 @@ class Riccati {
   // Q_uu = L L^T: -L below the diagonal, by columns and by rows; one by L's diagonal; - L^-1 q_u.
   Eigen::MatrixXd Q_uu_, L_, Lt_;
   Eigen::VectorXd inverse_, w_;
+  Eigen::MatrixXd rest_;  // Q_ux + Q_uu K
 };
 
 // The minimum of 1/2 u.H u + g.u within lower <= u <= upper; H positive definite.  `is_free` says which entries are at no
