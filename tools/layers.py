@@ -111,11 +111,10 @@ MOST_LINES = 500
 MOST_FILES = 24  # side by side
 WIDE = {'interface/python': 32, 'dynamics/algorithms': 38, 'dynamics/effects': 30, 'tools/dyntape': 32}  # a subject, a part, an effect, a command: two files each
 # Cycles of units by definition, each with its reason.
-TASK_KEYS = ('curves', 'limits', 'place_keys', 'task', 'task_costs', 'task_keys', 'task_phases', 'term_keys', 'waypoint_keys')
 CYCLES = {
     ('autodiff/graph/callee', 'autodiff/graph/function', 'autodiff/graph/graph'): 'a graph calls functions, and they are graphs',
     ('interface/files/sweep/sweep', 'interface/files/sweep/value_keys'): 'reading a sweep reads values of that type',
-    tuple(f'interface/files/task/{name}' for name in TASK_KEYS): 'reading a task reads its blocks, which fill the task',
+    ('interface/files/task/task', 'interface/files/task/task_phases'): 'a task is built of its phases, which are tasks',
     ('interface/identification/excitation', 'interface/identification/excitation_problem'): 'a solve makes its problem from its options',
     tuple(f'interface/report/plot/{name}' for name in ('picture', 'picture_layout', 'series_looks')): 'a plot is drawn by its layout and looks',
 }

@@ -28,13 +28,9 @@ RowsAround rows_at(const std::vector<double>& t, double time) {
   return {next - 1, next, (time - t[next - 1]) / (t[next] - t[next - 1])};
 }
 
-struct Table {
-  std::vector<double> t;
-  std::vector<Vector3d> values;
-};
-Table rows_in(const std::string& path, const char* first, const char* second, const char* third) {
+TargetTable rows_in(const std::string& path, const char* first, const char* second, const char* third) {
   const io::CsvTable table = io::read_csv(path);
-  Table rows{times_in(table, path), {}};
+  TargetTable rows{times_in(table, path), {}};
   const std::vector<double> x = table.column(first), y = table.column(second), z = table.column(third);
   for (std::size_t k = 0; k < x.size(); ++k) rows.values.emplace_back(x[k], y[k], z[k]);
   return rows;
@@ -70,15 +66,20 @@ TargetOverTime circle(const Vector3d& center, const Vector3d& normal, double rad
   };
 }
 
-TargetOverTime places_in(const std::string& path) {
-  return [rows = rows_in(path, "x", "y", "z")](double t) -> VectorXd {
+TargetOverTime place_over_time(const MovingTarget& moves, const Vector3d& center) {
+  if (const auto* round = std::get_if<CircularTarget>(&moves))
+    return circle(center, round->normal, round->radius, round->period);
+  return [rows = std::get<TargetTable>(moves)](double t) -> VectorXd {
     const RowsAround at = rows_at(rows.t, t);
     return (1 - at.share) * rows.values[at.before] + at.share * rows.values[at.after];
   };
 }
 
-TargetOverTime turns_in(const std::string& path) {
-  const Table rows = rows_in(path, "roll", "pitch", "yaw");
+TargetTable places_in(const std::string& path) { return rows_in(path, "x", "y", "z"); }
+TargetTable turns_in(const std::string& path) { return rows_in(path, "roll", "pitch", "yaw"); }
+
+TargetOverTime turn_over_time(const MovingTarget& moves) {
+  const TargetTable& rows = std::get<TargetTable>(moves);
   std::vector<Eigen::Quaterniond> turns;
   for (const Vector3d& angles : rows.values) turns.push_back(turn_of(angles));
   return [t = rows.t, turns](double time) -> VectorXd {

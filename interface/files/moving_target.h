@@ -5,7 +5,8 @@
 //   moves circle  radius 0.1  period 4  normal "0 0 1"       ; once round in 4 s, from the side of x on, about `target`
 //   moves file    file path.csv                              ; columns t and x, y, z, or roll, pitch, yaw; others as they like
 //
-//   const TargetOverTime target = circle(center, normal, radius, period);
+//   const MovingTarget moves = CircularTarget{.radius = 0.1, .period = 4};      // or places_in("path.csv")
+//   const TargetOverTime target = place_over_time(moves, center);
 //   const Parameter now = problem.parameters.add("target", target);
 //
 // Time is that of the motion (s); a controller goes on in the plant's.  Between rows a place goes along straight lines and a
@@ -16,6 +17,7 @@
 
 #include <functional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include <Eigen/Core>
@@ -26,15 +28,27 @@ namespace dyntape {
 
 using TargetOverTime = std::function<Eigen::VectorXd(double t)>;
 
-// (3) m.  The normal of any length; seen against it the target goes round clockwise.
+struct CircularTarget {
+  double radius = 0.1, period = 0;                    // m, s
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of any length
+};
+struct TargetTable {
+  std::vector<double> t;                // s, increasing
+  std::vector<Eigen::Vector3d> values;  // m, or roll, pitch, yaw (rad)
+};
+using MovingTarget = std::variant<CircularTarget, TargetTable>;
+
+// (3) m.  Seen against the normal the target goes round clockwise.
 TargetOverTime circle(const Eigen::Vector3d& center, const Eigen::Vector3d& normal, double radius,
                       double period);
+TargetOverTime place_over_time(const MovingTarget& moves, const Eigen::Vector3d& center);
 
-// (3) m, of the columns x, y, z.
-TargetOverTime places_in(const std::string& path);
+// (9) The rotation row by row, of roll, pitch and yaw as in rotation_of (rad); of tables alone.
+TargetOverTime turn_over_time(const MovingTarget& moves);
 
-// (9) The rotation row by row, of roll, pitch and yaw as in rotation_of (rad).
-TargetOverTime turns_in(const std::string& path);
+// Of the columns x, y, z, or roll, pitch, yaw.
+TargetTable places_in(const std::string& path);
+TargetTable turns_in(const std::string& path);
 
 // The column t, increasing.
 std::vector<double> times_in(const io::CsvTable& table, const std::string& path);

@@ -9,8 +9,8 @@
 #include <filesystem>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/files/task/curves.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/run/solve/curves.h>
 #include <dyntape/interface/run/solve/pictures.h>
 #include <dyntape/interface/run/solve/solve.h>
 

@@ -21,9 +21,9 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/lie.h>
 #include <dyntape/interface/control/solve/refine.h>
-#include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 #include <dyntape/interface/motion/of_kinematics.h>
+#include <dyntape/interface/run/solve/limits.h>
 
 #include "segments.h"
 
@@ -174,7 +174,7 @@ class Goals {
     for (int k = 0; k < fine.points(); ++k) {
       const bool is_point = k % 8 == 0;
       for (const auto& pair : task_.around.apart) {
-        // Between points a thousandth of the distance is granted (interface/files/task/limits.h).
+        // Between points a thousandth of the distance is granted (interface/run/solve/limits.h).
         const double granted = is_point ? 2e-6 : 2e-3 * (pair.a.radius + pair.b.radius);
         if (gap(fine.x.col(k).head(n_), pair.a, pair.b) < pair.least - granted)
           return "touches: " + pair.name();

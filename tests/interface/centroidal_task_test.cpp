@@ -31,7 +31,7 @@ class CentroidalTasks : public test::TaskText {
     const std::string path = (folder_ / "one_mass.info").string();
     write_file_atomically(path, text_);
     CentroidalTask task = read_centroidal_task(path);
-    task.mesh.evaluation.route = Route::kInterpreter;
+    task.optimise.mesh.evaluation.route = Route::kInterpreter;
     return task;
   }
   std::string refusal(const std::string& old, const std::string& with) {
@@ -45,8 +45,8 @@ class CentroidalTasks : public test::TaskText {
 TEST_F(CentroidalTasks, TheShippedRobotStandsItsPushes) {
   const CentroidalTask task =
       read_centroidal_task(test::source_folder() + "/config/control/solo12_pushed.info");
-  EXPECT_NEAR(task.control.disturbances[0].v[0], 0.95 * 1.38607, 1e-3);
-  EXPECT_NEAR(task.control.disturbances[1].v[1], -0.95 * 1.20309, 1e-3);
+  EXPECT_NEAR(task.control.disturbances[0].impulse[0] / task.body.mass, 0.95 * 1.38607, 1e-3);
+  EXPECT_NEAR(task.control.disturbances[1].impulse[1] / task.body.mass, -0.95 * 1.20309, 1e-3);
   ControlReport report = control_task(task);
   report.most_late = 1;  // of the machine, which others use
   EXPECT_TRUE(report.success()) << report.text();

@@ -6,18 +6,16 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_callee.h>
 #include <dyntape/interface/system/scene_system.h>
 #include <gtest/gtest.h>
 
 #include <cstdio>
-#include <map>
 #include <tuple>
 
-#include "../autodiff/random.h"
 #include "../dynamics/robot_files.h"
+#include "callee_derivatives.h"
 #include "shipped_scenes.h"
 
 namespace dyntape {
@@ -27,7 +25,6 @@ using dynamics::Base;
 using dynamics::Joint;
 using dynamics::JointType;
 using dynamics::Model;
-using testing::Random;
 using Constraints = std::vector<dynamics::Constraint<double>>;
 
 Model<double> load(const char* name, Base base = Base::kFixed) {
@@ -125,37 +122,9 @@ class ConstrainedCallee : public ::testing::TestWithParam<Case> {
   Function by_callee, by_value;
 };
 
-using Entries = std::map<std::pair<std::uint32_t, std::uint32_t>, double>;
-
-Entries entries_of(const Pattern& pattern, const std::vector<double>& all, std::size_t first) {
-  Entries entries;
-  for (std::size_t i = 0; i < pattern.nnz(); ++i) entries[{pattern.row[i], pattern.col[i]}] = all[first + i];
-  return entries;
-}
-
-// What is analytic may find zeros that differentiation does not see.
-void expect_near(Entries got, const Entries& expected, const char* what) {
-  double largest = 0;
-  for (const auto& [place, entry] : expected) {
-    largest = std::max(largest, std::abs(entry));
-    got[place] -= entry;
-  }
-  for (const auto& [place, difference] : got)
-    ASSERT_NEAR(difference, 0, 1e-9 * largest) << what << " " << place.first << ", " << place.second;
-}
-
 TEST_P(ConstrainedCallee, ValueAndDerivativesAreThoseOfTheRecordedValue) {
-  Random random(3);
-  SCOPED_TRACE(random.seed_text());
-  const Derivatives a = derive(by_callee, Order::kSecond), b = derive(by_value, Order::kSecond);
-  for (int k = 0; k < 5; ++k) {
-    const auto x = random.vector(by_callee.n_x(), -1, 1), w = random.vector(by_callee.n_y(), -1, 1);
-    const auto got = evaluate(a.function, x, {}, w), expected = evaluate(b.function, x, {}, w);
-    for (std::size_t i = 0; i < a.n_y; ++i) ASSERT_EQ(got[i], expected[i]) << i;
-    expect_near(entries_of(a.jacobian, got, a.n_y), entries_of(b.jacobian, expected, b.n_y), "Jacobian");
-    expect_near(entries_of(a.hessian, got, a.n_y + a.jacobian.nnz()),
-                entries_of(b.hessian, expected, b.n_y + b.jacobian.nnz()), "Hessian");
-  }
+  test::expect_same_derivatives(derive(by_callee, Order::kSecond), derive(by_value, Order::kSecond),
+                                Order::kSecond, 3, 5, 1e-9);
 }
 
 TEST_P(ConstrainedCallee, TakesFewerOperations) {
@@ -172,22 +141,8 @@ class CompiledConstrainedCallee : public ConstrainedCallee {};
 
 TEST_P(CompiledConstrainedCallee, HasTheBitsOfTheInterpreter) {
   CodegenOptions options;
-  options.use_cache = false;
-  options.order = Order::kSecond;
   options.flags = {"-O1"};
-  options.route = Route::kCompiled;
-  const CompiledFunction compiled = CompiledFunction::make(by_callee, options);
-  options.route = Route::kInterpreter;
-  const CompiledFunction interpreted = CompiledFunction::make(by_callee, options);
-  Random random(4);
-  for (int k = 0; k < 5; ++k) {
-    const auto x = random.vector(by_callee.n_x(), -1, 1), w = random.vector(by_callee.n_y(), -1, 1);
-    const auto a = compiled.evaluate(Order::kSecond, x, {}, w),
-               b = interpreted.evaluate(Order::kSecond, x, {}, w);
-    EXPECT_EQ(a.y, b.y);
-    EXPECT_EQ(a.jacobian, b.jacobian);
-    EXPECT_EQ(a.hessian, b.hessian);
-  }
+  test::expect_bits_of_interpreter(by_callee, options, 5);
 }
 
 std::string name_of(const ::testing::TestParamInfo<Case>& info) {
@@ -227,13 +182,7 @@ TEST(ConstrainedCallees, AreWhatScenesWithLoopsMoveBy) {
                  plain = accelerations(system_of(scene, 1, [](RecordedScene&, const VectorXad&) {}));
   const Derivatives a = derive(f, Order::kSecond), b = derive(plain, Order::kSecond);
   EXPECT_LT(2 * total_operations(a.function), total_operations(b.function));
-  Random random(6);
-  const auto x = random.vector(f.n_x(), -1, 1), w = random.vector(f.n_y(), -1, 1);
-  EXPECT_EQ(evaluate(f, x), evaluate(plain, x));
-  const auto got = evaluate(a.function, x, {}, w), expected = evaluate(b.function, x, {}, w);
-  expect_near(entries_of(a.jacobian, got, a.n_y), entries_of(b.jacobian, expected, b.n_y), "Jacobian");
-  expect_near(entries_of(a.hessian, got, a.n_y + a.jacobian.nnz()),
-              entries_of(b.hessian, expected, b.n_y + b.jacobian.nnz()), "Hessian");
+  test::expect_same_derivatives(a, b, Order::kSecond, 6, 1, 1e-9);
 }
 
 // Quaternions are read by their direction: of any length, also where the derivative is along it.
@@ -250,17 +199,7 @@ TEST(ConstrainedCallees, RobotsThatFloatAreHeldByTheEntriesOfTheirQuaternion) {
     if (order == Order::kFirst) {
       EXPECT_LT(3 * total_operations(a.function), total_operations(b.function));
     }
-    Random random(5);
-    for (int k = 0; k < 5; ++k) {
-      const auto x = random.vector(callee->n_in, -1, 1), w = random.vector(callee->n_out, -1, 1);
-      const auto of_order = order == Order::kSecond ? w : std::vector<double>();
-      const auto got = evaluate(a.function, x, {}, of_order),
-                 expected = evaluate(b.function, x, {}, of_order);
-      expect_near(entries_of(a.jacobian, got, a.n_y), entries_of(b.jacobian, expected, b.n_y), "Jacobian");
-      if (order == Order::kFirst) continue;
-      expect_near(entries_of(a.hessian, got, a.n_y + a.jacobian.nnz()),
-                  entries_of(b.hessian, expected, b.n_y + b.jacobian.nnz()), "Hessian");
-    }
+    test::expect_same_derivatives(a, b, order, 5, 5, 1e-9);
   }
 }
 

@@ -80,7 +80,7 @@ class ClosedMotion : public test::TaskText {
  protected:
   ClosedMotion() : TaskText("closed") {}
   static SolveReport solved(Task task, int intervals, NlpMethod method) {
-    task.phases.front().optimise.mesh.intervals = intervals;
+    task.parts.front().optimise.mesh.intervals = intervals;
     task.optimise.solver.method = method;
     task.demands.refinements = 0, task.expected.reset();
     SolveReport report = solve_task(task);

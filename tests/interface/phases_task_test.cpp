@@ -216,7 +216,7 @@ TEST_F(PhasesTask, DurationsAreThoseOfTheHorizonOrOfThePhase) {
   load("block_move_free_time");
   replace("\ncosts", "\nphases {\n  phase all {\n  }\n}\ncosts");
   const Task of_horizon = read();
-  ASSERT_TRUE(of_horizon.phases[0].problem.free_time.has_value());
+  ASSERT_TRUE(of_horizon.parts[0].problem.free_time.has_value());
   load("block_move_free_time");
   const SolveReport plain = solve_task(read());
   const SolveReport phased = solve_task(of_horizon);

@@ -6,7 +6,6 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/autodiff/record/record.h>
-#include <dyntape/codegen/compiled_function.h>
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/robot/robot_callee.h>
 #include <dyntape/interface/robot/robot_functions.h>
@@ -14,16 +13,14 @@
 
 #include <filesystem>
 #include <iostream>
-#include <map>
 
-#include "../autodiff/random.h"
 #include "../source_folder.h"
+#include "callee_derivatives.h"
 
 namespace dyntape {
 namespace {
 
 using dynamics::Model;
-using testing::Random;
 
 Model<double> robot(const std::string& name, dynamics::Base base = dynamics::Base::kFixed) {
   const auto file = std::filesystem::path(test::source_folder()) / "config" / "robots" / (name + ".urdf");
@@ -68,31 +65,8 @@ class RobotCallee : public ::testing::TestWithParam<Case> {
 };
 
 TEST_P(RobotCallee, ValueAndDerivativesAreThoseOfTheRecordedValue) {
-  Random random(3);
-  SCOPED_TRACE(random.seed_text());
-  const Derivatives a = derive(by_callee, Order::kSecond), b = derive(dissolved(by_value), Order::kSecond);
-  // What is analytic may find zeros that differentiation does not see.
-  std::map<std::pair<std::uint32_t, std::uint32_t>, double> entries;
-  for (int k = 0; k < 20; ++k) {
-    const auto x = random.vector(by_callee.n_x(), -1, 1), w = random.vector(by_callee.n_y(), -1, 1);
-    const auto got = evaluate(a.function, x, {}, w), expected = evaluate(b.function, x, {}, w);
-    for (std::size_t i = 0; i < a.n_y; ++i) ASSERT_EQ(got[i], expected[i]) << i;
-    const auto compare = [&](const char* what, const Pattern& p, const Pattern& q, std::size_t at_p,
-                             std::size_t at_q) {
-      entries.clear();
-      double largest = 0;
-      for (std::size_t i = 0; i < q.nnz(); ++i) {
-        entries[{q.row[i], q.col[i]}] = expected[at_q + i];
-        largest = std::max(largest, std::abs(expected[at_q + i]));
-      }
-      for (std::size_t i = 0; i < p.nnz(); ++i) entries[{p.row[i], p.col[i]}] -= got[at_p + i];
-      for (const auto& [place, difference] : entries) {
-        ASSERT_NEAR(difference, 0, 1e-10 * largest) << what << " " << place.first << ", " << place.second;
-      }
-    };
-    compare("Jacobian", a.jacobian, b.jacobian, a.n_y, b.n_y);
-    compare("Hessian", a.hessian, b.hessian, a.n_y + a.jacobian.nnz(), b.n_y + b.jacobian.nnz());
-  }
+  test::expect_same_derivatives(derive(by_callee, Order::kSecond),
+                                derive(dissolved(by_value), Order::kSecond), Order::kSecond, 3, 20, 1e-10);
 }
 
 TEST_P(RobotCallee, TakesFewerOperations) {
@@ -120,23 +94,7 @@ TEST_P(RobotCallee, TakesFewGates) {
 class CompiledRobotCallee : public RobotCallee {};
 
 TEST_P(CompiledRobotCallee, HasTheBitsOfTheInterpreter) {
-  CodegenOptions options;
-  options.use_cache = false;
-  options.order = Order::kSecond;
-  options.route = Route::kCompiled;
-  const CompiledFunction compiled = CompiledFunction::make(by_callee, options);
-  options.route = Route::kInterpreter;
-  const CompiledFunction interpreted = CompiledFunction::make(by_callee, options);
-  Random random(4);
-  for (int k = 0; k < 20; ++k) {
-    const auto x = random.vector(by_callee.n_x(), -1, 1), w = random.vector(by_callee.n_y(), -1, 1);
-    const auto a = compiled.evaluate(Order::kSecond, x, {}, w),
-               b = interpreted.evaluate(Order::kSecond, x, {}, w);
-    EXPECT_EQ(a.y, b.y);
-    EXPECT_EQ(a.jacobian, b.jacobian);
-    EXPECT_EQ(a.hessian, b.hessian);
-    EXPECT_EQ(a.y, evaluate(by_callee, x));
-  }
+  test::expect_bits_of_interpreter(by_callee, {}, 20);
 }
 
 std::string name_of(const ::testing::TestParamInfo<Case>& info) {

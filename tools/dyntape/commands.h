@@ -12,6 +12,7 @@
 
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/interface/files/task/centroidal_task.h>
+#include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/io/result_folder.h>
 
 namespace dyntape::tools {

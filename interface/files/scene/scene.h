@@ -75,6 +75,7 @@ struct Scene {
 
   long steps() const;   // of `step` in `duration`
   long stride() const;  // steps from one sample to the next
+  bool is_sample(long k) const { return k % stride() == 0 || k == steps(); }  // the state before step k
 };
 
 // Settings stand in place of what the file says (settings.h).

@@ -22,28 +22,24 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 using io::Section;
 
-// What the file says, before there is a body.
-struct MassKeys {
-  VectorXd v;  // at the start
-  std::vector<HeldContact> contacts;
-};
-
-void read_stand(Section& file, CentroidalTask& task, MassKeys& keys, const dynamics::Model<double>* model) {
+void read_stand(Section& file, TaskSpec& task, const dynamics::Model<double>* model) {
   Section start = file.about("where the robot is at the beginning").child("start");
   const std::optional<double> fallback =
       model && single_joint_names(*model).empty() ? std::optional(0.0) : std::nullopt;
-  const VectorXd q = read_joint_values(start.about("positions [rad or m]"), "q", model, fallback);
-  keys.v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
+  const VectorXd joints = read_joint_values(start.about("positions [rad or m]"), "q", model, fallback);
+  VectorXd v = read_joint_values(start.about("velocities [rad/s or m/s]"), "v", model, 0.0);
   const BaseStart base = read_base(start);
-  keys.contacts = read_contacts(file, model, Cones::kLimits);
+  task.robot.contacts = read_contacts(file, model, Cones::kLimits);
   if (!model) return;
   if (!floats(*model)) {
     file.child("robot").problem("base", "'robot.base' must be floating: a robot that stands on its feet");
     return;
   }
-  task.q = configuration_of(*model, q);
-  place_base(base, task.q, keys.v);
-  if (keys.contacts.empty())
+  VectorXd q = configuration_of(*model, joints);
+  place_base(base, q, v);
+  task.start.resize(q.size() + v.size());
+  task.start << q, v;
+  if (task.robot.contacts.empty())
     file.child_or_empty("contacts")
         .problem("points", "'contacts.points' is missing; expected the links that stand on the floor");
 }
@@ -68,30 +64,29 @@ void read_demands_of_mass(Section& file, CentroidalOptions& options) {
                 .get_or("force", w.force, io::not_negative());
 }
 
-MassKeys read_keys(Section& file, CentroidalTask& task, const dynamics::Model<double>* model) {
-  MassKeys keys;
-  read_stand(file, task, keys, model);
-  read_demands_of_mass(file, task.options);
-  task.gait = read_gait(file, Eigen::Index(keys.contacts.size()), model);
+void read_keys(Section& file, TaskSpec& task, CentroidalOptions& options,
+               const dynamics::Model<double>* model) {
+  read_stand(file, task, model);
+  read_demands_of_mass(file, options);
+  task.gait = read_gait(file, Eigen::Index(task.robot.contacts.size()), model);
   Section horizon = file.about("how far a plan looks").child("horizon");
-  task.options.duration = horizon.about("of a plan [s]").get<double>("duration", seconds());
+  options.duration = horizon.about("of a plan [s]").get<double>("duration", seconds());
   file.about("how the motion becomes a nonlinear program").child_or_empty("transcription");
-  task.mesh = read_mesh(file, WithLimitedMemory::kNo);
+  task.optimise.mesh = read_mesh(file, WithLimitedMemory::kNo);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
-  task.mesh.evaluation = evaluation.options;
-  task.mesh.threads = evaluation.threads;
+  task.optimise.mesh.evaluation = evaluation.options;
+  task.optimise.mesh.threads = evaluation.threads;
   Section solver = file.about("what solves a plan, from stage to stage").child_or_empty("solver");
-  task.solver.tolerance =
+  task.optimise.solver.tolerance =
       solver.about("of the scaled optimality error").get_or("tolerance", 1e-6, io::positive());
-  task.solver.max_iterations =
+  task.optimise.solver.max_iterations =
       solver.about("of a plan, after which it gives up").get_or("max_iterations", 300, io::not_negative());
   task.control = read_control(file, [](Section& push) {
     push.about("at the centre of mass, world axes [N s]");
-    Task::Control::Disturbance hit;
-    hit.v = read_vector3(push, "impulse", std::nullopt);
+    TaskSpec::Control::Disturbance hit;
+    hit.impulse = read_vector3(push, "impulse", std::nullopt);
     return hit;
   });
-  return keys;
 }
 
 }  // namespace
@@ -105,39 +100,44 @@ CentroidalTask read_centroidal_task_text(const std::string& text, const std::str
   check_is_no_robot(text, path, "an .info file that names its robot, as those in config/control do");
   check_file_kind(text, path, FileKind::kCentroidal);
   Section file = Section::parse(text, path, old_names(), settings);
-  CentroidalTask task;
+  TaskSpec task;
+  CentroidalOptions options;
   task.file = path;
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());
   SceneRobot found = read_scene_robot(file, path, Floating::kAllowed);
   task.urdf = found.urdf;
-  std::vector<std::string> left_out;
   if (found.robot) {
     task.notes = std::move(found.robot->notes);
-    left_out = std::move(found.robot->left_out);
+    task.left_out = std::move(found.robot->left_out);
     task.scene.model = std::move(found.robot->model);
   }
-  const MassKeys keys = read_keys(file, task, found.robot ? &task.scene.model : nullptr);
+  read_keys(file, task, options, found.robot ? &task.scene.model : nullptr);
   file.finish();
-  note_left_out(task.notes, task.urdf, left_out, task.scene, LimitsOfFile::kHeld);
+  note_left_out(task.notes, task.urdf, task.left_out, task.scene, LimitsOfFile::kHeld);
   note_old_names(task.notes, file);
   task.effective = file.effective_values();
   task.inputs = file.files();
+  return build_centroidal_task(std::move(task), options);
+}
 
-  task.body = centroidal_body(task.scene, task.q, keys.contacts);
-  task.problem = centroidal_problem(task.body, task.options);
+CentroidalTask build_centroidal_task(TaskSpec spec, const CentroidalOptions& options) {
+  CentroidalTask task{std::move(spec), options};
+  const VectorXd q = task.start.head(task.scene.model.nq), v = task.start.tail(task.scene.model.nv);
+  task.body = centroidal_body(task.scene, q, task.robot.contacts);
+  task.problem = centroidal_problem(task.body, options);
   task.problem.name = task.name;
-  task.problem.start = centroidal_state(task.scene, task.q, keys.v);
+  task.problem.start = centroidal_state(task.scene, q, v);
   if (task.gait) walk(task.problem, task.body, *task.gait);
-  for (Task::Control::Disturbance& push : task.control.disturbances) push.v /= task.body.mass;
   return task;
 }
 
 std::vector<io::Question> centroidal_questions() {
   Section file = Section::catalogue();
-  CentroidalTask task;
+  TaskSpec task;
+  CentroidalOptions options;
   read_task_name(file, "its file's");
   read_scene_robot(file, "", Floating::kAllowed);
-  read_keys(file, task, nullptr);
+  read_keys(file, task, options, nullptr);
   return file.questions();
 }
 

@@ -5,6 +5,7 @@
 //
 //   const CentroidalTask task = read_centroidal_task("config/control/solo12_pushed.info");
 //   ControlReport report = control_task(task);                       // centroidal_control.h
+//   const CentroidalTask other = build_centroidal_task(spec, {.duration = 0.5});     // of what a program fills in (task_spec.h)
 //
 // Keys (defaults in brackets; all with their meanings: dyntape check-config --centroidal-keys):
 //
@@ -30,26 +31,19 @@
 
 #include <dyntape/interface/files/info/question.h>
 #include <dyntape/interface/files/info/settings.h>
-#include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/files/task/task_spec.h>
 #include <dyntape/interface/motion/centroidal_problem.h>
 
 namespace dyntape {
 
-struct CentroidalTask {
-  std::string name, file, urdf;
-  std::vector<std::string> inputs;  // paths of all files that it was read from
-  std::vector<std::string> notes;   // what was odd in the robot's file
-  RobotScene scene;
-  Eigen::VectorXd q;  // at the start
-  CentroidalBody body;
-  CentroidalOptions options;
-  std::optional<Gait> gait;
-  Problem problem;
-  MeshOptions mesh;
-  SolverOptions solver;
-  Task::Control control;  // pushes: (3) added to the velocity of the centre of mass
-  std::string effective;  // the file as it was understood, defaults included
+// Of its spec count the robot, its start, contacts and gait, mesh and solver, and the controller, whose disturbances are impulses at
+// the centre of mass.
+struct CentroidalTask : TaskSpec {
+  CentroidalOptions options = {};
+  CentroidalBody body = {};
+  Problem problem = {};
 };
+CentroidalTask build_centroidal_task(TaskSpec spec, const CentroidalOptions& options);
 
 // Settings stand in place of what the file says (settings.h).
 CentroidalTask read_centroidal_task(const std::string& path, const std::vector<io::Setting>& settings = {});

@@ -45,23 +45,20 @@ std::optional<Gait> read_gait(Section& file, Eigen::Index feet, const dynamics::
   return gait;
 }
 
-// A gait; contacts then have schedules.
-void read_walk(Section& file, Task& task, TaskKeys& keys, const RobotModel* model) {
-  keys.gait = read_gait(file, Eigen::Index(task.robot.contacts.size()), model);
-  if (!keys.gait) return;
+void read_walk(Section& file, TaskSpec& task, const RobotModel* model) {
+  task.gait = read_gait(file, Eigen::Index(task.robot.contacts.size()), model);
+  if (!task.gait) return;
   Section block = file.child("gait");
-  keys.gait->lift = block.about("of feet in the air, at most [m]")
-                        .get_or("swing_height", keys.gait->lift, io::not_negative());
-  keys.swing = block.about("weight of the squared distance of feet in the air from that height [1/m^2]")
-                   .get_or("swing_weight", 1e4, io::positive());
-  for (HeldContact& contact : task.robot.contacts) contact.has_schedule = true;
-  if (model && !keys.phases.empty())
-    file.problem("gait", "'gait' and 'phases' both say when contacts hold, expected one of them");
+  task.gait->lift = block.about("of feet in the air, at most [m]")
+                        .get_or("swing_height", task.gait->lift, io::not_negative());
+  task.swing_weight =
+      block.about("weight of the squared distance of feet in the air from that height [1/m^2]")
+          .get_or("swing_weight", task.swing_weight, io::positive());
 }
 
 // What hits a robot: a change of its joints' velocities, or an impulse at a link.
-Task::Control::Disturbance read_hit(Section& push, const RobotModel* model) {
-  Task::Control::Disturbance hit;
+TaskSpec::Control::Disturbance read_hit(Section& push, const RobotModel* model) {
+  TaskSpec::Control::Disturbance hit;
   push.about("added to the velocities [rad/s or m/s]");
   hit.v = read_joint_values(push, "v", model, 0.0);
   if (!push.about("at the origin of 'frame', world axes; the robot's inertia says what it changes [N s]")
@@ -75,7 +72,7 @@ Task::Control::Disturbance read_hit(Section& push, const RobotModel* model) {
 }
 
 // The scene whose simulation is the plant.
-void read_plant(Section& file, Task& task, const RobotModel* model) {
+void read_plant(Section& file, TaskSpec& task, const RobotModel* model) {
   Section block = file.child_or_empty("mpc");
   block.about(
       "a scene file of the same robot, simulated as the plant; its start does not count; \"\": the task's "
@@ -104,9 +101,9 @@ void read_plant(Section& file, Task& task, const RobotModel* model) {
                       "' has other joints, or other driven ones, than the task's; expected the same robot");
 }
 
-Task::Control read_control(Section& file, const ReadPush& read_push) {
+TaskSpec::Control read_control(Section& file, const ReadPush& read_push) {
   Section block = file.about("the task as a controller, for `dyntape mpc`").child_or_empty("mpc");
-  Task::Control control;
+  TaskSpec::Control control;
   control.seconds = block.about("of the closed loop [s]").get_or("duration", control.seconds, io::positive());
   control.period =
       block.about("from one plan to the next [s]").get_or("period", control.period, io::positive());

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// What of a task file differential dynamic programming does not know, and what rigid contacts do not go together with.
-#include <cmath>
-#include <limits>
-
+// How a task is solved: the blocks `solver` and `contact_implicit` of task files.
+#include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/ipopt/ipopt_options.h>
+#include <dyntape/interface/files/task/task_faults.h>
 #include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/io/number.h>
 
@@ -11,51 +11,75 @@ namespace dyntape {
 
 using io::Section;
 
-// What differential dynamic programming does not know of a task, said where it stands.
-void check_ddp(Section& file, const Task& task, const TaskKeys& keys) {
-  if (!task.by_ddp) return;
-  const auto refuse = [&](const char* block, const char* key, const std::string& what) {
-    file.child_or_empty(block).problem(key, "'" + std::string(block) + "." + key + "' " + what);
-  };
-  const std::string method = ", which the method ddp does not know; expected ";
-  if (keys.free_time)
-    refuse("horizon", "min_duration", "is of a duration to be found" + method + "a given one");
-  Section form = file.child_or_empty("transcription");
-  const Scheme& scheme = task.optimise.mesh.scheme;
-  if (form.has("scheme") && scheme.name != "euler" && !(scheme.step && scheme.steps == 1))
-    refuse("transcription", "scheme",
-           "is one of collocation" + method + "runge-kutta-4, which is the default, or semi-implicit-euler");
-  if (keys.closed) file.problem("periodic", "'periodic' is what the method ddp does not know");
-  if (!keys.phases.empty()) file.problem("phases", "'phases' are what the method ddp does not know");
-  if (task.robot.form == DynamicsForm::kInverse)
-    refuse("transcription", "dynamics", "has accelerations and equations for them" + method + "forward");
-  if (task.optimise.mesh.hessian == HessianKind::kLimitedMemory)
-    refuse("transcription", "hessian", "is limited_memory" + method + "exact or gauss_newton");
-  if (!task.robot.contacts.empty())
-    refuse("contacts", "points",
-           "are constraints" + method + "a task without contacts, or the method riccati");
-  if (!task.around.apart.empty() && task.around.barrier == 0) {
-    const char* block = task.around.obstacles.empty() ? "bodies" : "obstacles";
-    file.problem(block, "'" + std::string(block) + "' are to be kept clear of" + method +
-                            "a task without them, or the method riccati");
+void read_solver(Section& file, TaskSpec& task) {
+  Section solver = file.about("what solves the program").child_or_empty("solver");
+  OptimiseOptions& optimise = task.optimise;
+  SolverOptions& options = optimise.solver;
+  const auto method =
+      solver
+          .about(
+              "Ipopt; dyntape's own, which goes from stage to stage; differential dynamic programming, of "
+              "costs "
+              "and limits of controls")
+          .choice_or<std::optional<NlpMethod>>(
+              "method", "ipopt",
+              {{"ipopt", NlpMethod::kIpopt}, {"riccati", NlpMethod::kRiccati}, {"ddp", std::nullopt}});
+  task.by_ddp = !method;
+  options.method = method.value_or(NlpMethod::kRiccati);
+  options.tolerance =
+      solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
+  options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
+                               .get_or("dual_tolerance", options.dual_tolerance, io::positive());
+  options.bound_relaxation = solver.about("relative widening of bounds; 0 keeps them exact")
+                                 .get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
+  options.max_iterations = solver.about("after which it gives up")
+                               .get_or("max_iterations", options.max_iterations, io::not_negative());
+  options.max_seconds = solver.about("processor time of all threads after which it gives up [s]")
+                            .get_or("max_seconds", options.max_seconds, io::positive());
+  options.stop_at_acceptable = solver.about("give up early when stalled at an acceptable point")
+                                   .get_or("stop_at_acceptable", options.stop_at_acceptable);
+  options.barrier_update =
+      solver
+          .about(
+              "of riccati: chosen at each step while the error falls, or lowered problem by problem; of "
+              "rigid contacts monotone")
+          .choice_or<BarrierUpdate>(
+              "barrier_update", task.simulated ? "monotone" : "adaptive",
+              {{"adaptive", BarrierUpdate::kAdaptive}, {"monotone", BarrierUpdate::kMonotone}});
+  options.print_level =
+      solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
+  optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")
+                                   .get_or("check_derivatives", true);
+  Section extra =
+      solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
+          .child_or_empty("ipopt");
+  for (Section& option : extra.all_children()) {
+    try {
+      check_ipopt_option(option.name(), option.value());
+      options.extra.emplace_back(option.name(), option.value());
+    } catch (const ArgumentError& e) {
+      extra.problem(option.name(), e.what());
+    }
   }
-  if (!task.optimise.solver.extra.empty())
-    refuse("solver", "ipopt", "has options of Ipopt" + method + "the method ipopt");
-  const auto check_bound = [&](const char* key, const Limit& limit) {
-    if (file.child_or_empty("bounds").has(key) && (limit.robot || std::isfinite(limit.value)))
-      refuse("bounds", key, "are limits of states" + method + "none, or the method riccati");
-  };
-  check_bound("positions", keys.limits.positions), check_bound("velocities", keys.limits.velocities);
-  const TaskKeys::Costs& c = keys.costs;
-  if (keys.terms.empty() && !keys.reference && c.tracking_q.isZero(0) && c.tracking_v.isZero(0) &&
-      c.end_q.isZero(0) && c.end_v.isZero(0) &&
-      c.tracking_position + c.tracking_orientation + c.tracking_base_position + c.tracking_base_orientation ==
-          0)
-    file.problem("goal", "'goal' is to be met at the end" + method +
-                             "weights that draw to it, in costs.tracking or costs.tracking.end");
 }
 
-void read_continuation(Section& file, Task& task, const dynamics::Model<double>* model) {
+// What stands in the file; defaults are of other methods.
+void note_ddp_keys(Section& file, const TaskSpec& task) {
+  if (!task.by_ddp) return;
+  Section form = file.child_or_empty("transcription"), bounds = file.child_or_empty("bounds");
+  const Scheme& scheme = task.optimise.mesh.scheme;
+  if (form.has("scheme") && scheme.name != "euler" && !(scheme.step && scheme.steps == 1))
+    form.problem("scheme",
+                 "'transcription.scheme' is one of collocation, which the method ddp does not know; expected "
+                 "runge-kutta-4, which is the default, or semi-implicit-euler");
+  const auto note_limit = [&](const char* key, const Limit& limit) {
+    if (bounds.has(key) && limit.robot)
+      bounds.problem(key, limits_of_states(std::string("bounds.") + key).message);
+  };
+  note_limit("positions", task.bounds.positions), note_limit("velocities", task.bounds.velocities);
+}
+
+void read_continuation(Section& file, TaskSpec& task, const dynamics::Model<double>* model) {
   if (model && !task.simulated) {  // in the list of keys it stands
     if (file.has("contact_implicit"))
       file.problem("contact_implicit",
@@ -85,33 +109,6 @@ void read_continuation(Section& file, Task& task, const dynamics::Model<double>*
   };
   check_order("first_relaxation", c.first.relaxation, "relaxation", c.last.relaxation);
   check_order("first_slip", c.first.slip, "slip", c.last.slip);
-}
-
-void check_rigid_contacts(Section& file, const Task& task, const TaskKeys& keys) {
-  if (!task.simulated) return;
-  const std::string found = ", and the scene has rigid contacts, whose times are found; expected one of them";
-  if (task.by_ddp)
-    file.child_or_empty("solver").problem(
-        "method", "'solver.method' is ddp, which knows no rigid contacts; expected riccati or ipopt");
-  if (task.optimise.mesh.scheme.name != kRigidScheme)
-    file.child_or_empty("transcription")
-        .problem("scheme", std::string("'transcription.scheme' has to be ") + kRigidScheme +
-                               " where the scene has rigid contacts: others do not land within a step");
-  if (!task.robot.contacts.empty()) file.problem("contacts", "'contacts' are held all along" + found);
-  if (!task.robot.thrusters.empty())
-    file.problem("thrusters", "'thrusters' are not simulated in a scene with rigid contacts");
-  if (!keys.phases.empty()) file.problem("phases", "'phases' say when contacts hold" + found);
-  if (keys.closed) file.problem("periodic", "'periodic' says when contacts hold" + found);
-}
-
-void judge_by_simulation(Section& verify, Task::VerifyOptions& demands) {
-  for (const char* key : {"integration_error", "between_nodes"}) {
-    if (verify.has(key))
-      verify.problem(key, std::string("'") + key +
-                              "' is of motions without rigid contacts; of these the simulation of the scene "
-                              "tells what they are off by, expected 'simulation_error'");
-  }
-  demands.integration_error = demands.between = std::numeric_limits<double>::infinity();
 }
 
 }  // namespace dyntape

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Motions of task files that go on for ever: the block `closed`, and what it makes of the task (periodic_gait.h).
+// Motions of tasks that go on for ever: the block `periodic`, and what it makes of the task (periodic_gait.h).
 #include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
+#include <dyntape/interface/files/task/task_faults.h>
+#include <dyntape/interface/files/task/task_keys.h>
 #include <dyntape/interface/files/task/task_phases.h>
 #include <dyntape/interface/motion/contact_changes.h>
 #include <dyntape/interface/motion/robot_configuration.h>
@@ -24,7 +26,7 @@ bool stands_in(const Names& names, const std::string& name) {
   return std::find(names.begin(), names.end(), name) != names.end();
 }
 
-Names contacts_of(const Task& task) {
+Names contacts_of(const TaskSpec& task) {
   Names names;
   for (const HeldContact& contact : task.robot.contacts) names.push_back(contact.frame);
   return names;
@@ -39,19 +41,19 @@ std::string mirrored(const std::vector<std::pair<std::string, std::string>>& pai
   return name;
 }
 
-Names held_first(const Task& task, const TaskKeys& keys) {
-  return keys.phases.empty() ? contacts_of(task) : keys.phases.front().hold;
+Names held_first(const TaskSpec& task) {
+  return task.phases.empty() ? contacts_of(task) : task.phases.front().hold;
 }
 
 // Contacts that stand at the start, and what lands for them at the end.
 struct Landed {
   std::string stands, lands;
 };
-std::vector<Landed> landed(const Task& task, const TaskKeys& keys) {
-  const Names last = keys.phases.empty() ? contacts_of(task) : keys.phases.back().hold;
+std::vector<Landed> landed(const TaskSpec& task) {
+  const Names last = task.phases.empty() ? contacts_of(task) : task.phases.back().hold;
   std::vector<Landed> list;
-  for (const std::string& name : held_first(task, keys)) {
-    const std::string other = mirrored(keys.closed->contacts, name);
+  for (const std::string& name : held_first(task)) {
+    const std::string other = mirrored(task.periodic->contacts, name);
     if (!stands_in(last, other)) list.push_back({name, other});
   }
   return list;
@@ -69,7 +71,7 @@ Eigen::Vector3d place_at(const RobotModel& model, const std::string& frame, cons
 }
 
 // Pairs of joints or of contacts.
-void read_swap(Section& block, const Task& task, const RobotModel* model, TaskKeys::Closed& closed) {
+void read_swap(Section& block, const TaskSpec& task, const RobotModel* model, TaskSpec::Periodic& periodic) {
   const Names joints = model ? single_joint_names(*model) : Names{}, contacts = contacts_of(task);
   Names valid = joints;
   valid.insert(valid.end(), contacts.begin(), contacts.end());
@@ -77,15 +79,15 @@ void read_swap(Section& block, const Task& task, const RobotModel* model, TaskKe
   const Names names = distinct_names(block, "swap", model ? valid : Names{});
   if (!model) return;
   if (names.size() % 2 != 0)
-    block.problem("swap", "'closed.swap' has " + std::to_string(names.size()) + " names, expected pairs");
+    block.problem("swap", "'periodic.swap' has " + std::to_string(names.size()) + " names, expected pairs");
   for (std::size_t k = 0; k + 1 < names.size(); k += 2) {
     const bool is_joint = stands_in(joints, names[k]);
     if (is_joint != stands_in(joints, names[k + 1])) {
-      block.problem("swap", "'closed.swap' pairs '" + names[k] + "' with '" + names[k + 1] +
+      block.problem("swap", "'periodic.swap' pairs '" + names[k] + "' with '" + names[k + 1] +
                                 "', expected two joints or two contacts");
       continue;
     }
-    (is_joint ? closed.step.swapped : closed.contacts).emplace_back(names[k], names[k + 1]);
+    (is_joint ? periodic.step.swapped : periodic.contacts).emplace_back(names[k], names[k + 1]);
   }
 }
 
@@ -103,66 +105,76 @@ VectorXd read_advance(Section& block, const RobotModel& model) {
 
 }  // namespace
 
-std::optional<TaskKeys::Closed> read_closed(Section& file, const Task& task, const RobotModel* model) {
+std::optional<TaskSpec::Periodic> read_periodic(Section& file, const TaskSpec& task,
+                                                const RobotModel* model) {
   if (!file.about("the motion goes on for ever, in place of a goal: it ends as it began, but for what "
                   "changes places and "
                   "advances")
            .has("periodic"))
     return {};
   Section block = file.child("periodic");
-  TaskKeys::Closed closed;
-  read_swap(block, task, model, closed);
+  TaskSpec::Periodic periodic;
+  read_swap(block, task, model, periodic);
   block.about(
       "what positions gain from step to step, by joint [rad or m]; of a floating base: base \"x y z\"");
   if (model)
-    closed.step.advance = read_advance(block, *model);
+    periodic.step.advance = read_advance(block, *model);
   else
     block.defer("advance", "a number a joint that advances, by name", "0");
   block.about(
       "whether what lands at the end hits the floor, and its velocity ends there; off: it is at rest");
-  closed.impact = block.get_or("impact", false);
-  if (!model) return closed;
+  periodic.impact = block.get_or("impact", false);
+  if (!model) return periodic;
   try {
-    check(*model, closed.step);
+    check(*model, periodic.step);
   } catch (const ArgumentError& e) {
     block.problem("swap", e.what());
   }
-  return closed;
+  return periodic;
 }
 
-void settle_closed(Section& file, const Task& task, const RobotModel& model, TaskKeys& keys) {
-  keys.goal = VectorXd::Constant(keys.start.size(), Problem::kFree);
-  const TaskKeys::Closed& closed = *keys.closed;
-  Section block = file.child("periodic");
-  if (file.has("goal"))
-    file.problem("goal",
-                 "'goal' stands beside 'periodic', which says where the motion ends; expected one of them");
-  if (keys.start.array().isNaN().any())
-    file.child("start").problem("free",
-                                "'start.free' stands beside 'periodic', by which all of the start is open");
+std::vector<SpecFault> periodic_faults(const TaskSpec& spec) {
+  const TaskSpec::Periodic& periodic = *spec.periodic;
+  const RobotModel& model = spec.scene.model;
+  std::vector<SpecFault> faults;
+  if (!spec.goal.array().isNaN().all())
+    faults.push_back(
+        {"goal", "'goal' stands beside 'periodic', which says where the motion ends; expected one of them"});
+  if (spec.start.array().isNaN().any())
+    faults.push_back(
+        {"start.free", "'start.free' stands beside 'periodic', by which all of the start is open"});
   const auto carrier = [&](const std::string& frame) {
-    return model.joints[std::size_t(model.frames[std::size_t(model.frame_index(frame))].body)].name;
+    const int body = model.frames[std::size_t(model.frame_index(frame))].body;
+    return body < 0 ? "" : model.joints[std::size_t(body)].name;
   };
-  for (const std::string& name : contacts_of(task)) {
-    const std::string other = mirrored(closed.contacts, name), from = carrier(name), to = carrier(other);
-    if (mirrored(closed.step.swapped, from) == to) continue;
-    block.problem("swap", "'closed.swap' makes contact '" + name + "' that of '" + other + "', but joint '" +
-                              from + "', which moves it, that of '" + mirrored(closed.step.swapped, from) +
-                              "'; expected both of a leg to be swapped");
-    return;
+  const Names contacts = contacts_of(spec);
+  for (const std::string& name : contacts) {
+    const std::string other = mirrored(periodic.contacts, name);
+    if (!stands_in(contacts, other)) {
+      faults.push_back({"periodic.swap", "'periodic.swap' names '" + other + "', which is no contact"});
+      return faults;
+    }
+    const std::string from = carrier(name), to = carrier(other);
+    if (mirrored(periodic.step.swapped, from) == to) continue;
+    faults.push_back({"periodic.swap", "'periodic.swap' makes contact '" + name + "' that of '" + other +
+                                           "', but joint '" + from + "', which moves it, that of '" +
+                                           mirrored(periodic.step.swapped, from) +
+                                           "'; expected both of a leg to be swapped"});
+    return faults;
   }
-  if (closed.impact && landed(task, keys).empty())
-    block.problem("impact",
-                  "nothing lands at the end of the motion; expected a contact that stands at its start "
-                  "and, under its other name, not in the last phase");
+  if (periodic.impact && landed(spec).empty())
+    faults.push_back({"periodic.impact",
+                      "nothing lands at the end of the motion; expected a contact that stands at its start "
+                      "and, under its other name, not in the last phase"});
+  return faults;
 }
 
-void place_last_step(Task& task, const TaskKeys& keys) {
+void place_last_step(Task& task) {
   const RobotModel& model = task.scene.model;
-  const VectorXd q = keys.start.head(model.nq), ahead = q + keys.closed->step.advance;
-  const Names first = held_first(task, keys);
+  const VectorXd q = task.start.head(model.nq), ahead = q + task.periodic->step.advance;
+  const Names first = held_first(task);
   for (const std::string& name : first) {
-    const std::string other = mirrored(keys.closed->contacts, name);
+    const std::string other = mirrored(task.periodic->contacts, name);
     if (stands_in(first, other)) continue;
     HeldContact &stands = contact_of(task, name), &behind = contact_of(task, other);
     behind.place = *stands.place - (place_at(model, name, ahead) - place_at(model, name, q));
@@ -170,21 +182,21 @@ void place_last_step(Task& task, const TaskKeys& keys) {
   }
 }
 
-void close_motion(Task& task, const TaskKeys& keys) {
-  const TaskKeys::Closed& closed = *keys.closed;
-  Task& first = task.phases.empty() ? task : task.phases.front();
-  for (const Landed& contact : landed(task, keys)) {
+void close_motion(Task& task) {
+  const TaskSpec::Periodic& periodic = *task.periodic;
+  Task& first = task.parts.empty() ? task : task.parts.front();
+  for (const Landed& contact : landed(task)) {
     for (Term& term : landing(task.scene, contact_of(first, contact.stands),
-                              closed.impact ? Landing::kImpact : Landing::kAtRest)) {
+                              periodic.impact ? Landing::kImpact : Landing::kAtRest)) {
       term.name = contact.stands + (term.name.ends_with("rest") ? " begins at rest" : " begins at its place");
       first.problem.add(at_start(std::move(term)));
     }
   }
   std::vector<HeldContact> hit;
   for (const HeldContact& contact : first.robot.contacts)
-    hit.push_back(contact_of(task, mirrored(closed.contacts, contact.frame)));
+    hit.push_back(contact_of(task, mirrored(periodic.contacts, contact.frame)));
   task.closing =
-      periodic_gait(task.scene, closed.step, closed.impact ? impact(task.scene, hit) : StageFunction());
+      periodic_gait(task.scene, periodic.step, periodic.impact ? impact(task.scene, hit) : StageFunction());
 }
 
 }  // namespace dyntape

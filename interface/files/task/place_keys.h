@@ -14,7 +14,7 @@
 #include <vector>
 
 #include <dyntape/interface/files/info/section.h>
-#include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/files/task/task_spec.h>
 #include <dyntape/interface/motion/robot_terms.h>
 
 namespace dyntape {

@@ -3,17 +3,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/model/configuration.h>
-#include <dyntape/interface/control/ipopt/ipopt_options.h>
 #include <dyntape/interface/files/joint_values.h>
 #include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/planar_keys.h>
 #include <dyntape/interface/files/scene/scene.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/task/place_keys.h>
+#include <dyntape/interface/files/task/task_faults.h>
 #include <dyntape/interface/files/task/term_keys.h>
+#include <dyntape/interface/files/task/waypoint_keys.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {
@@ -70,62 +72,23 @@ std::optional<Problem::Range> read_free_time(Section& horizon, double duration) 
   return range;
 }
 
-void read_solver(Section& file, Task& task) {
-  Section solver = file.about("what solves the program").child_or_empty("solver");
-  OptimiseOptions& optimise = task.optimise;
-  SolverOptions& options = optimise.solver;
-  const auto method =
-      solver
-          .about(
-              "Ipopt; dyntape's own, which goes from stage to stage; differential dynamic programming, of "
-              "costs "
-              "and limits of controls")
-          .choice_or<std::optional<NlpMethod>>(
-              "method", "ipopt",
-              {{"ipopt", NlpMethod::kIpopt}, {"riccati", NlpMethod::kRiccati}, {"ddp", std::nullopt}});
-  task.by_ddp = !method;
-  options.method = method.value_or(NlpMethod::kRiccati);
-  options.tolerance =
-      solver.about("of the scaled optimality error").get_or("tolerance", options.tolerance, io::positive());
-  options.dual_tolerance = solver.about("of the stationarity alone, without the weights of that error")
-                               .get_or("dual_tolerance", options.dual_tolerance, io::positive());
-  options.bound_relaxation = solver.about("relative widening of bounds; 0 keeps them exact")
-                                 .get_or("bound_relaxation", options.bound_relaxation, io::not_negative());
-  options.max_iterations = solver.about("after which it gives up")
-                               .get_or("max_iterations", options.max_iterations, io::not_negative());
-  options.max_seconds = solver.about("processor time of all threads after which it gives up [s]")
-                            .get_or("max_seconds", options.max_seconds, io::positive());
-  options.stop_at_acceptable = solver.about("give up early when stalled at an acceptable point")
-                                   .get_or("stop_at_acceptable", options.stop_at_acceptable);
-  options.barrier_update =
-      solver
-          .about(
-              "of riccati: chosen at each step while the error falls, or lowered problem by problem; of "
-              "rigid contacts monotone")
-          .choice_or<BarrierUpdate>(
-              "barrier_update", task.simulated ? "monotone" : "adaptive",
-              {{"adaptive", BarrierUpdate::kAdaptive}, {"monotone", BarrierUpdate::kMonotone}});
-  options.print_level =
-      solver.about("how much Ipopt prints").get_or("print_level", options.print_level, io::between(0, 12));
-  optimise.check_derivatives = solver.about("hold the derivatives against finite differences before solving")
-                                   .get_or("check_derivatives", true);
-  Section extra =
-      solver.about("options of Ipopt by their own names, but those that name files, print or warm-start")
-          .child_or_empty("ipopt");
-  for (Section& option : extra.all_children()) {
-    try {
-      check_ipopt_option(option.name(), option.value());
-      options.extra.emplace_back(option.name(), option.value());
-    } catch (const ArgumentError& e) {
-      extra.problem(option.name(), e.what());
-    }
-  }
-}
-
 // All entries of a joint's q, or of its v.
 void leave_open(const dynamics::Joint<double>& joint, const RobotModel& model, Eigen::VectorXd& x) {
   x.segment(joint.idx_q, dynamics::nq(joint.type)).setConstant(Problem::kFree);
   x.segment(model.nq + joint.idx_v, dynamics::nv(joint.type)).setConstant(Problem::kFree);
+}
+
+// A problem at a key of the file: "costs.time"; "phases.phase#1.impact" of the second block of that name.
+void note_at(Section at, const SpecFault& fault) {
+  std::istringstream words(fault.key);
+  std::string key;
+  for (std::string word; std::getline(words, word, '.');) {
+    if (!key.empty()) at = at.child_or_empty(key);
+    const std::size_t number = word.find('#');
+    key = number == std::string::npos ? word : "";
+    if (key.empty()) at = at.children(word.substr(0, number)).at(std::stoul(word.substr(number + 1)));
+  }
+  at.problem(key, fault.message);
 }
 
 enum class End { kStart, kGoal };
@@ -212,22 +175,9 @@ void read_goal(Section& of, Keys& keys, const RobotModel* model,
   keys.goal = read_end(goal, End::kGoal, keys.target.has_value(), model);
 }
 
-// Of method ddp, whose costs draw to the goal.
-void read_soft_goal(Section& file, Task& task) {
-  if (!file.has("goal")) return;
-  Section goal = file.child("goal");
-  task.has_soft_goal =
-      goal.about("of method ddp: costs draw to it, and it need not be met").get_or("soft", false);
-  if (task.has_soft_goal && !task.by_ddp)
-    goal.problem("soft",
-                 "'goal.soft' is of the method ddp; with other methods a goal is met, or left open by "
-                 "'free' and drawn to by costs.tracking");
-}
-
 // What does not hold over the whole motion; the phase's own goal is that of the task in the last one.
-TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional<Problem::Range>& of_horizon,
-                           bool is_last, const RobotModel* model) {
-  TaskKeys::Phase p;
+TaskSpec::Phase read_phase(Section& phase, const TaskSpec& task, bool is_last, const RobotModel* model) {
+  TaskSpec::Phase p;
   p.name = phase.value();
   if (p.name.empty()) phase.problem("", "'" + phase.path() + "' needs a name behind the word");
   p.duration = phase.about("of the phase [s]; absent: the horizon's")
@@ -239,7 +189,7 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional
   const bool is_of_horizon =
       !phase.has("duration") && !phase.has("min_duration") && !phase.has("max_duration");
   p.free_time = read_free_time(phase, p.duration);
-  if (is_of_horizon) p.free_time = of_horizon;
+  if (is_of_horizon) p.free_time = task.free_time;
   std::vector<std::string> contacts;
   for (const HeldContact& contact : task.robot.contacts) contacts.push_back(contact.frame);
   phase.about("those of 'contacts' that are held during it; absent: all");
@@ -265,7 +215,7 @@ TaskKeys::Phase read_phase(Section& phase, const Task& task, const std::optional
   return p;
 }
 
-void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotModel* model) {
+void read_phases(Section& file, TaskSpec& task, const RobotModel* model) {
   if (!file.about("the motion in phases, one after another, each with contacts and a duration of its own")
            .has("phases"))
     return;
@@ -273,34 +223,15 @@ void read_phases(Section& file, const Task& task, TaskKeys& keys, const RobotMod
   std::vector<Section> phases = block.about("its name behind the word").children("phase");
   if (phases.empty()) phases.push_back(block.child("phase"));
   for (std::size_t k = 0; k < phases.size(); ++k) {
-    keys.phases.push_back(read_phase(phases[k], task, keys.free_time, k + 1 == phases.size(), model));
-    const auto is_same = [&](const TaskKeys::Phase& other) { return other.name == keys.phases.back().name; };
-    if (std::count_if(keys.phases.begin(), keys.phases.end(), is_same) > 1)
-      phases[k].problem("", "two phases are called '" + keys.phases.back().name + "'");
-    const TaskKeys::Phase& phase = keys.phases.back();
-    const auto lands = [&](const std::string& name) {
-      const auto holds = [&](const std::vector<std::string>& frames) {
-        return std::find(frames.begin(), frames.end(), name) != frames.end();
-      };
-      return k > 0 && holds(phase.hold) && !holds(keys.phases[k - 1].hold);
-    };
-    for (const auto& [name, by] : phase.moved) {
-      if (!lands(name))
-        phases[k].problem("foothold_offset", "'" + name + "' does not land at the beginning of phase '" +
-                                                 phase.name +
-                                                 "': it is not held in it, held before, or from the start");
-    }
-    if (model && phase.impact && std::none_of(phase.hold.begin(), phase.hold.end(), lands))
-      phases[k].problem("impact", "nothing lands at the beginning of phase '" + phase.name +
-                                      "'; expected a contact that the phase before does not hold");
-    if (model && task.robot.contacts.empty() && phases[k].has("contacts") && !phase.hold.empty())
+    task.phases.push_back(read_phase(phases[k], task, k + 1 == phases.size(), model));
+    if (model && task.robot.contacts.empty() && phases[k].has("contacts") && !task.phases[k].hold.empty())
       phases[k].problem(
           "contacts",
           "the file has no 'contacts' that could be held; expected them, or no 'contacts' in the phase");
   }
 }
 
-TaskKeys::Guess read_guess(Section& file) {
+TaskSpec::Guess read_guess(Section& file) {
   Section guess = file.about("where the solver begins").child_or_empty("guess");
   guess.about("from start to goal").choice_or<int>("positions", "line", {{"line", 0}});
   const bool slope = guess.about("at rest, or the slope of the line")
@@ -312,26 +243,26 @@ TaskKeys::Guess read_guess(Section& file) {
 Limit read_limit(Section& bounds, const std::string& key, const std::string& what) {
   const std::string word =
       bounds.about("of " + what + ": none, robot (its file's), or a number for all").get_or(key, "robot");
-  if (word == "none") return {};
-  if (word == "robot") return {true};
+  if (word == "none") return {.robot = false};
+  if (word == "robot") return {};
   const std::optional<double> value = io::parse_double(word);
   if (!value || !(*value > 0))
     bounds.problem(key, "'" + key + "' must be none, robot or a positive number, got '" + word + "'");
   return {false, value.value_or(0)};
 }
 
-TaskKeys::Limits read_limits(Section& file) {
+TaskSpec::Limits read_limits(Section& file) {
   Section bounds = file.about("limits of the motion").child_or_empty("bounds");
-  TaskKeys::Limits limits;
+  TaskSpec::Limits limits;
   limits.positions = read_limit(bounds, "positions", "positions [rad or m]");
   limits.velocities = read_limit(bounds, "velocities", "velocities [rad/s or m/s]");
   limits.efforts = read_limit(bounds, "efforts", "controls [N m or N]");
   return limits;
 }
 
-Task::ModelSettings read_model_settings(Section& file) {
+TaskSpec::ModelSettings read_model_settings(Section& file) {
   Section block = file.about("compiled libraries, as OCS2 spells it").child_or_empty("model_settings");
-  Task::ModelSettings settings;
+  TaskSpec::ModelSettings settings;
   block.about(
       "compile the dynamics again even if the cache has them (another name of recompileLibrariesCppAd)");
   if (block.has("recompileLibraries")) settings.recompile_libraries = block.get<bool>("recompileLibraries");
@@ -343,7 +274,7 @@ Task::ModelSettings read_model_settings(Section& file) {
   return settings;
 }
 
-void read_accuracy(Section& verify, Task::VerifyOptions& demands) {
+void read_accuracy(Section& verify, TaskSpec::VerifyOptions& demands) {
   verify.about(
       "most that an interval differs from its re-simulation, relative to the motion's nominal values");
   demands.integration_error =
@@ -352,7 +283,16 @@ void read_accuracy(Section& verify, Task::VerifyOptions& demands) {
   demands.between = verify.get_or("between_nodes", demands.between, io::or_infinite(io::positive()));
 }
 
-void read_simulation(Section& verify, Task::VerifyOptions& demands) {
+void refuse_accuracy(Section& verify) {
+  for (const char* key : {"integration_error", "between_nodes"}) {
+    if (verify.has(key))
+      verify.problem(key, std::string("'") + key +
+                              "' is of motions without rigid contacts; of these the simulation of the scene "
+                              "tells what they are off by, expected 'simulation_error'");
+  }
+}
+
+void read_simulation(Section& verify, TaskSpec::VerifyOptions& demands) {
   verify.about(
       "of a scene with rigid contacts: most that a position is off when its torques drive the scene's "
       "simulation, relative to how far it moves, and most of the contacts' impulse that acts from a "
@@ -365,13 +305,13 @@ void read_simulation(Section& verify, Task::VerifyOptions& demands) {
 }
 
 // What is of rigid contacts is asked of tasks with some, and stands in the list of keys.
-void read_demands(Section& file, Task::VerifyOptions& demands, bool has_contacts, bool is_list) {
+void read_demands(Section& file, TaskSpec::VerifyOptions& demands, bool has_contacts, bool is_list) {
   Section verify = file.about("what the finished motion has to fulfil").child_or_empty("verify");
   verify.about(
       "most that it breaks a constraint by, computed anew, relative to the program's nominal values");
   demands.violation = verify.get_or("violation", demands.violation, io::positive());
   if (has_contacts)
-    judge_by_simulation(verify, demands);
+    refuse_accuracy(verify);
   else
     read_accuracy(verify, demands);
   verify.about("how often the mesh is refined until it does not");
@@ -383,7 +323,7 @@ void read_demands(Section& file, Task::VerifyOptions& demands, bool has_contacts
   demands.limits = verify.get_or("limits", demands.limits);
 }
 
-void read_output(Section& file, Task& task, const RobotModel* model) {
+void read_output(Section& file, TaskSpec& task, const RobotModel* model) {
   Section output = file.about("the pictures").child_or_empty("output");
   std::vector<std::string> frames;
   if (model) {
@@ -420,13 +360,12 @@ MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& 
   return mesh;
 }
 
-TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
-  TaskKeys keys;
+void read_task_keys(Section& file, TaskSpec& task, const RobotModel* model) {
   task.robot = read_form(file, task.simulated ? "inverse" : "forward");
   task.optimise.mesh =
       read_mesh(file, WithLimitedMemory::kYes, task.simulated ? kRigidScheme : "hermite-simpson");
   Section horizon = file.child("horizon");
-  keys.free_time = read_free_time(horizon, task.robot.duration);
+  task.free_time = read_free_time(horizon, task.robot.duration);
   const EvaluationKeys evaluation = read_evaluation(file, PointsAtOnce::kMany);
   task.optimise.mesh.evaluation = evaluation.options;
   task.optimise.mesh.threads = evaluation.threads;
@@ -436,40 +375,25 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
   task.floor = read_floor(file);
   read_continuation(file, task, model);
   Section start = file.about("the state at the beginning").child("start");
-  keys.start = read_end(start, End::kStart, false, model);
-  keys.closed = read_closed(file, task, model);
-  const bool only_follows = model && !file.has("goal") && (file.has("reference") || file.has("terms"));
-  if (only_follows) keys.goal = Eigen::VectorXd::Constant(model->nq + model->nv, Problem::kFree);
-  if (!only_follows && (!keys.closed || (!model && file.has("goal"))))
-    read_goal(file, keys, model, "the state at the end; may be absent where a reference, or terms, say it");
-  read_soft_goal(file, task);
-  read_phases(file, task, keys, model);
-  read_walk(file, task, keys, model);
-  if (keys.closed && model) settle_closed(file, task, *model, keys);
-  keys.waypoints = read_waypoints(file, model);
-  keys.reference = read_reference(file, task.file, keys.free_time.has_value(), model);
-  if (model && !keys.phases.empty()) {  // in the list of keys both stand
-    if (!keys.waypoints.empty())
-      file.problem(
-          "waypoints",
-          "'waypoints' are of motions without phases; expected a 'goal' of the phase that ends there");
-    if (keys.reference) file.problem("reference", "'reference' is of motions without phases");
-  }
+  task.start = read_end(start, End::kStart, false, model);
+  task.periodic = read_periodic(file, task, model);
+  const bool has_goal = file.has("goal");
+  if (has_goal || !(task.periodic || (model && (file.has("reference") || file.has("terms")))))
+    read_goal(file, task, model, "the state at the end; may be absent where a reference, or terms, say it");
+  if (has_goal)
+    task.has_soft_goal = file.child("goal")
+                             .about("of method ddp: costs draw to it, and it need not be met")
+                             .get_or("soft", false);
+  read_phases(file, task, model);
+  read_walk(file, task, model);
+  task.waypoints = read_waypoints(file, model);
+  task.reference = read_reference(file, task.file, task.free_time.has_value(), model);
   task.around = read_surroundings(file, model);
-  keys.guess = read_guess(file);
-  read_costs(file, keys, model);
-  keys.terms = read_terms(file, task, model);
-  for (const TaskTerm& of : keys.terms) {
-    const Term& term = of.term;
-    if (of.target && (keys.free_time || !keys.phases.empty()))
-      file.problem("terms", "'" + term.name + "' moves its target; expected no phases, a given duration");
-    if (!keys.phases.empty() && term.where == Where::kInstant && term.share > 0 && term.share < 1)
-      file.problem("terms", "'terms." + term.name +
-                                "' stands at a share of a motion in phases; expected running, start, end");
-  }
-  keys.limits = read_limits(file);
-  check_ddp(file, task, keys);
-  check_rigid_contacts(file, task, keys);
+  task.guess = read_guess(file);
+  task.costs = read_costs(file, model);
+  task.terms = read_terms(file, task, model);
+  task.bounds = read_limits(file);
+  note_ddp_keys(file, task);
   read_output(file, task, model);
   task.models = read_model_settings(file);
   task.control = read_control(file, [model](Section& push) { return read_hit(push, model); });
@@ -481,20 +405,17 @@ TaskKeys read_task_keys(Section& file, Task& task, const RobotModel* model) {
     expected.about("most that the cost differs by");
     task.expected = {cost, expected.get<double>("tolerance", io::positive())};
   }
-  return keys;
+  if (!model) return;
+  for (const SpecFault& fault : faults_of(task)) note_at(file, fault);
 }
 
 std::vector<io::Question> task_questions() {
   Section file = Section::catalogue();
-  Task task;
+  TaskSpec task;
   read_task_name(file, "its file's");
   read_task_scene(file, task);
   read_task_keys(file, task, nullptr);
   return file.questions();
-}
-
-std::string read_task_name(Section& file, const std::string& fallback) {
-  return file.about("of the task, in reports and pictures").get_or<std::string>("name", fallback);
 }
 
 }  // namespace dyntape

@@ -23,12 +23,7 @@ using io::Section;
 using RobotModel = dynamics::Model<double>;
 using Names = std::vector<std::string>;
 
-// What a kind of term may ask for.
-struct TermAsked {
-  std::string frame;
-  ReferenceFrame in = ReferenceFrame::kLocalWorldAligned;
-  Eigen::Vector3d axis, place;
-  VectorXd target;
+struct TermAsked : TermSpec {
   StageFunction moving = {};  // empty: `target` stands still
 };
 
@@ -179,88 +174,124 @@ Section& about_term(Section& block, const char* key) {
   return block.about(row->meaning);
 }
 
+const TermKind* kind_named(const std::string& name) {
+  const auto row = std::find_if(std::begin(kTermKinds), std::end(kTermKinds),
+                                [&](const TermKind& kind) { return kind.name == name; });
+  return row == std::end(kTermKinds) ? nullptr : row;
+}
+
+std::string suggested_kind(const std::string& name) {
+  Names valid;
+  for (const TermKind& kind : kTermKinds) valid.push_back(kind.name);
+  return suggestion(name, valid);
+}
+
+std::vector<int> chosen_entries(const TermSpec& term, const Names& names) {
+  std::vector<int> entries;
+  for (const std::string& entry : term.entries)
+    entries.push_back(int(std::find(names.begin(), names.end(), entry) - names.begin()));
+  if (!entries.empty()) return entries;
+  for (std::size_t i = 0; i < names.size(); ++i) entries.push_back(int(i));
+  return entries;
+}
+
+StageFunction function_of(const TermSpec& term, const TaskSpec& task, const StageFunction& moving) {
+  const TermKind& kind = *kind_named(term.type);
+  const Names names = kind.entries(task.scene);
+  TermAsked asked{term, moving};
+  if (asked.target.size() == 0) asked.target = VectorXd::Zero(Eigen::Index(names.size()));
+  return entries_of(kind.function(task.scene, task.robot.unit, asked), chosen_entries(term, names));
+}
+
+bool is_bounded(const TermSpec& term) { return term.lower.size() > 0 || term.upper.size() > 0; }
+
+// Whatever the names are.
+std::vector<SpecFault> faults_of_values(const TermSpec& term, const TermKind& kind) {
+  std::vector<SpecFault> faults;
+  const auto* round = term.moves ? std::get_if<CircularTarget>(&*term.moves) : nullptr;
+  if (term.moves && kind.moves == Moves::kNot)
+    faults.push_back({"moves", "the target of '" + term.type + "' does not move"});
+  if (round && kind.moves == Moves::kTurn)
+    faults.push_back({"moves", "an orientation does not move on a circle; expected still or file"});
+  if (round && !(round->normal.norm() > 0))
+    faults.push_back({"normal", "'normal' is zero, expected a direction"});
+  if (term.role == Role::kInequality && !is_bounded(term))
+    faults.push_back({"role", "an inequality needs 'lower', 'upper' or both"});
+  if (term.lower.size() == term.upper.size() && (term.lower.array() > term.upper.array()).any())
+    faults.push_back({"lower", "'lower' is above 'upper'; expected the least value"});
+  if (term.role == Role::kCost && std::holds_alternative<RelaxedBarrier>(term.penalty) && !is_bounded(term))
+    faults.push_back({"penalty", "a barrier keeps away from bounds; expected 'lower', 'upper' or both"});
+  return faults;
+}
+
 class TermReader {
  public:
-  TermReader(Section& block, const Task& task, const TermKind& kind)
+  TermReader(Section& block, const TaskSpec& task, const TermKind& kind)
       : block_(block), task_(task), kind_(kind) {}
 
-  TaskTerm read(const std::string& name) {
-    TermAsked asked = read_asked();
+  TermSpec read(const std::string& name) {
+    term_.name = name, term_.type = kind_.name;
+    read_asked();
     const Names names = kind_.entries(task_.scene);
-    read_entries(names);
+    term_.entries = distinct_names(about("entries"), "entries", names);
     const auto n = Eigen::Index(names.size());
-    asked.target = VectorXd::Zero(n);
-    if (!kind_.looks) asked.target = read_numbers("target", n, "0");
-    const TargetOverTime moving = read_moving(asked);
-    const Role role = about("role").choice_or<Role>(
+    if (!kind_.looks) term_.target = read_numbers("target", n, "0");
+    if (kind_.moves != Moves::kNot) read_moving();
+    term_.role = about("role").choice_or<Role>(
         "role", "cost",
         {{"cost", Role::kCost}, {"equality", Role::kEquality}, {"inequality", Role::kInequality}});
-    Term term{name, Where::kRunning, Role::kEquality, {}};
-    if (role != Role::kEquality) read_bounds(role, term);
-    const bool is_known = !asked.frame.empty() || !kind_.has_frame;
-    if (is_known) term.function = chosen_of(asked);
-    place(term);
-    const std::function<Term(const Term&)> priced =
-        role == Role::kCost ? penalised(term.role == Role::kInequality) : nullptr;
-    const auto finished = [priced](const Term& t) { return priced ? priced(t) : t; };
-    if (!moving || !is_known || !block_.sound()) return {finished(term), {}, {}};
-    return {term, moving,
-            [=, kind = kind_, scene = task_.scene, unit = task_.robot.unit,
-             entries = entries_](const StageFunction& target) {
-              TermAsked now = asked;
-              now.moving = target;
-              Term with = term;
-              with.function = entries_of(kind.function(scene, unit, now), entries);
-              return finished(with);
-            },
-            kind_.moves == Moves::kTurn ? "" : asked.frame};
+    if (term_.role != Role::kEquality) {
+      const Eigen::Index counted = term_.entries.empty() ? n : Eigen::Index(term_.entries.size());
+      if (about("lower").has("lower")) term_.lower = read_numbers("lower", counted, nullptr);
+      if (about("upper").has("upper")) term_.upper = read_numbers("upper", counted, nullptr);
+    }
+    read_where();
+    if (term_.role == Role::kCost) read_penalty();
+    const auto is_known = [&](const std::string& entry) {
+      return std::find(names.begin(), names.end(), entry) != names.end();
+    };
+    // Unknown names are noted by now.
+    const bool all_known = (!kind_.has_frame || !term_.frame.empty()) &&
+                           std::all_of(term_.entries.begin(), term_.entries.end(), is_known);
+    for (const SpecFault& fault : all_known ? faults_of(term_, task_) : faults_of_values(term_, kind_))
+      block_.problem(fault.key, fault.message);
+    return term_;
   }
 
  private:
   Section& about(const char* key) { return about_term(block_, key); }
 
-  TermAsked read_asked() {
-    TermAsked asked;
-    if (kind_.has_frame) asked.frame = read_link(about("frame"), "frame", &task_.scene.model);
+  void read_asked() {
+    if (kind_.has_frame) term_.frame = read_link(about("frame"), "frame", &task_.scene.model);
     if (kind_.has_axes)
-      asked.in = about("in").choice_or<ReferenceFrame>("in", "aligned",
+      term_.in = about("in").choice_or<ReferenceFrame>("in", "aligned",
                                                        {{"world", ReferenceFrame::kWorld},
                                                         {"local", ReferenceFrame::kLocal},
                                                         {"aligned", ReferenceFrame::kLocalWorldAligned}});
-    if (!kind_.looks) return asked;
-    asked.axis = read_vector3(about("axis"), "axis", Eigen::Vector3d::UnitZ());
-    asked.place = read_vector3(about("place"), "place", std::nullopt);
-    return asked;
+    if (!kind_.looks) return;
+    term_.axis = read_vector3(about("axis"), "axis", Eigen::Vector3d::UnitZ());
+    term_.place = read_vector3(about("place"), "place", std::nullopt);
   }
 
-  // Empty where the target stands still.
-  TargetOverTime read_moving(const TermAsked& asked) {
-    if (kind_.moves == Moves::kNot) return {};
+  void read_moving() {
     enum { kStill, kCircle, kFile };
     const int how = about("moves").choice_or<int>("moves", "still",
                                                   {{"still", kStill}, {"circle", kCircle}, {"file", kFile}});
-    if (how == kCircle) return read_circle(asked.target);
-    if (how == kStill) return {};
-    const std::string name = about("file").get<std::string>("file");
-    if (name.empty()) return {};
+    if (how == kCircle) {
+      CircularTarget round;
+      round.radius = about("radius").get_or("radius", round.radius, io::positive());
+      round.period = about("period").get<double>("period", io::positive());
+      round.normal = read_vector3(about("normal"), "normal", Eigen::Vector3d::UnitZ());
+      term_.moves = round;
+    }
+    const std::string name = how == kFile ? about("file").get<std::string>("file") : "";
+    if (name.empty()) return;
     try {
       const std::string path = path_beside(task_.file, block_, "file", name);
-      return kind_.moves == Moves::kTurn ? turns_in(path) : places_in(path);
+      term_.moves = kind_.moves == Moves::kTurn ? turns_in(path) : places_in(path);
     } catch (const Error& e) {
       block_.problem("file", e.what());
-      return {};
     }
-  }
-
-  TargetOverTime read_circle(const VectorXd& center) {
-    const double radius = about("radius").get_or("radius", 0.1, io::positive());
-    const double period = about("period").get<double>("period", io::positive());
-    const Eigen::Vector3d normal = read_vector3(about("normal"), "normal", Eigen::Vector3d::UnitZ());
-    if (kind_.moves == Moves::kTurn)
-      block_.problem("moves", "an orientation does not move on a circle; expected still or file");
-    if (!(normal.norm() > 0)) block_.problem("normal", "'normal' is zero, expected a direction");
-    if (kind_.moves == Moves::kTurn || !(normal.norm() > 0) || !(period > 0)) return {};
-    return circle(center, normal, radius, period);
   }
 
   VectorXd read_numbers(const char* key, Eigen::Index n, const char* fallback) {
@@ -268,100 +299,106 @@ class TermReader {
     return numbers_in(block_, key, text, n, {}, "expected " + std::to_string(n) + ", or one for all", true);
   }
 
-  void read_entries(const Names& names) {
-    for (const std::string& entry : distinct_names(about("entries"), "entries", names))
-      entries_.push_back(int(std::find(names.begin(), names.end(), entry) - names.begin()));
-    if (!entries_.empty()) return;
-    for (std::size_t i = 0; i < names.size(); ++i) entries_.push_back(int(i));
-  }
-
-  // An inequality, where there are bounds.
-  void read_bounds(Role role, Term& term) {
-    const auto n = Eigen::Index(entries_.size());
-    term.lower = VectorXd::Constant(n, -HUGE_VAL), term.upper = -term.lower;
-    const bool has_lower = about("lower").has("lower"), has_upper = about("upper").has("upper");
-    if (has_lower) term.lower = read_numbers("lower", n, nullptr);
-    if (has_upper) term.upper = read_numbers("upper", n, nullptr);
-    if (has_lower || has_upper) term.role = Role::kInequality;
-    if (role == Role::kInequality && term.role != role)
-      block_.problem("role", "an inequality needs 'lower', 'upper' or both");
-    if ((term.lower.array() > term.upper.array()).any())
-      block_.problem("lower", "'lower' is above 'upper'; expected the least value");
-  }
-
-  StageFunction chosen_of(const TermAsked& asked) {
-    try {
-      return entries_of(kind_.function(task_.scene, task_.robot.unit, asked), entries_);
-    } catch (const ArgumentError& e) {
-      block_.problem(kind_.has_frame ? "frame" : "type", e.what());
-      return {};
-    }
-  }
-
-  void place(Term& term) {
+  void read_where() {
     const int where = about("where").choice_or<int>("where", "running",
                                                     {{"running", 0}, {"start", 1}, {"end", 2}, {"at", 3}});
-    double share = where == 2 ? 1 : 0;
-    if (where == 3) share = about("at").get<double>("at", io::between(0, 1));
-    if (where > 0) term = at_fraction(share, term);
+    if (where > 0) term_.at = where == 2 ? 1 : 0;
+    if (where == 3) term_.at = about("at").get<double>("at", io::between(0, 1));
   }
 
-  std::function<Term(const Term&)> penalised(bool has_bounds) {
+  void read_penalty() {
     enum Kind { kQuadratic, kHuber, kAbsolute, kBarrier };
     const double weight = about("weight").get_or("weight", 1.0, io::positive());
     const Kind kind = about("penalty").choice_or<Kind>(
         "penalty", "quadratic",
         {{"quadratic", kQuadratic}, {"huber", kHuber}, {"absolute", kAbsolute}, {"barrier", kBarrier}});
-    double width = 1;
-    if (kind != kQuadratic) width = about("width").get_or("width", 0.01, io::positive());
-    if (kind == kBarrier && !has_bounds)
-      block_.problem("penalty", "a barrier keeps away from bounds; expected 'lower', 'upper' or both");
-    if (!block_.sound()) return {};
-    switch (kind) {
-      case kQuadratic:
-        return [=](const Term& term) { return soft(term, Quadratic{weight}); };
-      case kHuber:
-        return [=](const Term& term) { return soft(term, Huber{weight, width}); };
-      case kAbsolute:
-        return [=](const Term& term) { return soft(term, SmoothAbsolute{weight, width}); };
-      case kBarrier:
-        return [=](const Term& term) { return soft(term, RelaxedBarrier{weight, width}); };
-    }
-    return {};
+    term_.penalty = Quadratic{weight};
+    if (kind == kQuadratic) return;
+    const double width = about("width").get_or("width", 0.01, io::positive());
+    if (kind == kHuber) term_.penalty = Huber{weight, width};
+    if (kind == kAbsolute) term_.penalty = SmoothAbsolute{weight, width};
+    if (kind == kBarrier) term_.penalty = RelaxedBarrier{weight, width};
   }
 
   Section& block_;
-  const Task& task_;
+  const TaskSpec& task_;
   const TermKind& kind_;
-  std::vector<int> entries_;
+  TermSpec term_;
 };
 
 // Null where the file names none that there is, which is noted.
 const TermKind* read_kind(Section& block, const RobotModel* model) {
   const std::string wanted = block.about(kinds_with_meanings()).get<std::string>("type");
-  Names valid;
-  for (const TermKind& kind : kTermKinds) {
-    if (kind.name == wanted) return &kind;
-    valid.push_back(kind.name);
-  }
-  if (model && !wanted.empty())
-    block.problem("type",
-                  "'" + block.path() + ".what' cannot be '" + wanted + "'" + suggestion(wanted, valid));
-  return nullptr;
+  const TermKind* kind = kind_named(wanted);
+  if (!kind && model && !wanted.empty())
+    block.problem("type", "'" + block.path() + ".what' cannot be '" + wanted + "'" + suggested_kind(wanted));
+  return kind;
+}
+
+// Of vectors that a program fills in.
+void add_faults_of_sizes(const TermSpec& term, const Names& names, std::vector<SpecFault>& faults) {
+  const auto check = [&](const char* key, const VectorXd& values, std::size_t n) {
+    if (values.size() > 0 && values.size() != Eigen::Index(n))
+      faults.push_back({key, "'" + std::string(key) + "' has " + std::to_string(values.size()) +
+                                 " entries, expected " + std::to_string(n)});
+  };
+  const std::size_t counted = term.entries.empty() ? names.size() : term.entries.size();
+  check("target", term.target, names.size()), check("lower", term.lower, counted),
+      check("upper", term.upper, counted);
+  for (const std::string& entry : term.entries)
+    if (std::find(names.begin(), names.end(), entry) == names.end())
+      faults.push_back(
+          {"entries", "'" + entry + "' is no entry of '" + term.type + "'" + suggestion(entry, names)});
 }
 
 }  // namespace
 
-void add(const TaskTerm& term, Problem& problem) {
-  if (!term.target) return problem.add(term.term);
-  const Parameter now = problem.parameters.add(term.term.name + " target", term.target);
-  problem.add(term.with_target(now));
+std::vector<SpecFault> faults_of(const TermSpec& term, const TaskSpec& task) {
+  const TermKind* kind = kind_named(term.type);
+  if (!kind) return {{"type", "there is no '" + term.type + "'" + suggested_kind(term.type)}};
+  std::vector<SpecFault> faults;
+  add_faults_of_sizes(term, kind->entries(task.scene), faults);
+  if (!faults.empty()) return faults;
+  faults = faults_of_values(term, *kind);
+  try {
+    function_of(term, task, {});
+  } catch (const ArgumentError& e) {
+    faults.push_back({kind->has_frame ? "frame" : "type", e.what()});
+  }
+  return faults;
 }
 
-std::vector<TaskTerm> read_terms(Section& file, const Task& task, const RobotModel* model) {
+TargetOverTime target_over_time(const TermSpec& term) {
+  if (kind_named(term.type)->moves == Moves::kTurn) return turn_over_time(*term.moves);
+  return place_over_time(*term.moves,
+                         term.target.size() > 0 ? Eigen::Vector3d(term.target) : Eigen::Vector3d::Zero());
+}
+
+const TermSpec* follower(const std::vector<TermSpec>& terms) {
+  for (const TermSpec& term : terms)
+    if (term.moves && !term.frame.empty() && kind_named(term.type)->moves == Moves::kPlace) return &term;
+  return nullptr;
+}
+
+void add(const TermSpec& spec, const TaskSpec& task, Problem& problem) {
+  StageFunction moving;
+  if (spec.moves) moving = problem.parameters.add(spec.name + " target", target_over_time(spec));
+  Term term{spec.name, Where::kRunning, Role::kEquality, function_of(spec, task, moving)};
+  if (spec.role != Role::kEquality && is_bounded(spec)) {
+    const Eigen::Index n = std::max(spec.lower.size(), spec.upper.size());
+    const VectorXd none = VectorXd::Constant(n, HUGE_VAL);
+    term.role = Role::kInequality;
+    term.lower = spec.lower.size() > 0 ? spec.lower : -none;
+    term.upper = spec.upper.size() > 0 ? spec.upper : none;
+  }
+  if (spec.at) term = at_fraction(*spec.at, term);
+  problem.add(spec.role == Role::kCost ? soft(term, spec.penalty) : term);
+}
+
+std::vector<TermSpec> read_terms(Section& file, const TaskSpec& task, const RobotModel* model) {
   if (!file.about("ready terms").has("terms")) return {};
   Section list = file.child("terms");
-  std::vector<TaskTerm> terms;
+  std::vector<TermSpec> terms;
   if (!list.about("one of them; its name behind the word").has("term")) return {};
   std::vector<Section> blocks = list.children("term");
   if (blocks.empty()) blocks.push_back(list.child("term"));
@@ -373,8 +410,8 @@ std::vector<TaskTerm> read_terms(Section& file, const Task& task, const RobotMod
       for (const TermKey& key : kTermKeys) block.about(key.meaning).defer(key.key, key.takes, key.fallback);
       continue;
     }
-    for (const TaskTerm& other : terms) {
-      if (other.term.name == name) block.problem("", "'" + name + "' names two of 'terms', expected one");
+    for (const TermSpec& other : terms) {
+      if (other.name == name) block.problem("", "'" + name + "' names two of 'terms', expected one");
     }
     terms.push_back(TermReader(block, task, *kind).read(name));
   }

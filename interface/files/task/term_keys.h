@@ -14,7 +14,7 @@
 //     }
 //   }
 //
-//   for (const TaskTerm& term : read_terms(file, task, model)) add(term, problem);
+//   for (const TermSpec& term : read_terms(file, task, model)) add(term, task, problem);
 //
 // A cost with bounds weighs what lies beyond them: a soft limit (penalties.h).  What is wrong is noted in the section
 // (Section::finish reports it); without a robot the keys are known but not read.
@@ -23,22 +23,22 @@
 #include <vector>
 
 #include <dyntape/interface/files/info/section.h>
-#include <dyntape/interface/files/moving_target.h>
-#include <dyntape/interface/files/task/task.h>
+#include <dyntape/interface/files/task/task_spec.h>
 
 namespace dyntape {
 
-struct TaskTerm {
-  Term term;              // of a target that moves: without its function
-  TargetOverTime target;  // empty: it stands still
-  std::function<Term(const StageFunction& target)> with_target;
-  std::string frame = {};  // whose origin follows a target that moves
-};
-
 // task: its scene and the unit of its controls.
-std::vector<TaskTerm> read_terms(io::Section& file, const Task& task, const dynamics::Model<double>* model);
+std::vector<TermSpec> read_terms(io::Section& file, const TaskSpec& task,
+                                 const dynamics::Model<double>* model);
+
+// What does not go together, each with a key of the term.
+std::vector<SpecFault> faults_of(const TermSpec& term, const TaskSpec& task);
 
 // A target that moves is a parameter of the problem, "<name of the term> target".
-void add(const TaskTerm& term, Problem& problem);
+void add(const TermSpec& term, const TaskSpec& task, Problem& problem);
+// Of one that moves: a place, or a turn (moving_target.h).
+TargetOverTime target_over_time(const TermSpec& term);
+// The first term that draws the origin of a frame to a target that moves; null: there is none.
+const TermSpec* follower(const std::vector<TermSpec>& terms);
 
 }  // namespace dyntape

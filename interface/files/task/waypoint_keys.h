@@ -26,26 +26,14 @@
 #include <vector>
 
 #include <dyntape/interface/files/info/section.h>
-#include <dyntape/interface/motion/robot_terms.h>
+#include <dyntape/interface/files/task/task_spec.h>
 
 namespace dyntape {
 
-struct TaskWaypoint {
-  std::string name;
-  double at = 0;                      // share of the duration
-  std::optional<FrameTarget> target;  // or
-  Eigen::VectorXd q;                  // (nv) of the joints that have one value each
-};
 std::vector<TaskWaypoint> read_waypoints(io::Section& file,
                                          const dynamics::Model<double>* model);  // in the order of time
 Term term_of(const TaskWaypoint& waypoint, const RobotScene& scene);
 
-struct ReferenceMotion {
-  std::vector<double> t;
-  Eigen::MatrixXd x;       // (nq + nv x rows)
-  Eigen::VectorXd weight;  // (nq + nv) of squares
-  Eigen::VectorXd at(double time) const;
-};
 std::optional<ReferenceMotion> read_reference(io::Section& file, const std::string& task_file,
                                               bool is_free_time, const dynamics::Model<double>* model);
 // Adds the term and its parameter to the problem.

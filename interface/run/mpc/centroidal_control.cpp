@@ -27,11 +27,11 @@ ControlReport control_task(const CentroidalTask& task, const std::stop_token& st
   ClosedLoopOptions options = loop_options(task.control, stop, watch);
   for (const Task::Control::Disturbance& push : task.control.disturbances) {
     VectorXd change = VectorXd::Zero(task.problem.n_x());
-    change.segment<3>(3) = push.v;
+    change.segment<3>(3) = push.impulse / task.body.mass;
     options.disturbances.push_back({push.at, change});
   }
-  options.mpc.mesh = task.mesh;
-  options.mpc.solver = task.solver;
+  options.mpc.mesh = task.optimise.mesh;
+  options.mpc.solver = task.optimise.solver;
   const auto off = [&](const Trajectory& motion, int point) {
     return (motion.x.col(point).head<3>() - wanted_mass(task, motion.t[point])).norm();
   };

@@ -267,7 +267,7 @@ PlayerInput mass_player(const CentroidalTask& task, const Trajectory& motion, co
     feet.push_back(foot_over_time(task, foot.name, player.t));
     swing(feet.back());
   }
-  VectorXd off(n), speed(n), q = task.q;
+  VectorXd off(n), speed(n), q = task.start.head(task.scene.model.nq);
   for (Eigen::Index k = 0; k < n; ++k) {
     const int p = frames[std::size_t(k)];
     Stand stand{motion.x.col(p).head<3>(), {}};

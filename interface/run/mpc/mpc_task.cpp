@@ -4,12 +4,12 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/algorithms.h>
 #include <dyntape/dynamics/effects/effects.h>
-#include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 #include <dyntape/interface/motion/robot_terms.h>
 #include <dyntape/interface/run/simulate/scene_plant.h>
+#include <dyntape/interface/run/solve/limits.h>
 #include <dyntape/interface/run/solve/pictures.h>
 
 namespace dyntape {

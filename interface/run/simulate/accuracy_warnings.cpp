@@ -32,6 +32,11 @@ std::string at_time(double t) { return "at t = " + io::with_digits(t, 6) + " s: 
 
 }  // namespace
 
+bool is_look(const Scene& scene, long step) {
+  constexpr long kLooks = 64;
+  return step % (1 + scene.steps() / kLooks) == 0;
+}
+
 void HalfSteps::try_at(const Scene& scene, Stepper& stepper, const Look& look, const VectorXd& u,
                        const VectorXd& p, const VectorXd& whole) {
   const double h = scene.step, t = double(look.step) * h;

@@ -15,11 +15,14 @@
 
 namespace dyntape {
 
+// A place of a motion where steps are looked at for being too long, evenly in time, whatever is sampled.
 struct Look {
   long step;
   Eigen::VectorXd x;
   Eigen::VectorXd forces = {};  // of rigid contacts and stops, the parameters of the step; or empty
 };
+
+bool is_look(const Scene& scene, long step);
 
 // Squared: m, rad, m/s, rad/s of a state that nothing real is in, and whose energy is still a number; what is said of it.
 constexpr double kBeyond = 1e100;

@@ -109,8 +109,7 @@ class SceneRun {
     const double t = double(k) * scene_.step;
     const VectorXd u = scene_.commands.at(t, x_);
     const Energy& energy = meter_.at(x_, u);
-    if (k % (1 + scene_.steps() / kLooks) == 0)
-      looks_.push_back({k, x_, steps_.rigid ? steps_.rigid->forces() : VectorXd()});
+    if (is_look(scene_, k)) looks_.push_back({k, x_, steps_.rigid ? steps_.rigid->forces() : VectorXd()});
     note_sample(k, t, u, energy);
     if (of_rigid_) return account_.reach(energy, of_rigid_->work());
     if (k == 0) return account_.start(energy);
@@ -118,7 +117,7 @@ class SceneRun {
   }
 
   void note_sample(long k, double t, const VectorXd& u, const Energy& energy) {
-    if (!is_sample(k)) return;
+    if (!scene_.is_sample(k)) return;
     motion_.t.push_back(t);
     motion_.kinetic.push_back(energy.kinetic);
     motion_.stored.push_back(energy.stored);
@@ -135,14 +134,12 @@ class SceneRun {
   }
 
   void note_work(const MatrixXd& work) {
-    if (!is_sample(worked_++)) return;
+    if (!scene_.is_sample(worked_++)) return;
     const VectorXd all = work.rowwise().sum();
     for (std::size_t i = 0; i < motion_.flows.size(); ++i)
       motion_.flows[i].work.push_back(all[Eigen::Index(i)]);
     motion_.released.push_back(all[all.size() - 1]);
   }
-
-  bool is_sample(long k) const { return k % scene_.stride() == 0 || k == scene_.steps(); }
 
   void join_columns() {
     const int nq = scene_.robot.model.nq, nv = scene_.robot.model.nv;
@@ -157,9 +154,6 @@ class SceneRun {
     motion_.reactions.resize(reactions_.front().size(), n);
     for (Eigen::Index k = 0; k < n; ++k) motion_.reactions.col(k) = reactions_[std::size_t(k)];
   }
-
-  // Where a motion is looked at for steps that are too long, evenly in time, whatever is sampled.
-  static constexpr long kLooks = 64;
 
   const Scene& scene_;
   const SimulationWatch& watch_;

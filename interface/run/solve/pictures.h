@@ -7,9 +7,9 @@
 //   write_player(motion_player(task, motion), "out/motion.html");
 #pragma once
 
-#include <dyntape/interface/files/task/curves.h>
 #include <dyntape/interface/report/player/player.h>
 #include <dyntape/interface/report/plot/picture.h>
+#include <dyntape/interface/run/solve/curves.h>
 
 namespace dyntape {
 

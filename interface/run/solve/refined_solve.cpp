@@ -234,7 +234,7 @@ std::string compiling_text(const SolveMoment& at) {
 
 std::vector<const Task*> parts_of(const Task& task) {
   std::vector<const Task*> parts;
-  for (const Task& phase : task.phases) parts.push_back(&phase);
+  for (const Task& phase : task.parts) parts.push_back(&phase);
   if (parts.empty()) parts.push_back(&task);
   return parts;
 }

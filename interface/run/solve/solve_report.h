@@ -12,9 +12,9 @@
 
 #include <dyntape/interface/control/discretize/evaluation.h>
 #include <dyntape/interface/control/solve/solution.h>
-#include <dyntape/interface/files/task/limits.h>
 #include <dyntape/interface/files/task/task.h>
 #include <dyntape/interface/run/solve/contact_simulation.h>
+#include <dyntape/interface/run/solve/limits.h>
 
 namespace dyntape {
 

@@ -157,14 +157,14 @@ bool LaneMotions::step(long step) {
   const bool sound = functions_.stepper.steps_side_by_side(std::size_t(places()), x_.data(),
                                                            arguments_.data(), next_.data(), status_.data());
   if (rule_ == WorkRule::kSimpson) work_of_step(t);
-  if (is_look(functions_, step)) try_halves(t);
+  if (is_look(scene_, step)) try_halves(t);
   std::swap(x_, next_);
   step_ = step + 1;
   note_speeds();
   set_times(t, scene_.step);
   evaluate_energies(x_.data());
   judge_energies();
-  if (is_sample_time(scene_, step_)) note_energies();
+  if (scene_.is_sample(step_)) note_energies();
   return sound;
 }
 
@@ -204,7 +204,7 @@ void LaneMotions::look_for_failures() {
 
 // The last place where half steps are tried, of which the whole one is made for that alone.
 void LaneMotions::look_behind_the_end() {
-  if (!is_look(functions_, step_)) return;
+  if (!is_look(scene_, step_)) return;
   const double t = double(step_) * scene_.step;
   std::fill(unread_.begin(), unread_.end(), 0);
   set_times(t, scene_.step);

@@ -37,16 +37,14 @@ SweptFunctions::SweptFunctions(const SceneSweep& all, const CodegenOptions& opti
               of_sweep(all, options), false, 1, all.scene.tolerances),
       meter(all.scene.robot, of_sweep(all, options), parameters_of(all), edit_of(all)),
       is_implicit(needs_newton(all.scene)),
-      has_table(all.scene.commands.t.size() > 1),
-      look_stride(1 + all.scene.steps() / 64) {}
+      has_table(all.scene.commands.t.size() > 1) {}
 
 SweptFunctions::SweptFunctions(const SweptFunctions& other, Stepper twin)
     : sweep(other.sweep),
       stepper(std::move(twin)),
       meter(other.meter),
       is_implicit(other.is_implicit),
-      has_table(other.has_table),
-      look_stride(other.look_stride) {}
+      has_table(other.has_table) {}
 
 SweptFunctions SweptFunctions::twin() const { return {*this, stepper.twin()}; }
 
@@ -61,11 +59,6 @@ std::string SampleJudge::warning(const SceneSweep& sweep, long row) {
     of_steps = doubt_of_stiffness(scene_of(sweep, row), halves.looks());
   if (of_steps.empty()) of_steps = halves.warning();
   return of_steps.empty() ? doubt_of_energy(account.finish()) : of_steps;
-}
-
-bool is_look(const SweptFunctions& functions, long step) { return step % functions.look_stride == 0; }
-bool is_sample_time(const Scene& scene, long step) {
-  return step % scene.stride() == 0 || step == scene.steps();
 }
 
 SampleMotion begin_of(SweptFunctions& f, long row) {
@@ -85,7 +78,7 @@ void advance(SweptFunctions& f, SampleMotion& motion, long step, SampleJudge* ju
   if (judge) work.emplace(scene, f.meter, f.stepper);
   VectorXd next(motion.x.size());
   const auto tries_halves = [&] {
-    return judge && is_look(f, motion.steps) && !is_adaptive(scene.integrator);
+    return judge && is_look(scene, motion.steps) && !is_adaptive(scene.integrator);
   };
   while (motion.steps < step) {
     const double t = double(motion.steps) * scene.step;
@@ -101,7 +94,7 @@ void advance(SweptFunctions& f, SampleMotion& motion, long step, SampleJudge* ju
     const Eigen::MatrixXd of_step = work ? work->after_step(t, motion.x, next) : Eigen::MatrixXd();
     motion.x.swap(next);
     ++motion.steps;
-    const bool is_sample = is_sample_time(scene, motion.steps);
+    const bool is_sample = scene.is_sample(motion.steps);
     motion.extremes.v = std::max(motion.extremes.v, motion.x.segment(nq, nv).cwiseAbs().maxCoeff());
     if (!judge && !is_sample) continue;
     const Energy& energy = f.meter.at(motion.x, u, p);

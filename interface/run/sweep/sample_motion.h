@@ -40,15 +40,10 @@ class SweptFunctions {
   Stepper stepper;
   EnergyMeter meter;
   bool is_implicit, has_table;
-  long look_stride;
 
  private:
   SweptFunctions(const SweptFunctions& other, Stepper stepper);
 };
-
-// Scene steps between two places where half steps are tried.
-bool is_look(const SweptFunctions& functions, long step);
-bool is_sample_time(const Scene& scene, long step);
 
 SampleMotion begin_of(SweptFunctions& functions, long row);
 

@@ -431,7 +431,7 @@ class Advisor {
       keys += "horizon\n{\n  intervals " + std::to_string(best_->intervals) + "\n}\n";
     } else {
       keys += "phases\n{\n";
-      for (const Task& phase : task_.phases)
+      for (const Task& phase : task_.parts)
         keys += "  phase " + phase.name + "\n  {\n    intervals " +
                 std::to_string(std::max(1l, std::lround(way.fineness * phase.optimise.mesh.intervals))) +
                 "\n  }\n";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/files/task/curves.h>
+#include <dyntape/interface/run/solve/curves.h>
 
 #include <algorithm>
 

@@ -38,14 +38,4 @@ struct LimitExcess {
 // clearances.
 std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& motion);
 
-// The robot's limits as bounds of the problem: positions, velocities, efforts.
-struct RatedParts {
-  bool positions, velocities, efforts;
-};
-void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& parts);
-
-// FileError where the task starts or ends beyond a limit of the robot by which the problem is bounded, or with bodies that
-// are not clear of each other.
-void check_ends(const Task& task, const RatedParts& parts);
-
 }  // namespace dyntape

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/files/task/limits.h>
+#include <dyntape/interface/run/solve/limits.h>
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/solve/refine.h>
-#include <dyntape/interface/files/task/curves.h>
 #include <dyntape/interface/io/number.h>
+#include <dyntape/interface/run/solve/curves.h>
 
 namespace dyntape {
 
@@ -291,68 +291,6 @@ std::vector<LimitExcess> limit_excesses(const Task& task, const Trajectory& moti
   BoundsBetween(task, fine, excesses).find();
   find_contacts(task, motion, looks, excesses);
   return excesses;
-}
-
-void bound_by_ratings(Problem& problem, const Task& task, const RatedParts& parts) {
-  if (parts.positions) limit_positions(problem, task.scene);
-  if (parts.velocities) limit_velocities(problem, task.scene);
-  if (parts.efforts) limit_efforts(problem, task.scene, task.robot.unit);
-}
-
-namespace {
-
-// A value far outside that another unit puts within: "; in degrees? -46 degrees are -0.802851 rad".  Empty for others,
-// also for what the unit itself makes sense of: an angle of less than a turn, a way of less than 10 m.
-std::string other_unit(const dynamics::Joint<double>& joint, double value, double lower, double upper) {
-  struct Unit {
-    const char *name, *of;
-    double factor, least;
-  };
-  const bool slides = joint.type == dynamics::JointType::kPrismatic;
-  const Unit unit = slides ? Unit{"millimetres", " m", 1e-3, 10}
-                           : Unit{"degrees", " rad", std::acos(-1.0) / 180, 2 * std::acos(-1.0)};
-  const double meant = unit.factor * value;
-  const bool fits = dynamics::traits(joint.type).on_a_line && lower <= meant && meant <= upper;
-  if (!fits || std::abs(value) < unit.least) return "";
-  return std::string("; in ") + unit.name + "? " + plain_digits(value) + " " + unit.name + " are " +
-         plain_digits(meant) + unit.of;
-}
-
-}  // namespace
-
-void check_ends(const Task& task, const RatedParts& parts) {
-  const Problem& problem = task.problem;
-  const int n = task.scene.model.nq;
-  std::vector<std::string> faults;
-  const auto check = [&](const Eigen::VectorXd& state, const std::string& end, int i,
-                         const dynamics::Joint<double>* joint, const char* key) {
-    const double lower = problem.x.lower[i], upper = problem.x.upper[i];
-    const double rounding = 1e-12 * std::max(1.0, std::abs(state[i]));  // as check() of the problem takes it
-    if (!(state[i] < lower - rounding || state[i] > upper + rounding)) return;
-    faults.push_back(task.file + ": the " + end + " of \"" + problem.states[std::size_t(i)] + "\" is " +
-                     plain_digits(state[i]) + ", the robot's limits are " + plain_digits(lower) + " and " +
-                     plain_digits(upper) + "; expected a value within them, or '" + key +
-                     " none' in 'bounds'" + (joint ? other_unit(*joint, state[i], lower, upper) : ""));
-  };
-  for (const dynamics::Joint<double>& joint : task.scene.model.joints) {
-    for (const auto& [state, end] : {std::pair(&problem.start, "start"), std::pair(&problem.goal, "goal")}) {
-      if (parts.positions) check(*state, end, joint.idx_q, &joint, "positions");
-      if (parts.velocities) check(*state, end, n + joint.idx_v, nullptr, "velocities");
-    }
-  }
-  const auto check_clear = [&](const Eigen::VectorXd& state, const std::string& end) {
-    if (state.head(n).array().isNaN().any()) return;
-    for (const Surroundings::Pair& pair : task.around.apart) {
-      const double gap = clearance(task.scene.model, state.head(n), pair.a, pair.b);
-      if (gap >= pair.least) continue;
-      faults.push_back(task.file + ": at the " + end + " the clearance of \"" + pair.a.name + "\" and \"" +
-                       pair.b.name + "\" is " + plain_digits(gap) + " m, expected " +
-                       plain_digits(pair.least) + " m at least");
-    }
-  };
-  check_clear(problem.start, "start");
-  check_clear(problem.goal, "goal");
-  if (!faults.empty()) throw FileError(faults);
 }
 
 }  // namespace dyntape
