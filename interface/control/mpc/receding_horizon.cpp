@@ -134,7 +134,7 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
       last_.status = SolveStatus::kNotFinite;
       return i;
     }
-    last_ = system_ ? system_->solve(x) : of_model_->solve(x, options_.solver);
+    last_ = system_ ? system_->solve() : of_model_->solve(x, options_.solver);
     const bool is_small = largest_difference(x, last_.x) <= options_.solver.tolerance;
     x = last_.x;
     if (last_.status != SolveStatus::kSolved || (is_small && i > 0)) return i + 1;
