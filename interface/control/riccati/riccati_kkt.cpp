@@ -285,7 +285,7 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   const Index of_B = padded(basic);
   m.take(stage, shift);
   std::vector<Index>& place = work_.place;
-  place.resize(std::size_t(all));
+  place.resize(std::size_t(all + n));  // and room behind
   double* const weight = room(work_.weight, all);
   for (Index p = 0; p < all; ++p) {
     const Index variable = f.col[std::size_t(p)];
@@ -316,13 +316,29 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   // Columns of Q by some variables, for these.
   const auto add_columns_of = [&](const double* W, Index of_W, const std::vector<Index>& variables) {
     const Index count = Index(variables.size()), simple = in_order(variables.data(), count);
+    // Behind the simple ones: those that are not basic, then those that are.
+    Index* const order = place.data() + all;
+    Index *rest_end = order, *end = order;
+    for (Index i = simple; i < count; ++i) {
+      if (place[std::size_t(variables[std::size_t(i)])] >= 0) *rest_end++ = i;
+    }
+    end = rest_end;
+    for (Index i = simple; i < count; ++i) {
+      if (place[std::size_t(variables[std::size_t(i)])] < 0) *end++ = i;
+    }
     for (Index c = 0; c < count; ++c) {
       const double* const w = W + c * of_W;
       const Index j = variables[std::size_t(c)], to = place[std::size_t(j)];
-      double* const column = (to >= 0 ? S + to * pad : Y - (to + 1) * pad) + free;
+      double* const column = to >= 0 ? S + to * pad : Y - (to + 1) * pad;
       const double of_j = to >= 0 ? weight[j] : 1;
-      for (Index i = 0; i < simple; ++i) column[i] += of_j * (f.pivots[i] * w[i]);
-      for (Index i = simple; i < count; ++i) add_entry(variables[std::size_t(i)], j, w[i]);
+      for (Index i = 0; i < simple; ++i) column[free + i] += of_j * (f.pivots[i] * w[i]);
+      for (const Index* i = order; i != rest_end; ++i) {
+        const Index variable = variables[std::size_t(*i)];
+        column[place[std::size_t(variable)]] += of_j * (weight[variable] * w[*i]);
+      }
+      if (to >= 0) continue;
+      for (const Index* i = rest_end; i != end; ++i)
+        B[-(place[std::size_t(variables[std::size_t(*i)])] + 1) - (to + 1) * of_B] += w[*i];
     }
   };
   const Factor* const next = k + 1 < stages() ? &factors_[k + 1] : nullptr;
@@ -341,7 +357,7 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
     for (const Entry& e : m.H) add_entry(e.row, e.column, e.value);
     const Index count = Index(m.touched.size()), of_W = padded(count);
     double* const PC = room(work_.PC, of_C * count);
-    double* const CP = room(work_.CP, of_W * next_links);
+    double* const CP = room(work_.CP, of_W * of_C);
     double* const W = room(work_.W, of_W * count);
     const auto multiply = [&](double* to, const double* columns, Index stride) {
       for (Index j = 0; j < count; ++j) {
@@ -353,10 +369,12 @@ void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
       }
     };
     if (next) multiply(PC, next->P.data(), of_C);
-    for (Index i = 0; i < next_links; ++i) {
-      double* const column = CP + i * of_W;
-      for (Index j = 0; j < count; ++j) column[j] = PC[i + j * of_C];
-      std::fill(column + count, column + of_W, 0.0);
+    for (Index i = 0; i < of_C; i += kPad) {
+      for (Index j = 0; j < count; ++j) {
+        for (Index part = i; part < i + kPad; ++part) CP[j + part * of_W] = PC[part + j * of_C];
+      }
+      for (Index part = i; part < i + kPad; ++part)
+        std::fill(CP + count + part * of_W, CP + (part + 1) * of_W, 0.0);
     }
     multiply(W, CP, of_W);
     add_columns_of(W, of_W, m.touched);
@@ -404,12 +422,20 @@ void RiccatiKkt::take_cost_to_go(Factor& f, Index links) {
     std::fill(f.L.data() + j * pad, f.L.data() + j * pad + j, 0.0);
     std::copy(S + j * pad + j, S + j * pad + pad, f.L.data() + j * pad + j);
   }
-  resize(f.P, padded(links), links);
+  const Index of_P = padded(links);
+  resize(f.P, of_P, links);
+  double* const P = f.P.data();
   for (Index j = 0; j < links; ++j) {
-    for (Index i = j; i < links; ++i) {
-      double spring = 0;
-      for (Index r = 0; r < left; ++r) spring += f.R(r, i) * f.R(r, j);
-      f.P(i, j) = f.P(j, i) = S[free + i + (free + j) * pad] + kSpring * spring;
+    const double* const column = S + (free + j) * pad + free;
+    std::copy(column + j, column + links, P + j + j * of_P);
+    for (Index r = 0; r < left; ++r) {
+      for (Index i = j; i < links; ++i) P[i + j * of_P] += kSpring * f.R(r, i) * f.R(r, j);
+    }
+  }
+  for (Index first = 0; first < links; first += kPad) {  // above the diagonal
+    const Index end = std::min(first + kPad, links);
+    for (Index j = 0; j < end; ++j) {
+      for (Index i = std::max(first, j + 1); i < end; ++i) P[j + i * of_P] = P[i + j * of_P];
     }
   }
 }
