@@ -6,8 +6,8 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/ipopt/ipopt.h>
 #include <dyntape/interface/control/ipopt/rounds.h>
+#include <dyntape/interface/control/nlp/lifted_nlp.h>
 #include <dyntape/interface/control/riccati/interior_point.h>
-#include <dyntape/interface/control/riccati/lifted_nlp.h>
 
 namespace dyntape {
 

@@ -25,32 +25,23 @@ bool EqualityQp::fits(const NlpShape& shape) {
   return true;
 }
 
-EqualityQp::EqualityQp(QpSubproblem& model)
-    : model_(model),
-      kkt_(model, true),
-      gradient_(model.shape().n()),
-      jacobian_(model.shape().jacobian.nnz()),
-      hessian_(model.shape().hessian.nnz()),
-      g_(model.shape().m()) {
-  const auto n = Eigen::Index(gradient_.size()), m = Eigen::Index(g_.size());
+EqualityQp::EqualityQp(QpSubproblem& model) : model_(model), kkt_(model, true) {
+  const auto n = Eigen::Index(model.shape().n()), m = Eigen::Index(model.shape().m());
   for (KktVector* v : {&right_, &step_}) v->x.setZero(n), v->s.setZero(m), v->c.setZero(m);
   diagonal_.sigma_x.setZero(n), diagonal_.sigma_s.setZero(m);
 }
 
-NlpSolution EqualityQp::solve(const std::vector<double>& x) {
+NlpSolution EqualityQp::solve() {
   const NlpShape& shape = model_.shape();
+  const std::vector<double>&x = model_.x(), &g = model_.g(), &gradient = model_.gradient();
   NlpSolution next;
   next.x = x;
-  next.lambda.assign(g_.size(), 0.0);
+  next.lambda.assign(g.size(), 0.0);
   next.lower_multiplier.assign(x.size(), 0.0), next.upper_multiplier.assign(x.size(), 0.0);
-  model_.gradient(x.data(), gradient_.data());
-  model_.jacobian(x.data(), jacobian_.data());
-  model_.hessian(x.data(), 1, nullptr, hessian_.data());
-  model_.constraints(x.data(), g_.data());
-  kkt_.set(jacobian_.data(), hessian_.data());
-  for (std::size_t i = 0; i < x.size(); ++i) right_.x[Eigen::Index(i)] = kkt_.is_fixed(i) ? 0 : -gradient_[i];
-  for (std::size_t j = 0; j < g_.size(); ++j)
-    right_.c[Eigen::Index(j)] = kkt_.kind(j) == RowKind::kFree ? 0 : shape.g_lower[j] - g_[j];
+  kkt_.set(model_.jacobian().data(), model_.hessian().data());
+  for (std::size_t i = 0; i < x.size(); ++i) right_.x[Eigen::Index(i)] = kkt_.is_fixed(i) ? 0 : -gradient[i];
+  for (std::size_t j = 0; j < g.size(); ++j)
+    right_.c[Eigen::Index(j)] = kkt_.kind(j) == RowKind::kFree ? 0 : shape.g_lower[j] - g[j];
   has_factor_ = kkt_.factor(diagonal_);
   next.status = SolveStatus::kStepFailed;
   if (has_factor_) {
@@ -62,7 +53,7 @@ NlpSolution EqualityQp::solve(const std::vector<double>& x) {
     }
   }
   model_.objective(next.x.data(), next.objective);
-  next.g.resize(g_.size());
+  next.g.resize(g.size());
   model_.constraints(next.x.data(), next.g.data());
   return next;
 }

@@ -6,7 +6,7 @@
 //   QpSubproblem model(nlp);
 //   if (EqualityQp::fits(nlp.shape())) ...
 //   EqualityQp qp(model);
-//   if (model.expand(x, lambda)) NlpSolution next = qp.solve(x);             // x + dx, and the multipliers there
+//   if (model.expand(x, lambda)) NlpSolution next = qp.solve();              // x + dx, and the multipliers there
 //
 //   H dx + J^T lambda = - grad f,     J dx = - (g - what g is to be)
 //
@@ -28,7 +28,7 @@ class EqualityQp {
 
   explicit EqualityQp(QpSubproblem& model);
 
-  NlpSolution solve(const std::vector<double>& x);
+  NlpSolution solve();  // from the point that the model is of
 
   // As StructuredInteriorPoint's, of the last step.
   Eigen::MatrixXd derivatives(const std::vector<std::size_t>& held);
@@ -36,7 +36,6 @@ class EqualityQp {
  private:
   QpSubproblem& model_;
   StagewiseKkt kkt_;
-  std::vector<double> gradient_, jacobian_, hessian_, g_;
   KktVector right_, step_;
   KktDiagonal diagonal_;
   bool has_factor_ = false;

@@ -20,6 +20,11 @@ class QpSubproblem : public Nlp {
 
   // False where the program has no finite values or derivatives at x (n), with lambda (m).
   bool expand(const std::vector<double>& x, const std::vector<double>& lambda);
+  const std::vector<double>& x() const { return x_; }  // of the point, and what the program is there
+  const std::vector<double>& g() const { return g_; }
+  const std::vector<double>& gradient() const { return gradient_; }
+  const std::vector<double>& jacobian() const { return jacobian_; }
+  const std::vector<double>& hessian() const { return hessian_; }
   // Where the program's bounds have changed.
   void take_bounds();
 

@@ -5,6 +5,8 @@
 #include <array>
 #include <chrono>
 #include <cmath>
+#include <map>
+#include <mutex>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/solve/refine.h>
@@ -30,6 +32,24 @@ const Problem& checked(const Problem& problem) {
     if (std::isnan(problem.start[i]))
       refuse("the start of \"" + problem.states[std::size_t(i)] + "\" is free, expected a state to begin at");
   }
+  return problem;
+}
+
+// A first guess that each step asks for at the same times: it may be what holds a robot, which takes its dynamics.
+Problem with_remembered_guess(Problem problem) {
+  if (!problem.guess) return problem;
+  struct Known {
+    std::function<Stage<double>(double t)> guess;
+    std::map<double, Stage<double>> stages;
+    std::mutex mutex;
+  };
+  const auto known = std::make_shared<Known>();
+  known->guess = std::move(problem.guess);
+  problem.guess = [known](double t) {
+    const std::lock_guard<std::mutex> lock(known->mutex);
+    const auto at = known->stages.find(t);
+    return at != known->stages.end() ? at->second : known->stages.emplace(t, known->guess(t)).first->second;
+  };
   return problem;
 }
 
@@ -105,7 +125,9 @@ Eigen::VectorXd Plan::control(double t, const Eigen::VectorXd& x) const {
 }
 
 RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& options)
-    : options_(options), values_(checked(problem)), program_(discretize(problem, options.mesh)) {
+    : options_(options),
+      values_(with_remembered_guess(checked(problem))),
+      program_(discretize(values_, options.mesh)) {
   if (options.iterations < 0)
     throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.iterations) +
                         " iterations a step, expected 0 (until it is solved) or more");
@@ -134,7 +156,7 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
       last_.status = SolveStatus::kNotFinite;
       return i;
     }
-    last_ = system_ ? system_->solve(x) : of_model_->solve(x, options_.solver);
+    last_ = system_ ? system_->solve() : of_model_->solve(x, options_.solver);
     const bool is_small = largest_difference(x, last_.x) <= options_.solver.tolerance;
     x = last_.x;
     if (last_.status != SolveStatus::kSolved || (is_small && i > 0)) return i + 1;

@@ -30,6 +30,10 @@ void multiply(std::vector<double>& values, const std::vector<double>& factors) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] *= factors[i];
 }
 
+void multiply(double* values, const std::vector<double>& factors) {
+  for (std::size_t i = 0; i < factors.size(); ++i) values[i] *= factors[i];
+}
+
 void divide(std::vector<double>& values, const std::vector<double>& divisors) {
   for (std::size_t i = 0; i < values.size(); ++i) values[i] /= divisors[i];
 }
@@ -55,6 +59,11 @@ ScaledNlp::ScaledNlp(Nlp& nlp, NlpScaling scaling) : nlp_(nlp), shape_(nlp.shape
   scale_.x = powers_of_two(std::move(scaling.x), shape_.n(), "variables");
   scale_.g = powers_of_two(std::move(scaling.g), shape_.m(), "constraints");
   take_bounds();
+  for (const double unit : scale_.x) of_gradient_.push_back(unit / scale_.objective);
+  for (std::size_t k = 0; k < shape_.jacobian.nnz(); ++k)
+    of_jacobian_.push_back(scale_.x[shape_.jacobian.col[k]] / scale_.g[shape_.jacobian.row[k]]);
+  for (std::size_t k = 0; k < shape_.hessian.nnz(); ++k)
+    of_hessian_.push_back(scale_.x[shape_.hessian.row[k]] * scale_.x[shape_.hessian.col[k]]);
   x_.resize(shape_.n());
   lambda_.resize(shape_.m());
 }
@@ -102,7 +111,7 @@ bool ScaledNlp::objective(const double* x, double& value) {
 
 bool ScaledNlp::gradient(const double* x, double* gradient) {
   if (!nlp_.gradient(own(x), gradient)) return false;
-  for (std::size_t i = 0; i < x_.size(); ++i) gradient[i] *= scale_.x[i] / scale_.objective;
+  multiply(gradient, of_gradient_);
   return true;
 }
 
@@ -114,20 +123,14 @@ bool ScaledNlp::constraints(const double* x, double* g) {
 
 bool ScaledNlp::jacobian(const double* x, double* nonzeros) {
   if (!nlp_.jacobian(own(x), nonzeros)) return false;
-  const Pattern& pattern = shape_.jacobian;
-  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-    nonzeros[k] *= scale_.x[pattern.col[k]] / scale_.g[pattern.row[k]];
-  }
+  multiply(nonzeros, of_jacobian_);
   return true;
 }
 
 bool ScaledNlp::hessian(const double* x, double sigma, const double* lambda, double* nonzeros) {
   for (std::size_t j = 0; j < lambda_.size(); ++j) lambda_[j] = lambda[j] / scale_.g[j];
   if (!nlp_.hessian(own(x), sigma / scale_.objective, lambda_.data(), nonzeros)) return false;
-  const Pattern& pattern = shape_.hessian;
-  for (std::size_t k = 0; k < pattern.nnz(); ++k) {
-    nonzeros[k] *= scale_.x[pattern.row[k]] * scale_.x[pattern.col[k]];
-  }
+  multiply(nonzeros, of_hessian_);
   return true;
 }
 

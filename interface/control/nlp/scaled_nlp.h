@@ -43,7 +43,8 @@ class ScaledNlp : public Nlp {
   Nlp& nlp_;
   NlpScaling scale_;
   NlpShape shape_;
-  std::vector<double> x_, lambda_;  // in the program's own units
+  std::vector<double> of_gradient_, of_jacobian_, of_hessian_;  // what non-zeros are multiplied with
+  std::vector<double> x_, lambda_;                              // in the program's own units
 };
 
 }  // namespace dyntape

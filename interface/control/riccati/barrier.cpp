@@ -22,7 +22,11 @@ double inside(double value, double lower, double upper, double push) {
 }  // namespace
 
 Barrier::Barrier(Nlp& nlp, const StagewiseKkt& kkt)
-    : nlp_(nlp), kkt_(kkt), n_(Eigen::Index(nlp.shape().n())), m_(Eigen::Index(nlp.shape().m())) {}
+    : nlp_(nlp), kkt_(kkt), n_(Eigen::Index(nlp.shape().n())), m_(Eigen::Index(nlp.shape().m())) {
+  for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+    if (!moves(i)) still_.push_back(i);
+  }
+}
 
 void Barrier::set_bounds(double relaxation) {
   const NlpShape& shape = nlp_.shape();
@@ -36,6 +40,10 @@ void Barrier::set_bounds(double relaxation) {
   }
   for (std::size_t j = 0; j < shape.m(); ++j) {
     if (kkt_.kind(j) == RowKind::kInequality) set(n_ + Eigen::Index(j), shape.g_lower[j], shape.g_upper[j]);
+  }
+  bounded_.clear();
+  for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+    if (lower_[i] > -HUGE_VAL || upper_[i] < HUGE_VAL) bounded_.push_back(i);
   }
 }
 
@@ -77,7 +85,7 @@ bool Barrier::evaluate(BarrierPoint& point) {
 
 double Barrier::value(const BarrierPoint& point, double mu) const {
   double sum = 0;
-  for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+  for (const Eigen::Index i : bounded_) {
     if (lower_[i] > -HUGE_VAL) sum += std::log(point.w[i] - lower_[i]);
     if (upper_[i] < HUGE_VAL) sum += std::log(upper_[i] - point.w[i]);
   }
@@ -86,7 +94,7 @@ double Barrier::value(const BarrierPoint& point, double mu) const {
 
 void Barrier::slope(const Eigen::VectorXd& w, double mu, Eigen::VectorXd& slope) const {
   slope.setZero(n_ + m_);
-  for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+  for (const Eigen::Index i : bounded_) {
     if (lower_[i] > -HUGE_VAL) slope[i] -= mu / (w[i] - lower_[i]);
     if (upper_[i] < HUGE_VAL) slope[i] += mu / (upper_[i] - w[i]);
   }
@@ -94,7 +102,7 @@ void Barrier::slope(const Eigen::VectorXd& w, double mu, Eigen::VectorXd& slope)
 
 double Barrier::longest(const Eigen::VectorXd& w, const Eigen::VectorXd& step, double tau) const {
   double length = 1;
-  for (Eigen::Index i = 0; i < n_ + m_; ++i) {
+  for (const Eigen::Index i : bounded_) {
     if (step[i] < 0 && lower_[i] > -HUGE_VAL) length = std::min(length, tau * (lower_[i] - w[i]) / step[i]);
     if (step[i] > 0 && upper_[i] < HUGE_VAL) length = std::min(length, tau * (upper_[i] - w[i]) / step[i]);
   }
@@ -103,7 +111,7 @@ double Barrier::longest(const Eigen::VectorXd& w, const Eigen::VectorXd& step, d
 
 void BoundMultipliers::begin(const Barrier& barrier, const Eigen::VectorXd& w, double mu, double most) {
   lower.setZero(w.size()), upper.setZero(w.size());
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  for (const Eigen::Index i : barrier.bounded()) {
     if (barrier.lower()[i] > -HUGE_VAL) lower[i] = std::min(most, mu / (w[i] - barrier.lower()[i]));
     if (barrier.upper()[i] < HUGE_VAL) upper[i] = std::min(most, mu / (barrier.upper()[i] - w[i]));
   }
@@ -125,7 +133,7 @@ double BoundMultipliers::take_over(const Barrier& barrier, const Eigen::VectorXd
     bound_multiplier = std::max(value, least / std::max(1.0, distance));
   };
   const auto n = std::size_t(barrier.n());
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  for (const Eigen::Index i : barrier.bounded()) {
     const auto at = std::size_t(i);
     if (barrier.lower()[i] > -HUGE_VAL)
       take(lower[i], at < n ? earlier.lower_multiplier[at] : -earlier.lambda[at - n],
@@ -139,7 +147,8 @@ double BoundMultipliers::take_over(const Barrier& barrier, const Eigen::VectorXd
 
 void BoundMultipliers::curve(const Barrier& barrier, const Eigen::VectorXd& w, KktDiagonal& diagonal) const {
   const Eigen::Index n = barrier.n();
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  diagonal.sigma_x.setZero(n), diagonal.sigma_s.setZero(barrier.m());
+  for (const Eigen::Index i : barrier.bounded()) {
     double sigma = 0;
     if (barrier.lower()[i] > -HUGE_VAL) sigma += lower[i] / (w[i] - barrier.lower()[i]);
     if (barrier.upper()[i] < HUGE_VAL) sigma += upper[i] / (barrier.upper()[i] - w[i]);
@@ -150,7 +159,7 @@ void BoundMultipliers::curve(const Barrier& barrier, const Eigen::VectorXd& w, K
 void BoundMultipliers::step(const Barrier& barrier, const Eigen::VectorXd& w, const Eigen::VectorXd& w_step,
                             double mu) {
   lower_step.setZero(w.size()), upper_step.setZero(w.size());
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  for (const Eigen::Index i : barrier.bounded()) {
     if (barrier.lower()[i] > -HUGE_VAL)
       lower_step[i] = (mu - lower[i] * w_step[i]) / (w[i] - barrier.lower()[i]) - lower[i];
     if (barrier.upper()[i] < HUGE_VAL)
@@ -161,7 +170,7 @@ void BoundMultipliers::step(const Barrier& barrier, const Eigen::VectorXd& w, co
 double BoundMultipliers::mean_product(const Barrier& barrier, const Eigen::VectorXd& w) const {
   double sum = 0;
   int bounds = 0;
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  for (const Eigen::Index i : barrier.bounded()) {
     if (barrier.lower()[i] > -HUGE_VAL) sum += lower[i] * (w[i] - barrier.lower()[i]), ++bounds;
     if (barrier.upper()[i] < HUGE_VAL) sum += upper[i] * (barrier.upper()[i] - w[i]), ++bounds;
   }
@@ -180,7 +189,7 @@ double BoundMultipliers::longest(double tau) const {
 void BoundMultipliers::move(const Barrier& barrier, const Eigen::VectorXd& w, double length, double mu) {
   constexpr double kKappaSigma = 1e10;
   lower += length * lower_step, upper += length * upper_step;
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  for (const Eigen::Index i : barrier.bounded()) {
     const auto keep = [&](double& bound_multiplier, double distance) {
       bound_multiplier =
           std::clamp(bound_multiplier, mu / distance / kKappaSigma, mu / distance * kKappaSigma);

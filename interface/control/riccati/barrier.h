@@ -35,8 +35,10 @@ class Barrier {
   bool moves(Eigen::Index i) const {
     return i < n_ ? !kkt_.is_fixed(std::size_t(i)) : kkt_.kind(std::size_t(i - n_)) == RowKind::kInequality;
   }
+  const std::vector<Eigen::Index>& still() const { return still_; }  // entries that do not
   const Eigen::VectorXd& lower() const { return lower_; }
   const Eigen::VectorXd& upper() const { return upper_; }
+  const std::vector<Eigen::Index>& bounded() const { return bounded_; }  // entries of w that have a bound
 
   // From the program's variables, moved into the bounds' inside by at least `push` of their size or their distance.
   // False where the program has no value there.
@@ -54,6 +56,7 @@ class Barrier {
   const StagewiseKkt& kkt_;
   Eigen::Index n_, m_;
   Eigen::VectorXd lower_, upper_;
+  std::vector<Eigen::Index> bounded_, still_;
 };
 
 // Multipliers of the bounds of w, and their Newton steps.

@@ -52,35 +52,32 @@ bool BarrierMode::update(double error, bool is_stalled) {
 QualityFunction::QualityFunction(const Barrier& barrier, const Eigen::VectorXd& w,
                                  const BoundMultipliers& multipliers, const Eigen::VectorXd& affine,
                                  const Eigen::VectorXd& centring) {
+  std::vector<double> numbers;
   const auto add = [&](double multiplier, double distance, double sign, Eigen::Index i) {
-    const double a = sign * affine[i], c = sign * centring[i];
-    bounds_.push_back({distance, a, c, multiplier, -multiplier * a / distance - multiplier,
-                       (1 - multiplier * c) / distance});
-    mean_ += multiplier * distance;
+    const double a = sign * affine[i] / distance, c = sign * centring[i] / distance;
+    // Parts of a distance and of a multiplier that a step takes.
+    const double of_multiplier = 1 / (distance * multiplier) - c;
+    numbers.insert(numbers.end(), {distance * multiplier, a, c, -a - 1, of_multiplier});
   };
-  for (Eigen::Index i = 0; i < w.size(); ++i) {
+  for (const Eigen::Index i : barrier.bounded()) {
     if (barrier.lower()[i] > -HUGE_VAL) add(multipliers.lower[i], w[i] - barrier.lower()[i], 1, i);
     if (barrier.upper()[i] < HUGE_VAL) add(multipliers.upper[i], barrier.upper()[i] - w[i], -1, i);
   }
-  if (!bounds_.empty()) mean_ /= double(bounds_.size());
+  bounds_ =
+      Eigen::Map<const Eigen::ArrayXXd>(numbers.data(), 5, Eigen::Index(numbers.size()) / 5).transpose();
+  if (bounds_.rows() > 0) mean_ = bounds_.col(0).sum() / double(bounds_.rows());
 }
 
 double QualityFunction::value(double mu, double dual, double primal, double tau) const {
-  double primal_step = 1, dual_step = 1;
-  for (const Bound& b : bounds_) {
-    const double distance = b.distance_affine + mu * b.distance_centring,
-                 multiplier = b.multiplier_affine + mu * b.multiplier_centring;
-    if (-distance * primal_step > tau * b.distance) primal_step = -tau * b.distance / distance;
-    if (-multiplier * dual_step > tau * b.multiplier) dual_step = -tau * b.multiplier / multiplier;
-  }
-  double products = 0;
-  for (const Bound& b : bounds_) {
-    const double distance = b.distance + primal_step * (b.distance_affine + mu * b.distance_centring),
-                 multiplier = b.multiplier + dual_step * (b.multiplier_affine + mu * b.multiplier_centring);
-    products += (distance * multiplier) * (distance * multiplier);
-  }
+  const auto product = bounds_.col(0);
+  const auto distance = bounds_.col(1) + mu * bounds_.col(2),
+             multiplier = bounds_.col(3) + mu * bounds_.col(4);
+  const auto step = [&](double shrinks) { return shrinks > tau ? tau / shrinks : 1.0; };
+  const double primal_step = step(-distance.minCoeff()), dual_step = step(-multiplier.minCoeff());
+  const double products =
+      (product * (1 + primal_step * distance) * (1 + dual_step * multiplier)).square().sum();
   return (1 - dual_step) * (1 - dual_step) * dual + (1 - primal_step) * (1 - primal_step) * primal +
-         products / double(bounds_.size());
+         products / double(bounds_.rows());
 }
 
 double QualityFunction::minimum(double dual, double primal, double tau, double least, double most) const {

@@ -57,15 +57,11 @@ class QualityFunction {
   double minimum(double dual, double primal, double tau, double least, double most) const;
 
  private:
-  // A bound: its distance and its multiplier, and how a step changes them.
-  struct Bound {
-    double distance, distance_affine, distance_centring;
-    double multiplier, multiplier_affine, multiplier_centring;
-  };
   double value(double mu, double dual, double primal, double tau) const;
 
-  std::vector<Bound> bounds_;
-  double mean_ = 0;  // of the products
+  // A row a bound: the product of distance and multiplier, and by how much of itself either grows, affinely and by mu.
+  Eigen::ArrayXXd bounds_;  // (bounds x 5)
+  double mean_ = 0;         // of the products
 };
 
 }  // namespace dyntape

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cmath>
 
 #include <dyntape/autodiff/processor.h>
 
@@ -44,8 +45,11 @@ constexpr int kRegisters = kOfRegister == kPad ? 1 : 2;
 constexpr Eigen::Index kRows = kRegisters * kOfRegister;
 
 // Where the factors of a column's entries lie: kColumns: in a column of B; kRows: in a row of it, of a product with its transpose;
-// kMinusRows: that product is taken off.
-enum class Factors { kColumns, kRows, kMinusRows };
+// kMinusColumns, kMinusRows: that product is taken off.
+enum class Factors { kColumns, kMinusColumns, kRows, kMinusRows };
+constexpr bool are_of_columns(Factors factors) {
+  return factors == Factors::kColumns || factors == Factors::kMinusColumns;
+}
 
 template <int columns, Factors factors>
 void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict A, Eigen::Index of_A,
@@ -59,9 +63,9 @@ void add_block(double* __restrict C, Eigen::Index of_C, const double* __restrict
     for (int r = 0; r < kRegisters; ++r)
       a[r] = *reinterpret_cast<const Register*>(A + k * of_A + r * kOfRegister);
     for (int c = 0; c < columns; ++c) {
-      const double b = factors == Factors::kColumns ? B[k + c * of_B] : B[k * of_B + c];
+      const double b = are_of_columns(factors) ? B[k + c * of_B] : B[k * of_B + c];
       for (int r = 0; r < kRegisters; ++r) {
-        if constexpr (factors == Factors::kMinusRows)
+        if constexpr (factors == Factors::kMinusRows || factors == Factors::kMinusColumns)
           sum[c][r] -= a[r] * b;
         else
           sum[c][r] += a[r] * b;
@@ -106,7 +110,7 @@ inline bool are_finite(const double* a, Eigen::Index n) {
 template <Factors factors = Factors::kColumns>
 void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
                  Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
-  const Eigen::Index next = factors == Factors::kColumns ? of_B : 1;
+  const Eigen::Index next = are_of_columns(factors) ? of_B : 1;
   for (Eigen::Index i = 0; i < rows; i += kRows) {
     Eigen::Index j = 0;
     for (; j + 4 <= columns; j += 4)
@@ -120,10 +124,22 @@ void add_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_
 template <Factors factors = Factors::kColumns>
 void add_symmetric_product(double* C, Eigen::Index of_C, const double* A, Eigen::Index of_A, const double* B,
                            Eigen::Index of_B, Eigen::Index rows, Eigen::Index count, Eigen::Index columns) {
-  const Eigen::Index next = factors == Factors::kColumns ? of_B : 1;
+  const Eigen::Index next = are_of_columns(factors) ? of_B : 1;
   for (Eigen::Index j = 0; j < columns; j += kPad)
     add_product<factors>(C + j + j * of_C, of_C, A + j, of_A, B + j * next, of_B, rows - j, count,
                          std::min(kPad, columns - j));
+}
+
+// The largest of |a_i|, n = padded(n) of them.
+inline double padded_largest(const double* a, Eigen::Index n) {
+  double most[kPad] = {};
+  for (Eigen::Index i = 0; i < n; i += kPad) {
+    for (int part = 0; part < kPad; ++part) {
+      const double size = std::abs(a[i + part]);
+      most[part] = size > most[part] ? size : most[part];
+    }
+  }
+  return *std::max_element(most, most + kPad);
 }
 
 inline double dot(const double* a, const double* b, Eigen::Index n) {

@@ -241,16 +241,12 @@ class StructuredInteriorPoint::Method {
   }
 
   void hold_still(KktVector& right) const {
-    for (Eigen::Index i = 0; i < n_ + m_; ++i) {
-      if (!barrier_.moves(i)) (i < n_ ? right.x[i] : right.s[i - n_]) = 0;
-    }
+    for (const Eigen::Index i : barrier_.still()) (i < n_ ? right.x[i] : right.s[i - n_]) = 0;
   }
   void set_right(double mu) {
     barrier_.slope(now_.w, mu, slope_);
+    right_.x = -slope_.head(n_) - optimality_.lagrangian();
     slope_.head(n_) += gradient_;  // of the barrier function
-    right_.x = slope_.head(n_);
-    kkt_.add_transposed(lambda_, right_.x);
-    right_.x = -right_.x;
     right_.s = lambda_ - slope_.tail(m_);
     right_.c = -now_.c;
     hold_still(right_);
@@ -313,12 +309,13 @@ class StructuredInteriorPoint::Method {
       return along < 0 && alpha * std::pow(-along, kSPhi) > kDelta * std::pow(theta, kSTheta) &&
              theta <= filter_.least_theta;
     };
-    const auto is_descent = [&](double alpha, double trial_phi) {
-      return trial_phi - phi - kEta * alpha * along <= rounding * std::abs(phi);
+    const auto is_descent = [&](double alpha, double after) {
+      return after - phi - kEta * alpha * along <= rounding * std::abs(phi);
     };
     // Of a trial point: taken by the filter and better than this one.
+    double trial_phi = 0;
     const auto is_good = [&](const BarrierPoint& point, double alpha) {
-      const double trial_phi = barrier_.value(point, mu_);
+      trial_phi = barrier_.value(point, mu_);
       if (!std::isfinite(trial_phi) || !filter_.takes(point.sum, trial_phi)) return false;
       if (is_switching(alpha)) return is_descent(alpha, trial_phi);
       return point.sum <= (1 - kGammaTheta) * theta ||
@@ -327,7 +324,7 @@ class StructuredInteriorPoint::Method {
 
     int trials = 0;
     const auto take = [&](double alpha, const VectorXd& lambda_step) {
-      if (!is_switching(alpha) || !is_descent(alpha, barrier_.value(trial_, mu_))) filter_.add(theta, phi);
+      if (!is_switching(alpha) || !is_descent(alpha, trial_phi)) filter_.add(theta, phi);
       accept(alpha, dual, lambda_step);
       return Outcome{{}, alpha, dual, trials};
     };

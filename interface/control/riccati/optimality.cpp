@@ -14,15 +14,15 @@ void Optimality::look(const Eigen::VectorXd& gradient, const Eigen::VectorXd& la
                       const BoundMultipliers& multipliers) {
   const Eigen::Index n = barrier_.n(), m = barrier_.m();
   stationarity_.setZero(n + m);
-  scratch_ = gradient;
-  kkt_.add_transposed(lambda, scratch_);
-  stationarity_.head(n) = scratch_;
+  lagrangian_ = gradient;
+  kkt_.add_transposed(lambda, lagrangian_);
+  stationarity_.head(n) = lagrangian_;
   stationarity_.tail(m) = -lambda;
   stationarity_ += multipliers.upper - multipliers.lower;
   double sum = 0;
   int bounds = 0;
-  for (Eigen::Index i = 0; i < n + m; ++i) {
-    if (!barrier_.moves(i)) stationarity_[i] = 0;
+  for (const Eigen::Index i : barrier_.still()) stationarity_[i] = 0;
+  for (const Eigen::Index i : barrier_.bounded()) {
     if (barrier_.lower()[i] > -HUGE_VAL) sum += multipliers.lower[i], ++bounds;
     if (barrier_.upper()[i] < HUGE_VAL) sum += multipliers.upper[i], ++bounds;
   }
@@ -37,7 +37,7 @@ void Optimality::look(const Eigen::VectorXd& gradient, const Eigen::VectorXd& la
 OptimalityErrors Optimality::errors(const BarrierPoint& point, const BoundMultipliers& multipliers,
                                     double mu) const {
   double complementarity = 0;
-  for (Eigen::Index i = 0; i < point.w.size(); ++i) {
+  for (const Eigen::Index i : barrier_.bounded()) {
     const auto of = [&](double multiplier, double distance) {
       complementarity = std::max(complementarity, std::abs(multiplier * distance - mu));
     };

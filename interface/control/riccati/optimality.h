@@ -29,11 +29,12 @@ class Optimality {
             const BoundMultipliers& multipliers);
   OptimalityErrors errors(const BarrierPoint& point, const BoundMultipliers& multipliers, double mu) const;
   const Eigen::VectorXd& stationarity() const { return stationarity_; }  // (n + m)
+  const Eigen::VectorXd& lagrangian() const { return lagrangian_; }      // (n) grad f + J^T lambda
 
  private:
   const Barrier& barrier_;
   const StagewiseKkt& kkt_;
-  Eigen::VectorXd stationarity_, scratch_;
+  Eigen::VectorXd stationarity_, lagrangian_;
   double dual_ = 0, dual_scale_ = 1, multiplier_scale_ = 1;
 };
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Matrices are small, so what counts is that all that moves lies side by side: everything is sums of columns, and rows of the
-// problem are stored as columns.
+// The factorisation; solves are in riccati_sweeps.cpp.  Matrices are small, so what counts is that all that moves lies side by side:
+// everything is sums of columns, and rows of the problem are stored as columns.
 #include <dyntape/interface/control/riccati/riccati_kkt.h>
 
 #include <cmath>
+#include <numeric>
 
 #include <dyntape/interface/control/riccati/columns.h>
 
@@ -14,6 +15,7 @@ using namespace columns;
 
 namespace {
 
+using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
@@ -21,9 +23,25 @@ using Eigen::VectorXd;
 // 1 / p^2: below this no digit of what is free would be left.  Least time has such pivots at its optimum, as multipliers of its last
 // rows cancel there.  Rows of the stage itself come first, so that theirs leave nothing.
 constexpr double kDependentLink = 1e-7, kDependent = 1e-11;
-constexpr double kMuch = 0.01;    // the same: enough to be solved for
-constexpr double kFlat = 1e-14;   // of its entry: what is left of a variable that has no curvature of its own
-constexpr double kSpring = 1e10;  // what rows without a variable of their own cost, squared and halved
+constexpr double kMuch = 0.01;   // the same: enough to be solved for
+constexpr double kFlat = 1e-14;  // of its entry: what is left of a variable that has no curvature of its own
+constexpr Index kSmall = 16;     // variables of a stage: zeros among them are not worth a look
+
+// Room for so many numbers, what they are being nobody's.
+double* room(std::vector<double>& numbers, Index count) {
+  if (Index(numbers.size()) < count) numbers.resize(std::size_t(count));
+  return numbers.data();
+}
+double* zeros(std::vector<double>& numbers, Index count) {
+  double* const first = room(numbers, count);
+  std::fill(first, first + count, 0.0);
+  return first;
+}
+// What is behind the rows is zero.
+void resize(MatrixXd& matrix, Index rows, Index columns) {
+  if (matrix.rows() != rows || matrix.cols() != columns) matrix.setZero(rows, columns);
+}
+
 }  // namespace
 
 RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links)
@@ -33,404 +51,408 @@ RiccatiKkt::RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links)
       first_row_{0},
       puts_in_links_(puts_in_links) {
   for (std::size_t k = 0; k < sizes.size(); ++k) {
-    const Eigen::Index n = sizes[k].variables, links = sizes[k].links;
-    const Eigen::Index next = k + 1 < sizes.size() ? sizes[k + 1].links : 0;
+    const Index n = sizes[k].variables, links = sizes[k].links;
+    const Index next = k + 1 < sizes.size() ? sizes[k + 1].links : 0;
     stages_[k] = {MatrixXd::Zero(n, n), MatrixXd::Zero(next, n), Rows::Zero(sizes[k].rows, n),
                   Rows::Zero(links, n)};
     first_variable_.push_back(first_variable_.back() + n);
     first_row_.push_back(first_row_.back() + links + sizes[k].rows);
   }
+  find_structure(true);
 }
 
-// Links that say one variable each by the stage before, as steps forward do, come first: solved for, they leave all other
-// rows as they are.  Then the rows of the stage itself, then other links.
-void RiccatiKkt::order_rows(Factor& f, const Stage& s, bool puts_in) {
-  const Eigen::Index n = s.H.rows(), links = s.D.rows(), rows = links + s.G.rows();
-  f.row.clear(), f.col.clear();
-  std::vector<Eigen::Index> others;
-  std::vector<bool> is_taken(std::size_t(n), false);
-  for (Eigen::Index r = 0; r < links; ++r) {
-    const double* const row = s.D.data() + r * n;
-    Eigen::Index count = 0, at = 0;
-    for (Eigen::Index i = 0; puts_in && i < n && count < 2; ++i) {
-      if (row[i] != 0) ++count, at = i;
+void RiccatiKkt::take_structure() { find_structure(false); }
+
+// Links that say one variable each by the stage before, as steps forward do, are solved for first where no row of the stage itself may
+// need that variable.
+void RiccatiKkt::find_structure(bool all) {
+  for (std::size_t k = 0; k < stages(); ++k) {
+    const Stage& s = stages_[k];
+    factors_[k].matrices.find(s, all);
+    std::vector<Single>& singles = factors_[k].singles;
+    singles.clear();
+    if (all || (s.G.rows() > 0 && !puts_in_links_)) continue;
+    std::vector<bool> is_taken(std::size_t(s.D.cols()), false);
+    for (Index r = 0; r < s.D.rows(); ++r) {
+      Index count = 0, at = 0;
+      for (Index i = 0; i < s.D.cols(); ++i) {
+        if (s.D(r, i) != 0) ++count, at = i;
+      }
+      if (count != 1 || is_taken[std::size_t(at)]) continue;
+      is_taken[std::size_t(at)] = true;
+      singles.push_back({r, at});
     }
-    if (count != 1 || is_taken[std::size_t(at)]) {
-      others.push_back(r);
-      continue;
-    }
-    is_taken[std::size_t(at)] = true;
-    f.row.push_back(r), f.col.push_back(at);
   }
-  f.carried = Eigen::Index(f.row.size());
-  for (Eigen::Index r = links; r < rows; ++r) f.row.push_back(r);
-  f.row.insert(f.row.end(), others.begin(), others.end());
-  for (Eigen::Index i = 0; i < n; ++i) {
-    if (!is_taken[std::size_t(i)]) f.col.push_back(i);
-  }
-  for (Eigen::Index i = n; i < f.M.rows(); ++i) f.col.push_back(i);
 }
 
-// The cost of a stage with all behind it, and its rows.
-void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
+void RiccatiKkt::Matrices::find(const Stage& s, bool all) {
+  const Index n = s.H.cols(), links = s.C.rows();
+  touched.clear(), H.clear(), C.clear(), C_begin.assign(1, 0);
+  for (Index j = 0; j < n && !all; ++j) {
+    for (Index i = 0; i < n; ++i) {
+      if (i == j || s.H(i, j) != 0) H.push_back({std::uint32_t(i), std::uint32_t(j), 0});
+    }
+    for (Index i = 0; i < links; ++i) {
+      if (s.C(i, j) != 0) C.push_back({std::uint32_t(i), std::uint32_t(j), 0});
+    }
+    if (C.size() > C_begin.back()) touched.push_back(j), C_begin.push_back(C.size());
+  }
+  are_columns = all || n <= kSmall || 3 * Index(H.size() + C.size()) > n * (n + links);
+  if (!are_columns) return;
+  touched.resize(std::size_t(n));
+  std::iota(touched.begin(), touched.end(), Index(0));
+}
+
+void RiccatiKkt::Matrices::take(const Stage& s, double shift) {
+  const Index n = s.H.cols(), links = s.C.rows();
+  if (!are_columns) {
+    for (Entry& e : H) e.value = s.H(e.row, e.column) + (e.row == e.column ? shift : 0);
+    for (Entry& e : C) e.value = s.C(e.row, e.column);
+    return;
+  }
+  const Index of_z = padded(n), of_link = padded(links);
+  resize(H_columns, of_z, n), resize(C_columns, of_link, n), resize(Ct, of_z, links);
+  for (Index j = 0; j < n; ++j) {
+    const double* const of_H = s.H.data() + j * n;
+    double* const column = H_columns.data() + j * of_z;
+    for (Index i = 0; i < n; ++i) column[i] = of_H[i];
+    column[j] += shift;
+    const double* const of_C = s.C.data() + j * links;
+    double* const to = C_columns.data() + j * of_link;
+    double* const row = Ct.data() + j;
+    for (Index i = 0; i < links; ++i) to[i] = row[i * of_z] = of_C[i];
+  }
+}
+
+// The order of rows and variables, and the rows: those of single links, of the stage itself, of other links.
+void RiccatiKkt::arrange(std::size_t k, double elastic) {
   const Stage& s = stages_[k];
   Factor& f = factors_[k];
-  const Eigen::Index n = s.H.rows(), links = s.D.rows(), own = links + s.G.rows();
-  const Eigen::Index all = n + (elastic > 0 ? own : 0);
-  const Factor* const next = k + 1 < stages_.size() ? &factors_[k + 1] : nullptr;
-  f.Q.resize(all, all);
-  f.M.resize(all, own);
-  if (all > n) {
-    f.Q.setZero(), f.M.setZero();
-    f.Q.diagonal().tail(own).setConstant(1 / elastic);
-    f.M.bottomLeftCorner(own, own).setIdentity();  // of rows in their order here
+  const Index n = s.H.cols(), links = s.D.rows(), rows = links + s.G.rows();
+  const Index all = n + (elastic > 0 ? rows : 0), pad = padded(all);
+  std::vector<Index>& is_said = work_.place;
+  is_said.assign(std::size_t(all), 0);
+  f.row.clear(), f.col.clear();
+  for (const Single& single : f.singles) {
+    if (elastic > 0 || s.D(single.link, single.variable) == 0) continue;
+    f.row.push_back(single.link), f.col.push_back(single.variable);
+    is_said[std::size_t(single.variable)] = 1;
   }
-  f.Q.topLeftCorner(n, n) = s.H;
-  f.Q.diagonal().head(n).array() += shift;
-  order_rows(f, s, puts_in_links_ && elastic == 0);
-  for (Eigen::Index r = 0; r < own; ++r) {
-    const Eigen::Index row = f.row[std::size_t(r)];
+  const Index carried = f.carried = Index(f.row.size());
+  for (Index r = links; r < rows; ++r) f.row.push_back(r);
+  for (Index r = 0, of_single = 0; r < links; ++r) {
+    if (of_single < carried && f.row[std::size_t(of_single)] == r)
+      ++of_single;
+    else
+      f.row.push_back(r);
+  }
+  for (Index i = 0; i < all; ++i) {
+    if (!is_said[std::size_t(i)]) f.col.push_back(i);
+  }
+  f.pivots.resize(carried);
+  for (Index i = 0; i < carried; ++i) f.pivots[i] = -1 / s.D(f.row[std::size_t(i)], f.col[std::size_t(i)]);
+
+  bool keep_order = true;  // of variables
+  for (Index i = 0; i < carried; ++i) keep_order &= f.col[std::size_t(i)] == i;
+  resize(f.M, pad, rows - carried);
+  work_.sizes.resize(rows - carried);
+  for (Index c = 0; c < rows - carried; ++c) {
+    const Index row = f.row[std::size_t(carried + c)];
     const double* const from = row < links ? s.D.data() + row * n : s.G.data() + (row - links) * n;
-    std::copy(from, from + n, f.M.data() + r * all);
-  }
-  if (!next) return;
-  // Q += C^T P C
-  for (Eigen::Index j = 0; j < n; ++j) {
-    double* const column = f.Q.data() + j * all;
-    for (std::size_t e = f.C_begin[std::size_t(j)]; e < f.C_begin[std::size_t(j) + 1]; ++e)
-      add(column, f.C[e].value, next->CP.data() + f.C[e].row * n, n);
+    double* const to = f.M.data() + c * pad;
+    if (keep_order)
+      std::copy(from, from + n, to);
+    else
+      for (Index i = 0; i < n; ++i) to[i] = from[f.col[std::size_t(i)]];
+    std::fill(to + n, to + pad, 0.0);
+    if (elastic > 0) to[n + c] = 1;
+    work_.sizes[c] = padded_largest(to, pad);
+    for (Index i = 0; i < carried; ++i) to[i] *= -f.pivots[i];
   }
 }
 
 // Each row is solved for the free variable that it weighs most, those of the stage before its links.  Rows of which others have
 // left little wait, as what is left of them has lost digits; those of which nothing is left are made up by others.
-void RiccatiKkt::eliminate_rows(Factor& f, Eigen::Index links) {
+void RiccatiKkt::eliminate_rows(Factor& f, Index links) {
   MatrixXd& M = f.M;
-  const Eigen::Index n = M.rows(), rows = M.cols();
-  const Eigen::Index carried = f.carried, own = carried + rows - links;
-  f.s.resize(rows);  // sizes of the rows
-  for (Eigen::Index r = 0; r < rows; ++r) f.s[r] = n > 0 ? M.col(r).cwiseAbs().maxCoeff() : 0;
-  if (carried > 0) order_variables(f);
+  VectorXd& sizes = work_.sizes;
+  const Index pad = M.rows(), all = Index(f.col.size()), carried = f.carried;
+  const Index count = M.cols(), own = Index(f.row.size()) - links,
+              most_steps = std::min(count, all - carried);
   f.rank = carried;
-  for (Eigen::Index step = carried; step < std::min(rows, n); ++step) {
-    Eigen::Index pivot = step, chosen = -1;
+  for (Index step = 0; step < most_steps; ++step) {
+    const Index at_step = carried + step;
+    Index pivot = at_step, chosen = -1;
     double most = kDependent;
-    const auto look_at = [&](Eigen::Index r) {
-      const double* const row = M.data() + r * n;
-      Eigen::Index at = step;
-      double largest = 0;
-      for (Eigen::Index i = step; i < n; ++i) {
-        if (std::abs(row[i]) > largest) largest = std::abs(row[i]), at = i;
-      }
-      if (largest > most * f.s[r]) most = largest / f.s[r], pivot = at, chosen = r;
+    const auto look_at = [&](Index c) {
+      const double* const row = M.data() + c * pad;
+      // What is before the step in its block of columns counts for nothing.
+      const Index first = (at_step + kPad - 1) / kPad * kPad;
+      double largest = first < pad ? padded_largest(row + first, pad - first) : 0;
+      for (Index i = at_step; i < std::min(first, all); ++i) largest = std::max(largest, std::abs(row[i]));
+      if (!(largest > most * sizes[c])) return;
+      most = largest / sizes[c], pivot = at_step, chosen = c;
+      while (std::abs(row[pivot]) != largest) ++pivot;
     };
-    for (Eigen::Index r = step; r < own && most < kMuch; ++r) look_at(r);
+    for (Index c = step; c < own && most < kMuch; ++c) look_at(c);
     if (chosen < 0) {
       most = kDependentLink;
-      for (Eigen::Index r = std::max(step, own); r < rows && most < kMuch; ++r) look_at(r);
+      for (Index c = std::max(step, own); c < count && most < kMuch; ++c) look_at(c);
     }
     if (chosen < 0) return;
     if (chosen != step) {
       M.col(chosen).swap(M.col(step));
-      std::swap(f.row[std::size_t(chosen)], f.row[std::size_t(step)]), std::swap(f.s[chosen], f.s[step]);
+      std::swap(f.row[std::size_t(carried + chosen)], f.row[std::size_t(at_step)]);
+      std::swap(sizes[chosen], sizes[step]);
     }
-    if (pivot != step) {
-      M.row(pivot).swap(M.row(step));
-      std::swap(f.col[std::size_t(pivot)], f.col[std::size_t(step)]);
+    if (pivot != at_step) {
+      M.row(pivot).swap(M.row(at_step));
+      std::swap(f.col[std::size_t(pivot)], f.col[std::size_t(at_step)]);
     }
-    const double* const row = M.data() + step * n;
-    const double inverse = 1 / row[step];
-    for (Eigen::Index r = step + 1; r < rows; ++r) {
-      double* const other = M.data() + r * n;
-      if (other[step] == 0) continue;
-      other[step] *= inverse;
-      add(other + step + 1, -other[step], row + step + 1, n - step - 1);
+    const double* const row = M.data() + step * pad;
+    const double inverse = 1 / row[at_step];
+    for (Index c = step + 1; c < count; ++c) {
+      double* const other = M.data() + c * pad;
+      if (other[at_step] == 0) continue;
+      other[at_step] *= inverse;
+      add(other + at_step + 1, -other[at_step], row + at_step + 1, all - at_step - 1);
     }
-    f.rank = step + 1;
+    f.rank = at_step + 1;
   }
 }
 
-// Variables in the order of f.col; carried ones are solved for.
-void RiccatiKkt::order_variables(Factor& f) {
-  const Eigen::Index n = f.M.rows(), rows = f.M.cols();
-  f.t.resize(n);
-  for (Eigen::Index r = 0; r < rows; ++r) {
-    double* const row = f.M.data() + r * n;
-    for (Eigen::Index i = 0; i < n; ++i) f.t[i] = row[f.col[std::size_t(i)]];
-    std::copy(f.t.data(), f.t.data() + n, row);
-  }
-  for (Eigen::Index r = f.carried; r < rows; ++r) {
-    for (Eigen::Index i = 0; i < f.carried; ++i) f.M(i, r) /= f.M(i, i);
-  }
-}
-
-// Free variables are minimised, kPad at a time: what is left is the cost to go.  False where they have no minimum.
-bool RiccatiKkt::minimise(Factor& f, Eigen::Index links) {
-  const Eigen::Index free = f.free, both = free + links, pad = f.S.rows();
-  double* const S = f.S.data();
-  for (Eigen::Index begin = 0; begin < free; begin += kPad) {
-    const Eigen::Index end = std::min(begin + kPad, free);
-    for (Eigen::Index j = begin; j < end; ++j) {
-      double* const column = S + j * pad;
-      const double pivot = column[j];
-      const double before = std::min(1.0, std::abs(f.Q(f.rank + j, f.rank + j)));  // but for springs
-      if (!(pivot > kFlat * before) || !std::isfinite(pivot)) return false;
-      const double inverse = 1 / std::sqrt(pivot);
-      for (Eigen::Index i = j; i < both; ++i) column[i] *= inverse;
-      for (Eigen::Index c = j + 1; c < end; ++c) add(S + c * pad + c, -column[c], column + c, both - c);
-    }
-    // Columns behind these: what is above the diagonal is nobody's.
-    const double* const columns = S + begin * pad;
-    add_product<Factors::kMinusRows>(S + begin + end * pad, pad, columns + begin, pad, columns + end, pad,
-                                     pad - begin, end - begin, both - end);
-  }
-  return true;
-}
-
-// False where what is free has no minimum.
-bool RiccatiKkt::eliminate(std::size_t k) {
-  Factor& f = factors_[k];
-  const Eigen::Index links = stages_[k].D.rows();
-  eliminate_rows(f, links);
-  const Eigen::Index n = f.M.rows(), rows = f.M.cols(), rank = f.rank;
-  const Eigen::Index free = f.free = n - rank, left = rows - rank, both = free + links, pad = padded(both);
+// X = - U11^-1 [ U12 | L11^-1 (rows that the link's are) ], transposed; what is left of the others is R.
+void RiccatiKkt::solve_rows(Factor& f, Index links) {
+  const Index of_M = f.M.rows(), all = Index(f.col.size()), carried = f.carried, rank = f.rank;
+  const Index basic = rank - carried, free = f.free = all - rank, left = f.M.cols() - basic;
+  const Index pad = padded(free + links);
   const double* const M = f.M.data();
-
-  // X = - U11^-1 [ U12 | L11^-1 (rows that the link's are) ], transposed; what is left of the others is R.
-  f.X.setZero(pad, rank);
+  f.X.setZero(pad, basic);
   f.R.setZero(left, links);
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    const Eigen::Index row = f.row[std::size_t(i)];
-    if (row < links) (i < rank ? f.X(free + row, i) : f.R(i - rank, row)) = 1;
+  for (Index c = 0; c < basic + left; ++c) {
+    const Index row = f.row[std::size_t(carried + c)];
+    if (row < links) (c < basic ? f.X(free + row, c) : f.R(c - basic, row)) = 1;
   }
   double* const X = f.X.data();
-  const Eigen::Index carried = f.carried;
-  for (Eigen::Index i = carried; i < rank; ++i) {
-    double* const column = X + i * pad;
-    for (Eigen::Index j = 0; j < carried; ++j) column[free + f.row[std::size_t(j)]] -= M[j + i * n];
-    for (Eigen::Index j = carried; j < i; ++j) {
-      const double factor = M[j + i * n];
-      if (factor != 0) add(column + free, -factor, X + j * pad + free, links);
+  const Index of_links = free / kPad * kPad;  // links begin behind it
+  for (Index begin = 0; begin < basic; begin += kPad) {
+    const Index end = std::min(begin + kPad, basic);
+    for (Index c = begin; c < end; ++c) {
+      double* const column = X + c * pad;
+      for (Index j = 0; j < carried; ++j) column[free + f.row[std::size_t(j)]] -= M[j + c * of_M];
+    }
+    add_product<Factors::kMinusColumns>(X + of_links + begin * pad, pad, X + of_links, pad,
+                                        M + carried + begin * of_M, of_M, pad - of_links, begin, end - begin);
+    for (Index c = begin; c < end; ++c) {
+      double* const column = X + c * pad + of_links;
+      for (Index j = begin; j < c; ++j)
+        add(column, -M[carried + j + c * of_M], X + j * pad + of_links, pad - of_links);
     }
   }
-  for (Eigen::Index i = 0; i < left; ++i) {
-    for (Eigen::Index j = 0; j < carried; ++j) f.R(i, f.row[std::size_t(j)]) -= M[j + (rank + i) * n];
-    for (Eigen::Index j = carried; j < rank; ++j) {
-      const double factor = M[j + (rank + i) * n];
+  for (Index i = 0; i < left; ++i) {
+    const double* const row = M + (basic + i) * of_M;
+    for (Index j = 0; j < carried; ++j) f.R(i, f.row[std::size_t(j)]) -= row[j];
+    for (Index j = 0; j < basic; ++j) {
+      const double factor = row[carried + j];
       if (factor == 0) continue;
-      for (Eigen::Index c = 0; c < links; ++c) f.R(i, c) -= factor * X[free + c + j * pad];
+      for (Index c = 0; c < links; ++c) f.R(i, c) -= factor * X[free + c + j * pad];
     }
   }
-  for (Eigen::Index i = carried; i < rank; ++i) std::copy(M + rank + i * n, M + n + i * n, X + i * pad);
-  for (Eigen::Index i = 0; i < carried; ++i) X[free + f.row[std::size_t(i)] + i * pad] = -1 / M[i + i * n];
-  for (Eigen::Index i = rank; i-- > carried;) {
-    double* const column = X + i * pad;
-    add_columns(column, column + pad, pad, M + i + 1 + i * n, rank - i - 1,
-                pad);  // their sign has changed already
-    const double inverse = -1 / M[i + i * n];
-    for (Eigen::Index c = 0; c < pad; ++c) column[c] *= inverse;
+  for (Index c = 0; c < basic; ++c) std::copy(M + rank + c * of_M, M + all + c * of_M, X + c * pad);
+  for (Index end = basic; end > 0;) {  // signs of columns behind the end have changed already
+    const Index begin = (end - 1) / kPad * kPad;
+    add_product(X + begin * pad, pad, X + end * pad, pad, M + carried + end + begin * of_M, of_M, pad,
+                basic - end, end - begin);
+    for (Index c = end; c-- > begin;) {
+      double* const column = X + c * pad;
+      const double* const of_U = M + carried + c + c * of_M;
+      add_columns(column, column + pad, pad, of_U + 1, end - c - 1, pad);
+      const double inverse = -1 / of_U[0];
+      for (Index i = 0; i < pad; ++i) column[i] *= inverse;
+    }
+    end = begin;
   }
+}
 
-  // Q in the order of the pivots.
-  f.ordered.resize(n, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    const double* from = f.Q.data() + f.col[std::size_t(j)] * n;
-    double* to = f.ordered.data() + j * n;
-    for (Eigen::Index i = 0; i < n; ++i) to[i] = from[f.col[std::size_t(i)]];
+// S: the cost of the stage and all behind it by free variables and what the link brings, its lower triangle.  With Q that cost by all
+// variables, the basic ones being X^T of these:  S = Q_rest + Y X^T + X Y^T,  Y = Q_(rest, basic) + 1/2 X Q_(basic, basic).
+void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
+  Factor& f = factors_[k];
+  Matrices& m = f.matrices;
+  const Stage& stage = stages_[k];
+  const Index n = stage.H.cols(), links = stage.D.rows(), all = Index(f.col.size()), carried = f.carried;
+  const Index rank = f.rank, free = f.free, basic = rank - carried, both = free + links, pad = padded(both);
+  const Index of_B = padded(basic);
+  m.take(stage, shift);
+  std::vector<Index>& place = work_.place;
+  place.resize(std::size_t(all + n));  // and room behind
+  double* const weight = room(work_.weight, all);
+  for (Index p = 0; p < all; ++p) {
+    const Index variable = f.col[std::size_t(p)];
+    place[std::size_t(variable)] = p < carried ? free + f.row[std::size_t(p)]
+                                   : p < rank  ? carried - p - 1
+                                               : p - rank;
+    weight[variable] = p < carried ? f.pivots[p] : 1;
   }
-  f.Q.swap(f.ordered);
+  double* const S = room(work_.S, pad * both);
+  for (Index j = 0; j < both; ++j) std::fill(S + j * pad + j / kPad * kPad, S + (j + 1) * pad, 0.0);
+  double* const Y = zeros(work_.Y, pad * basic);
+  double* const B = zeros(work_.B, of_B * basic);
+  const auto add_entry = [&](Index i, Index j, double value) {
+    const Index to = place[std::size_t(j)], at = place[std::size_t(i)];
+    if (at >= 0)
+      (to >= 0 ? S + to * pad : Y - (to + 1) * pad)[at] += weight[i] * weight[j] * value;
+    else if (to < 0)
+      B[-(at + 1) - (to + 1) * of_B] += value;
+  };
+  // Carried variables that come first, in the order of their links, which are also the first of `variables`.
+  const auto in_order = [&](const Index* variables, Index count) {
+    Index i = 0;
+    while (i < std::min(carried, count) && f.row[std::size_t(i)] == i && f.col[std::size_t(i)] == i &&
+           variables[i] == i)
+      ++i;
+    return i;
+  };
+  // Columns of Q by some variables, for these.
+  const auto add_columns_of = [&](const double* W, Index of_W, const std::vector<Index>& variables) {
+    const Index count = Index(variables.size()), simple = in_order(variables.data(), count);
+    // Behind the simple ones: those that are not basic, then those that are.
+    Index* const order = place.data() + all;
+    Index *rest_end = order, *end = order;
+    for (Index i = simple; i < count; ++i) {
+      if (place[std::size_t(variables[std::size_t(i)])] >= 0) *rest_end++ = i;
+    }
+    end = rest_end;
+    for (Index i = simple; i < count; ++i) {
+      if (place[std::size_t(variables[std::size_t(i)])] < 0) *end++ = i;
+    }
+    for (Index c = 0; c < count; ++c) {
+      const double* const w = W + c * of_W;
+      const Index j = variables[std::size_t(c)], to = place[std::size_t(j)];
+      double* const column = to >= 0 ? S + to * pad : Y - (to + 1) * pad;
+      const double of_j = to >= 0 ? weight[j] : 1;
+      for (Index i = 0; i < simple; ++i) column[free + i] += of_j * (f.pivots[i] * w[i]);
+      for (const Index* i = order; i != rest_end; ++i) {
+        const Index variable = variables[std::size_t(*i)];
+        column[place[std::size_t(variable)]] += of_j * (weight[variable] * w[*i]);
+      }
+      if (to >= 0) continue;
+      for (const Index* i = rest_end; i != end; ++i)
+        B[-(place[std::size_t(variables[std::size_t(*i)])] + 1) - (to + 1) * of_B] += w[*i];
+    }
+  };
+  const Factor* const next = k + 1 < stages() ? &factors_[k + 1] : nullptr;
+  const Index of_C = next ? next->P.rows() : 0, next_links = next ? next->P.cols() : 0;
+  if (m.are_columns) {
+    const Index of_W = padded(n);
+    double* const W = room(work_.W, of_W * n);
+    std::copy(m.H_columns.data(), m.H_columns.data() + of_W * n, W);
+    if (next) {
+      double* const PC = zeros(work_.PC, of_C * n);
+      add_product(PC, of_C, next->P.data(), of_C, m.C_columns.data(), of_C, of_C, next_links, n);
+      add_product(W, of_W, m.Ct.data(), of_W, PC, of_C, of_W, next_links, n);
+    }
+    add_columns_of(W, of_W, m.touched);
+  } else {
+    for (const Entry& e : m.H) add_entry(e.row, e.column, e.value);
+    const Index count = Index(m.touched.size()), of_W = padded(count);
+    double* const PC = room(work_.PC, of_C * count);
+    double* const CP = room(work_.CP, of_W * of_C);
+    double* const W = room(work_.W, of_W * count);
+    const auto multiply = [&](double* to, const double* columns, Index stride) {
+      for (Index j = 0; j < count; ++j) {
+        std::size_t e = m.C_begin[std::size_t(j)];
+        const double* const first = columns + m.C[e].row * stride;
+        for (Index i = 0; i < stride; ++i) to[i + j * stride] = m.C[e].value * first[i];
+        while (++e < m.C_begin[std::size_t(j) + 1])
+          add(to + j * stride, m.C[e].value, columns + m.C[e].row * stride, stride);
+      }
+    };
+    if (next) multiply(PC, next->P.data(), of_C);
+    for (Index i = 0; i < of_C; i += kPad) {
+      for (Index j = 0; j < count; ++j) {
+        for (Index part = i; part < i + kPad; ++part) CP[j + part * of_W] = PC[part + j * of_C];
+      }
+      for (Index part = i; part < i + kPad; ++part)
+        std::fill(CP + count + part * of_W, CP + (part + 1) * of_W, 0.0);
+    }
+    multiply(W, CP, of_W);
+    add_columns_of(W, of_W, m.touched);
+  }
+  for (Index i = n; i < all; ++i) add_entry(i, i, 1 / elastic);
+  work_.own.resize(free);
+  for (Index j = 0; j < free; ++j) work_.own[j] = S[j + j * pad];
+  if (basic == 0) return;
+  for (Index i = 0; i < of_B * basic; ++i) B[i] *= 0.5;
+  add_product(Y, pad, f.X.data(), pad, B, of_B, pad, basic, basic);
+  add_symmetric_product<Factors::kRows>(S, pad, Y, pad, f.X.data(), pad, pad, basic, both);
+  add_symmetric_product<Factors::kRows>(S, pad, f.X.data(), pad, Y, pad, pad, basic, both);
+}
 
-  // V = (X | I) Q, S = V (X | I)^T: its lower triangle.
-  f.V.resize(pad, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    double* const column = f.V.data() + j * pad;
-    const double* const of_Q = f.Q.data() + j * n;
-    std::copy(of_Q + rank, of_Q + n, column);
-    std::fill(column + free, column + pad, 0.0);
-  }
-  f.t.resize(carried);
-  bool in_order = true;
-  for (Eigen::Index i = 0; i < carried; ++i) {
-    const Eigen::Index row = f.row[std::size_t(i)];
-    f.t[i] = X[free + row + i * pad], in_order &= row == i;
-  }
-  for (Eigen::Index j = 0; j < n; ++j) {
-    double* const of_links = f.V.data() + j * pad + free;
-    const double* const of_Q = f.Q.data() + j * n;
-    if (in_order) {
-      for (Eigen::Index i = 0; i < carried; ++i) of_links[i] += f.t[i] * of_Q[i];
-    } else {
-      for (Eigen::Index i = 0; i < carried; ++i) of_links[f.row[std::size_t(i)]] += f.t[i] * of_Q[i];
+// Free variables are minimised, kPad at a time: what is left is the cost to go.  False where they have no minimum.  What is above the
+// diagonal is nobody's.
+bool RiccatiKkt::minimise(Factor& f, Index links) {
+  const Index free = f.free, both = free + links, pad = padded(both);
+  double* const S = work_.S.data();
+  for (Index begin = 0; begin < free; begin += kPad) {
+    const Index end = std::min(begin + kPad, free), length = pad - begin;
+    for (Index j = begin; j < end; ++j) {
+      double* const column = S + j * pad + begin;
+      const double pivot = column[j - begin];
+      const double before = std::min(1.0, std::abs(work_.own[j]));  // but for springs
+      if (!(pivot > kFlat * before) || !std::isfinite(pivot)) return false;
+      const double inverse = 1 / std::sqrt(pivot);
+      for (Index i = 0; i < length; ++i) column[i] *= inverse;
+      for (Index c = j + 1; c < end; ++c) add(S + c * pad + begin, -column[c - begin], column, length);
     }
-  }
-  add_product(f.V.data(), pad, X + carried * pad, pad, f.Q.data() + carried, n, pad, rank - carried, n);
-  f.S.resize(pad, both);
-  std::copy(f.V.data() + rank * pad, f.V.data() + n * pad, f.S.data());
-  std::fill(f.S.data() + free * pad, f.S.data() + both * pad, 0.0);
-  for (Eigen::Index i = 0; i < carried; ++i) {
-    const Eigen::Index at = free + f.row[std::size_t(i)];
-    add(f.S.data() + at * pad, X[at + i * pad], f.V.data() + i * pad, pad);
-  }
-  add_symmetric_product<Factors::kRows>(f.S.data(), pad, f.V.data() + carried * pad, pad, X + carried * pad,
-                                        pad, pad, rank - carried, both);
-  if (!minimise(f, links)) return false;
-  f.P.resize(links, links);
-  for (Eigen::Index j = 0; j < links; ++j) {
-    for (Eigen::Index i = j; i < links; ++i) {
-      double spring = 0;
-      for (Eigen::Index r = 0; r < left; ++r) spring += f.R(r, i) * f.R(r, j);
-      f.P(i, j) = f.P(j, i) = f.S(free + i, free + j) + kSpring * spring;
-    }
+    // Columns behind these.
+    const double* const columns = S + begin * pad;
+    const Index first = end / kPad * kPad;
+    add_symmetric_product<Factors::kMinusRows>(S + first + end * pad, pad, columns + first, pad,
+                                               columns + end, pad, pad - first, end - begin, both - end);
   }
   return true;
 }
 
-// What the stage before gets of this one.
-void RiccatiKkt::hand_down(std::size_t k) {
-  Factor &f = factors_[k], &before = factors_[k - 1];
-  const MatrixXd& C = stages_[k - 1].C;
-  const Eigen::Index n = C.cols(), links = C.rows();
-  before.C.clear(), before.C_begin.assign(1, 0);
-  f.PC.setZero(links, n);
-  for (Eigen::Index j = 0; j < n; ++j) {
-    for (Eigen::Index i = 0; i < links; ++i) {
-      const double value = C(i, j);
-      if (value == 0) continue;
-      before.C.push_back({i, value});
-      add(f.PC.data() + j * links, value, f.P.data() + i * links, links);
-    }
-    before.C_begin.push_back(before.C.size());
+void RiccatiKkt::take_cost_to_go(Factor& f, Index links) {
+  const Index free = f.free, pad = padded(free + links), left = f.R.rows();
+  const double* const S = work_.S.data();
+  f.L.resize(pad, free);
+  for (Index j = 0; j < free; ++j) {
+    std::fill(f.L.data() + j * pad, f.L.data() + j * pad + j, 0.0);
+    std::copy(S + j * pad + j, S + j * pad + pad, f.L.data() + j * pad + j);
   }
-  f.CP = f.PC.transpose();
+  const Index of_P = padded(links);
+  resize(f.P, of_P, links);
+  double* const P = f.P.data();
+  for (Index j = 0; j < links; ++j) {
+    const double* const column = S + (free + j) * pad + free;
+    std::copy(column + j, column + links, P + j + j * of_P);
+    for (Index r = 0; r < left; ++r) {
+      for (Index i = j; i < links; ++i) P[i + j * of_P] += kSpring * f.R(r, i) * f.R(r, j);
+    }
+  }
+  for (Index first = 0; first < links; first += kPad) {  // above the diagonal
+    const Index end = std::min(first + kPad, links);
+    for (Index j = 0; j < end; ++j) {
+      for (Index i = std::max(first, j + 1); i < end; ++i) P[j + i * of_P] = P[i + j * of_P];
+    }
+  }
 }
 
 bool RiccatiKkt::factor(double shift, double elastic) {
-  for (std::size_t k = stages_.size(); k-- > 0;) {
+  inverse_elastic_ = elastic > 0 ? 1 / elastic : 0;
+  for (std::size_t k = stages(); k-- > 0;) {
+    Factor& f = factors_[k];
+    const Index links = stages_[k].D.rows();
+    arrange(k, elastic);
+    eliminate_rows(f, links);
+    solve_rows(f, links);
     assemble(k, shift, elastic);
-    if (!eliminate(k)) return false;
-    if (k > 0) hand_down(k);
+    if (!minimise(f, links)) return false;
+    take_cost_to_go(f, links);
   }
   return true;
-}
-
-// What a stage and all behind it make of the right side: z0, r0, y.  `slope` (links of the next stage): of the cost to go by what
-// the next link brings; null: zero.
-void RiccatiKkt::sweep_back(std::size_t k, const VectorXd& a, const VectorXd& b, const double* slope) {
-  Factor& f = factors_[k];
-  const Eigen::Index links = stages_[k].D.rows();
-  const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
-  const double* const M = f.M.data();
-  // q and the constants of the rows, by pivots.
-  f.q.resize(n), f.s.resize(rows);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index variable = f.col[std::size_t(i)];
-    if (variable >= stages_[k].H.rows()) {
-      f.q[i] = 0;
-      continue;
-    }
-    f.q[i] = -a[first_variable_[k] + variable];
-    if (!slope) continue;
-    for (std::size_t e = f.C_begin[std::size_t(variable)]; e < f.C_begin[std::size_t(variable) + 1]; ++e)
-      f.q[i] += f.C[e].value * slope[f.C[e].row];
-  }
-  for (Eigen::Index i = 0; i < rows; ++i) {
-    f.s[i] = -b[first_row_[k] + f.row[std::size_t(i)]];
-  }
-  for (Eigen::Index i = 0; i < rows; ++i) f.s[i] -= dot(M + i * n, f.s.data(), std::min(i, rank));
-  f.r0 = f.s.tail(rows - rank);
-  f.z0.resize(rank);
-  for (Eigen::Index i = rank; i-- > 0;) {
-    const double* const of_U = M + i * n + i;
-    f.z0[i] = -(f.s[i] + dot(of_U + 1, f.z0.data() + i + 1, rank - i - 1)) / of_U[0];
-  }
-  f.t = f.q;
-  add_columns(f.t.data(), f.Q.data(), n, f.z0.data(), rank, n);
-  // Slope of the free variables and of the cost to go.
-  f.y.setZero(pad);
-  f.y.head(free) = f.t.tail(free);
-  add_columns(f.y.data(), f.X.data(), pad, f.t.data(), rank, pad);
-  for (Eigen::Index j = 0; j < free; ++j) {
-    const double* const column = f.S.data() + j * pad;
-    f.y[j] /= column[j];
-    add(f.y.data() + j + 1, -f.y[j], column + j + 1, free + links - j - 1);
-  }
-  for (Eigen::Index r = 0; r < rows - rank; ++r) {
-    for (Eigen::Index c = 0; c < links; ++c) f.y[free + c] += kSpring * f.R(r, c) * f.r0[r];
-  }
-}
-
-// A stage's variables (its entries of z) and f.t, the same by pivots, once those of the stage before are there.
-void RiccatiKkt::sweep_forward(std::size_t k, double* z) {
-  Factor& f = factors_[k];
-  const Eigen::Index links = stages_[k].D.rows();
-  const Eigen::Index n = f.M.rows(), rank = f.rank, free = f.free, pad = f.X.rows();
-  // Free variables, in the place of their derivatives; what the link brings behind them.
-  auto brought = f.y.segment(free, links);
-  brought.setZero();
-  if (k > 0) {
-    const Factor& before = factors_[k - 1];
-    const double* const of_z = z + first_variable_[k - 1];
-    for (std::size_t j = 0; j + 1 < before.C_begin.size(); ++j) {
-      for (std::size_t e = before.C_begin[j]; e < before.C_begin[j + 1]; ++e)
-        brought[before.C[e].row] += before.C[e].value * of_z[j];
-    }
-  }
-  for (Eigen::Index j = free; j-- > 0;) {
-    const double* const column = f.S.data() + j * pad;
-    // Minus L^-T (w + W y): free entries behind j have their sign changed already.
-    f.y[j] = -(f.y[j] + dot(column + free, brought.data(), links)) / column[j] -
-             dot(column + j + 1, f.y.data() + j + 1, free - j - 1) / column[j];
-  }
-  f.t.resize(n);
-  for (Eigen::Index i = 0; i < rank; ++i)
-    f.t[i] = f.z0[i] + dot(f.X.data() + i * pad, f.y.data(), free + links);
-  f.t.tail(free) = f.y.head(free);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const Eigen::Index variable = f.col[std::size_t(i)];
-    if (variable < stages_[k].H.rows()) z[first_variable_[k] + variable] = f.t[i];
-  }
-}
-
-// Multipliers of a stage's rows, by what they hold against.
-void RiccatiKkt::take_multipliers(std::size_t k, double* lambda) {
-  Factor& f = factors_[k];
-  const Eigen::Index links = stages_[k].D.rows();
-  const Eigen::Index rows = f.M.cols(), n = f.M.rows(), rank = f.rank;
-  const double* const M = f.M.data();
-  f.lambda.setZero(rows);
-  double* const multiplier = f.lambda.data();
-  add_columns(multiplier, f.Q.data(), n, f.t.data(), n, rank);
-  for (Eigen::Index i = 0; i < rank; ++i) multiplier[i] = -(multiplier[i] + f.q[i]);
-  for (Eigen::Index i = 0; i < rank; ++i) {
-    multiplier[i] /= M[i + i * n];
-    add(multiplier + i + 1, -multiplier[i], M + i + 1 + i * n, rank - i - 1);
-  }
-  for (Eigen::Index i = rank; k > 0 && i < rows; ++i) {
-    double missed = f.r0[i - rank];
-    for (Eigen::Index c = 0; c < links; ++c) missed += f.R(i - rank, c) * f.y[f.free + c];
-    multiplier[i] = kSpring * missed;
-    add(multiplier, -multiplier[i], M + i * n, rank);
-  }
-  for (Eigen::Index i = rank; i-- > 0;) add(multiplier, -multiplier[i], M + i * n, i);
-  for (Eigen::Index i = 0; i < rows; ++i) lambda[first_row_[k] + f.row[std::size_t(i)]] = multiplier[i];
-}
-
-void RiccatiKkt::solve(const VectorXd& a, const VectorXd& b, VectorXd& z, VectorXd& lambda) {
-  z.resize(variables()), lambda.resize(rows());
-  for (std::size_t k = stages(); k-- > 0;) {
-    const Factor* const next = k + 1 < stages() ? &factors_[k + 1] : nullptr;
-    sweep_back(k, a, b, next ? next->y.data() + next->free : nullptr);
-  }
-  for (std::size_t k = 0; k < stages(); ++k) {
-    sweep_forward(k, z.data());
-    take_multipliers(k, lambda.data());
-  }
-}
-
-void RiccatiKkt::solve_first(const VectorXd& a, const VectorXd& b, VectorXd& z) {
-  if (stages() > 1) sweep_back(1, a, b, nullptr);
-  sweep_back(0, a, b, stages() > 1 ? factors_[1].y.data() + factors_[1].free : nullptr);
-  sweep_forward(0, z.data());
 }
 
 }  // namespace dyntape

@@ -11,7 +11,7 @@
 //   chain.stage(k).H = ...                             // and G, C, D; kept by factor()
 //   if (!chain.factor(shift)) ...                      // H + shift I is not convex on what the rows leave free
 //   chain.solve(a, b, z, lambda);                      // H z + M^T lambda = a,  M z = b, M all rows
-//   chain.solve_first(a, b, z);                        // the first stage's z alone, a and b being zero behind the second
+//   Z = chain.solve_first(A, B);                       // the first stage's z alone, a and b being zero behind the second
 //
 // Vectors are those of the stages one after another; rows are, stage by stage, those of its link, then its own.
 //
@@ -39,6 +39,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstdint>
 #include <vector>
 
 #include <dyntape/autodiff/eigen_layout.h>
@@ -59,6 +60,9 @@ class RiccatiKkt {
 
   explicit RiccatiKkt(const std::vector<StageSizes>& sizes, bool puts_in_links = false);
 
+  // Entries of the stages that are zero now are zero at every factorisation from here on; before, none is known to be.
+  void take_structure();
+
   std::size_t stages() const { return stages_.size(); }
   Stage& stage(std::size_t k) { return stages_[k]; }
   Eigen::Index variables() const { return first_variable_.back(); }
@@ -71,45 +75,100 @@ class RiccatiKkt {
 
   bool factor(double shift, double elastic = 0);
   void solve(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z, Eigen::VectorXd& lambda);
-  // z of the first stage alone, where a and b are zero behind the second.
-  void solve_first(const Eigen::VectorXd& a, const Eigen::VectorXd& b, Eigen::VectorXd& z);
+  // (sides x variables of the first stage) z of many right sides, a row each, of the first two stages, zero behind them: as many rows
+  // as columns.h pads to.
+  Eigen::MatrixXd solve_first(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) const;
 
  private:
-  struct NonZero {
-    Eigen::Index row;
+  struct Entry {
+    std::uint32_t row, column;
     double value;
   };
-  // What is left of a stage when its factorisation is done.  Variables and rows are in the order of their pivots, basic ones
-  // first; `both` are free variables and what the link brings.
+  // A stage's H, with the shift, and C as they were factored: columns where most entries may be other than zero, else those
+  // entries alone, column by column.
+  struct Matrices {
+    bool are_columns = true;
+    std::vector<Eigen::Index> touched;  // variables that the next link has; all
+    std::vector<Entry> H, C;
+    std::vector<std::size_t> C_begin;          // (touched + 1)
+    Eigen::MatrixXd H_columns, C_columns, Ct;  // padded rows; Ct: of C, transposed
+
+    void find(const Stage& s, bool all);
+    void take(const Stage& s, double shift);
+    void add_curvature(const double* z, double* to) const;    // to += H z
+    void add_to_link(const double* z, double* to) const;      // to += C z
+    void add_slope(const double* of_link, double* to) const;  // to += C^T of_link
+    template <class Visit>                                    // visit(row, column, value)
+    void each_of_H(const Visit& visit) const {
+      each(H, H_columns, H_columns.cols(), visit);
+    }
+    template <class Visit>
+    void each_of_C(const Visit& visit) const {
+      each(C, C_columns, Ct.cols(), visit);
+    }
+    template <class Visit>
+    void each(const std::vector<Entry>& entries, const Eigen::MatrixXd& columns, Eigen::Index rows,
+              const Visit& visit) const {
+      for (Eigen::Index j = 0; are_columns && j < columns.cols(); ++j) {
+        for (Eigen::Index i = 0; i < rows; ++i) visit(i, j, columns(i, j));
+      }
+      for (std::size_t e = 0; !are_columns && e < entries.size(); ++e)
+        visit(entries[e].row, entries[e].column, entries[e].value);
+    }
+  };
+  struct Single {
+    Eigen::Index link, variable;  // a link that says one variable of its stage
+  };
+  // What is left of a stage when its factorisation is done.  Variables are in the order of their pivots: those that single links say
+  // (carried), other pivots (basic), free ones; rows likewise, and what is left of them.  `both` are free variables and what the link brings.
   struct Factor {
-    Eigen::Index rank = 0, free = 0, carried = 0;  // carried: basic by links of one variable each, the first
-    std::vector<Eigen::Index> row, col;            // pivots
-    Eigen::MatrixXd Q, ordered;                    // (n x n) cost of the stage and all behind it; room for it
-    Eigen::MatrixXd M;                             // (n x rows) rows as columns: own, links; then L^T and U^T
-    Eigen::MatrixXd X;                             // (both x rank) basic variables by both, transposed
-    Eigen::MatrixXd V, S;    // (both x n), (both x both) cost by both; S: its factor, then the cost to go
+    std::vector<Single> singles;
+    Matrices matrices;
+    Eigen::Index carried = 0, rank = 0, free = 0;
+    std::vector<Eigen::Index> row, col;
+    Eigen::VectorXd pivots;  // (carried) minus one by them: by what the link brings
+    Eigen::MatrixXd M;       // (n x rows but carried ones) rows as columns, then L^T and U^T
+    Eigen::MatrixXd X;       // (both x basic) basic variables by both, transposed
+    Eigen::MatrixXd L;       // (both x free) the factor of their cost
     Eigen::MatrixXd P, R;    // (links x links), (left x links) cost to go, and rows, of what the link brings
-    Eigen::MatrixXd PC, CP;  // P by the variables of the stage before; its transpose
-    std::vector<NonZero> C;  // of the link to the next stage, column by column
-    std::vector<std::size_t> C_begin;  // (n + 1)
-    Eigen::VectorXd q, s, z0, t, y, r0, lambda;
+    // Of a solve: slopes by variables, by what the link brings, and what that is.
+    Eigen::VectorXd slope, brought, z0, y, r0;
+  };
+  struct Sides {
+    Eigen::MatrixXd slope, z0, y;  // of a stage, a row a right side
+  };
+  // Of the stage at hand.
+  struct Work {
+    std::vector<Eigen::Index>
+        place;  // of a variable among both; before 0: of a basic one, counted from -1 on
+    std::vector<double> weight, S, Y, B, W, PC, CP;
+    Eigen::VectorXd sizes, own, z, slope, link, brought, t, multipliers;
   };
 
-  void assemble(std::size_t k, double shift, double elastic);
-  static void order_rows(Factor& f, const Stage& s, bool puts_in);
-  static void order_variables(Factor& f);
+  void find_structure(bool all);
+  void arrange(std::size_t k, double elastic);
   void eliminate_rows(Factor& f, Eigen::Index links);
-  static bool minimise(Factor& f, Eigen::Index links);
-  bool eliminate(std::size_t k);
-  void hand_down(std::size_t k);
-  void sweep_back(std::size_t k, const Eigen::VectorXd& a, const Eigen::VectorXd& b, const double* slope);
+  void solve_rows(Factor& f, Eigen::Index links);
+  void assemble(std::size_t k, double shift, double elastic);
+  bool minimise(Factor& f, Eigen::Index links);
+  void take_cost_to_go(Factor& f, Eigen::Index links);
+  void sweep_back(std::size_t k, const Eigen::VectorXd& a, const Eigen::VectorXd& b, const Factor* next);
+  void sweep_back(std::size_t k, const Eigen::MatrixXd& a, const Eigen::MatrixXd& b, const Sides* next,
+                  Sides& to) const;
   void sweep_forward(std::size_t k, double* z);
-  void take_multipliers(std::size_t k, double* lambda);
+  void take_multipliers(std::size_t k, const Eigen::VectorXd& a, double* lambda);
+  void take_slope(std::size_t k, const Eigen::VectorXd& a, const double* z, const double* of_link,
+                  double* to) const;
 
   std::vector<Stage> stages_;
   std::vector<Factor> factors_;
   std::vector<Eigen::Index> first_variable_, first_row_;
+  static constexpr double kSpring =
+      1e10;  // what rows without a variable of their own cost, squared and halved
+
   bool puts_in_links_;
+  double inverse_elastic_ = 0;
+  Work work_;
 };
 
 }  // namespace dyntape

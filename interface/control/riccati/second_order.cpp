@@ -6,7 +6,7 @@
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
-#include <dyntape/interface/control/riccati/lifted_nlp.h>
+#include <dyntape/interface/control/nlp/lifted_nlp.h>
 #include <dyntape/interface/control/riccati/stage_kkt.h>
 
 namespace dyntape {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/interface/control/riccati/columns.h>
 
 namespace dyntape {
 
@@ -14,6 +15,8 @@ RowKind kind_of(double lower, double upper) {
   if (lower == upper) return RowKind::kEquality;
   return std::isinf(lower) && std::isinf(upper) ? RowKind::kFree : RowKind::kInequality;
 }
+
+double farthest_entry(const Eigen::VectorXd& v) { return v.size() > 0 ? v.cwiseAbs().maxCoeff() : 0; }
 
 }  // namespace
 
@@ -92,9 +95,10 @@ void StagewiseKkt::place_rows(const Nlp& nlp) {
   }
 }
 
-// Where each non-zero goes.
+// Where each non-zero goes, and where there is any.
 void StagewiseKkt::connect(bool puts_in_links) {
   chain_.emplace(sizes_, puts_in_links);
+  jacobian_to_.assign(shape_.jacobian.nnz(), nowhere_.data());
   for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
     const std::size_t row = shape_.jacobian.row[e], col = shape_.jacobian.col[e];
     if (row_place_[row] < 0 || is_fixed(col)) continue;
@@ -104,7 +108,7 @@ void StagewiseKkt::connect(bool puts_in_links) {
     double& to = i >= links            ? own.G(i - links, local_[col])
                  : stage_of_[col] == k ? own.D(i, local_[col])
                                        : before.C(i, local_[col]);
-    jacobian_entries_.push_back({&to, e});
+    jacobian_to_[e] = &to;
   }
   for (std::size_t e = 0; e < shape_.hessian.nnz(); ++e) {
     const std::size_t row = shape_.hessian.row[e], col = shape_.hessian.col[e];
@@ -114,9 +118,27 @@ void StagewiseKkt::connect(bool puts_in_links) {
                           std::to_string(stage_of_[col]) + " and " + std::to_string(stage_of_[row]) +
                           ", expected one stage");
     RiccatiKkt::Stage& own = chain_->stage(stage_of_[row]);
-    hessian_entries_.push_back({&own.H(local_[row], local_[col]), e});
-    if (row != col) hessian_entries_.push_back({&own.H(local_[col], local_[row]), e});
+    std::vector<Entry>& entries = row == col ? hessian_diagonal_ : hessian_entries_;
+    entries.push_back({&own.H(local_[row], local_[col]), e});
+    if (row != col) entries.push_back({&own.H(local_[col], local_[row]), e});
   }
+  for (std::size_t i = 0; i < place_.size(); ++i) {
+    if (is_fixed(i))
+      fixed_.push_back(i);
+    else
+      diagonal_entries_.push_back({&chain_->stage(stage_of_[i]).H(local_[i], local_[i]), i});
+  }
+  for (std::size_t j = 0; j < kind_.size(); ++j) {
+    if (kind_[j] == RowKind::kFree) without_multiplier_.push_back(j);
+  }
+  for (double* const to : jacobian_to_) *to = 1;
+  for (const Entry& entry : hessian_entries_) *entry.to = 1;
+  for (const InequalityRow& row : inequalities_) {
+    for (const InequalityEntry& a : row.entries) {
+      for (const InequalityEntry& b : row.entries) chain_->stage(row.stage).H(b.column, a.column) = 1;
+    }
+  }
+  chain_->take_structure();
   const auto n = Eigen::Index(shape_.n()), m = Eigen::Index(shape_.m());
   J_.setZero(Eigen::Index(shape_.jacobian.nnz())), W_.setZero(Eigen::Index(shape_.hessian.nnz()));
   a_.setZero(chain_->variables()), b_.setZero(chain_->rows());
@@ -127,7 +149,7 @@ void StagewiseKkt::connect(bool puts_in_links) {
 void StagewiseKkt::set(const double* jacobian, const double* hessian) {
   std::copy(jacobian, jacobian + J_.size(), J_.data());
   std::copy(hessian, hessian + W_.size(), W_.data());
-  for (const Entry& entry : jacobian_entries_) *entry.to = J_[Eigen::Index(entry.from)];
+  for (std::size_t e = 0; e < jacobian_to_.size(); ++e) *jacobian_to_[e] = jacobian[e];
 }
 
 bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
@@ -139,12 +161,12 @@ bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
       for (const InequalityEntry& b : row.entries) H(b.column, a.column) = 0;
     }
   }
-  for (std::size_t k = 0; k < chain_->stages(); ++k) chain_->stage(k).H.diagonal().setZero();
-  for (const Entry& entry : hessian_entries_)
-    *entry.to = diagonal.with_hessian ? W_[Eigen::Index(entry.from)] : 0;
-  for (std::size_t i = 0; i < place_.size(); ++i) {
-    if (is_fixed(i)) continue;
-    chain_->stage(stage_of_[i]).H(local_[i], local_[i]) += diagonal.sigma_x[Eigen::Index(i)];
+  for (const Entry& entry : diagonal_entries_) *entry.to = diagonal.sigma_x[Eigen::Index(entry.from)];
+  if (diagonal.with_hessian) {
+    for (const Entry& entry : hessian_entries_) *entry.to = W_[Eigen::Index(entry.from)];
+    for (const Entry& entry : hessian_diagonal_) *entry.to += W_[Eigen::Index(entry.from)];
+  } else {
+    for (const Entry& entry : hessian_entries_) *entry.to = 0;
   }
   for (const InequalityRow& row : inequalities_) {
     const double sigma = diagonal.sigma_s[Eigen::Index(row.row)];
@@ -161,9 +183,8 @@ bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
 
 void StagewiseKkt::condensed_solve(const KktVector& right, KktVector& step) {
   const double elastic = diagonal_.elastic;
-  for (std::size_t i = 0; i < place_.size(); ++i) {
-    if (!is_fixed(i)) a_[place_[i]] = right.x[Eigen::Index(i)];
-  }
+  for (std::size_t p = 0; p < diagonal_entries_.size(); ++p)
+    a_[Eigen::Index(p)] = right.x[Eigen::Index(diagonal_entries_[p].from)];
   for (const InequalityRow& row : inequalities_) {
     const auto j = Eigen::Index(row.row);
     const double bound_multiplier = row_sigma_[j] * (elastic * right.s[j] - right.c[j]) - right.s[j];
@@ -175,7 +196,10 @@ void StagewiseKkt::condensed_solve(const KktVector& right, KktVector& step) {
     if (row_place_[j] >= 0) b_[row_place_[j]] = right.c[Eigen::Index(j)];
   }
   chain_->solve(a_, b_, z_, bound_multipliers_);
-  for (std::size_t i = 0; i < place_.size(); ++i) step.x[Eigen::Index(i)] = is_fixed(i) ? 0 : z_[place_[i]];
+  step.x.resize(Eigen::Index(place_.size()));
+  for (const std::size_t i : fixed_) step.x[Eigen::Index(i)] = 0;
+  for (std::size_t p = 0; p < diagonal_entries_.size(); ++p)
+    step.x[Eigen::Index(diagonal_entries_[p].from)] = z_[Eigen::Index(p)];
   for (std::size_t j = 0; j < row_place_.size(); ++j)
     step.c[Eigen::Index(j)] = row_place_[j] >= 0 ? bound_multipliers_[row_place_[j]] : 0;
   for (const InequalityRow& row : inequalities_) {
@@ -220,31 +244,29 @@ void StagewiseKkt::add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) con
 double StagewiseKkt::largest_residual(const KktVector& right, const KktVector& step) {
   KktVector& r = residual_;
   const KktDiagonal& d = diagonal_;
-  r.x.setZero(), r.c.setZero();
+  r.x = (d.sigma_x.array() + d.shift) * step.x.array() - right.x.array();
+  r.c = -right.c - d.elastic * step.c;
   add_both_products(step, r);
   if (d.with_hessian) add_hessian(step.x, r.x);
-  for (std::size_t i = 0; i < place_.size(); ++i) {
-    const auto at = Eigen::Index(i);
-    r.x[at] = is_fixed(i) ? 0 : right.x[at] - r.x[at] - (d.sigma_x[at] + d.shift) * step.x[at];
+  r.x = -r.x, r.c = -r.c;
+  for (const std::size_t i : fixed_) r.x[Eigen::Index(i)] = 0;
+  for (const std::size_t j : without_multiplier_) r.c[Eigen::Index(j)] = 0;
+  double most = 0;
+  for (const InequalityRow& row : inequalities_) {
+    const auto j = Eigen::Index(row.row);
+    r.c[j] += step.s[j];
+    r.s[j] = right.s[j] - (d.sigma_s[j] * step.s[j] - step.c[j]);
+    most = std::max(most, std::abs(r.s[j]));
   }
-  for (std::size_t j = 0; j < kind_.size(); ++j) {
-    const auto at = Eigen::Index(j);
-    const bool has_slack = kind_[j] == RowKind::kInequality;
-    r.c[at] = kind_[j] == RowKind::kFree
-                  ? 0
-                  : right.c[at] - (r.c[at] - (has_slack ? step.s[at] : 0) - d.elastic * step.c[at]);
-    r.s[at] = has_slack ? right.s[at] - (d.sigma_s[at] * step.s[at] - step.c[at]) : 0;
-  }
-  return std::max({r.x.size() ? r.x.cwiseAbs().maxCoeff() : 0.0, r.s.size() ? r.s.cwiseAbs().maxCoeff() : 0.0,
-                   r.c.size() ? r.c.cwiseAbs().maxCoeff() : 0.0});
+  return std::max({most, farthest_entry(r.x), farthest_entry(r.c)});
 }
 
 void StagewiseKkt::solve(const KktVector& right, KktVector& step, double good) {
   constexpr int kMost = 20;  // of rows that are springs, each leaves a part of what it misses
   step.x.resize(right.x.size()), step.s.setZero(right.s.size()), step.c.resize(right.c.size());
   condensed_solve(right, step);
-  const auto largest = [](const Eigen::VectorXd& v) { return v.size() ? v.cwiseAbs().maxCoeff() : 0.0; };
-  const double size = std::max({largest(right.x), largest(right.s), largest(right.c), 1e-300});
+  const double size =
+      std::max({farthest_entry(right.x), farthest_entry(right.s), farthest_entry(right.c), 1e-300});
   double before = HUGE_VAL;
   for (int i = 0; i < kMost; ++i) {
     const double residual = largest_residual(right, step);
@@ -258,47 +280,45 @@ void StagewiseKkt::solve(const KktVector& right, KktVector& step, double good) {
 
 Eigen::MatrixXd StagewiseKkt::follow(const std::vector<std::size_t>& held) {
   const std::size_t first = begin_.size() > 1 ? begin_[1] : shape_.n();
-  std::vector<std::ptrdiff_t> column(shape_.n(), -1);  // of what is held
-  for (std::size_t i = 0; i < held.size(); ++i) column[held[i]] = std::ptrdiff_t(i);
-  // By what is held: the right side of the rows and variables of the first two stages, as bounds of the first tie rows of both.
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(chain_->rows_before(2), Eigen::Index(held.size()));
-  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(chain_->variables_before(2), rows.cols());
-  Eigen::MatrixXd softened = Eigen::MatrixXd::Zero(Eigen::Index(inequalities_.size()), rows.cols());
+  std::vector<std::ptrdiff_t> side(shape_.n(), -1);  // of what is held
+  for (std::size_t i = 0; i < held.size(); ++i) side[held[i]] = std::ptrdiff_t(i);
+  // By what is held, a row each: the right side of the rows and variables of the first two stages, as bounds of the first tie rows of
+  // both.
+  const Eigen::Index sides = columns::padded(Eigen::Index(held.size()));
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(sides, chain_->rows_before(2));
+  Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(sides, chain_->variables_before(2));
+  Eigen::MatrixXd softened = Eigen::MatrixXd::Zero(sides, Eigen::Index(inequalities_.size()));
   std::vector<Eigen::Index> inequality(kind_.size(), -1);
   for (std::size_t r = 0; r < inequalities_.size(); ++r) inequality[inequalities_[r].row] = Eigen::Index(r);
   for (std::size_t e = 0; e < shape_.jacobian.nnz(); ++e) {
-    const std::size_t row = shape_.jacobian.row[e];
-    const std::ptrdiff_t i = column[shape_.jacobian.col[e]];
+    const std::ptrdiff_t i = side[shape_.jacobian.col[e]];
     if (i < 0) continue;
-    if (row_place_[row] >= 0) rows(row_place_[row], i) -= J_[Eigen::Index(e)];
+    const std::size_t row = shape_.jacobian.row[e];
+    if (row_place_[row] >= 0) rows(i, row_place_[row]) -= J_[Eigen::Index(e)];
     if (inequality[row] >= 0)
-      softened(inequality[row], i) += row_sigma_[Eigen::Index(row)] * J_[Eigen::Index(e)];
+      softened(i, inequality[row]) += row_sigma_[Eigen::Index(row)] * J_[Eigen::Index(e)];
   }
   for (std::size_t r = 0; r < inequalities_.size(); ++r) {
     if (inequalities_[r].stage > 1) continue;
     const Eigen::Index before = chain_->first_variable(inequalities_[r].stage);
     for (const InequalityEntry& e : inequalities_[r].entries)
-      slopes.row(before + e.column) -= J_[Eigen::Index(e.from)] * softened.row(Eigen::Index(r));
+      slopes.col(before + e.column) -= J_[Eigen::Index(e.from)] * softened.col(Eigen::Index(r));
   }
   for (std::size_t e = 0; e < shape_.hessian.nnz() && diagonal_.with_hessian; ++e) {
     const std::size_t row = shape_.hessian.row[e], col = shape_.hessian.col[e];
     const auto add = [&](std::size_t to, std::size_t by) {
-      if (column[by] >= 0 && !is_fixed(to)) slopes(place_[to], column[by]) -= W_[Eigen::Index(e)];
+      if (side[by] >= 0 && !is_fixed(to)) slopes(side[by], place_[to]) -= W_[Eigen::Index(e)];
     };
     add(row, col);
     if (row != col) add(col, row);
   }
-  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(Eigen::Index(first), rows.cols());
-  a_.setZero(), b_.setZero(), z_.resize(chain_->variables());
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    const auto at = Eigen::Index(i);
-    a_.head(slopes.rows()) = slopes.col(at), b_.head(rows.rows()) = rows.col(at);
-    chain_->solve_first(a_, b_, z_);
-    for (std::size_t v = 0; v < first; ++v) {
-      if (!is_fixed(v)) derivatives(Eigen::Index(v), at) = z_[place_[v]];
-    }
-    derivatives(Eigen::Index(held[i]), at) = 1;
+  const Eigen::MatrixXd z = chain_->solve_first(slopes, rows);
+  Eigen::MatrixXd derivatives = Eigen::MatrixXd::Zero(Eigen::Index(first), Eigen::Index(held.size()));
+  for (std::size_t v = 0; v < first; ++v) {
+    if (!is_fixed(v))
+      derivatives.row(Eigen::Index(v)) = z.col(place_[v]).head(derivatives.cols()).transpose();
   }
+  for (std::size_t i = 0; i < held.size(); ++i) derivatives(Eigen::Index(held[i]), Eigen::Index(i)) = 1;
   return derivatives;
 }
 

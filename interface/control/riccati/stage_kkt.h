@@ -53,9 +53,8 @@ class StagewiseKkt {
   // (variables of the first stage x held) d x / d x[held], by those of them that have equal bounds.
   Eigen::MatrixXd follow(const std::vector<std::size_t>& held);
 
-  // y += J^T v, J v and W v of the matrices that were set.
+  // y += J^T v and W v of the matrices that were set.
   void add_transposed(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
-  void add_both_products(const KktVector& v, KktVector& y) const;
   void add_hessian(const Eigen::VectorXd& v, Eigen::VectorXd& y) const;
 
  private:
@@ -75,6 +74,7 @@ class StagewiseKkt {
   void place_variables();
   void place_rows(const Nlp& nlp);
   void connect(bool puts_in_links);
+  void add_both_products(const KktVector& v, KktVector& y) const;
   double largest_residual(const KktVector& right, const KktVector& step);
   void condensed_solve(const KktVector& right, KktVector& step);
 
@@ -87,7 +87,11 @@ class StagewiseKkt {
   std::vector<InequalityRow> inequalities_;
   std::vector<StageSizes> sizes_;
   std::optional<RiccatiKkt> chain_;
-  std::vector<Entry> jacobian_entries_, hessian_entries_;
+  std::vector<double*> jacobian_to_;  // of each non-zero: its place in the chain, or nowhere
+  std::vector<double> nowhere_ = {0};
+  std::vector<Entry> hessian_entries_;                      // off the diagonal
+  std::vector<Entry> diagonal_entries_, hessian_diagonal_;  // of each variable that moves; of non-zeros there
+  std::vector<std::size_t> fixed_, without_multiplier_;     // variables; rows
 
   Eigen::VectorXd J_, W_;  // non-zeros
   KktDiagonal diagonal_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/control/riccati/lifted_nlp.h>
+#include <dyntape/interface/control/nlp/lifted_nlp.h>
 
 #include <algorithm>
 #include <cmath>
