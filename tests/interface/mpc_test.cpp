@@ -36,6 +36,19 @@ MpcOptions interpreted(int intervals, int iterations = 0) {
   return options;
 }
 
+// A first guess may take a robot's dynamics: later steps know what it said.
+TEST(Mpc, AsksForItsFirstGuessOnce) {
+  Problem problem = follower(2);
+  int asked = 0;
+  problem.guess = [&asked, line = straight_line(problem)](double t) { return ++asked, line(t); };
+  RecedingHorizon mpc(problem, interpreted(10, 1));
+  mpc.step(0, Eigen::Vector2d(0.3, 0));
+  const int of_first = asked;
+  EXPECT_GT(of_first, 0);
+  for (int k = 1; k < 4; ++k) mpc.step(0.05 * k, Eigen::Vector2d(0.3, 0.1 * k));
+  EXPECT_EQ(asked, of_first);
+}
+
 // Linear dynamics, quadratic costs, no limit in force: a step from a neighbouring state is solved by one iteration, and the plan is the
 // optimum that a solve from nowhere finds.
 TEST(Mpc, EachPlanIsTheOptimumFromThere) {

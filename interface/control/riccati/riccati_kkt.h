@@ -24,7 +24,7 @@
 //
 // puts_in_links: links that say one variable each by the stage before, as of steps forward in time, are put in before a stage's own
 // rows choose their pivots: a stage of 79 variables whose 37 states are such takes a third.  Where own rows need these variables as
-// pivots, as collocation's may, that loses digits.
+// pivots, as collocation's may, that loses digits.  Those of a stage without rows of its own are put in always.
 //
 // Springs, and no rows handed down: a goal met by the last few controls alone takes controls that grow with a power of 1/h, and
 // their squares leave no digit of the cost to go; springs let all stages share.  A solution then misses such rows by their multipliers over
