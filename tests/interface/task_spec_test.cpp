@@ -123,6 +123,14 @@ TEST(TaskSpecs, EmptyStatesAreOpenAndEmptyWeightsZero) {
   const TaskSpec full = completed(spec);
   EXPECT_TRUE(full.goal.size() == 4 && full.goal.array().isNaN().all());
   EXPECT_EQ(full.costs.tracking_q, Eigen::VectorXd::Zero(2));
+  spec = swing_up();
+  spec.phases.resize(2);
+  spec.phases[0].name = "first", spec.phases[0].duration = 0.5, spec.phases[1].name = "second";
+  const Task task = build_task(spec);
+  ASSERT_EQ(task.parts.size(), 2u);
+  EXPECT_EQ(task.parts[0].problem.duration, 0.5);
+  EXPECT_EQ(task.parts[1].problem.duration, 2);
+  EXPECT_EQ(task.parts[1].optimise.mesh.intervals, 40);
 }
 
 }  // namespace

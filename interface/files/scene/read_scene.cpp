@@ -302,14 +302,8 @@ Scene read_scene_of(const GivenRobot* given, const std::string& text, const std:
   scene.file = path;
   scene.name = read_name(file, std::filesystem::path(path).stem().string());
   SceneRobot found = given ? SceneRobot{"", given->robot} : read_scene_robot(file, path, Floating::kAllowed);
-  scene.urdf = found.urdf;
-  if (found.robot) {
-    scene.notes = std::move(found.robot->notes);
-    scene.left_out = std::move(found.robot->left_out);
-    scene.robot.model = std::move(found.robot->model);
-  }
-  read_keys(file, scene, path, found.robot ? &scene.robot.model : nullptr,
-            given ? &given->collisions : nullptr);
+  const bool known = take_robot(std::move(found), scene, scene.robot);
+  read_keys(file, scene, path, known ? &scene.robot.model : nullptr, given ? &given->collisions : nullptr);
   file.finish();
   try {
     dynamics::check(scene.robot.model, scene.robot.effects);

@@ -30,6 +30,17 @@ struct SceneRobot {
 };
 SceneRobot read_scene_robot(io::Section& file, const std::string& path, Floating floating);
 
+// The model to a scene, the rest to what is read; false where there is no robot.
+template <class Read>
+bool take_robot(SceneRobot&& found, Read& read, RobotScene& scene) {
+  read.urdf = std::move(found.urdf);
+  if (!found.robot) return false;
+  read.notes = std::move(found.robot->notes);
+  read.left_out = std::move(found.robot->left_out);
+  scene.model = std::move(found.robot->model);
+  return true;
+}
+
 // FileError where the text is XML: each line of a robot's file would be a problem of its own.
 void check_is_no_robot(std::string_view text, const std::string& path, const std::string& expected);
 

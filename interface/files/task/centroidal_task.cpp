@@ -104,14 +104,8 @@ CentroidalTask read_centroidal_task_text(const std::string& text, const std::str
   CentroidalOptions options;
   task.file = path;
   task.name = read_task_name(file, std::filesystem::path(path).stem().string());
-  SceneRobot found = read_scene_robot(file, path, Floating::kAllowed);
-  task.urdf = found.urdf;
-  if (found.robot) {
-    task.notes = std::move(found.robot->notes);
-    task.left_out = std::move(found.robot->left_out);
-    task.scene.model = std::move(found.robot->model);
-  }
-  read_keys(file, task, options, found.robot ? &task.scene.model : nullptr);
+  const bool known = take_robot(read_scene_robot(file, path, Floating::kAllowed), task, task.scene);
+  read_keys(file, task, options, known ? &task.scene.model : nullptr);
   file.finish();
   note_left_out(task.notes, task.urdf, task.left_out, task.scene, LimitsOfFile::kHeld);
   note_old_names(task.notes, file);

@@ -52,15 +52,9 @@ bool take_scene(Section& file, TaskSpec& task, const std::string& name) {
 bool read_task_scene(Section& file, TaskSpec& task) {
   file.about("a scene file that says robot, effects and actuated, in place of those keys here");
   if (const std::string name = file.get_or("scene", ""); !name.empty()) return take_scene(file, task, name);
-  SceneRobot found = read_scene_robot(file, task.file, Floating::kAllowed);
-  task.urdf = found.urdf;
-  if (found.robot) {
-    task.notes = std::move(found.robot->notes);
-    task.left_out = std::move(found.robot->left_out);
-    task.scene.model = std::move(found.robot->model);
-  }
-  read_scene_keys(file, task.scene, {found.robot ? &task.scene.model : nullptr, task.urdf, &task.left_out});
-  return found.robot.has_value();
+  const bool known = take_robot(read_scene_robot(file, task.file, Floating::kAllowed), task, task.scene);
+  read_scene_keys(file, task.scene, {known ? &task.scene.model : nullptr, task.urdf, &task.left_out});
+  return known;
 }
 
 std::string read_task_name(Section& file, const std::string& fallback) {

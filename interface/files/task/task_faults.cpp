@@ -190,7 +190,11 @@ TaskSpec completed(TaskSpec spec) {
     if (values.size() == 0) values = VectorXd::Constant(n, value);
   };
   fill(spec.start, nx, Problem::kFree), fill(spec.goal, nx, Problem::kFree);
-  for (TaskSpec::Phase& phase : spec.phases) fill(phase.goal, nx, Problem::kFree);
+  for (TaskSpec::Phase& phase : spec.phases) {
+    fill(phase.goal, nx, Problem::kFree);
+    if (phase.duration == 0) phase.duration = spec.robot.duration;
+    if (phase.intervals == 0) phase.intervals = spec.optimise.mesh.intervals;
+  }
   for (VectorXd* weights :
        {&spec.costs.tracking_q, &spec.costs.tracking_v, &spec.costs.end_q, &spec.costs.end_v})
     fill(*weights, nv, 0);

@@ -118,8 +118,8 @@ struct TaskSpec {
   // A part of the motion; what does not hold over the whole of it.
   struct Phase {
     std::string name;
-    double duration = 0;  // s
-    int intervals = 0;
+    double duration = 0;  // s; 0: the task's
+    int intervals = 0;    // 0: the task's
     std::optional<Problem::Range> free_time;
     std::vector<std::string> hold;                               // frames of contacts
     bool impact = false;                                         // what lands at its beginning hits the floor
