@@ -147,9 +147,8 @@ void StagewiseKkt::connect(bool puts_in_links) {
 }
 
 void StagewiseKkt::set(const double* jacobian, const double* hessian) {
-  std::copy(jacobian, jacobian + J_.size(), J_.data());
   std::copy(hessian, hessian + W_.size(), W_.data());
-  for (std::size_t e = 0; e < jacobian_to_.size(); ++e) *jacobian_to_[e] = jacobian[e];
+  for (std::size_t e = 0; e < jacobian_to_.size(); ++e) J_[Eigen::Index(e)] = *jacobian_to_[e] = jacobian[e];
 }
 
 bool StagewiseKkt::factor(const KktDiagonal& diagonal) {
