@@ -274,119 +274,145 @@ void RiccatiKkt::solve_rows(Factor& f, Index links) {
   }
 }
 
+// Where entries of Q go: to S, of variables that are free or carried; to Y and B, of basic ones.
+struct RiccatiKkt::Assembly {
+  const Factor& f;
+  Index pad, of_B;
+  Index* place;    // of each variable (Work), and room behind
+  double* weight;  // of each variable: what it is by what stands in its place
+  double *S, *Y, *B;
+
+  double* column(Index to) const { return to >= 0 ? S + to * pad : Y - (to + 1) * pad; }
+  void add(Index i, Index j, double value) const {
+    const Index to = place[j], at = place[i];
+    if (at >= 0)
+      column(to)[at] += weight[i] * weight[j] * value;
+    else if (to < 0)
+      B[-(at + 1) - (to + 1) * of_B] += value;
+  }
+  // Carried variables that come first, in the order of their links, which are also the first of `variables`.
+  Index in_order(const std::vector<Index>& variables) const {
+    Index i = 0;
+    while (i < std::min(f.carried, Index(variables.size())) && f.row[std::size_t(i)] == i &&
+           f.col[std::size_t(i)] == i && variables[std::size_t(i)] == i)
+      ++i;
+    return i;
+  }
+  void add_columns(const double* W, Index of_W, const std::vector<Index>& variables) const;
+};
+
+// Columns of Q by some variables, for these.
+void RiccatiKkt::Assembly::add_columns(const double* W, Index of_W,
+                                       const std::vector<Index>& variables) const {
+  const Index count = Index(variables.size()), simple = in_order(variables);
+  // Behind the simple ones: those that are not basic, then those that are.
+  Index* const order = place + f.col.size();
+  Index *rest_end = order, *end = order;
+  for (Index i = simple; i < count; ++i) {
+    if (place[variables[std::size_t(i)]] >= 0) *rest_end++ = i;
+  }
+  end = rest_end;
+  for (Index i = simple; i < count; ++i) {
+    if (place[variables[std::size_t(i)]] < 0) *end++ = i;
+  }
+  for (Index c = 0; c < count; ++c) {
+    const double* const w = W + c * of_W;
+    const Index j = variables[std::size_t(c)], to = place[j];
+    double* const sum = column(to);
+    const double of_j = to >= 0 ? weight[j] : 1;
+    for (Index i = 0; i < simple; ++i) sum[f.free + i] += of_j * (f.pivots[i] * w[i]);
+    for (const Index* i = order; i != rest_end; ++i) {
+      const Index variable = variables[std::size_t(*i)];
+      sum[place[variable]] += of_j * (weight[variable] * w[*i]);
+    }
+    if (to >= 0) continue;
+    for (const Index* i = rest_end; i != end; ++i)
+      B[-(place[variables[std::size_t(*i)]] + 1) - (to + 1) * of_B] += w[*i];
+  }
+}
+
+RiccatiKkt::Assembly RiccatiKkt::begin_assembly(const Factor& f, Index n, Index both) {
+  const Index all = Index(f.col.size()), basic = f.rank - f.carried, pad = padded(both);
+  work_.place.resize(std::size_t(all + n));
+  const Assembly to{f,
+                    pad,
+                    padded(basic),
+                    work_.place.data(),
+                    room(work_.weight, all),
+                    room(work_.S, pad * both),
+                    zeros(work_.Y, pad * basic),
+                    zeros(work_.B, padded(basic) * basic)};
+  for (Index p = 0; p < all; ++p) {
+    const Index variable = f.col[std::size_t(p)];
+    to.place[variable] = p < f.carried ? f.free + f.row[std::size_t(p)]
+                         : p < f.rank  ? f.carried - p - 1
+                                       : p - f.rank;
+    to.weight[variable] = p < f.carried ? f.pivots[p] : 1;
+  }
+  for (Index j = 0; j < both; ++j) std::fill(to.S + j * pad + j / kPad * kPad, to.S + (j + 1) * pad, 0.0);
+  return to;
+}
+
+// H and the cost to go of the next stage, C^T P C, where most entries may be other than zero.
+void RiccatiKkt::add_all(const Matrices& m, const Factor* next, const Assembly& to) {
+  const Index n = m.H_columns.cols(), of_W = padded(n);
+  double* const W = room(work_.W, of_W * n);
+  std::copy(m.H_columns.data(), m.H_columns.data() + of_W * n, W);
+  if (next) {
+    const Index of_C = next->P.rows(), links = next->P.cols();
+    double* const PC = zeros(work_.PC, of_C * n);
+    add_product(PC, of_C, next->P.data(), of_C, m.C_columns.data(), of_C, of_C, links, n);
+    add_product(W, of_W, m.Ct.data(), of_W, PC, of_C, of_W, links, n);
+  }
+  to.add_columns(W, of_W, m.touched);
+}
+
+// The same of those entries alone.
+void RiccatiKkt::add_nonzeros(const Matrices& m, const Factor* next, const Assembly& to) {
+  for (const Entry& e : m.H) to.add(e.row, e.column, e.value);
+  const Index count = Index(m.touched.size()), of_W = padded(count), of_C = next ? next->P.rows() : 0;
+  double* const PC = room(work_.PC, of_C * count);
+  double* const CP = room(work_.CP, of_W * of_C);
+  double* const W = room(work_.W, of_W * count);
+  const auto multiply = [&](double* product, const double* columns, Index stride) {
+    for (Index j = 0; j < count; ++j) {
+      std::size_t e = m.C_begin[std::size_t(j)];
+      const double* const first = columns + m.C[e].row * stride;
+      for (Index i = 0; i < stride; ++i) product[i + j * stride] = m.C[e].value * first[i];
+      while (++e < m.C_begin[std::size_t(j) + 1])
+        add(product + j * stride, m.C[e].value, columns + m.C[e].row * stride, stride);
+    }
+  };
+  if (next) multiply(PC, next->P.data(), of_C);
+  for (Index i = 0; i < of_C; i += kPad) {
+    for (Index j = 0; j < count; ++j) {
+      for (Index part = i; part < i + kPad; ++part) CP[j + part * of_W] = PC[part + j * of_C];
+    }
+    for (Index part = i; part < i + kPad; ++part)
+      std::fill(CP + count + part * of_W, CP + (part + 1) * of_W, 0.0);
+  }
+  multiply(W, CP, of_W);
+  to.add_columns(W, of_W, m.touched);
+}
+
 // S: the cost of the stage and all behind it by free variables and what the link brings, its lower triangle.  With Q that cost by all
 // variables, the basic ones being X^T of these:  S = Q_rest + Y X^T + X Y^T,  Y = Q_(rest, basic) + 1/2 X Q_(basic, basic).
 void RiccatiKkt::assemble(std::size_t k, double shift, double elastic) {
   Factor& f = factors_[k];
-  Matrices& m = f.matrices;
-  const Stage& stage = stages_[k];
-  const Index n = stage.H.cols(), links = stage.D.rows(), all = Index(f.col.size()), carried = f.carried;
-  const Index rank = f.rank, free = f.free, basic = rank - carried, both = free + links, pad = padded(both);
-  const Index of_B = padded(basic);
-  m.take(stage, shift);
-  std::vector<Index>& place = work_.place;
-  place.resize(std::size_t(all + n));  // and room behind
-  double* const weight = room(work_.weight, all);
-  for (Index p = 0; p < all; ++p) {
-    const Index variable = f.col[std::size_t(p)];
-    place[std::size_t(variable)] = p < carried ? free + f.row[std::size_t(p)]
-                                   : p < rank  ? carried - p - 1
-                                               : p - rank;
-    weight[variable] = p < carried ? f.pivots[p] : 1;
-  }
-  double* const S = room(work_.S, pad * both);
-  for (Index j = 0; j < both; ++j) std::fill(S + j * pad + j / kPad * kPad, S + (j + 1) * pad, 0.0);
-  double* const Y = zeros(work_.Y, pad * basic);
-  double* const B = zeros(work_.B, of_B * basic);
-  const auto add_entry = [&](Index i, Index j, double value) {
-    const Index to = place[std::size_t(j)], at = place[std::size_t(i)];
-    if (at >= 0)
-      (to >= 0 ? S + to * pad : Y - (to + 1) * pad)[at] += weight[i] * weight[j] * value;
-    else if (to < 0)
-      B[-(at + 1) - (to + 1) * of_B] += value;
-  };
-  // Carried variables that come first, in the order of their links, which are also the first of `variables`.
-  const auto in_order = [&](const Index* variables, Index count) {
-    Index i = 0;
-    while (i < std::min(carried, count) && f.row[std::size_t(i)] == i && f.col[std::size_t(i)] == i &&
-           variables[i] == i)
-      ++i;
-    return i;
-  };
-  // Columns of Q by some variables, for these.
-  const auto add_columns_of = [&](const double* W, Index of_W, const std::vector<Index>& variables) {
-    const Index count = Index(variables.size()), simple = in_order(variables.data(), count);
-    // Behind the simple ones: those that are not basic, then those that are.
-    Index* const order = place.data() + all;
-    Index *rest_end = order, *end = order;
-    for (Index i = simple; i < count; ++i) {
-      if (place[std::size_t(variables[std::size_t(i)])] >= 0) *rest_end++ = i;
-    }
-    end = rest_end;
-    for (Index i = simple; i < count; ++i) {
-      if (place[std::size_t(variables[std::size_t(i)])] < 0) *end++ = i;
-    }
-    for (Index c = 0; c < count; ++c) {
-      const double* const w = W + c * of_W;
-      const Index j = variables[std::size_t(c)], to = place[std::size_t(j)];
-      double* const column = to >= 0 ? S + to * pad : Y - (to + 1) * pad;
-      const double of_j = to >= 0 ? weight[j] : 1;
-      for (Index i = 0; i < simple; ++i) column[free + i] += of_j * (f.pivots[i] * w[i]);
-      for (const Index* i = order; i != rest_end; ++i) {
-        const Index variable = variables[std::size_t(*i)];
-        column[place[std::size_t(variable)]] += of_j * (weight[variable] * w[*i]);
-      }
-      if (to >= 0) continue;
-      for (const Index* i = rest_end; i != end; ++i)
-        B[-(place[std::size_t(variables[std::size_t(*i)])] + 1) - (to + 1) * of_B] += w[*i];
-    }
-  };
+  const Index n = stages_[k].H.cols(), basic = f.rank - f.carried, both = f.free + stages_[k].D.rows();
+  f.matrices.take(stages_[k], shift);
+  const Assembly to = begin_assembly(f, n, both);
   const Factor* const next = k + 1 < stages() ? &factors_[k + 1] : nullptr;
-  const Index of_C = next ? next->P.rows() : 0, next_links = next ? next->P.cols() : 0;
-  if (m.are_columns) {
-    const Index of_W = padded(n);
-    double* const W = room(work_.W, of_W * n);
-    std::copy(m.H_columns.data(), m.H_columns.data() + of_W * n, W);
-    if (next) {
-      double* const PC = zeros(work_.PC, of_C * n);
-      add_product(PC, of_C, next->P.data(), of_C, m.C_columns.data(), of_C, of_C, next_links, n);
-      add_product(W, of_W, m.Ct.data(), of_W, PC, of_C, of_W, next_links, n);
-    }
-    add_columns_of(W, of_W, m.touched);
-  } else {
-    for (const Entry& e : m.H) add_entry(e.row, e.column, e.value);
-    const Index count = Index(m.touched.size()), of_W = padded(count);
-    double* const PC = room(work_.PC, of_C * count);
-    double* const CP = room(work_.CP, of_W * of_C);
-    double* const W = room(work_.W, of_W * count);
-    const auto multiply = [&](double* to, const double* columns, Index stride) {
-      for (Index j = 0; j < count; ++j) {
-        std::size_t e = m.C_begin[std::size_t(j)];
-        const double* const first = columns + m.C[e].row * stride;
-        for (Index i = 0; i < stride; ++i) to[i + j * stride] = m.C[e].value * first[i];
-        while (++e < m.C_begin[std::size_t(j) + 1])
-          add(to + j * stride, m.C[e].value, columns + m.C[e].row * stride, stride);
-      }
-    };
-    if (next) multiply(PC, next->P.data(), of_C);
-    for (Index i = 0; i < of_C; i += kPad) {
-      for (Index j = 0; j < count; ++j) {
-        for (Index part = i; part < i + kPad; ++part) CP[j + part * of_W] = PC[part + j * of_C];
-      }
-      for (Index part = i; part < i + kPad; ++part)
-        std::fill(CP + count + part * of_W, CP + (part + 1) * of_W, 0.0);
-    }
-    multiply(W, CP, of_W);
-    add_columns_of(W, of_W, m.touched);
-  }
-  for (Index i = n; i < all; ++i) add_entry(i, i, 1 / elastic);
-  work_.own.resize(free);
-  for (Index j = 0; j < free; ++j) work_.own[j] = S[j + j * pad];
+  f.matrices.are_columns ? add_all(f.matrices, next, to) : add_nonzeros(f.matrices, next, to);
+  for (Index i = n; i < Index(f.col.size()); ++i) to.add(i, i, 1 / elastic);
+  work_.own.resize(f.free);
+  for (Index j = 0; j < f.free; ++j) work_.own[j] = to.S[j + j * to.pad];
   if (basic == 0) return;
-  for (Index i = 0; i < of_B * basic; ++i) B[i] *= 0.5;
-  add_product(Y, pad, f.X.data(), pad, B, of_B, pad, basic, basic);
-  add_symmetric_product<Factors::kRows>(S, pad, Y, pad, f.X.data(), pad, pad, basic, both);
-  add_symmetric_product<Factors::kRows>(S, pad, f.X.data(), pad, Y, pad, pad, basic, both);
+  for (Index i = 0; i < to.of_B * basic; ++i) to.B[i] *= 0.5;
+  const double* const X = f.X.data();
+  add_product(to.Y, to.pad, X, to.pad, to.B, to.of_B, to.pad, basic, basic);
+  add_symmetric_product<Factors::kRows>(to.S, to.pad, to.Y, to.pad, X, to.pad, to.pad, basic, both);
+  add_symmetric_product<Factors::kRows>(to.S, to.pad, X, to.pad, to.Y, to.pad, to.pad, basic, both);
 }
 
 // Free variables are minimised, kPad at a time: what is left is the cost to go.  False where they have no minimum.  What is above the

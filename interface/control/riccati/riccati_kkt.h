@@ -149,6 +149,10 @@ class RiccatiKkt {
   void arrange(std::size_t k, double elastic);
   void eliminate_rows(Factor& f, Eigen::Index links);
   void solve_rows(Factor& f, Eigen::Index links);
+  struct Assembly;
+  Assembly begin_assembly(const Factor& f, Eigen::Index n, Eigen::Index both);
+  void add_all(const Matrices& m, const Factor* next, const Assembly& to);
+  void add_nonzeros(const Matrices& m, const Factor* next, const Assembly& to);
   void assemble(std::size_t k, double shift, double elastic);
   bool minimise(Factor& f, Eigen::Index links);
   void take_cost_to_go(Factor& f, Eigen::Index links);
