@@ -23,7 +23,8 @@
 // kFar going on takes 2 to 16 iterations and a new barrier 4 to 21; beyond, where limits are reached, 21 to 61 and 17 to 33.
 //
 // What terms read as s.t is time within the horizon, from 0.  Parameters that are functions of time are asked at the plant's
-// time: a reference r(t) is followed as it is.  They change in place through values().
+// time: a reference r(t) is followed as it is.  They change in place through values().  The problem's guess is asked once for each time of
+// the mesh and remembered; one that is set through values() is asked in every step.
 //
 // Without limits, these being soft (penalties.h), a step with `iterations` above 0 is a linear system (equality_qp.h), takes the same
 // time whatever happens, and goes on from the last solution however far that is.
