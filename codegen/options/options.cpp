@@ -23,6 +23,12 @@ Profile profile_from(const std::string& word) {
   throw ArgumentError("profile \"" + word + "\" does not exist; there are strict and fast");
 }
 
+Functions functions_from(const std::string& word) {
+  if (word == "libm") return Functions::kLibm;
+  if (word == "portable") return Functions::kPortable;
+  throw ArgumentError("functions \"" + word + "\" do not exist; there are libm and portable");
+}
+
 Order order_from(int number) {
   if (number < 0 || number > 2) {
     throw ArgumentError("order " + std::to_string(number) +

@@ -51,6 +51,7 @@ const char* to_string(Route route);
 const char* to_string(Tier tier);
 // Throw ArgumentError for any other word.
 Profile profile_from(const std::string& word);
+Functions functions_from(const std::string& word);
 Order order_from(int number);
 
 // options.only_cached, and the cache has no library of exactly this function and these options.
@@ -62,7 +63,8 @@ struct CodegenOptions {
   Order order = Order::kFirst;  // the highest that will be asked for; lower ones are always there
   Profile profile = Profile::kStrict;
   Route route = Route::kAutomatic;
-  Functions functions = Functions::kLibm;  // kPortable: the same bits everywhere, and much faster in lanes
+  // kPortable: the same bits everywhere, and quicker: a point's sines are computed four at a time, those of many points in lanes.
+  Functions functions = Functions::kLibm;
 
   // Every kernel of several lanes takes as long to compile as the one of a single point, and evaluates a point
   // five to eight times faster (CompiledFunction::run).

@@ -14,7 +14,7 @@
 
 namespace dyntape::codegen {
 
-inline constexpr std::size_t kGathered = 8;  // as many as the widest registers hold
+inline constexpr std::size_t kGathered = 8;  // two registers of four
 
 // A portable function of one value that is not a constant (autodiff/scalars/portable.h).
 bool is_gathered(const Graph& graph, NodeId id);

@@ -228,11 +228,13 @@ Route route_from(const std::string& name) {
 
 std::shared_ptr<RecordedFunction> compile(std::shared_ptr<RecordedFunction> f, int order,
                                           const std::string& route, bool lanes, const std::string& profile,
+                                          const std::string& functions,
                                           const std::vector<std::string>& flags) {
   CodegenOptions options;
   options.order = order_from(order);
   options.route = route_from(route);
   options.profile = profile_from(profile);
+  options.functions = functions_from(functions);
   options.lanes = lanes ? Lanes::kNative : Lanes::kNone;
   options.flags = flags;
   const nb::gil_scoped_release unlocked;
@@ -392,9 +394,10 @@ void bind_functions(nb::module_& module) {
       "Rows and columns of the non-zeros of the Hessian's lower triangle.");
   f.def(
       "compile", compile, nb::arg("order") = 2, nb::kw_only(), nb::arg("route") = "tiered",
-      nb::arg("lanes") = false, nb::arg("profile") = "strict", nb::arg("flags") = std::vector<std::string>(),
+      nb::arg("lanes") = false, nb::arg("profile") = "strict", nb::arg("functions") = "libm",
+      nb::arg("flags") = std::vector<std::string>(),
       nb::sig("def compile(self, order: int = 2, *, route: str = 'tiered', lanes: bool = False, "
-              "profile: str = 'strict', flags: Sequence[str] = ()) -> Function"),
+              "profile: str = 'strict', functions: str = 'libm', flags: Sequence[str] = ()) -> Function"),
       "Compiles value and derivatives up to `order`, or takes them from the cache; returns the function "
       "itself.\n\n"
       "route: \"tiered\", machine code within milliseconds and what the C compiler makes when that is "
@@ -402,7 +405,10 @@ void bind_functions(nb::module_& module) {
       "\"machine-code\", without a compiler; \"compiled\", which waits for it.  In strict all have the same "
       "bits.\n"
       "lanes: kernels of several states at a time besides, for batches.\n"
-      "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n\n"
+      "profile: \"strict\", the bits of the interpreter, or \"fast\".  flags: for the C compiler.\n"
+      "functions: \"libm\", the C library's sines and the like, or \"portable\", the same bits on every "
+      "processor\n"
+      "and mostly quicker.\n\n"
       "Raises ToolError if the compiler that is waited for fails; the interpreter then goes on serving.");
   bind_function_facts(f);
   module.def(

@@ -29,8 +29,12 @@ def span(ratios):
 
 
 def ratios_to(t, ours, theirs, functions):
-    """By function and robot, where both are measured."""
-    found = {(f, r): ratio(t.get(r, f, ours), t.get(r, f, theirs)) for f in functions for r in t.robots}
+    """By function and robot, where both are measured; to the Pinocchio of the same process."""
+    def of(r, f):
+        if theirs == 'Pinocchio':
+            return t.get(r, f, ours, 'ratio_to_pinocchio')
+        return ratio(t.get(r, f, ours), t.get(r, f, theirs))
+    found = {(f, r): of(r, f) for f in functions for r in t.robots}
     return {key: value for key, value in found.items() if value is not None}
 
 
@@ -106,8 +110,8 @@ def levels_tables(t):
     parts = ['## Each processor', LEVELS_TEXT.format(own=own), '![microseconds a state](studies/benchmarks_levels.svg)']
     for route in ('plain double', 'packs'):
         lines = [[f'**{function}**' if k == 0 else '', level,
-                  *(number(ratio(t.get(r, function, route if level == own else of_level(route, level)),
-                                 t.get(r, function, 'Pinocchio')), 2) for r in t.robots)]
+                  *(number(t.get(r, function, route if level == own else of_level(route, level), 'ratio_to_pinocchio'), 2)
+                    for r in t.robots)]
                  for function in t.functions for k, level in enumerate([own, *lower])
                  if any(t.get(r, function, 'Pinocchio') for r in t.robots)]
         parts += [f'{route.capitalize()}:', markdown(['function', 'code for', *(ROBOTS[r] for r in t.robots)], lines, 2)]
@@ -115,11 +119,11 @@ def levels_tables(t):
 
 
 LEVELS_TEXT = '''The library has code for three levels of x86-64 and takes the highest that the processor has, here {own}; each was measured on this
-machine. Ratios of times to Pinocchio, compiled for this machine; smaller is better.'''
+machine, in a process with Pinocchio, which is compiled for this machine. Ratios of times to it; smaller is better.'''
 
-GENERATED_TEXT = '''Ratios of times: ours, the quicker of the profiles strict and fast, to the quicker of what a peer prints.'''
+GENERATED_TEXT = '''Ratios of times: ours, the quickest of the profiles strict and fast, with libm's sines and with portable ones, to the quicker of what a peer prints.'''
 
-INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio, CasADi and CppADCodeGen: one process, in
+INTRODUCTION = '''Every route to the functions that optimal control is made of, beside Pinocchio, CasADi and CppADCodeGen: one process a robot, in
 turn, the quickest of a hundred batches, so smaller is better everywhere. Made by `tests/bench/run` from `docs/studies/benchmarks.csv`; nothing here is typed.'''
 
 ROUTES = '''Times of one state.

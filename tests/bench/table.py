@@ -16,6 +16,11 @@ def of_level(route, level):
     return f'{route}, {level}'
 
 
+def level_of(route):
+    """The level that a route names, or ''."""
+    return next((level for level in LEVELS if route.endswith(f', {level}')), '')
+
+
 class Table:
     """Figures by robot, function and route; what is not there is None."""
 
@@ -36,10 +41,10 @@ class Table:
 
     def routes(self, robot, function):
         return [row for row in self.rows if row['robot'] == robot and row['function'] == function and row['us']
-                and row not in self.tapes and not row['route'].endswith(tuple(LEVELS))]
+                and row not in self.tapes and not level_of(row['route'])]
 
 
-GENERATED = ('generated', 'generated, fast')
+GENERATED = ('generated', 'generated, portable', 'generated, fast', 'generated, fast, portable')
 KEPT = ('lanes, kept', 'lanes, fast, kept')
 CASADI = ('CasADi', 'CasADi, analytic')
 CPPADCODEGEN = ('CppADCodeGen', 'CppADCodeGen, analytic')

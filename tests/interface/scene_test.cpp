@@ -200,6 +200,20 @@ TEST(Scenes, GiveTheSameBitsAgain) {
   EXPECT_TRUE(a.q == b.q && a.v == b.v);
 }
 
+TEST(Scenes, PortableFunctionsMoveTheLastBitAndHaveTheSameOnesOnEveryRoute) {
+  const auto moved = [](const std::string& functions, const std::string& route) {
+    Scene scene = read_scene(scene_file("pendulum"),
+                             {{"evaluation.functions", functions}, {"evaluation.route", route}});
+    scene.evaluation.cache_folder = cache().path();
+    return run(scene).v;
+  };
+  const Eigen::MatrixXd libm = moved("libm", "machine_code"), portable = moved("portable", "machine_code");
+  EXPECT_FALSE(portable == libm);
+  EXPECT_LT((portable - libm).cwiseAbs().maxCoeff(), 1e-10);
+  EXPECT_TRUE(portable == moved("portable", "interpreter"));
+  EXPECT_TRUE(portable == moved("portable", "compiled"));
+}
+
 // Forces that cancel leave a rounding that is large beside velocities of nothing.
 TEST(Scenes, ImplicitStepsGoOnAtRest) {
   Scene scene = shipped("bouncing_ball");
@@ -288,6 +302,8 @@ TEST(Scenes, SayWhatIsWrongWithItsPlace) {
       {pendulum_with("contacts\n{\n slip 0.1\n}"), "needs at least one 'contact'"},
       {pendulum_with("contacts\n{\n contact\n {\n frames \"\"\n stiffness 1\n }\n}"), "names no link"},
       {pendulum_with("gravity off", "duration 1\n}\nevaluation\n{\nlanes native"), "lanes"},
+      {pendulum_with("gravity off", "duration 1\n}\nevaluation\n{\nfunctions sleef"),
+       "valid are 'libm', 'portable'"},
       {pendulum_with("gravity off", "duration 1\nstep 0.3"), "not made of whole steps"},
       {pendulum_with("gravity off", "duration 1\nsample 1e17"), "longer than the duration"},
       {pendulum_with("contacts\n{\n normal \"0 0 0\"\n contact\n {\n frames tip\n stiffness 1\n }\n}"),

@@ -162,6 +162,19 @@ def test_every_route_has_the_same_bits(random):
         f.compile(route="gcc")
 
 
+def test_portable_functions_differ_in_the_last_bit_at_most(random):
+    x = random.normal(size=(500, 3))
+    of_libm, portable = (dyntape.record(lambda x: np.sin(x) * np.cos(x[::-1]), 3).compile(route="compiled", functions=functions)
+                         for functions in ("libm", "portable"))
+    a, b = of_libm(x), portable(x)
+    assert not np.array_equal(a, b)
+    assert np.abs(a - b).max() < 4e-16
+    alone = np.array([portable(one) for one in x])
+    assert np.array_equal(alone, b) and np.array_equal(portable.compile(lanes=True, functions="portable")(x), b)
+    with pytest.raises(dyntape.ArgumentError, match='functions "sleef" do not exist; there are libm and portable'):
+        portable.compile(functions="sleef")
+
+
 def test_robots_inside(panda, random):
     n = 7
 

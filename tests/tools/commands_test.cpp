@@ -154,6 +154,21 @@ TEST(Generate, WritesCThatCompilesByItself) {
   EXPECT_EQ(std::system(compile.c_str()), 0);
 }
 
+TEST(Generate, OwnTrigNeedsNothingButItsText) {
+  const Scratch scratch;
+  const auto run = run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba",
+                                "--own-trig", "--output", scratch / "c", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const std::string source = json::parse(run.out)["files"][0].get<std::string>();
+  const std::string compile =
+      "gcc -std=c99 -Wall -Wextra -Werror -shared -fPIC -nostdlib -Wl,--no-undefined -o /dev/null " + source;
+  EXPECT_EQ(std::system(compile.c_str()), 0) << "no function of libm is called";
+  EXPECT_EQ(run_dyntape({"generate", config("robots/double_pendulum.urdf"), "--function", "aba", "--own-trig",
+                         "--casadi", "--output", scratch / "d"})
+                .status,
+            2);
+}
+
 TEST(Generate, EmbeddedTextIsPlainFunctionsWithTheirStack) {
   const Scratch scratch;
   const std::vector<std::string> words = {"generate",   config("robots/double_pendulum.urdf"),

@@ -160,6 +160,7 @@ void run(const GenerateOptions& options) {
   const double record_seconds = seconds_since(start);
   if (options.embedded) return run_embedded(options, recorded, codegen);
   if (options.casadi) return run_casadi(options, robot.model, function, recorded, codegen);
+  if (options.own_trig) codegen.functions = Functions::kPortable;
   const codegen::Source source = generate_source(recorded, codegen);
   check_size(options, source);
   const std::vector<std::string> files = write_source(source, options.output);
@@ -238,18 +239,17 @@ void add_generate(CLI::App& app) {
   CLI::Option* const nonzeros = command->add_flag("--nonzeros", options->nonzeros,
                                                   "only the outputs that are not zero everywhere, of a "
                                                   "symmetric matrix one triangle; the text names each");
-  command
-      ->add_flag(
-          "--casadi", options->casadi,
-          "with the interface of casadi.external and acados: values, and with --order 2 sparse Jacobians and "
-          "exact Hessians; NAME.c and, where there is a compiler, NAME.so")
-      ->excludes(embedded)
-      ->excludes(nonzeros);
+  CLI::Option* const casadi = command->add_flag(
+      "--casadi", options->casadi,
+      "with the interface of casadi.external and acados: values, and with --order 2 sparse Jacobians and "
+      "exact Hessians; NAME.c and, where there is a compiler, NAME.so");
+  casadi->excludes(embedded)->excludes(nonzeros);
   command->add_flag("--float", options->single, "embedded: float instead of double")->needs(embedded);
   command
       ->add_flag("--own-trig", options->own_trig,
-                 "embedded: sin and cos in the text, within 0.82 ulp, with the same bits on every processor")
-      ->needs(embedded);
+                 "sin and cos in the text, within 0.82 ulp, with the same bits on every processor, quicker "
+                 "than libm's; without --embedded other functions are SLEEF's: link with -lsleef")
+      ->excludes(casadi);
   command
       ->add_option(
           "--cross", options->cross,

@@ -113,6 +113,14 @@ EvaluationKeys read_evaluation(Section& file, PointsAtOnce points) {
                                               {"compiled", Route::kCompiled},
                                               {"machine_code", Route::kMachineCode},
                                               {"interpreter", Route::kInterpreter}});
+  if (points != PointsAtOnce::kSamples)
+    keys.options.functions =
+        block
+            .about(
+                "libm: the C library's sines and the like; portable: the same bits on every processor, "
+                "quicker")
+            .choice_or<Functions>("functions", "libm",
+                                  {{"libm", Functions::kLibm}, {"portable", Functions::kPortable}});
   if (points == PointsAtOnce::kOne) return keys;
   keys.options.lanes =
       block.about("points side by side in registers: longer to compile, several times as fast")

@@ -51,7 +51,8 @@ void read_scene_keys(io::Section& file, RobotScene& scene, const KeyedRobot& rob
 std::string path_beside(const std::string& file, io::Section& block, const std::string& key,
                         const std::string& name);
 
-enum class PointsAtOnce { kOne, kMany };  // only where there are many, lanes and threads are asked for
+// One: no lanes and threads are asked for.  Samples: nor functions, which are portable ones.
+enum class PointsAtOnce { kOne, kMany, kSamples };
 struct EvaluationKeys {
   CodegenOptions options;
   unsigned threads = 1;

@@ -98,7 +98,7 @@ void read_sweep_keys(Section& file, SceneSweep& sweep, bool known) {
   read_values(file, sweep, known);
   read_counts(file, sweep);
   read_shown(file, sweep, known);
-  const EvaluationKeys keys = read_evaluation(file, PointsAtOnce::kMany);
+  const EvaluationKeys keys = read_evaluation(file, PointsAtOnce::kSamples);
   sweep.evaluation = keys.options;
   sweep.threads = keys.threads;
 }

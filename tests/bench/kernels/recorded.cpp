@@ -94,20 +94,23 @@ Route route(const std::string& name, const std::shared_ptr<Batch>& batch, Way wa
 struct Variant {
   const char* name;
   Profile profile;
-  Lanes lanes;
+  Functions functions;
+  Lanes lanes = Lanes::kNone;
 };
-constexpr Variant kVariants[] = {{"generated", Profile::kStrict, Lanes::kNone},
-                                 {"generated, fast", Profile::kFast, Lanes::kNone},
-                                 {"lanes", Profile::kStrict, Lanes::kNative},
-                                 {"lanes, fast", Profile::kFast, Lanes::kNative}};
+constexpr Variant kVariants[] = {{"generated", Profile::kStrict, Functions::kLibm},
+                                 {"generated, portable", Profile::kStrict, Functions::kPortable},
+                                 {"generated, fast", Profile::kFast, Functions::kLibm},
+                                 {"generated, fast, portable", Profile::kFast, Functions::kPortable},
+                                 {"lanes", Profile::kStrict, Functions::kPortable, Lanes::kNative},
+                                 {"lanes, fast", Profile::kFast, Functions::kPortable, Lanes::kNative}};
 
 CodegenOptions options_of(const Variant& variant, const std::string& cache) {
   CodegenOptions options;
   options.order = Order::kValue;
   options.route = dyntape::Route::kCompiled;
   options.profile = variant.profile;
+  options.functions = variant.functions;
   options.lanes = variant.lanes;
-  if (variant.lanes != Lanes::kNone) options.functions = Functions::kPortable;
   options.cache_folder = cache;
   return options;
 }
