@@ -3,8 +3,6 @@
 
 #include <algorithm>
 
-#include <dyntape/autodiff/error.h>
-
 namespace dyntape::codegen {
 
 // One evaluation.

@@ -47,7 +47,6 @@
 
 #include <dyntape/autodiff/evaluate/interpret.h>
 #include <dyntape/codegen/options/options.h>
-#include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/run/points.h>
 #include <dyntape/codegen/timings.h>
 

@@ -29,6 +29,24 @@ void run_kernel(const dyntape_kernel& kernel, const Points& points, double* work
              points.strides, points.status);
 }
 
+Violation first_violation(const std::uint32_t* status, std::size_t count) {
+  const std::uint32_t* const end = status + count;
+  const auto* const found = std::find_if(status, end, [](std::uint32_t word) { return word != 0; });
+  if (found == end) return {};
+  return {*found, static_cast<std::size_t>(found - status)};
+}
+
+PointRange range_of(const Points& points, const Strides& s, double* y) {
+  PointRange range;
+  range.points = points.count;
+  range.x = points.x, range.stride_x = s.x;
+  range.p = points.p, range.stride_p = s.p;
+  range.w = points.w, range.stride_w = s.w;
+  range.y = y;
+  range.status = points.status;
+  return range;
+}
+
 }  // namespace
 
 Kernels::Kernels(Product made, const CodegenOptions& options)
@@ -124,11 +142,7 @@ Violation Kernels::run(Order wanted, const Points& points, Room& room) const {
   else
     run_interpreted(wanted, all, n, room);
   if (product.machine) rethrow_thrown();
-  if (!guarded) return {};
-  const std::uint32_t *const begin = all.status, *const end = begin + all.count;
-  const auto* const found = std::find_if(begin, end, [](std::uint32_t word) { return word != 0; });
-  if (found == end) return {};
-  return {*found, static_cast<std::size_t>(found - begin)};
+  return guarded ? first_violation(all.status, all.count) : Violation{};
 }
 
 // A single point that is left over goes through the kernel of one.
@@ -147,13 +161,7 @@ void Kernels::run_interpreted(Order wanted, const Points& points, const Strides&
   const Strides& s = *points.strides;
   for (std::size_t i = 0; i < points.count; i += kInterpretedTogether) {
     const Points part = part_of(points, s, i, std::min(points.count - i, kInterpretedTogether));
-    PointRange range;
-    range.points = part.count;
-    range.x = part.x, range.stride_x = s.x;
-    range.p = part.p, range.stride_p = s.p;
-    range.w = part.w, range.stride_w = s.w;
-    range.y = room.work_.data();
-    range.status = part.status;
+    const PointRange range = range_of(part, s, room.work_.data());
     interpreters_[at(wanted)](range, room.interpreters_[at(wanted)]);
     const double* out = room.work_.data();
     for (std::size_t k = 0; k < part.count; ++k) {

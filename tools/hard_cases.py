@@ -53,6 +53,12 @@ def check_tests(names, where):
             fail(f'{where}: no test "{name}"' + (f'; did you mean "{folder} {near[0]}"?' if near else ''))
 
 
+def tests_of(fields, where):
+    tests = [name.strip() for line in fields.get('tests', []) for name in line.split(',')]
+    check_tests(tests, where)
+    return tests
+
+
 def order_of(identifier):
     """H1, H2, ... before 1, 2, ... before X1, ..."""
     letter, number = re.fullmatch(r'([A-Z]?)(\d+)', identifier).groups()
@@ -118,8 +124,7 @@ def cases_elsewhere():
         missing = [key for key in (*FIELDS, 'tests') if key not in fields]
         if missing:
             fail(f'{path.name}, {ids}: no {missing[0]}')
-        tests = [name.strip() for line in fields['tests'] for name in line.split(',')]
-        check_tests(tests, f'{path.name}, {ids}')
+        tests = tests_of(fields, f'{path.name}, {ids}')
         yield Case(ids, ' | '.join(f'{key}: {fields[key][0]}' for key in FIELDS), tests, path.name)
 
 
@@ -175,10 +180,9 @@ def capabilities():
         match = re.fullmatch(r'(S\d+) (.+)', head)
         if not match:
             fail(f'{path.name}: expected "S01 what it is", got "{head}"')
-        tests = [name.strip() for line in fields.get('tests', []) for name in line.split(',')]
+        tests = tests_of(fields, f'{path.name}, {match[1]}')
         if not tests:
             fail(f'{path.name}: {match[1]} has no test')
-        check_tests(tests, f'{path.name}, {match[1]}')
         rows.append(f'| {match[1]} | {cell(match[2])} | {tests_cell(tests)} |\n')
     return f'''# Capabilities
 

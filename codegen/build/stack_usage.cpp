@@ -69,6 +69,12 @@ std::string run(const std::vector<std::string>& words, const TemporaryFolder& fo
   return outcome.output;
 }
 
+std::string version_of(const std::string& compiler, const TemporaryFolder& folder) {
+  std::string version = run({compiler, "-dumpfullversion"}, folder);
+  version.erase(version.find_last_not_of("\n") + 1);
+  return version;
+}
+
 }  // namespace
 
 StackUse read_call_graph(const std::string& call_graph, const std::vector<std::string>& entries) {
@@ -89,15 +95,12 @@ StackUse measure_stack(const EmbeddedSource& embedded, std::vector<std::string> 
   const bool has_level = std::any_of(compiler.begin() + 1, compiler.end(),
                                      [](const std::string& flag) { return flag.starts_with("-O"); });
   if (!has_level) compiler.push_back("-O2");
-  std::string version = run({compiler[0], "-dumpfullversion"}, folder);
-  version.erase(version.find_last_not_of("\n") + 1);
+  const std::string version = version_of(compiler[0], folder);
   std::vector<std::string> words = compiler;
   words.insert(words.end(), contract_flags().begin(), contract_flags().end());
   const std::string stem = folder.path() + "/" + embedded.source.name;
   write_file(stem + ".c", embedded.source.text);
-  for (const std::string& last :
-       {std::string("-fcallgraph-info=su"), std::string("-c"), std::string("-o"), stem + ".o", stem + ".c"})
-    words.push_back(last);
+  words.insert(words.end(), {"-fcallgraph-info=su", "-c", "-o", stem + ".o", stem + ".c"});
   run(words, folder);
   int error = 0;
   StackUse use = read_call_graph(read_file(stem + ".ci", error).value_or(""), embedded.entries);

@@ -75,13 +75,16 @@ class Assembly {
     }
     encode_->finish();
     made_->instructions.assign(encode_->code().begin(), encode_->code().end());
-    dyntape_kernel& kernel = made_->kernel;
+    describe(made_->kernel);
+    return made_;
+  }
+
+  void describe(dyntape_kernel& kernel) const {
     kernel.order = static_cast<std::uint32_t>(derived_.order);
     kernel.lane_width = static_cast<std::uint32_t>(lanes_);
     kernel.work = std::size_t(first_slot_ + slots_.count()) * std::size_t(lanes_);
     kernel.operations = static_cast<std::uint32_t>(total_operations(function_));
     kernel.live = live_most_;
-    return made_;
   }
 
  private:
@@ -124,25 +127,19 @@ class Assembly {
   }
 
   void make_callees() {
-    for (const auto& callee : graph_.callees()) {
-      const Recorded* const recorded = callee->recorded();
-      std::shared_ptr<const MachineKernel> kernel;
-      if (recorded) {
-        auto& found = known_[callee.get()];
-        if (!found) {
-          // Not on the stack: callees have callees.
-          const auto alone = std::make_unique<Derivatives>();
-          alone->function = *recorded->function;
-          alone->n_y = alone->function.n_y();
-          auto made = std::make_unique<Assembly>(*alone, lanes_, options_, known_)->run();
-          kernel = made;
-          known_[callee.get()] = std::move(made);
-        } else {
-          kernel = found;
-        }
-      }
-      made_->called.push_back({callee, std::move(kernel)});
-    }
+    for (const auto& callee : graph_.callees()) made_->called.push_back({callee, kernel_of(*callee)});
+  }
+
+  // Null: it is not recorded.
+  std::shared_ptr<const MachineKernel> kernel_of(const Callee& callee) {
+    const Recorded* const recorded = callee.recorded();
+    if (!recorded) return nullptr;
+    if (const auto& found = known_[&callee]) return found;
+    // Not on the stack: callees have callees.
+    const auto alone = std::make_unique<Derivatives>();
+    alone->function = *recorded->function;
+    alone->n_y = alone->function.n_y();
+    return known_[&callee] = std::make_unique<Assembly>(*alone, lanes_, options_, known_)->run();
   }
 
   void count_results() {

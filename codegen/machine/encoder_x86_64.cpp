@@ -8,7 +8,6 @@
 
 #include <bit>
 #include <cstddef>
-#include <cstdlib>
 
 #include <xbyak/xbyak.h>
 

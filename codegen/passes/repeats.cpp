@@ -59,6 +59,10 @@ struct Shapes {
       graph.for_each_argument(id, [&](NodeId a) { height[id] = std::max(height[id], height[a] + 1); });
       operations.push_back({shape[id], id});
     }
+    find_alike(operations);
+  }
+
+  void find_alike(std::vector<Keyed>& operations) {
     sort_by_key(operations);
     for (std::size_t i = 0, end = 0; i < operations.size(); i = end) {
       while (end < operations.size() && operations[end].key == operations[i].key) ++end;
@@ -111,6 +115,12 @@ class Walks {
  private:
   static constexpr std::uint32_t kNone = 0xffffffffu;
 
+  void forget_met() {
+    for (const Tuple& t : met_) {
+      for (NodeId id : t) walk_of_[id] = kNone;
+    }
+  }
+
   void walk(const Tuple& roots) {
     const auto number = static_cast<std::uint32_t>(same_.size());
     order_.clear(), touched_.clear(), met_.clear();
@@ -118,26 +128,23 @@ class Walks {
     while (!stack.empty()) {
       const Tuple tuple = std::move(stack.back());
       stack.pop_back();
-      if (budget_ == 0 || !step(tuple, stack)) {
-        for (const Tuple& t : met_) {
-          for (NodeId id : t) walk_of_[id] = kNone;
-        }
-        return;
-      }
+      if (budget_ == 0 || !step(tuple, stack)) return forget_met();
       --budget_;
     }
     same_.push_back(number);
     for (std::uint32_t other : touched_) same_[top(other)] = number;
-    for (Tuple& t : met_) {
-      Tuple in_order(count_);
-      for (std::size_t i = 0; i < count_; ++i) {
-        const std::size_t part = order_.empty() ? i : order_[i];
-        in_order[part] = t[i];
-        place_[t[i]].second = static_cast<std::uint32_t>(part);
-      }
-      for (NodeId id : in_order) walk_of_[id] = number, place_[id].first = in_order[0];
-      if (graph_[in_order[0]].op == Op::Input) inputs_.emplace_back(std::move(in_order), number);
+    for (const Tuple& t : met_) put_in_order(t, number);
+  }
+
+  void put_in_order(const Tuple& t, std::uint32_t number) {
+    Tuple in_order(count_);
+    for (std::size_t i = 0; i < count_; ++i) {
+      const std::size_t part = order_.empty() ? i : order_[i];
+      in_order[part] = t[i];
+      place_[t[i]].second = static_cast<std::uint32_t>(part);
     }
+    for (NodeId id : in_order) walk_of_[id] = number, place_[id].first = in_order[0];
+    if (graph_[in_order[0]].op == Op::Input) inputs_.emplace_back(std::move(in_order), number);
   }
 
   // Whether the nodes correspond as far as this; their arguments are put on the stack.
@@ -303,7 +310,8 @@ class Parts {
 
   // Whether every node has its counterparts.  Those that have not are set apart: at first only where it begins,
   // since what is made of them may have counterparts once they belong to no part, then all.
-  bool is_complete(bool only_first) {
+  // Those that have all their counterparts; true of the others.
+  std::vector<bool> collect_tuples() {
     tuples_.clear();
     std::vector<bool> lacks(graph_.size(), false);
     for (std::size_t i = 0, end = 0; i < found_.size(); i = end) {
@@ -317,6 +325,11 @@ class Parts {
         for (std::size_t k = i; k < end; ++k) lacks[found_[k].id] = true;
       }
     }
+    return lacks;
+  }
+
+  bool is_complete(bool only_first) {
+    const std::vector<bool> lacks = collect_tuples();
     bool is_complete = true;
     for (const Keyed& found : found_) {
       if (!lacks[found.id]) continue;

@@ -2,6 +2,7 @@
 #include <dyntape/codegen/print/print_body.h>
 
 #include <algorithm>
+#include <string_view>
 #include <unordered_map>
 #include <unordered_set>
 
@@ -98,13 +99,10 @@ class BodyPrinter {
 
   // DT_TURNS(m17, 3, x1, x2, x3, x3, x3, x3, x3, x3): places beyond the last repeat it.
   void print_team(NodeId first, const std::vector<NodeId>& arguments) {
-    text_ += is_turn(graph_[first].op) ? "  DT_TURNS(m" : "  DT_MANY(" + function_of(first) + ", m";
-    append_integer(text_, first);
-    text_ += ", ";
-    append_integer(text_, arguments.size());
+    print(is_turn(graph_[first].op) ? "  DT_TURNS(m" : "  DT_MANY(" + function_of(first) + ", m", first);
+    print(", ", arguments.size());
     for (std::size_t i = 0; i < kGathered; ++i) {
-      text_ += ", ";
-      name(arguments[std::min(i, arguments.size() - 1)]);
+      print_name(", ", arguments[std::min(i, arguments.size() - 1)]);
     }
     text_ += ");\n";
   }
@@ -112,21 +110,16 @@ class BodyPrinter {
   // "m17, 2, x3": of its team, the how manieth, of what.
   void print_member(NodeId id) {
     const auto [team, place] = members_.at(id);
-    text_ += 'm';
-    append_integer(text_, team);
-    text_ += ", ";
-    append_integer(text_, place);
-    text_ += ", ";
-    name(graph_[id].a);
+    print("m", team);
+    print(", ", place);
+    print_name(", ", graph_[id].a);
   }
 
   std::string function_of(NodeId id) const { return std::string(info(graph_[id].op).function); }
 
   void print_pair(NodeId first, NodeId second) {
-    text_ += "  real ";
-    name(first);
-    text_ += ", ";
-    name(second);
+    print_name("  real ", first);
+    print_name(", ", second);
     if (members_.count(first)) {
       text_ += ";\n  DT_TURN(";
       print_member(first);
@@ -135,10 +128,8 @@ class BodyPrinter {
       name(graph_[first].a);
     }
     const bool is_sine = graph_[first].op == Op::Sin;
-    text_ += ", &";
-    name(is_sine ? first : second);
-    text_ += ", &";
-    name(is_sine ? second : first);
+    print_name(", &", is_sine ? first : second);
+    print_name(", &", is_sine ? second : first);
     text_ += ");\n";
   }
 
@@ -152,8 +143,7 @@ class BodyPrinter {
         append_integer(text_, index);
         const bool fills = style_.constant_parameters && block == static_cast<int>(Block::kParameters);
         text_ += fills ? " = DT_ALL(" : " = ";
-        text_ += style_.inputs[block] + "[";
-        append_integer(text_, index);
+        print(style_.inputs[block] + "[", index);
         text_ += fills ? "]);" : "];";
         if (index < names.size() && !names[index].empty()) text_ += " /* " + c_comment(names[index]) + " */";
         text_ += '\n';
@@ -161,10 +151,8 @@ class BodyPrinter {
     }
     if (!piece_.loads.empty()) heading("from earlier pieces");
     for (const Crossing& load : piece_.loads) {
-      text_ += "  const real ";
-      name(load.node);
-      text_ += " = work[";
-      append_integer(text_, load.slot);
+      print_name("  const real ", load.node);
+      print(" = work[", load.slot);
       text_ += "];\n";
     }
   }
@@ -188,8 +176,7 @@ class BodyPrinter {
         break;
       case Step::Kind::kStore: {
         const OutputArray& array = array_of(step.index);
-        text_ += "  " + array.name + "[";
-        append_integer(text_, array.place(step.index));
+        print("  " + array.name + "[", array.place(step.index));
         text_ += "] = ";
         value(function_.outputs[step.index]);
         text_ += ";\n";
@@ -216,18 +203,14 @@ class BodyPrinter {
   }
 
   void print_definition(NodeId id, const Node& node, const CallPlace* place) {
-    text_ += "  const real ";
-    name(id);
+    print_name("  const real ", id);
     text_ += " = ";
     if (place) {
-      text_ += "work[";
-      append_integer(text_, place->out + node.b);
+      print("work[", place->out + node.b);
       text_ += ']';
     } else if (node.op == Op::Result) {
-      text_ += 'c';
-      append_integer(text_, node.a);
-      text_ += '[';
-      append_integer(text_, node.b);
+      print("c", node.a);
+      print("[", node.b);
       text_ += ']';
     } else if (members_.count(id)) {
       text_ += "DT_OF(" + function_of(id) + ", ";
@@ -240,8 +223,7 @@ class BodyPrinter {
   }
 
   void print_work(std::uint32_t slot, NodeId id) {
-    text_ += "  work[";
-    append_integer(text_, slot);
+    print("  work[", slot);
     text_ += "] = ";
     value(id);
     text_ += ";\n";
@@ -280,28 +262,20 @@ class BodyPrinter {
       ++slot;
     });
     if (count) {
-      text_ += "  static const double k";
-      append_integer(text_, id);
+      print("  static const double k", id);
       text_ += '[' + std::to_string(count) + "] = {" + constants + "};\n";
     }
-    text_ += "  " + called(callee) + "(work + ";
-    append_integer(text_, place.in);
+    print("  " + called(callee) + "(work + ", place.in);
     if (place.outputs == CallPlace::kInWork) {
-      text_ += ", work + ";
-      append_integer(text_, place.out);
+      print(", work + ", place.out);
     } else {
       const OutputArray& array = array_of(place.outputs);
-      text_ += ", " + array.name + " + ";
-      append_integer(text_, place.outputs - array.begin);
+      print(", " + array.name + " + ", place.outputs - array.begin);
     }
-    if (count) {
-      text_ += ", k";
-      append_integer(text_, id);
-    }
+    if (count) print(", k", id);
     for (const OutputRun& run : place.runs) {
       const OutputArray& array = array_of(run.first);
-      text_ += ", " + array.name + " + ";
-      append_integer(text_, run.first - array.begin);
+      print(", " + array.name + " + ", run.first - array.begin);
     }
     close_call(callee);
   }
@@ -313,10 +287,7 @@ class BodyPrinter {
 
   // The callee's work array lies behind the caller's own slots.
   void close_call(const Callee& callee) {
-    if (style_.callees.at(&callee).work) {
-      text_ += ", work + ";
-      append_integer(text_, schedule_.work);
-    }
+    if (style_.callees.at(&callee).work) print(", work + ", schedule_.work);
     text_ += ");\n";
   }
 
@@ -333,12 +304,10 @@ class BodyPrinter {
   void print_call(NodeId id) {
     if (const CallPlace* place = schedule_.long_call(id)) return print_long_call(id, *place);
     const Callee& callee = *graph_.callees()[graph_[id].a];
-    text_ += "  real c";
-    append_integer(text_, id);
+    print("  real c", id);
     text_ += '[' + std::to_string(std::max<std::size_t>(callee.n_out, 1)) + "];\n";
     if (callee.n_in) {
-      text_ += "  const real a";
-      append_integer(text_, id);
+      print("  const real a", id);
       text_ += '[' + std::to_string(callee.n_in) + "] = {";
       bool first = true;
       graph_.for_each_argument(id, [&](NodeId a) {
@@ -348,8 +317,7 @@ class BodyPrinter {
       });
       text_ += "};\n";
     }
-    text_ += "  " + called(callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c";
-    append_integer(text_, id);
+    print("  " + called(callee) + "(" + (callee.n_in ? "a" + std::to_string(id) : "0") + ", c", id);
     close_call(callee);
   }
 
@@ -370,6 +338,16 @@ class BodyPrinter {
     if (is_constant) text_ += "DT_ALL(";
     name(id);
     if (is_constant) text_ += ')';
+  }
+
+  void print(std::string_view words, std::uint64_t number) {
+    text_ += words;
+    append_integer(text_, number);
+  }
+
+  void print_name(std::string_view words, NodeId id) {
+    text_ += words;
+    name(id);
   }
 
   void name(NodeId id) {

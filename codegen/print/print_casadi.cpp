@@ -84,6 +84,23 @@ class CasadiPrinter {
     return at->second;
   }
 
+  // How many arguments there are, their names and patterns.
+  std::string questions(const std::string& name, const std::string& side,
+                        const std::vector<CasadiArgument>& arguments) {
+    const std::string n = std::to_string(arguments.size()), inside = "i >= 0 && i < " + n;
+    std::string names, patterns;
+    for (const CasadiArgument& argument : arguments) {
+      names += (names.empty() ? "" : ", ") + c_string(argument.name);
+      patterns += (patterns.empty() ? "" : ", ") + table("dt_int", "dt_sparsity", argument.sparsity);
+    }
+    return "DT_EXPORT dt_int " + name + "_n_" + side + "(void) { return " + n + "; }\n" +
+           "DT_EXPORT const char* " + name + "_name_" + side +
+           "(dt_int i) {\n  static const char* const names[] = {" + names + "};\n  return " + inside +
+           " ? names[i] : 0;\n}\nDT_EXPORT const dt_int* " + name + "_sparsity_" + side +
+           "(dt_int i) {\n  static const dt_int* const patterns[] = {" + patterns + "};\n  return " + inside +
+           " ? patterns[i] : 0;\n}\n";
+  }
+
   std::string exported(const CasadiFunction& f) {
     std::size_t work = 0;
     const std::string name = f.prefix + name_, body = arrays(f.order, work) + reading(f) + call(f.order) +
@@ -91,20 +108,8 @@ class CasadiPrinter {
     std::string text = "\nDT_EXPORT int " + name +
                        "(const double** arg, double** res, dt_int* iw, double* w, int mem) {\n" + body +
                        "  return 0;\n}\n";
-    for (const auto& [side, arguments] : {std::pair("in", &f.in), std::pair("out", &f.out)}) {
-      const std::string n = std::to_string(arguments->size()), inside = "i >= 0 && i < " + n;
-      std::string names, patterns;
-      for (const CasadiArgument& argument : *arguments) {
-        names += (names.empty() ? "" : ", ") + c_string(argument.name);
-        patterns += (patterns.empty() ? "" : ", ") + table("dt_int", "dt_sparsity", argument.sparsity);
-      }
-      text += "DT_EXPORT dt_int " + name + "_n_" + side + "(void) { return " + n + "; }\n" +
-              "DT_EXPORT const char* " + name + "_name_" + side +
-              "(dt_int i) {\n  static const char* const names[] = {" + names + "};\n  return " + inside +
-              " ? names[i] : 0;\n}\nDT_EXPORT const dt_int* " + name + "_sparsity_" + side +
-              "(dt_int i) {\n  static const dt_int* const patterns[] = {" + patterns + "};\n  return " +
-              inside + " ? patterns[i] : 0;\n}\n";
-    }
+    text += questions(name, "in", f.in);
+    text += questions(name, "out", f.out);
     return text + "DT_EXPORT int " + name +
            "_work(dt_int* sz_arg, dt_int* sz_res, dt_int* sz_iw, dt_int* sz_w) {\n  if (sz_arg) *sz_arg = " +
            std::to_string(f.in.size()) + ";\n  if (sz_res) *sz_res = " + std::to_string(f.out.size()) +

@@ -215,21 +215,23 @@ class EmbeddedPrinter {
     return own_trig(options_.single, sine, cosine) + (macros.empty() ? "" : "\n" + macros);
   }
 
+  std::string memory_of(std::size_t k) const {
+    const StackUse& stack = options_.stack;
+    std::string text = wrapped(" *   " + result_.entries[k] + ":", operation_words(sets_.kernels[k]));
+    text += " *     " + std::to_string(result_.work[k]) + " bytes of static arrays";
+    if (result_.stack_bounds[k])
+      text += "; stack below " + std::to_string(result_.stack_bounds[k]) + " bytes at any optimisation level";
+    text += "\n";
+    if (k < stack.bytes.size())
+      text +=
+          " *     stack " + std::to_string(stack.bytes[k]) + " bytes with " + c_comment(stack.with) + "\n";
+    return text;
+  }
+
   std::string banner() const {
     std::string text = description(sets_) + " *\n * functions, in " + real_ +
                        "; the static arrays may lie on the stack instead: -DDYNTAPE_WORK=\n";
-    const StackUse& stack = options_.stack;
-    for (std::size_t k = 0; k < sets_.kernels.size(); ++k) {
-      text += wrapped(" *   " + result_.entries[k] + ":", operation_words(sets_.kernels[k]));
-      text += " *     " + std::to_string(result_.work[k]) + " bytes of static arrays";
-      if (result_.stack_bounds[k])
-        text +=
-            "; stack below " + std::to_string(result_.stack_bounds[k]) + " bytes at any optimisation level";
-      text += "\n";
-      if (k < stack.bytes.size())
-        text +=
-            " *     stack " + std::to_string(stack.bytes[k]) + " bytes with " + c_comment(stack.with) + "\n";
-    }
+    for (std::size_t k = 0; k < sets_.kernels.size(); ++k) text += memory_of(k);
     std::vector<std::string> beyond = {"functions that are called and have stacks of their own:"};
     for (const auto& [function, arity] : called_functions(words_.operators)) {
       if (!is_own(function)) beyond.push_back(function + (options_.single ? "f" : ""));

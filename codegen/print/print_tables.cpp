@@ -69,6 +69,12 @@ std::string guard_table(const Function& function) {
   return text + "};\n";
 }
 
+std::string kernel_row(const KernelEntry& k, std::size_t lanes, const std::string& symbol) {
+  return "  {" + std::to_string(k.order) + "u, " + std::to_string(lanes) + "u, " +
+         std::to_string(k.work * lanes) + "u, " + std::to_string(k.operations) + "u, " +
+         std::to_string(k.live) + "u, " + symbol + "},\n";
+}
+
 std::string kernel_table(const std::vector<KernelEntry>& kernels) {
   std::string declarations, rows;
   for (const int lanes : {1, 2, 4, 8}) {
@@ -79,9 +85,7 @@ std::string kernel_table(const std::vector<KernelEntry>& kernels) {
     for (const KernelEntry& k : kernels) {
       const std::string symbol = k.symbol + (lanes > 1 ? "_x" + number : "");
       names += (names.empty() ? "" : ", ") + symbol;
-      rows += "  {" + std::to_string(k.order) + "u, " + number + "u, " +
-              std::to_string(k.work * static_cast<std::size_t>(lanes)) + "u, " +
-              std::to_string(k.operations) + "u, " + std::to_string(k.live) + "u, " + symbol + "},\n";
+      rows += kernel_row(k, static_cast<std::size_t>(lanes), symbol);
     }
     if (lanes == 1) continue;
     declarations += condition + "dyntape_function " + names + ";\n#endif\n";

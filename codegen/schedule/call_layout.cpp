@@ -31,6 +31,10 @@ class Results {
       }
     }
     for (const Guard& guard : function.guards) used_[guard.condition] = true;
+    find_outputs(function);
+  }
+
+  void find_outputs(const Function& function) {
     for (std::size_t k = 0; k < function.outputs.size(); ++k) {
       std::size_t& output = output_[function.outputs[k]];
       if (output != CallPlace::kInWork) used_[function.outputs[k]] = true;  // it is two outputs

@@ -173,14 +173,19 @@ std::vector<std::uint32_t> crossings(const Function& function, const Schedule& s
 }
 
 // Cuts at the place with the fewest crossings that is near enough to the wanted length.
+// A call and its results stay together.
+std::vector<bool> cuts_that_sever_calls(const Graph& graph, const std::vector<Step>& steps) {
+  std::vector<bool> severs(steps.size() + 1, false);
+  for (std::size_t i = steps.size(); i-- > 0;)
+    severs[i] =
+        steps[i].kind == Step::Kind::kCompute ? graph[steps[i].index].op == Op::Result : severs[i + 1];
+  return severs;
+}
+
 void cut(const Function& function, std::size_t length, const std::vector<std::uint32_t>& crossing,
          Schedule& s) {
   const std::size_t n = s.steps.size();
-  std::vector<bool> severs_call(n + 1, false);  // a call and its results stay together
-  for (std::size_t i = n; i-- > 0;)
-    severs_call[i] = s.steps[i].kind == Step::Kind::kCompute
-                         ? function.graph[s.steps[i].index].op == Op::Result
-                         : severs_call[i + 1];
+  const std::vector<bool> severs_call = cuts_that_sever_calls(function.graph, s.steps);
   std::size_t begin = 0;
   while (n - begin > length + length / 4) {
     std::size_t best = 0;

@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <charconv>
-#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <filesystem>
@@ -63,6 +62,20 @@ std::uint64_t bytes_of(const std::string& folder) {
   return bytes;
 }
 
+// Library and source get their manifest; nothing else is left beside them.
+void complete(const std::string& folder, const Key& key, const Manifest& manifest) {
+  int error = 0;
+  const auto library = read_file(folder + "/library.so", error);
+  const auto source = read_file(folder + "/source.c", error);
+  if (!library || !source) throw FileError(folder + ": " + std::strerror(error));
+  write_file(folder + "/manifest.json", manifest_text(key, manifest, *library, *source));
+  for (const std::string& name : names_in(folder)) {
+    if (name != "library.so" && name != "source.c" && name != "manifest.json" && name != kMark)
+      fs::remove_all(folder + "/" + name);
+  }
+  if (chmod((folder + "/library.so").c_str(), 0600) != 0) throw FileError(std::strerror(errno));
+}
+
 }  // namespace
 
 std::string Cache::usual_folder() {
@@ -109,16 +122,7 @@ std::optional<Entry> Cache::publish(TemporaryFolder& built, const Key& key, cons
                                     bool replace) const {
   const std::string entry = folder_of(key.digest);
   try {
-    int error = 0;
-    const auto library = read_file(built.path() + "/library.so", error);
-    const auto source = read_file(built.path() + "/source.c", error);
-    if (!library || !source) throw FileError(built.path() + ": " + std::strerror(error));
-    write_file(built.path() + "/manifest.json", manifest_text(key, manifest, *library, *source));
-    for (const std::string& name : names_in(built.path())) {
-      if (name != "library.so" && name != "source.c" && name != "manifest.json" && name != kMark)
-        fs::remove_all(built.path() + "/" + name);
-    }
-    if (chmod((built.path() + "/library.so").c_str(), 0600) != 0) throw FileError(std::strerror(errno));
+    complete(built.path(), key, manifest);
     for (int tries = 0; std::rename(built.path().c_str(), entry.c_str()) != 0; ++tries) {
       if ((errno != ENOTEMPTY && errno != EEXIST && errno != ENOTDIR) || tries == 3)
         throw FileError(entry + ": " + std::strerror(errno));

@@ -131,6 +131,12 @@ std::string fault_of_private(const std::string& path) {
   return shared_with_others(folder.number(), path);
 }
 
+Manifest read_manifest(const Json& json) {
+  return {get<std::string>(json, "name", ""),     get<int>(json, "order", 0),
+          get<std::string>(json, "profile", ""),  get<std::string>(json, "generator", ""),
+          get<std::string>(json, "compiler", ""), get<std::string>(json, "text_hash", "")};
+}
+
 }  // namespace
 
 Key make_key(std::string text) {
@@ -176,9 +182,7 @@ Verdict check_entry(const std::string& path, const std::string& digest, Entry& e
   if (verdict.fault != Fault::kNone) return verdict;
   if (!is_manifest_of(json, digest))
     return content_fault(path + "/manifest.json is no manifest of this entry");
-  entry.manifest = {get<std::string>(json, "name", ""),     get<int>(json, "order", 0),
-                    get<std::string>(json, "profile", ""),  get<std::string>(json, "generator", ""),
-                    get<std::string>(json, "compiler", ""), get<std::string>(json, "text_hash", "")};
+  entry.manifest = read_manifest(json);
   return check_library(folder, json, entry, library);
 }
 

@@ -73,24 +73,26 @@ std::shared_ptr<const Library> Library::load(const std::string& path, const std:
   return load(*image, path, content_hash);
 }
 
-std::shared_ptr<const Library> Library::load(const std::string& image, const std::string& path,
-                                             const std::string& content_hash) {
-  const std::shared_ptr<Library> library(new Library);
+void Library::open(const std::string& image, const std::string& path) {
   std::fenv_t environment;
   std::fegetenv(&environment);
   const unsigned before = floating_point_control();
-  library->handle_ = open_image(image, path);
+  handle_ = open_image(image, path);
   const unsigned after = floating_point_control();
   std::fesetenv(&environment);
   if (before != after) refuse(path, "loading it changes the floating-point state of the process");
+}
 
+std::shared_ptr<const Library> Library::load(const std::string& image, const std::string& path,
+                                             const std::string& content_hash) {
+  const std::shared_ptr<Library> library(new Library);
+  library->open(image, path);
   const std::string symbol = descriptor_symbol(content_hash);
   const auto* d = static_cast<const dyntape_descriptor*>(dlsym(library->handle_, symbol.c_str()));
   if (!d) refuse(path, "it has no symbol " + symbol);
-  if (d->abi != DYNTAPE_ABI || d->bytes != sizeof(dyntape_descriptor)) {
+  if (d->abi != DYNTAPE_ABI || d->bytes != sizeof(dyntape_descriptor))
     refuse(path, "its interface is number " + std::to_string(d->abi) + ", this program's is number " +
                      std::to_string(DYNTAPE_ABI));
-  }
   if (content_hash != d->content_hash || std::strcmp(d->scalar, "double") != 0)
     refuse(path, "it describes another function");
   library->descriptor_ = d;

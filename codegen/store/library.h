@@ -39,6 +39,8 @@ class Library {
 
  private:
   Library() = default;
+  void open(const std::string& image, const std::string& path);
+
   void* handle_ = nullptr;
   const dyntape_descriptor* descriptor_ = nullptr;
 };

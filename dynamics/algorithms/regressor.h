@@ -47,14 +47,6 @@ VectorX<T> inertial_parameters(const Model<T>& model);
 template <class T>
 void set_inertial_parameters(Model<T>& model, const VectorRef<T>& theta);
 
-// How far a body is from impossible: the smallest principal second moment about the centre of mass,
-// eigenvalue of 1/2 tr(I_c) 1 - I_c, over the sum of the three about the origin, tr(I) / 2.  Positive: some
-// distribution of mass in space has these parameters, and the pseudo-inertia is positive definite (P. Wensing,
-// S. Kim, J.-J. Slotine, Linear Matrix Inequalities for Physically Consistent Inertial Parameter
-// Identification, RA-L 2018).  Zero to rounding: a flat, straight or point mass, or none.  Negative: no
-// distribution of mass has them; -1 for a mass that is not positive.
-double physical_margin(const Vector10<double>& theta);
-
 // "m1", "mcx1", ..., "Izz1", "m2", ...: bodies count from one, as joints do in the literature.
 std::vector<std::string> inertial_parameter_names(int njoints);
 

@@ -2,11 +2,9 @@
 #include <dyntape/dynamics/effects/check.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include <dyntape/autodiff/error.h>
 
-#include <cmath>
 #include <sstream>
 
 namespace dyntape::dynamics {

@@ -4,7 +4,6 @@
 #include <set>
 #include <string>
 #include <unordered_map>
-#include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/model/joints.h>

@@ -16,7 +16,7 @@
 
 namespace dyntape::cppad {
 
-// The recorded function, for generate_source() and whatever else takes one.
+// The recorded function, for generate_source() (codegen/pipeline.h) and whatever else takes one.
 Function to_function(const ADFun<double>& f);
 CompiledFunction to_library(const ADFun<double>& f, CodegenOptions options = {});
 

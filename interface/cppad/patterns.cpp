@@ -78,6 +78,12 @@ bool is_in(const Pattern& pattern, std::size_t row, std::size_t col) {
   return std::binary_search(first, last, col);
 }
 
+void check_pattern(const char* what, const Pattern& pattern, std::size_t rows, std::size_t cols) {
+  if (pattern.rows == rows && pattern.cols == cols) return;
+  refuse(std::string(what) + ": the pattern is " + std::to_string(pattern.rows) + " x " +
+         std::to_string(pattern.cols) + ", expected " + std::to_string(rows) + " x " + std::to_string(cols));
+}
+
 void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors) {
   const std::size_t n = rows ? pattern.rows : pattern.cols, across = rows ? pattern.cols : pattern.rows;
   if (colors.color.size() == n) return;

@@ -49,10 +49,9 @@ std::string begun_at(const Begin& begin) {
 
 template <class Base>
 void check_length(const Tape<Base>& tape) {
-  if (tape.begin.abort_op_index != 0 && tape.graph.size() > tape.begin.abort_op_index) {
+  if (tape.begin.abort_op_index != 0 && tape.graph.size() > tape.begin.abort_op_index)
     refuse_recording("Independent: operation " + std::to_string(tape.begin.abort_op_index) +
                      ", at which the recording" + begun_at(tape.begin) + " was told to stop, is reached");
-  }
 }
 
 }  // namespace
@@ -174,13 +173,11 @@ bool is_recording() {
 template <class Base>
 void begin_recording(AD<Base>* x, std::size_t n_x, AD<Base>* dynamic, std::size_t n_dynamic,
                      const Begin& begin) {
-  auto& open = open_tape<Base>();
   if (n_x == 0) refuse("Independent: there are no independent variables, expected at least one");
-  if (open) {
+  if (const auto& open = open_tape<Base>())
     refuse_recording(
         "Independent: a recording of this thread" + begun_at(open->begin) +
         " is open over the same base; end it by ADFun, Dependent or AD<Base>::abort_recording()");
-  }
   auto tape = std::make_unique<Tape<Base>>();
   tape->serial = next_tape_serial();
   tape->begin = begin;
@@ -226,10 +223,9 @@ namespace {
 
 template <class Base>
 void check_independents(const Tape<Base>& tape, const AD<Base>* x, std::size_t n_x) {
-  if (n_x != tape.variables.size()) {
+  if (n_x != tape.variables.size())
     refuse("ADFun: x has " + std::to_string(n_x) + " entries, Independent had " +
            std::to_string(tape.variables.size()));
-  }
   for (std::size_t i = 0; i < n_x; ++i) {
     if (x[i].tape() == tape.serial && tape.graph[x[i].id()] == Node{Op::Input, 0, NodeId(i), kNoNode})
       continue;

@@ -17,6 +17,12 @@ vector<std::size_t> sorted_places(const vector<std::size_t>& first, const vector
   return places;
 }
 
+void check_entries(std::size_t n, std::size_t expected, std::size_t rows, std::size_t cols) {
+  if (n == expected) return;
+  refuse("a sparsity pattern has " + std::to_string(n) + " entries, expected " + std::to_string(expected) +
+         " for " + std::to_string(rows) + " x " + std::to_string(cols));
+}
+
 Sets sets_of(const Pattern& pattern) {
   Sets sets{pattern.cols, std::vector<std::set<std::size_t>>(pattern.rows)};
   for (std::size_t k = 0; k < pattern.nnz(); ++k) sets.sets[pattern.row[k]].insert(pattern.col[k]);

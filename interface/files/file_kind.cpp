@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/files/file_kind.h>
 
-#include <optional>
 #include <vector>
 
 #include <dyntape/autodiff/error.h>

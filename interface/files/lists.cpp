@@ -19,6 +19,16 @@ io::Range above_zero(double most) {
   return {.low = 0, .high = most, .low_open = true, .text = "positive and at most " + io::shortest(most)};
 }
 
+double number_in(Section& section, const std::string& key, const std::string& word, const io::Range& range) {
+  const std::optional<double> value = io::parse_double(word);
+  const std::string fault = !value                   ? "hold numbers"
+                            : !std::isfinite(*value) ? "be finite"
+                            : !range.holds(*value)   ? "be " + range.text
+                                                     : "";
+  if (!fault.empty()) section.problem(key, "'" + key + "' must " + fault + ", got '" + word + "'");
+  return value.value_or(0);
+}
+
 }  // namespace
 
 io::Range seconds() { return above_zero(kMostSeconds); }
@@ -34,15 +44,8 @@ Eigen::VectorXd numbers_in(Section& section, const std::string& key, const std::
   std::istringstream words(text);
   Eigen::Index count = 0;
   for (std::string word; words >> word; ++count) {
-    const std::optional<double> value = io::parse_double(word);
-    if (!value) {
-      section.problem(key, "'" + key + "' must hold numbers, got '" + word + "'");
-    } else if (!std::isfinite(*value)) {
-      section.problem(key, "'" + key + "' must be finite, got '" + word + "'");
-    } else if (!range.holds(*value)) {
-      section.problem(key, "'" + key + "' must be " + range.text + ", got '" + word + "'");
-    }
-    if (count < n) values[count] = value.value_or(0);
+    const double value = number_in(section, key, word, range);
+    if (count < n) values[count] = value;
   }
   if (count == 1 && spreads) {
     if (n > 0) values.setConstant(values[0]);

@@ -7,6 +7,7 @@
 // What is no number, out of range, or too many is noted in the section (Section::finish reports it).
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,5 +38,10 @@ Eigen::Vector3d read_vector3(io::Section& section, const std::string& key,
 // A list in which no name stands twice.
 std::vector<std::string> distinct_names(io::Section& section, const std::string& key,
                                         const std::vector<std::string>& valid = {});
+
+template <class List, class Value>
+bool contains(const List& list, const Value& value) {
+  return std::find(list.begin(), list.end(), value) != list.end();
+}
 
 }  // namespace dyntape

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/files/planar_keys.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include <dyntape/autodiff/suggest.h>
@@ -50,21 +49,19 @@ std::vector<std::string> planar_names(const dynamics::Model<double>& model) {
 std::vector<std::string> read_planar(Section& state, const dynamics::Model<double>* model, Eigen::VectorXd& q,
                                      Eigen::VectorXd& v) {
   if (!state.has("planar")) return {};
-  std::vector<Section> blocks = state.children("planar");
-  if (blocks.empty()) blocks.push_back(state.child("planar"));  // the list of keys
   std::vector<std::string> placed;
   const std::vector<std::string> names = model ? planar_names(*model) : std::vector<std::string>{};
-  for (Section& block : blocks) {
+  for (Section& block : state.each("planar")) {
     PlanarState s = read_planar_state(block);
     if (!model) continue;
     if (s.joint.empty() && names.size() == 1) s.joint = names[0];
-    if (std::find(names.begin(), names.end(), s.joint) == names.end()) {
+    if (!contains(names, s.joint)) {
       state.problem("planar", names.empty() ? "'" + state.path() + ".planar': this robot has no planar joint"
                                             : "'" + state.path() + ".planar' names no planar joint" +
                                                   suggestion(s.joint, names));
       continue;
     }
-    if (std::find(placed.begin(), placed.end(), s.joint) != placed.end())
+    if (contains(placed, s.joint))
       state.problem("planar", "'" + state.path() + ".planar' places '" + s.joint + "' twice");
     placed.push_back(s.joint);
     const auto& joint = model->joints[std::size_t(model->joint_index(s.joint))];

@@ -2,7 +2,6 @@
 #include <dyntape/interface/identification/estimator.h>
 
 #include <Eigen/SVD>
-#include <cmath>
 
 #include <dyntape/autodiff/error.h>
 
@@ -29,15 +28,13 @@ void check_torques(const MatrixXd& tau, Eigen::Index nv, Eigen::Index count) {
 BaseEstimator::BaseEstimator(const Model<double>& model, const BaseParameters& base, const Samples& samples,
                              const VectorXd& sigma)
     : W_(stacked_base_regressor(model, base, samples)), sigma_(sigma) {
-  if (sigma.size() != base.nv(model) || !(sigma.array() > 0).all() || !sigma.allFinite()) {
+  if (sigma.size() != base.nv(model) || !(sigma.array() > 0).all() || !sigma.allFinite())
     throw ArgumentError("estimator: sigma needs " + std::to_string(base.nv(model)) +
                         " positive entries, one a torque of model \"" + model.name + "\"");
-  }
-  if (W_.rows() < W_.cols()) {
+  if (W_.rows() < W_.cols())
     throw ArgumentError("estimator: " + std::to_string(samples.count()) + " samples give " +
                         std::to_string(W_.rows()) + " torques for " + std::to_string(W_.cols()) +
                         " base parameters");
-  }
   for (Eigen::Index t = 0; t < samples.count(); ++t) {
     W_.middleRows(t * base.nv(model), base.nv(model)).array().colwise() /= sigma.array();
   }
@@ -46,12 +43,11 @@ BaseEstimator::BaseEstimator(const Model<double>& model, const BaseParameters& b
   qr_.compute(W_ * length_.cwiseInverse().asDiagonal());
   const Eigen::Index n = W_.cols();
   condition_ = condition_of(qr_.matrixQR().topRows(n).triangularView<Eigen::Upper>());
-  if (!(condition_ < 1e12)) {
+  if (!(condition_ < 1e12))
     throw NumericalError(
         "estimator: the motion does not excite all base parameters, the condition number of "
         "the regressor is " +
         std::to_string(condition_));
-  }
 }
 
 VectorXd BaseEstimator::whitened(const MatrixXd& tau) const {
@@ -85,10 +81,9 @@ Identification identify(const Model<double>& model, const BaseParameters& base, 
   const MatrixXd left = unweighted.residuals(unweighted.estimate(samples.tau), samples.tau);
   const double freedom = static_cast<double>(left.size() - base.rank()) /
                          static_cast<double>(base.nv(model));  // of each joint, on average
-  if (!(freedom > 0)) {
+  if (!(freedom > 0))
     throw ArgumentError("identify: " + std::to_string(samples.count()) +
                         " samples leave no residual to tell the noise from");
-  }
   VectorXd sigma = (left.rowwise().squaredNorm() / freedom).cwiseSqrt();
   // Torques without noise: rounding is what is left, and no joint must weigh infinitely.
   const double least = 1e-12 * std::max(samples.tau.cwiseAbs().maxCoeff(), 1e-300);

@@ -39,11 +39,10 @@ Function record_base_regressor(const Model<double>& model, const BaseParameters&
 
 ExcitationLimits excitation_limits(const Model<double>& model, const ExcitationOptions& options) {
   if (options.harmonics < 2 || options.samples < 4 * options.harmonics || !(options.period > 0) ||
-      !(options.margin > 0 && options.margin <= 1)) {
+      !(options.margin > 0 && options.margin <= 1))
     throw ArgumentError(
         "excitation: expected two harmonics or more, four samples a harmonic or more, a period "
         "and a margin that are positive");
-  }
   ExcitationLimits limits{VectorXd(model.nv), MatrixXd(model.nv, 3)};
   for (const dynamics::Joint<double>& joint : model.joints) {
     if (!is_single(joint.type)) {
@@ -58,9 +57,8 @@ ExcitationLimits excitation_limits(const Model<double>& model, const ExcitationO
     const double reach[] = {0.5 * (upper - lower), or_default(joint.limits.velocity, options.velocity),
                             options.acceleration};
     for (int d = 0; d < 3; ++d) {
-      if (!(reach[d] > 0)) {
+      if (!(reach[d] > 0))
         throw ArgumentError("excitation: joint \"" + joint.name + "\" has no room to move");
-      }
       limits.reach(joint.idx_v, d) = options.margin * reach[d];
     }
     limits.middle[joint.idx_v] = 0.5 * (lower + upper);
@@ -100,10 +98,9 @@ FourierSeries random_series(const Model<double>& model, const ExcitationOptions&
 }
 
 Samples sample(const Model<double>& model, const FourierSeries& series, const VectorXd& times) {
-  if (series.coefficients.rows() != model.nv) {
+  if (series.coefficients.rows() != model.nv)
     throw ArgumentError("sample: the series has " + std::to_string(series.coefficients.rows()) +
                         " joints, model \"" + model.name + "\" expects " + std::to_string(model.nv));
-  }
   Samples samples{
       MatrixXd(model.nq, times.size()), series.velocities(times), series.accelerations(times), {}, times};
   const VectorXd neutral = dynamics::neutral(model);

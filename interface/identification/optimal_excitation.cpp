@@ -32,10 +32,9 @@ Excitation optimal_excitation(const Model<double>& model, const BaseParameters& 
         "\": every joint moves by itself; expected base parameters without joints that follow others");
   }
   excitation_limits(model, options);  // its complaints ahead of any work
-  if (static_cast<Eigen::Index>(options.samples) * model.nv < base.rank()) {
+  if (static_cast<Eigen::Index>(options.samples) * model.nv < base.rank())
     throw ArgumentError("excitation: " + std::to_string(options.samples) + " samples are too few for " +
                         std::to_string(base.rank()) + " base parameters");
-  }
   ExcitationProblem problem(model, base, options);
   FourierSeries best;
   double least = std::numeric_limits<double>::infinity();

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/identification/pictures.h>
 
-#include <cmath>
-
 #include <dyntape/interface/report/plot/curves.h>
 
 namespace dyntape {

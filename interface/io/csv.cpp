@@ -115,20 +115,18 @@ class CsvReader {
                              std::to_string(expected));
     }
     row_.clear();
-    for (const Entry& entry : entries) {
-      const std::optional<double> value = parse_double(entry.text);
-      const std::string& name = table_.names()[row_.size()];
-      const std::string got = "'" + std::string(entry.text) + "'";
-      if (!value) {
-        const char* expected = is_out_of_range(entry.text) ? "a number in the range of a double" : "a number";
-        fail(entry.column, "column '" + name + "' expects " + expected + ", got " + got);
-      }
-      if (!std::isfinite(*value)) {
-        fail(entry.column, "column '" + name + "' expects a finite number, got " + got);
-      }
-      row_.push_back(*value);
-    }
+    for (const Entry& entry : entries) row_.push_back(number_in(entry, table_.names()[row_.size()]));
     table_.append(row_);
+  }
+
+  double number_in(const Entry& entry, const std::string& column) {
+    const std::optional<double> value = parse_double(entry.text);
+    if (value && std::isfinite(*value)) return *value;
+    const char* const expected = value                         ? "a finite number"
+                                 : is_out_of_range(entry.text) ? "a number in the range of a double"
+                                                               : "a number";
+    fail(entry.column,
+         "column '" + column + "' expects " + expected + ", got '" + std::string(entry.text) + "'");
   }
 
   const std::string& file_;
@@ -174,10 +172,9 @@ std::vector<double> CsvTable::column(const std::string& name) const {
 }
 
 void CsvTable::append(std::span<const double> row) {
-  if (row.size() != names_.size()) {
+  if (row.size() != names_.size())
     throw ArgumentError("CsvTable: the row has " + std::to_string(row.size()) + " entries, the table " +
                         std::to_string(names_.size()) + " columns");
-  }
   values_.insert(values_.end(), row.begin(), row.end());
 }
 
@@ -210,10 +207,9 @@ std::string format_csv(const CsvTable& table, NonFinite policy) {
   for (int i = 0; i < table.rows(); ++i) {
     for (int j = 0; j < table.cols(); ++j) {
       const double value = table(i, j);
-      if (policy == NonFinite::kRefuse && !std::isfinite(value)) {
+      if (policy == NonFinite::kRefuse && !std::isfinite(value))
         throw ArgumentError("format_csv: row " + std::to_string(i) + " of column '" +
                             table.names()[static_cast<size_t>(j)] + "' is " + shortest(value));
-      }
       text += (j ? "," : "") + shortest(value);
     }
     text += '\n';

@@ -33,12 +33,20 @@ std::string with_format(double value, std::chars_format format, int precision) {
 }  // namespace
 
 void TextTable::append(std::vector<std::string> row) {
-  if (row.size() != columns_.size()) {
+  if (row.size() != columns_.size())
     throw ArgumentError("TextTable: the row has " + std::to_string(row.size()) + " entries, the table " +
                         std::to_string(columns_.size()) + " columns");
-  }
   for (std::string& cell : row) cell = one_line(std::move(cell));
   rows_.push_back(std::move(row));
+}
+
+std::string TextTable::line_of(const std::vector<std::string>& cells,
+                               const std::vector<size_t>& widths) const {
+  std::string line;
+  for (size_t j = 0; j < cells.size(); ++j)
+    line += (j ? "  " : "") + padded(cells[j], widths[j], columns_[j].align);
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + '\n';
 }
 
 std::string TextTable::text() const {
@@ -49,19 +57,10 @@ std::string TextTable::text() const {
     widths.push_back(width_of(heads[j]));
     for (const auto& row : rows_) widths[j] = std::max(widths[j], width_of(row[j]));
   }
-  std::string text;
-  const auto add_line = [&](const std::vector<std::string>& cells) {
-    std::string line;
-    for (size_t j = 0; j < cells.size(); ++j)
-      line += (j ? "  " : "") + padded(cells[j], widths[j], columns_[j].align);
-    line.erase(line.find_last_not_of(' ') + 1);
-    text += line + '\n';
-  };
-  add_line(heads);
   std::vector<std::string> rules;
   for (const size_t width : widths) rules.emplace_back(width, '-');
-  add_line(rules);
-  for (const auto& row : rows_) add_line(row);
+  std::string text = line_of(heads, widths) + line_of(rules, widths);
+  for (const auto& row : rows_) text += line_of(row, widths);
   return text;
 }
 

@@ -33,6 +33,8 @@ class TextTable {
   std::string text() const;
 
  private:
+  std::string line_of(const std::vector<std::string>& cells, const std::vector<size_t>& widths) const;
+
   std::vector<TextColumn> columns_;
   std::vector<std::vector<std::string>> rows_;
 };

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/motion/of_kinematics.h>
 
 namespace dyntape {
@@ -38,7 +37,7 @@ struct PlacedCapsule {
 
 PlacedCapsule placed(const dynamics::Model<double>& model, const Capsule& capsule) {
   const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("robot \"" + model.name + "\": capsule \"" + capsule.name + "\": " + what);
+    dyntape::refuse(model, "capsule \"" + capsule.name + "\": " + what);
   };
   if (!capsule.from.allFinite() || !capsule.to.allFinite())
     refuse("an end has an entry that is no finite number");
@@ -93,22 +92,18 @@ Capsule capsule(std::string name, std::string frame, const Eigen::Vector3d& from
 Term keep_clear(const RobotScene& scene, const Capsule& a, const Capsule& b, double least) {
   const PlacedCapsule one = placed(scene.model, a), other = placed(scene.model, b);
   const std::string name = a.name + " clear of " + b.name;
-  if (!(least >= 0 && std::isfinite(least))) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": \"" + name + "\" by " + std::to_string(least) +
-                        " m, expected zero or more");
-  }
-  if (one.body == other.body) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": no joint moves \"" + a.name + "\" against \"" +
-                        b.name + "\"; expected capsules on different bodies");
-  }
+  if (!(least >= 0 && std::isfinite(least)))
+    refuse(scene.model, "\"" + name + "\" by " + std::to_string(least) + " m, expected zero or more");
+  if (one.body == other.body)
+    refuse(scene.model, "no joint moves \"" + a.name + "\" against \"" + b.name +
+                            "\"; expected capsules on different bodies");
   const double apart = one.radius + other.radius + least;
   const StageFunction gap = of_kinematics(scene, [=](const auto& model, const auto& data, const auto&) {
     const auto d2 = squared_distance(one.at(model, data), other.at(model, data));
     using T = std::decay_t<decltype(d2)>;
     return T(d2 * T(0.5 / apart) - T(0.5 * apart));
   });
-  return path_inequality(name, gap, Eigen::VectorXd::Zero(1),
-                         Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity()));
+  return path_not_negative(name, gap);
 }
 
 double clearance(const dynamics::Model<double>& model, const Eigen::VectorXd& q, const Capsule& a,

@@ -22,15 +22,7 @@ constexpr double kLevelPull = 100, kLevelDrag = 20,
   throw ArgumentError("robot \"" + body.name + "\" as one mass: " + what);
 }
 
-void check_body(const CentroidalBody& body, const CentroidalOptions& options) {
-  if (!(body.mass > 0 && std::isfinite(body.mass)))
-    refuse(body, "the mass is " + std::to_string(body.mass) + " kg, expected one above zero");
-  if (!body.com.allFinite() || !body.gravity.allFinite())
-    refuse(body, "the centre of mass or gravity has an entry that is no finite number");
-  if (!(body.gravity.z() < 0))
-    refuse(body,
-           "gravity is " + std::to_string(body.gravity.z()) + " m/s^2 upwards, expected one that pulls down");
-  if (body.feet.empty()) refuse(body, "it has no foot; expected one contact or more");
+void check_feet(const CentroidalBody& body) {
   for (std::size_t i = 0; i < body.feet.size(); ++i) {
     const CentroidalBody::Foot& foot = body.feet[i];
     if (!foot.place.allFinite())
@@ -40,6 +32,18 @@ void check_body(const CentroidalBody& body, const CentroidalOptions& options) {
         refuse(body, "foot \"" + foot.name + "\" stands twice, expected once");
     }
   }
+}
+
+void check_body(const CentroidalBody& body, const CentroidalOptions& options) {
+  if (!(body.mass > 0 && std::isfinite(body.mass)))
+    refuse(body, "the mass is " + std::to_string(body.mass) + " kg, expected one above zero");
+  if (!body.com.allFinite() || !body.gravity.allFinite())
+    refuse(body, "the centre of mass or gravity has an entry that is no finite number");
+  if (!(body.gravity.z() < 0))
+    refuse(body,
+           "gravity is " + std::to_string(body.gravity.z()) + " m/s^2 upwards, expected one that pulls down");
+  if (body.feet.empty()) refuse(body, "it has no foot; expected one contact or more");
+  check_feet(body);
   if (!(options.most_force > 0))
     refuse(body, "the most force of a foot is " + std::to_string(options.most_force) +
                      " N, expected one above zero");

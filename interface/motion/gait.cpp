@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algebra/scalar.h>
 #include <dyntape/interface/motion/of_kinematics.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -58,9 +57,7 @@ StageFunction heights(const RobotScene& scene, const HeldContact& contact) {
 
 void walk(Problem& problem, const RobotScene& scene, const std::vector<HeldContact>& contacts,
           const Gait& gait, double weight) {
-  const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": " + what);
-  };
+  const auto refuse = [&](const std::string& what) { dyntape::refuse(scene.model, what); };
   if (const std::string fault = gait.fault(contacts.size()); !fault.empty()) refuse(fault);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const HeldContact& contact = contacts[i];

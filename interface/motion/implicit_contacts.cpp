@@ -4,16 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/autodiff/error.h>
-
 namespace dyntape {
 
 namespace {
 
 using dynamics::RigidContact;
 using dynamics::UnilateralConstraints;
-
-constexpr double kInf = std::numeric_limits<double>::infinity();
 
 // "foot", and where a frame touches several planes "foot.2" of the second.
 std::vector<std::string> contact_names(const UnilateralConstraints& rigid) {
@@ -29,17 +25,10 @@ std::vector<std::string> contact_names(const UnilateralConstraints& rigid) {
   return names;
 }
 
-Term at_least_zero(const std::string& name, StageFunction value) {
-  return path_inequality(name, std::move(value), Eigen::VectorXd::Zero(1),
-                         Eigen::VectorXd::Constant(1, kInf));
-}
-
 }  // namespace
 
 void check_implicit_contacts(const RobotScene& scene) {
-  const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": " + what);
-  };
+  const auto refuse = [&](const std::string& what) { dyntape::refuse(scene.model, what); };
   if (!scene.constraints.loops.empty())
     refuse("the scene has closed loops, which optimal control does not know; only simulate does");
   if (!scene.constraints.rigid.stops.empty())
@@ -74,8 +63,8 @@ void add_implicit_contacts(Problem& problem, const UnilateralConstraints& rigid,
   for (std::size_t i = 0; i < names.size(); ++i) {
     const UnilateralConstraints one{{rigid.contacts[i]}, {}};
     problem.u.lower[k] = 0;
-    problem.add(at_least_zero(names[i] + " gap", [=](const auto& s) { return touching(s, one).gap; }));
-    problem.add(at_least_zero(names[i] + " complementarity", [=, scale = 1 / weight](const auto& s) {
+    problem.add(path_not_negative(names[i] + " gap", [=](const auto& s) { return touching(s, one).gap; }));
+    problem.add(path_not_negative(names[i] + " complementarity", [=, scale = 1 / weight](const auto& s) {
       using T = typename std::decay_t<decltype(s.u)>::Scalar;
       return vector(T(relaxation(s)[0] - s.u[k] * T(scale) * touching(s, one).gap[0]));
     }));

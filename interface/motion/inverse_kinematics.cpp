@@ -131,15 +131,12 @@ void check_search(const RobotScene& scene, const VectorXd& from) {
   const auto& model = scene.model;
   for (const auto& joint : model.joints) {
     if (dynamics::traits(joint.type).on_a_line) continue;
-    throw ArgumentError("robot \"" + model.name + "\": joint \"" + joint.name + "\" is " +
-                        dynamics::to_string(joint.type) +
-                        "; inverse kinematics takes joints of one degree of freedom");
+    refuse(model, "joint \"" + joint.name + "\" is " + dynamics::to_string(joint.type) +
+                      "; inverse kinematics takes joints of one degree of freedom");
   }
-  if (from.size() != model.nq || !from.allFinite()) {
-    throw ArgumentError("robot \"" + model.name + "\": inverse kinematics starts from " +
-                        std::to_string(from.size()) + " values, expected " + std::to_string(model.nq) +
-                        " finite ones");
-  }
+  if (from.size() != model.nq || !from.allFinite())
+    refuse(model, "inverse kinematics starts from " + std::to_string(from.size()) + " values, expected " +
+                      std::to_string(model.nq) + " finite ones");
 }
 
 }  // namespace

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/algebra/lie.h>
 #include <dyntape/dynamics/model/configuration.h>
@@ -88,8 +87,7 @@ void put_turn(int entries, const Eigen::VectorXd& from, const VectorX<T>& to, in
 void check_configuration(const Model<double>& model, const std::string& what, Eigen::Index size,
                          Eigen::Index expected) {
   if (size == expected) return;
-  throw ArgumentError("robot \"" + model.name + "\": " + what + " has " + std::to_string(size) +
-                      " entries, expected " + std::to_string(expected));
+  refuse(model, what + " has " + std::to_string(size) + " entries, expected " + std::to_string(expected));
 }
 
 // Of length one; all of it free, or nothing.
@@ -106,10 +104,10 @@ Eigen::VectorXd with_unit_directions(const Model<double>& model, const std::stri
       u /= length;
       continue;
     }
-    throw ArgumentError("robot \"" + model.name + "\": " + what + " of joint \"" + joint.name + "\" is " +
-                        (length == 0 ? "of length zero" : "not given in all its entries") + ", expected " +
-                        (at.direction == 4 ? "a quaternion (x y z w)" : "(cos, sin)") +
-                        (may_be_open == MayBeOpen::kYes ? ", or all of it free" : ""));
+    refuse(model, what + " of joint \"" + joint.name + "\" is " +
+                      (length == 0 ? "of length zero" : "not given in all its entries") + ", expected " +
+                      (at.direction == 4 ? "a quaternion (x y z w)" : "(cos, sin)") +
+                      (may_be_open == MayBeOpen::kYes ? ", or all of it free" : ""));
   }
   return q;
 }

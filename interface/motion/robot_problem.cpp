@@ -131,7 +131,7 @@ Eigen::VectorXd gains(const RobotScene& scene, ControlUnit unit) {
 
 Drives::Push push_of(const RobotScene& scene, const Thruster& thruster) {
   const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": thruster \"" + thruster.name + "\": " + what);
+    dyntape::refuse(scene.model, "thruster \"" + thruster.name + "\": " + what);
   };
   if (!thruster.axis.allFinite() || !(thruster.axis.stableNorm() > 0))
     refuse("the axis is no direction; expected three finite numbers, not all of them zero");
@@ -181,8 +181,7 @@ Drives drives_of(const RobotScene& scene, const RobotProblemOptions& options) {
     check_contact(scene.model.name, contact);
     const int frame = moving_frame(scene.model, contact.frame);
     if (std::find(held.begin(), held.end(), frame) != held.end())
-      throw ArgumentError("robot \"" + scene.model.name + "\": frame \"" + contact.frame +
-                          "\" has two held contacts, expected one");
+      refuse(scene.model, "frame \"" + contact.frame + "\" has two held contacts, expected one");
     held.push_back(frame);
     if (contact.corners.empty()) drives.contacts.push_back(frame);
     for (std::size_t i = 0; i < contact.corners.size(); ++i) drives.contacts.push_back(corner++);
@@ -297,8 +296,7 @@ Term soft_cone(const HeldContact& contact, Eigen::Index first, double weight,
     const T room = z * T(mu) - (sqrt(x * x + y * y + T(kRound * kRound)) - T(kRound));
     return vector(load ? T(room * (*load)(s)[0] + T(1) - (*load)(s)[0]) : room);
   };
-  const Term cone = path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
-                                    Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity()));
+  const Term cone = path_not_negative(contact.frame + " cone", room);
   return soft(cone, RelaxedBarrier{contact.barrier, contact.width});
 }
 
@@ -352,8 +350,7 @@ Term friction_cone(const std::string& robot, const HeldContact& contact, Eigen::
     const T x = s.u[k] * scale, y = s.u[k + 1] * scale, most = s.u[k + 2] * steep + kConeTip;
     return vector(T(most - (x * x + y * y) / most));
   };
-  return path_inequality(contact.frame + " cone", room, Eigen::VectorXd::Zero(1),
-                         Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity()));
+  return path_not_negative(contact.frame + " cone", room);
 }
 
 Problem robot_problem(const RobotScene& scene, const RobotProblemOptions& options) {

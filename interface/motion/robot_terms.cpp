@@ -31,8 +31,7 @@ template <class Derived>
 void check_numbers(const RobotScene& scene, const std::string& what,
                    const Eigen::MatrixBase<Derived>& values) {
   if (values.allFinite()) return;
-  throw ArgumentError("robot \"" + scene.model.name + "\": " + what +
-                      " has an entry that is no finite number");
+  refuse(scene.model, what + " has an entry that is no finite number");
 }
 
 void check_rotation(const RobotScene& scene, const std::string& frame, const Matrix3d& R) {
@@ -40,8 +39,7 @@ void check_rotation(const RobotScene& scene, const std::string& frame, const Mat
   check_numbers(scene, what, R);
   const double off = (R.transpose() * R - Matrix3d::Identity()).cwiseAbs().maxCoeff();
   if (off < kRotation && R.determinant() > 0) return;
-  throw ArgumentError("robot \"" + scene.model.name + "\": " + what +
-                      " is no rotation; expected R^T R = 1 and a determinant of 1");
+  refuse(scene.model, what + " is no rotation; expected R^T R = 1 and a determinant of 1");
 }
 
 // Two unit vectors across a unit vector: columns.
@@ -63,8 +61,7 @@ Matrix3d rotation_of(double roll, double pitch, double yaw) {
 int moving_frame(const dynamics::Model<double>& model, const std::string& frame) {
   const int index = model.frame_index(frame);
   if (model.frames[std::size_t(index)].body >= 0) return index;
-  throw ArgumentError("robot \"" + model.name + "\": frame \"" + frame +
-                      "\" is fixed to the world; expected one that a joint moves");
+  refuse(model, "frame \"" + frame + "\" is fixed to the world; expected one that a joint moves");
 }
 
 StageFunction frame_position(const RobotScene& scene, const std::string& frame, const Vector3d& target) {
@@ -101,8 +98,8 @@ StageFunction moving_frame_orientation(const RobotScene& scene, const std::strin
 
 StageFunction frame_error(const RobotScene& scene, const FrameTarget& target) {
   if (!target.position && !target.orientation) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": the target of frame \"" + target.frame +
-                        "\" has neither a position nor an orientation; expected one or both");
+    refuse(scene.model, "the target of frame \"" + target.frame +
+                            "\" has neither a position nor an orientation; expected one or both");
   }
   if (!target.orientation) return frame_position(scene, target.frame, *target.position);
   const StageFunction turned = frame_orientation(scene, target.frame, *target.orientation);
@@ -127,10 +124,8 @@ StageFunction frame_looks_at(const RobotScene& scene, const std::string& frame, 
                              const Vector3d& place) {
   check_numbers(scene, "the place that frame \"" + frame + "\" looks at", place);
   check_numbers(scene, "the axis along which frame \"" + frame + "\" looks", axis);
-  if (!(axis.stableNorm() > 0)) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": the axis along which frame \"" + frame +
-                        "\" looks is zero, expected a direction");
-  }
+  if (!(axis.stableNorm() > 0))
+    refuse(scene.model, "the axis along which frame \"" + frame + "\" looks is zero, expected a direction");
   const Vector3d ahead = axis.stableNormalized();
   const Eigen::Matrix<double, 3, 2> sides = across(ahead);
   return of_kinematics(

@@ -4,7 +4,6 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/dynamics/algorithms/centroidal.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -50,9 +49,7 @@ class Stander {
 };
 
 void check_stand(const RobotScene& scene, const Eigen::VectorXd& q, const Stand& stand) {
-  const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": " + what);
-  };
+  const auto refuse = [&](const std::string& what) { dyntape::refuse(scene.model, what); };
   if (!floats(scene.model)) refuse("its base is fixed; expected a floating one, which stands on its feet");
   if (q.size() != scene.model.nq || !q.allFinite())
     refuse("a configuration to stand near has " + std::to_string(q.size()) + " values, expected " +

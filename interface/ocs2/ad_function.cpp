@@ -184,11 +184,10 @@ const AdFunction::Model& AdFunction::model(const char* asked_for, Order order) c
                         "\": there is no model yet; call createModels or loadModelsIfAvailable first");
   }
   const Order made = model_->compiled().order();
-  if (made < order) {
+  if (made < order)
     throw ArgumentError(std::string(asked_for) + " of \"" + settings_.name + "\" needs order " +
                         kOrders[static_cast<int>(order)] + ", the model was created with order " +
                         kOrders[static_cast<int>(made)]);
-  }
   return *model_;
 }
 

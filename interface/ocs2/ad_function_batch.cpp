@@ -63,9 +63,8 @@ void AdFunction::evaluateBatch(std::size_t count, const double* x, const double*
                                double* jacobian, const double* weights, double* hessian) const {
   const Order order = hessian ? Order::kSecond : jacobian ? Order::kFirst : Order::kValue;
   const Model& m = model("evaluate", order);
-  if (hessian && !weights && m.compiled().n_y() > 0) {
+  if (hessian && !weights && m.compiled().n_y() > 0)
     throw ArgumentError("evaluate of \"" + name() + "\": a Hessian is asked for without weights");
-  }
   const auto room = m.shared.room();
   const CompiledFunction& f = m.compiled();
   f.check(f.run(order,

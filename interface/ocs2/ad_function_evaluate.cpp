@@ -198,10 +198,9 @@ ScalarFunctionQuadraticApproximation AdFunction::getGaussNewtonApproximation(con
 
 matrix_t AdFunction::getHessian(std::size_t outputIndex, const VectorRef& x, const VectorRef& p) const {
   const std::size_t m = model("getHessian", Order::kSecond).compiled().n_y();
-  if (outputIndex >= m) {
+  if (outputIndex >= m)
     throw ArgumentError("getHessian: output " + std::to_string(outputIndex) + " does not exist, function \"" +
                         name() + "\" has " + std::to_string(m) + " outputs, counted from 0");
-  }
   return getHessian(vector_t::Unit(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(outputIndex)), x,
                     p);
 }

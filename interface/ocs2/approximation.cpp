@@ -73,19 +73,17 @@ void add(Block& a, const Block& b, const char* name) {
     a = b;
     return;
   }
-  if (a.rows() != b.rows() || a.cols() != b.cols()) {
+  if (a.rows() != b.rows() || a.cols() != b.cols())
     throw ArgumentError(std::string("sum of approximations: ") + name + " is " + shape(a.rows(), a.cols()) +
                         " in one and " + shape(b.rows(), b.cols()) + " in the other");
-  }
   a += b;
 }
 
 void add(Matrices& a, const Matrices& b, const char* name) {
   if (a.empty()) a.resize(b.size());
-  if (!b.empty() && a.size() != b.size()) {
+  if (!b.empty() && a.size() != b.size())
     throw ArgumentError(std::string("sum of approximations: ") + name + " has " + std::to_string(a.size()) +
                         " outputs in one and " + std::to_string(b.size()) + " in the other");
-  }
   for (std::size_t i = 0; i < b.size(); ++i) add(a[i], b[i], name);
 }
 

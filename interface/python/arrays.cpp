@@ -123,6 +123,18 @@ nb::object new_integers(const std::vector<std::ptrdiff_t>& values) {
   return nb::steal(made);
 }
 
+void Rows::check_shape(const Argument& argument) const {
+  PyArrayObject* array = array_of(argument.array);
+  if (argument.axes < 0 || PyArray_DIM(array, argument.axes) != static_cast<npy_intp>(argument.entries))
+    throw ArgumentError(std::string(function_) + ": expected " + argument.name + " of shape (..., " +
+                        std::to_string(argument.entries) + "), got " +
+                        shape_text(PyArray_DIMS(array), static_cast<std::size_t>(PyArray_NDIM(array))));
+  if (argument.axes > kMostAxes)
+    throw ArgumentError(std::string(function_) + ": " + argument.name + " has " +
+                        std::to_string(argument.axes) + " batch axes; expected at most " +
+                        std::to_string(kMostAxes));
+}
+
 void Rows::add(nb::handle given, const char* name, std::size_t entries) {
   Argument& argument = arguments_[n_];
   argument.name = name;
@@ -131,14 +143,7 @@ void Rows::add(nb::handle given, const char* name, std::size_t entries) {
   PyArrayObject* array = array_of(argument.array);
   argument.data = PyArray_BYTES(array);
   argument.axes = PyArray_NDIM(array) - 1;
-  if (argument.axes < 0 || PyArray_DIM(array, argument.axes) != static_cast<npy_intp>(entries)) {
-    throw ArgumentError(std::string(function_) + ": expected " + name + " of shape (..., " +
-                        std::to_string(entries) + "), got " +
-                        shape_text(PyArray_DIMS(array), static_cast<std::size_t>(PyArray_NDIM(array))));
-  }
-  if (argument.axes > kMostAxes)
-    throw ArgumentError(std::string(function_) + ": " + name + " has " + std::to_string(argument.axes) +
-                        " batch axes; expected at most " + std::to_string(kMostAxes));
+  check_shape(argument);
   argument.stride = PyArray_STRIDE(array, argument.axes);
   std::copy_n(PyArray_DIMS(array), argument.axes, argument.shape);
   ++n_;
@@ -153,12 +158,11 @@ void Rows::broadcast(const Argument& last) {
   for (int k = 0; k < axes; ++k) {
     const int of_batch = k - (axes - axes_), of_last = k - (axes - last.axes);
     const std::ptrdiff_t a = of_batch < 0 ? 1 : batch_[of_batch], b = of_last < 0 ? 1 : last.shape[of_last];
-    if (a != b && a != 1 && b != 1) {
+    if (a != b && a != 1 && b != 1)
       throw ArgumentError(
           std::string(function_) + ": the batch axes of " + last.name + " are " +
           shape_text(last.shape, static_cast<std::size_t>(last.axes)) + ", which do not broadcast with " +
           shape_text(batch_, static_cast<std::size_t>(axes_)) + " of the arguments before it");
-    }
     shape[k] = a == 1 ? b : a;
   }
   axes_ = axes;

@@ -90,6 +90,7 @@ class Rows {
     std::ptrdiff_t
         strides[kMostAxes];  // along the batch axes of all, once they are known; 0 where it is broadcast
   };
+  void check_shape(const Argument& argument) const;
   void broadcast(const Argument& argument);
 
   const char* function_;

@@ -5,7 +5,6 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/identification/estimator.h>
 #include <dyntape/interface/io/number.h>
 

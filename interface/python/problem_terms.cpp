@@ -5,7 +5,6 @@
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
 
-#include <cmath>
 #include <optional>
 
 #include <dyntape/autodiff/error.h>
@@ -118,11 +117,10 @@ std::optional<nb::object> inverse_kinematics_of(const P& p, const std::string& f
 Capsule capsule_of(nb::handle given, bool moves) {
   const nb::tuple t(nb::borrow(given));
   const std::size_t first = moves ? 2 : 1, n = t.size() - std::min(t.size(), first);
-  if (n != 2 && n != 3) {
+  if (n != 2 && n != 3)
     throw ArgumentError(std::string("keep_clear: expected (name, ") + (moves ? "frame, " : "") +
                         "center, radius) or (name, " + (moves ? "frame, " : "") + "from, to, radius), got " +
                         std::to_string(t.size()) + " entries");
-  }
   const std::string name = text_of(t[0], "keep_clear: name"),
                     frame = moves ? text_of(t[1], "keep_clear: frame") : kWorld;
   const Eigen::Vector3d from = vector_of(t[first], name, 3), to = vector_of(t[first + n - 2], name, 3);

@@ -11,7 +11,6 @@
 
 #include <filesystem>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/scene/scene_of_robot.h>
 #include <dyntape/interface/io/number.h>

@@ -115,6 +115,24 @@ void add_rigid_forces(const Scene& scene, const SimulatedMotion& motion, int k,
 }
 
 // The ground that an effect stands on, as the page draws it.
+template <class Ground>
+PlayerHeights heights_of(const Ground& ground, const Eigen::Vector2d& middle) {
+  constexpr int kPoints = 81;
+  constexpr double kSize = 8;
+  PlayerHeights heights{middle - Eigen::Vector2d::Constant(kSize / 2),
+                        {kSize / (kPoints - 1), kSize / (kPoints - 1)},
+                        MatrixXd(kPoints, kPoints)};
+  for (int i = 0; i < kPoints; ++i) {
+    for (int j = 0; j < kPoints; ++j) {
+      const Eigen::Vector3d p(heights.corner.x() + i * heights.step.x(),
+                              heights.corner.y() + j * heights.step.y(), 0);
+      const auto below = ground.below(p);
+      heights.heights(i, j) = -below.distance / below.normal.z();
+    }
+  }
+  return heights;
+}
+
 void add_ground(const dynamics::Effects<double>& effects, const Eigen::Vector2d& middle,
                 PlayerInput& player) {
   dynamics::for_each_chosen_effect(effects, [&](const auto& effect) {
@@ -124,20 +142,7 @@ void add_ground(const dynamics::Effects<double>& effects, const Eigen::Vector2d&
         player.plane = {ground.normal, ground.offset};
         return;
       }
-      constexpr int kPoints = 81;
-      constexpr double kSize = 8;
-      PlayerHeights heights{middle - Eigen::Vector2d::Constant(kSize / 2),
-                            {kSize / (kPoints - 1), kSize / (kPoints - 1)},
-                            MatrixXd(kPoints, kPoints)};
-      for (int i = 0; i < kPoints; ++i) {
-        for (int j = 0; j < kPoints; ++j) {
-          const Eigen::Vector3d p(heights.corner.x() + i * heights.step.x(),
-                                  heights.corner.y() + j * heights.step.y(), 0);
-          const auto below = ground.below(p);
-          heights.heights(i, j) = -below.distance / below.normal.z();
-        }
-      }
-      player.heights = std::move(heights);
+      player.heights = heights_of(ground, middle);
     }
   });
 }

@@ -206,10 +206,9 @@ std::vector<OperationCount> MinverseProduct::operations(Sums sums) const {
 }
 
 std::shared_ptr<const Callee> MinverseProduct::callee(Sums sums) const {
-  if (nv_ < kStep) {
+  if (nv_ < kStep)
     throw ArgumentError("MinverseProduct: the robot has " + std::to_string(nv_) +
                         " degrees of freedom, a loop is for " + std::to_string(kStep) + " or more");
-  }
   const auto apart = [](const auto& x, const auto& a, const auto& b) { return x - a * b; };
   const auto at_once = [](const auto& x, const auto& a, const auto& b) {
     using std::fma;

@@ -35,9 +35,8 @@ ModelParameters::ModelParameters(const Model<double>& model, const std::vector<s
     : model_(model), names_(names) {
   for (std::size_t k = 0; k < names.size(); ++k) {
     if (std::find(names.begin(), names.begin() + static_cast<long>(k), names[k]) !=
-        names.begin() + static_cast<long>(k)) {
+        names.begin() + static_cast<long>(k))
       throw ArgumentError("design: \"" + names[k] + "\" is named twice");
-    }
     parts_.push_back(part_from(names[k]));
   }
 }
@@ -68,22 +67,19 @@ ModelParameters::Part ModelParameters::part_from(const std::string& name) const 
   }
   Part part = found->second;
   if (part.kind == Kind::kGravity) {
-    if (whose != "x" && whose != "y" && whose != "z") {
+    if (whose != "x" && whose != "y" && whose != "z")
       throw ArgumentError("design: \"" + name + "\": expected gravity:x, gravity:y or gravity:z");
-    }
     part.row = whose[0] - 'x';
     return part;
   }
   const bool of_joint = part.kind == Kind::kLength || part.kind == Kind::kArmature;
   part.index = of_joint ? model_.joint_index(whose) : body_of(model_, whose, name);
-  if (part.kind == Kind::kLength && model_.X_PJ[part.index].p.isZero(0)) {
+  if (part.kind == Kind::kLength && model_.X_PJ[part.index].p.isZero(0))
     throw ArgumentError("design: \"" + name +
                         "\": the joint is at the origin of its parent, there is no length");
-  }
-  if (part.kind == Kind::kArmature && !is_single(model_.joints[part.index].type)) {
+  if (part.kind == Kind::kArmature && !is_single(model_.joints[part.index].type))
     throw ArgumentError("design: \"" + name + "\": a " + to_string(model_.joints[part.index].type) +
                         " joint has no armature");
-  }
   return part;
 }
 

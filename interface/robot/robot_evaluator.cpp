@@ -168,10 +168,9 @@ struct RobotEvaluator::Path {
 RobotEvaluator::RobotEvaluator(const dynamics::Model<double>& model, const RobotFunction& function,
                                RobotRoute route, const RobotEvaluatorOptions& options)
     : path_(std::make_unique<Path>(model, function)) {
-  if (!has_route(function, route)) {
+  if (!has_route(function, route))
     throw ArgumentError(std::string(to_string(function)) + " is a value: the route \"" + to_string(route) +
                         "\" exists for derivatives only");
-  }
   detail::check_accelerations(model, function);
   Path& path = *path_;
   path.plain.emplace(path.model, function);
@@ -205,11 +204,10 @@ void RobotEvaluator::evaluate(const double* state, double* result) {
 }
 
 Eigen::VectorXd RobotEvaluator::operator()(const Eigen::Ref<const Eigen::VectorXd>& state) {
-  if (static_cast<std::size_t>(state.size()) != n_in()) {
+  if (static_cast<std::size_t>(state.size()) != n_in())
     throw ArgumentError(std::string(to_string(path_->function)) + ": the state has " +
                         std::to_string(state.size()) + " entries, model \"" + path_->model.name +
                         "\" expects " + std::to_string(n_in()));
-  }
   Eigen::VectorXd result(static_cast<Eigen::Index>(n_out()));
   evaluate(state.data(), result.data());
   return result;

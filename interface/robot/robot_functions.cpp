@@ -142,10 +142,9 @@ Function record_with_effects(const Model<double>& model, const dynamics::Effects
 Eigen::VectorXd evaluate_analytic(const Model<double>& model, const RobotFunction& function,
                                   const Eigen::Ref<const Eigen::VectorXd>& state) {
   detail::RobotWorkspace<double> work(model, function);
-  if (state.size() != static_cast<Eigen::Index>(work.n_in())) {
+  if (state.size() != static_cast<Eigen::Index>(work.n_in()))
     throw ArgumentError(std::string(to_string(function)) + ": the state has " + std::to_string(state.size()) +
                         " entries, model \"" + model.name + "\" expects " + std::to_string(work.n_in()));
-  }
   Eigen::VectorXd y(static_cast<Eigen::Index>(work.n_out()));
   work.evaluate(state.data(), y.data());
   return y;

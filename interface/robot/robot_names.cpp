@@ -21,25 +21,9 @@ const detail::RobotRow<double>& row_of(const RobotFunction& function) {
 }
 
 const char* word(Extent extent) {
-  switch (extent) {
-    case Extent::k3:
-      return "3";
-    case Extent::k6:
-      return "6";
-    case Extent::kNv:
-    case Extent::kNvMoved:
-      return "nv";
-    case Extent::k3Nv:
-    case Extent::k3NvMoved:
-      return "3 nv";
-    case Extent::k10Bodies:
-      return "10 bodies";
-    case Extent::kContactRows:
-      return "3 contacts";
-    case Extent::kOne:
-      break;
-  }
-  return "1";
+  constexpr const char* kInTheirOrder[] = {"1",    "3",    "6",         "nv",        "nv",
+                                           "3 nv", "3 nv", "10 bodies", "3 contacts"};
+  return kInTheirOrder[static_cast<int>(extent)];
 }
 
 std::string shape_text(const detail::BlockShape& shape) {
@@ -65,10 +49,8 @@ void append_names(const detail::BlockShape& shape, const RobotBlock& block, std:
   }
 }
 
-}  // namespace
-
-RobotFunction::RobotFunction(const std::string& given) : row_(-1) {
-  // What textbooks call them.
+// A row's name, for which textbooks may have another one.
+std::string row_name(const std::string& given) {
   static const std::map<std::string, std::string> kKnownAs = {
       {"inverse-dynamics", "rnea"},
       {"forward-dynamics", "aba"},
@@ -77,15 +59,20 @@ RobotFunction::RobotFunction(const std::string& given) : row_(-1) {
       {"inverse-dynamics-derivatives", "id-derivatives"},
       {"forward-dynamics-derivatives", "fd-derivatives"}};
   const auto known = kKnownAs.find(given);
-  const std::string& name = known == kKnownAs.end() ? given : known->second;
+  return known == kKnownAs.end() ? given : known->second;
+}
+
+}  // namespace
+
+RobotFunction::RobotFunction(const std::string& given) : row_(-1) {
+  const std::string name = row_name(given);
   std::vector<std::string> names;
   for (const auto& row : rows()) {
     if (name == row.name) row_ = static_cast<int>(&row - rows().data());
     names.push_back(row.name);
   }
-  if (row_ < 0) {
+  if (row_ < 0)
     throw ArgumentError("there is no function \"" + name + "\" of a robot" + suggestion(name, names));
-  }
 }
 
 const std::vector<RobotFunction>& robot_functions() {

@@ -58,25 +58,9 @@ RobotSizes sizes_of(const dynamics::Model<T>& model, const RobotFunction& functi
 }
 
 inline int extent(Extent e, const RobotSizes& sizes) {
-  switch (e) {
-    case Extent::k3:
-      return 3;
-    case Extent::k6:
-      return 6;
-    case Extent::kNv:
-    case Extent::kNvMoved:
-      return sizes.nv;
-    case Extent::k3Nv:
-    case Extent::k3NvMoved:
-      return 3 * sizes.nv;
-    case Extent::k10Bodies:
-      return 10 * sizes.bodies;
-    case Extent::kContactRows:
-      return 3 * sizes.contacts;
-    case Extent::kOne:
-      break;
-  }
-  return 1;
+  const int n = sizes.nv,
+            in_their_order[] = {1, 3, 6, n, n, 3 * n, 3 * n, 10 * sizes.bodies, 3 * sizes.contacts};
+  return in_their_order[static_cast<int>(e)];
 }
 
 inline int size_of(const BlockShape& shape, const RobotSizes& sizes) {

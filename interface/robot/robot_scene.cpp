@@ -12,9 +12,8 @@ namespace {
 const dynamics::Joint<double>& driven_joint(const RobotScene& scene, const std::string& name) {
   const auto& joint = scene.model.joints[std::size_t(scene.model.joint_index(name))];
   if (!dynamics::is_single(joint.type)) {
-    throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + name + "\" is " +
-                        dynamics::to_string(joint.type) +
-                        "; expected a driven joint to have one degree of freedom");
+    refuse(scene.model, "joint \"" + name + "\" is " + dynamics::to_string(joint.type) +
+                            "; expected a driven joint to have one degree of freedom");
   }
   return joint;
 }
@@ -30,20 +29,15 @@ std::vector<int> actuated_dofs(const RobotScene& scene) {
   }
   for (const std::string& name : scene.actuated) {
     const int dof = driven_joint(scene, name).idx_v;
-    if (std::find(dofs.begin(), dofs.end(), dof) != dofs.end()) {
-      throw ArgumentError("robot \"" + scene.model.name + "\": joint \"" + name +
-                          "\" is named twice among the driven ones, expected once");
-    }
+    if (std::find(dofs.begin(), dofs.end(), dof) != dofs.end())
+      refuse(scene.model, "joint \"" + name + "\" is named twice among the driven ones, expected once");
     dofs.push_back(dof);
   }
   return dofs;
 }
 
-void check_has_no_constraints(const RobotScene& scene, const std::string& user) {
-  if (scene.constraints.empty()) return;
-  throw ArgumentError("robot \"" + scene.model.name +
-                      "\": the scene has constraints (loops, rigid contacts or hard limits), which " + user +
-                      " does not know; only simulate does");
+void refuse(const dynamics::Model<double>& model, const std::string& what) {
+  throw ArgumentError("robot \"" + model.name + "\": " + what);
 }
 
 bool floats(const dynamics::Model<double>& model) {

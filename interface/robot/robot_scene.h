@@ -29,8 +29,8 @@ struct RobotScene {
   SceneConstraints constraints = {};  // loops, rigid contacts, hard limits
 };
 
-// ArgumentError where the scene has constraints: of what treats the robot as a free tree.
-void check_has_no_constraints(const RobotScene& scene, const std::string& user);
+// ArgumentError that names the robot.
+[[noreturn]] void refuse(const dynamics::Model<double>& model, const std::string& what);
 
 // Degrees of freedom that are driven, in the order of the commands.
 std::vector<int> actuated_dofs(const RobotScene& scene);

@@ -26,9 +26,7 @@ class JoinedJoints {
   std::vector<int> first_;
 };
 
-}  // namespace
-
-std::vector<Mechanism> mechanisms_of(const RobotScene& scene) {
+JoinedJoints joined_joints(const RobotScene& scene) {
   const auto& model = scene.model;
   JoinedJoints joined(model.njoints());
   for (int i = 0; i < model.njoints(); ++i) joined.join(i, model.parent[std::size_t(i)]);
@@ -42,6 +40,14 @@ std::vector<Mechanism> mechanisms_of(const RobotScene& scene) {
       last = i;
     });
   }
+  return joined;
+}
+
+}  // namespace
+
+std::vector<Mechanism> mechanisms_of(const RobotScene& scene) {
+  const auto& model = scene.model;
+  const JoinedJoints joined = joined_joints(scene);
   std::vector<Mechanism> mechanisms;
   std::vector<int> place(std::size_t(model.njoints()), -1);
   for (int i = 0; i < model.njoints(); ++i) {

@@ -4,23 +4,10 @@
 namespace dyntape {
 
 const char* to_string(Integrator integrator) {
-  switch (integrator) {
-    case Integrator::kSemiImplicitEuler:
-      return "semi-implicit-euler";
-    case Integrator::kRungeKutta4:
-      return "runge-kutta-4";
-    case Integrator::kImplicitMidpoint:
-      return "implicit-midpoint";
-    case Integrator::kImplicitVelocity:
-      return "implicit-velocity";
-    case Integrator::kVariational:
-      return "variational";
-    case Integrator::kAdaptive:
-      return "adaptive";
-    case Integrator::kAdaptiveStiff:
-      break;
-  }
-  return "adaptive-stiff";
+  constexpr const char* kInTheirOrder[] = {"semi-implicit-euler", "runge-kutta-4", "implicit-midpoint",
+                                           "implicit-velocity",   "variational",   "adaptive",
+                                           "adaptive-stiff"};
+  return kInTheirOrder[static_cast<int>(integrator)];
 }
 
 bool is_adaptive(Integrator integrator) {

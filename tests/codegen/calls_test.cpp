@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/derive/recorded_callee.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/pipeline.h>
 #include <gtest/gtest.h>
 #include <pthread.h>
 

@@ -6,6 +6,7 @@
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/options/flags.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/store/cache.h>
 #include <gtest/gtest.h>
 #include <signal.h>

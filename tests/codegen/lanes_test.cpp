@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/record/linear_algebra.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/options/lane_widths.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/run/lanes.h>
 #include <gtest/gtest.h>
 

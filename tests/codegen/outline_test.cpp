@@ -6,6 +6,7 @@
 #include <dyntape/codegen/options/lane_widths.h>
 #include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/repeats.h>
+#include <dyntape/codegen/pipeline.h>
 #include <gtest/gtest.h>
 
 #include "compilers.h"

@@ -9,6 +9,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/codegen/options/flags.h>
+#include <dyntape/codegen/pipeline.h>
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -4,6 +4,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/codegen/print/c_text.h>
 #include <gtest/gtest.h>
 

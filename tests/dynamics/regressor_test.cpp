@@ -217,32 +217,6 @@ TEST(Regressor, ParametersAndInertiasAreTheSame) {
   EXPECT_EQ(none.com, Eigen::Vector3d::Zero());
 }
 
-TEST(Regressor, KnowsPossibleFromImpossibleBodies) {
-  Random random(5);
-  for (int k = 0; k < 50; ++k) {
-    const Inertia<double> body = random_inertia(random);  // five points in space
-    EXPECT_GT(physical_margin(inertial_parameters(body)), 0);
-    // The margin does not depend on the units of mass and length.
-    Inertia<double> scaled{body.mass * 7, body.com * 3, body.I_c * 63};
-    EXPECT_NEAR(physical_margin(inertial_parameters(scaled)), physical_margin(inertial_parameters(body)),
-                1e-14);
-    // The triangle inequality Ixx <= Iyy + Izz holds for every distribution of mass.
-    Inertia<double> bent = body;
-    bent.I_c = Eigen::Vector3d(3, 1, 1).asDiagonal();
-    EXPECT_LT(physical_margin(inertial_parameters(bent)), 0);
-    // Too little inertia about the origin for where the centre of mass is.
-    Vector10<double> theta = inertial_parameters(body);
-    theta.segment<3>(1) *= 10;
-    EXPECT_LT(physical_margin(theta), 0);
-    theta = inertial_parameters(body);
-    theta[0] = -theta[0];
-    EXPECT_LT(physical_margin(theta), 0);
-  }
-  Inertia<double> point{2.0, {0.1, 0.2, 0.3}, Eigen::Matrix3d::Zero()};
-  EXPECT_NEAR(physical_margin(inertial_parameters(point)), 0, 1e-15);
-  EXPECT_EQ(physical_margin(Vector10<double>::Zero()), 0);
-}
-
 TEST(Regressor, WrongSizesAreNamed) {
   Random random(1);
   Model<double> model = random_tree(random), other = random_tree(random, {.joints = 3});

@@ -35,9 +35,8 @@ Cache open(const CacheOptions& options) {
   if (!folder.empty() && !std::filesystem::exists(folder))
     throw FileError(folder + ": there is no such folder");
   auto cache = Cache::open(folder);
-  if (!cache) {
+  if (!cache)
     throw FileError("no cache: " + (folder.empty() ? Cache::usual_folder() : folder) + " cannot be used");
-  }
   return *cache;
 }
 
@@ -71,32 +70,31 @@ void list_builds(const std::vector<LeftOver>& builds) {
             << "but those at work\n";
 }
 
-void list(const CacheOptions& options) {
-  const Cache cache = open(options);
-  const std::vector<Entry> entries = cache.list();
-  const std::vector<LeftOver> builds = cache.left_over();
-  if (options.json) {
-    nlohmann::json rows = nlohmann::json::array();
-    for (const Entry& e : entries) {
-      rows.push_back({{"key", digest(e)},
-                      {"name", e.manifest.name},
-                      {"order", e.manifest.order},
-                      {"profile", e.manifest.profile},
-                      {"compiler", e.manifest.compiler},
-                      {"bytes", e.bytes},
-                      {"last_used", e.last_used},
-                      {"library", e.library()},
-                      {"source", e.source()}});
-    }
-    nlohmann::json left = nlohmann::json::array();
-    for (const LeftOver& b : builds) {
-      left.push_back(
-          {{"folder", b.folder}, {"state", to_string(b.state)}, {"bytes", b.bytes}, {"changed", b.modified}});
-    }
-    std::cout << nlohmann::json{{"folder", cache.folder()}, {"entries", rows}, {"builds", left}}.dump(2)
-              << "\n";
-    return;
+nlohmann::json to_json(const std::vector<Entry>& entries) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const Entry& e : entries) {
+    rows.push_back({{"key", digest(e)},
+                    {"name", e.manifest.name},
+                    {"order", e.manifest.order},
+                    {"profile", e.manifest.profile},
+                    {"compiler", e.manifest.compiler},
+                    {"bytes", e.bytes},
+                    {"last_used", e.last_used},
+                    {"library", e.library()},
+                    {"source", e.source()}});
   }
+  return rows;
+}
+
+nlohmann::json to_json(const std::vector<LeftOver>& builds) {
+  nlohmann::json rows = nlohmann::json::array();
+  for (const LeftOver& b : builds)
+    rows.push_back(
+        {{"folder", b.folder}, {"state", to_string(b.state)}, {"bytes", b.bytes}, {"changed", b.modified}});
+  return rows;
+}
+
+void list_entries(const std::vector<Entry>& entries, const std::string& folder) {
   io::TextTable table({{"function"},
                        {"order", "", io::Align::kRight},
                        {"profile"},
@@ -111,22 +109,36 @@ void list(const CacheOptions& options) {
   }
   if (!entries.empty()) std::cout << table.text() << "\n";
   std::cout << entries.size() << (entries.size() == 1 ? " library, " : " libraries, ")
-            << io::with_groups(bytes / 1024) << " KiB in " << cache.folder() << "\n";
+            << io::with_groups(bytes / 1024) << " KiB in " << folder << "\n";
+}
+
+void list(const CacheOptions& options) {
+  const Cache cache = open(options);
+  const std::vector<Entry> entries = cache.list();
+  const std::vector<LeftOver> builds = cache.left_over();
+  if (options.json)
+    return print_json(
+        {{"folder", cache.folder()}, {"entries", to_json(entries)}, {"builds", to_json(builds)}});
+  list_entries(entries, cache.folder());
   list_builds(builds);
 }
 
-void verify(const CacheOptions& options) {
-  const Cache cache = open(options);
+nlohmann::json faulty(const Cache& cache, const std::vector<Entry>& entries) {
   nlohmann::json bad = nlohmann::json::array();
-  const std::vector<Entry> entries = cache.list();
   for (const Entry& e : entries) {
     const auto verdict = cache.verify(digest(e));
     if (verdict.fault == Fault::kNone) continue;
     bad.push_back({{"key", digest(e)}, {"name", e.manifest.name}, {"reason", verdict.reason}});
   }
+  return bad;
+}
+
+void verify(const CacheOptions& options) {
+  const Cache cache = open(options);
+  const std::vector<Entry> entries = cache.list();
+  const nlohmann::json bad = faulty(cache, entries);
   if (options.json) {
-    std::cout << nlohmann::json{{"folder", cache.folder()}, {"checked", entries.size()}, {"bad", bad}}.dump(2)
-              << "\n";
+    print_json({{"folder", cache.folder()}, {"checked", entries.size()}, {"bad", bad}});
   } else {
     for (const auto& entry : bad) {
       std::cout << entry["key"].get<std::string>() << " (" << entry["name"].get<std::string>()
@@ -146,14 +158,11 @@ void clear(const CacheOptions& options) {
   const std::size_t builds = before - std::min(before, left.size());
   const auto at_work =
       std::count_if(left.begin(), left.end(), [](const LeftOver& b) { return b.state == Left::kInUse; });
-  if (options.json) {
-    const nlohmann::json report = {{"folder", cache.folder()},
-                                   {"removed", removed},
-                                   {"builds_removed", builds},
-                                   {"builds_at_work", at_work}};
-    std::cout << report.dump(2) << "\n";
-    return;
-  }
+  if (options.json)
+    return print_json({{"folder", cache.folder()},
+                       {"removed", removed},
+                       {"builds_removed", builds},
+                       {"builds_at_work", at_work}});
   std::cout << removed << (removed == 1 ? " library" : " libraries") << " removed from " << cache.folder()
             << "\n";
   if (builds)
@@ -170,10 +179,8 @@ void add_cache(CLI::App& app) {
   const auto options = std::make_shared<CacheOptions>();
   const auto add = [&](const char* name, const char* help, void (*action)(const CacheOptions&)) {
     CLI::App* sub = command->add_subcommand(name, help);
-    sub->add_option("--folder", options->folder,
-                    "the store (default: $DYNTAPE_CACHE, then the user's cache folder)")
-        ->check(not_empty())
-        ->type_name("DIR");
+    add_path(*sub, "--folder", options->folder,
+             "the store (default: $DYNTAPE_CACHE, then the user's cache folder)", "DIR");
     sub->add_flag("--json", options->json, "for programs");
     sub->callback([options, action] { action(*options); });
   };

@@ -114,10 +114,7 @@ void add_check_config(CLI::App& app) {
   const auto file = std::make_shared<std::string>();
   const auto set = std::make_shared<std::vector<std::string>>();
   const auto show = std::make_shared<bool>(false), rename = std::make_shared<bool>(false);
-  command->add_option("file", *file, "the task, scene or sweep, an .info file")
-      ->required()
-      ->check(not_empty())
-      ->type_name("FILE");
+  add_path(*command, "file", *file, "the task, scene or sweep, an .info file", "FILE")->required();
   add_settings(*command, *set);
   command->add_flag("--effective", *show, "print the file as it is understood, defaults included");
   command->add_flag("--rename", *rename,

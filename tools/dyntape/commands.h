@@ -7,6 +7,8 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <iostream>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -29,6 +31,15 @@ DYNTAPE_COMMANDS(DYNTAPE_DECLARE)
 struct Failure {
   int status = 1;
 };
+
+void print_json(const nlohmann::json& report);
+
+template <class Report, class Options>
+void print_report(const Report& report, const Options& options) {
+  std::cout << (options.json ? report.json() : report.text());
+  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
+  std::cout << std::flush;
+}
 
 // Options of every command that reads a robot.
 struct RobotOptions {

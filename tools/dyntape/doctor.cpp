@@ -117,6 +117,19 @@ std::vector<Finding> examine() {
       {"urdfdom", DYNTAPE_URDFDOM_VERSION}};
 }
 
+void report(const std::vector<Finding>& findings, bool json) {
+  bool ok = true;
+  nlohmann::json rows = nlohmann::json::array();
+  io::TextTable table({{""}, {"part"}, {"found"}});
+  for (const Finding& f : findings) {
+    ok = ok && f.ok;
+    rows.push_back({{"part", f.what}, {"found", f.found}, {"ok", f.ok}});
+    table.append({f.ok ? "ok" : "FAILS", f.what, f.found});
+  }
+  std::cout << (json ? nlohmann::json{{"ok", ok}, {"findings", rows}}.dump(2) + "\n" : table.text());
+  if (!ok) throw Failure{};
+}
+
 }  // namespace
 
 void add_doctor(CLI::App& app) {
@@ -125,19 +138,7 @@ void add_doctor(CLI::App& app) {
       "check compiler, cache folder, processor and libraries, and the whole way from recording to library");
   const auto json = std::make_shared<bool>(false);
   command->add_flag("--json", *json, "for programs");
-  command->callback([json] {
-    const std::vector<Finding> findings = examine();
-    bool ok = true;
-    nlohmann::json rows = nlohmann::json::array();
-    io::TextTable table({{""}, {"part"}, {"found"}});
-    for (const Finding& f : findings) {
-      ok = ok && f.ok;
-      rows.push_back({{"part", f.what}, {"found", f.found}, {"ok", f.ok}});
-      table.append({f.ok ? "ok" : "FAILS", f.what, f.found});
-    }
-    std::cout << (*json ? nlohmann::json{{"ok", ok}, {"findings", rows}}.dump(2) + "\n" : table.text());
-    if (!ok) throw Failure{};
-  });
+  command->callback([json] { report(examine(), *json); });
 }
 
 }  // namespace dyntape::tools

@@ -93,23 +93,15 @@ void add_eval(CLI::App& app) {
   const auto options = std::make_shared<EvalOptions>();
   add_robot_options(*command, options->robot);
   add_function_options(*command, options->function, "what to evaluate")->required();
-  command
-      ->add_option(
-          "--route", options->route,
-          "analytic: plain double code; tape: the recorded value, differentiated and interpreted; "
-          "generated: compiled C; machine-code: made in this process without a compiler, the bits of "
-          "generated; fd-forward, fd-central: finite differences of the value")
-      ->required()
-      ->check(CLI::IsMember({"analytic", "tape", "generated", "machine-code", "fd-forward", "fd-central"}))
-      ->type_name("analytic|tape|generated|machine-code|fd-forward|fd-central");
-  command->add_option("--input", options->input, "states; - for the standard input")
-      ->required()
-      ->check(not_empty())
-      ->type_name("states.csv");
-  command->add_option("--output", options->output, "results; - for the standard output")
-      ->required()
-      ->check(not_empty())
-      ->type_name("out.csv");
+  add_choice(*command, "--route", options->route,
+             "analytic: plain double code; tape: the recorded value, differentiated and interpreted; "
+             "generated: compiled C; machine-code: made in this process without a compiler, the bits of "
+             "generated; fd-forward, fd-central: finite differences of the value",
+             {"analytic", "tape", "generated", "machine-code", "fd-forward", "fd-central"})
+      ->required();
+  add_path(*command, "--input", options->input, "states; - for the standard input", "states.csv")->required();
+  add_path(*command, "--output", options->output, "results; - for the standard output", "out.csv")
+      ->required();
   add_column_options(*command, options->columns);
   command->callback([options] { run(*options); });
 }

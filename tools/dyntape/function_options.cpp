@@ -6,6 +6,7 @@
 #include <dyntape/autodiff/error.h>
 
 #include "help.h"
+#include "words.h"
 
 namespace dyntape::tools {
 namespace {
@@ -71,11 +72,9 @@ std::string fault(const std::string& name) {
 CLI::Option* add_function_options(CLI::App& command, FunctionOptions& options, const std::string& purpose) {
   command.add_option("--frame", options.frame, "for functions of a frame: its name (default: the last)")
       ->type_name("NAME");
-  command
-      .add_option("--in", options.in,
-                  "in which frame: the frame itself, the world, or the world's axes at it")
-      ->check(CLI::IsMember({"local", "world", "aligned"}))
-      ->type_name("local|world|aligned")
+  add_choice(command, "--in", options.in,
+             "in which frame: the frame itself, the world, or the world's axes at it",
+             {"local", "world", "aligned"})
       ->capture_default_str();
   command
       .add_option("--contacts", options.contacts, "frames whose origins are held (default: that of --frame)")

@@ -12,6 +12,7 @@
 #include <dyntape/codegen/build/compile.h>
 #include <dyntape/codegen/build/stack_usage.h>
 #include <dyntape/codegen/compiled_function.h>
+#include <dyntape/codegen/pipeline.h>
 #include <dyntape/interface/io/stopwatch.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/robot/robot_callee.h>
@@ -103,10 +104,7 @@ void run_embedded(const GenerateOptions& options, const Function& recorded, cons
                                    {"stack_bytes", is_known ? nlohmann::json(how.stack.bytes[k]) : nullptr},
                                    {"stack_bound", e.stack_bounds[k]}});
   }
-  if (options.json) {
-    std::cout << report.dump(2) << "\n";
-    return;
-  }
+  if (options.json) return print_json(report);
   std::cout << table.text() << "\n";
   if (!how.stack.with.empty()) {
     std::cout << "stack with " << how.stack.with;
@@ -135,11 +133,7 @@ void run_casadi(const GenerateOptions& options, const dynamics::Model<double>& m
   } else if (!options.json) {
     std::cout << codegen::no_compiler("") << ": no library is made\n";
   }
-  if (options.json) {
-    nlohmann::json report = {{"name", source.name}, {"files", files}, {"order", options.order}};
-    std::cout << report.dump(2) << "\n";
-    return;
-  }
+  if (options.json) return print_json({{"name", source.name}, {"files", files}, {"order", options.order}});
   for (const std::string& file : files) std::cout << file << "\n";
   std::cout << "in Python: casadi.external('" << source.name << "', '" << files.back() << "')\n";
 }
@@ -191,10 +185,7 @@ void run(const GenerateOptions& options) {
     table.append({names[k], io::with_groups(operations), std::to_string(non_zeros), std::to_string(places)});
     report["kernels"].push_back({{"order", k}, {"operations", operations}, {"non_zeros", non_zeros}});
   }
-  if (options.json) {
-    std::cout << report.dump(2) << "\n";
-    return;
-  }
+  if (options.json) return print_json(report);
   std::cout << table.text() << "\nrecord " << io::duration(record_seconds) << ", ";
   if (!has_compiler) {
     std::cout << codegen::no_compiler("") << ": nothing is compiled into the cache\n";
@@ -222,16 +213,10 @@ void add_generate(CLI::App& app) {
       ->transform(whole_number(0, 2))
       ->type_name("0|1|2")
       ->capture_default_str();
-  command
-      ->add_option("--profile", options->profile,
-                   "strict: bit-equal to the interpreter; fast: within a tolerance")
-      ->check(CLI::IsMember({"strict", "fast"}))
-      ->type_name("strict|fast")
+  add_choice(*command, "--profile", options->profile,
+             "strict: bit-equal to the interpreter; fast: within a tolerance", {"strict", "fast"})
       ->capture_default_str();
-  command->add_option("--output", options->output, "where the .c and .h go")
-      ->required()
-      ->check(not_empty())
-      ->type_name("DIR");
+  add_path(*command, "--output", options->output, "where the .c and .h go", "DIR")->required();
   CLI::Option* const embedded = command->add_flag(
       "--embedded", options->embedded,
       "plain functions of x, p, w for a microcontroller or a program of one's own: no descriptor, heap or "

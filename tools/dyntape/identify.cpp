@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/identification/estimator.h>
@@ -32,6 +33,17 @@ struct IdentifyOptions {
   double noise = 0.1;
 };
 
+void read_sample(const StateColumns& columns, const io::CsvTable& table, int i,
+                 std::span<Eigen::MatrixXd* const> parts) {
+  std::vector<double> row;
+  columns.read(table, i, row);
+  const double* next = row.data();
+  for (Eigen::MatrixXd* part : parts) {
+    part->col(i) = Eigen::Map<const Eigen::VectorXd>(next, part->rows());
+    next += part->rows();
+  }
+}
+
 // Measured motions, and the torques that they took.
 Samples read_samples(const IdentifyOptions& options, const dynamics::UrdfRobot& robot) {
   const io::CsvTable table = io::read_csv(options.data);
@@ -44,15 +56,7 @@ Samples read_samples(const IdentifyOptions& options, const dynamics::UrdfRobot& 
   Samples samples;
   Eigen::MatrixXd* const parts[] = {&samples.q, &samples.v, &samples.a, &samples.tau};
   for (std::size_t k = 0; k < blocks.size(); ++k) parts[k]->resize(blocks[k].size(), table.rows());
-  std::vector<double> row;
-  for (int i = 0; i < table.rows(); ++i) {
-    columns.read(table, i, row);
-    const double* next = row.data();
-    for (Eigen::MatrixXd* part : parts) {
-      part->col(i) = Eigen::Map<const Eigen::VectorXd>(next, part->rows());
-      next += part->rows();
-    }
-  }
+  for (int i = 0; i < table.rows(); ++i) read_sample(columns, table, i, parts);
   return samples;
 }
 
@@ -88,16 +92,20 @@ double mean_gain(const Excitation& e, const BaseParameters& base) {
   return (e.random_log_det - e.log_det) / (2 * base.rank());
 }
 
-// The motion that tells most; false where the solver did not get there.
-bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base,
-            io::ResultFolder* results) {
-  const Excitation e = optimal_excitation(model, base, options.excitation);
+void print(const Excitation& e, const BaseParameters& base) {
   std::cout << "\nexcitation of " << significant(e.series.period, 3) << " s, " << e.series.harmonics()
             << " harmonics: " << to_string(e.status) << " after " << e.iterations << " iterations, "
             << io::duration(e.seconds) << "\n  condition " << significant(e.condition, 4)
             << ", of random series " << significant(e.random_condition, 4)
             << " (median)\n  errors on average " << significant(std::exp(mean_gain(e, base)), 3)
             << " times those of the best random series\n";
+}
+
+// The motion that tells most; false where the solver did not get there.
+bool excite(const IdentifyOptions& options, const dynamics::Model<double>& model, const BaseParameters& base,
+            io::ResultFolder* results) {
+  const Excitation e = optimal_excitation(model, base, options.excitation);
+  print(e, base);
   const Eigen::VectorXd sigma = Eigen::VectorXd::Constant(model.nv, options.noise);
   const Eigen::VectorXd error = BaseEstimator(model, base, e.samples, sigma).standard_deviation();
   const Eigen::VectorXd nominal = base.regrouping * parameter_values(model, base.columns);
@@ -213,11 +221,9 @@ void add_identify(CLI::App& app) {
       ->add_option("--noise", options->noise, "standard deviation of measured torques [N m or N], for errors")
       ->check(positive_number())
       ->capture_default_str();
-  command->add_option("--data", options->data, "measured samples")
-      ->check(not_empty())
-      ->type_name("samples.csv");
+  add_path(*command, "--data", options->data, "measured samples", "samples.csv");
   add_column_options(*command, options->columns);
-  command->add_option("--output", options->output, "where results go")->check(not_empty())->type_name("DIR");
+  add_path(*command, "--output", options->output, "where results go", "DIR");
   command->callback([options] {
     if (options->condition) options->excitation.criterion = ExcitationCriterion::kCondition;
     run(*options);

@@ -190,7 +190,7 @@ void add_info(CLI::App& app) {
   command->callback([options, json, verbose] {
     const dynamics::UrdfRobot robot = load_robot(*options);
     if (*json) {
-      std::cout << to_json(robot).dump(2) << "\n";
+      print_json(to_json(robot));
     } else {
       print(robot, *verbose);
     }

@@ -76,17 +76,13 @@ void add_mpc(CLI::App& app) {
                                          "and the delay of its block mpc; record and compile once.  The exit "
                                          "status is 0 only if every plan was usable");
   const auto options = std::make_shared<ControlOptions>();
-  command
-      ->add_option(
-          "task", options->task,
-          "the task, an .info file with costs.tracking (config/control/arm_holds.info) or of a robot on its "
-          "feet as one mass, with a block centroidal (config/control/solo12_pushed.info)")
-      ->required()
-      ->check(not_empty())
-      ->type_name("TASK.info");
-  command->add_option("--output", options->output, "where closed_loop.csv, report.json and the pictures go")
-      ->check(not_empty())
-      ->type_name("DIR");
+  add_path(*command, "task", options->task,
+           "the task, an .info file with costs.tracking (config/control/arm_holds.info) or of a robot on its "
+           "feet as one mass, with a block centroidal (config/control/solo12_pushed.info)",
+           "TASK.info")
+      ->required();
+  add_path(*command, "--output", options->output, "where closed_loop.csv, report.json and the pictures go",
+           "DIR");
   add_settings(*command, options->set);
   command->add_flag("--json", options->json, "the report for programs");
   command->callback([options] { run_control(*options); });

@@ -83,6 +83,10 @@ int failed(const std::string& sentence, int status = 1) {
   return status;
 }
 
+int failed_unexpectedly(const std::exception& e) {
+  return failed(std::string("unexpected failure: ") + e.what());
+}
+
 // What was printed has arrived, or the command has not done its work.
 int arrived(int status) {
   errno = 0;
@@ -129,16 +133,19 @@ int parse(CLI::App& app, int argc, char** argv) {
     return failed(e.what());
   } catch (const nlohmann::json::type_error& e) {
     constexpr int kNotUtf8 = 316;
-    if (e.id != kNotUtf8) return failed(std::string("unexpected failure: ") + e.what());
-    return failed(
-        "a name or a path is not UTF-8, which JSON has to be; expected names in UTF-8 (iconv -t utf-8)");
+    return e.id == kNotUtf8 ? failed(
+                                  "a name or a path is not UTF-8, which JSON has to be; expected names in "
+                                  "UTF-8 (iconv -t utf-8)")
+                            : failed_unexpectedly(e);
   } catch (const std::exception& e) {
-    return failed(std::string("unexpected failure: ") + e.what());
+    return failed_unexpectedly(e);
   }
   return 0;
 }
 
 }  // namespace
+
+void print_json(const nlohmann::json& report) { std::cout << report.dump(2) << "\n"; }
 
 void open_standard_streams() {
   for (const int stream : {0, 1, 2}) {

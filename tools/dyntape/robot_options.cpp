@@ -5,15 +5,9 @@
 namespace dyntape::tools {
 
 void add_robot_options(CLI::App& command, RobotOptions& options) {
-  command.add_option("robot", options.path, "the robot, a URDF file")
-      ->required()
-      ->check(not_empty())
-      ->type_name("ROBOT.urdf");
-  command
-      .add_option("--base", options.base,
-                  "fixed: the root link is the world; floating: a free-flyer carries it")
-      ->check(CLI::IsMember({"fixed", "floating"}))
-      ->type_name("fixed|floating")
+  add_path(command, "robot", options.path, "the robot, a URDF file", "ROBOT.urdf")->required();
+  add_choice(command, "--base", options.base,
+             "fixed: the root link is the world; floating: a free-flyer carries it", {"fixed", "floating"})
       ->capture_default_str();
   command.add_option("--lock", options.lock, "joints held at their neutral position, separated by commas")
       ->delimiter(',')
@@ -25,13 +19,10 @@ void add_robot_options(CLI::App& command, RobotOptions& options) {
       ->capture_default_str();
   command.add_flag("--mimic", options.mimic,
                    "joints with <mimic> follow their leader and have no entries of their own");
-  command
-      .add_option(
-          "--inertia", options.inertia,
-          "what an inertia that no body has is (a principal moment below zero): an error, or a note of "
-          "info, and the robot is read as it is written")
-      ->check(CLI::IsMember({"error", "warn"}))
-      ->type_name("error|warn")
+  add_choice(command, "--inertia", options.inertia,
+             "what an inertia that no body has is (a principal moment below zero): an error, or a note of "
+             "info, and the robot is read as it is written",
+             {"error", "warn"})
       ->capture_default_str();
 }
 

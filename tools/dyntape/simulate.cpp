@@ -146,14 +146,17 @@ std::string start_text(const dynamics::Model<double>& model, const Eigen::Vector
   return text + "}\n";
 }
 
+void check_has_none(const std::vector<const CLI::Option*>& options) {
+  for (const CLI::Option* option : options) {
+    if (option->count() > 0)
+      throw ArgumentError(option->get_name() + " is of a robot without a scene file; a scene says it itself");
+  }
+}
+
 Scene scene_in(const SimulateOptions& options) {
   const TextOfFile file(options.file, options.set);  // says at once what is wrong with the file itself
   if (!is_robot(file)) {
-    for (const CLI::Option* option : options.of_robot) {
-      if (option->count() > 0)
-        throw ArgumentError(option->get_name() +
-                            " is of a robot without a scene file; a scene says it itself");
-    }
+    check_has_none(options.of_robot);
     return read_scene_text(file.text, file.path, file.settings);
   }
   if (std::error_code none; !std::filesystem::is_regular_file(file.path, none))
@@ -201,9 +204,7 @@ void run(const SimulateOptions& options) {
   }
   line.erase();
   if (!options.output.empty()) write_results(report, options.output, interruption.token());
-  std::cout << (options.json ? report.json() : report.text());
-  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
-  std::cout << std::flush;
+  print_report(report, options);
   if (!report.success()) std::cerr << "dyntape: " << scene.name << ": " << report.verdict() << "\n";
   for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
   if (report.motion.was_stopped) throw Failure{interruption.status()};
@@ -220,13 +221,10 @@ void add_simulate(CLI::App& app) {
                                          "motion came to its end; Ctrl-C ends with\n"
                                          "the motion so far and status 130");
   const auto options = std::make_shared<SimulateOptions>();
-  command->add_option("scene", options->file, "the scene, an .info file (config/scenes), or a robot")
-      ->required()
-      ->check(not_empty())
-      ->type_name("SCENE.info|ROBOT.urdf");
-  command->add_option("--output", options->output, "where motion.csv, report.json and the pictures go")
-      ->check(not_empty())
-      ->type_name("DIR");
+  add_path(*command, "scene", options->file, "the scene, an .info file (config/scenes), or a robot",
+           "SCENE.info|ROBOT.urdf")
+      ->required();
+  add_path(*command, "--output", options->output, "where motion.csv, report.json and the pictures go", "DIR");
   command->add_flag("--explain", options->explain,
                     "print the resolved scene, which effects act and what each costs, and how accurate the "
                     "motion would be");
@@ -237,9 +235,8 @@ void add_simulate(CLI::App& app) {
   add_settings(*command, options->set);
   command->add_flag("--json", options->json, "the report for programs");
   const std::string group = "Of a robot without a scene file";
-  command->add_option("--base", options->base, "fixed: the root link is the world; floating: it moves freely")
-      ->check(CLI::IsMember({"fixed", "floating"}))
-      ->type_name("fixed|floating")
+  add_choice(*command, "--base", options->base,
+             "fixed: the root link is the world; floating: it moves freely", {"fixed", "floating"})
       ->capture_default_str()
       ->group(group);
   command->add_option("--lock", options->lock, "joints held at their neutral position, separated by commas")

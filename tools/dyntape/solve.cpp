@@ -98,6 +98,14 @@ SolveReport watched(const Task& task, SolveDisplay& display, const Interruption&
   }
 }
 
+void print_trouble(const Task& task, const SolveReport& report) {
+  if (!report.success()) {
+    std::cerr << "dyntape: " << report.verdict() << "\n";
+    for (const std::string& note : folded(task.notes)) std::cerr << "dyntape: note: " << note << "\n";
+  }
+  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
+}
+
 void run(const SolveOptions& options) {
   const Task task = task_in(TextOfFile(options.task, options.set));
   if (options.explain) {
@@ -110,14 +118,8 @@ void run(const SolveOptions& options) {
   const Interruption interruption([&] { return display.nothing_to_save(); });
   SolveReport report = folder.hold([&] { return watched(task, display, interruption); });
   if (!options.output.empty()) write_results(task, report, options.output, interruption.token());
-  std::cout << (options.json ? report.json() : report.text());
-  if (!options.output.empty() && !options.json) std::cout << "\nresults in " << options.output << "\n";
-  std::cout << std::flush;
-  if (!report.success()) {
-    std::cerr << "dyntape: " << report.verdict() << "\n";
-    for (const std::string& note : folded(task.notes)) std::cerr << "dyntape: note: " << note << "\n";
-  }
-  for (const std::string& sentence : report.unwritten) std::cerr << "dyntape: " << sentence << "\n";
+  print_report(report, options);
+  print_trouble(task, report);
   if (report.interrupted) throw Failure{interruption.status()};
   if (!report.success() || !report.unwritten.empty()) throw Failure{};
 }
@@ -134,13 +136,10 @@ void add_solve(CLI::App& app) {
       "robot is exceeded and a known optimum, where the task states one, is met; Ctrl-C ends with the best\n"
       "motion so far and status 130, a second one at once");
   const auto options = std::make_shared<SolveOptions>();
-  command->add_option("task", options->task, "the task, an .info file (config/tasks)")
-      ->required()
-      ->check(not_empty())
-      ->type_name("TASK.info");
-  command->add_option("--output", options->output, "where trajectory.csv, report.json and the pictures go")
-      ->check(not_empty())
-      ->type_name("DIR");
+  add_path(*command, "task", options->task, "the task, an .info file (config/tasks)", "TASK.info")
+      ->required();
+  add_path(*command, "--output", options->output, "where trajectory.csv, report.json and the pictures go",
+           "DIR");
   command->add_flag(
       "--explain", options->explain,
       "print the resolved scene, which effects act and what each costs in operations; solve nothing");

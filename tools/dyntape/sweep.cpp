@@ -87,10 +87,9 @@ void sweep_all(const SweepWords& words, const SceneSweep& sweep, SweepPeers* pee
 
 // One of the samples as a scene of its own, with its motion and pictures.
 void simulate_sample(const SweepWords& words, const SceneSweep& sweep) {
-  if (*words.sample >= sweep.rows()) {
+  if (*words.sample >= sweep.rows())
     throw ArgumentError("--sample " + std::to_string(*words.sample) + ": the sweep has samples 0 to " +
                         std::to_string(sweep.rows() - 1));
-  }
   const Scene scene = scene_of(sweep, *words.sample);
   const OutputFolder folder(words.output, simulation_files(), scene.inputs);
   const Interruption interruption([] { return false; });
@@ -133,14 +132,10 @@ void add_sweep_command(CLI::App& app, const SweepSide& side) {
       "...\n"
       "The exit status is 0 where the sweep came to its end and not every sample failed");
   const auto words = std::make_shared<SweepWords>();
-  command->add_option("sweep", words->file, "what varies, an .info file (config/sweeps)")
-      ->required()
-      ->check(not_empty())
-      ->type_name("SWEEP.info");
-  command->add_option("--output", words->output, "where sweep.csv, sweep.svg and report.json go")
-      ->required()
-      ->check(not_empty())
-      ->type_name("DIR");
+  add_path(*command, "sweep", words->file, "what varies, an .info file (config/sweeps)", "SWEEP.info")
+      ->required();
+  add_path(*command, "--output", words->output, "where sweep.csv, sweep.svg and report.json go", "DIR")
+      ->required();
   command->add_flag("--restart", words->restart,
                     "remove what a sweep has left in DIR, and nothing else, and begin anew");
   command

@@ -3,7 +3,8 @@
 // What may stand behind an option, where CLI11 would take more than is meant: 010 for 8, -1 for 2^64 - 1, "" for a path.
 //
 //   command->add_option("--states", options->states, "random states")->transform(whole_number(1, 100000));
-//   command->add_option("--output", options->output, "results")->check(not_empty());
+//   add_path(*command, "--output", options->output, "results", "DIR");
+//   add_choice(*command, "--base", options->base, "of the robot", {"fixed", "floating"})->capture_default_str();
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 #include <string>
+#include <vector>
 
 #include <dyntape/interface/io/number.h>
 
@@ -48,6 +50,19 @@ inline CLI::Validator positive_number() {
 inline CLI::Validator not_empty() {
   return CLI::Validator(
       [](std::string& word) { return std::string(word.empty() ? "expected a name, got ''" : ""); }, "");
+}
+
+inline CLI::Option* add_path(CLI::App& command, const std::string& name, std::string& path,
+                             const std::string& what, const std::string& type) {
+  return command.add_option(name, path, what)->check(not_empty())->type_name(type);
+}
+
+// One of these words.
+inline CLI::Option* add_choice(CLI::App& command, const std::string& name, std::string& word,
+                               const std::string& what, const std::vector<std::string>& words) {
+  return command.add_option(name, word, what)
+      ->check(CLI::IsMember(words))
+      ->type_name(CLI::detail::join(words, "|"));
 }
 
 }  // namespace dyntape::tools

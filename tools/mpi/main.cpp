@@ -9,7 +9,6 @@
 #include <array>
 #include <chrono>
 #include <cstdlib>
-#include <memory>
 #include <thread>
 
 #include "commands.h"

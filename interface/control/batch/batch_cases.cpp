@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/batch/batch_cases.h>
 
-#include <dyntape/autodiff/error.h>
-
 namespace dyntape {
 
 using Eigen::Index;
@@ -75,9 +73,7 @@ VectorXd BatchCases::start(Index i) const {
   return problem_.start;
 }
 
-void BatchCases::refuse(const std::string& what) const {
-  throw ArgumentError("problem \"" + problem_.name + "\": " + what);
-}
+void BatchCases::refuse(const std::string& what) const { dyntape::refuse(problem_, what); }
 
 void BatchCases::find_count() {
   struct Block {

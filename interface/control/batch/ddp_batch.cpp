@@ -46,14 +46,11 @@ class BatchRun {
       const std::vector<int> wanted = slots_of(kind);
       if (kind == kRollOut) {
         roll_out(wanted);
-      } else if (kind == kLinearise) {
-        work_->linearise(wanted);
-        go_on(wanted);
-      } else if (kind == kPredict) {
-        work_->predict(wanted);
-        go_on(wanted);
-      } else {
+      } else if (kind == kBackward) {
         backward(wanted);
+      } else {
+        kind == kLinearise ? work_->linearise(wanted) : work_->predict(wanted);
+        go_on(wanted);
       }
     }
   }

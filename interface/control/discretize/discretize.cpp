@@ -73,8 +73,7 @@ double numbers_of_interval(const StagedPhase& phase, const CompiledFunction& nod
 void check_squares(const Problem& problem) {
   for (const Term& term : problem.terms) {
     if (term.role != Role::kCost || !term.curvature.empty()) continue;
-    throw ArgumentError("problem \"" + problem.name +
-                        "\": Gauss-Newton needs every cost as squares of residuals, and \"" + term.name +
+    refuse(problem, "Gauss-Newton needs every cost as squares of residuals, and \"" + term.name +
                         "\" is a plain cost; use the exact Hessian or limited memory");
   }
 }
@@ -161,7 +160,7 @@ class Discretization {
     phase.stride = std::size_t(mesh.scheme.points()) - 1;
     phase.intervals = intervals_of(mesh);
     if (const std::string fault = mesh.scheme.fault_on(int(phase.intervals)); !fault.empty())
-      throw ArgumentError("problem \"" + own.name + "\": " + fault);
+      refuse(own, fault);
     phase.points = phase.intervals * phase.stride + 1;
     phase.first_used = mesh.scheme.uses_first_point() ? 0 : 1;
     phase.used = phase.points - phase.first_used - (mesh.scheme.uses_last_point() ? 0 : 1);
@@ -328,6 +327,16 @@ void check_meshes(const Phases& phases, const std::vector<MeshOptions>& meshes) 
   }
 }
 
+void add_link(const PhaseLink& link, const Phases& phases, Discretization& all) {
+  const Phases::Phase &from = phases.phases[link.from], &to = phases.phases[link.to];
+  Function recorded;
+  if (!link.change->empty())
+    recorded = record_link(from.problem, *link.change, phases.name + " link to " + to.name);
+  all.add_link({link.from, link.to, "\"" + from.name + "\" to \"" + to.name + "\"", *link.change,
+                from.problem.duration},
+               link.change->empty() ? nullptr : &recorded, nullptr, to.problem.states.size());
+}
+
 }  // namespace
 
 StagedProgram discretize(const Problem& problem, const MeshOptions& mesh) {
@@ -344,16 +353,8 @@ StagedProgram discretize(const Phases& phases, const std::vector<MeshOptions>& m
   Discretization all(phases.name, phases.controls);
   for (std::size_t k = 0; k < problems.size(); ++k) {
     all.add_phase(phases.phases[k].name, problems[k], meshes[meshes.size() == 1 ? 0 : k]);
-    for (const PhaseLink& link : links) {
-      if (link.from != k) continue;
-      const Phases::Phase &from = phases.phases[link.from], &to = phases.phases[link.to];
-      Function recorded;
-      if (!link.change->empty())
-        recorded = record_link(from.problem, *link.change, phases.name + " link to " + to.name);
-      all.add_link({link.from, link.to, "\"" + from.name + "\" to \"" + to.name + "\"", *link.change,
-                    from.problem.duration},
-                   link.change->empty() ? nullptr : &recorded, nullptr, to.problem.states.size());
-    }
+    for (const PhaseLink& link : links)
+      if (link.from == k) add_link(link, phases, all);
   }
   return all.finish();
 }

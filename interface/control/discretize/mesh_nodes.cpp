@@ -42,7 +42,7 @@ std::vector<double> even_nodes(const Problem& problem, int intervals) {
   nodes.push_back(duration);
   std::vector<double> to = inner_instants(problem);
   if (int(to.size()) >= intervals)
-    throw ArgumentError("problem \"" + problem.name + "\": terms stand at " + std::to_string(to.size()) +
+    refuse(problem, "terms stand at " + std::to_string(to.size()) +
                         " instants between start and end, and the mesh has " + std::to_string(intervals) +
                         " intervals; expected " + std::to_string(to.size() + 1) + " at least");
   to.push_back(1);

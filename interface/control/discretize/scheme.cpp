@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/discretize/scheme.h>
 
-#include <algorithm>
 #include <charconv>
 
 #include <dyntape/autodiff/error.h>

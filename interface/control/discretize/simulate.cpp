@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/discretize/dormand_prince.h>
 #include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/io/number.h>
@@ -80,8 +79,7 @@ std::string not_finite(const Problem& problem, const VectorXd& values, const cha
 VectorXd rate_of(const Problem& problem, double t, const VectorXd& x, const VectorXd& u) {
   VectorXd rate = problem.ode(problem.stage(t, x, {}, u));
   if (rate.size() == x.size()) return rate;
-  throw ArgumentError("problem \"" + problem.name + "\": the rate without accelerations has " +
-                      std::to_string(rate.size()) +
+  refuse(problem, "the rate without accelerations has " + std::to_string(rate.size()) +
                       " entries, expected one a state: " + std::to_string(x.size()));
 }
 

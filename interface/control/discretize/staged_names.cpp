@@ -118,9 +118,13 @@ void StagedNlp::check_finite(const StagedLink& link, const std::vector<double>& 
   if (link.evaluator < 0) return;
   const auto number = std::size_t(link.evaluator);
   if (first_.run(program_.evaluators, Order::kFirst, x.data(), {number, number + 1})) return;
-  const Evaluator& e = program_.evaluators[number];
+  throw NumericalError("the link from " + link.name + " " +
+                       not_finite(program_.evaluators[number], program_.phases[link.to].asked.states) +
+                       " at the start");
+}
+
+std::string StagedNlp::not_finite(const Evaluator& e, const std::vector<std::string>& states) const {
   const Function& recorded = e.function.function();
-  const std::vector<std::string>& states = program_.phases[link.to].asked.states;
   const double *y = first_.y.data() + e.y, *J = first_.jacobian.data() + e.jacobian;
   std::string what = "leaves a branch that was recorded, or is not finite,";
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -132,7 +136,7 @@ void StagedNlp::check_finite(const StagedLink& link, const std::vector<double>& 
       what = "has a slope of " + states[at.row[i]] + " by " + recorded.input_names[0][at.col[i]] +
              " that is " + std::to_string(J[i]);
   }
-  throw NumericalError("the link from " + link.name + " " + what + " at the start");
+  return what;
 }
 
 void StagedNlp::check_finite(const std::vector<double>& x) {

@@ -103,6 +103,7 @@ class StagedNlp : public Nlp {
   void check_finite(const StagedPhase& phase, std::size_t evaluator, std::size_t point,
                     const std::vector<double>& x) const;
   void check_finite(const StagedLink& link, const std::vector<double>& x);
+  std::string not_finite(const Evaluator& e, const std::vector<std::string>& states) const;
 
   StagedProgram program_;
   std::vector<double> constants_;            // of the Jacobian

@@ -81,9 +81,8 @@ std::optional<std::size_t> variable_of(const StagedProgram& program, const RowBl
 }
 
 bool has_costs(const Problem& problem) {
-  return std::any_of(problem.terms.begin(), problem.terms.end(), [](const Term& term) {
-    return term.role == Role::kCost || term.role == Role::kSquares;
-  });
+  return std::any_of(problem.terms.begin(), problem.terms.end(),
+                     [](const Term& term) { return !is_constraint(term.role); });
 }
 
 }  // namespace

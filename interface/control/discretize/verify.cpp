@@ -5,7 +5,6 @@
 #include <cmath>
 #include <map>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/discretize/staged_nlp.h>
 
 namespace dyntape {
@@ -82,10 +81,9 @@ class Audit {
     const Eigen::Index n = motion_.x.size() + motion_.a.size() + motion_.u.size();
     const bool fit_x = units_.x.empty() || units_.x.size() == static_cast<std::size_t>(n);
     if (fit_x && (units_.g.empty() || units_.g.size() == row_)) return;
-    throw ArgumentError("problem \"" + problem_.name + "\": nominal values of " +
-                        std::to_string(units_.x.size()) + " variables and " +
-                        std::to_string(units_.g.size()) + " rows, the motion has " + std::to_string(n) +
-                        " and " + std::to_string(row_));
+    refuse(problem_, "nominal values of " + std::to_string(units_.x.size()) + " variables and " +
+                         std::to_string(units_.g.size()) + " rows, the motion has " + std::to_string(n) +
+                         " and " + std::to_string(row_));
   }
 
   Stage<double> stage(int p) const {
@@ -99,17 +97,18 @@ class Audit {
 
   std::string at(const std::string& what, int p) const { return what + " at point " + std::to_string(p); }
 
-  void check_bounds() {
-    const auto check_part = [&](const Bounds& bounds, const Eigen::MatrixXd& values,
-                                const std::vector<std::string>& names, int first, bool all_count) {
-      for (int p = 0; p < motion_.points(); ++p) {
-        if (!all_count && !used(p)) continue;
-        for (Eigen::Index i = 0; i < values.rows(); ++i) {
-          note(values(i, p), bounds.lower[i], bounds.upper[i], unit(p, first + i),
-               at(names[std::size_t(i)], p));
-        }
+  void check_part(const Bounds& bounds, const Eigen::MatrixXd& values, const std::vector<std::string>& names,
+                  int first, bool all_count) {
+    for (int p = 0; p < motion_.points(); ++p) {
+      if (!all_count && !used(p)) continue;
+      for (Eigen::Index i = 0; i < values.rows(); ++i) {
+        note(values(i, p), bounds.lower[i], bounds.upper[i], unit(p, first + i),
+             at(names[std::size_t(i)], p));
       }
-    };
+    }
+  }
+
+  void check_bounds() {
     check_part(problem_.x, motion_.x, problem_.states, 0, true);
     check_part(problem_.a, motion_.a, problem_.accelerations, problem_.n_x(), false);
     check_part(problem_.u, motion_.u, problem_.controls, problem_.n_x() + problem_.n_a(), false);
@@ -126,11 +125,16 @@ class Audit {
     }
   }
 
-  void check_defects() {
+  Eigen::MatrixXd rates_of_points() {
     Eigen::MatrixXd rates = Eigen::MatrixXd::Zero(problem_.n_x(), motion_.points());
     for (int p = 0; p < motion_.points(); ++p) {
       if (used(p)) rates.col(p) = taken_.rate(stage(p));
     }
+    return rates;
+  }
+
+  void check_defects() {
+    const Eigen::MatrixXd rates = rates_of_points();
     const Scheme& scheme = motion_.scheme;
     for (int k = 0; k < motion_.intervals(); ++k) {
       const int first = motion_.node(k);

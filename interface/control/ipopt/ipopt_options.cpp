@@ -119,14 +119,17 @@ T parsed(const std::string& name, const std::string& value, const char* expected
 }
 
 // What a user asks for by Ipopt's name.
-void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, const std::string& value) {
+const RegisteredOption& allowed(Ipopt::IpoptApplication& application, const std::string& name) {
   const RegisteredOption& option = find(application, name);
-  if (!is_allowed(option)) {
-    throw ArgumentError("Ipopt's option " + in_quotes(name) +
-                        " is not for use here: expected one that neither "
-                        "names a file nor prints nor needs multipliers to start from (what is printed is "
-                        "print_level of SolverOptions)");
-  }
+  if (is_allowed(option)) return option;
+  throw ArgumentError("Ipopt's option " + in_quotes(name) +
+                      " is not for use here: expected one that neither "
+                      "names a file nor prints nor needs multipliers to start from (what is printed is "
+                      "print_level of SolverOptions)");
+}
+
+void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, const std::string& value) {
+  const RegisteredOption& option = allowed(application, name);
   if (option.Type() == Ipopt::OT_Number) {
     const double number = parsed<double>(name, value, "a number");
     // Ipopt maximises where it is negative.
@@ -137,6 +140,15 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
   } else {
     set(application, name, value);
   }
+}
+
+void start_warm(Ipopt::IpoptApplication& application, double barrier) {
+  constexpr double kPush = 1e-9;  // from bounds: the start is a solution
+  set(application, "warm_start_init_point", std::string("yes"));
+  set(application, "mu_init", barrier);
+  for (const char* name : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
+                           "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
+    set(application, name, kPush);
 }
 
 }  // namespace
@@ -158,14 +170,7 @@ void detail::configure(Ipopt::IpoptApplication& application, const SolverOptions
   assign("print_level", options.print_level);
   if (!options.stop_at_acceptable) assign("acceptable_iter", 0);
   if (options.limited_memory) assign("hessian_approximation", std::string("limited-memory"));
-  if (barrier > 0) {
-    constexpr double kPush = 1e-9;  // from bounds: the start is a solution
-    assign("warm_start_init_point", std::string("yes"));
-    assign("mu_init", barrier);
-    for (const char* name : {"warm_start_bound_push", "warm_start_bound_frac", "warm_start_slack_bound_push",
-                             "warm_start_slack_bound_frac", "warm_start_mult_bound_push"})
-      assign(name, kPush);
-  }
+  if (barrier > 0) start_warm(application, barrier);
   for (const auto& [name, value] : options.extra) set_by_name(application, name, value);
 }
 

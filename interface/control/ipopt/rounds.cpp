@@ -63,20 +63,21 @@ SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
 }
 
 // Rounds from one start.
+NlpSolution solve_first(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
+                        const RoundSolver& solve, int before) {
+  try {
+    NlpSolution solution = solve_in(problem.scaling(start), problem, start, options, solve, before);
+    if (solution.status == SolveStatus::kNotFinite && solution.iterations() == 0) problem.check_finite(start);
+    return solution;
+  } catch (const NumericalError&) {
+    problem.check_finite(start);  // who can say where it is not finite says it
+    throw;
+  }
+}
+
 NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                        const RoundSolver& solve, int before = 0) {
-  const auto first = [&] {
-    try {
-      NlpSolution solution = solve_in(problem.scaling(start), problem, start, options, solve, before);
-      if (solution.status == SolveStatus::kNotFinite && solution.iterations() == 0)
-        problem.check_finite(start);
-      return solution;
-    } catch (const NumericalError&) {
-      problem.check_finite(start);  // who can say where it is not finite says it
-      throw;
-    }
-  };
-  NlpSolution solution = first();
+  NlpSolution solution = solve_first(problem, start, options, solve, before);
   for (int round = 1; round < kMostRounds && optimal(solution); ++round) {
     const NlpScaling found = problem.scaling(solution.x, solution.units);
     if (!coarse(solution.units, found)) break;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/discretize/verify.h>
 #include <dyntape/interface/io/number.h>
 
@@ -17,9 +16,7 @@ using Eigen::VectorXd;
 constexpr double kPlantTolerance = 1e-10;
 
 void check_loop(const Problem& problem, const ClosedLoopOptions& options) {
-  const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("problem \"" + problem.name + "\": " + what);
-  };
+  const auto refuse = [&](const std::string& what) { dyntape::refuse(problem, what); };
   const auto seconds = [](double value) { return io::shortest(value) + " s"; };
   if (!(options.seconds > 0 && std::isfinite(options.seconds)))
     refuse("a loop of " + seconds(options.seconds) + ", expected a positive time");

@@ -18,9 +18,7 @@ namespace dyntape {
 namespace {
 
 const Problem& checked(const Problem& problem) {
-  const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("problem \"" + problem.name + "\": " + what);
-  };
+  const auto refuse = [&](const std::string& what) { dyntape::refuse(problem, what); };
   if (problem.free_time) refuse("its duration is free, expected a horizon");
   for (const Term& term : problem.terms) {
     if (term.where == Where::kInstant && term.share > 0)
@@ -129,7 +127,7 @@ RecedingHorizon::RecedingHorizon(const Problem& problem, const MpcOptions& optio
       values_(with_remembered_guess(checked(problem))),
       program_(discretize(values_, options.mesh)) {
   if (options.iterations < 0)
-    throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.iterations) +
+    refuse(problem, std::to_string(options.iterations) +
                         " iterations a step, expected 0 (until it is solved) or more");
 }
 
@@ -166,14 +164,18 @@ int RecedingHorizon::quadratic_steps(std::vector<double> x) {
 }
 
 // Solves, or goes on from the last solution, and says what came of it.
-void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From from) {
-  const bool goes_on = from == From::kLastSolution, is_stepwise = goes_on && options_.iterations > 0;
+void RecedingHorizon::choose_derivatives(bool is_stepwise) {
   if (is_stepwise && system_)
     derivatives_ = [this](const auto& held) { return system_->derivatives(held); };
   else
     derivatives_ = [planner = is_stepwise ? of_model_.get() : solver_.get()](const auto& held) {
       return planner->derivatives(held);
     };
+}
+
+void RecedingHorizon::plan_from(const std::vector<double>& start, double t, From from) {
+  const bool goes_on = from == From::kLastSolution, is_stepwise = goes_on && options_.iterations > 0;
+  choose_derivatives(is_stepwise);
   if (is_stepwise) {
     step_.iterations += quadratic_steps(start);
   } else {

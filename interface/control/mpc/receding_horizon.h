@@ -123,6 +123,7 @@ class RecedingHorizon {
   int quadratic_steps(std::vector<double> x);
   enum class From { kLastSolution, kPoint };
 
+  void choose_derivatives(bool is_stepwise);
   void plan_from(const std::vector<double>& start, double t, From from);
   void plan_again(const std::vector<double>& start, const std::vector<double>& moved_plan, double t,
                   const Eigen::VectorXd& x);

@@ -31,6 +31,12 @@ constexpr std::size_t kMostEntries = 64;     // in a row of a Hessian that is ch
 constexpr std::size_t kDirections = 16;      // in which others are checked
 constexpr unsigned kPoints = 3;  // at which an entry has to mismatch: a wrong one is wrong everywhere
 
+std::size_t most_entries_of_row(const Pattern& pattern) {
+  std::vector<std::size_t> entries(pattern.rows, 0);
+  for (std::uint32_t row : pattern.row) ++entries[row];
+  return entries.empty() ? 0 : *std::max_element(entries.begin(), entries.end());
+}
+
 // y = f(x); throws where that is not finite.
 using VectorFunction = std::function<void(const Vector& x, Vector& y)>;
 
@@ -193,17 +199,20 @@ class Checker {
 
   // Whether products of a Hessian that has a long row with random directions are the differences of f along them.  Each direction
   // moves all variables, with random signs, so that a wrong entry shows in its row in each.
+  Vector random_direction() {
+    std::bernoulli_distribution coin;
+    Vector direction(x_.size());
+    for (std::size_t j = 0; j < x_.size(); ++j)
+      direction[j] = coin(random_) ? step_of(x_[j]) : -step_of(x_[j]);
+    return direction;
+  }
+
   bool agrees_along_directions(const Pattern& pattern, const Vector& given, const VectorFunction& f,
                                const Vector& terms) {
-    std::vector<std::size_t> entries(pattern.rows, 0);
-    for (std::uint32_t row : pattern.row) ++entries[row];
-    if (entries.empty() || *std::max_element(entries.begin(), entries.end()) <= kMostEntries) return false;
+    if (most_entries_of_row(pattern) <= kMostEntries) return false;
     double worst = 0;
-    std::bernoulli_distribution coin;
     for (std::size_t k = 0; k < kDirections; ++k) {
-      Vector direction(x_.size());
-      for (std::size_t j = 0; j < x_.size(); ++j)
-        direction[j] = coin(random_) ? step_of(x_[j]) : -step_of(x_[j]);
+      Vector direction = random_direction();
       double least = HUGE_VAL;
       for (double step = kRelativeStep; step > kRelativeStep / 300 && !(least <= kTolerance); step /= 16) {
         least = std::fmin(least, error_along(pattern, given, f, terms, direction, step));

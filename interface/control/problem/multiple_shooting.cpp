@@ -5,8 +5,6 @@
 #include <cmath>
 #include <memory>
 
-#include <dyntape/autodiff/error.h>
-
 namespace dyntape {
 
 namespace {
@@ -130,12 +128,10 @@ IntervalLength interval_lengths(std::vector<double> nodes) {
 Problem multiple_shooting(const Problem& problem, ShootingScheme scheme, int steps,
                           const IntervalLength& length) {
   if (problem.n_a() > 0 && (scheme != ShootingScheme::kEuler || steps != 1))
-    throw ArgumentError("problem \"" + problem.name +
-                        "\": the dynamics are in their inverse form, which steps do not know; expected the "
-                        "forward form");
-  if (steps < 1)
-    throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(steps) +
-                        " steps an interval, expected at least one");
+    refuse(problem,
+           "the dynamics are in their inverse form, which steps do not know; expected the "
+           "forward form");
+  if (steps < 1) refuse(problem, std::to_string(steps) + " steps an interval, expected at least one");
   Problem result = problem;
   result.parameters.add("length of an interval",
                         [length](double t) { return Eigen::VectorXd::Constant(1, length(t)); });

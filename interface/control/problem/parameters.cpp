@@ -17,10 +17,9 @@ namespace {
 // ArgumentError, naming the entry, unless the value has this size and is finite; `when`: " at t = 0.5 s".
 void check_value(const std::string& name, const Eigen::VectorXd& value, Eigen::Index size,
                  const std::string& when) {
-  if (value.size() != size) {
+  if (value.size() != size)
     throw ArgumentError("the parameter \"" + name + "\" has " + std::to_string(value.size()) + " entries" +
                         when + ", expected " + std::to_string(size));
-  }
   for (Eigen::Index i = 0; i < size; ++i) {
     if (std::isfinite(value[i])) continue;
     throw ArgumentError("the parameter \"" + entry_name(name, i, size) + "\" is " + std::to_string(value[i]) +

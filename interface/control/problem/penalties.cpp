@@ -95,10 +95,14 @@ T barrier_curvature_of(const T& h, const RelaxedBarrier& b) {
   return c * T(std::sqrt(b.mu / 2));
 }
 
+Term with_role(Term term, Role role) {
+  term.role = role, term.lower = term.upper = {};
+  return term;
+}
+
 Term barrier_term(const Term& term, const Bounded& bounded, const RelaxedBarrier& b) {
   check_positive(term, "mu", b.mu), check_positive(term, "delta", b.delta);
-  Term result = term;
-  result.role = Role::kCost, result.lower = result.upper = {};
+  Term result = with_role(term, Role::kCost);
   result.function = [bounded, b](const auto& s) {
     using T = std::decay_t<decltype(s.t)>;
     T sum(0);
@@ -149,8 +153,7 @@ Term soft(const Term& term, const Penalty& penalty) {
     residual = beyond(bounded);
   }
   const SmoothRoot root = std::visit(RootOf{term}, penalty);
-  Term result = term;
-  result.role = Role::kSquares, result.lower = result.upper = {};
+  Term result = with_role(term, Role::kSquares);
   result.function = [residual, root](const auto& s) {
     auto r = residual(s);
     for (Eigen::Index i = 0; i < r.size(); ++i) r[i] = root(r[i]);

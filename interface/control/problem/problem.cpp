@@ -19,8 +19,7 @@ Bounds unbounded(Eigen::Index n) {
 
 void check_size(const Problem& problem, const std::string& part, Eigen::Index size, Eigen::Index expected) {
   if (size == expected) return;
-  throw ArgumentError("problem \"" + problem.name + "\": " + part + " has " + std::to_string(size) +
-                      " entries, expected " + std::to_string(expected));
+  refuse(problem, part + " has " + std::to_string(size) + " entries, expected " + std::to_string(expected));
 }
 
 void check_bounds(const Problem& problem, const Bounds& bounds, const std::vector<std::string>& names,
@@ -42,17 +41,13 @@ bool outside(double value, double lower, double upper) {
 void check_boundary(const Problem& problem, const Eigen::VectorXd& values, const std::string& part) {
   check_size(problem, part, values.size(), problem.n_x());
   for (int i = 0; i < problem.n_x(); ++i) {
-    if (std::isinf(values[i])) {
-      throw ArgumentError("problem \"" + problem.name + "\": " + part + " of \"" +
-                          problem.states[static_cast<std::size_t>(i)] + "\" is " + std::to_string(values[i]) +
-                          ", expected a number, or none (Problem::kFree)");
-    }
-    if (!std::isnan(values[i]) && outside(values[i], problem.x.lower[i], problem.x.upper[i])) {
-      throw ArgumentError("problem \"" + problem.name + "\": " + part + " of \"" +
-                          problem.states[static_cast<std::size_t>(i)] + "\" is " + std::to_string(values[i]) +
-                          ", outside its bounds " + std::to_string(problem.x.lower[i]) + " to " +
-                          std::to_string(problem.x.upper[i]));
-    }
+    if (std::isinf(values[i]))
+      refuse(problem, part + " of \"" + problem.states[static_cast<std::size_t>(i)] + "\" is " +
+                          std::to_string(values[i]) + ", expected a number, or none (Problem::kFree)");
+    if (!std::isnan(values[i]) && outside(values[i], problem.x.lower[i], problem.x.upper[i]))
+      refuse(problem, part + " of \"" + problem.states[static_cast<std::size_t>(i)] + "\" is " +
+                          std::to_string(values[i]) + ", outside its bounds " +
+                          std::to_string(problem.x.lower[i]) + " to " + std::to_string(problem.x.upper[i]));
   }
 }
 
@@ -62,27 +57,32 @@ void check_same_names(const Problem& problem, const std::vector<std::string>& na
   if (now == names) return;
   const auto differs = std::mismatch(names.begin(), names.end(), now.begin(), now.end());
   const auto name_at = [](const auto& at, const auto& end) { return at == end ? "none" : "\"" + *at + "\""; };
-  throw ArgumentError("problem \"" + problem.name + "\": the " + part +
-                      " are others than were recorded: " + name_at(differs.second, now.end()) +
+  refuse(problem, "the " + part + " are others than were recorded: " + name_at(differs.second, now.end()) +
                       ", expected " + name_at(differs.first, names.end()));
+}
+
+void check_guess(const Problem& problem) {
+  if (!problem.guess) return;
+  for (double t : {0.0, problem.duration}) {
+    const Stage<double> stage = problem.guess(t);
+    check_size(problem, "the state of the guess", stage.x.size(), problem.n_x());
+    check_size(problem, "the acceleration of the guess", stage.a.size(), problem.n_a());
+    check_size(problem, "the control of the guess", stage.u.size(), problem.n_u());
+  }
 }
 
 void check_free_time(const Problem& problem) {
   if (!problem.free_time) return;
   const auto [shortest, longest] = *problem.free_time;
-  if (!(shortest > 0 && shortest <= longest && std::isfinite(longest))) {
-    throw ArgumentError("problem \"" + problem.name + "\": the duration lies between " +
-                        std::to_string(shortest) + " and " + std::to_string(longest) +
-                        " s, expected two positive numbers, the shorter one first");
-  }
-  if (!(problem.duration >= shortest && problem.duration <= longest)) {
-    throw ArgumentError("problem \"" + problem.name + "\": the first guess of the duration is " +
-                        std::to_string(problem.duration) + " s, expected " + std::to_string(shortest) +
-                        " to " + std::to_string(longest));
-  }
+  if (!(shortest > 0 && shortest <= longest && std::isfinite(longest)))
+    refuse(problem, "the duration lies between " + std::to_string(shortest) + " and " +
+                        std::to_string(longest) + " s, expected two positive numbers, the shorter one first");
+  if (!(problem.duration >= shortest && problem.duration <= longest))
+    refuse(problem, "the first guess of the duration is " + std::to_string(problem.duration) +
+                        " s, expected " + std::to_string(shortest) + " to " + std::to_string(longest));
   const std::string varies = problem.parameters.first_of_time();
   if (varies.empty()) return;
-  throw ArgumentError("problem \"" + problem.name + "\": the parameter \"" + varies +
+  refuse(problem, "the parameter \"" + varies +
                       "\" varies with time, which points have only where the duration is given; expected a "
                       "function of s.t in the terms");
 }
@@ -101,6 +101,10 @@ Term path_equality(std::string name, StageFunction residuals) {
 Term path_inequality(std::string name, StageFunction values, Eigen::VectorXd lower, Eigen::VectorXd upper) {
   return {std::move(name),   Where::kRunning,  Role::kInequality,
           std::move(values), std::move(lower), std::move(upper)};
+}
+Term path_not_negative(std::string name, StageFunction value) {
+  return path_inequality(std::move(name), std::move(value), Eigen::VectorXd::Zero(1),
+                         Eigen::VectorXd::Constant(1, std::numeric_limits<double>::infinity()));
 }
 Term terminal_cost(std::string name, StageFunction function) {
   return {std::move(name), Where::kTerminal, Role::kCost, std::move(function)};
@@ -189,11 +193,10 @@ void Problem::take_values(const Problem& now) {
   check_same_names(*this, states, now.states, "states");
   check_same_names(*this, accelerations, now.accelerations, "accelerations");
   check_same_names(*this, controls, now.controls, "controls");
-  if (terms.size() != now.terms.size()) {
+  if (terms.size() != now.terms.size())
     throw ArgumentError("problem \"" + name + "\": the new values come with " +
                         std::to_string(now.terms.size()) + " terms, expected the " +
                         std::to_string(terms.size()) + " that were recorded");
-  }
   for (std::size_t k = 0; k < terms.size(); ++k) {
     const Term &known = terms[k], &next = now.terms[k];
     if (known.name != next.name || known.lower != next.lower || known.upper != next.upper)
@@ -224,32 +227,33 @@ std::function<Stage<double>(double t)> straight_line(const Problem& problem) {
   return [=](double t) { return Stage<double>{t, from + (to - from) * (t / duration), a, u}; };
 }
 
+void refuse(const Problem& problem, const std::string& what) {
+  throw ArgumentError("problem \"" + problem.name + "\": " + what);
+}
+
 void check_rate(const Problem& problem, Eigen::Index entries) {
   if (entries == problem.n_x()) return;
-  throw ArgumentError("problem \"" + problem.name + "\": the rate has " + std::to_string(entries) +
+  refuse(problem, "the rate has " + std::to_string(entries) +
                       " entries, expected one a state: " + std::to_string(problem.n_x()));
 }
 
 void check_cost(const Problem& problem, const std::string& name, Eigen::Index entries) {
   if (entries == 1) return;
-  throw ArgumentError("problem \"" + problem.name + "\": the cost \"" + name + "\" has " +
-                      std::to_string(entries) + " entries, expected a scalar");
+  refuse(problem, "the cost \"" + name + "\" has " + std::to_string(entries) + " entries, expected a scalar");
 }
 
 void check_room(const Problem& problem, const std::string& what, double lower, double upper) {
   if (lower <= upper && lower < HUGE_VAL && upper > -HUGE_VAL) return;
-  throw ArgumentError("problem \"" + problem.name + "\": the bounds of " + what +
-                      " are empty: " + std::to_string(lower) + " to " + std::to_string(upper));
+  refuse(problem,
+         "the bounds of " + what + " are empty: " + std::to_string(lower) + " to " + std::to_string(upper));
 }
 
 void check(const Problem& problem) {
-  if (!(problem.duration > 0 && std::isfinite(problem.duration))) {
-    throw ArgumentError("problem \"" + problem.name + "\": the duration is " +
-                        std::to_string(problem.duration) + " s, expected a positive number");
-  }
+  if (!(problem.duration > 0 && std::isfinite(problem.duration)))
+    refuse(problem, "the duration is " + std::to_string(problem.duration) + " s, expected a positive number");
   if (problem.positions < 0 || problem.positions > problem.n_x())
-    throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(problem.positions) +
-                        " states are positions, expected 0 to " + std::to_string(problem.n_x()));
+    refuse(problem, std::to_string(problem.positions) + " states are positions, expected 0 to " +
+                        std::to_string(problem.n_x()));
   check_free_time(problem);
   for (const Term& term : problem.terms) {
     if (term.where == Where::kInstant) at_fraction(term.share, term);  // throws
@@ -263,13 +267,7 @@ void check(const Problem& problem) {
     check_size(problem, "the most that states typically move", problem.most_typical.size(), problem.n_x());
   check_boundary(problem, problem.start, "the start");
   check_boundary(problem, problem.goal, "the goal");
-  if (!problem.guess) return;
-  for (double t : {0.0, problem.duration}) {
-    const Stage<double> stage = problem.guess(t);
-    check_size(problem, "the state of the guess", stage.x.size(), problem.n_x());
-    check_size(problem, "the acceleration of the guess", stage.a.size(), problem.n_a());
-    check_size(problem, "the control of the guess", stage.u.size(), problem.n_u());
-  }
+  check_guess(problem);
 }
 
 }  // namespace dyntape

@@ -50,6 +50,7 @@ enum class Role {
   kEquality,    // r = 0
   kInequality,  // lower <= r <= upper
 };
+inline bool is_constraint(Role role) { return role == Role::kEquality || role == Role::kInequality; }
 
 struct Term {
   std::string name;
@@ -66,6 +67,7 @@ Term running_cost(std::string name, StageFunction function);
 Term running_squares(std::string name, StageFunction residuals);
 Term path_equality(std::string name, StageFunction residuals);
 Term path_inequality(std::string name, StageFunction values, Eigen::VectorXd lower, Eigen::VectorXd upper);
+Term path_not_negative(std::string name, StageFunction value);  // of one entry
 Term terminal_cost(std::string name, StageFunction function);
 Term terminal_squares(std::string name, StageFunction residuals);
 Term terminal_equality(std::string name, StageFunction residuals);
@@ -172,6 +174,9 @@ std::string name_of_instant(double share);  // "the start", "0.5 of the duration
 // ArgumentError unless a rate has one entry a state; a cost, whose name this is, one.
 void check_rate(const Problem& problem, Eigen::Index entries);
 void check_cost(const Problem& problem, const std::string& name, Eigen::Index entries);
+
+// ArgumentError that names the problem.
+[[noreturn]] void refuse(const Problem& problem, const std::string& what);
 
 // ArgumentError, naming `what` of the problem, unless a number lies between the bounds or is one of them.
 void check_room(const Problem& problem, const std::string& what, double lower, double upper);

@@ -10,10 +10,6 @@ namespace dyntape {
 
 namespace {
 
-bool is_constraint(const Term& term) {
-  return term.role == Role::kEquality || term.role == Role::kInequality;
-}
-
 // Gives Gauss-Newton its curvature; empty where there is none.
 const StageFunction& residuals_of(const Term& term) {
   return term.role == Role::kSquares ? term.function : term.curvature;
@@ -50,11 +46,10 @@ class Parts {
       add_rows(values, term.name, zero, zero);
       return;
     }
-    if (term.lower.size() != values.size() || term.upper.size() != values.size()) {
-      throw ArgumentError("problem \"" + problem_.name + "\": term \"" + term.name + "\" has " +
-                          std::to_string(values.size()) + " entries, its bounds have " +
-                          std::to_string(term.lower.size()) + " and " + std::to_string(term.upper.size()));
-    }
+    if (term.lower.size() != values.size() || term.upper.size() != values.size())
+      refuse(problem_, "term \"" + term.name + "\" has " + std::to_string(values.size()) +
+                           " entries, its bounds have " + std::to_string(term.lower.size()) + " and " +
+                           std::to_string(term.upper.size()));
     for (Eigen::Index i = 0; i < values.size(); ++i) {
       check_room(problem_, "term \"" + entry_name(term.name, i, values.size()) + "\"", term.lower[i],
                  term.upper[i]);
@@ -76,7 +71,7 @@ class Parts {
   template <class Belongs>
   void add_terms(Belongs belongs, const Stage<AD>& stage) {
     for (const Term& term : problem_.terms) {
-      if (belongs(term) && is_constraint(term)) add_constraint(term, stage);
+      if (belongs(term) && is_constraint(term.role)) add_constraint(term, stage);
     }
     append(VectorXad::Constant(1, costs(belongs, stage)), "cost");
   }
@@ -85,11 +80,10 @@ class Parts {
   template <class Belongs>
   void add_residuals(Belongs belongs, const Stage<AD>& stage, const AD& factor) {
     for (const Term& term : problem_.terms) {
-      if (!belongs(term) || is_constraint(term)) continue;
+      if (!belongs(term) || is_constraint(term.role)) continue;
       if (residuals_of(term).empty())
-        throw ArgumentError("problem \"" + problem_.name +
-                            "\": Gauss-Newton needs every cost as squares of residuals, and \"" + term.name +
-                            "\" is a plain cost; use the exact Hessian");
+        refuse(problem_, "Gauss-Newton needs every cost as squares of residuals, and \"" + term.name +
+                             "\" is a plain cost; use the exact Hessian");
       append(residuals_of(term)(stage) * factor, term.name);
     }
   }
@@ -98,7 +92,7 @@ class Parts {
   AD costs(Belongs belongs, const Stage<AD>& stage) const {
     AD cost(0);
     for (const Term& term : problem_.terms) {
-      if (belongs(term) && !is_constraint(term)) cost += cost_of(term, stage);
+      if (belongs(term) && !is_constraint(term.role)) cost += cost_of(term, stage);
     }
     return cost;
   }
@@ -117,8 +111,8 @@ void append_to(std::vector<std::string>& names, const std::vector<std::string>& 
 }
 
 // Recorded at the guess, where branches on values are those of the motion.
-Function record_part(const Problem& problem, const std::string& name, double t, Parts& parts,
-                     const std::function<void(Parts&, const Stage<AD>&)>& fill) {
+// Values from which it is recorded, and names.
+RecordOptions options_at(const Problem& problem, double t) {
   const Stage<double> at = problem.first_guess(t);
   const Eigen::VectorXd parameters = parameters_of(problem, t);
   RecordOptions options;
@@ -129,6 +123,12 @@ Function record_part(const Problem& problem, const std::string& name, double t, 
   options.variable_names = stage_names(problem);
   options.parameter_names = {"t"};
   append_to(options.parameter_names, problem.parameters.entry_names());
+  return options;
+}
+
+Function record_part(const Problem& problem, const std::string& name, double t, Parts& parts,
+                     const std::function<void(Parts&, const Stage<AD>&)>& fill) {
+  const RecordOptions options = options_at(problem, t);
   Function f = record(
       name, options.variables.size(), options.parameters.size(),
       [&](const VectorXad& z, const VectorXad& p) {
@@ -168,6 +168,18 @@ RecordedInstant record_instant(const Problem& problem, double share) {
   return instant;
 }
 
+void add_dynamics(const Problem& problem, const Stage<AD>& s, Parts& parts) {
+  const VectorXad rate = problem.rate(s);
+  check_rate(problem, rate.size());
+  for (int i = 0; i < problem.n_x(); ++i) {
+    parts.append(rate.segment(i, 1), "rate of " + problem.states[static_cast<std::size_t>(i)]);
+  }
+  if (problem.residual.empty()) return;
+  const VectorXad residual = problem.residual(s);
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(residual.size());
+  parts.add_rows(residual, "dynamics", zero, zero);
+}
+
 }  // namespace
 
 void check_shooting(const Problem& problem) {
@@ -181,7 +193,7 @@ void check_shooting(const Problem& problem) {
   if (problem.n_x() == 0) refuse("there are no states");
   if (problem.n_u() == 0) refuse("there are no controls");
   for (const Term& term : problem.terms) {
-    if (is_constraint(term)) refuse("the term \"" + term.name + "\" is a constraint");
+    if (is_constraint(term.role)) refuse("the term \"" + term.name + "\" is a constraint");
     if (term.where == Where::kInstant)
       refuse("the term \"" + term.name + "\" stands at " + name_of_instant(term.share));
   }
@@ -201,8 +213,7 @@ RecordedShooting record_shooting(const Problem& problem, ShootingScheme scheme, 
   const double middle = problem.duration / 2;
   const Stage<double> at = problem.first_guess(middle);
   if (at.x.size() != n_x || at.u.size() != problem.n_u())
-    throw ArgumentError("problem \"" + problem.name + "\": the guess at t = " + std::to_string(middle) +
-                        " s has other sizes than the problem");
+    refuse(problem, "the guess at t = " + std::to_string(middle) + " s has other sizes than the problem");
   RecordOptions options;
   for (const Eigen::VectorXd* part : {&at.x, &at.u})
     options.variables.insert(options.variables.end(), part->begin(), part->end());
@@ -293,16 +304,7 @@ RecordedStage record_stage(const Problem& problem) {
   const double middle = problem.duration / 2;
   Parts node(problem);
   stage.node = record_part(problem, problem.name, middle, node, [&](Parts& p, const Stage<AD>& s) {
-    const VectorXad rate = problem.rate(s);
-    check_rate(problem, rate.size());
-    for (int i = 0; i < problem.n_x(); ++i) {
-      p.append(rate.segment(i, 1), "rate of " + problem.states[static_cast<std::size_t>(i)]);
-    }
-    if (!problem.residual.empty()) {
-      const VectorXad residual = problem.residual(s);
-      const Eigen::VectorXd zero = Eigen::VectorXd::Zero(residual.size());
-      p.add_rows(residual, "dynamics", zero, zero);
-    }
+    add_dynamics(problem, s, p);
     p.add_terms(is_running, s);
   });
   stage.path_rows = node.rows;

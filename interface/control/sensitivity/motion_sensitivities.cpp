@@ -176,18 +176,21 @@ struct MotionSensitivity::Made {
         rows(program.places().rows_of(Eigen::Index(program.shape().m()))) {}
 
   // The solution as one of the program with parameters as states.
-  NlpSolution widened(const NlpSolution& s) const {
+  void check_sizes(const NlpSolution& s) const {
     const std::size_t n = variables.size(), m = rows.size();
     if (s.x.size() != n || s.lambda.size() != m || s.lower_multiplier.size() != n ||
         s.upper_multiplier.size() != n)
-      throw ArgumentError("problem \"" + problem.name + "\": the solution has " + std::to_string(s.x.size()) +
-                          " variables and " + std::to_string(s.lambda.size()) +
-                          " multipliers, on this mesh there are " + std::to_string(n) + " and " +
-                          std::to_string(m));
+      refuse(problem, "the solution has " + std::to_string(s.x.size()) + " variables and " +
+                          std::to_string(s.lambda.size()) + " multipliers, on this mesh there are " +
+                          std::to_string(n) + " and " + std::to_string(m));
+  }
+
+  NlpSolution widened(const NlpSolution& s) const {
+    check_sizes(s);
     const NlpShape& shape = program.shape();
     NlpSolution wide = s;
     wide.x = shape.x_lower;  // of the parameters
-    for (std::size_t i = 0; i < n; ++i) wide.x[std::size_t(variables[i])] = s.x[i];
+    for (std::size_t i = 0; i < s.x.size(); ++i) wide.x[std::size_t(variables[i])] = s.x[i];
     wide.lambda = spread(s.lambda, rows, shape.m(), 0);
     wide.lower_multiplier = spread(s.lower_multiplier, variables, shape.n(), 0);
     wide.upper_multiplier = spread(s.upper_multiplier, variables, shape.n(), 0);
@@ -264,15 +267,14 @@ MotionSensitivities MotionSensitivity::at(const Problem& now, const NlpSolution&
 NlpSolution MotionSensitivity::predict(const Problem& next) {
   Made& made = *made_;
   if (!made.derivatives)
-    throw ArgumentError("problem \"" + made.problem.name +
-                        "\": a prediction needs a solution to start from; expected at() before predict()");
+    refuse(made.problem, "a prediction needs a solution to start from; expected at() before predict()");
   made.program.set_values(next);
   const NlpShape& shape = made.program.shape();
   const auto n = Eigen::Index(shape.n()), m = Eigen::Index(shape.m());
   VectorXd d = VectorXd::Zero(n);
   const auto refuse = [&](std::size_t i, const std::string& what) {
-    throw ArgumentError("problem \"" + made.problem.name + "\": \"" + made.program.variable_name(i) + "\" " +
-                        what + ", which no prediction knows");
+    dyntape::refuse(made.problem,
+                    "\"" + made.program.variable_name(i) + "\" " + what + ", which no prediction knows");
   };
   for (std::size_t i = 0; i < shape.n(); ++i) {
     const bool was_given = made.lower[i] == made.upper[i], is_given = shape.x_lower[i] == shape.x_upper[i];

@@ -44,6 +44,16 @@ VectorXd roots_of(const MatrixXd& Q) {
 }
 
 // With all sizes as they are needed: A and G may be left out.
+void check_finite(const QuadraticProgram& p) {
+  const auto check = [](const char* name, const auto& M) {
+    if (!M.allFinite()) refuse_quadratic(std::string(name) + " has an entry that is no finite number");
+  };
+  check("Q", p.Q), check("q", p.q), check("A", p.A), check("b", p.b), check("G", p.G);
+  for (double h : p.h) {
+    if (!(h > -HUGE_VAL)) refuse_quadratic("h has an entry that is no number above minus infinity");
+  }
+}
+
 QuadraticProgram checked(QuadraticProgram p) {
   const Eigen::Index n = p.q.size();
   if (n == 0) refuse_quadratic("there are no variables");
@@ -52,14 +62,7 @@ QuadraticProgram checked(QuadraticProgram p) {
   check_shape("Q", p.Q, n, n);
   check_shape("A", p.A, p.b.size(), n);
   check_shape("G", p.G, p.h.size(), n);
-  const auto check_finite = [](const char* name, const auto& M) {
-    if (!M.allFinite()) refuse_quadratic(std::string(name) + " has an entry that is no finite number");
-  };
-  check_finite("Q", p.Q), check_finite("q", p.q), check_finite("A", p.A), check_finite("b", p.b);
-  check_finite("G", p.G);
-  for (double h : p.h) {
-    if (!(h > -HUGE_VAL)) refuse_quadratic("h has an entry that is no number above minus infinity");
-  }
+  check_finite(p);
   const VectorXd inverse = roots_of(p.Q).cwiseInverse();
   const MatrixXd scaled = inverse.asDiagonal() * p.Q * inverse.asDiagonal();
   if ((scaled - scaled.transpose()).cwiseAbs().maxCoeff() > kMostAsymmetry)

@@ -66,11 +66,9 @@ struct RolloutAdjoint::Made {
         step(steps.step, asked.evaluation),
         end(steps.end, asked.evaluation),
         rate(stage.node, asked.evaluation) {
-    if (N < 1)
-      throw ArgumentError("problem \"" + problem.name + "\": a roll-out of " + std::to_string(N) +
-                          " intervals, expected at least one");
+    if (N < 1) refuse(problem, "a roll-out of " + std::to_string(N) + " intervals, expected at least one");
     if (options.checkpoints < 0)
-      throw ArgumentError("problem \"" + problem.name + "\": " + std::to_string(options.checkpoints) +
+      refuse(problem, std::to_string(options.checkpoints) +
                           " checkpoints of a roll-out, expected 0, which keeps all, or more");
   }
 
@@ -98,9 +96,9 @@ struct RolloutAdjoint::Made {
 
   RolloutGradient begin(const MatrixXd& u) const {
     if (u.rows() != m || u.cols() != N)
-      throw ArgumentError("problem \"" + problem.name + "\": the controls of a roll-out are " +
-                          std::to_string(u.rows()) + " x " + std::to_string(u.cols()) + ", expected " +
-                          std::to_string(m) + " x " + std::to_string(N) + ", a column an interval");
+      refuse(problem, "the controls of a roll-out are " + std::to_string(u.rows()) + " x " +
+                          std::to_string(u.cols()) + ", expected " + std::to_string(m) + " x " +
+                          std::to_string(N) + ", a column an interval");
     RolloutGradient g;
     g.controls.setZero(m, N);
     g.parameters.setZero(n_p);

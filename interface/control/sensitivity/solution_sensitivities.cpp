@@ -27,17 +27,15 @@ constexpr double kMostMissed = 1e-6;    // of rows that are not dependent, as a 
 
 NlpScaling units_of(Nlp& nlp, const NlpSolution& solution) {
   const NlpShape& shape = nlp.shape();
-  const auto refuse = [](const std::string& what) {
-    throw ArgumentError("derivatives of a solution: " + what);
-  };
-  const auto check_size = [&](const char* what, std::size_t found, std::size_t expected) {
+  const auto check_size = [&](const std::string& what, std::size_t found, std::size_t expected) {
     if (found != expected)
-      refuse(std::string(what) + " has " + std::to_string(found) + " entries, the program has " +
-             std::to_string(expected));
+      throw ArgumentError("derivatives of a solution: " + what + " has " + std::to_string(found) +
+                          " entries, the program has " + std::to_string(expected));
   };
   if (shape.hessian_kind != HessianKind::kExact)
-    refuse(
-        "the Hessian of the program is not exact, and derivatives would be wrong; expected "
+    throw ArgumentError(
+        "derivatives of a solution: the Hessian of the program is not exact, and derivatives would be wrong; "
+        "expected "
         "HessianKind::kExact");
   check_size("x", solution.x.size(), shape.n());
   check_size("lambda", solution.lambda.size(), shape.m());
@@ -86,15 +84,7 @@ class SolutionSensitivities::Held {
     judge();
     if (!factor(without_inactive_multipliers())) return;
     correct(nlp);
-    if (is_smooth_) {
-      NlpShape& shape = program_.shape();
-      shape.x_lower = bounds_.x_lower, shape.x_upper = bounds_.x_upper;
-      shape.g_lower = bounds_.g_lower, shape.g_upper = bounds_.g_upper;
-      correction_ = zero_;
-      held_variables_ = resting_;
-      set_barrier();
-      factor(VectorXd::Map(at_.lambda.data(), m_));
-    }
+    if (is_smooth_) smooth();
   }
 
   // Of held variables by d, held rows by e; in scaled units.
@@ -214,11 +204,12 @@ class SolutionSensitivities::Held {
     bool is_implied = false;  // by the rows, of another that is held
   };
 
-  void fail(SensitivityStatus status, std::string why) {
+  bool fail(SensitivityStatus status, std::string why) {
     if (status_ == SensitivityStatus::kGood || status > status_) status_ = status, why_ = std::move(why);
+    return false;
   }
 
-  bool evaluate() {
+  bool is_finite() {
     g_.resize(m_), gradient_.resize(n_), J_.resize(Eigen::Index(bounds_.jacobian.nnz()));
     bool good = scaled_.constraints(at_.x.data(), g_.data()) &&
                 scaled_.gradient(at_.x.data(), gradient_.data()) &&
@@ -227,16 +218,18 @@ class SolutionSensitivities::Held {
     for (const std::vector<double>* part :
          {&at_.x, &at_.lambda, &at_.lower_multiplier, &at_.upper_multiplier})
       good = good && VectorXd::Map(part->data(), Eigen::Index(part->size())).allFinite();
-    if (!good) {
-      fail(SensitivityStatus::kNotFinite, "the program has no finite values or derivatives there");
-      return false;
-    }
+    return good;
+  }
+
+  bool evaluate() {
+    if (!is_finite())
+      return fail(SensitivityStatus::kNotFinite, "the program has no finite values or derivatives there");
     const KktResiduals r = kkt_residuals(scaled_, at_);
     const double residual = std::max({r.stationarity, r.feasibility, r.complementarity});
     if (residual <= kMostResidual) return true;
-    fail(SensitivityStatus::kNotASolution, "it is no solution: the first-order conditions are off by " +
-                                               io::with_digits(residual, 3) + " in the units of the solve");
-    return false;
+    return fail(SensitivityStatus::kNotASolution,
+                "it is no solution: the first-order conditions are off by " + io::with_digits(residual, 3) +
+                    " in the units of the solve");
   }
 
   // y += J v
@@ -245,28 +238,42 @@ class SolutionSensitivities::Held {
       y[bounds_.jacobian.row[e]] += J_[Eigen::Index(e)] * v[bounds_.jacobian.col[e]];
   }
 
-  // Holds what rests on a bound: in program_ such variables have equal bounds, such rows are equalities, and nothing
-  // else has bounds.
-  void judge() {
-    const auto look = [&](Eigen::Index i, bool of_row, double value, double& lower, double& upper,
-                          double lower_multiplier, double upper_multiplier) {
-      if (lower == upper) return;
-      Limit low{i, of_row, -1, lower_multiplier, value - lower, lower_multiplier, value - lower, false},
-          high{i, of_row, 1, upper_multiplier, upper - value, upper_multiplier, upper - value, false};
-      low.is_held = lower > -HUGE_VAL && !(low.distance > low.bound_multiplier);
-      high.is_held = upper < HUGE_VAL && !(high.distance > high.bound_multiplier);
-      if (low.is_held && high.is_held)
-        (low.bound_multiplier < high.bound_multiplier ? low : high).is_held = false;
-      if (lower > -HUGE_VAL) limits_.push_back(low);
-      if (upper < HUGE_VAL) limits_.push_back(high);
-      const double bound = low.is_held ? lower : upper;
-      const bool is_held = low.is_held || high.is_held;
-      if (is_held) (of_row ? held_rows_ : held_variables_).push_back(std::size_t(i));
-      lower = is_held ? bound : -HUGE_VAL, upper = is_held ? bound : HUGE_VAL;
-    };
+  void smooth() {
+    take_bounds();
+    correction_ = zero_;
+    held_variables_ = resting_;
+    set_barrier();
+    factor(VectorXd::Map(at_.lambda.data(), m_));
+  }
+
+  NlpShape& take_bounds() {
     NlpShape& shape = program_.shape();
     shape.x_lower = bounds_.x_lower, shape.x_upper = bounds_.x_upper;
     shape.g_lower = bounds_.g_lower, shape.g_upper = bounds_.g_upper;
+    return shape;
+  }
+
+  void look(Eigen::Index i, bool of_row, double value, double& lower, double& upper, double lower_multiplier,
+            double upper_multiplier) {
+    if (lower == upper) return;
+    Limit low{i, of_row, -1, lower_multiplier, value - lower, lower_multiplier, value - lower, false},
+        high{i, of_row, 1, upper_multiplier, upper - value, upper_multiplier, upper - value, false};
+    low.is_held = lower > -HUGE_VAL && !(low.distance > low.bound_multiplier);
+    high.is_held = upper < HUGE_VAL && !(high.distance > high.bound_multiplier);
+    if (low.is_held && high.is_held)
+      (low.bound_multiplier < high.bound_multiplier ? low : high).is_held = false;
+    if (lower > -HUGE_VAL) limits_.push_back(low);
+    if (upper < HUGE_VAL) limits_.push_back(high);
+    const double bound = low.is_held ? lower : upper;
+    const bool is_held = low.is_held || high.is_held;
+    if (is_held) (of_row ? held_rows_ : held_variables_).push_back(std::size_t(i));
+    lower = is_held ? bound : -HUGE_VAL, upper = is_held ? bound : HUGE_VAL;
+  }
+
+  // Holds what rests on a bound: in program_ such variables have equal bounds, such rows are equalities, and nothing
+  // else has bounds.
+  void judge() {
+    NlpShape& shape = take_bounds();
     for (std::size_t i = 0; i < shape.n(); ++i)
       look(Eigen::Index(i), false, at_.x[i], shape.x_lower[i], shape.x_upper[i], at_.lower_multiplier[i],
            at_.upper_multiplier[i]);
@@ -341,10 +348,8 @@ class SolutionSensitivities::Held {
   bool factor(const VectorXd& lambda) {
     lambda_ = lambda;
     VectorXd W(Eigen::Index(bounds_.hessian.nnz()));
-    if (!scaled_.hessian(at_.x.data(), 1, lambda_.data(), W.data()) || !W.allFinite()) {
-      fail(SensitivityStatus::kNotFinite, "the program has no finite second derivatives there");
-      return false;
-    }
+    if (!scaled_.hessian(at_.x.data(), 1, lambda_.data(), W.data()) || !W.allFinite())
+      return fail(SensitivityStatus::kNotFinite, "the program has no finite second derivatives there");
     kkt_.emplace(program_);
     kkt_->set(J_.data(), W.data());
     slope_ = gradient_;

@@ -5,7 +5,6 @@
 #include <optional>
 #include <utility>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/codegen/compiled_function.h>
 #include <dyntape/interface/control/solve/ddp_course.h>
 #include <dyntape/interface/control/solve/ddp_motion.h>
@@ -37,9 +36,7 @@ void run(DdpCourse& course, DdpMotionWork& work) {
 
 void check_options(const Problem& problem, const DdpOptions& options) {
   constexpr int kMostIntervals = 10000000;
-  const auto refuse = [&](const std::string& what) {
-    throw ArgumentError("problem \"" + problem.name + "\": " + what);
-  };
+  const auto refuse = [&](const std::string& what) { dyntape::refuse(problem, what); };
   if (options.intervals < 1 || options.intervals > kMostIntervals)
     refuse(std::to_string(options.intervals) + " intervals, expected 1 to " + std::to_string(kMostIntervals));
   if (!(options.tolerance > 0 && options.tolerance < 1))

@@ -2,7 +2,6 @@
 #include <dyntape/interface/control/solve/ddp_motion.h>
 
 #include <cmath>
-#include <utility>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
@@ -43,8 +42,7 @@ void DdpMotionWork::take_guess() {
   for (int k = 0; k < N_; ++k) {
     const Stage<double> stage = problem_.first_guess(k * h_);
     if (stage.x.size() != n_ || stage.u.size() != m_)
-      throw ArgumentError("problem \"" + problem_.name + "\": the guess at t = " + io::shortest(k * h_) +
-                          " s has other sizes than the problem");
+      refuse(problem_, "the guess at t = " + io::shortest(k * h_) + " s has other sizes than the problem");
     now_.x.col(k) = stage.x;
     now_.u.col(k) = limited(stage.u);
   }

@@ -2,7 +2,6 @@
 #include <dyntape/interface/control/solve/ddp_sensitivities.h>
 
 #include <cmath>
-#include <utility>
 
 #include <dyntape/interface/control/discretize/end_cost.h>
 #include <dyntape/interface/control/discretize/shooting_steps.h>
@@ -132,6 +131,10 @@ class PassAtSolution {
       slopes.col(k) = of_stage.segment(n_, m_), adjoint_.col(k) = of_stage.head(n_);
     }
     is_finite_ = is_finite_ && adjoint_.allFinite() && H_end_.allFinite();
+    look_for_weak(slopes, sizes);
+  }
+
+  void look_for_weak(const MatrixXd& slopes, const VectorXd& sizes) {
     const double near = kWeaklyHeld * u_.cwiseAbs().maxCoeff();
     for (Index k = 0; k < N_; ++k) {
       for (Index i = 0; i < m_; ++i) {

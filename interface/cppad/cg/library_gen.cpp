@@ -31,6 +31,17 @@ CodegenOptions options_of(const ModelCSourceGen<double>& model) {
   return options;
 }
 
+std::shared_ptr<const ModelState> state_of(const ModelCSourceGen<double>& model,
+                                           const CCompiler<double>& compiler) {
+  CodegenOptions options = options_of(model);
+  options.compiler = compiler.getCompilerPath();
+  options.flags = compiler.getCompileFlags();
+  std::vector<double> parameters;
+  for (const auto& value : model.recording().dynamics) parameters.push_back(plain_value(value));
+  return std::make_shared<const ModelState>(model.getName(), model.choice(),
+                                            CompiledFunction::make(function_of(model), options), parameters);
+}
+
 }  // namespace
 
 template <>
@@ -45,18 +56,7 @@ std::unique_ptr<DynamicLib<double>> DynamicModelLibraryProcessor<double>::create
     CCompiler<double>& compiler, bool loadLib) {
   std::map<std::string, std::shared_ptr<const ModelState>> models;
   for (const auto* model : sources_.getModels()) {
-    CodegenOptions options = options_of(*model);
-    options.compiler = compiler.getCompilerPath();
-    options.flags = compiler.getCompileFlags();
-    std::vector<double> parameters;
-    for (const auto& value : model->recording().dynamics) parameters.push_back(plain_value(value));
-    const bool added =
-        models
-            .emplace(model->getName(), std::make_shared<const ModelState>(
-                                           model->getName(), model->choice(),
-                                           CompiledFunction::make(function_of(*model), options), parameters))
-            .second;
-    if (!added)
+    if (!models.emplace(model->getName(), state_of(*model, compiler)).second)
       detail::refuse("library \"" + name_ + "\": two models are called \"" + model->getName() + "\"");
   }
   if (!loadLib) return nullptr;

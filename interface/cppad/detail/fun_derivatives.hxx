@@ -26,6 +26,16 @@ std::vector<Base> unit(std::size_t n, std::size_t j) {
   return e;
 }
 
+// One of all lines of a colour.
+template <class Base>
+std::vector<Base> seed_of(const Colors& colors, std::size_t color, std::size_t n) {
+  std::vector<Base> seed(n, Base(0));
+  for (std::size_t s = 0; s < n; ++s) {
+    if (colors.color[s] == color) seed[s] = Base(1);
+  }
+  return seed;
+}
+
 // Back to the point, as if nothing but order zero had been asked for.
 template <class Fun, class Values>
 void settle(Fun& fun, const Values& x) {
@@ -158,17 +168,12 @@ std::size_t Fun<Base>::sparse_jacobian(const Values& x, const Entries& entries, 
   const std::size_t n = domain(), m = range();
   (void)group;
   check_size("sparse_jac: x", x.size(), n);
-  if (pattern.rows != m || pattern.cols != n)
-    refuse("sparse_jac: the pattern is " + std::to_string(pattern.rows) + " x " +
-           std::to_string(pattern.cols) + ", expected " + std::to_string(m) + " x " + std::to_string(n));
+  check_pattern("sparse_jac", pattern, m, n);
   color_columns(entries, pattern, !forward, colors);
   start_at(x);
   values.assign(entries.row.size(), Base(0));
   for (std::size_t c = 0; c < colors.count; ++c) {
-    Values seed(forward ? n : m, Base(0));
-    for (std::size_t s = 0; s < seed.size(); ++s) {
-      if (colors.color[s] == c) seed[s] = Base(1);
-    }
+    const Values seed = seed_of<Base>(colors, c, forward ? n : m);
     const Values found = forward ? slopes(seed) : reverse(1, seed);
     for (std::size_t e = 0; e < values.size(); ++e) {
       const std::size_t mine = forward ? entries.col[e] : entries.row[e];
@@ -186,18 +191,12 @@ std::size_t Fun<Base>::sparse_hessian(const Values& x, const Values& w, const En
   const std::size_t n = domain();
   check_size("sparse_hes: x", x.size(), n);
   check_size("sparse_hes: w", w.size(), range());
-  if (pattern.rows != n || pattern.cols != n)
-    refuse("sparse_hes: the pattern is " + std::to_string(pattern.rows) + " x " +
-           std::to_string(pattern.cols) + ", expected " + std::to_string(n) + " x " + std::to_string(n));
+  check_pattern("sparse_hes", pattern, n, n);
   color_columns(entries, pattern, false, colors);
   start_at(x);
   values.assign(entries.row.size(), Base(0));
   for (std::size_t c = 0; c < colors.count; ++c) {
-    Values seed(n, Base(0));
-    for (std::size_t s = 0; s < n; ++s) {
-      if (colors.color[s] == c) seed[s] = Base(1);
-    }
-    const Values found = second_order(seed, w);
+    const Values found = second_order(seed_of<Base>(colors, c, n), w);
     for (std::size_t e = 0; e < values.size(); ++e) {
       if (colors.color[entries.col[e]] == c && is_in(pattern, entries.row[e], entries.col[e]))
         values[e] = found[entries.row[e]];

@@ -64,6 +64,8 @@ void to_rc(const Sets& of, bool transpose, sparse_rc<V>& rc) {
   }
 }
 
+void check_entries(std::size_t n, std::size_t expected, std::size_t rows, std::size_t cols);
+
 template <class Vector>
 inline constexpr bool kIsOfSets = requires(const Vector& v) {
   v[0].begin();
@@ -72,13 +74,8 @@ inline constexpr bool kIsOfSets = requires(const Vector& v) {
 // A vector of rows x cols bools, or of that many sets; transposed if asked.
 template <class Vector>
 Sets sets_of(const Vector& v, std::size_t rows, std::size_t cols, bool transpose) {
+  check_entries(std::size_t(v.size()), kIsOfSets<Vector> ? rows : rows * cols, rows, cols);
   Sets sets{cols, std::vector<std::set<std::size_t>>(rows)};
-  const std::size_t n = std::size_t(v.size()), expected = kIsOfSets<Vector> ? rows : rows * cols;
-  // Of one row of sets, a set: also a set an entry is understood, as older programs write it.
-  if (n != expected) {
-    refuse("a sparsity pattern has " + std::to_string(n) + " entries, expected " + std::to_string(expected) +
-           " for " + std::to_string(rows) + " x " + std::to_string(cols));
-  }
   for (std::size_t i = 0; i < rows; ++i) {
     if constexpr (kIsOfSets<Vector>) {
       for (std::size_t j : v[i]) {

@@ -63,6 +63,15 @@ struct AtomicKernels {
 };
 
 template <class Base>
+void set_pattern(const AtomicAt<Base>& at, Callee& callee) {
+  std::vector<std::size_t> row, col;
+  if (!at.function().dependencies(at.call_id, at.n_in, at.n_out, row, col) || row.empty()) return;
+  Sets sets{at.n_in, std::vector<std::set<std::size_t>>(at.n_out)};
+  for (std::size_t k = 0; k < row.size(); ++k) sets.sets[row[k]].insert(col[k]);
+  callee.pattern = pattern_of(sets);
+}
+
+template <class Base>
 std::shared_ptr<const Callee> atomic_callee(const AtomicAt<Base>& at) {
   Kernel kernel;
   if constexpr (std::is_same_v<Base, double>) {
@@ -76,12 +85,7 @@ std::shared_ptr<const Callee> atomic_callee(const AtomicAt<Base>& at) {
     callee->jvp = [at] { return AtomicKernels::forward_1(at); };
     callee->vjp = [at] { return AtomicKernels::reverse_1(at); };
   }
-  std::vector<std::size_t> row, col;
-  if (at.function().dependencies(at.call_id, at.n_in, at.n_out, row, col) && !row.empty()) {
-    Sets sets{at.n_in, std::vector<std::set<std::size_t>>(at.n_out)};
-    for (std::size_t k = 0; k < row.size(); ++k) sets.sets[row[k]].insert(col[k]);
-    callee->pattern = pattern_of(sets);
-  }
+  set_pattern(at, *callee);
   return callee;
 }
 

@@ -36,19 +36,22 @@ std::string quoted(const std::string& word) {
 
 std::string printable(const std::string& word) { return needs_quotes(word) ? quoted(word) : word; }
 
+std::string line_of(const InfoNode& node, std::size_t width) {
+  std::string line = printable(node.key);
+  if (node.has_value || !node.value.empty()) {
+    if (node.children.empty()) line.resize(std::max(line.size(), width), ' ');
+    line += ' ' + printable(node.value);
+  }
+  return node.comment.empty() ? line : line + "  ; " + node.comment;
+}
+
 void write_children(const InfoNode& node, const std::string& indent, std::string& text) {
   size_t width = 0;  // values stand in one column
   for (const InfoNode& child : node.children) {
     if (child.children.empty()) width = std::max(width, printable(child.key).size());
   }
   for (const InfoNode& child : node.children) {
-    std::string line = indent + printable(child.key);
-    if (child.has_value || !child.value.empty()) {
-      if (child.children.empty()) line.resize(std::max(line.size(), indent.size() + width), ' ');
-      line += ' ' + printable(child.value);
-    }
-    if (!child.comment.empty()) line += "  ; " + child.comment;
-    text += line + '\n';
+    text += indent + line_of(child, width) + '\n';
     if (child.children.empty() && !child.has_block) continue;
     text += indent + "{\n";
     write_children(child, indent + "  ", text);

@@ -10,7 +10,6 @@
 #include <list>
 #include <optional>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/info/info_line.h>
 #include <dyntape/interface/io/number.h>
@@ -62,6 +61,10 @@ class TreeBuilder {
   Where at(size_t offset) const { return {file_, line_, static_cast<int>(offset) + 1}; }
   void problem(size_t offset, std::string message) {
     scan_.problems.push_back({at(offset), std::move(message)});
+  }
+  void stop(size_t offset, std::string message) {
+    problem(offset, std::move(message));
+    scan_.stopped = true;
   }
   InfoNode& last_node() { return blocks_.back().node->children[static_cast<size_t>(blocks_.back().last)]; }
 
@@ -175,18 +178,10 @@ class TreeBuilder {
     const size_t offset = cursor.offset();
     cursor.skip_character();
     expect_ = Expect::kKey;
-    if (depth_ + static_cast<int>(blocks_.size()) > kMaxDepth) {
-      problem(offset, "blocks are nested deeper than " + std::to_string(kMaxDepth));
-      scan_.stopped = true;
-      return;
-    }
-    InfoNode* node = nullptr;
-    if (blocks_.back().last < 0) {
-      problem(offset, "'{' without a key before it");
-      node = &scan_.dropped.emplace_back();
-    } else {
-      node = &last_node();
-    }
+    if (depth_ + static_cast<int>(blocks_.size()) > kMaxDepth)
+      return stop(offset, "blocks are nested deeper than " + std::to_string(kMaxDepth));
+    if (blocks_.back().last < 0) problem(offset, "'{' without a key before it");
+    InfoNode* const node = blocks_.back().last < 0 ? &scan_.dropped.emplace_back() : &last_node();
     node->has_block = true;
     blocks_.push_back({node, at(offset), 0, -1});
   }
@@ -216,24 +211,18 @@ class TreeBuilder {
   }
 
   void include(size_t offset, const std::string& path) {
-    if (includes_ >= kMaxDepth) {
-      problem(offset, "files include each other deeper than " + std::to_string(kMaxDepth) +
-                          "; does one include itself?");
-      scan_.stopped = true;
-      return;
-    }
+    if (includes_ >= kMaxDepth)
+      return stop(offset, "files include each other deeper than " + std::to_string(kMaxDepth) +
+                              "; does one include itself?");
     const std::optional<std::string> found = locate(path);
     if (!found) return problem(offset, "cannot open the included file '" + path + "'");
     const std::string text = read_file(*found);
     scan_.files.push_back(*found);
     scan_.included += text.size();
-    if (++scan_.includes > kMaxIncludes || scan_.included > kMaxIncluded) {
-      problem(offset, "#include lines bring in more than " + std::to_string(kMaxIncludes) + " files or " +
-                          std::to_string(kMaxIncluded >> 20) +
-                          " MiB; do files include each other many times?");
-      scan_.stopped = true;
-      return;
-    }
+    if (++scan_.includes > kMaxIncludes || scan_.included > kMaxIncluded)
+      return stop(offset, "#include lines bring in more than " + std::to_string(kMaxIncludes) + " files or " +
+                              std::to_string(kMaxIncluded >> 20) +
+                              " MiB; do files include each other many times?");
     const int depth = depth_ + static_cast<int>(blocks_.size()) - 1;
     TreeBuilder(scan_, *blocks_.back().node, *found, depth, includes_ + 1).read(text);
   }

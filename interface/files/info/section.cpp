@@ -19,9 +19,8 @@ namespace {
 
 // The mistake behind OCS2's `barrierReductionCostTol `: no file can answer such a question.
 void check_question(const std::string& key) {
-  if (key.empty() || key.front() == ' ' || key.back() == ' ') {
+  if (key.empty() || key.front() == ' ' || key.back() == ' ')
     throw ArgumentError("section: the key '" + key + "' asked for is empty or begins or ends with a blank");
-  }
 }
 
 }  // namespace
@@ -155,6 +154,12 @@ std::vector<Section> Section::children(const std::string& key) {
   return sections;
 }
 
+std::vector<Section> Section::each(const std::string& key) {
+  std::vector<Section> sections = children(key);
+  if (sections.empty()) sections.push_back(child(key));
+  return sections;
+}
+
 std::vector<Section> Section::all_children() {
   std::vector<Section> sections;
   if (!state_->node) return sections;
@@ -245,23 +250,23 @@ void Section::understood_as(const std::string& key, const std::string& value) {
 
 std::string Section::effective_values() const { return write_info(effective(*state_)); }
 
+InfoNode Section::effective_block(const State& block, const std::string& key) {
+  InfoNode node = effective(block);
+  node.key = key;
+  node.has_block = !block.node || block.node->has_block;
+  if (block.value_read && block.node && block.node->has_value) {
+    node.value = block.node->value;
+    node.has_value = true;
+  }
+  if (!block.node) node.comment = "absent: defaults";
+  return node;
+}
+
 InfoNode Section::effective(const State& state) {
   InfoNode node;
   auto next = state.blocks.begin();
   for (const Answer& answer : state.answers) {
-    InfoNode child = answer.written;
-    if (answer.is_block) {
-      const State& block = *next++;
-      child = effective(block);
-      child.key = answer.written.key;
-      child.has_block = !block.node || block.node->has_block;
-      if (block.value_read && block.node && block.node->has_value) {
-        child.value = block.node->value;
-        child.has_value = true;
-      }
-      if (!block.node) child.comment = "absent: defaults";
-    }
-    node.children.push_back(std::move(child));
+    node.children.push_back(answer.is_block ? effective_block(*next++, answer.written.key) : answer.written);
   }
   return node;
 }

@@ -87,6 +87,7 @@ class Section {
   Section child(const std::string& key);
   Section child_or_empty(const std::string& key);
   std::vector<Section> children(const std::string& key);  // every block of this name: repeating it is legal
+  std::vector<Section> each(const std::string& key);      // these, or a first one where there is none
   std::vector<Section> all_children();                    // whatever the names
 
   std::string name() const;          // its key, "" for the file itself
@@ -134,6 +135,7 @@ class Section {
   std::string unknown(const std::string& key) const;
   std::string hint(const std::string& key) const;
   static InfoNode effective(const State& state);
+  static InfoNode effective_block(const State& block, const std::string& key);
   std::string full(const std::string& key) const;
 
   std::shared_ptr<Reading> reading_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <optional>
 
 #include <dyntape/autodiff/error.h>
 
@@ -22,21 +23,27 @@ struct PathStep {
                       ": expected a path of keys, '=' and a value, as in --set horizon.intervals=60");
 }
 
+// "mass", or "point[2]".
+std::optional<PathStep> read_step(std::string key) {
+  PathStep step{std::move(key), 0};
+  if (const std::size_t bracket = step.key.find('['); bracket != std::string::npos) {
+    const char *first = step.key.data() + bracket + 1, *last = step.key.data() + step.key.size();
+    const auto read = std::from_chars(first, last, step.number);
+    if (read.ec != std::errc() || read.ptr + 1 != last || *read.ptr != ']') return {};
+    step.key.resize(bracket);
+  }
+  if (step.key.empty()) return {};
+  return step;
+}
+
 std::vector<PathStep> steps_of(const Setting& setting) {
   std::vector<PathStep> steps;
   const std::string& path = setting.path;
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
-    PathStep step{path.substr(begin, end - begin), 0};
-    if (const std::size_t bracket = step.key.find('['); bracket != std::string::npos) {
-      const char *first = step.key.data() + bracket + 1, *last = step.key.data() + step.key.size();
-      const auto read = std::from_chars(first, last, step.number);
-      if (read.ec != std::errc() || read.ptr + 1 != last || *read.ptr != ']')
-        refuse(path + "=" + setting.value);
-      step.key.resize(bracket);
-    }
-    if (step.key.empty()) refuse(path + "=" + setting.value);
-    steps.push_back(std::move(step));
+    std::optional<PathStep> step = read_step(path.substr(begin, end - begin));
+    if (!step) refuse(path + "=" + setting.value);
+    steps.push_back(std::move(*step));
     begin = end + 1;
   }
   return steps;

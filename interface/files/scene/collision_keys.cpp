@@ -18,10 +18,6 @@ std::vector<std::string> frame_names(const dynamics::Model<double>& model) {
   return names;
 }
 
-bool holds(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
 // In place of "<collision> of 8 links": those whose shapes touch nothing, as they are meshes.
 void note_what_is_left(std::vector<std::string>& left_out, std::vector<std::string> meshes) {
   left_out.erase(std::remove_if(left_out.begin(), left_out.end(),
@@ -64,16 +60,17 @@ std::optional<std::vector<CollisionSphere>> read_collision_shapes(Section& block
       robot.collisions ? *robot.collisions : dynamics::read_collisions(robot.urdf, *robot.model);
   for (const std::string& note : found.notes) block.problem("shapes", note);
   for (const CollisionSphere& sphere : found.spheres) {
-    if (sphere.body >= 0 && (named.empty() || holds(named, sphere.link))) spheres.push_back(sphere);
+    if (sphere.body >= 0 && (named.empty() || contains(named, sphere.link))) spheres.push_back(sphere);
   }
   const char* const expected =
       "; expected a <sphere>, <box> or <cylinder> in a <collision> of a link that moves";
   for (const std::string& link : named) {
     const bool has =
         std::any_of(spheres.begin(), spheres.end(), [&](const auto& s) { return s.link == link; });
-    if (holds(links, link) && !has)
+    if (contains(links, link) && !has)
       block.problem("frames", "'" + link + "' touches nothing" +
-                                  (holds(found.meshes, link) ? ", its shape being a mesh" : "") + expected);
+                                  (contains(found.meshes, link) ? ", its shape being a mesh" : "") +
+                                  expected);
   }
   if (named.empty() && spheres.empty())
     block.problem("shapes", "nothing of the robot touches" + std::string(expected));

@@ -31,9 +31,7 @@ void read_list(Section& parent, const std::string& list, const std::string& key,
   Section block = parent.child(list);
   if (!block.about("one of them").has(key))
     return block.problem(key, "'" + list + "' needs at least one '" + key + "'");
-  std::vector<Section> items = block.children(key);
-  if (items.empty()) items.push_back(block.child(key));  // the list of keys
-  for (Section& item : items) read(item);
+  for (Section& item : block.each(key)) read(item);
 }
 
 void read_loop(Section& block, const RobotModel* model, SceneConstraints& constraints) {

@@ -176,9 +176,7 @@ class EffectReader {
   void read_items(Section& block, Effect& effect) {
     if (!block.about("one of them").has(Effect::kItem))
       return effects_.problem(kKey, std::string("'") + kKey + "' needs at least one '" + Effect::kItem + "'");
-    std::vector<Section> items = block.children(Effect::kItem);
-    if (items.empty()) items.push_back(block.child(Effect::kItem));  // the list of keys
-    for (Section& item : items) read_item(item, effect);
+    for (Section& item : block.each(Effect::kItem)) read_item(item, effect);
   }
   void read_item(Section& block, Effect& effect) {
     using Item = typename Effect::Item;

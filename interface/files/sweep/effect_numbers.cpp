@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include <dyntape/autodiff/record/eigen.h>
+#include <dyntape/interface/files/lists.h>
 
 namespace dyntape {
 
@@ -69,9 +70,8 @@ std::vector<std::string> absent_effects(const RobotScene& scene) {
 bool EffectPlace::overlaps(const EffectPlace& other) const {
   if (path != other.path) return false;
   if (item != kAll && other.item != kAll && item != other.item) return false;
-  return std::any_of(entries.begin(), entries.end(), [&](int entry) {
-    return std::find(other.entries.begin(), other.entries.end(), entry) != other.entries.end();
-  });
+  return std::any_of(entries.begin(), entries.end(),
+                     [&](int entry) { return contains(other.entries, entry); });
 }
 
 }  // namespace dyntape

@@ -5,6 +5,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/files/file_kind.h>
+#include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/files/old_names.h>
 #include <dyntape/interface/files/scene/scene_keys.h>
 #include <dyntape/interface/files/sweep/sweep.h>
@@ -53,7 +54,7 @@ void read_values(Section& file, SceneSweep& sweep, bool known) {
   for (Section& block : blocks) {
     const std::optional<SweptValue> value = read_value(block, known ? &sweep.scene : nullptr);
     if (!value) continue;
-    if (std::find(taken.begin(), taken.end(), value->name) != taken.end())
+    if (contains(taken, value->name))
       block.problem("name",
                     "the results have a column '" + value->name + "' of their own; expected another name");
     for (const SweptValue& other : sweep.values) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <algorithm>
-#include <cmath>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/sweep/random_numbers.h>
@@ -102,6 +101,14 @@ VectorXd parameters_in(const SceneSweep& sweep, const VectorXd& values) {
   return p;
 }
 
+// "mass 1.5, start.q 0.2"
+std::string named_numbers(const SceneSweep& sweep, const VectorXd& values) {
+  std::string numbers;
+  for (std::size_t k = 0; k < sweep.values.size(); ++k)
+    numbers += (k ? ", " : "") + sweep.values[k].name + " " + io::shortest(values[Eigen::Index(k)]);
+  return numbers;
+}
+
 }  // namespace
 
 long SceneSweep::rows() const {
@@ -142,9 +149,7 @@ Scene scene_of(const SceneSweep& sweep, long row) {
   scene.base = start.base;
   scene.q = std::move(start.q), scene.v = std::move(start.v), scene.commands.u = std::move(start.u);
   scene.evaluation = of_single_samples(sweep.evaluation);
-  std::string numbers;
-  for (std::size_t k = 0; k < sweep.values.size(); ++k)
-    numbers += (k ? ", " : "") + sweep.values[k].name + " " + io::shortest(values[Eigen::Index(k)]);
+  const std::string numbers = named_numbers(sweep, values);
   scene.notes.push_back("sample " + std::to_string(row) + " of " + sweep.name + ": " + numbers);
   scene.effective = "; Sample " + std::to_string(row) + " of " + sweep.file +
                     ", in which these numbers stand instead of those below:\n;   " + numbers + "\n" +

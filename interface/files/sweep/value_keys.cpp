@@ -138,7 +138,7 @@ class PlaceReader {
     if (!named.empty()) name += "." + joined(named);
     std::vector<int> entries;
     for (const std::string& joint : named.empty() ? joints : named) {
-      if (std::find(joints.begin(), joints.end(), joint) != joints.end())
+      if (contains(joints, joint))
         entries.push_back(entry(model_.joints[std::size_t(model_.joint_index(joint))]));
     }
     return entries;
@@ -170,7 +170,7 @@ class PlaceReader {
     const std::string name = of.substr(std::string("robot.").size());
     const std::string what = name.substr(0, name.find(':'));
     const std::vector<std::string> kinds = {"mass", "comx", "comy", "comz", "length"};
-    if (std::find(kinds.begin(), kinds.end(), what) == kinds.end())
+    if (!contains(kinds, what))
       return refuse("'robot." + what + "' is nothing that varies" + suggestion(what, kinds));
     try {
       ModelParameters(model_, {name});
@@ -252,6 +252,15 @@ void read_nothing(Section& block) {
   block.about("of its column; absent: from `of`").defer("name", "a word", "");
 }
 
+std::string read_column_name(Section& block, const std::string& fallback) {
+  const std::string name =
+      block.about("of its column; absent: from `of`").get_or<std::string>("name", fallback);
+  if (const std::string fault = fault_of_name(name); !fault.empty()) block.problem("name", "'name' " + fault);
+  if (name.find_first_of(",\" \t") != std::string::npos || name.empty())
+    block.problem("name", "'name' must be a word without blanks, commas and quotes, got '" + name + "'");
+  return name;
+}
+
 }  // namespace
 
 std::optional<SweptValue> read_value(Section& block, const Scene* scene) {
@@ -268,12 +277,7 @@ std::optional<SweptValue> read_value(Section& block, const Scene* scene) {
   SweptValue value;
   value.place = std::move(found->place);
   read_numbers(block, found->range, value);
-  value.name = block.about("of its column; absent: from `of`").get_or<std::string>("name", found->name);
-  if (const std::string fault = fault_of_name(value.name); !fault.empty())
-    block.problem("name", "'name' " + fault);
-  if (value.name.find_first_of(",\" \t") != std::string::npos || value.name.empty())
-    block.problem("name",
-                  "'name' must be a word without blanks, commas and quotes, got '" + value.name + "'");
+  value.name = read_column_name(block, found->name);
   return value;
 }
 
@@ -286,9 +290,8 @@ bool overlap(const ValuePlace& a, const ValuePlace& b) {
     return x->part == y.part && x->axis == y.axis;
   }
   const auto &x = std::get<StartPlace>(a), &y = std::get<StartPlace>(b);
-  return x.block == y.block && std::any_of(x.entries.begin(), x.entries.end(), [&](int entry) {
-           return std::find(y.entries.begin(), y.entries.end(), entry) != y.entries.end();
-         });
+  return x.block == y.block && std::any_of(x.entries.begin(), x.entries.end(),
+                                           [&](int entry) { return contains(y.entries, entry); });
 }
 
 }  // namespace dyntape

@@ -383,8 +383,7 @@ Problem tracking_problem(const Task& task) {
   // A cost of what the motion is, not of what it takes.
   const auto draws = [](const Term& term) {
     const auto is_named = [&](const TaskCost& cost) { return cost.key == term.name; };
-    return (term.role == Role::kCost || term.role == Role::kSquares) &&
-           std::none_of(task_costs().begin(), task_costs().end(), is_named);
+    return !is_constraint(term.role) && std::none_of(task_costs().begin(), task_costs().end(), is_named);
   };
   if (std::none_of(problem.terms.begin(), problem.terms.end(), draws))
     throw ArgumentError(
@@ -392,9 +391,8 @@ Problem tracking_problem(const Task& task) {
         "\": steps of feedback reach the goal by costs, since they do not demand it at the end, and "
         "there is no such cost; expected weights in costs.tracking or reference, or a cost in terms");
   problem.goal.setConstant(Problem::kFree);
-  std::erase_if(problem.terms, [](const Term& term) {
-    return term.where == Where::kTerminal && (term.role == Role::kEquality || term.role == Role::kInequality);
-  });
+  std::erase_if(problem.terms,
+                [](const Term& term) { return term.where == Where::kTerminal && is_constraint(term.role); });
   return problem;
 }
 

@@ -126,9 +126,7 @@ TaskSpec::Control read_control(Section& file, const ReadPush& read_push) {
   control.late = block.about("most of the later steps that may take longer than a period, as a part of all")
                      .get_or("max_late", control.late, io::between(0.0, 1.0));
   if (!block.about("something that hits the robot").has("disturbance")) return control;
-  std::vector<Section> disturbances = block.children("disturbance");
-  if (disturbances.empty()) disturbances.push_back(block.child("disturbance"));  // in the list of keys one
-  for (Section& push : disturbances) {
+  for (Section& push : block.each("disturbance")) {
     const double at = push.about("when [s]").get<double>("at", io::not_negative());
     control.disturbances.push_back(read_push(push));
     control.disturbances.back().at = at;

@@ -10,13 +10,9 @@ namespace dyntape {
 
 using io::Section;
 
-TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) {
-  Section costs = file.about("weights of what is integrated over the motion").child("costs");
-  Section tracking = costs.about("weights of the squared distance to the motion's goal, where it is known")
-                         .child_or_empty("tracking");
-  TaskSpec::Costs c;
-  for (const TaskCost& cost : task_costs())
-    c.*cost.weight = costs.about(cost.meaning).get_or(cost.key, c.*cost.weight, io::not_negative());
+namespace {
+
+void read_tracking(Section& tracking, const dynamics::Model<double>* model, TaskSpec::Costs& c) {
   c.tracking_q = read_joint_values(tracking.about("of positions"), "q", model, 0.0, io::not_negative());
   c.tracking_v = read_joint_values(tracking.about("of velocities"), "v", model, 0.0, io::not_negative());
   tracking.about("of the position of goal.frame [1/m^2]");
@@ -30,6 +26,18 @@ TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) 
   Section end = tracking.about("the same at the end alone, not integrated").child_or_empty("end");
   c.end_q = read_joint_values(end.about("of positions"), "q", model, 0.0, io::not_negative());
   c.end_v = read_joint_values(end.about("of velocities"), "v", model, 0.0, io::not_negative());
+}
+
+}  // namespace
+
+TaskSpec::Costs read_costs(Section& file, const dynamics::Model<double>* model) {
+  Section costs = file.about("weights of what is integrated over the motion").child("costs");
+  TaskSpec::Costs c;
+  Section tracking = costs.about("weights of the squared distance to the motion's goal, where it is known")
+                         .child_or_empty("tracking");
+  for (const TaskCost& cost : task_costs())
+    c.*cost.weight = costs.about(cost.meaning).get_or(cost.key, c.*cost.weight, io::not_negative());
+  read_tracking(tracking, model, c);
   return c;
 }
 

@@ -2,7 +2,6 @@
 //
 // Motions of tasks that go on for ever: the block `periodic`, and what it makes of the task (periodic_gait.h).
 #include <algorithm>
-#include <cmath>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/files/joint_values.h>
@@ -21,10 +20,6 @@ using Eigen::VectorXd;
 using io::Section;
 using RobotModel = dynamics::Model<double>;
 using Names = std::vector<std::string>;
-
-bool stands_in(const Names& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
 
 Names contacts_of(const TaskSpec& task) {
   Names names;
@@ -54,7 +49,7 @@ std::vector<Landed> landed(const TaskSpec& task) {
   std::vector<Landed> list;
   for (const std::string& name : held_first(task)) {
     const std::string other = mirrored(task.periodic->contacts, name);
-    if (!stands_in(last, other)) list.push_back({name, other});
+    if (!contains(last, other)) list.push_back({name, other});
   }
   return list;
 }
@@ -81,8 +76,8 @@ void read_swap(Section& block, const TaskSpec& task, const RobotModel* model, Ta
   if (names.size() % 2 != 0)
     block.problem("swap", "'periodic.swap' has " + std::to_string(names.size()) + " names, expected pairs");
   for (std::size_t k = 0; k + 1 < names.size(); k += 2) {
-    const bool is_joint = stands_in(joints, names[k]);
-    if (is_joint != stands_in(joints, names[k + 1])) {
+    const bool is_joint = contains(joints, names[k]);
+    if (is_joint != contains(joints, names[k + 1])) {
       block.problem("swap", "'periodic.swap' pairs '" + names[k] + "' with '" + names[k + 1] +
                                 "', expected two joints or two contacts");
       continue;
@@ -150,7 +145,7 @@ std::vector<SpecFault> periodic_faults(const TaskSpec& spec) {
   const Names contacts = contacts_of(spec);
   for (const std::string& name : contacts) {
     const std::string other = mirrored(periodic.contacts, name);
-    if (!stands_in(contacts, other)) {
+    if (!contains(contacts, other)) {
       faults.push_back({"periodic.swap", "'periodic.swap' names '" + other + "', which is no contact"});
       return faults;
     }
@@ -175,7 +170,7 @@ void place_last_step(Task& task) {
   const Names first = held_first(task);
   for (const std::string& name : first) {
     const std::string other = mirrored(task.periodic->contacts, name);
-    if (stands_in(first, other)) continue;
+    if (contains(first, other)) continue;
     HeldContact &stands = contact_of(task, name), &behind = contact_of(task, other);
     behind.place = *stands.place - (place_at(model, name, ahead) - place_at(model, name, q));
     behind.axes = stands.axes;

@@ -31,10 +31,7 @@ int carrier_of(const RobotModel& model, const std::string& frame) {
 
 // Every block `key` of a list; in the list of keys one.
 std::vector<Section> items_of(Section& list, const std::string& key, const std::string& meaning) {
-  if (!list.about(meaning).has(key)) return {};
-  std::vector<Section> items = list.children(key);
-  if (items.empty()) items.push_back(list.child(key));
-  return items;
+  return list.about(meaning).has(key) ? list.each(key) : std::vector<Section>{};
 }
 
 class CapsuleReader {
@@ -207,8 +204,7 @@ std::vector<HeldContact> read_contacts(Section& file, const RobotModel* model, C
     contacts.push_back({.frame = name});
   block.about("a foot that does not turn either: a link by name, and the rectangle that stands on the floor");
   std::vector<Section> feet;
-  if (block.has("foot")) feet = block.children("foot");
-  if (block.has("foot") && feet.empty()) feet.push_back(block.child("foot"));  // in the list of keys one
+  if (block.has("foot")) feet = block.each("foot");
   for (Section& foot : feet) {
     HeldContact contact{.frame = foot.value()};
     if (contact.frame.empty())

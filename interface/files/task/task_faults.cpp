@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <dyntape/interface/files/lists.h>
+
 namespace dyntape {
 
 namespace {
@@ -18,7 +20,7 @@ class SpecCheck {
   std::vector<SpecFault> faults() {
     check_sizes();
     if (!faults_.empty()) return std::move(faults_);
-    check_phases();
+    for (std::size_t k = 0; k < spec_.phases.size(); ++k) check_phase(k);
     check_what_phases_exclude();
     check_tracking();
     check_time_cost();
@@ -52,28 +54,23 @@ class SpecCheck {
     check_size("costs.tracking.end.q", c.end_q, nv), check_size("costs.tracking.end.v", c.end_v, nv);
   }
 
-  void check_phases() {
-    for (std::size_t k = 0; k < spec_.phases.size(); ++k) {
-      const TaskSpec::Phase& phase = spec_.phases[k];
-      const std::string key = "phases.phase#" + std::to_string(k);
-      for (std::size_t i = 0; i < k; ++i)
-        if (spec_.phases[i].name == phase.name) note(key, "two phases are called '" + phase.name + "'");
-      const auto lands = [&](const std::string& name) {
-        const auto holds = [&](const std::vector<std::string>& frames) {
-          return std::find(frames.begin(), frames.end(), name) != frames.end();
-        };
-        return k > 0 && holds(phase.hold) && !holds(spec_.phases[k - 1].hold);
-      };
-      for (const auto& [name, by] : phase.moved) {
-        if (!lands(name))
-          note(key + ".foothold_offset", "'" + name + "' does not land at the beginning of phase '" +
-                                             phase.name +
-                                             "': it is not held in it, held before, or from the start");
-      }
-      if (phase.impact && std::none_of(phase.hold.begin(), phase.hold.end(), lands))
-        note(key + ".impact", "nothing lands at the beginning of phase '" + phase.name +
-                                  "'; expected a contact that the phase before does not hold");
+  void check_phase(std::size_t k) {
+    const TaskSpec::Phase& phase = spec_.phases[k];
+    const std::string key = "phases.phase#" + std::to_string(k);
+    for (std::size_t i = 0; i < k; ++i)
+      if (spec_.phases[i].name == phase.name) note(key, "two phases are called '" + phase.name + "'");
+    const auto lands = [&](const std::string& name) {
+      return k > 0 && contains(phase.hold, name) && !contains(spec_.phases[k - 1].hold, name);
+    };
+    for (const auto& [name, by] : phase.moved) {
+      if (!lands(name))
+        note(key + ".foothold_offset", "'" + name + "' does not land at the beginning of phase '" +
+                                           phase.name +
+                                           "': it is not held in it, held before, or from the start");
     }
+    if (phase.impact && std::none_of(phase.hold.begin(), phase.hold.end(), lands))
+      note(key + ".impact", "nothing lands at the beginning of phase '" + phase.name +
+                                "'; expected a contact that the phase before does not hold");
   }
 
   void check_what_phases_exclude() {

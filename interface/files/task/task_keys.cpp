@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/files/task/task_keys.h>
 
-#include <algorithm>
 #include <cmath>
 #include <sstream>
 
@@ -132,8 +131,7 @@ void place_planar_joints(Section& end, End which, const RobotModel* model, Eigen
   x << q, v;
   if (which == End::kStart) return;
   for (const std::string& name : planar_names(*model)) {
-    if (std::find(placed.begin(), placed.end(), name) == placed.end())
-      leave_open(model->joints[std::size_t(model->joint_index(name))], *model, x);
+    if (!contains(placed, name)) leave_open(model->joints[std::size_t(model->joint_index(name))], *model, x);
   }
 }
 
@@ -159,7 +157,7 @@ Eigen::VectorXd read_end(Section& end, End which, bool is_by_frame, const RobotM
     names.insert(names.end(), planar.begin(), planar.end());
   }
   for (const std::string& name : distinct_names(end, "free", names))
-    if (model && std::find(names.begin(), names.end(), name) != names.end())  // else it is noted already
+    if (model && contains(names, name))  // else it is noted already
       leave_open(model->joints[static_cast<std::size_t>(model->joint_index(name))], *model, x);
   return x;
 }
@@ -220,8 +218,7 @@ void read_phases(Section& file, TaskSpec& task, const RobotModel* model) {
            .has("phases"))
     return;
   Section block = file.child("phases");
-  std::vector<Section> phases = block.about("its name behind the word").children("phase");
-  if (phases.empty()) phases.push_back(block.child("phase"));
+  std::vector<Section> phases = block.about("its name behind the word").each("phase");
   for (std::size_t k = 0; k < phases.size(); ++k) {
     task.phases.push_back(read_phase(phases[k], task, k + 1 == phases.size(), model));
     if (model && task.robot.contacts.empty() && phases[k].has("contacts") && !task.phases[k].hold.empty())
@@ -337,12 +334,7 @@ void read_output(Section& file, TaskSpec& task, const RobotModel* model) {
                       {{"xz", View::kXz}, {"xy", View::kXy}, {"yz", View::kYz}, {"oblique", View::kOblique}});
 }
 
-}  // namespace
-
-MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& default_scheme) {
-  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
-  MeshOptions mesh;
-  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
+void read_scheme(Section& transcription, const std::string& default_scheme, MeshOptions& mesh) {
   transcription.about("what connects neighbouring points: " + listed_schemes());
   const std::string scheme = transcription.get_or("scheme", default_scheme);
   try {
@@ -352,6 +344,15 @@ MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& 
   } catch (const ArgumentError& e) {
     transcription.problem("scheme", e.what());
   }
+}
+
+}  // namespace
+
+MeshOptions read_mesh(Section& file, WithLimitedMemory with, const std::string& default_scheme) {
+  Section horizon = file.child("horizon"), transcription = file.child_or_empty("transcription");
+  MeshOptions mesh;
+  mesh.intervals = horizon.about("of equal length").get<int>("intervals", io::at_least(1));
+  read_scheme(transcription, default_scheme, mesh);
   std::vector<std::pair<std::string, HessianKind>> kinds = {{"exact", HessianKind::kExact},
                                                             {"gauss_newton", HessianKind::kGaussNewton}};
   if (with == WithLimitedMemory::kYes) kinds.emplace_back("limited_memory", HessianKind::kLimitedMemory);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include <dyntape/interface/files/lists.h>
 #include <dyntape/interface/motion/contact_changes.h>
 #include <dyntape/interface/motion/robot_configuration.h>
 
@@ -12,10 +13,6 @@ namespace {
 
 using Eigen::VectorXd;
 
-bool is_held(const std::vector<std::string>& frames, const std::string& frame) {
-  return std::find(frames.begin(), frames.end(), frame) != frames.end();
-}
-
 // Where contacts are while a phase lasts.
 std::vector<HeldContact> held_in(const TaskSpec::Phase& phase, std::vector<HeldContact>& all) {
   for (const auto& [frame, by] : phase.moved) {
@@ -24,7 +21,7 @@ std::vector<HeldContact> held_in(const TaskSpec::Phase& phase, std::vector<HeldC
   }
   std::vector<HeldContact> held;
   for (const HeldContact& contact : all)
-    if (is_held(phase.hold, contact.frame)) held.push_back(contact);
+    if (contains(phase.hold, contact.frame)) held.push_back(contact);
   return held;
 }
 
@@ -77,9 +74,9 @@ void compose_phases(Task& task, const VectorXd& from, const VectorXd& to) {
     draw_to_goal(part, task, is_last);
     for (const HeldContact& contact : contacts) {
       if (!contact.place) continue;
-      if (!is_held(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));
+      if (!contains(phase.hold, contact.frame)) part.problem.add(stays_above(task.scene, contact));
       const bool lands =
-          k > 0 && is_held(phase.hold, contact.frame) && !is_held(task.phases[k - 1].hold, contact.frame);
+          k > 0 && contains(phase.hold, contact.frame) && !contains(task.phases[k - 1].hold, contact.frame);
       if (!lands) continue;
       for (Term& term : landing(task.scene, contact, phase.impact ? Landing::kImpact : Landing::kAtRest))
         task.parts.back().problem.add(std::move(term));

@@ -247,9 +247,7 @@ class TermReader {
     }
     read_where();
     if (term_.role == Role::kCost) read_penalty();
-    const auto is_known = [&](const std::string& entry) {
-      return std::find(names.begin(), names.end(), entry) != names.end();
-    };
+    const auto is_known = [&](const std::string& entry) { return contains(names, entry); };
     // Unknown names are noted by now.
     const bool all_known = (!kind_.has_frame || !term_.frame.empty()) &&
                            std::all_of(term_.entries.begin(), term_.entries.end(), is_known);
@@ -284,7 +282,10 @@ class TermReader {
       round.normal = read_vector3(about("normal"), "normal", Eigen::Vector3d::UnitZ());
       term_.moves = round;
     }
-    const std::string name = how == kFile ? about("file").get<std::string>("file") : "";
+    if (how == kFile) read_moving_file(about("file").get<std::string>("file"));
+  }
+
+  void read_moving_file(const std::string& name) {
     if (name.empty()) return;
     try {
       const std::string path = path_beside(task_.file, block_, "file", name);
@@ -346,9 +347,23 @@ void add_faults_of_sizes(const TermSpec& term, const Names& names, std::vector<S
   check("target", term.target, names.size()), check("lower", term.lower, counted),
       check("upper", term.upper, counted);
   for (const std::string& entry : term.entries)
-    if (std::find(names.begin(), names.end(), entry) == names.end())
+    if (!contains(names, entry))
       faults.push_back(
           {"entries", "'" + entry + "' is no entry of '" + term.type + "'" + suggestion(entry, names)});
+}
+
+void read_term(Section& block, const TaskSpec& task, const RobotModel* model, std::vector<TermSpec>& terms) {
+  std::string name = block.value();
+  if (name.empty()) name = "term " + std::to_string(terms.size() + 1);
+  const TermKind* kind = read_kind(block, model);
+  if (!kind || !model) {
+    for (const TermKey& key : kTermKeys) block.about(key.meaning).defer(key.key, key.takes, key.fallback);
+    return;
+  }
+  for (const TermSpec& other : terms) {
+    if (other.name == name) block.problem("", "'" + name + "' names two of 'terms', expected one");
+  }
+  terms.push_back(TermReader(block, task, *kind).read(name));
 }
 
 }  // namespace
@@ -400,21 +415,7 @@ std::vector<TermSpec> read_terms(Section& file, const TaskSpec& task, const Robo
   Section list = file.child("terms");
   std::vector<TermSpec> terms;
   if (!list.about("one of them; its name behind the word").has("term")) return {};
-  std::vector<Section> blocks = list.children("term");
-  if (blocks.empty()) blocks.push_back(list.child("term"));
-  for (Section& block : blocks) {
-    std::string name = block.value();
-    if (name.empty()) name = "term " + std::to_string(terms.size() + 1);
-    const TermKind* kind = read_kind(block, model);
-    if (!kind || !model) {
-      for (const TermKey& key : kTermKeys) block.about(key.meaning).defer(key.key, key.takes, key.fallback);
-      continue;
-    }
-    for (const TermSpec& other : terms) {
-      if (other.name == name) block.problem("", "'" + name + "' names two of 'terms', expected one");
-    }
-    terms.push_back(TermReader(block, task, *kind).read(name));
-  }
+  for (Section& block : list.each("term")) read_term(block, task, model, terms);
   return terms;
 }
 

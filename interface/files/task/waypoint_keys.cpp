@@ -54,9 +54,7 @@ std::vector<TaskWaypoint> read_waypoints(Section& file, const RobotModel* model)
   Section list = file.child("waypoints");
   std::vector<TaskWaypoint> waypoints;
   if (!list.about("one of them; its name behind the word").has("waypoint")) return {};
-  std::vector<Section> blocks = list.children("waypoint");
-  if (blocks.empty()) blocks.push_back(list.child("waypoint"));
-  for (Section& block : blocks) {
+  for (Section& block : list.each("waypoint")) {
     TaskWaypoint w;
     w.name = block.value();
     if (w.name.empty()) w.name = std::to_string(waypoints.size() + 1);

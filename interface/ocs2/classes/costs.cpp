@@ -20,11 +20,10 @@ void TermModel::make(Function function, Sizes sizes, const std::string& modelNam
   auto made = std::make_shared<CppAdInterface>(recorded, 1 + sizes.state + sizes.input, sizes.parameters,
                                                modelName, modelFolder, AdFunction::defaultCompileFlags(),
                                                place.file, place.line);
-  if (recompileLibraries) {
+  if (recompileLibraries)
     made->createModels(order, verbose);
-  } else {
+  else
     made->loadModelsIfAvailable(order, verbose);
-  }
   sizes_ = sizes;
   model_ = std::move(made);
 }

@@ -9,7 +9,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <array>
-#include <atomic>
 #include <boost/preprocessor/repetition/repeat.hpp>
 #include <memory>
 #include <mutex>

@@ -6,8 +6,6 @@
 
 #include <map>
 
-#include <dyntape/autodiff/error.h>
-
 #include "../arrays.h"
 #include "../robot.h"
 

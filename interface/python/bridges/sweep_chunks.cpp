@@ -7,7 +7,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <filesystem>
-#include <memory>
 #include <mutex>
 #include <optional>
 

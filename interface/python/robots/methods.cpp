@@ -6,8 +6,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <optional>
-#include <sstream>
 #include <utility>
 
 #include <dyntape/autodiff/error.h>

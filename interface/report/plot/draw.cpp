@@ -67,9 +67,8 @@ std::string well_formed(const std::string& svg) {
 void draw(const Plot& plot, const std::string& path, const std::string& gnuplot,
           const std::stop_token& stop) {
   const std::string extension = std::filesystem::path(path).extension().string();
-  if (extension != ".svg" && extension != ".png") {
+  if (extension != ".svg" && extension != ".png")
     throw ArgumentError("draw: the picture '" + path + "' must end in .svg or .png");
-  }
   const std::string all = codegen::system_temporary_folder();
   codegen::remove_left_over(all, kPictureFolder);
   const codegen::TemporaryFolder folder(all, kPictureFolder);
@@ -77,14 +76,12 @@ void draw(const Plot& plot, const std::string& path, const std::string& gnuplot,
   codegen::write_file(script, gnuplot_script(plot, extension.substr(1), picture));
   const codegen::Outcome outcome = run(gnuplot, script, stop);
   const std::string text = read_bytes(picture);
-  if ((outcome.status != 0 && outcome.status != codegen::Outcome::kUnknown) || text.empty()) {
+  if ((outcome.status != 0 && outcome.status != codegen::Outcome::kUnknown) || text.empty())
     throw ToolError("'" + gnuplot + "' did not draw " + path + " (exit status " +
                     std::to_string(outcome.status) + "): " + outcome.output);
-  }
-  if (!is_whole(text, extension)) {
+  if (!is_whole(text, extension))
     throw FileError(path + ": '" + gnuplot + "' left a picture of " + std::to_string(text.size()) +
                     " bytes that is cut off; expected room for all of it on the disk");
-  }
   write_file_atomically(path, extension == ".svg" ? well_formed(text) : text);
 }
 

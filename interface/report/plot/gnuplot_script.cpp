@@ -22,10 +22,9 @@ void check(const Plot& plot) {
   for (const Panel& panel : plot.panels) {
     bool any = false;
     for (const Series& s : panel.series) {
-      if (s.x.size() != s.y.size()) {
+      if (s.x.size() != s.y.size())
         throw ArgumentError("draw: the series '" + s.name + "' has " + std::to_string(s.x.size()) +
                             " x and " + std::to_string(s.y.size()) + " y");
-      }
       for (size_t i = 0; i < s.x.size(); ++i) any |= drawable(panel, s.x[i], drawn_y(panel, s.y[i]));
     }
     if (!any) throw ArgumentError("draw: the panel '" + panel.title + "' has no point that can be drawn");
@@ -56,6 +55,13 @@ class Script {
     }
   }
 
+  void label_axes(const Panel& panel, const Box& frame) {
+    const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
+    label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
+    label(panel.y_label, canvas_.at(frame.left - 67, middle_y), kTextSize,
+          "center rotate by 90 tc rgb '#333333'");
+  }
+
   void axes(const Panel& panel, const Box& frame) {
     add("set lmargin at screen " + canvas_.x(frame.left) + "; set rmargin at screen " +
         canvas_.x(frame.right));
@@ -68,10 +74,7 @@ class Script {
     const double step = tick_step(panel, frame, x);
     if (std::isfinite(step) && step > 0) add("set xtics " + gnuplot_number(step));
     if (std::isfinite(panel.zero)) add("set ytics add ('0' " + gnuplot_number(panel.zero) + ")");
-    const double middle_x = 0.5 * (frame.left + frame.right), middle_y = 0.5 * (frame.top + frame.bottom);
-    label(panel.x_label, canvas_.at(middle_x, frame.bottom + 40), kTextSize, "center tc rgb '#333333'");
-    label(panel.y_label, canvas_.at(frame.left - 67, middle_y), kTextSize,
-          "center rotate by 90 tc rgb '#333333'");
+    label_axes(panel, frame);
     const bool dots = std::any_of(panel.series.begin(), panel.series.end(), [](const Series& s) {
       return s.mark == Mark::kPoints || s.mark == Mark::kBoth;
     });
@@ -155,21 +158,22 @@ class Script {
                      [&](size_t a, size_t b) { return panel.series[a].layer < panel.series[b].layer; });
     std::string command = "plot ";
     for (const size_t i : order) {
-      const Series& s = panel.series[i];
-      const char* with[] = {"lines", "points", "linespoints"};
-      command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with ";
-      if (s.filled) {
-        command += "filledcurves closed fc rgb '#ebebeb' fs transparent solid 0.8 border lc rgb '" +
-                   styles[i].color + "' lw " + gnuplot_number(s.width);
-        continue;
-      }
-      command += with[static_cast<int>(s.mark)];
-      command += " lc rgb '" + styles[i].color + "'";
-      if (s.mark != Mark::kPoints) command += " lw " + gnuplot_number(s.width) + " dt " + styles[i].dash;
-      const bool dots = s.mark == Mark::kPoints || s.mark == Mark::kBoth;
-      if (dots) command += " pt " + std::to_string(styles[i].point) + " ps " + gnuplot_number(0.7 * s.point);
+      command += (i != order.front() ? ", \\\n  " : "") + ("$d" + std::to_string(i)) + " using 1:2 with " +
+                 style_of(panel.series[i], styles[i]);
     }
     add(command);
+  }
+
+  static std::string style_of(const Series& s, const Look& look) {
+    if (s.filled)
+      return "filledcurves closed fc rgb '#ebebeb' fs transparent solid 0.8 border lc rgb '" + look.color +
+             "' lw " + gnuplot_number(s.width);
+    const char* with[] = {"lines", "points", "linespoints"};
+    std::string style = with[static_cast<int>(s.mark)] + (" lc rgb '" + look.color) + "'";
+    if (s.mark != Mark::kPoints) style += " lw " + gnuplot_number(s.width) + " dt " + look.dash;
+    const bool dots = s.mark == Mark::kPoints || s.mark == Mark::kBoth;
+    if (dots) style += " pt " + std::to_string(look.point) + " ps " + gnuplot_number(0.7 * s.point);
+    return style;
   }
 
  private:

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/report/plot/gnuplot_text.h>
 
-#include <cctype>
 #include <cmath>
 #include <cstring>
 

@@ -90,6 +90,17 @@ Look unnamed(const Series& series, std::set<std::string>& used) {
   return look;
 }
 
+void choose_unnamed(const Panel& panel, const Looks& looks, std::vector<Look>& chosen) {
+  std::set<std::string> used;
+  for (std::size_t k = 0; k < chosen.size(); ++k)
+    if (!panel.series[k].name.empty()) used.insert(key_of(chosen[k]));
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    const Series& series = panel.series[k];
+    if (!series.name.empty()) continue;
+    chosen[k] = series.target_of.empty() ? unnamed(series, used) : looks.target(series);
+  }
+}
+
 }  // namespace
 
 std::vector<std::vector<Look>> looks_of(const Plot& plot) {
@@ -105,16 +116,7 @@ std::vector<std::vector<Look>> looks_of(const Plot& plot) {
       }
     }
   }
-  for (std::size_t p = 0; p < all.size(); ++p) {
-    std::set<std::string> used;
-    for (std::size_t k = 0; k < all[p].size(); ++k)
-      if (!plot.panels[p].series[k].name.empty()) used.insert(key_of(all[p][k]));
-    for (std::size_t k = 0; k < all[p].size(); ++k) {
-      const Series& series = plot.panels[p].series[k];
-      if (!series.name.empty()) continue;
-      all[p][k] = series.target_of.empty() ? unnamed(series, used) : looks.target(series);
-    }
-  }
+  for (std::size_t p = 0; p < all.size(); ++p) choose_unnamed(plot.panels[p], looks, all[p]);
   return all;
 }
 

@@ -8,15 +8,17 @@
 
 namespace dyntape::detail {
 
+namespace robot_table {
+
+using namespace dynamics;
+using enum Extent;
+
 template <class T>
-const std::vector<RobotRow<T>>& robot_rows() {
-  using namespace dynamics;
-  using W = RobotWorkspace<T>;
-  using S = RobotState<T>;
-  using Out = RobotWriter<T>;
-  using enum Extent;
-  static const std::vector<RobotRow<T>> rows = {
-      // --- Dynamics --------------------------------------------------------------------------------------
+using Rows = std::vector<RobotRow<T>>;
+
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> dynamics_rows() {
+  return {
       {.name = "rnea",
        .what = "inverse dynamics",
        .inputs = "q v a",
@@ -71,7 +73,12 @@ const std::vector<RobotRow<T>>& robot_rows() {
        .inputs = "q",
        .outputs = {{"g", kNv}},
        .run = [](W& w, const S& s) { generalized_gravity<T>(w.model, w.data, s.q); },
-       .write = [](const W& w, Out& y) { y(w.data.g); }},
+       .write = [](const W& w, Out& y) { y(w.data.g); }}};
+}
+
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> energy_rows() {
+  return {
       {.name = "energy",
        .what = "kinetic and potential energy",
        .inputs = "q v",
@@ -111,9 +118,12 @@ const std::vector<RobotRow<T>>& robot_rows() {
        .by = "q v",
        .run = [](W& w,
                  const S& s) { nonlinear_effects_derivatives<T>(w.model, w.data, w.energy(), s.q, s.v); },
-       .write = [](const W& w, Out& y) { y(w.data.dtau_dq), y(w.data.dtau_dv); }},
+       .write = [](const W& w, Out& y) { y(w.data.dtau_dq), y(w.data.dtau_dv); }}};
+}
 
-      // --- Second order ----------------------------------------------------------------------------------
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> second_order_rows() {
+  return {
       {.name = "id-second-derivatives",
        .what = "second derivatives of inverse dynamics, symmetric",
        .inputs = "q v a",
@@ -156,130 +166,139 @@ const std::vector<RobotRow<T>>& robot_rows() {
        .outputs = {{"H", k3NvMoved, k3NvMoved}},
        .needs = kInertia,
        .run = [](W& w, const S& s) { fd_hessian<T>(w.model, w.data, w.hessian(), s.q, s.v, s.w, s.mu); },
-       .write = [](const W& w, Out& y) { y(w.hessian().d2ddq); }},
+       .write = [](const W& w, Out& y) { y(w.hessian().d2ddq); }}};
+}
 
-      // --- Frames ----------------------------------------------------------------------------------------
-      {.name = "frame-placement",
-       .what = "orientation and position of a frame in the world",
-       .inputs = "q",
-       .outputs = {{"R", k3, k3}, {"p", k3}},
-       .needs = kFrame,
-       .run = [](W& w, const S& s) { forward_kinematics<T>(w.model, w.data, s.q); },
-       .write =
-           [](const W& w, Out& y) {
-             const Placement<T> X = frame_placement(w.model, w.data, w.frame);
-             y(X.R), y(X.p);
-           }},
-      {.name = "frame-velocity",
-       .what = "velocity of a frame",
-       .inputs = "q v",
-       .outputs = {{"V", k6}},
-       .needs = kFrame,
-       .run = [](W& w, const S& s) { forward_kinematics<T>(w.model, w.data, s.q, s.v); },
-       .write = [](const W& w, Out& y) { y(frame_velocity(w.model, w.data, w.frame, w.in)); }},
-      {.name = "frame-acceleration",
-       .what = "spatial and classical acceleration of a frame",
-       .inputs = "q v a",
-       .outputs = {{"A", k6}, {"C", k6}},
-       .needs = kFrame,
-       .run = [](W& w, const S& s) { forward_kinematics<T>(w.model, w.data, s.q, s.v, s.w); },
-       .write =
-           [](const W& w, Out& y) {
-             y(frame_acceleration(w.model, w.data, w.frame, w.in));
-             y(frame_classical_acceleration(w.model, w.data, w.frame, w.in));
-           }},
-      {.name = "frame-jacobian",
-       .what = "Jacobian of a frame",
-       .inputs = "q",
-       .outputs = {{"J", k6, kNv}},
-       .needs = kFrame,
-       .run = [](W& w, const S& s) { frame_jacobian<T>(w.model, w.data, s.q, w.frame, w.in); },
-       .write = [](const W& w, Out& y) { y(w.data.J); }},
-      {.name = "frame-jacobian-rate",
-       .what = "rate of the Jacobian of a frame",
-       .inputs = "q v",
-       .outputs = {{"J_dot", k6, kNv}},
-       .needs = kFrame,
-       .run =
-           [](W& w, const S& s) {
-             forward_kinematics<T>(w.model, w.data, s.q, s.v);
-             frame_jacobian_rate(w.model, w.data, w.kinematics(), w.frame, w.in);
-           },
-       .write = [](const W& w, Out& y) { y(w.kinematics().J_dot); }},
-      {.name = "frame-velocity-derivatives",
-       .what = "derivatives of the velocity of a frame",
-       .inputs = "q v",
-       .outputs = {{"dV_dq", k6, kNv}, {"dV_dv", k6, kNv}},
-       .of = "frame-velocity",
-       .by = "q v",
-       .needs = kFrame,
-       .run =
-           [](W& w, const S& s) {
-             forward_kinematics<T>(w.model, w.data, s.q, s.v);
-             frame_velocity_derivatives(w.model, w.data, w.kinematics(), w.frame, w.in);
-           },
-       .write = [](const W& w, Out& y) { y(w.kinematics().dV_dq), y(w.kinematics().J); }},
-      {.name = "frame-acceleration-derivatives",
-       .what = "derivatives of both accelerations of a frame",
-       .inputs = "q v a",
-       .outputs = {{"dA_dq", k6, kNv},
-                   {"dA_dv", k6, kNv},
-                   {"dA_da", k6, kNv},
-                   {"dC_dq", k6, kNv},
-                   {"dC_dv", k6, kNv},
-                   {"dC_da", k6, kNv}},
-       .of = "frame-acceleration",
-       .by = "q v a",
-       .needs = kFrame,
-       .run =
-           [](W& w, const S& s) {
-             forward_kinematics<T>(w.model, w.data, s.q, s.v, s.w);
-             frame_acceleration_derivatives(w.model, w.data, w.kinematics(), w.frame, w.in);
-           },
-       .write =
-           [](const W& w, Out& y) {
-             const KinematicDerivatives<T>& d = w.kinematics();
-             y(d.dA_dq), y(d.dA_dv), y(d.J), y(d.dC_dq), y(d.dC_dv), y(d.J);
-           }},
-      {.name = "frame-hessian",
-       .what = "derivative of the Jacobian of a frame",
-       .inputs = "q",
-       .outputs = {{"H", k6, kNv, kNv}},
-       .of = "frame-jacobian",
-       .by = "q",
-       .needs = kFrame,
-       .run =
-           [](W& w, const S& s) {
-             forward_kinematics<T>(w.model, w.data, s.q);
-             frame_hessian(w.model, w.data, w.kinematic_hessian(), w.frame, w.in);
-           },
-       .write =
-           [](const W& w, Out& y) {
-             const int n = w.model.nv;
-             for (int i = 0; i < 6; ++i) {
-               for (int j = 0; j < n * n; ++j) y(w.kinematic_hessian().H(i, n * (j % n) + j / n));
-             }
-           }},
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> frame_rows() {
+  return {{.name = "frame-placement",
+           .what = "orientation and position of a frame in the world",
+           .inputs = "q",
+           .outputs = {{"R", k3, k3}, {"p", k3}},
+           .needs = kFrame,
+           .run = [](W& w, const S& s) { forward_kinematics<T>(w.model, w.data, s.q); },
+           .write =
+               [](const W& w, Out& y) {
+                 const Placement<T> X = frame_placement(w.model, w.data, w.frame);
+                 y(X.R), y(X.p);
+               }},
+          {.name = "frame-velocity",
+           .what = "velocity of a frame",
+           .inputs = "q v",
+           .outputs = {{"V", k6}},
+           .needs = kFrame,
+           .run = [](W& w, const S& s) { forward_kinematics<T>(w.model, w.data, s.q, s.v); },
+           .write = [](const W& w, Out& y) { y(frame_velocity(w.model, w.data, w.frame, w.in)); }},
+          {.name = "frame-acceleration",
+           .what = "spatial and classical acceleration of a frame",
+           .inputs = "q v a",
+           .outputs = {{"A", k6}, {"C", k6}},
+           .needs = kFrame,
+           .run = [](W& w, const S& s) { forward_kinematics<T>(w.model, w.data, s.q, s.v, s.w); },
+           .write =
+               [](const W& w, Out& y) {
+                 y(frame_acceleration(w.model, w.data, w.frame, w.in));
+                 y(frame_classical_acceleration(w.model, w.data, w.frame, w.in));
+               }},
+          {.name = "frame-jacobian",
+           .what = "Jacobian of a frame",
+           .inputs = "q",
+           .outputs = {{"J", k6, kNv}},
+           .needs = kFrame,
+           .run = [](W& w, const S& s) { frame_jacobian<T>(w.model, w.data, s.q, w.frame, w.in); },
+           .write = [](const W& w, Out& y) { y(w.data.J); }},
+          {.name = "frame-jacobian-rate",
+           .what = "rate of the Jacobian of a frame",
+           .inputs = "q v",
+           .outputs = {{"J_dot", k6, kNv}},
+           .needs = kFrame,
+           .run =
+               [](W& w, const S& s) {
+                 forward_kinematics<T>(w.model, w.data, s.q, s.v);
+                 frame_jacobian_rate(w.model, w.data, w.kinematics(), w.frame, w.in);
+               },
+           .write = [](const W& w, Out& y) { y(w.kinematics().J_dot); }}};
+}
 
-      // Of all six directions; the damping acts only where the frame can hardly move in one of them.
-      {.name = "operational-space",
-       .what = "mobility, inertia, bias wrench of a frame, and the consistent inverse of its Jacobian",
-       .inputs = "q v",
-       .outputs = {{"Lambda_inverse", k6, k6}, {"Lambda", k6, k6}, {"mu", k6}, {"J_bar", kNvMoved, k6}},
-       .needs = kInertia | kFrame,
-       .run =
-           [](W& w, const S& s) {
-             const OperationalOptions options{.damping = 1e-3};
-             operational_space<T>(w.model, w.data, w.operational_space(), s.q, s.v, w.frame, w.in, options);
-             operational_bias<T>(w.model, w.data, w.operational_space(), s.q, s.v);
-           },
-       .write =
-           [](const W& w, Out& y) {
-             const OperationalSpace<T>& o = w.operational_space();
-             y(o.Lambda_inverse), y(o.Lambda), y(o.mu), y(o.J_bar);
-           }},
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> frame_derivative_rows() {
+  return {{.name = "frame-velocity-derivatives",
+           .what = "derivatives of the velocity of a frame",
+           .inputs = "q v",
+           .outputs = {{"dV_dq", k6, kNv}, {"dV_dv", k6, kNv}},
+           .of = "frame-velocity",
+           .by = "q v",
+           .needs = kFrame,
+           .run =
+               [](W& w, const S& s) {
+                 forward_kinematics<T>(w.model, w.data, s.q, s.v);
+                 frame_velocity_derivatives(w.model, w.data, w.kinematics(), w.frame, w.in);
+               },
+           .write = [](const W& w, Out& y) { y(w.kinematics().dV_dq), y(w.kinematics().J); }},
+          {.name = "frame-acceleration-derivatives",
+           .what = "derivatives of both accelerations of a frame",
+           .inputs = "q v a",
+           .outputs = {{"dA_dq", k6, kNv},
+                       {"dA_dv", k6, kNv},
+                       {"dA_da", k6, kNv},
+                       {"dC_dq", k6, kNv},
+                       {"dC_dv", k6, kNv},
+                       {"dC_da", k6, kNv}},
+           .of = "frame-acceleration",
+           .by = "q v a",
+           .needs = kFrame,
+           .run =
+               [](W& w, const S& s) {
+                 forward_kinematics<T>(w.model, w.data, s.q, s.v, s.w);
+                 frame_acceleration_derivatives(w.model, w.data, w.kinematics(), w.frame, w.in);
+               },
+           .write =
+               [](const W& w, Out& y) {
+                 const KinematicDerivatives<T>& d = w.kinematics();
+                 y(d.dA_dq), y(d.dA_dv), y(d.J), y(d.dC_dq), y(d.dC_dv), y(d.J);
+               }},
+          {.name = "frame-hessian",
+           .what = "derivative of the Jacobian of a frame",
+           .inputs = "q",
+           .outputs = {{"H", k6, kNv, kNv}},
+           .of = "frame-jacobian",
+           .by = "q",
+           .needs = kFrame,
+           .run =
+               [](W& w, const S& s) {
+                 forward_kinematics<T>(w.model, w.data, s.q);
+                 frame_hessian(w.model, w.data, w.kinematic_hessian(), w.frame, w.in);
+               },
+           .write =
+               [](const W& w, Out& y) {
+                 const int n = w.model.nv;
+                 for (int i = 0; i < 6; ++i) {
+                   for (int j = 0; j < n * n; ++j) y(w.kinematic_hessian().H(i, n * (j % n) + j / n));
+                 }
+               }},
+          // Of all six directions; the damping acts only where the frame can hardly move in one of them.
+          {.name = "operational-space",
+           .what = "mobility, inertia, bias wrench of a frame, and the consistent inverse of its Jacobian",
+           .inputs = "q v",
+           .outputs = {{"Lambda_inverse", k6, k6}, {"Lambda", k6, k6}, {"mu", k6}, {"J_bar", kNvMoved, k6}},
+           .needs = kInertia | kFrame,
+           .run =
+               [](W& w, const S& s) {
+                 const OperationalOptions options{.damping = 1e-3};
+                 operational_space<T>(w.model, w.data, w.operational_space(), s.q, s.v, w.frame, w.in,
+                                      options);
+                 operational_bias<T>(w.model, w.data, w.operational_space(), s.q, s.v);
+               },
+           .write =
+               [](const W& w, Out& y) {
+                 const OperationalSpace<T>& o = w.operational_space();
+                 y(o.Lambda_inverse), y(o.Lambda), y(o.mu), y(o.J_bar);
+               }}};
+}
 
-      // --- The robot as a whole --------------------------------------------------------------------------
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> whole_robot_rows() {
+  return {
       {.name = "com",
        .what = "centre of mass in the world",
        .inputs = "q",
@@ -331,9 +350,12 @@ const std::vector<RobotRow<T>>& robot_rows() {
            [](const W& w, Out& y) {
              const Centroidal<T>& c = w.centroidal();
              y(c.dh_dot_dq), y(c.dh_dot_dv), y(c.A);
-           }},
+           }}};
+}
 
-      // --- Contacts --------------------------------------------------------------------------------------
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> contact_rows() {
+  return {
       {.name = "constrained-dynamics",
        .what = "forward dynamics with contacts, and their forces",
        .inputs = "q v tau",
@@ -399,9 +421,12 @@ const std::vector<RobotRow<T>>& robot_rows() {
            [](const W& w, Out& y) {
              const ConstraintData<T>& c = w.constraints();
              y(c.v_plus_dq), y(c.v_plus_dv), y(c.impulse_dq), y(c.impulse_dv);
-           }},
+           }}};
+}
 
-      // --- Identification --------------------------------------------------------------------------------
+template <class T, class W = RobotWorkspace<T>, class S = RobotState<T>, class Out = RobotWriter<T>>
+Rows<T> identification_rows() {
+  return {
       {.name = "torque-regressor",
        .what = "torques as a linear function of the inertial parameters",
        .inputs = "q v a",
@@ -417,8 +442,22 @@ const std::vector<RobotRow<T>>& robot_rows() {
              kinetic_energy_regressor<T>(w.model, w.data, w.regressor(), s.q, s.v);
              potential_energy_regressor<T>(w.model, w.data, w.regressor(), s.q);
            },
-       .write = [](const W& w, Out& y) { y(w.regressor().kinetic), y(w.regressor().potential); }},
-  };
+       .write = [](const W& w, Out& y) { y(w.regressor().kinetic), y(w.regressor().potential); }}};
+}
+
+}  // namespace robot_table
+
+template <class T>
+const std::vector<RobotRow<T>>& robot_rows() {
+  using namespace robot_table;
+  static const Rows<T> rows = [] {
+    Rows<T> all;
+    for (const Rows<T>& part :
+         {dynamics_rows<T>(), energy_rows<T>(), second_order_rows<T>(), frame_rows<T>(),
+          frame_derivative_rows<T>(), whole_robot_rows<T>(), contact_rows<T>(), identification_rows<T>()})
+      all.insert(all.end(), part.begin(), part.end());
+    return all;
+  }();
   return rows;
 }
 

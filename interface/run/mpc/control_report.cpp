@@ -52,6 +52,25 @@ io::Plot feedback_plot(const ControlReport& report) {
   return plot;
 }
 
+// What the feedback is worth: the loop without it.
+std::optional<ControlReport::Feedback> feedback_of(const Problem& problem, const ClosedLoopOptions& options,
+                                                   const Off& off, const ControlReport& report) {
+  const Trajectory& motion = report.loop.motion;
+  ClosedLoopOptions plain = options;
+  plain.feedback = 0, plain.watch = {};
+  const ClosedLoop without = close_loop(problem, plain);
+  if (without.motion.points() != motion.points()) return {};  // one of them ended early
+  ControlReport::Feedback of;
+  of.t.assign(motion.t.begin(), motion.t.end());
+  of.with = report.off, of.without = off_of(without.motion, off);
+  const auto first = std::min_element(options.disturbances.begin(), options.disturbances.end(),
+                                      [](const Disturbance& a, const Disturbance& b) { return a.at < b.at; });
+  of.after = first->at;
+  std::tie(of.most_with, of.typical_with) = most_and_typical(of.t, of.with, of.after);
+  std::tie(of.most_without, of.typical_without) = most_and_typical(of.t, of.without, of.after);
+  return of;
+}
+
 }  // namespace
 
 ClosedLoopOptions loop_options(const Task::Control& control, const std::stop_token& stop,
@@ -78,20 +97,8 @@ ControlReport report_loop(const Problem& problem, const ClosedLoopOptions& optio
   report.off = off_of(motion, off);
   report.off_begin = report.off.front();
   report.off_end = report.off.back();
-  if (!(options.feedback > 0) || options.disturbances.empty()) return report;
-  ClosedLoopOptions plain = options;
-  plain.feedback = 0, plain.watch = {};
-  const ClosedLoop without = close_loop(problem, plain);
-  if (without.motion.points() != motion.points()) return report;  // one of them ended early
-  ControlReport::Feedback of;
-  of.t.assign(motion.t.begin(), motion.t.end());
-  of.with = report.off, of.without = off_of(without.motion, off);
-  const auto first = std::min_element(options.disturbances.begin(), options.disturbances.end(),
-                                      [](const Disturbance& a, const Disturbance& b) { return a.at < b.at; });
-  of.after = first->at;
-  std::tie(of.most_with, of.typical_with) = most_and_typical(of.t, of.with, of.after);
-  std::tie(of.most_without, of.typical_without) = most_and_typical(of.t, of.without, of.after);
-  report.feedback = std::move(of);
+  if (options.feedback > 0 && !options.disturbances.empty())
+    report.feedback = feedback_of(problem, options, off, report);
   return report;
 }
 

@@ -33,20 +33,22 @@ class BareRun {
     const double h = scene_.step / parts;
     const long steps = scene_.steps();
     States states;
-    VectorXd next(x.size());
     for (long k = 0; k < steps; ++k) {
       if (k == steps / 2) states.halfway = x;
       if (stop_.stop_requested()) throw ArgumentError("interrupted");
       const double t = double(k) * scene_.step;
       const VectorXd u = scene_.commands.at(t + scene_.step / 2, x);
-      for (int part = 0; part < parts; ++part) {
-        std::string why;
-        if (!stepper_.step(t + part * h, h, x, u, next, &why)) throw ArgumentError(why);
-        x.swap(next);
-      }
+      for (int part = 0; part < parts; ++part) step(t + part * h, h, u, x);
     }
     states.end = x;
     return states;
+  }
+
+  void step(double t, double h, const VectorXd& u, VectorXd& x) {
+    std::string why;
+    next_.resize(x.size());
+    if (!stepper_.step(t, h, x, u, next_, &why)) throw ArgumentError(why);
+    x.swap(next_);
   }
 
  private:
@@ -58,6 +60,7 @@ class BareRun {
   const Scene& scene_;
   std::stop_token stop_;
   SceneStepper stepper_;
+  VectorXd next_;
 };
 
 // (2 nv) increments from a to b: of q in its moving frame, and of v.

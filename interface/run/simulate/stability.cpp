@@ -58,6 +58,23 @@ bool follows_every_mode(const Scene& scene, Eigen::MatrixXd A) {
   }
 }
 
+// "" where the steps of the scene follow all of them.
+std::string too_fast_mode(const Scene& scene, const Eigen::MatrixXd& A) {
+  double longest = HUGE_VAL;
+  Complex fastest = 0;
+  for (const Complex& mode : A.eigenvalues()) {
+    const double step = longest_step(scene.integrator, mode);
+    if (step < longest) longest = step, fastest = mode;
+  }
+  if (scene.step <= longest) return "";
+  const bool oscillates = std::abs(fastest.imag()) > std::abs(fastest.real());
+  return std::string("the fastest motion ") + (oscillates ? "oscillates at " : "decays at ") +
+         io::with_digits(std::abs(fastest), 3) + (oscillates ? " rad/s" : " 1/s") + ", which " +
+         to_string(scene.integrator) + " follows in steps of at most " + io::with_digits(longest, 3) +
+         " s; got steps of " + io::shortest(scene.step) +
+         " s (implicit-midpoint and implicit-velocity take longer ones)";
+}
+
 }  // namespace
 
 LinearMotion linear_motion(const RobotScene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
@@ -93,19 +110,9 @@ double longest_step(Integrator integrator, Complex mode) {
   if (speed == 0 || mode.real() > 1e-6 * speed) return HUGE_VAL;
   mode = {std::min(mode.real(), 0.0), mode.imag()};
   const double decay = -mode.real() / speed;
-  switch (integrator) {
-    case Integrator::kSemiImplicitEuler:
-      return (decay < 1 ? 2 * (std::hypot(1, decay) - decay) : 2) / speed;
-    case Integrator::kRungeKutta4:
-      return runge_kutta_4_reach(mode / speed) / speed;
-    case Integrator::kImplicitMidpoint:
-    case Integrator::kImplicitVelocity:
-    case Integrator::kVariational:
-    case Integrator::kAdaptive:
-    case Integrator::kAdaptiveStiff:
-      break;
-  }
-  return HUGE_VAL;
+  if (integrator == Integrator::kSemiImplicitEuler)
+    return (decay < 1 ? 2 * (std::hypot(1, decay) - decay) : 2) / speed;
+  return integrator == Integrator::kRungeKutta4 ? runge_kutta_4_reach(mode / speed) / speed : HUGE_VAL;
 }
 
 std::string stability_trouble(const Scene& scene, const Eigen::VectorXd& q, const Eigen::VectorXd& v) {
@@ -120,19 +127,7 @@ std::string stability_trouble(const Scene& scene, const Eigen::VectorXd& q, cons
   }
   if (follows_all) return "";
   if (follows_every_mode(scene, A)) return "";  // without its modes, which take ten times as long
-  double longest = HUGE_VAL;
-  Complex fastest = 0;
-  for (const Complex& mode : A.eigenvalues()) {
-    const double step = longest_step(scene.integrator, mode);
-    if (step < longest) longest = step, fastest = mode;
-  }
-  if (scene.step <= longest) return "";
-  const bool oscillates = std::abs(fastest.imag()) > std::abs(fastest.real());
-  return std::string("the fastest motion ") + (oscillates ? "oscillates at " : "decays at ") +
-         io::with_digits(std::abs(fastest), 3) + (oscillates ? " rad/s" : " 1/s") + ", which " +
-         to_string(scene.integrator) + " follows in steps of at most " + io::with_digits(longest, 3) +
-         " s; got steps of " + io::shortest(scene.step) +
-         " s (implicit-midpoint and implicit-velocity take longer ones)";
+  return too_fast_mode(scene, A);
 }
 
 }  // namespace dyntape

@@ -2,7 +2,6 @@
 #include <dyntape/interface/run/solve/hidden_parts.h>
 
 #include <algorithm>
-#include <cmath>
 
 namespace dyntape {
 
@@ -21,6 +20,25 @@ bool hides(const Capsule& obstacle, const Vector3d& n, const Vector3d& p) {
   const double u = length > 1e-12 ? std::clamp(-a.dot(d) / length, 0.0, 1.0) : n.dot(along) > 0 ? 1 : 0;
   const bool is_met = (a + u * d).norm() < obstacle.radius;
   return is_met && n.dot(obstacle.from + u * along - p) > 0;
+}
+
+void add_bone(View view, const std::vector<Capsule>& obstacles, const Bone& bone, io::MotionFrame& frame) {
+  constexpr int kPieces = 60;
+  const auto& [from, to] = bone;
+  std::vector<io::Polyline> seen;
+  bool is_open = false, is_whole = true;
+  for (int k = 0; k <= kPieces; ++k) {
+    const Vector3d p = from + double(k) / kPieces * (to - from);
+    const bool hidden = is_hidden(view, obstacles, p);
+    if (!hidden && !is_open) seen.emplace_back();
+    if (!hidden) seen.back().push_back(project(view, p));
+    is_open = !hidden, is_whole = is_whole && !hidden;
+  }
+  const io::Polyline whole = {project(view, from), project(view, to)};
+  (is_whole ? frame.parts : frame.behind).push_back(whole);
+  if (is_whole) return;
+  for (io::Polyline& part : seen)
+    if (part.size() > 1) frame.in_front.push_back({part.front(), part.back()});
 }
 
 }  // namespace
@@ -61,27 +79,8 @@ bool is_hidden(View view, const std::vector<Capsule>& obstacles, const Vector3d&
 
 io::MotionFrame frame_of(View view, const std::vector<Capsule>& obstacles, double time,
                          const std::vector<Bone>& bones) {
-  constexpr int kPieces = 60;  // of a bone
   io::MotionFrame frame{time, {}};
-  for (const Bone& bone : bones) {
-    const Vector3d& from = bone[0];
-    const Vector3d& to = bone[1];
-    const auto at = [&](int k) { return Vector3d(from + double(k) / kPieces * (to - from)); };
-    std::vector<io::Polyline> seen;
-    bool is_open = false, is_whole = true;
-    for (int k = 0; k <= kPieces; ++k) {
-      const Vector3d p = at(k);
-      const bool hidden = is_hidden(view, obstacles, p);
-      if (!hidden && !is_open) seen.emplace_back();
-      if (!hidden) seen.back().push_back(project(view, p));
-      is_open = !hidden, is_whole = is_whole && !hidden;
-    }
-    const io::Polyline whole = {project(view, from), project(view, to)};
-    (is_whole ? frame.parts : frame.behind).push_back(whole);
-    if (is_whole) continue;
-    for (io::Polyline& part : seen)
-      if (part.size() > 1) frame.in_front.push_back({part.front(), part.back()});
-  }
+  for (const Bone& bone : bones) add_bone(view, obstacles, bone, frame);
   return frame;
 }
 

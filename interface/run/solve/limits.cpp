@@ -5,7 +5,6 @@
 #include <cmath>
 #include <string_view>
 
-#include <dyntape/autodiff/error.h>
 #include <dyntape/interface/control/solve/refine.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/run/solve/curves.h>

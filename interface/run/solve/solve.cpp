@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/run/solve/solve.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <thread>
 
@@ -80,6 +79,21 @@ std::string steps_text(const Task& task) {
          " steps of " + io::with_groups(operations) + " operations with their costs\n";
 }
 
+// What each effect adds to the operations of the dynamics with all of them.
+std::string effects_text(const Task& task, std::size_t all) {
+  io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
+  RobotScene without = task.scene;
+  dynamics::for_each_effect(without.effects, [&](auto& effect) {
+    if (!effect) return table.append({dynamics::effect_name(effect), "no", "not recorded"});
+    const auto kept = effect;
+    effect.reset();
+    const std::size_t added = all - dynamics_operations(without, task.robot);
+    effect = kept;
+    table.append({dynamics::effect_name(effect), "yes", io::with_groups(added)});
+  });
+  return table.text();
+}
+
 }  // namespace
 
 SolveReport solve_task(const Task& task, const SolveWatch& watch) {
@@ -109,17 +123,7 @@ std::string explain(const Task& task) {
   const std::size_t all = dynamics_operations(scene, task.robot);
   text += "\nDynamics, " + std::string(task.robot.form == DynamicsForm::kForward ? "forward" : "inverse") +
           " form: " + io::with_groups(all) + " operations\n\n";
-  io::TextTable table({{"effect"}, {"acts"}, {"operations it adds", "", io::Align::kRight}});
-  RobotScene without = scene;
-  dynamics::for_each_effect(without.effects, [&](auto& effect) {
-    if (!effect) return table.append({dynamics::effect_name(effect), "no", "not recorded"});
-    const auto kept = effect;
-    effect.reset();
-    const std::size_t added = all - dynamics_operations(without, task.robot);
-    effect = kept;
-    table.append({dynamics::effect_name(effect), "yes", io::with_groups(added)});
-  });
-  text += table.text();
+  text += effects_text(task, all);
   text += task.by_ddp ? steps_text(task) : program_text(task);
   text += "\nThe task as it was understood:\n\n" + task.effective;
   return text;

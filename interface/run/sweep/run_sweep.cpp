@@ -2,7 +2,6 @@
 #include <dyntape/interface/run/sweep/run_sweep.h>
 
 #include <algorithm>
-#include <cmath>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>

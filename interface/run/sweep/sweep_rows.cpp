@@ -40,6 +40,19 @@ void append_result(SweptFunctions& f, const SampleMotion& motion, const std::str
   if (!what.empty()) rows.failures.push_back("sample " + std::to_string(motion.row) + ": " + what);
 }
 
+// False where it is stopped.
+bool append_sample(SweptFunctions& f, long row, const std::stop_token& stop, ComputedRows& rows) {
+  constexpr long kOften = 256;
+  SampleMotion motion = begin_of(f, row);
+  SampleJudge judge(f, motion);
+  while (motion.steps < f.sweep.scene.steps() && motion.trouble.empty()) {
+    if (stop.stop_requested()) return false;
+    advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &judge);
+  }
+  append_result(f, motion, motion.trouble.empty() ? judge.warning(f.sweep, row) : "", rows);
+  return true;
+}
+
 }  // namespace
 
 long rows_at_a_time(const SceneSweep& sweep) {
@@ -70,16 +83,8 @@ std::optional<ComputedRows> SweepRows::compute(long first, long count, const std
       append_result(f, together.motions[k], together.warnings[k], rows);
     return rows;
   }
-  constexpr long kOften = 256;
-  for (long row = first; row < first + count; ++row) {
-    SampleMotion motion = begin_of(f, row);
-    SampleJudge judge(f, motion);
-    while (motion.steps < f.sweep.scene.steps() && motion.trouble.empty()) {
-      if (stop.stop_requested()) return {};
-      advance(f, motion, std::min(motion.steps + kOften, f.sweep.scene.steps()), &judge);
-    }
-    append_result(f, motion, motion.trouble.empty() ? judge.warning(f.sweep, row) : "", rows);
-  }
+  for (long row = first; row < first + count; ++row)
+    if (!append_sample(f, row, stop, rows)) return {};
   return rows;
 }
 

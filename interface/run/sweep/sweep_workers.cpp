@@ -77,6 +77,30 @@ std::optional<DoneChunk> SweepWorkers::take(std::chrono::milliseconds patience) 
   return done;
 }
 
+namespace {
+
+void await_dismissal(SweepCoordinator& master) {
+  while (true) {
+    const std::optional<SweepCoordinator::Order> order = master.poll();
+    if (order && order->is_dismissed) return;
+    std::this_thread::sleep_for(2ms);
+  }
+}
+
+// Until it is dismissed.
+void work_for(SweepCoordinator& master, SweepWorkers& workers) {
+  while (true) {
+    while (const std::optional<SweepCoordinator::Order> order = master.poll()) {
+      if (order->is_dismissed) return;
+      workers.give(order->chunk);
+    }
+    if (std::optional<DoneChunk> done = workers.take(2ms))
+      master.tell({.what = FromPeer::What::kDone, .done = std::move(*done)});
+  }
+}
+
+}  // namespace
+
 void serve_sweep(const std::string& file, const std::vector<io::Setting>& settings,
                  SweepCoordinator& master) {
   const std::optional<std::string> identity = master.begin();
@@ -88,21 +112,10 @@ void serve_sweep(const std::string& file, const std::vector<io::Setting>& settin
     const SweepRows rows(sweep, sweep.evaluation);
     SweepWorkers workers(sweep, *identity, rows, threads_of(sweep), {});
     master.tell({.what = FromPeer::What::kReady, .threads = workers.threads(), .done = {}});
-    while (true) {
-      while (const std::optional<SweepCoordinator::Order> order = master.poll()) {
-        if (order->is_dismissed) return;
-        workers.give(order->chunk);
-      }
-      if (std::optional<DoneChunk> done = workers.take(2ms))
-        master.tell({.what = FromPeer::What::kDone, .done = std::move(*done)});
-    }
+    work_for(master, workers);
   } catch (const Error& e) {
     master.tell({.what = FromPeer::What::kFailed, .done = {0, e.what()}});
-    while (true) {
-      const std::optional<SweepCoordinator::Order> order = master.poll();
-      if (order && order->is_dismissed) return;
-      std::this_thread::sleep_for(2ms);
-    }
+    await_dismissal(master);
   }
 }
 

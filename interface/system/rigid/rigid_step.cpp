@@ -4,7 +4,6 @@
 #include <Eigen/QR>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <limits>
-#include <numeric>
 
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/io/number.h>
