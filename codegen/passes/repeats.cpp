@@ -308,9 +308,7 @@ class Parts {
     return part;
   }
 
-  // Whether every node has its counterparts.  Those that have not are set apart: at first only where it begins,
-  // since what is made of them may have counterparts once they belong to no part, then all.
-  // Those that have all their counterparts; true of the others.
+  // Nodes that have all their counterparts become tuples; true: of the others.
   std::vector<bool> collect_tuples() {
     tuples_.clear();
     std::vector<bool> lacks(graph_.size(), false);
@@ -328,6 +326,8 @@ class Parts {
     return lacks;
   }
 
+  // Whether every node has its counterparts.  Those that have not are set apart: at first only where it begins,
+  // since what is made of them may have counterparts once they belong to no part, then all.
   bool is_complete(bool only_first) {
     const std::vector<bool> lacks = collect_tuples();
     bool is_complete = true;

@@ -172,7 +172,6 @@ std::vector<std::uint32_t> crossings(const Function& function, const Schedule& s
   return crossing;
 }
 
-// Cuts at the place with the fewest crossings that is near enough to the wanted length.
 // A call and its results stay together.
 std::vector<bool> cuts_that_sever_calls(const Graph& graph, const std::vector<Step>& steps) {
   std::vector<bool> severs(steps.size() + 1, false);
@@ -182,6 +181,7 @@ std::vector<bool> cuts_that_sever_calls(const Graph& graph, const std::vector<St
   return severs;
 }
 
+// Cuts at the place with the fewest crossings that is near enough to the wanted length.
 void cut(const Function& function, std::size_t length, const std::vector<std::uint32_t>& crossing,
          Schedule& s) {
   const std::size_t n = s.steps.size();

@@ -49,7 +49,8 @@ class BatchRun {
       } else if (kind == kBackward) {
         backward(wanted);
       } else {
-        kind == kLinearise ? work_->linearise(wanted) : work_->predict(wanted);
+        if (kind == kLinearise) work_->linearise(wanted);
+        if (kind == kPredict) work_->predict(wanted);
         go_on(wanted);
       }
     }

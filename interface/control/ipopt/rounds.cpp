@@ -62,7 +62,6 @@ SolveTimes operator+(const SolveTimes& a, const SolveTimes& b) {
           a.hessian_calls + b.hessian_calls};
 }
 
-// Rounds from one start.
 NlpSolution solve_first(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                         const RoundSolver& solve, int before) {
   try {
@@ -75,6 +74,7 @@ NlpSolution solve_first(Nlp& problem, const std::vector<double>& start, const So
   }
 }
 
+// Rounds from one start.
 NlpSolution solve_from(Nlp& problem, const std::vector<double>& start, const SolverOptions& options,
                        const RoundSolver& solve, int before = 0) {
   NlpSolution solution = solve_first(problem, start, options, solve, before);

@@ -197,8 +197,7 @@ class Checker {
     }
   }
 
-  // Whether products of a Hessian that has a long row with random directions are the differences of f along them.  Each direction
-  // moves all variables, with random signs, so that a wrong entry shows in its row in each.
+  // All variables move, with random signs, so that a wrong entry shows in its row.
   Vector random_direction() {
     std::bernoulli_distribution coin;
     Vector direction(x_.size());
@@ -207,6 +206,7 @@ class Checker {
     return direction;
   }
 
+  // Whether products of a Hessian that has a long row with random directions are the differences of f along them.
   bool agrees_along_directions(const Pattern& pattern, const Vector& given, const VectorFunction& f,
                                const Vector& terms) {
     if (most_entries_of_row(pattern) <= kMostEntries) return false;

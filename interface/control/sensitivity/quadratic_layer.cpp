@@ -43,7 +43,6 @@ VectorXd roots_of(const MatrixXd& Q) {
   return roots;
 }
 
-// With all sizes as they are needed: A and G may be left out.
 void check_finite(const QuadraticProgram& p) {
   const auto check = [](const char* name, const auto& M) {
     if (!M.allFinite()) refuse_quadratic(std::string(name) + " has an entry that is no finite number");
@@ -54,6 +53,7 @@ void check_finite(const QuadraticProgram& p) {
   }
 }
 
+// With all sizes as they are needed: A and G may be left out.
 QuadraticProgram checked(QuadraticProgram p) {
   const Eigen::Index n = p.q.size();
   if (n == 0) refuse_quadratic("there are no variables");

@@ -17,8 +17,8 @@ Pattern second_order_pattern(const Function& function, std::size_t range, const 
                              const Kernels& kernels);
 Pattern rows_of(const Pattern& pattern, std::size_t rows);  // the first
 bool is_in(const Pattern& pattern, std::size_t row, std::size_t col);
-// Columns of the entries (or rows) that meet in no row of the pattern share a group. Kept if there are some already.
 void check_pattern(const char* what, const Pattern& pattern, std::size_t rows, std::size_t cols);
+// Columns of the entries (or rows) that meet in no row of the pattern share a group. Kept if there are some already.
 void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors);
 template <class Base>
 RecordingSizes count_sizes(const Function& function, const std::vector<Print>& prints);
