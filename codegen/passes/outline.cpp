@@ -5,6 +5,9 @@
 #include <map>
 #include <utility>
 
+#include <boost/graph/adjacency_list.hpp>
+#include <boost/graph/strong_components.hpp>
+
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/codegen/passes/repeats.h>
 
@@ -18,6 +21,33 @@ using Tuple = std::vector<NodeId>;
 
 // The parts cannot be computed one after the other, or are not the same after all.
 struct Entangled {};
+
+// Without the few nodes of which one part's depends on another's: a sum that goes from leg to leg, say.  All counterparts being
+// one vertex, they are those on a cycle.
+Repeats without_entangled(const Graph& graph, Repeats repeats) {
+  const std::size_t n = repeats.nodes.size();
+  std::vector<std::size_t> vertex(graph.size());
+  for (NodeId id = 0; id < graph.size(); ++id) vertex[id] = n + id;
+  for (std::size_t k = 0; k < n; ++k) {
+    for (NodeId id : repeats.nodes[k]) vertex[id] = k;
+  }
+  boost::adjacency_list<boost::vecS, boost::vecS, boost::directedS> uses(n + graph.size());
+  std::vector<bool> is_entangled(n, false);
+  for (NodeId id = 0; id < graph.size(); ++id) {
+    graph.for_each_argument(id, [&](NodeId a) {
+      if (vertex[a] == vertex[id]) is_entangled[vertex[id]] = true;
+      boost::add_edge(vertex[a], vertex[id], uses);
+    });
+  }
+  std::vector<std::size_t> cycle(n + graph.size()), size(n + graph.size(), 0);
+  boost::strong_components(uses, cycle.data());
+  for (std::size_t c : cycle) ++size[c];
+  Repeats apart{repeats.count, {}};
+  for (std::size_t k = 0; k < n; ++k) {
+    if (size[cycle[k]] == 1 && !is_entangled[k]) apart.nodes.push_back(std::move(repeats.nodes[k]));
+  }
+  return apart;
+}
 
 class Outliner {
  public:
@@ -251,9 +281,9 @@ Function outlined(const Function& function) {
   const auto n = static_cast<std::size_t>(
       std::count_if(function.graph.nodes().begin(), function.graph.nodes().end(), is_operation));
   if (n < kShort) return function;
-  const Repeats repeats = find_repeats(function);
+  const Repeats repeats = without_entangled(function.graph, find_repeats(function));
   const std::size_t saved = repeats.count < 2 ? 0 : (repeats.count - 1) * repeats.nodes.size();
-  if (saved * 4 < n) return function;
+  if (saved * 3 < n) return function;  // of a humanoid's two sides a quarter is not worth its calls
   try {
     return Outliner(function, repeats).run();
   } catch (const Entangled&) {

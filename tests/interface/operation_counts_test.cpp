@@ -8,6 +8,7 @@
 #include <random>
 
 #include <dyntape/autodiff/evaluate/interpret.h>
+#include <dyntape/codegen/passes/outline.h>
 #include <dyntape/codegen/passes/simplify.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/dynamics/urdf/urdf.h>
@@ -133,6 +134,23 @@ TEST(OperationCounts, StayWithinTheirBudgets) {
     EXPECT_LE(total_operations(fast), budget.fast) << budget.robot << " " << budget.function << ", fast";
     // A budget far above what is needed guards nothing.
     EXPECT_GE(total_operations(strict), budget.strict * 9 / 10) << budget.robot << " " << budget.function;
+  }
+}
+
+// A few sums that go from leg to leg do not keep the legs from being written once.
+TEST(OperationCounts, LegsAreWrittenOnceInBothProfiles) {
+  const auto model = load("solo12", Base::kFloating);
+  struct {
+    RobotFunction function;
+    double most;  // of the nodes is left outside of the legs
+  } const kCases[] = {{RobotFunction::kIdDerivatives, 0.45}, {RobotFunction::kFdDerivatives, 0.8}};
+  for (const auto& [function, most] : kCases) {
+    const Function strict = record_robot_function(model, function);
+    for (const Function& f : {strict, codegen::simplify(strict, Profile::kFast, true)}) {
+      const Function shorter = codegen::outlined(f);
+      EXPECT_GT(shorter.graph.callees().size(), f.graph.callees().size()) << to_string(function);
+      EXPECT_LT(double(shorter.graph.size()), most * double(f.graph.size())) << to_string(function);
+    }
   }
 }
 
