@@ -211,7 +211,7 @@ static __attribute__((unused)) void dt_sincos(real x, real* s, real* c) {
 )";
 
 // Of one state up to eight values go through wide registers together (schedule/gather.h): four at a time, since a core that
-// works on eight computes the scalars around them with one unit less (UR5's rnea: 97 ns with four, 133 with eight).
+// works on eight computes the scalars around them with one unit less (UR5's rnea: 103 ns with four, 133 with eight).
 constexpr char kWidth[] = R"(
 #if DYNTAPE_LANES > 1
 #define DT_WIDTH DYNTAPE_LANES
