@@ -19,21 +19,29 @@ std::vector<NodeId> roots_of(const Function& function) {
   return roots;
 }
 
-// What the roots need: one flag a node.
-std::vector<std::uint8_t> needed_for(const Graph& graph, const std::vector<NodeId>& roots) {
-  const auto n = static_cast<NodeId>(graph.size());
-  std::vector<std::uint8_t> needed(graph.size() + 1, 0);  // the last is for arguments that there are not
-  for (NodeId root : roots) needed[root] = 1;
-  for (NodeId id = n; id-- > 0;) {
-    if (!needed[id]) continue;
-    const Node& node = graph[id];
+// What the roots need: one flag a node, and how many there are.
+struct Needed {
+  std::vector<std::uint8_t> flags;
+  std::size_t count = 0;
+};
+
+Needed needed_for(const Graph& graph, const std::vector<NodeId>& roots) {
+  Needed needed{std::vector<std::uint8_t>(graph.size(), 0)};
+  const Node* const nodes = graph.nodes().data();
+  std::uint8_t* const flags = needed.flags.data();
+  for (NodeId root : roots) flags[root] = 1;
+  for (auto id = static_cast<NodeId>(graph.size()); id-- > 0;) {
+    if (!flags[id]) continue;
+    ++needed.count;
+    const Node& node = nodes[id];
     if (is_table_op(node.op)) {
-      needed[node.a] = needed[std::min(node.b, n)] = needed[std::min(node.c, n)] = 1;
+      flags[node.a] = 1;
+      if (node.b != kNoNode) flags[node.b] = 1;
+      if (node.c != kNoNode) flags[node.c] = 1;
     } else {
-      graph.for_each_argument(id, [&](NodeId a) { needed[a] = 1; });
+      graph.for_each_argument(id, [&](NodeId a) { flags[a] = 1; });
     }
   }
-  needed.pop_back();
   return needed;
 }
 
@@ -74,7 +82,7 @@ std::vector<NodeId> dissolved_call(const std::shared_ptr<const Callee>& callee,
 std::vector<NodeId> spliced(const Graph& source, const std::vector<NodeId>& roots, Graph& target,
                             const InputImage& input, DissolvedCalls* dissolved,
                             const std::vector<NodeId>& gates = {}) {
-  const std::vector<std::uint8_t> needed = needed_for(source, roots);
+  const std::vector<std::uint8_t> needed = needed_for(source, roots).flags;
   std::vector<NodeId> image(source.size(), kNoNode);
   std::vector<std::vector<NodeId>> results;  // of call number i
   for (NodeId id = 0; id < source.size(); ++id) {
@@ -151,7 +159,8 @@ Function live_part(const Graph& graph, const std::vector<NodeId>& outputs, const
   result.outputs = outputs;
   result.guards = guards;
   std::vector<NodeId> roots = roots_of(result), image;
-  Graph live = graph.extract(needed_for(graph, roots), image);
+  const Needed needed = needed_for(graph, roots);
+  Graph live = graph.extract(needed.flags, needed.count, image);
   for (NodeId& root : roots) root = image[root];
   return with_graph(result, std::move(live), roots);
 }
@@ -292,7 +301,7 @@ std::vector<OperationCount> count_operations(const Callee& callee) {
 std::vector<OperationCount> count_operations(const Function& function) {
   check(function);
   const Graph& graph = function.graph;
-  const std::vector<std::uint8_t> needed = needed_for(graph, roots_of(function));
+  const std::vector<std::uint8_t> needed = needed_for(graph, roots_of(function)).flags;
   std::array<std::size_t, std::size(kOpInfo)> counts{};
   std::vector<std::size_t> calls(graph.callees().size(), 0);
   for (NodeId id = 0; id < graph.size(); ++id) {

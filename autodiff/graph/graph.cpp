@@ -37,45 +37,49 @@ Op fused(bool negative_product, bool negative_sum) {
 
 }  // namespace
 
+void detail::refuse_more_nodes() { throw RecordingError("graph: more than 4294967294 nodes"); }
+
 void Graph::index_nodes() {
   table_.clear();
   table_.reserve(nodes_.size());
+  is_indexed_ = true;
   const auto none = [](NodeId) { return false; };  // all are different
   for (const Node& node : nodes_) {
     if (node.op == Op::Const) {
-      table_.find_or_add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]), none);
+      table_.add_constant(std::bit_cast<std::uint64_t>(constants_[node.a]));
     } else if (node.op == Op::Input || node.op == Op::Call) {
       table_.find_or_add_keyed(node.op == Op::Call ? call_key(node) : key(node), none);
     } else {
       const NodeId newest = node.op == Op::Result ? node.a : newest_argument(node);
-      table_.find_or_add(newest, none, [&] { return key(node); });
+      if (table_.is_full(newest)) {
+        table_.find_or_add_keyed(key(node), none);
+      } else {
+        table_.add_user(newest);
+      }
     }
   }
 }
 
-void Graph::refuse_more() { throw RecordingError("graph: more than 4294967293 nodes"); }
-
-NodeId Graph::intern_without_arguments(const Node& node) {
-  make_ready();
+NodeId Graph::intern_by_key(const Node& node) {
   const NodeId id = table_.find_or_add_keyed(key(node), [&](NodeId other) { return nodes_[other] == node; });
-  if (id == nodes_.size()) nodes_.push_back(node);
+  if (id == nodes_.size()) append(node.op, node.a, node.b, node.c);
   return id;
 }
 
+NodeId Graph::add_constant(double value) {
+  table_.add_constant(std::bit_cast<std::uint64_t>(value));
+  constants_.push_back(value);
+  return append(Op::Const, static_cast<NodeId>(constants_.size() - 1), kNoNode, kNoNode);
+}
+
 NodeId Graph::input(Block block, std::uint32_t index) {
-  return intern_without_arguments({Op::Input, static_cast<NodeId>(block), index, kNoNode});
+  make_ready();
+  return intern_by_key({Op::Input, static_cast<NodeId>(block), index, kNoNode});
 }
 
 NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
-  // What is neither constant nor a negation, as most nodes, no law simplifies but those of -(x - y) and -fma.
-  if (is_arithmetic(op) && !is_constant(a) && !is_constant(b)) {
-    if (is_plain(a) && is_plain(b)) return make_plain(op, a, b);
-    if ((op == Op::Add || op == Op::Mul) && b < a) std::swap(a, b);
-    const NodeId simpler = simplified_signs(op, a, b);
-    return simpler != kNoNode ? simpler : make_plain(op, a, b);
-  }
-  if (op == Op::Neg && is_plain(a) && nodes_[a].op != Op::Sub && !is_fused(nodes_[a].op))
-    return intern({op, a, b, c}, a);
+  if (is_arithmetic(op) && !is_constant(a) && !is_constant(b)) return make_of_nodes(op, a, b);
+  if (op == Op::Neg) return negation(a);
   const OpInfo& row = info(op);
   const bool folds = is_constant(a) && (row.arity < 2 || is_constant(b)) && (row.arity < 3 || is_constant(c));
   if (folds) {
@@ -86,8 +90,7 @@ NodeId Graph::make(Op op, NodeId a, NodeId b, NodeId c) {
   // One canonical order makes a + b and b + a the same node.
   if ((row.laws & kCommutative) && b < a) std::swap(a, b);
   if (const NodeId simpler = simplified(op, a, b, c); simpler != kNoNode) return simpler;
-  const Node node{op, a, b, c};
-  return intern(node, newest_argument(node));
+  return intern(op, a, b, c, newest_argument({op, a, b, c}));
 }
 
 NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
@@ -109,7 +112,6 @@ NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
     case Op::Sub:
     case Op::Mul:
     case Op::Div:
-    case Op::Neg:
       return simplified_signs(op, a, b);
     case Op::Azmul:  // a non-zero constant cannot be the strong zero
       return is_constant(a) ? make(Op::Mul, a, b) : kNoNode;
@@ -134,41 +136,56 @@ NodeId Graph::simplified(Op op, NodeId a, NodeId b, NodeId c) {
   }
 }
 
+NodeId Graph::negation(NodeId a) {
+  const Node& node = nodes_[a];
+  if (node.op == Op::Const) return constant(-constant_value(a));
+  if (node.op == Op::Neg) return node.a;
+  if (node.op == Op::Sub) return make(Op::Sub, node.b, node.a);
+  return is_fused(node.op) ? negated_fused(node) : intern(Op::Neg, a, kNoNode, kNoNode, a);
+}
+
+// What a negation is of is plain: sums, products and quotients of such are, too.
+NodeId Graph::make_of_negations(Op op, NodeId a, NodeId b) {
+  const bool negative_a = nodes_[a].op == Op::Neg, negative_b = nodes_[b].op == Op::Neg;
+  const NodeId x = negative_a ? nodes_[a].a : a, y = negative_b ? nodes_[b].a : b;
+  const auto negated = [&](NodeId id) { return intern(Op::Neg, id, kNoNode, kNoNode, id); };
+  switch (op) {
+    case Op::Add:
+      if (negative_a && negative_b) return negated(make_plain(Op::Add, x, y));
+      return negative_b ? make_plain(Op::Sub, a, y) : make_plain(Op::Sub, b, x);
+    case Op::Sub:
+      if (negative_a && negative_b) return make_plain(Op::Sub, y, x);
+      return negative_b ? make_plain(Op::Add, a, y) : negated(make_plain(Op::Add, x, b));
+    default: {
+      const NodeId id = make_plain(op, x, y);
+      return negative_a && negative_b ? id : negated(id);
+    }
+  }
+}
+
 NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {
-  const bool negative_a = nodes_[a].op == Op::Neg, negative_b = b != kNoNode && nodes_[b].op == Op::Neg;
+  const bool negative_a = nodes_[a].op == Op::Neg, negative_b = nodes_[b].op == Op::Neg;
   // By value: the recursive calls below may move nodes_.
   const NodeId inner_a = nodes_[a].a, inner_b = negative_b ? nodes_[b].a : kNoNode;
   switch (op) {
-    case Op::Neg:
-      if (nodes_[a].op == Op::Sub) return make(Op::Sub, nodes_[a].b, inner_a);  // -(x - y) = y - x
-      return is_fused(nodes_[a].op) ? negated_fused(nodes_[a]) : kNoNode;
     case Op::Add:
-      if (negative_a && negative_b) return make(Op::Neg, make(Op::Add, inner_a, inner_b));
       if (negative_b) return make(Op::Sub, a, inner_b);
-      if (negative_a) return make(Op::Sub, b, inner_a);
-      return kNoNode;
+      return negative_a ? make(Op::Sub, b, inner_a) : kNoNode;
     case Op::Sub:
       if (is_constant(a, 0)) return make(Op::Neg, b);
-      if (negative_a && negative_b) return make(Op::Sub, inner_b, inner_a);
       if (negative_b) return make(Op::Add, a, inner_b);
-      if (negative_a) return make(Op::Neg, make(Op::Add, inner_a, b));
-      return kNoNode;
+      return negative_a ? make(Op::Neg, make(Op::Add, inner_a, b)) : kNoNode;
     case Op::Mul:
     case Op::Div: {
-      if (negative_a && negative_b) return make(op, inner_a, inner_b);
-      const bool constant_a = is_constant(a), constant_b = is_constant(b);
-      if (negative_a)
-        return constant_b ? make(op, inner_a, constant(-constant_value(b)))
-                          : make(Op::Neg, make(op, inner_a, b));
-      if (negative_b)
-        return constant_a ? make(op, constant(-constant_value(a)), inner_b)
-                          : make(Op::Neg, make(op, a, inner_b));
-      if (constant_b && constant_value(b) == -1) return make(Op::Neg, a);
-      if (op == Op::Mul && constant_a && constant_value(a) == -1) return make(Op::Neg, b);
-      if (op == Op::Div && constant_b) {  // division by a power of two is multiplication by its reciprocal
+      const bool constant_a = is_constant(a);
+      const double c = constant_value(constant_a ? a : b);
+      if (negative_a) return make(op, inner_a, constant(-c));
+      if (negative_b) return make(op, constant(-c), inner_b);
+      if (c == -1 && (op == Op::Mul || !constant_a)) return make(Op::Neg, constant_a ? b : a);
+      if (op == Op::Div && !constant_a) {  // division by a power of two is multiplication by its reciprocal
         int exponent;
-        const double y = constant_value(b), reciprocal = 1 / y;
-        if (std::abs(std::frexp(y, &exponent)) == 0.5 && std::isnormal(reciprocal)) {
+        const double reciprocal = 1 / c;
+        if (std::abs(std::frexp(c, &exponent)) == 0.5 && std::isnormal(reciprocal)) {
           return make(Op::Mul, a, constant(reciprocal));
         }
       }
@@ -291,31 +308,39 @@ std::vector<NodeId> Graph::call(const std::shared_ptr<const Callee>& callee,
   }
   std::vector<NodeId> results(callee->n_out);
   for (std::size_t i = 0; i < results.size(); ++i) {
-    results[i] = intern({Op::Result, call, static_cast<NodeId>(i), kNoNode}, call);
+    results[i] = intern(Op::Result, call, static_cast<NodeId>(i), kNoNode, call);
   }
   return results;
 }
 
-Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const {
+// Nodes that are left out are written, and written over: neither is asked about node by node.
+Graph Graph::extract(const std::vector<std::uint8_t>& keep, std::size_t n_kept,
+                     std::vector<NodeId>& image) const {
   Graph copy;
-  // One more each, for what is left out: neither has to be asked about node by node.
-  const auto n = static_cast<NodeId>(nodes_.size());
-  copy.nodes_.resize(static_cast<std::size_t>(std::count(keep.begin(), keep.end(), 1)) + 1, Node{Op::Const});
-  image.assign(nodes_.size() + 1, kNoNode);
-  NodeId next = 0;
-  for (NodeId id = 0; id < n; ++id) {
-    const Node& node = nodes_[id];
-    const bool kept = keep[id];
+  copy.nodes_.resize(n_kept + 1, Node{Op::Const});
+  image.resize(nodes_.size());
+  const Node* const from = nodes_.data();
+  const std::uint8_t* const kept = keep.data();
+  NodeId* const to = image.data();
+  Node* next = copy.nodes_.data();
+  NodeId place = 0;
+  for (NodeId id = 0, n = static_cast<NodeId>(nodes_.size()); id < n; ++id) {
+    const Node& node = from[id];
     if (is_table_op(node.op)) {
-      copy.nodes_[next] = {node.op, image[node.a], image[std::min(node.b, n)], image[std::min(node.c, n)]};
-    } else if (kept) {
-      copy.nodes_[next] = copy.structural_copy(*this, node, image);
+      next->op = node.op;
+      next->a = to[node.a];
+      next->b = node.b == kNoNode ? kNoNode : to[node.b];
+      next->c = node.c == kNoNode ? kNoNode : to[node.c];
+    } else if (kept[id]) {
+      *next = copy.structural_copy(*this, node, image);
     }
-    image[id] = kept ? next : kNoNode;
-    next += kept;
+    const std::uint32_t added = kept[id];
+    to[id] = place | (added - 1);  // kNoNode unless it is added
+    place += added;
+    next += added;
   }
-  image.pop_back();
   copy.nodes_.pop_back();
+  copy.is_indexed_ = false;
   return copy;
 }
 
@@ -345,8 +370,8 @@ Node Graph::copy_call(const Graph& source, const Node& node, const std::vector<N
 void Graph::clear() {
   nodes_.clear();
   table_.clear();
+  is_indexed_ = true;
   constants_.clear();
-  zero_ = kNoNode;
   callees_.clear();
   call_arguments_.clear();
   callee_places_.clear();

@@ -64,7 +64,10 @@ class Graph {
   NodeId constant(double value);
   NodeId input(Block block, std::uint32_t index);
   NodeId make(Op op, NodeId a, NodeId b = kNoNode, NodeId c = kNoNode);
-  // make() for + - * / where no law applies: of plain arguments, which are neither constants nor negations.
+  NodeId negation(NodeId a);  // make(Op::Neg, a)
+  // make() for + - * / of arguments that are not constants.
+  NodeId make_of_nodes(Op op, NodeId a, NodeId b);
+  // The same where no law applies: of plain arguments, which are not negations either.
   NodeId make_plain(Op op, NodeId a, NodeId b);
   static constexpr bool is_arithmetic(Op op) {
     return op == Op::Add || op == Op::Sub || op == Op::Mul || op == Op::Div;
@@ -89,9 +92,9 @@ class Graph {
   template <class Visit>
   void for_each_argument(NodeId id, Visit&& visit) const;
 
-  // A copy of the nodes that `keep` marks (one flag a node; arguments of marked nodes are marked), in the
-  // same order; image[id] is the copy of id, or kNoNode.
-  Graph extract(const std::vector<std::uint8_t>& keep, std::vector<NodeId>& image) const;
+  // A copy of the nodes that `keep` marks (one flag a node, n_kept are 1; arguments of marked nodes are marked), in
+  // the same order; image[id] is the copy of id, or kNoNode.
+  Graph extract(const std::vector<std::uint8_t>& keep, std::size_t n_kept, std::vector<NodeId>& image) const;
 
   // Memory held, in bytes.
   std::size_t bytes() const;
@@ -100,18 +103,20 @@ class Graph {
 
  private:
   static std::uint64_t key(const Node& node);
-  NodeId intern(const Node& node, NodeId newest_argument);
-  NodeId intern_without_arguments(const Node& node);
+  NodeId append(Op op, NodeId a, NodeId b, NodeId c);
+  NodeId intern(Op op, NodeId a, NodeId b, NodeId c, NodeId newest_argument);
+  NodeId add_constant(double value);
+  NodeId intern_by_key(const Node& node);  // without arguments, or where the list of the newest one is full
   std::uint64_t call_key(const Node& call) const;
   NodeId place_of(const std::shared_ptr<const Callee>& callee);  // in callees_, to which it is added
   void make_ready();                                             // to be added to
   void index_nodes();                                            // enters all nodes into the table
-  [[noreturn]] static void refuse_more();
   // A node of another graph, as the next node of this one.
   Node structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   Node copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
-  NodeId simplified_signs(Op op, NodeId a, NodeId b);      // moves negations outwards
+  NodeId make_of_negations(Op op, NodeId a, NodeId b);     // where at least one is a negation
+  NodeId simplified_signs(Op op, NodeId a, NodeId b);      // the same beside a constant
   NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
   NodeId negated_fused(Node node);
   NodeId simplified_select(NodeId condition, NodeId a, NodeId b);
@@ -119,9 +124,9 @@ class Graph {
   NodeId reciprocal_power(NodeId base, int exponent);  // 1 / x^n, n > 0
 
   std::vector<Node> nodes_;
-  NodeTable table_;  // empty until a node is added: a graph that is only read has none
+  NodeTable table_;         // empty until a node is added: a graph that is only read has none
+  bool is_indexed_ = true;  // whether all nodes are in it
   std::vector<double> constants_;
-  NodeId zero_ = kNoNode;  // once it is there, most look-ups of constants are for it
   std::vector<std::shared_ptr<const Callee>> callees_;
   std::unordered_map<const Callee*, NodeId> callee_places_;  // in callees_
   std::vector<NodeId> call_arguments_;
@@ -143,37 +148,49 @@ inline std::uint64_t Graph::key(const Node& node) {
   return (rest ^ rest >> 32) << 32 | last;
 }
 
+// Field by field, out of registers: a node that has just been put together in memory would have to arrive there before
+// it could be read as a whole.
+[[gnu::always_inline]] inline NodeId Graph::append(Op op, NodeId a, NodeId b, NodeId c) {
+  const std::size_t id = nodes_.size();
+  Node& node = detail::add_one(nodes_);
+  node.op = op;
+  node.a = a;
+  node.b = b;
+  node.c = c;
+  return static_cast<NodeId>(id);
+}
+
 inline void Graph::make_ready() {
-  if (table_.size() != nodes_.size()) index_nodes();
-  if (nodes_.size() >= kNoNode - 1) refuse_more();
+  if (!is_indexed_) index_nodes();
 }
 
 inline NodeId Graph::constant(double value) {
-  const auto bits = std::bit_cast<std::uint64_t>(value);
-  if (bits == 0 && zero_ != kNoNode) return zero_;
   make_ready();
-  const NodeId id = table_.find_or_add_constant(
-      bits, [&](NodeId other) { return std::bit_cast<std::uint64_t>(constant_value(other)) == bits; });
-  if (bits == 0) zero_ = id;
-  if (id == nodes_.size()) {
-    nodes_.push_back({Op::Const, static_cast<NodeId>(constants_.size()), kNoNode, kNoNode});
-    constants_.push_back(value);
-  }
-  return id;
+  const NodeId known = table_.find_constant(std::bit_cast<std::uint64_t>(value));
+  return known != kNoNode ? known : add_constant(value);
 }
 
-inline NodeId Graph::intern(const Node& node, NodeId newest_argument) {
+inline NodeId Graph::intern(Op op, NodeId a, NodeId b, NodeId c, NodeId newest_argument) {
   make_ready();
-  const NodeId id = table_.find_or_add(
-      newest_argument, [&](NodeId other) { return nodes_[other] == node; }, [&] { return key(node); });
-  if (id == nodes_.size()) nodes_.push_back(node);
-  return id;
+  int room = NodeTable::kListed;
+  for (NodeId id = table_.first_user(newest_argument); id != kNoNode; id = table_.next_user(id)) {
+    const Node& node = nodes_[id];
+    if (node.op == op && node.a == a && node.b == b && node.c == c) return id;
+    if (--room == 0) return intern_by_key({op, a, b, c});
+  }
+  table_.add_user(newest_argument);
+  return append(op, a, b, c);
 }
 
 inline NodeId Graph::make_plain(Op op, NodeId a, NodeId b) {
   // One canonical order makes a + b and b + a the same node.
   const bool swap = b < a && (op == Op::Add || op == Op::Mul);
-  return intern({op, swap ? b : a, swap ? a : b, kNoNode}, std::max(a, b));
+  return intern(op, swap ? b : a, swap ? a : b, kNoNode, std::max(a, b));
+}
+
+inline NodeId Graph::make_of_nodes(Op op, NodeId a, NodeId b) {
+  if (nodes_[a].op == Op::Neg || nodes_[b].op == Op::Neg) return make_of_negations(op, a, b);
+  return make_plain(op, a, b);
 }
 
 template <class Visit>

@@ -2,8 +2,8 @@
 //
 // Where a graph looks up whether it has a node already.
 //
-//   const NodeId id = table.find_or_add(newest, is_it, hash);
-//   if (id == nodes.size()) nodes.push_back(node);
+//   for (NodeId id = table.first_user(newest); id != kNoNode; id = table.next_user(id)) if (nodes[id] == node) return id;
+//   table.add_user(newest), nodes.push_back(node);
 //
 // A new node mostly uses a node that is new itself, and few nodes use one: so the nodes whose newest argument
 // is the same hang on it as a list, and looking one up is a walk over one or two nodes that the processor has
@@ -20,6 +20,24 @@ namespace dyntape {
 
 using NodeId = std::uint32_t;
 inline constexpr NodeId kNoNode = 0xffffffffu;
+
+namespace detail {
+[[noreturn]] void refuse_more_nodes();
+
+// One more element, one a node; growth stands out of the way of what adds it.
+template <class T>
+[[gnu::noinline, gnu::cold]] void make_room(std::vector<T>& elements) {
+  const std::size_t most = kNoNode - 1, size = elements.size();
+  if (size >= most) refuse_more_nodes();
+  elements.reserve(std::min(most, std::max<std::size_t>(64, 2 * size)));
+}
+template <class T>
+[[gnu::always_inline]] inline T& add_one(std::vector<T>& elements) {
+  if (elements.size() == elements.capacity()) make_room(elements);
+  if (elements.size() == elements.capacity()) __builtin_unreachable();
+  return elements.emplace_back();
+}
+}  // namespace detail
 
 // Open addressing.  Slots are small, and keys that differ in their last three bits only lie side by side: a table of
 // a million nodes leaves the caches, and what is looked up together should be found together.
@@ -70,31 +88,78 @@ class KeyTable {
   std::size_t used_ = 0;
 };
 
+// The same for constants, by their bits.
+class ConstantTable {
+ public:
+  // The node of the constant with these bits, or kNoNode.
+  NodeId find(std::uint64_t bits) const { return slots_.empty() ? kNoNode : slots_[place_of(bits)].id; }
+  void add(std::uint64_t bits, NodeId id) {
+    if (++used_ * 2 >= slots_.size()) grow();
+    slots_[place_of(bits)] = {bits, id};
+  }
+  void clear() {
+    std::fill(slots_.begin(), slots_.end(), Slot{});
+    used_ = 0;
+  }
+  std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
+
+ private:
+  struct Slot {
+    std::uint64_t bits = 0;
+    NodeId id = kNoNode;
+  };
+
+  // Where they are, or would be.
+  std::size_t place_of(std::uint64_t bits) const {
+    const std::size_t last = slots_.size() - 1;
+    std::size_t i = ((bits ^ bits >> 32) * 0x9e3779b97f4a7c15u >> 32) & last;
+    while (slots_[i].id != kNoNode && slots_[i].bits != bits) i = (i + 1) & last;
+    return i;
+  }
+  void grow() {
+    std::vector<Slot> old(std::max<std::size_t>(64, slots_.size() * 4));
+    old.swap(slots_);
+    for (const Slot& slot : old) {
+      if (slot.id != kNoNode) slots_[place_of(slot.bits)] = slot;
+    }
+  }
+
+  std::vector<Slot> slots_;  // size a power of two, at most half full
+  std::size_t used_ = 0;
+};
+
 class NodeTable {
  public:
   // Number of nodes; also the next id.
   std::size_t size() const { return links_.size(); }
 
-  // The node for which is_it says so; if there is none, the number of the next node, which is added.
-  template <class IsIt, class Key>
-  NodeId find_or_add(NodeId newest_argument, IsIt&& is_it, Key&& key) {
-    NodeId other = links_[newest_argument].first;
-    for (int room = kListed; room > 0; --room) {
-      if (other == kNoNode) return append(newest_argument);
-      if (is_it(other)) return other;
-      other = links_[other].next;
-    }
-    return find_or_add_keyed(key(), is_it);
+  // The list of a node: whose newest argument it is, the one that was added last first.
+  NodeId first_user(NodeId node) const { return links_[node].first; }
+  NodeId next_user(NodeId user) const { return links_[user].next; }
+  // The next node, on the list of its newest argument unless that has kListed already.
+  static constexpr int kListed = 8;
+  bool is_full(NodeId node) const {
+    int users = 0;
+    for (NodeId id = first_user(node); id != kNoNode && users < kListed; id = next_user(id)) ++users;
+    return users == kListed;
   }
-  // Likewise for a node without arguments.
+  [[gnu::always_inline]] NodeId add_user(NodeId newest_argument) {
+    const NodeId id = next(), first = links_[newest_argument].first;
+    detail::add_one(links_).next = first;
+    links_[newest_argument].first = id;
+    return id;
+  }
+
+  // The node with this key for which is_it says so; if there is none, the number of the next node, which is added.
   template <class IsIt>
   NodeId find_or_add_keyed(std::uint64_t key, IsIt&& is_it) {
     return known(keyed_.find_or_add(key, next(), is_it));
   }
-  // And for the constant with these bits.
-  template <class IsIt>
-  NodeId find_or_add_constant(std::uint64_t bits, IsIt&& is_it) {
-    return known(constants_.find_or_add(bits, next(), is_it));
+  // The constant with these bits, or kNoNode; the next node, which is it.
+  NodeId find_constant(std::uint64_t bits) const { return constants_.find(bits); }
+  NodeId add_constant(std::uint64_t bits) {
+    constants_.add(bits, next());
+    return known(next());
   }
 
   void reserve(std::size_t nodes) { links_.reserve(nodes); }
@@ -107,8 +172,6 @@ class NodeTable {
   std::size_t bytes() const { return links_.capacity() * sizeof(Link) + keyed_.bytes() + constants_.bytes(); }
 
  private:
-  static constexpr int kListed = 8;
-
   struct Link {
     NodeId first = kNoNode;  // of the list of this node: the one that was added last
     NodeId next = kNoNode;   // on the list where this node hangs
@@ -116,18 +179,13 @@ class NodeTable {
 
   NodeId next() const { return static_cast<NodeId>(links_.size()); }
   NodeId known(NodeId id) {
-    if (id == links_.size()) links_.emplace_back();
-    return id;
-  }
-  NodeId append(NodeId newest_argument) {
-    const NodeId id = next();
-    links_.push_back({kNoNode, links_[newest_argument].first});
-    links_[newest_argument].first = id;
+    if (id == links_.size()) detail::add_one(links_);
     return id;
   }
 
   std::vector<Link> links_;  // a node each
-  KeyTable keyed_, constants_;
+  KeyTable keyed_;
+  ConstantTable constants_;
 };
 
 }  // namespace dyntape

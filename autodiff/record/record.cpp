@@ -37,7 +37,7 @@ struct Opened {
   std::vector<Recording*> recordings;
 };
 thread_local Opened opened;
-constinit thread_local Recording* current = nullptr;
+[[gnu::tls_model("initial-exec")]] constinit thread_local Recording* current = nullptr;
 
 // Memory of this thread's last recording, for the next one; much is given back.
 thread_local Graph spare;
@@ -74,6 +74,9 @@ Recording* open_recording(std::uint32_t tape) {
                        ": values do not outlive their recording; use its value() or pass it as a parameter");
 }
 
+// Whether a value that depends on an input is of the current recording.
+bool is_current(const AD& a) { return current && current->serial == a.tape(); }
+
 // The open recording of values that depend on inputs, at least one of which is given; from now on the current one.
 template <class... Values>
 [[gnu::cold, gnu::noinline]] Recording& other_recording(const Values&... values) {
@@ -93,10 +96,7 @@ template <class... Values>
 // The recording of values that depend on inputs, at least one of which is given.
 template <class... Values>
 Recording& recording_of(const Values&... values) {
-  Recording* recording = current;
-  if (!recording || !((!values.is_recorded() || values.tape() == recording->serial) && ...))
-    return other_recording(values...);
-  return *recording;
+  return ((!values.is_recorded() || is_current(values)) && ...) ? *current : other_recording(values...);
 }
 
 NodeId node(Recording& recording, const AD& a) {
@@ -130,15 +130,22 @@ std::vector<double> recording_point(const std::vector<double>& given, std::size_
 
 namespace detail {
 
+[[gnu::noinline]] AD negation(double value, AD x) {
+  Recording& r = recording_of(x);
+  return {value, r.graph.negation(x.id()), r.serial};
+}
+
 template <Op op>
 AD apply(AD a) {
+  if (op == Op::Neg && a.is_recorded()) return negation(-a.value(), a);
   const double value = evaluate<op>(a.value(), 0.0, 0.0);
   if (!a.is_recorded()) return value;
   Recording& r = recording_of(a);
   return result(r, r.graph.make(op, a.id()), value);
 }
 
-// Each of the three that follow is out of line: most operations are done before they need its registers.
+// Functions that end in one another: what most operations take has no call within, and keeps all in registers.
+
 template <Op op>
 [[gnu::noinline]] AD apply_by_laws(AD a, AD b) {
   Recording& r = recording_of(a, b);
@@ -146,34 +153,32 @@ template <Op op>
   return result(r, r.graph.make(op, x, y), evaluate<op>(a.value(), b.value(), 0.0));
 }
 
-template <Op op>
-[[gnu::noinline]] AD apply_to_nodes(AD a, AD b) {
-  Recording& r = recording_of(a, b);
-  if (!r.graph.is_plain(a.id()) || !r.graph.is_plain(b.id())) return apply_by_laws<op>(a, b);
-  return {evaluate<op>(a.value(), b.value(), 0.0), r.graph.make_plain(op, a.id(), b.id()), r.serial};
+[[gnu::noinline, gnu::flatten]] AD add_node(double value, Op op, NodeId a, NodeId b, Recording& r) {
+  return {value, r.graph.make_of_nodes(op, a, b), r.serial};
+}
+template <bool left>
+[[gnu::noinline]] AD add_node_of_constant(double value, Op op, double c, NodeId x, Recording& r) {
+  const NodeId constant = r.graph.constant(c);
+  return {value, left ? r.graph.make_plain(op, constant, x) : r.graph.make_plain(op, x, constant), r.serial};
 }
 
 // One argument is a constant.  Zeros and ones, most of the constants of a robot, are looked at before the graph
-// is asked; like others they have their place in it.
+// is asked.
 template <Op op, bool left>
 [[gnu::noinline]] AD apply_to_constant(AD a, AD b) {
   constexpr std::uint32_t laws = info(op).laws;
-  const double value = evaluate<op>(a.value(), b.value(), 0.0), c = left ? a.value() : b.value();
+  constexpr bool absorbs = laws & (left ? kAbsorbLeft : kAbsorbRight),
+                 zero = laws & (left ? kZeroLeft : kZeroRight), one = laws & (left ? kOneLeft : kOneRight);
+  const double c = left ? a.value() : b.value(), value = evaluate<op>(a.value(), b.value(), 0.0);
   const AD x = left ? b : a;
-  Recording& r = recording_of(x);
-  const NodeId constant = r.graph.constant(c);
-  if (c == 0) {
-    if (laws & (left ? kAbsorbLeft : kAbsorbRight)) return r.graph.constant(0), 0.0;
-    if (laws & (left ? kZeroLeft : kZeroRight)) return {value, x.id(), r.serial};
-  }
-  if (c == 1 && laws & (left ? kOneLeft : kOneRight)) return {value, x.id(), r.serial};
-  // The others have laws with signs (0 - x, -1 * x, x / -1) and as divisors.
-  if (c == 0 || c == -1 || (op == Op::Div && !left) || !r.graph.is_plain(x.id())) {
-    return apply_by_laws<op>(a, b);
-  }
-  const NodeId id =
-      left ? r.graph.make_plain(op, constant, x.id()) : r.graph.make_plain(op, x.id(), constant);
-  return {value, id, r.serial};
+  if (!is_current(x)) return apply_by_laws<op>(a, b);
+  Recording& r = *current;
+  if (absorbs && c == 0) return 0.0;
+  if ((zero && c == 0) || (one && c == 1)) return {value, x.id(), x.tape()};
+  if ((op == Op::Sub && left && c == 0) || (op == Op::Mul && c == -1)) return negation(value, x);
+  // Other zeros, divisors and negations have laws of their own.
+  if (c == 0 || (op == Op::Div && !left) || !r.graph.is_plain(x.id())) return apply_by_laws<op>(a, b);
+  return add_node_of_constant<left>(value, op, c, x.id(), r);
 }
 
 template <Op op>
@@ -182,10 +187,10 @@ AD apply(AD a, AD b) {
   if constexpr (Graph::is_arithmetic(op)) {
     if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
     if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
-    return apply_to_nodes<op>(a, b);
-  } else {
-    return apply_by_laws<op>(a, b);
+    if (is_current(a) && is_current(b))
+      return add_node(evaluate<op>(a.value(), b.value(), 0.0), op, a.id(), b.id(), *current);
   }
+  return apply_by_laws<op>(a, b);
 }
 
 template <Op op>

@@ -54,7 +54,7 @@ TEST(Graph, LookUpsFindWhatIsThereThroughGrowthAndExtraction) {
   EXPECT_EQ(g.size(), size);
   // A copy has no table at first and builds it when asked.
   std::vector<NodeId> image;
-  Graph copy = g.extract(std::vector<std::uint8_t>(size, 1), image);
+  Graph copy = g.extract(std::vector<std::uint8_t>(size, 1), size, image);
   for (const auto& [arguments, id] : made) {
     ASSERT_EQ(copy.make(Op::Div, image[arguments[0]], image[arguments[1]]), image[id]);
   }
