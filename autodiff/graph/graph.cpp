@@ -27,7 +27,6 @@ NodeId newest_argument(const Node& node) { return std::max({node.a + 1, node.b +
 constexpr int kLargestIntegerPower = 16;  // pow(x, n) becomes products up to here
 
 // The four sums of a product rounded once, by their signs.
-bool is_fused(Op op) { return op >= Op::Fma && op <= Op::Fnms; }
 bool negates_product(Op op) { return op == Op::Fnma || op == Op::Fnms; }
 bool negates_sum(Op op) { return op == Op::Fms || op == Op::Fnms; }
 Op fused(bool negative_product, bool negative_sum) {
@@ -37,7 +36,9 @@ Op fused(bool negative_product, bool negative_sum) {
 
 }  // namespace
 
-void detail::refuse_more_nodes() { throw RecordingError("graph: more than 4294967294 nodes"); }
+void detail::refuse_more_nodes() {
+  throw RecordingError("graph: more than " + std::to_string(kMostNodes) + " nodes");
+}
 
 void Graph::index_nodes() {
   table_.clear();
@@ -142,6 +143,11 @@ NodeId Graph::negation(NodeId a) {
   if (node.op == Op::Neg) return node.a;
   if (node.op == Op::Sub) return make(Op::Sub, node.b, node.a);
   return is_fused(node.op) ? negated_fused(node) : intern(Op::Neg, a, kNoNode, kNoNode, a);
+}
+
+NodeId Graph::make_of_nodes(Op op, NodeId a, NodeId b) {
+  if (nodes_[a].op == Op::Neg || nodes_[b].op == Op::Neg) return make_of_negations(op, a, b);
+  return make_plain(op, a, b);
 }
 
 // What a negation is of is plain: sums, products and quotients of such are, too.

@@ -65,14 +65,14 @@ class Graph {
   NodeId input(Block block, std::uint32_t index);
   NodeId make(Op op, NodeId a, NodeId b = kNoNode, NodeId c = kNoNode);
   NodeId negation(NodeId a);  // make(Op::Neg, a)
-  // make() for + - * / of arguments that are not constants.
-  NodeId make_of_nodes(Op op, NodeId a, NodeId b);
-  // The same where no law applies: of plain arguments, which are not negations either.
+  // Whether the negation of such a node is one of its kind: -(x - y), -fma(x, y, z).
+  static constexpr bool absorbs_negation(Op op) { return op == Op::Sub || is_fused(op); }
+  static constexpr bool is_fused(Op op) { return op >= Op::Fma && op <= Op::Fnms; }  // a product rounded once
+  // make() for + - * / where no law applies: of plain arguments, which are neither negations nor zeros, ones and the like.
   NodeId make_plain(Op op, NodeId a, NodeId b);
   static constexpr bool is_arithmetic(Op op) {
     return op == Op::Add || op == Op::Sub || op == Op::Mul || op == Op::Div;
   }
-  bool is_plain(NodeId id) const { return nodes_[id].op != Op::Const && nodes_[id].op != Op::Neg; }
   // Results of one call of a recorded function or kernel, (callee->n_out) nodes.
   std::vector<NodeId> call(const std::shared_ptr<const Callee>& callee, const std::vector<NodeId>& arguments);
 
@@ -115,6 +115,7 @@ class Graph {
   Node structural_copy(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   Node copy_call(const Graph& source, const Node& node, const std::vector<NodeId>& image);
   NodeId simplified(Op op, NodeId a, NodeId b, NodeId c);  // by the laws of ops.def; kNoNode: no law applies
+  NodeId make_of_nodes(Op op, NodeId a, NodeId b);         // + - * / of what is not constant
   NodeId make_of_negations(Op op, NodeId a, NodeId b);     // where at least one is a negation
   NodeId simplified_signs(Op op, NodeId a, NodeId b);      // the same beside a constant
   NodeId simplified_fused(Op op, NodeId x, NodeId y, NodeId z);  // fma and its like
@@ -186,11 +187,6 @@ inline NodeId Graph::make_plain(Op op, NodeId a, NodeId b) {
   // One canonical order makes a + b and b + a the same node.
   const bool swap = b < a && (op == Op::Add || op == Op::Mul);
   return intern(op, swap ? b : a, swap ? a : b, kNoNode, std::max(a, b));
-}
-
-inline NodeId Graph::make_of_nodes(Op op, NodeId a, NodeId b) {
-  if (nodes_[a].op == Op::Neg || nodes_[b].op == Op::Neg) return make_of_negations(op, a, b);
-  return make_plain(op, a, b);
 }
 
 template <class Visit>

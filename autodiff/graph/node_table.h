@@ -20,6 +20,7 @@ namespace dyntape {
 
 using NodeId = std::uint32_t;
 inline constexpr NodeId kNoNode = 0xffffffffu;
+inline constexpr std::size_t kMostNodes = 0x7fffffffu;  // of a graph
 
 namespace detail {
 [[noreturn]] void refuse_more_nodes();
@@ -27,9 +28,9 @@ namespace detail {
 // One more element, one a node; growth stands out of the way of what adds it.
 template <class T>
 [[gnu::noinline, gnu::cold]] void make_room(std::vector<T>& elements) {
-  const std::size_t most = kNoNode - 1, size = elements.size();
-  if (size >= most) refuse_more_nodes();
-  elements.reserve(std::min(most, std::max<std::size_t>(64, 2 * size)));
+  const std::size_t size = elements.size();
+  if (size >= kMostNodes) refuse_more_nodes();
+  elements.reserve(std::min(kMostNodes, std::max<std::size_t>(64, 2 * size)));
 }
 template <class T>
 [[gnu::always_inline]] inline T& add_one(std::vector<T>& elements) {

@@ -99,16 +99,23 @@ Recording& recording_of(const Values&... values) {
   return ((!values.is_recorded() || is_current(values)) && ...) ? *current : other_recording(values...);
 }
 
+// A value of a recording is a node or, with this bit in its number, the negation of one, which need not be there: signs go
+// through sums, products and quotients without nodes of their own.
+constexpr NodeId kNegated = 0x80000000u;
+static_assert(kMostNodes < kNegated);
+
 NodeId node(Recording& recording, const AD& a) {
   if (!a.is_recorded()) return recording.graph.constant(a.value());
   if (a.tape() != recording.serial) refuse(recording.serial, a.tape());
-  return a.id();
+  const NodeId id = a.id() & ~kNegated;
+  return id == a.id() ? id : recording.graph.negation(id);
 }
 
 AD result(Recording& recording, NodeId id, double value) {
   // What folded to a constant is one: comparisons of it need no guard.
   if (recording.graph.is_constant(id)) return recording.graph.constant_value(id);
-  return {value, id, recording.serial};
+  const Node& node = recording.graph[id];
+  return {value, node.op == Op::Neg ? node.a | kNegated : id, recording.serial};
 }
 
 std::vector<double> recording_point(const std::vector<double>& given, std::size_t n, const std::string& what,
@@ -132,7 +139,9 @@ namespace detail {
 
 [[gnu::noinline]] AD negation(double value, AD x) {
   Recording& r = recording_of(x);
-  return {value, r.graph.negation(x.id()), r.serial};
+  if (x.id() & kNegated || !Graph::absorbs_negation(r.graph[x.id()].op))
+    return {value, x.id() ^ kNegated, r.serial};
+  return result(r, r.graph.negation(x.id()), value);
 }
 
 template <Op op>
@@ -141,7 +150,7 @@ AD apply(AD a) {
   const double value = evaluate<op>(a.value(), 0.0, 0.0);
   if (!a.is_recorded()) return value;
   Recording& r = recording_of(a);
-  return result(r, r.graph.make(op, a.id()), value);
+  return result(r, r.graph.make(op, node(r, a)), value);
 }
 
 // Functions that end in one another: what most operations take has no call within, and keeps all in registers.
@@ -154,7 +163,21 @@ template <Op op>
 }
 
 [[gnu::noinline, gnu::flatten]] AD add_node(double value, Op op, NodeId a, NodeId b, Recording& r) {
-  return {value, r.graph.make_of_nodes(op, a, b), r.serial};
+  return {value, r.graph.make_plain(op, a, b), r.serial};
+}
+// At least one is a negation.
+[[gnu::noinline]] AD add_node_of_negations(double value, Op op, NodeId a, NodeId b, Recording& r) {
+  const NodeId signs = (a ^ b) & kNegated, both = a & b & kNegated, x = a & ~kNegated, y = b & ~kNegated;
+  const auto node = [&](Op o, NodeId first, NodeId second, NodeId sign) {
+    return AD(value, r.graph.make_plain(o, first, second) | sign, r.serial);
+  };
+  if (op == Op::Mul || op == Op::Div) return node(op, x, y, signs);
+  if (op == Op::Add) {
+    if (both) return node(Op::Add, x, y, kNegated);
+    return b == y ? node(Op::Sub, y, x, 0) : node(Op::Sub, x, y, 0);
+  }
+  if (both) return node(Op::Sub, y, x, 0);
+  return node(Op::Add, x, y, a & kNegated);
 }
 template <bool left>
 [[gnu::noinline]] AD add_node_of_constant(double value, Op op, double c, NodeId x, Recording& r) {
@@ -176,9 +199,12 @@ template <Op op, bool left>
   if (absorbs && c == 0) return 0.0;
   if ((zero && c == 0) || (one && c == 1)) return {value, x.id(), x.tape()};
   if ((op == Op::Sub && left && c == 0) || (op == Op::Mul && c == -1)) return negation(value, x);
-  // Other zeros, divisors and negations have laws of their own.
-  if (c == 0 || (op == Op::Div && !left) || !r.graph.is_plain(x.id())) return apply_by_laws<op>(a, b);
-  return add_node_of_constant<left>(value, op, c, x.id(), r);
+  // Other zeros and divisors have laws of their own.
+  if (c == 0 || (op == Op::Div && !left)) return apply_by_laws<op>(a, b);
+  const NodeId id = x.id() & ~kNegated;
+  if (id == x.id()) return add_node_of_constant<left>(value, op, c, id, r);
+  if (op == Op::Mul || op == Op::Div) return add_node_of_constant<left>(value, op, -c, id, r);
+  return apply_by_laws<op>(a, b);
 }
 
 template <Op op>
@@ -187,8 +213,11 @@ AD apply(AD a, AD b) {
   if constexpr (Graph::is_arithmetic(op)) {
     if (!a.is_recorded()) return apply_to_constant<op, true>(a, b);
     if (!b.is_recorded()) return apply_to_constant<op, false>(a, b);
-    if (is_current(a) && is_current(b))
-      return add_node(evaluate<op>(a.value(), b.value(), 0.0), op, a.id(), b.id(), *current);
+    if (is_current(a) && is_current(b)) {
+      const double value = evaluate<op>(a.value(), b.value(), 0.0);
+      return (a.id() | b.id()) & kNegated ? add_node_of_negations(value, op, a.id(), b.id(), *current)
+                                          : add_node(value, op, a.id(), b.id(), *current);
+    }
   }
   return apply_by_laws<op>(a, b);
 }
@@ -221,7 +250,8 @@ Condition::operator bool() const {
     throw RecordingError(std::string(file_) + ":" + std::to_string(line_) + ": \"" + r.name +
                          "\" branches on a recorded value; use select(condition, a, b)");
   }
-  if (r.guarded.insert(truth_.id()).second) r.guards.push_back({truth_.id(), taken, file_, line_});
+  const NodeId condition = node(r, truth_);
+  if (r.guarded.insert(condition).second) r.guards.push_back({condition, taken, file_, line_});
   return taken;
 }
 

@@ -35,6 +35,7 @@ class AD {
   double value() const { return value_; }
   // Whether it depends on an input of the current recording; otherwise it is a constant.
   bool is_recorded() const { return id_ != kNoNode; }
+  // Its node; with the highest bit set, the negation of that node.
   NodeId id() const { return id_; }
   std::uint32_t tape() const { return tape_; }
 

@@ -157,6 +157,61 @@ TEST(Graph, NegationsMoveOutOfProductsAndSums) {
   EXPECT_EQ(evaluate(f, {3, 5}), (std::vector<double>{15, 8, 3, 0, 0, 0.75}));
 }
 
+// Sums, products and quotients of random signs: the recording, which carries signs along with its values, leaves what the
+// graph's own laws do when it is made node by node, and computes what doubles do.
+TEST(Graph, ARecordingMovesSignsAsTheGraphDoes) {
+  Random random(11);
+  const double constants[] = {0, -0.0, 1, -1, 2, -0.5};
+  const auto program = [&](auto x) {  // the operands x, and a hundred operations
+    using std::sin;
+    using T = typename decltype(x)::value_type;
+    for (int i = 0; i < 100; ++i) {
+      const T a = x[random.below(x.size())], b = x[random.below(x.size())];
+      const double c = constants[random.below(6)];
+      const T first = random.below(3) ? a : T(c), second = random.below(3) ? b : T(-c);
+      switch (random.below(6)) {
+        case 0:
+          x.push_back(T(-a));
+          break;
+        case 1:
+          x.push_back(first + second);
+          break;
+        case 2:
+          x.push_back(first - second);
+          break;
+        case 3:
+          x.push_back(first * second);
+          break;
+        case 4:
+          x.push_back(first / (second * second + T(3)));
+          break;
+        default:
+          x.push_back(sin(T(first - T(c) * second)));
+      }
+    }
+    return x;
+  };
+  for (int round = 0; round < 200; ++round) {
+    const Random begin = random;
+    const Function f = record("signs", 3, [&](const VectorXad& x) {
+      const std::vector<AD> y = program(std::vector<AD>(x.begin(), x.end()));
+      return VectorXad(VectorXad::Map(y.data(), static_cast<Eigen::Index>(y.size())));
+    });
+    random = begin;
+    const std::vector<double> x = {0.3, -0.7, 1.9}, y = program(x), recorded = evaluate(f, x);
+    ASSERT_EQ(recorded, y) << "round " << round;
+
+    Function again;
+    again.inputs = f.inputs;
+    again.outputs = splice(f.graph, f.outputs, again.graph,
+                           [&](Block block, std::uint32_t i) { return again.graph.input(block, i); });
+    EXPECT_EQ(total_operations(again), total_operations(f)) << "round " << round;
+    for (const Node& node : f.graph.nodes()) {
+      EXPECT_FALSE(node.op == Op::Neg && (f.graph[node.a].op == Op::Sub || f.graph[node.a].op == Op::Neg));
+    }
+  }
+}
+
 TEST(Function, CompactIsIdempotentAndKeepsTheMeaning) {
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
     Random random(seed);

@@ -51,16 +51,17 @@ Outcome run(const std::vector<std::string>& arguments) {
   return codegen::run_all({{arguments, folder.path() + "/log", folder.path()}}, kBounds)[0];
 }
 
-// The include folder of a prefix or a virtual environment, or "".
+// The include folder of a prefix or a virtual environment, or "": one path, however it is named, since it is part of the
+// key of the library that is kept.
 std::string include_of(const fs::path& prefix) {
   std::error_code none;
   const auto has = [&](const fs::path& include) {
     return fs::exists(include / "pinocchio/config.hpp", none);
   };
-  if (has(prefix / "include")) return (prefix / "include").string();
+  if (has(prefix / "include")) return fs::canonical(prefix / "include").string();
   for (const auto& python : fs::directory_iterator(prefix / "lib", none)) {
     const fs::path include = python.path() / "site-packages/cmeel.prefix/include";
-    if (has(include)) return include.string();
+    if (has(include)) return fs::canonical(include).string();
   }
   return {};
 }
