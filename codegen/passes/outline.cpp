@@ -14,8 +14,8 @@
 namespace dyntape::codegen {
 namespace {
 
-// Code of this length stays in the first-level cache: 2000 operations are 15 kB.
-constexpr std::size_t kShort = 2000;
+// Code of this length stays in the first-level cache: 4000 operations are 32 kB.
+constexpr std::size_t kShort = 4000;
 
 using Tuple = std::vector<NodeId>;
 

@@ -150,19 +150,19 @@ void expect_interpreted_bits(const Function& f, Order order, Random& random,
 TEST(Outline, BitsAreThoseOfTheInterpreter) {
   Random random(802);
   SCOPED_TRACE(random.seed_text());
-  for (const Walker& walker : {Walker{4, 60, true, -1, false}, Walker{2, 80, false, -1, true}}) {
+  for (const Walker& walker : {Walker{4, 120, true, -1, false}, Walker{2, 180, false, -1, true}}) {
     const Function f = compact(record_walker(walker));
     EXPECT_FALSE(codegen::outlined(f).graph.callees().empty());
     expect_interpreted_bits(f, Order::kValue, random);
   }
-  expect_interpreted_bits(record_walker({3, 60, true, -1, false}), Order::kValue, random, Profile::kFast);
-  expect_interpreted_bits(record_walker({4, 12, true, -1, true}), Order::kFirst, random);
+  expect_interpreted_bits(record_walker({3, 130, true, -1, false}), Order::kValue, random, Profile::kFast);
+  expect_interpreted_bits(record_walker({4, 24, true, -1, true}), Order::kFirst, random);
 }
 
 TEST(Outline, TheTextPleasesCompilersAtEveryWidth) {
   CodegenOptions options;
   options.order = Order::kValue;
-  const std::string text = generate_source(record_walker({4, 40, true, -1, true}), options).text;
+  const std::string text = generate_source(record_walker({4, 90, true, -1, true}), options).text;
   EXPECT_NE(text.find("dt_1_part"), std::string::npos);
   testing::expect_compiles_cleanly({text});
   for (unsigned width : codegen::lane_widths(Lanes::kNative))
