@@ -59,7 +59,8 @@ class PartialPivLU<DYNTAPE_MATRIX_OF_AD> {
     dyntape::detail::check_rows(m_, b, "PartialPivLU::solve");
     return dyntape::detail::solution(m_, b.template cast<Scalar>());
   }
-  MatrixType inverse() const { return dyntape::detail::inverse_of(m_); }
+  // const: Eigen has taken the address of what A.inverse() goes into before it is assigned, and a moved matrix has another.
+  const MatrixType inverse() const { return dyntape::detail::inverse_of(m_); }
   Scalar determinant() const {
     return m_.rows() > 4 ? dyntape::detail::determinant_by_pivots(m_)
                          : dyntape::detail::determinant_of<Scalar>(m_);

@@ -84,6 +84,18 @@ std::vector<MatrixCase> square_cases() {
                    [](const auto& A, const auto& B) { return column(MatrixXd(A.fullPivLu().solve(B))); }});
     all.push_back({"inverse" + size, n, n, 0, [](const auto& A, const auto&) { return column(inverse(A)); },
                    [](const auto& A, const auto&) { return column(MatrixXd(A.fullPivLu().inverse())); }});
+    all.push_back({"parts of Eigen's inverse" + size, n, n, 0,
+                   [](const auto& A, const auto&) {
+                     VectorXad y(A.rows() + 2);
+                     y << A.inverse().diagonal(), A.inverse().trace(), A.inverse().sum();
+                     return y;
+                   },
+                   [](const auto& A, const auto&) {
+                     const MatrixXd X = A.fullPivLu().inverse();
+                     VectorXd y(A.rows() + 2);
+                     y << X.diagonal(), X.trace(), X.sum();
+                     return y;
+                   }});
     all.push_back({"determinant" + size, n, n, 0,
                    [](const auto& A, const auto&) { return one(determinant(A)); },
                    [](const auto& A, const auto&) { return one(A.fullPivLu().determinant()); }});
