@@ -40,9 +40,33 @@ template <class T>
 }
 }  // namespace detail
 
+// What the hash tables below have: slots, a power of two of them, at most half full.
+template <class Slot>
+class Slots {
+ public:
+  void clear() {
+    std::fill(slots_.begin(), slots_.end(), Slot{});
+    used_ = 0;
+  }
+  std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
+
+ protected:
+  std::vector<Slot> slots_;
+  std::size_t used_ = 0;
+};
+
+struct KeySlot {
+  std::uint32_t tag = 0;
+  NodeId id = kNoNode;
+};
+struct ConstantSlot {
+  std::uint64_t bits = 0;
+  NodeId id = kNoNode;
+};
+
 // Open addressing.  Slots are small, and keys that differ in their last three bits only lie side by side: a table of
 // a million nodes leaves the caches, and what is looked up together should be found together.
-class KeyTable {
+class KeyTable : public Slots<KeySlot> {
  public:
   // The node with this key for which is_it says so; if there is none, `next`, which is added.
   template <class IsIt>
@@ -57,17 +81,9 @@ class KeyTable {
     slots_[i] = {tag, next};
     return next;
   }
-  void clear() {
-    std::fill(slots_.begin(), slots_.end(), Slot{});
-    used_ = 0;
-  }
-  std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
-  struct Slot {
-    std::uint32_t tag = 0;
-    NodeId id = kNoNode;
-  };
+  using Slot = KeySlot;
 
   static std::uint32_t tag_of(std::uint64_t key) {
     const std::uint64_t rest = key >> 3;
@@ -84,13 +100,10 @@ class KeyTable {
       slots_[i] = slot;
     }
   }
-
-  std::vector<Slot> slots_;  // size a power of two, at most half full
-  std::size_t used_ = 0;
 };
 
 // The same for constants, by their bits.
-class ConstantTable {
+class ConstantTable : public Slots<ConstantSlot> {
  public:
   // The node of the constant with these bits, or kNoNode.
   NodeId find(std::uint64_t bits) const { return slots_.empty() ? kNoNode : slots_[place_of(bits)].id; }
@@ -98,17 +111,9 @@ class ConstantTable {
     if (++used_ * 2 >= slots_.size()) grow();
     slots_[place_of(bits)] = {bits, id};
   }
-  void clear() {
-    std::fill(slots_.begin(), slots_.end(), Slot{});
-    used_ = 0;
-  }
-  std::size_t bytes() const { return slots_.capacity() * sizeof(Slot); }
 
  private:
-  struct Slot {
-    std::uint64_t bits = 0;
-    NodeId id = kNoNode;
-  };
+  using Slot = ConstantSlot;
 
   // Where they are, or would be.
   std::size_t place_of(std::uint64_t bits) const {
@@ -124,9 +129,6 @@ class ConstantTable {
       if (slot.id != kNoNode) slots_[place_of(slot.bits)] = slot;
     }
   }
-
-  std::vector<Slot> slots_;  // size a power of two, at most half full
-  std::size_t used_ = 0;
 };
 
 class NodeTable {
