@@ -150,23 +150,21 @@ NodeId Graph::make_of_nodes(Op op, NodeId a, NodeId b) {
   return make_plain(op, a, b);
 }
 
+Graph::Signed Graph::make_signed(Op op, Signed a, Signed b) {
+  const NodeId x = a.node, y = b.node;
+  if (op == Op::Mul || op == Op::Div) return {make_plain(op, x, y), a.is_negated != b.is_negated};
+  if (op == Op::Sub) b.is_negated = !b.is_negated;
+  if (a.is_negated == b.is_negated) return {make_plain(Op::Add, x, y), a.is_negated};
+  return {a.is_negated ? make_plain(Op::Sub, y, x) : make_plain(Op::Sub, x, y), false};
+}
+
 // What a negation is of is plain: sums, products and quotients of such are, too.
 NodeId Graph::make_of_negations(Op op, NodeId a, NodeId b) {
-  const bool negative_a = nodes_[a].op == Op::Neg, negative_b = nodes_[b].op == Op::Neg;
-  const NodeId x = negative_a ? nodes_[a].a : a, y = negative_b ? nodes_[b].a : b;
-  const auto negated = [&](NodeId id) { return intern(Op::Neg, id, kNoNode, kNoNode, id); };
-  switch (op) {
-    case Op::Add:
-      if (negative_a && negative_b) return negated(make_plain(Op::Add, x, y));
-      return negative_b ? make_plain(Op::Sub, a, y) : make_plain(Op::Sub, b, x);
-    case Op::Sub:
-      if (negative_a && negative_b) return make_plain(Op::Sub, y, x);
-      return negative_b ? make_plain(Op::Add, a, y) : negated(make_plain(Op::Add, x, b));
-    default: {
-      const NodeId id = make_plain(op, x, y);
-      return negative_a && negative_b ? id : negated(id);
-    }
-  }
+  const auto signed_form = [&](NodeId id) {
+    return nodes_[id].op == Op::Neg ? Signed{nodes_[id].a, true} : Signed{id, false};
+  };
+  const auto [id, is_negated] = make_signed(op, signed_form(a), signed_form(b));
+  return is_negated ? intern(Op::Neg, id, kNoNode, kNoNode, id) : id;
 }
 
 NodeId Graph::simplified_signs(Op op, NodeId a, NodeId b) {

@@ -70,6 +70,12 @@ class Graph {
   static constexpr bool is_fused(Op op) { return op >= Op::Fma && op <= Op::Fnms; }  // a product rounded once
   // make() for + - * / where no law applies: of plain arguments, which are neither negations nor zeros, ones and the like.
   NodeId make_plain(Op op, NodeId a, NodeId b);
+  // + - * / of plain arguments that are not constants, each as it is or negated; negations move outwards.
+  struct Signed {
+    NodeId node;
+    bool is_negated;
+  };
+  Signed make_signed(Op op, Signed a, Signed b);
   static constexpr bool is_arithmetic(Op op) {
     return op == Op::Add || op == Op::Sub || op == Op::Mul || op == Op::Div;
   }

@@ -167,17 +167,9 @@ template <Op op>
 }
 // At least one is a negation.
 [[gnu::noinline]] AD add_node_of_negations(double value, Op op, NodeId a, NodeId b, Recording& r) {
-  const NodeId signs = (a ^ b) & kNegated, both = a & b & kNegated, x = a & ~kNegated, y = b & ~kNegated;
-  const auto node = [&](Op o, NodeId first, NodeId second, NodeId sign) {
-    return AD(value, r.graph.make_plain(o, first, second) | sign, r.serial);
-  };
-  if (op == Op::Mul || op == Op::Div) return node(op, x, y, signs);
-  if (op == Op::Add) {
-    if (both) return node(Op::Add, x, y, kNegated);
-    return b == y ? node(Op::Sub, y, x, 0) : node(Op::Sub, x, y, 0);
-  }
-  if (both) return node(Op::Sub, y, x, 0);
-  return node(Op::Add, x, y, a & kNegated);
+  const auto [id, is_negated] =
+      r.graph.make_signed(op, {a & ~kNegated, (a & kNegated) != 0}, {b & ~kNegated, (b & kNegated) != 0});
+  return {value, is_negated ? id | kNegated : id, r.serial};
 }
 template <bool left>
 [[gnu::noinline]] AD add_node_of_constant(double value, Op op, double c, NodeId x, Recording& r) {
