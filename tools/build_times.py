@@ -1,17 +1,69 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
-"""Prints what a build took: the whole, and the slowest units.  tools/build --times runs it.
+"""Prints what a build took: the whole, and the slowest units; or what a unit's time went into.
 
-    build_times.py .ninja_log LINES_BEFORE START
+    build_times.py .ninja_log LINES_BEFORE START     tools/build --times runs it
+    build_times.py --why BUILD_DIR UNIT              compiles the first unit whose name ends in UNIT with clang, and prints which
+                                                     templates it instantiates, how often, for how long, and for whom
 """
+import collections
+import json
+import pathlib
+import re
+import shlex
+import subprocess
 import sys
+import tempfile
 import time
 
 SHOWN = 12
+TEMPLATES = 30
 
 
-def main():
-    log, lines_before, start = sys.argv[1], int(sys.argv[2]), int(sys.argv[3])
+def trace_of(build, unit):
+    """The events of clang's -ftime-trace of one unit of compile_commands.json."""
+    commands = json.loads((build / 'compile_commands.json').read_text())
+    found = next((c for c in commands if c['file'].endswith(unit)), None)
+    if not found:
+        sys.exit(f'build_times: no unit of {build} ends in {unit}; compile_commands.json lists them')
+    words = shlex.split(found['command'])
+    words = words[next(i for i, word in enumerate(words) if word.endswith(('c++', 'g++'))) + 1:words.index('-o')]
+    words = [w for w in words if not w.startswith(('-W', '-fno-gnu-unique')) and w != '-fno-tree-slp-vectorize']
+    while '-MF' in words:
+        at = words.index('-MF')
+        del words[at - 3:at + 2]
+    with tempfile.TemporaryDirectory() as folder:
+        subprocess.run(['clang++', *words, '-w', '-ftime-trace', '-c', found['file'], '-o', f'{folder}/unit.o'],
+                       cwd=found['directory'], check=True)
+        return json.loads(pathlib.Path(folder, 'unit.json').read_text())['traceEvents']
+
+
+def why(build, unit):
+    events = [e for e in trace_of(pathlib.Path(build).resolve(), unit) if e.get('ph') == 'X']
+    totals = {e['name'][6:]: e['dur'] / 1e6 for e in events if e['name'].startswith('Total ')}
+    print(', '.join(f'{name} {totals.get(name, 0):.1f} s' for name in
+                    ('ExecuteCompiler', 'Frontend', 'Source', 'InstantiateClass', 'InstantiateFunction', 'Optimizer', 'CodeGenPasses')))
+    spans = sorted((e for e in events if not e['name'].startswith('Total ')), key=lambda e: (e['ts'], -e['dur']))
+    own, count, users, open_spans = collections.Counter(), collections.Counter(), collections.defaultdict(collections.Counter), []
+    for e in spans:
+        while open_spans and open_spans[-1][0] <= e['ts']:
+            open_spans.pop()
+        detail = e.get('args', {}).get('detail', '')
+        key = re.sub('<.*', '', detail) if e['name'].startswith('Instantiate') else None
+        if open_spans and open_spans[-1][1]:
+            own[open_spans[-1][1]] -= e['dur'] / 1e6
+        if key:
+            own[key] += e['dur'] / 1e6
+            count[key] += 1
+            user = next((d for _, _, d in reversed(open_spans) if d.startswith('dyntape::')), '')
+            users[key][re.sub('<.*', '', user)] += 1
+        open_spans.append((e['ts'] + e['dur'], key, detail))
+    for key, seconds in own.most_common(TEMPLATES):
+        whom = ', '.join(f'{user} {n}' for user, n in users[key].most_common(4) if user)
+        print(f'{seconds:7.2f} s {count[key]:5d}  {key}' + (f'   ({whom})' if whom else ''))
+
+
+def times(log, lines_before, start):
     whole = time.time() - start
     with open(log) as file:
         lines = file.read().splitlines()
@@ -30,4 +82,7 @@ def main():
 
 
 if __name__ == '__main__':
-    main()
+    if sys.argv[1] == '--why':
+        why(*sys.argv[2:4])
+    else:
+        times(sys.argv[1], int(sys.argv[2]), int(sys.argv[3]))

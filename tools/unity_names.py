@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: BSD-3-Clause
 """Fails where two sources of a library give the same name to something in an anonymous namespace: sources are compiled
-many to a unit (tools/build), in which such names are one.  Overloads may share a name.
+many to a unit (tools/build), in which such names are one.  Overloads may share a name.  Or where a file of tests is not in
+a namespace that is called as the file is, which keeps its names apart.
 
     tools/unity_names.py
 """
@@ -11,6 +12,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 LIBRARIES = ('autodiff', 'dynamics', 'codegen', 'interface', 'tools')
+TESTS = ('autodiff', 'dynamics', 'codegen', 'interface', 'tools', 'hard')
 HIDDEN = re.compile(r'^namespace \{$(.*?)^\}  // namespace$', re.M | re.S)
 FUNCTION = re.compile(r'^(?:template <[^\n]*>\n)?(?!struct|class|enum|using|return)[A-Za-z_][^\n;={}()]*?[\s*&](\w+)\(([^{};]*?)\)[^;{}]*\{', re.M)
 TYPE = re.compile(r'^(?:struct|class|enum class|enum) (\w+)\b[^;\n]*\{', re.M)
@@ -53,9 +55,12 @@ def main():
                 before, other = seen.setdefault(name, (meaning, where))
                 if other != where and (meaning is None or meaning != before):  # one alias of one type is no other
                     problems.append(f'{where}: {name} is in {other} as well')
+    for path in sorted(path for folder in TESTS for path in (ROOT / 'tests' / folder).glob('*_test.cpp')):
+        if not re.search(rf'^namespace (\w+::)*{path.stem} {{$', path.read_text(), re.M):
+            problems.append(f'{path.relative_to(ROOT).as_posix()}: is not in a namespace {path.stem}')
     for problem in problems:
         print(problem)
-    print(f'{len(problems)} names in anonymous namespaces are there twice' if problems else
+    print(f'{len(problems)} names would meet in a unit' if problems else
           'names in anonymous namespaces are unique')
     return 1 if problems else 0
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/dynamics/contact/contact_solver.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <cmath>
 #include <limits>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/dynamics/contact/smoothed_contact.h>
 
 namespace dyntape::dynamics {
@@ -149,7 +149,7 @@ bool ContactSolver::polish(const ContactProblem& problem, VectorXd p) {
   for (int i = 0; i < 12; ++i) {
     const VectorXd u = problem.D * p + problem.b;
     alart_curnier(problem, u, p, F, derivatives);
-    p -= derivatives.completeOrthogonalDecomposition().solve(F);
+    p -= least_norm_solution(derivatives, F);
     if (!p.allFinite()) return false;
     if (improve(problem, p)) return true;
   }
@@ -164,9 +164,7 @@ bool ContactSolver::solve(const ContactProblem& problem, VectorXd& p) {
   bool solved = p.size() == 0 || improve(problem, p) || iterate(problem);
   if (!solved) {
     ContactProblem possible = problem;
-    Eigen::CompleteOrthogonalDecomposition<MatrixXd> D;
-    D.setThreshold(1e-10);
-    possible.b = problem.D * D.compute(problem.D).solve(problem.b);
+    possible.b = problem.D * least_norm_solution(problem.D, problem.b, 1e-10);
     const double left_out = (possible.b - problem.b).cwiseAbs().maxCoeff();
     if (left_out > 0 && left_out <= kSmall * problem.b.cwiseAbs().maxCoeff()) {
       residual_ = HUGE_VAL;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/dynamics/contact/smoothed_contact.h>
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+
+#include <dyntape/autodiff/factorisations.h>
 
 namespace dyntape::dynamics {
 
@@ -102,7 +103,7 @@ bool solve_smoothed(const ContactProblem& problem, VectorXd& p,
   equations_at(problem, p, rho, tau, now);
   for (int i = 0; i < kMostSmoothedSteps && tau > least; ++i) {
     if (now.F.norm() <= tau / 2) equations_at(problem, p, rho, tau *= shrink, now);
-    const VectorXd direction = now.derivatives.partialPivLu().solve(-now.F);
+    const VectorXd direction = solve_square(now.derivatives, VectorXd(-now.F));
     if (!direction.allFinite()) return false;
     double length = 1;
     for (int k = 0; k < 12; ++k, length /= 2) {

@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 constexpr double kLevelPull = 100, kLevelDrag = 20,
                  kTurnDrag = 10;  // 1/s^2, 1/s, 1/s: as fast as held points
 
-[[noreturn]] void refuse(const CentroidalBody& body, const std::string& what) {
+[[noreturn]] void refuse_body(const CentroidalBody& body, const std::string& what) {
   throw ArgumentError("robot \"" + body.name + "\" as one mass: " + what);
 }
 
@@ -26,27 +26,27 @@ void check_feet(const CentroidalBody& body) {
   for (std::size_t i = 0; i < body.feet.size(); ++i) {
     const CentroidalBody::Foot& foot = body.feet[i];
     if (!foot.place.allFinite())
-      refuse(body, "the place of foot \"" + foot.name + "\" has an entry that is no finite number");
+      refuse_body(body, "the place of foot \"" + foot.name + "\" has an entry that is no finite number");
     for (std::size_t k = 0; k < i; ++k) {
       if (body.feet[k].name == foot.name)
-        refuse(body, "foot \"" + foot.name + "\" stands twice, expected once");
+        refuse_body(body, "foot \"" + foot.name + "\" stands twice, expected once");
     }
   }
 }
 
 void check_body(const CentroidalBody& body, const CentroidalOptions& options) {
   if (!(body.mass > 0 && std::isfinite(body.mass)))
-    refuse(body, "the mass is " + std::to_string(body.mass) + " kg, expected one above zero");
+    refuse_body(body, "the mass is " + std::to_string(body.mass) + " kg, expected one above zero");
   if (!body.com.allFinite() || !body.gravity.allFinite())
-    refuse(body, "the centre of mass or gravity has an entry that is no finite number");
+    refuse_body(body, "the centre of mass or gravity has an entry that is no finite number");
   if (!(body.gravity.z() < 0))
-    refuse(body,
-           "gravity is " + std::to_string(body.gravity.z()) + " m/s^2 upwards, expected one that pulls down");
-  if (body.feet.empty()) refuse(body, "it has no foot; expected one contact or more");
+    refuse_body(body, "gravity is " + std::to_string(body.gravity.z()) +
+                          " m/s^2 upwards, expected one that pulls down");
+  if (body.feet.empty()) refuse_body(body, "it has no foot; expected one contact or more");
   check_feet(body);
   if (!(options.most_force > 0))
-    refuse(body, "the most force of a foot is " + std::to_string(options.most_force) +
-                     " N, expected one above zero");
+    refuse_body(body, "the most force of a foot is " + std::to_string(options.most_force) +
+                          " N, expected one above zero");
 }
 
 // Handles of what a stage reads.
@@ -193,7 +193,7 @@ Problem centroidal_problem(const CentroidalBody& body, const CentroidalOptions& 
 }
 
 void walk(Problem& problem, const CentroidalBody& body, const Gait& gait) {
-  if (const std::string fault = gait.fault(body.feet.size()); !fault.empty()) refuse(body, fault);
+  if (const std::string fault = gait.fault(body.feet.size()); !fault.empty()) refuse_body(body, fault);
   const Vector3d velocity(gait.velocity.x(), gait.velocity.y(), 0);
   problem.parameters.set("com",
                          [com = body.com, velocity](double t) -> VectorXd { return com + velocity * t; });

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/io/table.h>
 #include <dyntape/interface/motion/inverse_kinematics.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -103,7 +103,7 @@ class Reacher {
     for (int round = 0; round <= model_.nv; ++round) {
       MatrixXd A = J * J.transpose();
       A.diagonal().array() += damping;
-      const VectorXd wanted = next - J.transpose() * A.llt().solve(r);
+      const VectorXd wanted = next - J.transpose() * solve_positive(A, r);
       const VectorXd kept = within(wanted);
       bool is_held = false;
       for (int i = 0; i < model_.nv; ++i) {

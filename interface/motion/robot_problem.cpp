@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/motion/robot_problem.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/dynamics/effects/check.h>
 #include <dyntape/interface/control/problem/penalties.h>
@@ -414,7 +414,7 @@ Eigen::VectorXd holding_controls(const RobotScene& scene, const RobotProblemOpti
   Eigen::VectorXd x = Eigen::VectorXd::Zero(scene.model.nq + nv);
   x.head(scene.model.nq) = q;
   for (int k = joints; k < n; ++k) B.col(k) = plant.push_torques({0, x, {}, Eigen::VectorXd::Unit(n, k)});
-  return B.completeOrthogonalDecomposition().solve(tau);
+  return least_norm_solution(B, tau);
 }
 
 double rated(double limit) { return limit > 0 ? limit : std::numeric_limits<double>::infinity(); }

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/motion/standing.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/dynamics/algorithms/centroidal.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/motion/robot_terms.h>
@@ -73,7 +73,7 @@ Posture standing(const RobotScene& scene, const Eigen::VectorXd& q, const Stand&
     if (here.r.cwiseAbs().maxCoeff() <= kInPlace) break;
     Eigen::MatrixXd A = here.J * here.J.transpose();
     A.diagonal().array() += damping;
-    const Eigen::VectorXd step = -here.J.transpose() * A.llt().solve(here.r);
+    const Eigen::VectorXd step = -here.J.transpose() * solve_positive(A, here.r);
     const Eigen::VectorXd next = dynamics::integrate<double>(scene.model, pose.q, step);
     there.look_at(next);
     const bool is_nearer = there.r.squaredNorm() < here.r.squaredNorm();

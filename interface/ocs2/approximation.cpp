@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/ocs2/approximation.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <ostream>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/io/number.h>
 
 namespace dyntape {
@@ -215,8 +215,7 @@ std::string checkBeingPSD(const matrix_t& matrix, const std::string& name) {
   const double rounding =
       static_cast<double>(matrix.rows()) * matrix.cwiseAbs().maxCoeff() * Eigen::NumTraits<double>::epsilon();
   if ((matrix - matrix.transpose()).cwiseAbs().maxCoeff() > rounding) return name + " is not symmetric\n";
-  const double least =
-      Eigen::SelfAdjointEigenSolver<matrix_t>(matrix, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+  const double least = least_eigenvalue(matrix);
   if (least < -rounding) {
     return name + " is not positive semi-definite: least eigenvalue " + io::shortest(least) + "\n";
   }

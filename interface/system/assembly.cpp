@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/system/assembly.h>
 
-#include <Eigen/QR>
-
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/dynamics/model/configuration.h>
 #include <dyntape/interface/io/number.h>
 
@@ -33,10 +32,7 @@ double close_loops(const RobotScene& scene, VectorXd& q, VectorXd& v) {
   VectorXd best = q;
   double least = error;
   for (int round = 0; round < kMostRounds && least > kClosed; ++round) {
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> J;
-    J.setThreshold(1e-9);
-    J.compute(loops.J);
-    VectorXd step = -J.solve(loops.error);
+    VectorXd step = -least_norm_solution(loops.J, loops.error, 1e-9);
     const double length = step.cwiseAbs().maxCoeff();
     if (length > kLongest) step *= kLongest / length;
     q = dynamics::integrate<double>(scene.model, q, step);

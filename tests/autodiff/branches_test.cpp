@@ -11,7 +11,7 @@
 
 #include "dense.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::branches_test {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -266,4 +266,4 @@ TEST(Guards, ComparisonsWithNumbersOfEveryType) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::branches_test

@@ -13,7 +13,7 @@
 #include "dense.h"
 #include "random_program.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::call_test {
 namespace {
 
 VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
@@ -401,4 +401,4 @@ TEST(Call, TheHashCoversTheDerivativesThatAKernelGives) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::call_test

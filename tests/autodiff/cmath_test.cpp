@@ -21,7 +21,7 @@
 #include <dyntape/autodiff/scalars/jet.h>
 #include <dyntape/autodiff/scalars/pack.h>
 
-namespace dyntape {
+namespace dyntape::cmath_test {
 namespace {
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
@@ -209,4 +209,4 @@ TEST(Cmath, WhatIsMissingSaysWhatToWrite) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::cmath_test

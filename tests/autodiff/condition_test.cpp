@@ -4,7 +4,7 @@
 #include <dyntape/autodiff/derive/condition.h>
 #include <gtest/gtest.h>
 
-namespace dyntape::testing {
+namespace dyntape::testing::condition_test {
 namespace {
 
 struct ConditionsOf : ::testing::Test {
@@ -60,4 +60,4 @@ TEST_F(ConditionsOf, ManyAlternativesComeTogetherInTime) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::condition_test

@@ -15,7 +15,7 @@
 
 #include "random_program.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::derive_test {
 namespace {
 
 TEST(NextNodes, ComeInOrderAndOnce) {
@@ -99,4 +99,4 @@ TEST(Jacobian, IsTheCheapestThatWasTried) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::derive_test

@@ -13,7 +13,7 @@
 #include "quad.h"
 #include "random.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::eigen_test {
 namespace {
 
 template <class T>
@@ -299,4 +299,4 @@ TEST(Eigen, InfoIsADecisionAndLeavesAGuard) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::eigen_test

@@ -14,7 +14,7 @@
 #include "dense.h"
 #include "random_program.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::graph_test {
 namespace {
 
 VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
@@ -333,4 +333,4 @@ TEST(Dump, TextAndDrawing) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::graph_test

@@ -15,7 +15,7 @@
 
 #include "random_program.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::interpret_lanes_test {
 namespace {
 
 // Of a NaN only that it is one.
@@ -238,4 +238,4 @@ TEST(InterpretLanes, OperationsOfOneKindAreGathered) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::interpret_lanes_test

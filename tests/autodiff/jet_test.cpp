@@ -14,7 +14,7 @@
 #include <dyntape/autodiff/scalars/jet_eigen.h>
 #include "quad.h"
 
-namespace dyntape {
+namespace dyntape::jet_test {
 namespace {
 
 using testing::Quad;
@@ -162,4 +162,4 @@ TEST(Jet, AgreesWithTheComplexStep) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::jet_test

@@ -11,7 +11,7 @@
 #include "dense.h"
 #include "random_program.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::lifetime_test {
 namespace {
 
 VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
@@ -295,4 +295,4 @@ TEST(Lifetime, AFunctionIsAValue) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::lifetime_test

@@ -18,7 +18,7 @@
 #include "quad.h"
 #include "random.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::linear_algebra_test {
 namespace {
 
 using Eigen::Index;
@@ -489,4 +489,4 @@ TEST(Matrices, FactorsOfEigensClassesMultiplyBack) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::linear_algebra_test

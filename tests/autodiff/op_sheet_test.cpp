@@ -12,7 +12,7 @@
 #include "quad.h"
 #include "random.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::op_sheet_test {
 namespace {
 
 constexpr int kSamples = 60;
@@ -323,4 +323,4 @@ INSTANTIATE_TEST_SUITE_P(Rows, OpSheet, ::testing::ValuesIn(all_ops()),
                          [](const auto& row) { return std::string(dyntape::info(row.param).name); });
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::op_sheet_test

@@ -11,7 +11,7 @@
 
 #include <dyntape/autodiff/scalars/pack_eigen.h>
 
-namespace dyntape {
+namespace dyntape::pack_test {
 namespace {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
@@ -196,4 +196,4 @@ TEST(Pack, MatricesOfPacksAreAlignedAndSumLikeOneLane) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::pack_test

@@ -14,7 +14,7 @@
 #include "dense.h"
 #include "random.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::poles_test {
 namespace {
 
 using Values = std::vector<double>;
@@ -487,4 +487,4 @@ TEST(PolesOf, RandomProgramsAreFiniteInBothDirectionsOrInNone) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::poles_test

@@ -8,7 +8,7 @@
 
 #include "routes.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::routes_test {
 namespace {
 
 class RandomPrograms : public ::testing::TestWithParam<std::uint64_t> {};
@@ -32,4 +32,4 @@ INSTANTIATE_TEST_SUITE_P(Hundreds, RandomPrograms,
                          ::testing::Values(0, 100, 200, 300, 400, 500, 600, 700, 800, 900));
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::routes_test

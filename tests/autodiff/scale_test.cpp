@@ -18,7 +18,7 @@
 
 #include "dense.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::scale_test {
 namespace {
 
 VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
@@ -320,4 +320,4 @@ TEST(Scale, PatternsOfSharedValuesAreExact) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::scale_test

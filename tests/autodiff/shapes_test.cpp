@@ -12,7 +12,7 @@
 #include "dense.h"
 #include "random.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::shapes_test {
 namespace {
 
 VectorXad one(const AD& y) { return VectorXad::Constant(1, y); }
@@ -219,4 +219,4 @@ TEST(Second, Case98_LinearOutputsCostNothing) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::shapes_test

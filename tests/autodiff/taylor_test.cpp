@@ -10,7 +10,7 @@
 
 #include "random_program.h"
 
-namespace dyntape {
+namespace dyntape::taylor_test {
 namespace {
 
 using S = Series<double>;
@@ -183,4 +183,4 @@ TEST(Taylor, RandomProgramsAgreeWithDerivation) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::taylor_test

@@ -17,7 +17,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/autodiff/text_file.h>
 
-namespace dyntape {
+namespace dyntape::text_file_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -192,4 +192,4 @@ TEST(Errors, StandOnOneLine) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::text_file_test

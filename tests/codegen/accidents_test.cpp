@@ -22,7 +22,7 @@
 
 #include "compilers.h"
 
-namespace dyntape {
+namespace dyntape::accidents_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -372,4 +372,4 @@ TEST_F(Accidents, FoldersAreMadeForNobodyElse) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::accidents_test

@@ -11,7 +11,7 @@
 
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::bits_test {
 namespace {
 
 using testing::Random;
@@ -177,4 +177,4 @@ TEST_P(Bits, Case119_CompensatedArithmetic) {
 INSTANTIATE_TEST_SUITE_P(Variants, Bits, ::testing::Range(0, int(kVariants.size())));
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::bits_test

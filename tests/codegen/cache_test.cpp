@@ -18,7 +18,7 @@
 
 #include "compilers.h"
 
-namespace dyntape {
+namespace dyntape::cache_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -390,4 +390,4 @@ TEST_F(CacheFolder, TheUsualPlaceIsChosenByTheEnvironment) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::cache_test

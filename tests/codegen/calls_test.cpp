@@ -12,7 +12,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::calls_test {
 namespace {
 
 using testing::kepler;
@@ -217,4 +217,4 @@ TEST(Calls, OfFunctionsWithoutInputsOrOutputs) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::calls_test

@@ -14,7 +14,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::casadi_test {
 namespace {
 
 using codegen::CasadiBlocks;
@@ -251,4 +251,4 @@ TEST(Casadi, BlocksThatDoNotFitAreRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::casadi_test

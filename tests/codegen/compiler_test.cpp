@@ -19,7 +19,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::compiler_test {
 namespace {
 
 using testing::fake_compiler;
@@ -297,4 +297,4 @@ TEST(Compiler, ClangGivesTheSameBits) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::compiler_test

@@ -17,7 +17,7 @@
 #include "embedded_text.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::embedded_test {
 namespace {
 
 using codegen::EmbeddedOptions;
@@ -303,4 +303,4 @@ TEST(Embedded, RefusesPortableFunctionsAndCompilersThatAreNone) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::embedded_test

@@ -12,7 +12,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::gather_test {
 namespace {
 
 using codegen::gather_calls;
@@ -149,4 +149,4 @@ TEST(Gather, OneStateHasTheBitsOfTheInterpreterInRegistersOfAnyWidth) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::gather_test

@@ -11,7 +11,7 @@
 
 #include <ctime>
 
-namespace dyntape {
+namespace dyntape::growth_test {
 namespace {
 
 using Index = Eigen::Index;
@@ -116,4 +116,4 @@ TEST(Growth, PartsThatMeetOften) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::growth_test

@@ -11,7 +11,7 @@
 
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::kernels_test {
 namespace {
 
 using testing::Random;
@@ -273,4 +273,4 @@ INSTANTIATE_TEST_SUITE_P(Routes, Kernels,
                                            std::tuple(Route::kCompiled, std::size_t{12})));
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::kernels_test

@@ -12,7 +12,7 @@
 
 #include "compilers.h"
 
-namespace dyntape {
+namespace dyntape::key_test {
 namespace {
 
 using testing::Scratch;
@@ -298,4 +298,4 @@ TEST_F(LibraryKey, ARecordOfTheCompilerWithAWrongFieldIsWrittenAnew) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::key_test

@@ -14,7 +14,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::lanes_test {
 namespace {
 
 using testing::Random;
@@ -486,4 +486,4 @@ TEST(Portable, AnAbsentSleefIsSaid) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::lanes_test

@@ -17,7 +17,7 @@
 #include <xmmintrin.h>
 #endif
 
-namespace dyntape {
+namespace dyntape::loading_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -109,4 +109,4 @@ TEST(Loading, Case115_FiveHundredLibrariesInAnyOrder) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::loading_test

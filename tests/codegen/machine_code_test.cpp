@@ -14,7 +14,7 @@
 #include "calls.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::machine_code_test {
 namespace {
 
 using codegen::MachineCode;
@@ -256,4 +256,4 @@ TEST_F(MachineCodeTest, CalleesWithinCalleesNeedLittleStack) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::machine_code_test

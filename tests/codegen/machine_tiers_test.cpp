@@ -15,7 +15,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::machine_tiers_test {
 namespace {
 
 using codegen::MachineCode;
@@ -175,4 +175,4 @@ TEST_F(MachineTiers, SwitchedOffItIsInterpreted) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::machine_tiers_test

@@ -12,7 +12,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::outline_test {
 namespace {
 
 using testing::Random;
@@ -170,4 +170,4 @@ TEST(Outline, TheTextPleasesCompilersAtEveryWidth) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::outline_test

@@ -14,7 +14,7 @@
 #include "embedded_text.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::own_trig_test {
 namespace {
 
 using Quad = boost::multiprecision::float128;
@@ -158,4 +158,4 @@ TEST(SineAndCosine, ArePrintedAsOneCall) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::own_trig_test

@@ -17,7 +17,7 @@
 
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::parallel_test {
 namespace {
 
 using testing::Random;
@@ -236,4 +236,4 @@ TEST(Threads, TheCountIsTheEnvironments) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::parallel_test

@@ -6,7 +6,7 @@
 #include <dyntape/codegen/compiled_function.h>
 #include <gtest/gtest.h>
 
-namespace dyntape {
+namespace dyntape::pipeline_test {
 namespace {
 
 Function recorded() {
@@ -30,4 +30,4 @@ TEST(Pipeline, CompiledValueIsTheInterpretedOne) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::pipeline_test

@@ -17,7 +17,7 @@
 
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::simplify_test {
 namespace {
 
 using codegen::simplify;
@@ -426,4 +426,4 @@ TEST(Simplify, GuardsKeepTheirConditions) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::simplify_test

@@ -17,7 +17,7 @@
 #include "compilers.h"
 #include "random_function.h"
 
-namespace dyntape {
+namespace dyntape::text_test {
 namespace {
 
 using testing::Random;
@@ -240,4 +240,4 @@ TEST(Text, AMillionStatementsPrintInLinearTime) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::text_test

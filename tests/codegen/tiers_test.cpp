@@ -37,7 +37,7 @@ thread_local std::size_t allocations = 0;
 [[gnu::noinline]] void operator delete(void* room) noexcept { std::free(room); }
 [[gnu::noinline]] void operator delete(void* room, std::size_t) noexcept { std::free(room); }
 
-namespace dyntape {
+namespace dyntape::tiers_test {
 namespace {
 
 using testing::fake_compiler;
@@ -461,4 +461,4 @@ TEST_F(Tiered, GuardsAreThrownByEveryTier) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::tiers_test

@@ -9,7 +9,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::added_mass_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -123,4 +123,4 @@ TEST(AddedMass, OfAFreeBodyFollowsKirchhoff) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::added_mass_test

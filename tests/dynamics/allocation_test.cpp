@@ -29,7 +29,7 @@ void* malloc(std::size_t size) noexcept {
 }
 }
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::allocation_test {
 namespace {
 
 // Allocations of the second call: the first may find out sizes.
@@ -106,5 +106,5 @@ TEST_P(Allocation, ConstraintsAndFollowers) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Allocation, testing::Range(1UL, 5UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::allocation_test
 #endif

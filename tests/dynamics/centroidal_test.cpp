@@ -14,7 +14,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::centroidal_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -307,4 +307,4 @@ TEST(Centroidal, WrongArgumentsAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::centroidal_test

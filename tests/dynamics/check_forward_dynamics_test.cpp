@@ -8,7 +8,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::check_forward_dynamics_test {
 namespace {
 
 using Matrix3d = Matrix3<double>;
@@ -129,4 +129,4 @@ TEST(CheckForwardDynamics, MassRatiosAreFine) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::check_forward_dynamics_test

@@ -12,7 +12,7 @@
 #include "exact_robot.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::constrained_hessian_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -243,4 +243,4 @@ TEST(ConstrainedHessians, RefuseWrongSizes) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::constrained_hessian_test

@@ -8,7 +8,7 @@
 #include "all_effects.h"
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::constraint_effects_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -72,4 +72,4 @@ TEST_P(ConstrainedWithEffects, NothingChosenIsThePlainAlgorithm) {
 INSTANTIATE_TEST_SUITE_P(Seeds, ConstrainedWithEffects, testing::Range(1UL, 32UL, 2UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::constraint_effects_test

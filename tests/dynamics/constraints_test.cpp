@@ -13,7 +13,7 @@
 #include "exact_robot.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::constraints_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -262,4 +262,4 @@ TEST(ConstraintArguments, OneSentence) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Constrained, testing::Range(1UL, 13UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::constraints_test

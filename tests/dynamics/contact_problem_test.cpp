@@ -8,7 +8,7 @@
 
 #include <dyntape/dynamics/contact/impact.h>
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::contact_problem_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -283,4 +283,4 @@ TEST(Impacts, AreNewtonsWhereThereIsNoFriction) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::contact_problem_test

@@ -8,7 +8,7 @@
 
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::derivatives_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -120,4 +120,4 @@ TEST_P(Derivatives, InVelocityAreThoseOfAQuadraticForm) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Derivatives, testing::Range(1UL, 21UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::derivatives_test

@@ -10,7 +10,7 @@
 
 #include "all_effects.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::effect_check_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -143,4 +143,4 @@ TEST(EffectItems, AreFixedToFramesByName) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::effect_check_test

@@ -8,7 +8,7 @@
 #include "all_effects.h"
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::effect_energy_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -101,4 +101,4 @@ TEST_P(EffectEnergy, BalanceCloses) {
 INSTANTIATE_TEST_SUITE_P(Seeds, EffectEnergy, testing::Range(1UL, 21UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::effect_energy_test

@@ -12,7 +12,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::effect_values_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -335,4 +335,4 @@ TEST(EffectValues, TendonsPullAlongTheirArms) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::effect_values_test

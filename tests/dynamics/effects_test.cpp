@@ -11,7 +11,7 @@
 
 #include "all_effects.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::effects_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -248,4 +248,4 @@ TEST(Effects, WrongSizesAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::effects_test

@@ -10,7 +10,7 @@
 
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::energy_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -127,4 +127,4 @@ TEST(Energy, WrongArgumentsAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::energy_test

@@ -9,7 +9,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::errata_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -254,4 +254,4 @@ TEST(ErrataOfSteps, DiscreteSlopesGoThroughTheIntegrator) {
 INSTANTIATE_TEST_SUITE_P(Random, Errata, testing::Range(1ul, 6ul));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::errata_test

@@ -11,7 +11,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::hard_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -165,4 +165,4 @@ TEST(Hard, SinglePrecision) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::hard_test

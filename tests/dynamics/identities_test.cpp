@@ -18,7 +18,7 @@
 #include "random_robots.h"
 #include "reference_dynamics.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::identities_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -302,4 +302,4 @@ TEST(Arguments, WorkspacesOfAnotherRobotAreRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::identities_test

@@ -9,7 +9,7 @@
 #include "random_robots.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::inertia_condition_test {
 namespace {
 
 // A point mass at distance 1 beyond two parallel joints, the second a lever away from the first: at q = 0 the condition is
@@ -85,4 +85,4 @@ TEST(InertiaCondition, OfShippedRobots) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::inertia_condition_test

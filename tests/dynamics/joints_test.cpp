@@ -11,7 +11,7 @@
 #include "random_robots.h"
 #include "reference_dynamics.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::joints_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -462,4 +462,4 @@ TEST(Joints, BadJointsAreRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::joints_test

@@ -11,7 +11,7 @@
 
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::kinematic_derivatives_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -321,4 +321,4 @@ TEST(KinematicDerivatives, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::kinematic_derivatives_test

@@ -8,7 +8,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::lengths_test {
 namespace {
 
 // Scaled by powers of two, so that a right result has the same bits, up to where squares of the length leave the range of
@@ -76,4 +76,4 @@ TEST(Lengths, WithoutADirectionAreNotANumber) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::lengths_test

@@ -10,7 +10,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::lie_test {
 namespace {
 
 using Matrix3d = Matrix3<double>;
@@ -287,4 +287,4 @@ TEST(AtZero, FirstAndSecondDerivativesAreExact) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::lie_test

@@ -13,7 +13,7 @@
 #include "random_robots.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::mimic_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -291,4 +291,4 @@ TEST(MimicFiles, RulesAreReadOrRefusedWithTheirLine) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::mimic_test

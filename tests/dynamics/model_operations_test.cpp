@@ -9,7 +9,7 @@
 #include "reference_dynamics.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::model_operations_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -276,4 +276,4 @@ TEST(ModelOperations, ContinuousJointsTurnRoundAndLock) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::model_operations_test

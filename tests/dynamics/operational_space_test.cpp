@@ -12,7 +12,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::operational_space_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -242,4 +242,4 @@ TEST(OperationalSpace, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::operational_space_test

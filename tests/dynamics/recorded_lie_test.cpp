@@ -14,7 +14,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::recorded_lie_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -147,4 +147,4 @@ TEST(RecordedLie, JacobiansAreTheTapesOwn) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::recorded_lie_test

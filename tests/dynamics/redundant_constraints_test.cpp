@@ -10,7 +10,7 @@
 #include "random_robots.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::redundant_constraints_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -271,4 +271,4 @@ TEST(ClosedLoops, OverTime) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::redundant_constraints_test

@@ -12,7 +12,7 @@
 #include "random_robots.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::regressor_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -229,4 +229,4 @@ TEST(Regressor, WrongSizesAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::regressor_test

@@ -9,7 +9,7 @@
 #include "exact_robot.h"
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::rigid_contacts_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -87,4 +87,4 @@ TEST(RigidContacts, JointsThatCarryBothBodiesHaveNoEntries) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::rigid_contacts_test

@@ -15,7 +15,7 @@
 #include "reference_dynamics.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::robots_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -189,4 +189,4 @@ TEST(OwnRobots, PendulumsAndBlock) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::robots_test

@@ -15,7 +15,7 @@
 #include "exact_robot.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::second_order_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -320,4 +320,4 @@ TEST(SecondOrder, RefusesWrongSizes) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::second_order_test

@@ -13,7 +13,7 @@
 
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::simulation_steps_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -162,4 +162,4 @@ TEST_P(Schemes, OrdersOfConvergence) {
 INSTANTIATE_TEST_SUITE_P(Seeds, Schemes, testing::Range(1UL, 7UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::simulation_steps_test

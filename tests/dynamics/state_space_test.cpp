@@ -7,7 +7,7 @@
 
 #include "exact_robot.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::state_space_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -89,4 +89,4 @@ TEST_P(StateSpaces, PairsAndLines) {
 INSTANTIATE_TEST_SUITE_P(Seeds, StateSpaces, testing::Range(1UL, 21UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::state_space_test

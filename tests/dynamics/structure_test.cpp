@@ -10,7 +10,7 @@
 #include "random_robots.h"
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::structure_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -176,4 +176,4 @@ TEST(Structure, TwoLinkArmByHand) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::structure_test

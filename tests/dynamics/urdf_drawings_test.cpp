@@ -7,7 +7,7 @@
 #include <dyntape/dynamics/urdf/urdf.h>
 #include <dyntape/dynamics/urdf/visuals.h>
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::urdf_drawings_test {
 namespace {
 
 constexpr char kInertia[] = "ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'";
@@ -139,4 +139,4 @@ TEST(UrdfRoots, OtherFormatsAreTold) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::urdf_drawings_test

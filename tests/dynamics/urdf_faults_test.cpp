@@ -8,7 +8,7 @@
 
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::urdf_faults_test {
 namespace {
 
 // A valid file of which tests break one line.
@@ -220,4 +220,4 @@ TEST(UrdfFaults, WhatIsLegal) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::urdf_faults_test

@@ -16,7 +16,7 @@
 
 #include "robot_files.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::urdf_test {
 namespace {
 
 using Matrix3d = Matrix3<double>;
@@ -329,4 +329,4 @@ TEST(Urdf, ThreadsReadAtTheSameTime) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::urdf_test

@@ -22,7 +22,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::visuals_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -376,4 +376,4 @@ TEST_F(Meshes, AreLeftOutWhereSomebodyStopsTheReading) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::visuals_test

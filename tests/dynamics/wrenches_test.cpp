@@ -13,7 +13,7 @@
 
 #include "random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::wrenches_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -209,4 +209,4 @@ TEST(Wrenches, WrongArgumentsAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::wrenches_test

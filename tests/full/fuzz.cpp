@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Random programs through every route, random graphs through the compiler and as machine code, and random robots through both,
-// random scenes against their balance of energy, as many as asked for.
+// Random programs through every route, random graphs through the compiler and as machine code, random robots through both,
+// random scenes against their balance of energy: each kind for its share of the time.
 //
-//   fuzz --programs 100000 --first-seed 1
+//   fuzz --seconds 3600 --kinds programs,robots --first-seed 1
 //
 // A program that disagrees is shrunk and printed with its seed; so is the seed of a batch of graphs whose compiled
 // code differs from the interpreter by a bit, one point at a time or in lanes.  Exit status 1 then.
 #include <CLI/CLI.hpp>
 
-#include <atomic>
+#include <algorithm>
 #include <iostream>
 #include <mutex>
 #include <thread>
@@ -21,29 +21,30 @@
 #include "../codegen/random_function.h"
 #include "fuzz_robots.h"
 #include "fuzz_scenes.h"
+#include "timed_seeds.h"
 
 namespace dyntape::testing {
 namespace {
 
-struct Options {
-  std::uint64_t programs = 5000, first_seed = 1, batches = 12, machine_batches = 200, robots = 300,
-                compiled_robots = 4, scenes = 200, accuracy = 200;
+struct Kind {
+  const char *name, *what, *fault;
+  std::string (*failure)(std::uint64_t seed);  // what is wrong; empty: nothing
+  double share;                                // of the time
 };
 
-// Tries `count` seeds on all threads; returns the number of those that fail and prints what `failure` says.
-std::uint64_t failures(const std::string& what, std::uint64_t count, std::uint64_t first_seed,
-                       const std::function<std::string(std::uint64_t)>& failure) {
+// Tries seeds on all threads; returns the number of those that fail and prints what `failure` says.
+std::uint64_t failures(const Kind& kind, std::uint64_t first_seed, double seconds) {
   std::mutex printing;
-  std::uint64_t done = 0, failed = 0;
+  std::uint64_t failed = 0;
   io::LiveLine line;
-  std::atomic<std::uint64_t> next = first_seed;
+  TimedSeeds seeds(first_seed, seconds);
   std::vector<std::jthread> threads;
   for (unsigned t = 0; t < std::max(1u, std::thread::hardware_concurrency()); ++t) {
     threads.emplace_back([&] {
-      for (std::uint64_t seed; (seed = next++) < first_seed + count;) {
-        const std::string found = failure(seed);
+      for (std::uint64_t seed; seeds.take(seed);) {
+        const std::string found = kind.failure(seed);
         const std::lock_guard lock(printing);
-        line.show(std::string(what) + " " + std::to_string(++done) + " of " + std::to_string(count));
+        line.show(std::string(kind.name) + " " + std::to_string(seeds.taken()));
         if (found.empty()) continue;
         ++failed;
         std::cerr << "seed " << seed << ": " << found << "\n";
@@ -51,6 +52,7 @@ std::uint64_t failures(const std::string& what, std::uint64_t count, std::uint64
     });
   }
   threads.clear();
+  std::cout << seeds.taken() << " " << kind.what << ": " << failed << " " << kind.fault << "\n";
   return failed;
 }
 
@@ -110,63 +112,51 @@ std::string code_failure(std::uint64_t seed, Route route) {
 std::string compiled_failure(std::uint64_t seed) { return code_failure(seed, Route::kCompiled); }
 std::string machine_failure(std::uint64_t seed) { return code_failure(seed, Route::kMachineCode); }
 
-int fuzz(const Options& options) {
-  const std::uint64_t bad_programs =
-      failures("programs", options.programs, options.first_seed, program_failure);
-  const std::uint64_t bad_batches =
-      failures("compiled batches of 100 graphs", options.batches, options.first_seed, compiled_failure);
-  const std::uint64_t bad_machine =
-      failures("machine code of 100 graphs", options.machine_batches, options.first_seed, machine_failure);
-  const std::uint64_t bad_robots = failures("robots", options.robots, options.first_seed, robot_failure);
-  const std::uint64_t bad_compiled =
-      failures("compiled robots", options.compiled_robots, options.first_seed, compiled_robot_failure);
-  const std::uint64_t bad_scenes = failures("scenes", options.scenes, options.first_seed, scene_failure);
-  const std::uint64_t scenes_refused = refused_scenes();
-  const std::uint64_t bad_ends =
-      failures("ends of scenes", options.accuracy, options.first_seed, accuracy_failure);
-  std::cout << options.programs << " programs through every route: " << bad_programs << " disagree\n"
-            << 100 * options.batches
-            << " graphs with derivatives, compiled, single and in lanes: " << bad_batches << " of "
-            << options.batches << " batches differ from the interpreter\n"
-            << 100 * options.machine_batches
-            << " graphs with derivatives, as machine code, single and in lanes: " << bad_machine << " of "
-            << options.machine_batches << " batches differ from the interpreter\n"
-            << options.robots << " robots, six functions each, as templates and on the tape: " << bad_robots
-            << " disagree with 113 bits\n"
-            << options.compiled_robots << " robots compiled: " << bad_compiled
-            << " differ from the interpreter\n"
-            << options.scenes << " scenes against the balance of energy: " << bad_scenes << " disagree, "
-            << scenes_refused << " were refused\n"
-            << options.accuracy << " scenes against adaptive steps at 1e-12: " << bad_ends << " disagree, "
-            << refused_scenes() - scenes_refused << " were refused\n"
-            << "seeds from " << options.first_seed << "\n";
-  return bad_programs + bad_batches + bad_machine + bad_robots + bad_compiled + bad_scenes + bad_ends == 0
-             ? 0
-             : 1;
+constexpr Kind kKinds[] = {
+    {"programs", "programs through every route", "disagree", program_failure, 0.2},
+    {"batches", "libraries of 100 graphs with derivatives, single and in lanes",
+     "differ from the interpreter", compiled_failure, 0.2},
+    {"machine-code", "machine codes of 100 graphs with derivatives, single and in lanes",
+     "differ from the interpreter", machine_failure, 0.15},
+    {"robots", "robots, six functions each, as templates and on the tape", "disagree with 113 bits",
+     robot_failure, 0.15},
+    {"compiled-robots", "robots compiled", "differ from the interpreter", compiled_robot_failure, 0.1},
+    {"scenes", "scenes against the balance of energy", "disagree", scene_failure, 0.1},
+    {"ends", "smooth scenes against adaptive steps at 1e-12", "disagree", accuracy_failure, 0.1}};
+
+int fuzz(const std::vector<std::string>& names, std::uint64_t first_seed, double seconds) {
+  std::vector<Kind> kinds;
+  for (const Kind& kind : kKinds) {
+    if (names.empty() || std::find(names.begin(), names.end(), kind.name) != names.end())
+      kinds.push_back(kind);
+  }
+  double shares = 0;
+  for (const Kind& kind : kinds) shares += kind.share;
+  std::uint64_t failed = 0;
+  for (const Kind& kind : kinds) failed += failures(kind, first_seed, seconds * kind.share / shares);
+  std::cout << refused_scenes() << " scenes were refused; seeds from " << first_seed << "\n";
+  return failed == 0 ? 0 : 1;
 }
 
 }  // namespace
 }  // namespace dyntape::testing
 
 int main(int argc, char** argv) {
-  dyntape::testing::Options options;
+  using dyntape::testing::kKinds;
   CLI::App app(
-      "Random programs through every route to values and derivatives; random graphs compiled; random "
-      "robots.");
-  app.add_option("--programs", options.programs, "random programs of 5 to 200 instructions")
+      "Random programs through every route to values and derivatives; random graphs compiled; random robots "
+      "and "
+      "scenes.");
+  std::vector<std::string> names, kinds;
+  for (const auto& kind : kKinds) names.emplace_back(kind.name);
+  std::uint64_t first_seed = 1;
+  double seconds = 120;
+  app.add_option("--seconds", seconds, "how long in all; a seed of each kind in any case")
       ->capture_default_str();
-  app.add_option("--batches", options.batches, "libraries of 100 random graphs")->capture_default_str();
-  app.add_option("--machine-batches", options.machine_batches, "machine code of 100 random graphs")
-      ->capture_default_str();
-  app.add_option("--robots", options.robots, "random robots of 1 to 12 joints, interpreted")
-      ->capture_default_str();
-  app.add_option("--compiled-robots", options.compiled_robots, "random robots of 1 to 8 joints, compiled")
-      ->capture_default_str();
-  app.add_option("--scenes", options.scenes, "random robots of 1 to 6 joints under random effects, simulated")
-      ->capture_default_str();
-  app.add_option("--accuracy", options.accuracy, "smooth ones of these beside adaptive steps at 1e-12")
-      ->capture_default_str();
-  app.add_option("--first-seed", options.first_seed, "each program has the next one")->capture_default_str();
+  app.add_option("--kinds", kinds, "which kinds, separated by commas; otherwise all")
+      ->delimiter(',')
+      ->check(CLI::IsMember(names));
+  app.add_option("--first-seed", first_seed, "each case has the next one")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  return dyntape::testing::fuzz(options);
+  return dyntape::testing::fuzz(kinds, first_seed, seconds);
 }

@@ -2,15 +2,10 @@
 # libFuzzer, with the address and undefined-behaviour sanitizers, on what reads robots, tables, scenes and tasks: it starts from the
 # shipped ones and keeps what reaches new code.
 #   fuzz_corpus.sh SOURCE_DIR BUILD_DIR [SECONDS]
-# Unoptimised, which compiles in less than half the time.  An input that crashes is left in BUILD_DIR/fuzzing/found; 77: there is no clang.
+# In the build that sanitized.sh made.  An input that crashes is left in its folder `found`; 77: there is no clang.
 set -euo pipefail
-source=$1 build=$2/fuzzing seconds=${3:-100}
-command -v clang++ >/dev/null || { echo "no clang++: not fuzzed"; exit 77; }
-mkdir -p "$build"
-CC=clang CXX=clang++ cmake -S "$source" -B "$build" -G Ninja -DCMAKE_BUILD_TYPE=None -DDYNTAPE_ARCH=native -DDYNTAPE_TESTS=ON \
-  -DCMAKE_CXX_COMPILER_LAUNCHER="$source/tools/cached" -DCMAKE_UNITY_BUILD=ON -DCMAKE_UNITY_BUILD_BATCH_SIZE=16 \
-  -DCMAKE_CXX_FLAGS="-O0 -g0 -fsanitize=address,undefined,fuzzer-no-link -fno-sanitize=null,alignment,object-size,vptr -fno-sanitize-recover=undefined" \
-  >"$build.log" 2>&1 || { tail -n 40 "$build.log"; exit 1; }
+source=$1 build=$2/sanitized-address seconds=${3:-60}
+[ -f "$build/build.ninja" ] || { echo "fuzz_corpus: no build of sanitized.sh"; exit 77; }
 ninja -C "$build" -j "$(nproc)" fuzz_corpus >"$build.log" 2>&1 || { tail -n 40 "$build.log"; exit 1; }
 
 export DYNTAPE_CONFIG=$source/config

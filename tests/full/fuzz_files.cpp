@@ -2,7 +2,7 @@
 //
 // Shipped robots, scenes and tables with random changes, read again: each is read, or refused with an Error that has a sentence.
 //
-//   fuzz_files CONFIG_FOLDER --files 1000000 --first-seed 1
+//   fuzz_files CONFIG_FOLDER --seconds 3600 --first-seed 1
 //
 // Anything else, a crash above all, is a defect; its seed makes the same file again.  Under the address sanitizer where the build
 // has it.  Exit status 1 where an exception is none of ours.
@@ -17,6 +17,7 @@
 #include <dyntape/interface/io/live_line.h>
 
 #include "file_reading.h"
+#include "timed_seeds.h"
 
 namespace dyntape {
 namespace {
@@ -96,7 +97,7 @@ std::string shrunk(const ReadingPlace& place, FileKind kind, std::string text, c
   return text;
 }
 
-int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
+int fuzz(const std::string& config, double seconds, std::uint64_t first) {
   std::vector<Source> all;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(config)) {
     const std::optional<FileKind> kind = kind_of(entry.path());
@@ -106,11 +107,12 @@ int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
   const ReadingPlace place(config);
   std::uint64_t was_read = 0, refused = 0, bad = 0;
   io::LiveLine line;
-  for (std::uint64_t seed = first; seed < first + files; ++seed) {
+  testing::TimedSeeds seeds(first, seconds);
+  for (std::uint64_t seed; seeds.take(seed);) {
     std::mt19937_64 random(seed);
     const Source& source = all[random() % all.size()];
     const std::string text = changed(source.text, all, random);
-    if (seed % 100 == 0) line.show("file " + std::to_string(seed - first) + " of " + std::to_string(files));
+    if (seed % 100 == 0) line.show("file " + std::to_string(seed - first));
     const Outcome outcome = read(place, source.kind, text);
     if (outcome.fault.empty()) {
       ++(outcome.was_read ? was_read : refused);
@@ -120,7 +122,7 @@ int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
     std::cerr << "seed " << seed << ", " << source.path << ": " << outcome.fault << "\n"
               << shrunk(place, source.kind, text, outcome.fault) << "\n";
   }
-  std::cout << files << " files: " << was_read << " read, " << refused << " refused, " << bad
+  std::cout << seeds.taken() << " files: " << was_read << " read, " << refused << " refused, " << bad
             << " neither; seeds from " << first << "\n";
   return bad == 0 ? 0 : 1;
 }
@@ -130,11 +132,12 @@ int fuzz(const std::string& config, std::uint64_t files, std::uint64_t first) {
 
 int main(int argc, char** argv) {
   std::string config;
-  std::uint64_t files = 20000, first = 1;
+  std::uint64_t first = 1;
+  double seconds = 60;
   CLI::App app("Shipped files with random changes: each is read or refused with a sentence.");
   app.add_option("config", config, "the folder with robots, scenes and tasks")->required();
-  app.add_option("--files", files, "how many")->capture_default_str();
+  app.add_option("--seconds", seconds, "how long")->capture_default_str();
   app.add_option("--first-seed", first, "each file has the next one")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  return dyntape::fuzz(config, files, first);
+  return dyntape::fuzz(config, seconds, first);
 }

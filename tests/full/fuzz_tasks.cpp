@@ -2,7 +2,7 @@
 //
 // Random tasks, and what their verdicts are worth.
 //
-//   fuzz_tasks [--count 300] [--first 1] [--keep FOLDER]
+//   fuzz_tasks ROBOTS_FOLDER [--seconds 60] [--first 1] [--keep FOLDER]
 //
 // Robots whose equations are written out here: a block on a rail, a pendulum, a cart with a pole.  Goals, bounds, schemes,
 // meshes, weights, methods and starts vary, upright and hanging ones among them; each goal is where a smooth control leads
@@ -33,6 +33,8 @@
 #include <dyntape/autodiff/text_file.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/run/solve/solve.h>
+
+#include "timed_seeds.h"
 
 namespace dyntape {
 namespace {
@@ -91,8 +93,8 @@ VectorXd step(const Robot& robot, const VectorXd& x, double h, const Control& u)
 
 std::string number(double value) { return io::shortest(value); }
 
-RandomTask random_task(unsigned seed, const std::string& robots) {
-  std::mt19937 random(seed);
+RandomTask random_task(std::uint64_t seed, const std::string& robots) {
+  std::mt19937 random(static_cast<std::mt19937::result_type>(seed));
   const auto below = [&](int n) { return int(random() % unsigned(n)); };
   const auto uniform = [&](double low, double high) {
     return low + (high - low) * double(random()) / double(std::mt19937::max());
@@ -352,9 +354,10 @@ class Judge {
   std::vector<Held> held_;
 };
 
-int run(unsigned first, int count, const std::string& robots, const std::string& folder) {
+int run(std::uint64_t first, double seconds, const std::string& robots, const std::string& folder) {
   int verified = 0, refused = 0, wrong = 0, active = 0;
-  for (unsigned seed = first; seed < first + unsigned(count); ++seed) {
+  testing::TimedSeeds seeds(first, seconds);
+  for (std::uint64_t seed; seeds.take(seed);) {
     const RandomTask random = random_task(seed, robots);
     const std::string path = folder + "/task_" + std::to_string(seed) + ".info";
     write_file_atomically(path, random.text);
@@ -381,9 +384,9 @@ int run(unsigned first, int count, const std::string& robots, const std::string&
     ++wrong;
     std::cout << "seed " << seed << ", called verified: " << fault << "\n" << random.text << "\n";
   }
-  std::cout << count << " tasks from seed " << first << ": " << verified << " verified (" << active
+  std::cout << seeds.taken() << " tasks from seed " << first << ": " << verified << " verified (" << active
             << " with active bounds), " << refused << " refused, " << wrong << " wrong\n";
-  return wrong > 0 || 50 * refused > count ? 1 : 0;
+  return wrong > 0 || 50 * refused > int(seeds.taken()) ? 1 : 0;
 }
 
 }  // namespace
@@ -391,11 +394,11 @@ int run(unsigned first, int count, const std::string& robots, const std::string&
 
 int main(int argc, char** argv) {
   CLI::App app("random tasks, and what their verdicts are worth");
-  int count = 300;
-  unsigned first = 1;
+  double seconds = 60;
+  std::uint64_t first = 1;
   std::string robots, folder;
   app.add_option("robots", robots, "folder of the robots")->required();
-  app.add_option("--count", count, "tasks");
+  app.add_option("--seconds", seconds, "how long")->capture_default_str();
   app.add_option("--first", first, "seed");
   app.add_option("--keep", folder, "folder in which the tasks stay");
   CLI11_PARSE(app, argc, argv);
@@ -404,7 +407,7 @@ int main(int argc, char** argv) {
   if (!keeps)
     folder = (fs::temp_directory_path() / ("dyntape-fuzz-tasks-" + std::to_string(getpid()))).string();
   fs::create_directories(folder);
-  const int status = dyntape::run(first, count, fs::absolute(robots).string(), folder);
+  const int status = dyntape::run(first, seconds, fs::absolute(robots).string(), folder);
   if (!keeps) fs::remove_all(folder);
   return status;
 }

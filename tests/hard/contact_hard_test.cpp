@@ -13,7 +13,7 @@
 #include "../dynamics/random_robots.h"
 #include "every_route.h"
 
-namespace dyntape {
+namespace dyntape::contact_hard_test {
 namespace {
 
 using dynamics::Constraint;
@@ -244,4 +244,4 @@ TEST(Cones, ProjectionsAreFiniteEverywhere) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::contact_hard_test

@@ -21,7 +21,7 @@
 #include "../source_folder.h"
 #include "every_route.h"
 
-namespace dyntape {
+namespace dyntape::control_hard_test {
 namespace {
 
 using dyntape::testing::EveryRoute;
@@ -379,4 +379,4 @@ TEST(Contraction, GradientsDoNotRunBackwards) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::control_hard_test

@@ -15,7 +15,7 @@
 #include "../source_folder.h"
 #include "every_route.h"
 
-namespace dyntape {
+namespace dyntape::dynamics_hard_test {
 namespace {
 
 using dynamics::Model;
@@ -103,4 +103,4 @@ TEST(HardChains, ThreeHundredJoints) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::dynamics_hard_test

@@ -11,7 +11,7 @@
 
 #include "every_route.h"
 
-namespace dyntape {
+namespace dyntape::effects_hard_test {
 namespace {
 
 using dynamics::ContactExponent;
@@ -331,4 +331,4 @@ TEST(EffectUnits, LengthsInAnyUnitAreTheSame) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::effects_hard_test

@@ -11,7 +11,7 @@
 
 #include "edge_cases.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::elementary_codegen_test {
 namespace {
 
 // All cases side by side: each with variables and an output of its own, so that one library holds them.
@@ -116,4 +116,4 @@ INSTANTIATE_TEST_SUITE_P(Levels, GeneratedEdges, ::testing::Values("-O0", "-O3")
                          [](const auto& level) { return std::string(level.param).substr(1); });
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::elementary_codegen_test

@@ -13,7 +13,7 @@
 
 #include "edge_cases.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::elementary_test {
 
 void PrintTo(const EdgeCase& c, std::ostream* out) { *out << c.name; }
 
@@ -130,4 +130,4 @@ std::string legal(const ::testing::TestParamInfo<EdgeCase>& row) {
 INSTANTIATE_TEST_SUITE_P(Cases, Edge, ::testing::ValuesIn(edge_cases()), legal);
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::elementary_test

@@ -12,7 +12,7 @@
 
 #include "every_route.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::lie_hard_test {
 namespace {
 
 using dynamics::JointType;
@@ -289,4 +289,4 @@ TEST_P(Screws, ThereAndBackIsTheIdentity) {
 INSTANTIATE_TEST_SUITE_P(Angles, Screws, ::testing::Values(0.0, 1e-160, 1e-8, 1e-3, 1.0, 3.0), angle_name);
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::lie_hard_test

@@ -11,7 +11,7 @@
 #include "../interface/temporary_cache.h"
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::long_motions_hard_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -306,4 +306,4 @@ TEST(Bounces, EndInFiniteTime) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::long_motions_hard_test

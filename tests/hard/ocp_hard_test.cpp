@@ -11,7 +11,7 @@
 #include <dyntape/interface/control/solve/optimise.h>
 #include "../interface/ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::ocp_hard_test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
@@ -316,4 +316,4 @@ TEST(Threads, ASolveWithinASolveIsRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_hard_test

@@ -17,7 +17,7 @@
 #include "../source_folder.h"
 #include "every_route.h"
 
-namespace dyntape {
+namespace dyntape::robots_hard_test {
 namespace {
 
 using dynamics::JointType;
@@ -413,4 +413,4 @@ INSTANTIATE_TEST_SUITE_P(Of, InUnits,
                          [](const auto& info) { return info.param.name; });
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::robots_hard_test

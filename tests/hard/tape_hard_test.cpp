@@ -10,7 +10,7 @@
 
 #include "every_route.h"
 
-namespace dyntape::testing {
+namespace dyntape::testing::tape_hard_test {
 namespace {
 
 struct Known {
@@ -121,4 +121,4 @@ TEST(WithoutBranches, Atan2AndItsSlopesCompareNothing) {
 }
 
 }  // namespace
-}  // namespace dyntape::testing
+}  // namespace dyntape::testing::tape_hard_test

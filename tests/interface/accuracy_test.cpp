@@ -13,7 +13,7 @@
 #include "../source_folder.h"
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::accuracy_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -185,4 +185,4 @@ TEST(Accuracy, KanesPlateByMidpointsIsToldToBeOff) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::accuracy_test

@@ -16,7 +16,7 @@
 
 #include "ad_function_fixture.h"
 
-namespace dyntape {
+namespace dyntape::ad_function_library_test {
 namespace {
 
 std::string text_of(const std::filesystem::path& file) {
@@ -184,4 +184,4 @@ TEST_F(AdFunctionTest, InTiersAFailingCompilerIsReportedWhenItIsWaitedFor) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ad_function_library_test

@@ -15,7 +15,7 @@
 
 #include "ad_function_fixture.h"
 
-namespace dyntape {
+namespace dyntape::ad_function_test {
 namespace {
 
 TEST_F(AdFunctionTest, ValueJacobianHessianAreThoseOfPaper) {
@@ -413,4 +413,4 @@ TEST_F(AdFunctionTest, NoOutputsAndNoVariables) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ad_function_test

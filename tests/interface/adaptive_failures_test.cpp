@@ -5,7 +5,7 @@
 
 #include "simulated_systems.h"
 
-namespace dyntape {
+namespace dyntape::adaptive_failures_test {
 namespace {
 
 using namespace test;
@@ -94,4 +94,4 @@ TEST(AdaptiveFailures, ATryThatIsRefusedAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::adaptive_failures_test

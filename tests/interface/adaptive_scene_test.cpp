@@ -13,7 +13,7 @@
 #include "../source_folder.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::adaptive_scene_test {
 namespace {
 
 std::string pendulum_text(const std::string& simulation) {
@@ -112,4 +112,4 @@ TEST(AdaptiveScene, TooManyInternalStepsEndTheMotion) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::adaptive_scene_test

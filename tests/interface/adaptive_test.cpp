@@ -14,7 +14,7 @@
 #include "simulated_systems.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::adaptive_test {
 namespace {
 
 using namespace test;
@@ -477,4 +477,4 @@ TEST(Adaptive, Reports) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::adaptive_test

@@ -8,7 +8,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/ocs2/approximation.h>
 
-namespace dyntape {
+namespace dyntape::approximation_test {
 namespace {
 
 TEST(Approximation, ZeroHasTheShapesOfTheContract) {
@@ -78,4 +78,4 @@ TEST(Approximation, PositiveSemiDefiniteOnTheScaleOfTheMatrix) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::approximation_test

@@ -16,7 +16,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::base_parameters_test {
 namespace {
 
 using dynamics::Base;
@@ -270,4 +270,4 @@ TEST(BaseParameters, StaircasesAreTheSameByReflections) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::base_parameters_test

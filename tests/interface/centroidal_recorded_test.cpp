@@ -17,7 +17,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::centroidal_recorded_test {
 namespace {
 
 using dynamics::Base;
@@ -174,4 +174,4 @@ INSTANTIATE_TEST_SUITE_P(Robots, RecordedCentroidal,
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::centroidal_recorded_test

@@ -10,7 +10,7 @@
 #include "message_of.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::centroidal_task_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -180,4 +180,4 @@ TEST(CentroidalPictures, SupportAndCapturePoint) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::centroidal_task_test

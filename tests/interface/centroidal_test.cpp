@@ -18,7 +18,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::centroidal_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -321,4 +321,4 @@ TEST(Centroidal, RefusesWhatIsNoRobotOnItsFeet) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::centroidal_test

@@ -17,7 +17,7 @@
 #include "../dynamics/robot_files.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::centroidal_whole_robot_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -156,4 +156,4 @@ TEST(CentroidalWholeRobot, StandsPushes) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::centroidal_whole_robot_test

@@ -11,7 +11,7 @@
 #include <dyntape/interface/control/sensitivity/checkpoints.h>
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::checkpoints_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -115,4 +115,4 @@ TEST(Checkpoints, RefuseWhatMakesNoSense) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::checkpoints_test

@@ -18,7 +18,7 @@
 
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::collision_shapes_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -144,4 +144,4 @@ TEST_F(CollisionKeys, ADroppedBoxComesToRestOnItsShape) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::collision_shapes_test

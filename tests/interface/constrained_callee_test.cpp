@@ -18,7 +18,7 @@
 #include "callee_derivatives.h"
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::constrained_callee_test {
 namespace {
 
 using dynamics::Base;
@@ -213,4 +213,4 @@ TEST(ConstrainedCallees, JointsOfSeveralCoordinatesAreRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::constrained_callee_test

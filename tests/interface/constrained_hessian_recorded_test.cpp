@@ -22,7 +22,7 @@
 #include "../dynamics/random_robots.h"
 #include "../dynamics/robot_files.h"
 
-namespace dyntape {
+namespace dyntape::constrained_hessian_recorded_test {
 namespace {
 
 using dynamics::Base;
@@ -214,4 +214,4 @@ INSTANTIATE_TEST_SUITE_P(Robots, RecordedConstrainedHessian,
                          ::testing::Values("ur5_tip", "panda_weld", "solo12_two", "solo12_four"));
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::constrained_hessian_recorded_test

@@ -16,7 +16,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::constraints_recorded_test {
 namespace {
 
 using dynamics::Constraint;
@@ -142,4 +142,4 @@ TEST(RecordedConstraints, AnalyticDerivatives) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::constraints_recorded_test

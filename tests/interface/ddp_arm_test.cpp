@@ -12,7 +12,7 @@
 #include "../source_folder.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::ddp_arm_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -76,4 +76,4 @@ TEST(DdpArm, GradientsAreThoseOfDifferences) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ddp_arm_test

@@ -12,7 +12,7 @@
 #include "ocp_problems.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::ddp_batch_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -178,4 +178,4 @@ TEST(DdpBatch, SaysWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ddp_batch_test

@@ -7,7 +7,7 @@
 
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::ddp_gauss_newton_test {
 namespace {
 
 using test::soft_swing_up;
@@ -73,4 +73,4 @@ TEST(DdpGaussNewton, LeavesASaddleHoweverItEnds) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ddp_gauss_newton_test

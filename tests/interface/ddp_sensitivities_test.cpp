@@ -12,7 +12,7 @@
 #include "ocp_problems.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::ddp_sensitivities_test {
 namespace {
 
 using Eigen::Index;
@@ -286,4 +286,4 @@ TEST(DdpSensitivities, OfTheStartAlone) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ddp_sensitivities_test

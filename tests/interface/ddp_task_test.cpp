@@ -6,7 +6,7 @@
 #include <dyntape/interface/run/solve/solve.h>
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::ddp_task_test {
 namespace {
 
 class DdpTasks : public test::TaskText {
@@ -125,4 +125,4 @@ TEST_F(DdpTasks, AStopBeforeTheFirstIterationLeavesNoMotion) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ddp_task_test

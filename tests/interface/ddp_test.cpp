@@ -14,7 +14,7 @@
 #include "ocp_problems.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::ddp_test {
 namespace {
 
 using test::soft_swing_up;
@@ -478,4 +478,4 @@ TEST(Ddp, SaysWhatItDoesNotKnow) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ddp_test

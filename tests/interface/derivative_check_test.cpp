@@ -7,7 +7,7 @@
 
 #include <dyntape/interface/control/nlp/derivative_check.h>
 
-namespace dyntape {
+namespace dyntape::derivative_check_test {
 namespace {
 
 // |x|^2 / 2 + sin(a . x): H = 1 - sin(a . x) a a^T, to the lower triangle of which something may be added.
@@ -83,4 +83,4 @@ TEST(DerivativeCheck, AWrongEntryOfALargeDenseHessianIsNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::derivative_check_test

@@ -11,7 +11,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::effects_in_c_test {
 namespace {
 
 using dynamics::Effects;
@@ -83,4 +83,4 @@ TEST(EffectsInC, JointEffectsCostTheSameInEveryCompany) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::effects_in_c_test

@@ -11,7 +11,7 @@
 
 #include "../dynamics/all_effects.h"
 
-namespace dyntape {
+namespace dyntape::effects_recorded_test {
 namespace {
 
 using namespace dynamics;  // NOLINT: the tests speak its language
@@ -125,4 +125,4 @@ TEST_P(RecordedEffects, VelocityProductsFoldAway) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RecordedEffects, testing::Range(1UL, 7UL));
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::effects_recorded_test

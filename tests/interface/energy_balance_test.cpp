@@ -15,7 +15,7 @@
 #include "../source_folder.h"
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::energy_balance_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -132,4 +132,4 @@ TEST(EnergyBalance, OfAdaptiveStepsIsAsGoodAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::energy_balance_test

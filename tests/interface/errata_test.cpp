@@ -11,7 +11,7 @@
 
 #include <cmath>
 
-namespace dyntape {
+namespace dyntape::errata_test {
 namespace {
 
 // E7: for x' = f(x, theta), Phi(x(T)), mu' = -f_x^T mu, mu(T) = grad Phi, the gradient is PLUS the integral of
@@ -56,4 +56,4 @@ TEST(Errata, ini_syntax_is_not_info) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::errata_test

@@ -9,7 +9,7 @@
 #include <dyntape/autodiff/record/record.h>
 #include <dyntape/interface/control/discretize/evaluation.h>
 
-namespace dyntape {
+namespace dyntape::evaluation_test {
 namespace {
 
 struct Results {
@@ -90,4 +90,4 @@ TEST(Evaluation, ABranchIsLeftAtOnePointOrAtTheEnd) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::evaluation_test

@@ -14,7 +14,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::excitation_test {
 namespace {
 
 using dynamics::Model;
@@ -152,4 +152,4 @@ TEST(Excitation, FaultsAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::excitation_test

@@ -15,7 +15,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::file_kind_test {
 namespace {
 
 const std::string kConfig = test::source_folder() + "/config/";
@@ -66,4 +66,4 @@ TEST(FileKind, ColumnsBetweenSemicolonsAreTold) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::file_kind_test

@@ -8,7 +8,7 @@
 #include <dyntape/interface/control/solve/free_motion.h>
 #include <dyntape/interface/control/solve/optimise.h>
 
-namespace dyntape {
+namespace dyntape::free_motion_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -74,4 +74,4 @@ TEST(FreeMotion, ThereIsNoneWithoutAStartOrWhereItBreaksOff) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::free_motion_test

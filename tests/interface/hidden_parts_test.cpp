@@ -5,7 +5,7 @@
 
 #include <dyntape/interface/run/solve/hidden_parts.h>
 
-namespace dyntape {
+namespace dyntape::hidden_parts_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -54,4 +54,4 @@ TEST(HiddenParts, BonesAreCutWhereTheyGetHidden) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::hidden_parts_test

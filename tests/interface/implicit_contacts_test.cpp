@@ -21,7 +21,7 @@
 #include "../source_folder.h"
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::implicit_contacts_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -176,4 +176,4 @@ TEST(ImplicitContacts, HopperLeavesTheFloorAndLands) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::implicit_contacts_test

@@ -16,7 +16,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::instants_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -256,4 +256,4 @@ TEST(Instants, ATermAtTheStartOfAHorizon) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::instants_test

@@ -11,7 +11,7 @@
 #include <dyntape/interface/control/riccati/interior_point.h>
 #include "recorded_nlp.h"
 
-namespace dyntape {
+namespace dyntape::interior_point_test {
 namespace {
 
 using test::RecordedNlp;
@@ -283,4 +283,4 @@ TEST(InteriorPoint, LimitsEndIt) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::interior_point_test

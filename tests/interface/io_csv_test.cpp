@@ -20,7 +20,7 @@
 #include <random>
 #include <thread>
 
-namespace dyntape::io {
+namespace dyntape::io::io_csv_test {
 namespace {
 
 std::string refusal(const std::string& text) {
@@ -206,4 +206,4 @@ TEST(Csv, columns_stand_side_by_side) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::io_csv_test

@@ -13,7 +13,7 @@
 #include <random>
 #include <sstream>
 
-namespace dyntape::io {
+namespace dyntape::io::io_info_test {
 namespace {
 
 using boost::property_tree::ptree;
@@ -373,4 +373,4 @@ TEST_F(InfoFiles, includes_that_multiply_are_an_error) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::io_info_test

@@ -15,7 +15,7 @@
 #include <dyntape/interface/io/live_line.h>
 #include <dyntape/interface/report/plot/picture.h>
 
-namespace dyntape::io {
+namespace dyntape::io::io_live_line_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -88,4 +88,4 @@ TEST(Draw, EndsWithARequest) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::io_live_line_test

@@ -17,7 +17,7 @@
 #include <set>
 #include <sstream>
 
-namespace dyntape::io {
+namespace dyntape::io::io_picture_test {
 namespace {
 
 class Picture : public ::testing::Test {
@@ -370,4 +370,4 @@ TEST_F(Picture, a_motion_has_equal_axes) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::io_picture_test

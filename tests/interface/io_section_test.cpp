@@ -14,7 +14,7 @@
 #include <functional>
 #include <random>
 
-namespace dyntape::io {
+namespace dyntape::io::io_section_test {
 namespace {
 
 // Reads `text` with `questions` and returns what finish() reports, "" if nothing.
@@ -326,4 +326,4 @@ TEST(Suggest, distance_is_a_metric_on_random_words) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::io_section_test

@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-namespace dyntape::io {
+namespace dyntape::io::io_table_test {
 namespace {
 
 TEST(TextTable, aligns_by_characters) {
@@ -71,4 +71,4 @@ TEST(Facts, are_told_to_people_and_programs_in_order) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::io_table_test

@@ -9,6 +9,7 @@
 
 #include <dyntape/interface/control/ipopt/ipopt.h>
 
+namespace ipopt_test {
 namespace {
 
 using namespace dyntape;
@@ -103,3 +104,5 @@ TEST(Ipopt, WhatCanBeStoppedSolvesAlike) {
 }
 
 }  // namespace
+
+}  // namespace ipopt_test

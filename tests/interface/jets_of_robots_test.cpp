@@ -14,7 +14,7 @@
 #include <dyntape/dynamics/model/detail/configuration.hxx>
 #include "../dynamics/random_robots.h"
 
-namespace dyntape {
+namespace dyntape::jets_of_robots_test {
 namespace {
 
 using namespace dynamics;  // NOLINT: the tests speak its language
@@ -124,4 +124,4 @@ TEST(JetsOfRobots, ComplexStepThroughAChain) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::jets_of_robots_test

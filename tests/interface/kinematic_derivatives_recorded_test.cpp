@@ -17,7 +17,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::kinematic_derivatives_recorded_test {
 namespace {
 
 using dynamics::Base;
@@ -157,4 +157,4 @@ INSTANTIATE_TEST_SUITE_P(Robots, RecordedKinematics,
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::kinematic_derivatives_recorded_test

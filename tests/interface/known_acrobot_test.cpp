@@ -4,7 +4,7 @@
 // multi-start are in tests/full/known_optima.cpp.
 #include "known_problems.h"
 
-namespace dyntape {
+namespace dyntape::known_acrobot_test {
 namespace {
 
 using test::has_digits;
@@ -58,4 +58,4 @@ TEST_P(KnownAcrobot, FromTheLine) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::known_acrobot_test

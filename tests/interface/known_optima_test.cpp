@@ -7,7 +7,7 @@
 #include <dyntape/interface/control/solve/ddp.h>
 #include "known_problems.h"
 
-namespace dyntape {
+namespace dyntape::known_optima_test {
 namespace {
 
 using test::has_digits;
@@ -236,4 +236,4 @@ TEST(KnownSwingUp, DifferentialDynamicProgrammingComesToTheSame) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::known_optima_test

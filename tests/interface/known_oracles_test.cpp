@@ -8,7 +8,7 @@
 #include "../dynamics/robot_files.h"
 #include "known_problems.h"
 
-namespace dyntape {
+namespace dyntape::known_oracles_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -295,4 +295,4 @@ TEST_P(KnownPanda, FamiliesAndStraightTorques) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::known_oracles_test

@@ -12,7 +12,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::large_robot_test {
 namespace {
 
 TEST(LargeRobot, IsCompiledWithinAGigabyte) {
@@ -36,4 +36,4 @@ TEST(LargeRobot, IsCompiledWithinAGigabyte) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::large_robot_test

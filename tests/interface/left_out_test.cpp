@@ -21,7 +21,7 @@
 #include "message_of.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::left_out_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -220,4 +220,4 @@ TEST(PlanarJoints, WrongWordsAreSaid) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::left_out_test

@@ -4,7 +4,7 @@
 #include <dyntape/interface/run/solve/solve.h>
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::limit_at_zero_test {
 namespace {
 
 // A kilogram on a rail that begins at zero, thrown towards its end and back.
@@ -47,4 +47,4 @@ TEST_F(LimitAtZero, BeyondItIsAnExcess) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::limit_at_zero_test

@@ -13,7 +13,7 @@
 #include <dyntape/interface/control/discretize/staged_program.h>
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::mesh_size_test {
 namespace {
 
 // A limit on what the process may have, for a test.
@@ -58,4 +58,4 @@ TEST(Size, OfAProgramIsBounded) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::mesh_size_test

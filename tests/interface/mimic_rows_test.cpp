@@ -20,7 +20,7 @@
 #include "packed.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::mimic_rows_test {
 namespace {
 
 using namespace dynamics;  // NOLINT: the tests speak its language
@@ -424,4 +424,4 @@ TEST(MimicRowsOfFiles, FingersOfThePanda) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::mimic_rows_test

@@ -17,7 +17,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::minverse_product_test {
 namespace {
 
 dynamics::Model<double> robot(const char* name, dynamics::Base base = dynamics::Base::kFloating) {
@@ -86,4 +86,4 @@ TEST(MinverseProduct, GeneratedCodeHasTheBitsOfTheInterpreter) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::minverse_product_test

@@ -18,7 +18,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::model_parameters_test {
 namespace {
 
 using dynamics::Data;
@@ -175,4 +175,4 @@ TEST(ModelParameters, FaultsAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::model_parameters_test

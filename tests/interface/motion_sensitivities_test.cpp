@@ -14,7 +14,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::motion_sensitivities_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -494,4 +494,4 @@ TEST(MotionSensitivities, FlagWhatHasNone) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::motion_sensitivities_test

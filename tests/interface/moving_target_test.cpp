@@ -15,7 +15,7 @@
 #include "../source_folder.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::moving_target_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -166,4 +166,4 @@ TEST_F(MovingTargets, WrongOnesAreNamed) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::moving_target_test

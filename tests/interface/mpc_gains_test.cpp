@@ -17,7 +17,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::mpc_gains_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -255,4 +255,4 @@ TEST(MpcGains, RefusesFeedbackThatIsNone) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::mpc_gains_test

@@ -22,7 +22,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::mpc_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -380,4 +380,4 @@ TEST(Mpc, AnArmFollowsAPlaceThatMoves) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::mpc_test

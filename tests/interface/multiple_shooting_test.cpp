@@ -12,7 +12,7 @@
 #include "known_problems.h"
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::multiple_shooting_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -223,4 +223,4 @@ TEST(MultipleShooting, WhatItDoesNotKnowIsRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::multiple_shooting_test

@@ -10,7 +10,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::not_finite_test {
 namespace {
 
 // A root of what becomes negative on the straight guess from 1 to -1, in the rate of v.
@@ -64,4 +64,4 @@ TEST(NotFinite, IsNamedByEveryMethod) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::not_finite_test

@@ -21,7 +21,7 @@
 #include "../dynamics/robot_files.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::ocp_contacts_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -262,4 +262,4 @@ TEST_F(FloatingTasks, APartOfTheBaseMayBeLeftOpen) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_contacts_test

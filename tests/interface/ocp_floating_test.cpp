@@ -19,7 +19,7 @@
 #include <dyntape/interface/motion/robot_terms.h>
 #include "../dynamics/robot_files.h"
 
-namespace dyntape {
+namespace dyntape::ocp_floating_test {
 namespace {
 
 using dynamics::JointType;
@@ -442,4 +442,4 @@ TEST(FloatingProblems, WhatCannotBeIsSaid) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_floating_test

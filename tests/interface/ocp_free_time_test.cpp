@@ -14,7 +14,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::ocp_free_time_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -298,4 +298,4 @@ TEST(FreeTime, MistakesAreOneSentence) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_free_time_test

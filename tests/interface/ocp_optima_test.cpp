@@ -6,7 +6,7 @@
 #include <dyntape/interface/control/discretize/staged_nlp.h>
 #include "known_problems.h"
 
-namespace dyntape {
+namespace dyntape::ocp_optima_test {
 namespace {
 
 using test::tight;
@@ -61,4 +61,4 @@ TEST_P(Optima, CartPoleSwingUpFromTheStraightLine) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_optima_test

@@ -16,7 +16,7 @@
 #include "ocp_problems.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::ocp_parameters_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -439,4 +439,4 @@ TEST(OcpParameters, ValuesThatFailLaterAreErrorsEverywhere) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_parameters_test

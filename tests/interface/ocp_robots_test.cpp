@@ -18,7 +18,7 @@
 #include <dyntape/interface/motion/robot_problem.h>
 #include "../dynamics/robot_files.h"
 
-namespace dyntape {
+namespace dyntape::ocp_robots_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -301,4 +301,4 @@ TEST(RobotProblem, RefusesWhatItCannotDescribe) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_robots_test

@@ -10,7 +10,7 @@
 #include <dyntape/interface/control/discretize/verify.h>
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::ocp_simulation_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -234,4 +234,4 @@ TEST(RelativeDefects, AreMeasuredByTheKind) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_simulation_test

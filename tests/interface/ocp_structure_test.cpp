@@ -31,7 +31,7 @@ std::atomic<long> allocations{0};
 [[gnu::noinline]] void operator delete(void* p) noexcept { std::free(p); }
 [[gnu::noinline]] void operator delete(void* p, std::size_t) noexcept { std::free(p); }
 
-namespace dyntape {
+namespace dyntape::ocp_structure_test {
 namespace {
 
 // The cart-pole with a term of every kind.
@@ -455,4 +455,4 @@ TEST(Verification, TheMissFallsWithTheFourthPowerOfTheStep) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_structure_test

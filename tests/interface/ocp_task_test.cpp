@@ -15,7 +15,7 @@
 #include "../dynamics/robot_files.h"
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::ocp_task_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -313,4 +313,4 @@ TEST_F(TaskFiles, TheSolveBeginsBeforeItsFunctionsAreCompiled) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_task_test

@@ -11,7 +11,7 @@
 #include <dyntape/interface/control/solve/optimise.h>
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::ocp_units_test {
 namespace {
 
 struct Units {
@@ -383,4 +383,4 @@ TEST(Rounds, ShareTheirLimitsAndTheirLog) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_units_test

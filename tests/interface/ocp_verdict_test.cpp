@@ -16,7 +16,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::ocp_verdict_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -312,4 +312,4 @@ TEST_F(Verdicts, StoppedWhileTheMeshIsRefinedTheCoarserMotionStays) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::ocp_verdict_test

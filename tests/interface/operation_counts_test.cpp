@@ -17,7 +17,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::operation_counts_test {
 namespace {
 
 using dynamics::Base;
@@ -172,4 +172,4 @@ TEST(OperationCounts, ALoopCountsWithWhatItDoes) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::operation_counts_test

@@ -16,7 +16,7 @@
 #include "../dynamics/random_robots.h"
 #include "packed.h"
 
-namespace dyntape {
+namespace dyntape::packed_robot_test {
 namespace {
 
 using namespace dynamics;  // NOLINT: the tests speak its language
@@ -198,4 +198,4 @@ TEST(PackedRobot, RefusesWhatItCannotDo) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::packed_robot_test

@@ -15,7 +15,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::penalties_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -267,4 +267,4 @@ TEST(Penalties, ABarrierHoldsInModelPredictiveControlThroughAPush) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::penalties_test

@@ -19,7 +19,7 @@
 #include "message_of.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::periodic_motion_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -311,4 +311,4 @@ TEST(NextStepOf, ARobotComesBackToItsStart) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::periodic_motion_test

@@ -18,7 +18,7 @@
 #include "../source_folder.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::phases_task_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -364,4 +364,4 @@ TEST_F(PhasesTask, AFootHasThreeCornersOrMoreThatAreApart) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::phases_task_test

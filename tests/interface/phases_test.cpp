@@ -9,7 +9,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::phases_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -312,4 +312,4 @@ TEST(Phases, NamesSayWhichPhase) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::phases_test

@@ -16,7 +16,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::player_test {
 namespace {
 
 using namespace dynamics;
@@ -304,4 +304,4 @@ TEST(PlayerShapes, BoxesHoldTheirShapesTightly) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::player_test

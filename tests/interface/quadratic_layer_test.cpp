@@ -10,7 +10,7 @@
 #include <dyntape/interface/control/sensitivity/quadratic_layer.h>
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::quadratic_layer_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -308,4 +308,4 @@ TEST(QuadraticLayer, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::quadratic_layer_test

@@ -15,7 +15,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::reach_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -76,4 +76,4 @@ TEST(Reach, AFailedSolveSaysFirstThatItsGoalIsBeyond) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::reach_test

@@ -8,7 +8,7 @@
 
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::refused_keys_test {
 namespace {
 
 class RefusedKeys : public test::TaskText {
@@ -100,4 +100,4 @@ TEST_F(RefusedKeys, PseudospectralRowsOfSeveralIntervals) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::refused_keys_test

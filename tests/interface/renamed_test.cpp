@@ -14,7 +14,7 @@
 #include <dyntape/interface/files/task/centroidal_task.h>
 #include <dyntape/interface/files/task/task_keys.h>
 
-namespace dyntape {
+namespace dyntape::renamed_test {
 namespace {
 
 using io::Renamed;
@@ -81,4 +81,4 @@ TEST(Renamed, EveryNameOfTodayIsAKey) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::renamed_test

@@ -8,7 +8,7 @@
 
 #include <dyntape/interface/control/riccati/riccati_kkt.h>
 
-namespace dyntape {
+namespace dyntape::riccati_kkt_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -284,4 +284,4 @@ TEST(RiccatiKkt, ContradictionsAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::riccati_kkt_test

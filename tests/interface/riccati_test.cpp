@@ -8,7 +8,7 @@
 
 #include <dyntape/interface/control/riccati/riccati.h>
 
-namespace dyntape {
+namespace dyntape::riccati_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -185,4 +185,4 @@ TEST(Riccati, MinimaWithinLimitsAreThoseOfTheirActiveSets) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::riccati_test

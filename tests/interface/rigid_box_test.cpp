@@ -5,7 +5,7 @@
 
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::rigid_box_test {
 namespace {
 
 constexpr double kGravity = 9.81;
@@ -70,4 +70,4 @@ TEST(RigidBoxes, ABoxThatAllButRestsDoesNotRattle) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::rigid_box_test

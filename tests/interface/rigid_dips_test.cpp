@@ -11,7 +11,7 @@
 
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::rigid_dips_test {
 namespace {
 
 TEST(GapCurve, HasTheLowestPlaceOfItsCubic) {
@@ -77,4 +77,4 @@ TEST(RigidDips, OfLongStepsAreFoundOrNotDecided) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::rigid_dips_test

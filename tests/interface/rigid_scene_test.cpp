@@ -15,7 +15,7 @@
 #include "../source_folder.h"
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::rigid_scene_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -477,4 +477,4 @@ TEST(RigidScenes, SayWhatIsWrongWithItsPlace) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::rigid_scene_test

@@ -17,7 +17,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::robot_bits_test {
 namespace {
 
 using dynamics::Base;
@@ -89,4 +89,4 @@ INSTANTIATE_TEST_SUITE_P(Robots, RobotBits,
                                          std::pair{"solo12", Base::kFloating}));
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::robot_bits_test

@@ -17,7 +17,7 @@
 #include "../source_folder.h"
 #include "callee_derivatives.h"
 
-namespace dyntape {
+namespace dyntape::robot_callee_test {
 namespace {
 
 using dynamics::Model;
@@ -147,4 +147,4 @@ TEST(RobotCallees, JointsOfSeveralCoordinatesAreRefused) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::robot_callee_test

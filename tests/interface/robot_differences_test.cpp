@@ -7,6 +7,7 @@
 
 #include <dyntape/interface/robot/robot_evaluator.h>
 
+namespace robot_differences_test {
 namespace {
 
 using namespace dyntape;
@@ -64,3 +65,5 @@ TEST(RobotDifferences, AJointOnALineIsMovedByAPartOfWhereItIs) {
 }
 
 }  // namespace
+
+}  // namespace robot_differences_test

@@ -22,7 +22,7 @@
 #include "../source_folder.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::robot_functions_test {
 namespace {
 
 using dynamics::Base;
@@ -422,4 +422,4 @@ TEST(RobotFunctions, NamesCountInputsAndOutputs) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::robot_functions_test

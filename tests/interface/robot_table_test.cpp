@@ -18,7 +18,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::robot_table_test {
 namespace {
 
 using dynamics::Base;
@@ -152,4 +152,4 @@ TEST(RobotTable, FramesAreChosenByName) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::robot_table_test

@@ -15,7 +15,7 @@
 #include "message_of.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::rollout_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -257,4 +257,4 @@ TEST(RollOut, RefusesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::rollout_test

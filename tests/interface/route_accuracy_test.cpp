@@ -19,7 +19,7 @@
 #include "../dynamics/random_robots.h"
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::route_accuracy_test {
 namespace {
 
 using dynamics::Base;
@@ -282,4 +282,4 @@ TEST(RouteAccuracy, ABadConditionIsSaid) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::route_accuracy_test

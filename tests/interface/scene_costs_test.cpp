@@ -12,7 +12,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::scene_costs_test {
 namespace {
 
 using dynamics::Effects;
@@ -126,4 +126,4 @@ TEST(EffectCosts, OfJointEffectsAreLocal) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::scene_costs_test

@@ -18,7 +18,7 @@
 #include "../source_folder.h"
 #include "shipped_scenes.h"
 
-namespace dyntape {
+namespace dyntape::scene_test {
 namespace {
 
 using Eigen::Matrix3d;
@@ -406,4 +406,4 @@ TEST(Scene, HasALagrangianOnlyWithVelocityProducts) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::scene_test

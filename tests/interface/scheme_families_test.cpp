@@ -12,7 +12,7 @@
 #include "known_problems.h"
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::scheme_families_test {
 namespace {
 
 using Eigen::Index;
@@ -310,4 +310,4 @@ TEST(SchemeFamilies, PlansMoveOn) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::scheme_families_test

@@ -11,7 +11,7 @@
 
 #include "../dynamics/random_robots.h"
 
-namespace dyntape::dynamics {
+namespace dyntape::dynamics::second_order_recorded_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -78,4 +78,4 @@ TEST_P(RecordedSecondOrder, IsRecordable) {
 INSTANTIATE_TEST_SUITE_P(Seeds, RecordedSecondOrder, testing::Range(1UL, 7UL));
 
 }  // namespace
-}  // namespace dyntape::dynamics
+}  // namespace dyntape::dynamics::second_order_recorded_test

@@ -16,7 +16,7 @@
 
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::servo_scene_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -147,4 +147,4 @@ TEST(ServoScene, MomentsOfADecayAreIntegrals) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::servo_scene_test

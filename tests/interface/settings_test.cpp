@@ -12,7 +12,7 @@
 #include "../source_folder.h"
 #include "message_of.h"
 
-namespace dyntape {
+namespace dyntape::settings_test {
 namespace {
 
 const std::string kText = R"(solver {
@@ -115,4 +115,4 @@ TEST(Settings, OfATaskAndAScene) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::settings_test

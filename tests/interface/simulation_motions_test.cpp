@@ -7,7 +7,7 @@
 #include "simulated_systems.h"
 #include "temporary_cache.h"
 
-namespace dyntape {
+namespace dyntape::simulation_motions_test {
 namespace {
 
 using namespace test;
@@ -175,4 +175,4 @@ TEST_F(Motions, FloatingRobotKeepsItsMomentum) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::simulation_motions_test

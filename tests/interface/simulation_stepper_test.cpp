@@ -29,7 +29,7 @@ void* malloc(std::size_t size) noexcept {
 }
 #endif
 
-namespace dyntape {
+namespace dyntape::simulation_stepper_test {
 namespace {
 
 using namespace test;
@@ -378,4 +378,4 @@ TEST(Stepper, ReportsWhatWasMade) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::simulation_stepper_test

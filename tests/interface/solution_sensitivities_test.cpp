@@ -12,7 +12,7 @@
 #include "message_of.h"
 #include "recorded_nlp.h"
 
-namespace dyntape {
+namespace dyntape::solution_sensitivities_test {
 namespace {
 
 using Eigen::Vector2d;
@@ -156,4 +156,4 @@ TEST(SolutionSensitivities, RefuseAndFlag) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::solution_sensitivities_test

@@ -8,7 +8,7 @@
 #include <dyntape/interface/control/riccati/riccati.h>
 #include <dyntape/interface/control/solve/stage_secants.h>
 
-namespace dyntape {
+namespace dyntape::stage_secants_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -87,4 +87,4 @@ TEST_F(StageSecantsOf, AreForgottenWhereTheyMislead) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::stage_secants_test

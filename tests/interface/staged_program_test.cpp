@@ -11,7 +11,7 @@
 #include "evaluated.h"
 #include "ocp_problems.h"
 
-namespace dyntape {
+namespace dyntape::staged_program_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -219,4 +219,4 @@ TEST(MultipleShooting, NodesThatMissTheDurationByRoundingMeanTheSame) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::staged_program_test

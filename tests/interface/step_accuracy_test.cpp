@@ -11,7 +11,7 @@
 
 #include "../source_folder.h"
 
-namespace dyntape {
+namespace dyntape::step_accuracy_test {
 namespace {
 
 using dynamics::ConfigurationSpace;
@@ -110,4 +110,4 @@ TEST(StepAccuracy, OfAQuadrupedThatLandsOnItsFeet) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::step_accuracy_test

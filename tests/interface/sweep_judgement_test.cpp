@@ -6,7 +6,7 @@
 
 #include "swept.h"
 
-namespace dyntape {
+namespace dyntape::sweep_judgement_test {
 namespace {
 
 struct Judged {
@@ -92,4 +92,4 @@ TEST(Sweeps, JudgeStiffnessOnTheWay) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::sweep_judgement_test

@@ -11,7 +11,7 @@
 #include "../source_folder.h"
 #include "swept.h"
 
-namespace dyntape {
+namespace dyntape::sweep_numbers_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -379,4 +379,4 @@ TEST(Sweeps, RangesOfParametersHoldForAllNumbers) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::sweep_numbers_test

@@ -14,7 +14,7 @@
 
 #include "swept.h"
 
-namespace dyntape {
+namespace dyntape::sweep_test {
 namespace {
 
 using Eigen::VectorXd;
@@ -195,4 +195,4 @@ TEST(Sweeps, FoldersGoOnRefuseAndForgive) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::sweep_test

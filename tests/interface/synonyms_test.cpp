@@ -7,7 +7,7 @@
 #include <dyntape/interface/files/info/section.h>
 #include <dyntape/interface/files/info/synonyms.h>
 
-namespace dyntape::io {
+namespace dyntape::io::synonyms_test {
 namespace {
 
 TEST(Synonyms, OnlyOfNamesThatAreValid) {
@@ -48,4 +48,4 @@ TEST(Synonyms, OfKeysAndValuesInMessages) {
 }
 
 }  // namespace
-}  // namespace dyntape::io
+}  // namespace dyntape::io::synonyms_test

@@ -12,7 +12,7 @@
 #include "../dynamics/robot_files.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::task_spec_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -134,4 +134,4 @@ TEST(TaskSpecs, EmptyStatesAreOpenAndEmptyWeightsZero) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::task_spec_test

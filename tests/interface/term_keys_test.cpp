@@ -13,7 +13,7 @@
 #include "message_of.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::term_keys_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -355,4 +355,4 @@ TEST_F(TermKeys, StandInTheListOfAllKeys) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::term_keys_test

@@ -13,7 +13,7 @@
 #include "../autodiff/dense.h"
 #include "../dynamics/robot_files.h"
 
-namespace dyntape {
+namespace dyntape::terms_clear_test {
 namespace {
 
 using Eigen::MatrixXd;
@@ -187,4 +187,4 @@ TEST_F(Pairs, ErrorsSayWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::terms_clear_test

@@ -17,7 +17,7 @@
 #include "../source_folder.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::terms_task_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -384,4 +384,4 @@ TEST_F(Places, WhatWasUnderstoodIsATask) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::terms_task_test

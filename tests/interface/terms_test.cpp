@@ -16,7 +16,7 @@
 #include "../autodiff/dense.h"
 #include "../dynamics/robot_files.h"
 
-namespace dyntape {
+namespace dyntape::terms_test {
 namespace {
 
 using dynamics::ReferenceFrame;
@@ -389,4 +389,4 @@ TEST_P(Reaching, FindsNothingOutOfReach) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::terms_test

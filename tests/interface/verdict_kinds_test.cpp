@@ -16,7 +16,7 @@
 #include "ocp_problems.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::verdict_kinds_test {
 namespace {
 
 using test::kInterpreted;
@@ -452,4 +452,4 @@ TEST(Success, IncludesTheVerification) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::verdict_kinds_test

@@ -17,7 +17,7 @@
 #include "ocp_problems.h"
 #include "task_text.h"
 
-namespace dyntape {
+namespace dyntape::whole_body_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -212,4 +212,4 @@ TEST_F(WholeBody, SaysWhatIsWrongWithItsFile) {
 }
 
 }  // namespace
-}  // namespace dyntape
+}  // namespace dyntape::whole_body_test

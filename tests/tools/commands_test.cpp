@@ -14,6 +14,7 @@
 #include "../source_folder.h"
 #include "run.h"
 
+namespace commands_test {
 namespace {
 
 using dyntape::test::config;
@@ -481,3 +482,5 @@ TEST(Study, CommittedPicturesAreThoseOfCommittedTables) {
 }
 
 }  // namespace
+
+}  // namespace commands_test

@@ -11,6 +11,7 @@
 
 #include "run.h"
 
+namespace eval_columns_test {
 namespace {
 
 using dyntape::io::CsvTable;
@@ -129,3 +130,5 @@ TEST(Eval, ADashIsTheStandardInputOrOutput) {
 }
 
 }  // namespace
+
+}  // namespace eval_columns_test

@@ -9,6 +9,7 @@
 
 #include "run.h"
 
+namespace generated_files_test {
 namespace {
 
 using dyntape::test::config;
@@ -81,3 +82,5 @@ int main(void) {
 }
 
 }  // namespace
+
+}  // namespace generated_files_test

@@ -10,6 +10,7 @@
 
 #include "run.h"
 
+namespace help_test {
 namespace {
 
 using dyntape::test::config;
@@ -134,3 +135,5 @@ TEST(Keys, EveryKeyWithWhatItMeans) {
 }
 
 }  // namespace
+
+}  // namespace help_test

@@ -12,6 +12,7 @@
 
 #include "run.h"
 
+namespace identify_test {
 namespace {
 
 using dyntape::test::config;
@@ -140,3 +141,5 @@ TEST(Identify, RefusesWhatItCannotDrive) {
 }
 
 }  // namespace
+
+}  // namespace identify_test

@@ -9,6 +9,8 @@
 using dyntape::test::config;
 using dyntape::test::run_dyntape;
 
+namespace info_test {
+
 TEST(Info, TellsIndicesInJson) {
   const auto run = run_dyntape({"info", config("robots/solo12.urdf"), "--base", "floating", "--json"});
   ASSERT_EQ(run.status, 0) << run.err;
@@ -115,3 +117,5 @@ TEST(Info, ListsLinksAndFoldsNotes) {
   EXPECT_EQ(notes(run.out), 1u) << run.out;
   EXPECT_EQ(notes(run_dyntape({"info", scratch / "arm.urdf", "--verbose"}).out), 5u);
 }
+
+}  // namespace info_test

@@ -11,6 +11,7 @@
 
 #include "run.h"
 
+namespace interruption_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -276,3 +277,5 @@ TEST(Generate, SaysHowLargeTheTextIs) {
 }
 
 }  // namespace
+
+}  // namespace interruption_test

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <random>
 
+namespace quicker_test {
 namespace {
 
 using dyntape::tools::is_quicker;
@@ -34,3 +35,5 @@ TEST(Quicker, NoiseIsNot) {
 }
 
 }  // namespace
+
+}  // namespace quicker_test

@@ -17,6 +17,7 @@
 
 #include "run.h"
 
+namespace refusals_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -354,3 +355,5 @@ TEST(Refusals, NoEmptyFolderIsLeft) {
 }
 
 }  // namespace
+
+}  // namespace refusals_test

@@ -14,6 +14,7 @@
 
 #include "run.h"
 
+namespace result_folders_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -326,3 +327,5 @@ TEST(Pipes, TasksAndScenesComeByThem) {
 }
 
 }  // namespace
+
+}  // namespace result_folders_test

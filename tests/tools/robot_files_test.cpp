@@ -9,6 +9,7 @@
 
 #include "run.h"
 
+namespace robot_files_test {
 namespace {
 
 using dyntape::test::config;
@@ -139,3 +140,5 @@ TEST(TaskFiles, EveryProblemIsToldWithoutTheRobotToo) {
 }
 
 }  // namespace
+
+}  // namespace robot_files_test

@@ -9,6 +9,7 @@
 
 #include "run.h"
 
+namespace simulate_test {
 namespace {
 
 using dyntape::test::config;
@@ -190,3 +191,5 @@ TEST(Simulate, RefusesInASentence) {
 }
 
 }  // namespace
+
+}  // namespace simulate_test

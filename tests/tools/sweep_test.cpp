@@ -13,6 +13,7 @@
 
 #include "run.h"
 
+namespace sweep_test {
 namespace {
 
 using namespace std::chrono_literals;
@@ -253,3 +254,5 @@ TEST(Sweep, RefusesInASentence) {
 }
 
 }  // namespace
+
+}  // namespace sweep_test

@@ -71,7 +71,8 @@ const RegisteredOption& find(Ipopt::IpoptApplication& application, const std::st
   throw ArgumentError("Ipopt has no option " + in_quotes(name) + suggestion(name, names));
 }
 
-[[noreturn]] void refuse(const std::string& name, const std::string& value, const std::string& expected) {
+[[noreturn]] void refuse_value(const std::string& name, const std::string& value,
+                               const std::string& expected) {
   throw ArgumentError("Ipopt's option " + in_quotes(name) + " refuses the value " + in_quotes(value) +
                       ": expected " + expected);
 }
@@ -90,15 +91,16 @@ std::string range(const RegisteredOption& option) {
 
 void set(Ipopt::IpoptApplication& application, const std::string& name, double value) {
   if (std::isfinite(value) && application.Options()->SetNumericValue(name, value)) return;
-  refuse(name, io::shortest(value), range(find(application, name)));
+  refuse_value(name, io::shortest(value), range(find(application, name)));
 }
 
 void set(Ipopt::IpoptApplication& application, const std::string& name, int value) {
   if (application.Options()->SetIntegerValue(name, value)) return;
   const RegisteredOption& option = find(application, name);
-  refuse(name, std::to_string(value),
-         "a whole number" + (option.HasLower() ? " from " + std::to_string(option.LowerInteger()) : "") +
-             (option.HasUpper() ? " to " + std::to_string(option.UpperInteger()) : ""));
+  refuse_value(name, std::to_string(value),
+               "a whole number" +
+                   (option.HasLower() ? " from " + std::to_string(option.LowerInteger()) : "") +
+                   (option.HasUpper() ? " to " + std::to_string(option.UpperInteger()) : ""));
 }
 
 void set(Ipopt::IpoptApplication& application, const std::string& name, const std::string& value) {
@@ -114,7 +116,7 @@ void set(Ipopt::IpoptApplication& application, const std::string& name, const st
 template <class T>
 T parsed(const std::string& name, const std::string& value, const char* expected) {
   const std::optional<T> number = io::parse_number<T>(value);
-  if (!number) refuse(name, value, expected);
+  if (!number) refuse_value(name, value, expected);
   return *number;
 }
 
@@ -133,7 +135,7 @@ void set_by_name(Ipopt::IpoptApplication& application, const std::string& name, 
   if (option.Type() == Ipopt::OT_Number) {
     const double number = parsed<double>(name, value, "a number");
     // Ipopt maximises where it is negative.
-    if (option.Name() == "obj_scaling_factor" && !(number > 0)) refuse(name, value, "a number above 0");
+    if (option.Name() == "obj_scaling_factor" && !(number > 0)) refuse_value(name, value, "a number above 0");
     set(application, name, number);
   } else if (option.Type() == Ipopt::OT_Integer) {
     set(application, name, parsed<int>(name, value, "a whole number"));

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/control/solve/ddp_course.h>
 
-#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 #include <utility>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/control/solve/piece.h>
 #include <dyntape/interface/io/stopwatch.h>
 
@@ -132,11 +132,11 @@ struct DdpCourse::Solve {
     shift = kept;
     if (is_minimum) co_return false;
     const int k = at.failed_stage;
-    const Eigen::SelfAdjointEigenSolver<MatrixXd> own(at.failed);
-    const double curvature = own.eigenvalues()[0];
+    const SymmetricEigen own = symmetric_eigen(at.failed);
+    const double curvature = own.values[0];
     if (!(curvature < 0)) co_return false;
     MatrixXd change = MatrixXd::Zero(at.slopes.size(), options.intervals);
-    change.col(k) = own.eigenvectors().col(0);
+    change.col(k) = own.vectors.col(0);
     work.set_policy(lane, k, change);
     int power = kLongest;
     while (power >= kShortest) {

@@ -18,7 +18,7 @@ struct PathStep {
   std::size_t number;  // among those of this key
 };
 
-[[noreturn]] void refuse(const std::string& option) {
+[[noreturn]] void refuse_option(const std::string& option) {
   throw ArgumentError(kOption + option +
                       ": expected a path of keys, '=' and a value, as in --set horizon.intervals=60");
 }
@@ -42,7 +42,7 @@ std::vector<PathStep> steps_of(const Setting& setting) {
   for (std::size_t begin = 0; begin <= path.size();) {
     const std::size_t end = std::min(path.find('.', begin), path.size());
     std::optional<PathStep> step = read_step(path.substr(begin, end - begin));
-    if (!step) refuse(path + "=" + setting.value);
+    if (!step) refuse_option(path + "=" + setting.value);
     steps.push_back(std::move(*step));
     begin = end + 1;
   }
@@ -83,7 +83,7 @@ std::vector<Setting> settings_of(const std::vector<std::string>& options) {
   std::vector<Setting> settings;
   for (const std::string& option : options) {
     const std::size_t equals = option.find('=');
-    if (equals == std::string::npos || equals == 0) refuse(option);
+    if (equals == std::string::npos || equals == 0) refuse_option(option);
     settings.push_back({option.substr(0, equals), option.substr(equals + 1)});
     steps_of(settings.back());
   }

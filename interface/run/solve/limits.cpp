@@ -18,7 +18,7 @@ using Eigen::VectorXd;
 
 // Of a limit, or of half the range where that is more, as a limit may be zero: the solver widens bounds by 1e-8 and ends within
 // its tolerance.
-constexpr double kBeyond = 1e-6;
+constexpr double kExcessCounted = 1e-6;
 constexpr int kLooks = 8;  // from one point of the mesh to the next
 // Where two bodies may come too near, what they move from one look to the next is at most this share of how far they have
 // to be apart: in passing they then come nearer than any look tells by less than kContact of that.
@@ -44,7 +44,7 @@ struct PlaceLookedAt {
 
 double tolerated(double lower, double upper, double limit, double of_range) {
   const double extent = std::isfinite(upper - lower) ? upper - lower : std::abs(limit);
-  const double of_limit = kBeyond * std::max({std::abs(limit), extent / 2, kBeyond});
+  const double of_limit = kExcessCounted * std::max({std::abs(limit), extent / 2, kExcessCounted});
   return of_range > 0 ? std::max(of_limit, of_range * extent) : of_limit;
 }
 
@@ -148,7 +148,7 @@ void find_contacts(const Task& task, const Trajectory& motion, const PlaceLooked
       resampled(task.problem, motion, times_between(motion, looks_for_contacts(task, motion, even)));
   const MatrixXd between = fine.x.topRows(even.rows());
   for (const Surroundings::Pair& pair : task.around.apart) {
-    const double apart = apart_of(pair), at_points = kLeastGap + kBeyond * apart,
+    const double apart = apart_of(pair), at_points = kLeastGap + kExcessCounted * apart,
                  on_the_way = std::max(at_points, std::min(kContact, looks[1].of_range) * apart);
     const auto worst = [&](const MatrixXd& q, const PlaceLookedAt& look, double tolerance) {
       LimitExcess excess{"clearance", pair.name(), "m", HUGE_VAL, 0, 0};

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <dyntape/interface/system/rigid/rigid_step.h>
 
-#include <Eigen/QR>
 #include <boost/math/tools/toms748_solve.hpp>
 #include <limits>
 
 #include <dyntape/autodiff/error.h>
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/interface/io/number.h>
 #include <dyntape/interface/system/rigid/rigid_dips.h>
 
@@ -32,11 +32,7 @@ struct RigidFailure {
 
 // J^+.  Gaps of several contacts of one body need not be those of any motion of it; what J cannot do would make them slide
 // against each other.  So does what derivatives found elsewhere than J have outside of its range.
-MatrixXd inverse_of_rows(const MatrixXd& J) {
-  Eigen::CompleteOrthogonalDecomposition<MatrixXd> inverse;
-  inverse.setThreshold(1e-9);
-  return inverse.compute(J).pseudoInverse();
-}
+MatrixXd inverse_of_rows(const MatrixXd& J) { return pseudo_inverse(J, 1e-9); }
 
 }  // namespace
 

@@ -14,9 +14,9 @@
 // Source: P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, 3.3 (error-oriented descent).
 #pragma once
 
-#include <Eigen/LU>
 #include <string>
 
+#include <dyntape/autodiff/factorisations.h>
 #include <dyntape/codegen/compiled_function.h>
 
 namespace dyntape {
