@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # A wheel and Debian's package of this build, each installed in a bare Debian 12 that has neither a compiler nor what dyntape is linked with.  There
-# they solve the demo's task, by the package in less than a second, and make a few calls from Python; a package of ROS 2's is linked with the libraries.
+# they solve the demo's task, the package in less than a second, and make a few calls from Python; a package of ROS 2's is linked with the libraries.
 #   packages.sh SOURCE_DIR BUILD_DIR      77: no bare root can be made, or the build is without the Python package
 set -euo pipefail
 source=$1
@@ -60,15 +60,15 @@ echo "packages: the package is installed in $(since "$start"), with what it depe
 inside python3 -c 'import shutil; assert not any(map(shutil.which, ("cc", "gcc", "clang")))'
 python_works
 inside python3 - <<'PYTHON'
-import pathlib, subprocess, time
-seconds = []
-for run in range(3):
-    begin = time.time()
-    subprocess.run(["dyntape", "solve", "/usr/share/dyntape/tasks/arm_around_obstacles.info", "--output", f"/tmp/{run}"], check=True, capture_output=True)
-    seconds.append(time.time() - begin)
-assert all(pathlib.Path(f"/tmp/{run}/{name}").exists() for run in range(3) for name in ("motion.html", "report.json", "trajectory.csv"))
-print("packages: the demo's task is solved in", ", ".join(f"{s:.2f}" for s in seconds), "s, the first time without a cache")
-assert min(seconds) < 1
+import pathlib, resource, subprocess, time
+def processor(): return sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+for run in "without a cache", "again":
+    begin, used = time.time(), processor()
+    subprocess.run(["dyntape", "solve", "/usr/share/dyntape/tasks/arm_around_obstacles.info", "--output", "/tmp/out"], check=True, capture_output=True)
+    seconds, used = time.time() - begin, processor() - used
+    print(f"packages: the demo's task is solved and drawn {run} in {seconds:.2f} s, {used:.2f} s of a processor")
+    assert used < 1  # others at work here make it wait
+for name in "motion.html", "motion.svg", "report.json", "trajectory.csv": assert pathlib.Path("/tmp/out", name).exists(), name
 PYTHON
 
 start=$(date +%s.%N)
