@@ -4,7 +4,7 @@ include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/dyntape)
-install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface dyntape_scalars dyntape_cppad
+install(TARGETS dyntape_options dyntape_native dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions dyntape_codegen dyntape_interface dyntape_scalars dyntape_cppad dyntape_cppad_drop_in
   EXPORT dyntape ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
 # All that is installed whatever else is built.
 add_custom_target(dyntape_libraries DEPENDS dyntape_cli dyntape_common dyntape_autodiff dyntape_dynamics dyntape_precisions

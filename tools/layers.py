@@ -61,6 +61,7 @@ ROOMS = {
     'interface/cppad/nodes': [*AUTODIFF, 'interface/cppad'],
     'interface/cppad/utilities': ['interface/cppad'],
     'interface/cppad/cg': [*AUTODIFF, *GENERATE, 'interface/cppad'],
+    'interface/cppad/drop_in': ['interface/cppad'],
     'interface/report/plot': ['codegen/system', IO],
     'interface/report/player': [*DYNAMICS, 'dynamics/urdf', IO],
     'interface/system': [*AUTODIFF, *DYNAMICS, 'dynamics/simulation', *GENERATE, IO, 'interface/robot'],

@@ -18,7 +18,9 @@
 #include <limits>
 #include <type_traits>
 
-namespace dyntape::cppad {
+#include <dyntape/interface/cppad/vector.h>
+
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 class AD;
@@ -284,4 +286,4 @@ std::istream& operator>>(std::istream& in, AD<Base>& x) {
   return in;
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -25,7 +25,7 @@
 #include <dyntape/interface/cppad/detail/fun.h>
 #include <dyntape/interface/cppad/sparse_calls.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 
@@ -169,7 +169,10 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   Vector Forward(Size q, Size r, const Vector& xq) {
     return made<Vector>(core().forward(q, r, values(xq)));
   }
-  // w (m): weights of the coefficients of order q - 1; (m q): of all, [i q + k].  -> (n q), [j q + k]
+  // The derivatives of the weighted sum W of coefficients by the coefficients x_j^(k) of the variables, (n q); needs Forward to order q - 1.
+  // w (m): W = sum of w[i] y_i^(q - 1), and dw[j q + q - 1 - k] = dW/dx_j^(k): after Forward(1, dx), dw[2 j] is dW/dx_j^(1) and dw[2 j + 1]
+  // entry j of the Hessian of w . y times dx.
+  // w (m q), q > 1: W = sum of w[i q + k] y_i^(k), and dw[j q + k] = dW/dx_j^(k).
   template <class Vector>
   Vector Reverse(Size q, const Vector& w) {
     return made<Vector>(core().reverse(q, values(w)));
@@ -268,4 +271,4 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   std::string name_;
 };
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

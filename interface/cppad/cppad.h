@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// CppAD's vocabulary over the graph of this project: programs written for it change an include and an alias.
+// CppAD's vocabulary over the graph of this project, in namespace CppAD (dyntape::cppad is the same): programs written for it include
+// this header instead, or take it for <cppad/cppad.hpp> as they are (drop_in/drop_in.h).
 //
 //   #include <dyntape/interface/cppad/cppad.h>
-//   namespace CppAD = dyntape::cppad;
 //
 //   std::vector<CppAD::AD<double>> ax{3.0}, ay(1);
 //   CppAD::Independent(ax);

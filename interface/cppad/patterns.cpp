@@ -7,7 +7,7 @@
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/derive/sparsity.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 // 64 variables at a time, a bit each.
 Pattern dependency_pattern(const Function& function) {
@@ -70,6 +70,8 @@ Pattern second_order_pattern(const Function& function, std::size_t range, const 
   return pattern_from_rows(rows, n);
 }
 
+namespace {
+
 bool is_in(const Pattern& pattern, std::size_t row, std::size_t col) {
   const auto from = std::lower_bound(pattern.row.begin(), pattern.row.end(), row),
              to = std::upper_bound(from, pattern.row.end(), row);
@@ -84,9 +86,8 @@ void check_pattern(const char* what, const Pattern& pattern, std::size_t rows, s
          std::to_string(pattern.cols) + ", expected " + std::to_string(rows) + " x " + std::to_string(cols));
 }
 
-void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors) {
+void color_all(const Entries& entries, const Pattern& pattern, bool rows, Colors& colors) {
   const std::size_t n = rows ? pattern.rows : pattern.cols, across = rows ? pattern.cols : pattern.rows;
-  if (colors.color.size() == n) return;
   std::vector<std::vector<std::size_t>> of_line(n), of_cross(across);
   for (std::size_t k = 0; k < pattern.nnz(); ++k) {
     const std::size_t line = rows ? pattern.row[k] : pattern.col[k],
@@ -94,7 +95,7 @@ void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Co
     of_line[line].push_back(cross);
     of_cross[cross].push_back(line);
   }
-  colors = {std::vector<std::size_t>(n, SIZE_MAX), 0};
+  colors = {std::vector<std::size_t>(n, SIZE_MAX), 0, {}};
   std::vector<bool> asked(n, false);
   for (std::size_t e = 0; e < entries.row.size(); ++e) asked[rows ? entries.row[e] : entries.col[e]] = true;
   std::vector<std::size_t> taken_by;  // color: the last line that may not have it
@@ -111,6 +112,21 @@ void color_columns(const Entries& entries, const Pattern& pattern, bool rows, Co
     colors.color[line] = c;
   }
   colors.count = taken_by.size();
+  for (std::size_t e = 0; e < entries.row.size(); ++e)
+    colors.in_pattern.push_back(is_in(pattern, entries.row[e], entries.col[e]));
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace
+
+void color_lines(const char* what, const Entries& entries, const Pattern& pattern, std::size_t n_rows,
+                 std::size_t n_cols, bool rows, Colors& colors) {
+  if (colors.empty()) {
+    check_pattern(what, pattern, n_rows, n_cols);
+    color_all(entries, pattern, rows, colors);
+  } else if (colors.color.size() != (rows ? n_rows : n_cols) ||
+             colors.in_pattern.size() != entries.row.size()) {
+    refuse(std::string(what) + ": work is of a call with other entries, expected work.clear() before it");
+  }
+}
+
+}  // namespace CppAD::inline dyntape_names::detail

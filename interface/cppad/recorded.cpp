@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/error.h>
 #include <dyntape/interface/cppad/detail/tape.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 void refuse(const std::string& sentence) { throw ArgumentError(sentence); }
 void refuse_recording(const std::string& sentence) { throw RecordingError(sentence); }
@@ -318,9 +318,9 @@ DYNTAPE_CPPAD_BASE(double)
 DYNTAPE_CPPAD_BASE(AD<double>)
 DYNTAPE_CPPAD_BASE(AD<AD<double>>)
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 void AD<Base>::abort_recording() {
@@ -332,4 +332,4 @@ template void AD<double>::abort_recording();
 template void AD<AD<double>>::abort_recording();
 template void AD<AD<AD<double>>>::abort_recording();
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

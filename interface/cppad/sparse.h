@@ -14,7 +14,7 @@
 
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 // The order in which entries ascend by the first, then by the second; in sets.cpp.
@@ -124,4 +124,4 @@ class sparse_rcv {
   ValueVector val_;
 };
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -14,11 +14,19 @@
 #include <string>
 #include <utility>
 
-namespace dyntape::cppad {
+// The names stand in CppAD itself, which programs may open and specialise; the namespace in between keeps their symbols apart from
+// those of programs that are compiled with CppAD's own headers.
+namespace CppAD::inline dyntape_names {}
+namespace dyntape {
+namespace cppad = ::CppAD;
+}
+
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
+using namespace ::dyntape;  // this layer is written over its graph
 [[noreturn]] void refuse(const std::string& sentence);
-}
+}  // namespace detail
 
 template <class Type>
 class vector {
@@ -105,6 +113,6 @@ class vector {
 
 using vectorBool = vector<bool>;
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names
 
-#define CPPAD_TESTVECTOR(Scalar) ::dyntape::cppad::vector<Scalar>
+#define CPPAD_TESTVECTOR(Scalar) ::CppAD::vector<Scalar>

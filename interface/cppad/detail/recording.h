@@ -18,7 +18,7 @@ template <class T>
 class SeriesKernel;
 }  // namespace dyntape
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 // A kernel that the user wrote, in series of the types in which functions are evaluated; null: not in this one.
 struct KernelInSeries {
@@ -84,4 +84,4 @@ bool is_recording();
 [[noreturn]] void refuse(const std::string& sentence);            // ArgumentError
 [[noreturn]] void refuse_recording(const std::string& sentence);  // RecordingError
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -12,7 +12,7 @@
 #include <dyntape/autodiff/graph/function.h>
 #include <dyntape/interface/cppad/detail/recording.h>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 struct Tape {
@@ -69,4 +69,4 @@ bool is_captured(const AD<Base>& x) {
   return kind_of(x) != Kind::kConstant || is_captured(x.value());
 }
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -6,7 +6,7 @@
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/interface/cppad/nodes/detail/atomic.hxx>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 namespace {
 
@@ -106,4 +106,4 @@ template class AtomicFunction<float>;
 template class AtomicFunction<double>;
 template class AtomicFunction<AD<double>>;
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -22,7 +22,7 @@
 
 #include <dyntape/interface/cppad/ad_fun.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 enum ad_type_enum { identical_zero_enum, constant_enum, dynamic_enum, variable_enum, number_ad_type_enum };
 
@@ -289,10 +289,10 @@ template <class Base>
 AD<Base> discrete_call(const char* name, Base (*of)(const Base&), const AD<Base>& x);
 }  // namespace detail
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names
 
 // Makes of Base name(const Base&) a function of AD<Base>: steps and tables, whose derivatives are zero.
-#define CPPAD_DISCRETE_FUNCTION(Base, name)                                     \
-  inline ::dyntape::cppad::AD<Base> name(const ::dyntape::cppad::AD<Base>& x) { \
-    return ::dyntape::cppad::detail::discrete_call<Base>(#name, &name, x);      \
+#define CPPAD_DISCRETE_FUNCTION(Base, name)                       \
+  inline ::CppAD::AD<Base> name(const ::CppAD::AD<Base>& x) {     \
+    return ::CppAD::detail::discrete_call<Base>(#name, &name, x); \
   }

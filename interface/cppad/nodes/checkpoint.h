@@ -1,17 +1,73 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Functions that are recorded once and stand in other recordings, statement by statement: equal ones are shared with everything around.
+// Functions that are recorded once and used in other recordings.
 //
 //   checkpoint<double> once("once", algo, ax, ay);       // algo(ax, ay), recorded here
 //   chkpoint_two<double> again(f, "again");              // of a function that there is
 //   once(au, av);                                        // in any recording, or outside
+//
+// A call records the function's statements, so that equal ones are shared with everything around.  Of a function with dynamic parameters it
+// records one node, which takes the parameters of the last new_dynamic() whenever it is evaluated; the checkpoint has to outlive it.
 #pragma once
 
 #include <string>
 
-#include <dyntape/interface/cppad/ad_fun.h>
+#include <dyntape/interface/cppad/nodes/atomic.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
+
+namespace detail {
+
+// A function with dynamic parameters as one node.
+template <class Base>
+class CheckpointCall : public AtomicFunction<Base> {
+ public:
+  CheckpointCall(const ADFun<Base>& f, const std::string& name) : AtomicFunction<Base>(name) { f_ = f; }
+  template <class ADVector>
+  void operator()(const ADVector& ax, ADVector& ay) {
+    this->call_of(0, ax, ay);
+  }
+  ADFun<Base>& function() { return f_; }
+
+ private:
+  template <class S>
+  using Many = vector<S>;
+
+  bool coefficients(std::size_t, std::size_t, std::size_t up, std::size_t, const Many<Base>& tx,
+                    Many<Base>& ty) override {
+    ty = f_.Forward(up, tx);
+    return true;
+  }
+  bool coefficients(std::size_t, std::size_t, std::size_t up, std::size_t, const Many<AD<Base>>& tx,
+                    Many<AD<Base>>& ty) override {
+    ty = f_.base2ad().Forward(up, tx);
+    return true;
+  }
+  bool adjoints(std::size_t, std::size_t up, const Many<Base>& tx, const Many<Base>&, Many<Base>& px,
+                const Many<Base>& py) override {
+    f_.Forward(up, tx);
+    px = f_.Reverse(up + 1, py);
+    return true;
+  }
+  bool adjoints(std::size_t, std::size_t up, const Many<AD<Base>>& tx, const Many<AD<Base>>&,
+                Many<AD<Base>>& px, const Many<AD<Base>>& py) override {
+    auto recorded = f_.base2ad();
+    recorded.Forward(up, tx);
+    px = recorded.Reverse(up + 1, py);
+    return true;
+  }
+  bool dependencies(std::size_t, std::size_t, std::size_t, std::vector<std::size_t>& row,
+                    std::vector<std::size_t>& col) override {
+    const Pattern pattern = f_.core().jacobian_pattern(false);
+    row.assign(pattern.row.begin(), pattern.row.end());
+    col.assign(pattern.col.begin(), pattern.col.end());
+    return true;
+  }
+
+  ADFun<Base> f_;
+};
+
+}  // namespace detail
 
 template <class Base>
 class chkpoint_two {
@@ -21,16 +77,20 @@ class chkpoint_two {
                bool = false)
       : name_(name) {
     f_ = f;
+    if (f_.size_dyn_ind() > 0) call_ = std::make_shared<detail::CheckpointCall<Base>>(f, name);
   }
+  // Parameters of all calls, recorded before or after.
   template <class Vector>
   void new_dynamic(const Vector& p) {
     f_.new_dynamic(p);
+    if (call_) call_->function().new_dynamic(p);
   }
   template <class ADVector>
   void operator()(const ADVector& ax, ADVector& ay) {
     if (std::size_t(ax.size()) != f_.Domain())
       detail::refuse("checkpoint \"" + name_ + "\": got " + std::to_string(ax.size()) +
                      " arguments, expected " + std::to_string(f_.Domain()));
+    if (call_) return (*call_)(ax, ay);
     ADFun<AD<Base>, Base> inlined = f_.base2ad();
     const auto values = inlined.Forward(0, detail::entries_of(ax));
     for (std::size_t i = 0; i < values.size(); ++i) ay[i] = values[i];
@@ -42,6 +102,7 @@ class chkpoint_two {
   chkpoint_two(const std::string& name) : name_(name) {}
   ADFun<Base> f_;
   std::string name_;
+  std::shared_ptr<detail::CheckpointCall<Base>> call_;
 };
 
 template <class Base>
@@ -64,4 +125,4 @@ class checkpoint : public chkpoint_two<Base> {
 template <class Base>
 using chkpoint_one = checkpoint<Base>;
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

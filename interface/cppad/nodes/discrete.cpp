@@ -7,7 +7,7 @@
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/detail/fun.hxx>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 namespace {
 
@@ -94,4 +94,4 @@ AD<Base> discrete_call(const char* name, Base (*of)(const Base&), const AD<Base>
 template AD<float> discrete_call(const char*, float (*)(const float&), const AD<float>&);
 template AD<double> discrete_call(const char*, double (*)(const double&), const AD<double>&);
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail

@@ -16,7 +16,7 @@
 #include <dyntape/interface/cppad/conditions.h>
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Base>
 class VecAD;
@@ -104,4 +104,4 @@ class VecAD {
   vector<S> elements_;
 };
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -13,7 +13,7 @@
 
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 template <class Type, class Vector>
 Type Poly(std::size_t k, const Vector& a, const Type& z) {
@@ -30,23 +30,23 @@ namespace detail {
 inline std::size_t least(std::size_t a, std::size_t b) { return a < b ? a : b; }
 }  // namespace detail
 
-// Trapezoids of halved steps, extrapolated p times.
+// Trapezoids of n step sizes, each half of the one before, extrapolated min(p, n - 1) times.  e: by how much the last step size changed
+// the result, which is by all of it where there is only one.
 template <class Fun, class Float>
 Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::size_t p, Float& e) {
-  if (n <= p)
-    detail::refuse("RombergOne: n is " + std::to_string(n) + ", expected more than p = " + std::to_string(p));
+  if (n == 0 || n < p)
+    detail::refuse("RombergOne: n is " + std::to_string(n) +
+                   ", expected at least 1 and p = " + std::to_string(p));
   vector<Float> row(p + 1);
-  Float step = b - a, trapezoid = (F(a) + F(b)) * step / Float(2);
-  row[0] = trapezoid;
-  Float before = trapezoid;
+  Float step = b - a, before(0);
+  row[0] = (F(a) + F(b)) * step / Float(2);
   for (std::size_t i = 1, intervals = 1; i < n; ++i, intervals *= 2) {
     Float middle(0);
     for (std::size_t k = 0; k < intervals; ++k) middle = middle + F(a + step * Float(double(k) + 0.5));
-    trapezoid = (trapezoid + middle * step) / Float(2);
-    step = step / Float(2);
+    before = row[detail::least(i - 1, p)];
     Float left = row[0], power(4);
-    row[0] = trapezoid;
-    before = row[detail::least(i, p) - (p > 0)];
+    row[0] = (row[0] + middle * step) / Float(2);
+    step = step / Float(2);
     for (std::size_t j = 1; j <= detail::least(i, p); ++j) {
       const Float next = row[j];
       row[j] = row[j - 1] + (row[j - 1] - left) / (power - Float(1));
@@ -54,9 +54,9 @@ Float RombergOne(Fun& F, const Float& a, const Float& b, std::size_t n, std::siz
       power = power * Float(4);
     }
   }
-  const Float apart = row[p] - before;
+  const Float integral = row[detail::least(n - 1, p)], apart = integral - before;
   e = apart < Float(0) ? Float(-apart) : apart;
-  return row[p];
+  return integral;
 }
 
 namespace detail {
@@ -149,4 +149,4 @@ struct thread_alloc {
 template <class Base>
 void parallel_ad() {}
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

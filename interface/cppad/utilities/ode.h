@@ -13,7 +13,7 @@
 #include <dyntape/interface/cppad/utilities/lu.h>
 #include <dyntape/interface/cppad/vector.h>
 
-namespace dyntape::cppad {
+namespace CppAD::inline dyntape_names {
 
 namespace detail {
 
@@ -181,4 +181,4 @@ Vector OdeErrControl(Method& method, const Float& ti, const Float& tf, const Vec
   return x;
 }
 
-}  // namespace dyntape::cppad
+}  // namespace CppAD::inline dyntape_names

@@ -198,7 +198,62 @@ TYPED_TEST(AtomicPrograms, SecondAndHigherOrders) {
   expect_near(f.Hessian(x, std::size_t(0)), {-s * 8, c * 12, c * 12, s * 12});
   f.Forward(0, x), f.Forward(1, DVector{1, 0}), f.Forward(2, DVector{0, 0});
   expect_near(f.Forward(3, DVector{0, 0}), {-c * 8 / 6});
-  expect_near(f.Reverse(3, DVector{1}), {-c * 4, -s * 8, c * 8, -s * 6, c * 12, s * 12});
+  expect_near(f.Reverse(3, DVector{1}), {c * 8, -s * 8, -c * 4, s * 12, c * 12, -s * 6});
+}
+
+// y = x^2 with reverse of first order only, which is all that Reverse(1) needs after Forward(1) and Forward(2).
+class FirstOrderSquare : public CppAD::atomic_three<double> {
+ public:
+  FirstOrderSquare() : CppAD::atomic_three<double>("first_order_square") {}
+  using Types = vector<CppAD::ad_type_enum>;
+  bool forward(const vector<double>&, const Types&, std::size_t, std::size_t, std::size_t up,
+               const vector<double>& tx, vector<double>& ty) override {
+    for (std::size_t k = 0; k <= up; ++k) {
+      ty[k] = 0;
+      for (std::size_t j = 0; j <= k; ++j) ty[k] += tx[j] * tx[k - j];
+    }
+    return true;
+  }
+  bool reverse(const vector<double>&, const Types&, std::size_t up, const vector<double>& tx,
+               const vector<double>&, vector<double>& px, const vector<double>& py) override {
+    px[0] = 2 * tx[0] * py[0];
+    return up == 0;
+  }
+};
+
+TEST(CppadAtomic, ReverseAsksForTheOrdersThatItNeeds) {
+  FirstOrderSquare square;
+  AVector ax{3}, ay(1);
+  Independent(ax);
+  square(ax, ay);
+  ay[0] = ay[0] * 5;
+  ADFun<double> f(ax, ay);
+  f.Forward(1, DVector{2}), f.Forward(2, DVector{0});
+  expect_near(f.Reverse(1, DVector{1}), {30});
+}
+
+// 3 p x^2 of a parameter that changes after the call has been recorded; derivatives in x to third order.
+TEST(CppadCheckpoint, NewParametersReachRecordedCalls) {
+  std::vector<ADouble> x{2}, p{4}, y(1);
+  Independent(x, p);
+  y[0] = p[0] * x[0] * x[0];
+  ADFun<double> inner(x, y);
+  CppAD::chkpoint_two<double> call(inner, "scaled_square");
+  AVector ax{2}, ay(1);
+  Independent(ax);
+  call(ax, ay);
+  ay[0] = 3 * ay[0];
+  ADFun<double> f(ax, ay);
+  expect_near(f.Forward(0, DVector{2}), {48});
+  call.new_dynamic(DVector{5});
+  expect_near(f.Forward(0, DVector{2}), {60});
+  expect_near(f.Jacobian(DVector{2}), {60});
+  expect_near(f.Hessian(DVector{2}, std::size_t(0)), {30});
+  std::vector<ADouble> au{2}, av(1);
+  Independent(au);
+  av[0] = f.base2ad().Jacobian(au)[0];  // 30 x, recorded
+  ADFun<double> slope(au, av);
+  expect_near(slope.Jacobian(DVector{7}), {30});
 }
 
 TYPED_TEST(AtomicPrograms, PatternsCoverIt) {

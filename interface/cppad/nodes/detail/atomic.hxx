@@ -7,7 +7,7 @@
 #include <dyntape/interface/cppad/nodes/atomic.h>
 #include <dyntape/interface/cppad/detail/fun.hxx>
 
-namespace dyntape::cppad::detail {
+namespace CppAD::inline dyntape_names::detail {
 
 template <class Base>
 struct AtomicAt {  // one call of it
@@ -102,4 +102,4 @@ struct AtomicInSeries : KernelInSeries {
   AtomicAt<Base> at;
 };
 
-}  // namespace dyntape::cppad::detail
+}  // namespace CppAD::inline dyntape_names::detail
