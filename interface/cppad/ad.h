@@ -149,7 +149,7 @@ class AD {
 };
 
 template <class Number, class Base>
-concept MixesWith = !std::is_same_v<Number, AD<Base>> && std::convertible_to<const Number&, AD<Base>>;
+concept MixesWith = !std::is_base_of_v<AD<Base>, Number> && std::convertible_to<const Number&, AD<Base>>;
 
 // Functions of <cmath>, of AD and of what mixes with it.
 #define OP(...)

@@ -2,10 +2,12 @@
 #include <dyntape/interface/cppad/detail/patterns.h>
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include <dyntape/autodiff/derive/derive.h>
 #include <dyntape/autodiff/derive/sparsity.h>
+#include <dyntape/autodiff/graph/callee.h>
 
 namespace CppAD::inline dyntape_names::detail {
 
@@ -42,6 +44,78 @@ Pattern rows_of(const Pattern& pattern, std::size_t rows) {
   return first;
 }
 
+namespace {
+
+// Polynomials with the patterns of a kernel in their place: sums of what a result depends on, and of the products of the pairs.  No two
+// coefficients are equal, so that nothing cancels.
+struct KernelStandIns {
+  const Kernels& kernels;
+  double coefficient = 1;
+  Graph graph;
+
+  NodeId term(NodeId x) { return graph.make(Op::Mul, graph.constant(coefficient += 0.37), x); }
+
+  std::vector<NodeId> results(const Callee& callee, const KernelInSeries& kernel,
+                              const std::vector<NodeId>& arguments) {
+    std::vector<NodeId> sums(callee.n_out, graph.constant(0));
+    const auto add = [&](std::size_t i, NodeId x) { sums[i] = graph.make(Op::Add, sums[i], term(x)); };
+    const bool all = callee.pattern.rows == 0;
+    for (std::size_t i = 0; i < callee.n_out; ++i) {
+      std::vector<std::size_t> of_row;
+      for (std::size_t j = 0; j < callee.n_in && all; ++j) of_row.push_back(j);
+      for (std::size_t k = 0; k < callee.pattern.nnz(); ++k) {
+        if (callee.pattern.row[k] == i) of_row.push_back(callee.pattern.col[k]);
+      }
+      for (std::size_t j : of_row) add(i, arguments[j]);
+      Pattern pairs;
+      if (kernel.hessian(i, pairs)) {
+        for (std::size_t k = 0; k < pairs.nnz(); ++k)
+          add(i, graph.make(Op::Mul, arguments[pairs.row[k]], arguments[pairs.col[k]]));
+        continue;
+      }
+      for (std::size_t j : of_row) {
+        for (std::size_t k : of_row) add(i, graph.make(Op::Mul, arguments[j], arguments[k]));
+      }
+    }
+    return sums;
+  }
+};
+
+Function without_kernels(const Function& function, const Kernels& kernels) {
+  KernelStandIns made{kernels, 1, Graph()};
+  const Graph& from = function.graph;
+  std::vector<NodeId> image(from.size());
+  std::map<NodeId, std::vector<NodeId>> of_calls;
+  for (NodeId id = 0; id < from.size(); ++id) {
+    const Node& node = from[id];
+    std::vector<NodeId> arguments;
+    from.for_each_argument(id, [&](NodeId a) { arguments.push_back(image[a]); });
+    if (node.op == Op::Const) {
+      image[id] = made.graph.constant(from.constant_value(id));
+    } else if (node.op == Op::Input) {
+      image[id] = made.graph.input(static_cast<Block>(node.a), node.b);
+    } else if (node.op == Op::Call) {
+      const auto& callee = from.callees()[node.a];
+      const auto kernel = kernels.find(callee.get());
+      of_calls[id] = kernel == kernels.end() ? made.graph.call(callee, arguments)
+                                             : made.results(*callee, *kernel->second, arguments);
+    } else if (node.op == Op::Result) {
+      image[id] = of_calls[node.a][node.b];
+    } else {
+      arguments.resize(3, kNoNode);
+      image[id] = made.graph.make(node.op, arguments[0], arguments[1], arguments[2]);
+    }
+  }
+  Function result;
+  result.name = function.name;
+  result.inputs = function.inputs;
+  result.graph = std::move(made.graph);
+  for (NodeId output : function.outputs) result.outputs.push_back(image[output]);
+  return result;
+}
+
+}  // namespace
+
 Pattern second_order_pattern(const Function& function, std::size_t range, const std::vector<bool>& of_range,
                              const Kernels& kernels) {
   const std::size_t n = function.n_x();
@@ -51,19 +125,10 @@ Pattern second_order_pattern(const Function& function, std::size_t range, const 
     if (of_range[i]) outputs.push_back(i);
   }
   const Function part = select_outputs(function, outputs);
-  const auto enter = [&](std::uint32_t i, std::uint32_t j) { columns[i].insert(j), columns[j].insert(i); };
-  bool derivable = true;
-  for (const auto& callee : part.graph.callees()) derivable = derivable && !kernels.count(callee.get());
-  if (derivable) {
-    const Pattern lower = sparse_hessian(part).pattern;
-    for (std::size_t k = 0; k < lower.nnz(); ++k) enter(lower.row[k], lower.col[k]);
-  } else {
-    const auto rows = columns_of_rows(jacobian_sparsity(part));
-    for (const auto& row : rows) {
-      for (std::uint32_t i : row) {
-        for (std::uint32_t j : row) enter(i, j);
-      }
-    }
+  const Pattern lower = sparse_hessian(kernels.empty() ? part : without_kernels(part, kernels)).pattern;
+  for (std::size_t k = 0; k < lower.nnz(); ++k) {
+    columns[lower.row[k]].insert(lower.col[k]);
+    columns[lower.col[k]].insert(lower.row[k]);
   }
   std::vector<std::vector<std::uint32_t>> rows;
   for (const auto& row : columns) rows.emplace_back(row.begin(), row.end());

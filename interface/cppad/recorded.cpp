@@ -8,9 +8,6 @@
 
 namespace CppAD::inline dyntape_names::detail {
 
-void refuse(const std::string& sentence) { throw ArgumentError(sentence); }
-void refuse_recording(const std::string& sentence) { throw RecordingError(sentence); }
-
 namespace {
 
 Op op_of(Row row) { return static_cast<Op>(row); }

@@ -111,7 +111,16 @@ class vector {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-using vectorBool = vector<bool>;
+// Printed without braces and commas.
+class vectorBool : public vector<bool> {
+ public:
+  using vector<bool>::vector;
+  static std::size_t bit_per_unit() { return 8 * sizeof(bool); }
+  friend std::ostream& operator<<(std::ostream& out, const vectorBool& v) {
+    for (bool b : v) out << b;
+    return out;
+  }
+};
 
 }  // namespace CppAD::inline dyntape_names
 

@@ -14,6 +14,7 @@
 namespace dyntape {
 struct Callee;
 struct Function;
+struct Pattern;
 template <class T>
 class SeriesKernel;
 }  // namespace dyntape
@@ -28,6 +29,8 @@ struct KernelInSeries {
   virtual std::shared_ptr<const SeriesKernel<double>> of(double) const { return nullptr; }
   virtual std::shared_ptr<const SeriesKernel<AD<double>>> of(AD<double>) const { return nullptr; }
   virtual std::shared_ptr<const SeriesKernel<AD<AD<double>>>> of(AD<AD<double>>) const { return nullptr; }
+  // The pattern of the Hessian of result i, both triangles; false: all pairs of what it depends on.
+  virtual bool hessian(std::size_t, Pattern&) const { return false; }
 };
 using Kernels = std::map<const Callee*, std::shared_ptr<const KernelInSeries>>;
 

@@ -19,6 +19,7 @@
 #include <cassert>
 #include <cctype>
 #include <cfloat>
+#include <chrono>
 #include <climits>
 #include <cmath>
 #include <complex>

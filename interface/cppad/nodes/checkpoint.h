@@ -30,37 +30,41 @@ class CheckpointCall : public AtomicFunction<Base> {
   ADFun<Base>& function() { return f_; }
 
  private:
+  using Call = AtomicCall<Base>;
   template <class S>
   using Many = vector<S>;
 
-  bool coefficients(std::size_t, std::size_t, std::size_t up, std::size_t, const Many<Base>& tx,
-                    Many<Base>& ty) override {
+  bool coefficients(const Call&, std::size_t, std::size_t up, const Many<Base>& tx, Many<Base>& ty) override {
     ty = f_.Forward(up, tx);
     return true;
   }
-  bool coefficients(std::size_t, std::size_t, std::size_t up, std::size_t, const Many<AD<Base>>& tx,
+  bool coefficients(const Call&, std::size_t, std::size_t up, const Many<AD<Base>>& tx,
                     Many<AD<Base>>& ty) override {
     ty = f_.base2ad().Forward(up, tx);
     return true;
   }
-  bool adjoints(std::size_t, std::size_t up, const Many<Base>& tx, const Many<Base>&, Many<Base>& px,
+  bool adjoints(const Call&, std::size_t up, const Many<Base>& tx, const Many<Base>&, Many<Base>& px,
                 const Many<Base>& py) override {
     f_.Forward(up, tx);
     px = f_.Reverse(up + 1, py);
     return true;
   }
-  bool adjoints(std::size_t, std::size_t up, const Many<AD<Base>>& tx, const Many<AD<Base>>&,
+  bool adjoints(const Call&, std::size_t up, const Many<AD<Base>>& tx, const Many<AD<Base>>&,
                 Many<AD<Base>>& px, const Many<AD<Base>>& py) override {
     auto recorded = f_.base2ad();
     recorded.Forward(up, tx);
     px = recorded.Reverse(up + 1, py);
     return true;
   }
-  bool dependencies(std::size_t, std::size_t, std::size_t, std::vector<std::size_t>& row,
-                    std::vector<std::size_t>& col) override {
-    const Pattern pattern = f_.core().jacobian_pattern(false);
-    row.assign(pattern.row.begin(), pattern.row.end());
-    col.assign(pattern.col.begin(), pattern.col.end());
+  using Sparsity = sparse_rc<vector<std::size_t>>;
+  bool jacobian_entries(const Call&, Sparsity& pattern) override {
+    to_rc(sets_of(f_.core().jacobian_pattern(false)), false, pattern);
+    return true;
+  }
+  bool hessian_entries(const Call& call, std::size_t i, Sparsity& pattern) override {
+    std::vector<bool> only(call.n_out, false);
+    only[i] = true;
+    to_rc(sets_of(f_.core().hessian_pattern(only)), false, pattern);
     return true;
   }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 //
-// Polynomials, integrals, and the little things that programs around CppAD use.
+// Polynomials, integrals, sorting, and numbers as text.
 //
 //   Poly(k, a, z)                      the k-th derivative of a[0] + a[1] z + ... at z
 //   RombergOne(F, a, b, n, p, e)       the integral of F from a to b by up to 2^(n - 1) intervals; e: an estimate of its error
@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstddef>
+#include <set>
 #include <sstream>
 #include <string>
 
@@ -131,22 +132,12 @@ std::string to_string(const Value& value) {
   return text.str();
 }
 
-// Since the first call.
-double elapsed_seconds();
-
-// Threads need no set-up here, and memory is nobody's pool.
-struct thread_alloc {
-  static void parallel_setup(std::size_t, bool (*)(), std::size_t (*)()) {}
-  static void hold_memory(bool) {}
-  static void free_available(std::size_t) {}
-  static bool free_all() { return true; }
-  static std::size_t num_threads() { return 1; }
-  static std::size_t thread_num() { return 0; }
-  static bool in_parallel() { return false; }
-  static std::size_t inuse(std::size_t) { return 0; }
-  static std::size_t available(std::size_t) { return 0; }
-};
-template <class Base>
-void parallel_ad() {}
+// The elements of either.
+template <class Element>
+std::set<Element> set_union(const std::set<Element>& left, const std::set<Element>& right) {
+  std::set<Element> both = left;
+  both.insert(right.begin(), right.end());
+  return both;
+}
 
 }  // namespace CppAD::inline dyntape_names

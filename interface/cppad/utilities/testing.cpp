@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include <dyntape/interface/cppad/utilities/numeric.h>
+#include <dyntape/interface/cppad/utilities/testing.h>
 
 #include <chrono>
 
