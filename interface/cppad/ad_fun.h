@@ -23,6 +23,7 @@
 
 #include <dyntape/interface/cppad/ad.h>
 #include <dyntape/interface/cppad/detail/fun.h>
+#include <dyntape/interface/cppad/graph/cpp_graph.h>
 #include <dyntape/interface/cppad/sparse_calls.h>
 
 namespace CppAD::inline dyntape_names {
@@ -244,6 +245,24 @@ class ADFun : public detail::SparseCalls<ADFun<Base, RecBase>, Base> {
   ADFun<AD<Base>, RecBase> base2ad() const requires(detail::kIsBase<AD<Base>>) {
     return ADFun<AD<Base>, RecBase>(core().on_recorded());
   }
+
+  // --- CppAD's formats (graph/cpp_graph.h): of ADFun<double>, read by ADFun<AD<double>> too ---
+  void to_graph(cpp_graph& graph) const {
+    detail::write_graph(core().recording(), graph);
+    graph.function_name_set(name_);
+  }
+  // dyn2var, var2dyn: which parameters become variables, and which variables parameters; empty: none.
+  void from_graph(const cpp_graph& graph, const vector<bool>& dyn2var = {},
+                  const vector<bool>& var2dyn = {}) {
+    fun_ = std::make_shared<detail::Fun<Base>>(detail::read_graph<Base>(graph, dyn2var, var2dyn));
+    name_ = graph.function_name_get();
+  }
+  std::string to_json() const {
+    cpp_graph graph;
+    to_graph(graph);
+    return graph.to_json();
+  }
+  void from_json(const std::string& text) { from_graph(cpp_graph::from_json(text)); }
 
   // --- for the layer ---
   detail::Fun<Base>& core() const {

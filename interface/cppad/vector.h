@@ -11,6 +11,7 @@
 #include <initializer_list>
 #include <memory>
 #include <ostream>
+#include <span>
 #include <string>
 #include <utility>
 
@@ -32,8 +33,8 @@ template <class Type>
 class vector {
  public:
   using value_type = Type;
-  using iterator = Type*;
-  using const_iterator = const Type*;
+  using iterator = typename std::span<Type>::iterator;
+  using const_iterator = typename std::span<const Type>::iterator;
 
   vector() = default;
   explicit vector(std::size_t n) { resize(n); }
@@ -57,10 +58,10 @@ class vector {
   bool empty() const { return size_ == 0; }
   Type* data() { return data_.get(); }
   const Type* data() const { return data_.get(); }
-  Type* begin() { return data(); }
-  Type* end() { return data() + size_; }
-  const Type* begin() const { return data(); }
-  const Type* end() const { return data() + size_; }
+  iterator begin() { return std::span<Type>(data(), size_).begin(); }
+  iterator end() { return std::span<Type>(data(), size_).end(); }
+  const_iterator begin() const { return std::span<const Type>(data(), size_).begin(); }
+  const_iterator end() const { return std::span<const Type>(data(), size_).end(); }
   Type& operator[](std::size_t i) { return check(i), data_[i]; }
   const Type& operator[](std::size_t i) const { return check(i), data_[i]; }
 

@@ -34,6 +34,7 @@ struct Tape {
 
   NodeId node(const AD<Base>& x);
   Kind kind(NodeId id);
+  void guard(Op op, const AD<Base>& x, const AD<Base>& y, bool expected, const char* file, int line);
   AD<Base> result(NodeId id, const Base& value);
   NodeId captured_node(const Base& value);
 };

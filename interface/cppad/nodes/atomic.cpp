@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cctype>
+#include <map>
+#include <mutex>
 
 #include <dyntape/autodiff/graph/callee.h>
 #include <dyntape/interface/cppad/nodes/detail/atomic.hxx>
@@ -108,6 +110,47 @@ vector<ad_type_enum> types_of_results(const AtomicAt<Base>& at) {
 
 }  // namespace
 
+namespace {
+
+template <class Base>
+struct NamedAtomics {
+  std::mutex mutex;
+  std::map<std::string, std::vector<AtomicFunction<Base>*>> of_name;
+};
+template <class Base>
+NamedAtomics<Base>& named_atomics() {
+  static auto* const named = new NamedAtomics<Base>;  // outlives static atomic functions
+  return *named;
+}
+
+}  // namespace
+
+template <class Base>
+AtomicFunction<Base>::AtomicFunction(const std::string& name)
+    : name_(name), alive_(std::make_shared<AtomicFunction*>(this)) {
+  const std::scoped_lock lock(named_atomics<Base>().mutex);
+  named_atomics<Base>().of_name[name_].push_back(this);
+}
+
+template <class Base>
+AtomicFunction<Base>::~AtomicFunction() {
+  *alive_ = nullptr;
+  const std::scoped_lock lock(named_atomics<Base>().mutex);
+  std::erase(named_atomics<Base>().of_name[name_], this);
+}
+
+// The last one of this name that lives.
+template <class Base>
+std::vector<AD<Base>> atomic_by_name(const std::string& name, std::size_t call_id,
+                                     const std::vector<AD<Base>>& x, std::size_t m) {
+  std::unique_lock lock(named_atomics<Base>().mutex);
+  const auto& functions = named_atomics<Base>().of_name[name];
+  if (functions.empty()) refuse("there is no atomic function \"" + name + "\"; construct it first");
+  AtomicFunction<Base>& function = *functions.back();
+  lock.unlock();
+  return function.call(call_id, x, m);
+}
+
 // Results that are constants are no nodes, and those that are dynamic come from a call of their own, in which variables are constants.
 template <class Base>
 std::vector<AD<Base>> AtomicFunction<Base>::call(std::size_t call_id, const std::vector<AD<Base>>& x,
@@ -139,6 +182,10 @@ std::vector<AD<Base>> AtomicFunction<Base>::call(std::size_t call_id, const std:
   return results;
 }
 
+template std::vector<AD<double>> atomic_by_name(const std::string&, std::size_t,
+                                                const std::vector<AD<double>>&, std::size_t);
+template std::vector<AD<AD<double>>> atomic_by_name(const std::string&, std::size_t,
+                                                    const std::vector<AD<AD<double>>>&, std::size_t);
 template class AtomicFunction<float>;
 template class AtomicFunction<double>;
 template class AtomicFunction<AD<double>>;

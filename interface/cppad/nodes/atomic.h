@@ -57,11 +57,13 @@ class AtomicFunction {
   using Call = AtomicCall<Base>;
   using Sparsity = sparse_rc<vector<std::size_t>>;
 
-  explicit AtomicFunction(const std::string& name)
-      : name_(name), alive_(std::make_shared<AtomicFunction*>(this)) {}
+  explicit AtomicFunction(const std::string& name);
   AtomicFunction(const AtomicFunction& other) : AtomicFunction(other.name_) {}
   AtomicFunction& operator=(const AtomicFunction&) { return *this; }
-  virtual ~AtomicFunction() { *alive_ = nullptr; }
+  virtual ~AtomicFunction();
+
+  // 4: calls have an id; of 3 and 4 CppAD's graphs have operators.
+  virtual int generation() const { return 3; }
 
   const std::string& atomic_name() const { return name_; }
 
@@ -78,9 +80,10 @@ class AtomicFunction {
   virtual bool jacobian_entries(const Call&, Sparsity&) { return false; }
   virtual bool hessian_entries(const Call&, std::size_t, Sparsity&) { return false; }
 
- protected:
   // y = f(x), recorded where x is.
   std::vector<AD<Base>> call(std::size_t call_id, const std::vector<AD<Base>>& x, std::size_t m);
+
+ protected:
   template <class ADVector>
   void call_of(std::size_t call_id, const ADVector& ax, ADVector& ay) {
     const auto y = call(call_id, entries_of(ax), std::size_t(ay.size()));
@@ -163,6 +166,7 @@ class atomic_four : public detail::AtomicFunction<Base> {
                          reverse(call.id, call.all_in(), up, tx, ty, px, py))
   DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward(call.id, call.all_out(), low, up, tx, ty),
                          reverse(call.id, call.all_in(), up, tx, ty, px, py))
+  int generation() const override { return 4; }
   bool result_types(const Call& call, vector<ad_type_enum>& types) override {
     return for_type(call.id, call.types, types);
   }
@@ -242,9 +246,9 @@ class atomic_three : public detail::AtomicFunction<Base> {
   static vector<bool> moving(const Call& call) {
     return call.which([](ad_type_enum type) { return type == variable_enum; });
   }
-  DYNTAPE_ATOMIC_NUMBERS(Base, forward(values(tx, up), types_of(call), variable_enum, low, up, tx, ty),
+  DYNTAPE_ATOMIC_NUMBERS(Base, forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
                          reverse(values(tx, up), types_of(call), up, tx, ty, px, py))
-  DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward(values(tx, up), types_of(call), variable_enum, low, up, tx, ty),
+  DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward(values(tx, up), types_of(call), number_ad_type_enum, low, up, tx, ty),
                          reverse(values(tx, up), types_of(call), up, tx, ty, px, py))
   bool result_types(const Call& call, Types& types) override {
     return for_type(call.values, types_of(call), types);

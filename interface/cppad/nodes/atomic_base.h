@@ -90,6 +90,7 @@ class atomic_base : public detail::AtomicFunction<Base> {
   DYNTAPE_ATOMIC_NUMBERS(AD<Base>, forward_without_types(call.id, low, up, tx, ty),
                          (set_old(call.id), reverse(up, tx, ty, px, py)))
 
+  int generation() const override { return 2; }
   static vector<bool> moving(const Call& call) {
     return call.which([](ad_type_enum type) { return type == variable_enum; });
   }

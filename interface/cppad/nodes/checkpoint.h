@@ -81,20 +81,20 @@ class chkpoint_two {
                bool = false)
       : name_(name) {
     f_ = f;
-    if (f_.size_dyn_ind() > 0) call_ = std::make_shared<detail::CheckpointCall<Base>>(f, name);
+    call_ = std::make_shared<detail::CheckpointCall<Base>>(f, name);  // also by its name, from a graph
   }
   // Parameters of all calls, recorded before or after.
   template <class Vector>
   void new_dynamic(const Vector& p) {
     f_.new_dynamic(p);
-    if (call_) call_->function().new_dynamic(p);
+    call_->function().new_dynamic(p);
   }
   template <class ADVector>
   void operator()(const ADVector& ax, ADVector& ay) {
     if (std::size_t(ax.size()) != f_.Domain())
       detail::refuse("checkpoint \"" + name_ + "\": got " + std::to_string(ax.size()) +
                      " arguments, expected " + std::to_string(f_.Domain()));
-    if (call_) return (*call_)(ax, ay);
+    if (f_.size_dyn_ind() > 0) return (*call_)(ax, ay);
     ADFun<AD<Base>, Base> inlined = f_.base2ad();
     const auto values = inlined.Forward(0, detail::entries_of(ax));
     for (std::size_t i = 0; i < values.size(); ++i) ay[i] = values[i];

@@ -86,7 +86,7 @@ void OdeGear(Fun& F, std::size_t m, std::size_t n, const Vector& T, Vector& X, V
   }
 }
 
-// Integrates from ti to tf with steps between smin and smax (sini and smax while fewer than M points are there) such that the error stays
+// Integrates from ti to tf with steps between smin and smax (at the start between sini and smax) such that the error stays
 // within eabs + erel maxabs.  ef: the sum of the errors; maxabs: the largest |x|; nstep: steps, those that were tried in vain too.
 template <class Scalar, class Vector, class Fun>
 Vector OdeGearControl(Fun& F, std::size_t M, const Scalar& ti, const Scalar& tf, const Vector& xi,
@@ -102,14 +102,15 @@ Vector OdeGearControl(Fun& F, std::size_t M, const Scalar& ti, const Scalar& tf,
   T[0] = ti;
   nstep = 0;
   Scalar step = sini;
+  bool starts = true;
   for (std::size_t m = 1; T[m - 1] < tf;) {
-    const Scalar least = m < M ? sini : smin, left = tf - T[m - 1];
+    starts = starts && step < smin;  // steps grow from sini: points of very unequal distance have no slopes
+    const Scalar least = starts ? sini : smin, left = tf - T[m - 1];
     step = smaller(smax, larger(least, step));
-    if (left <= step * Scalar(1.001))
-      step = left;
-    else if (left < step * Scalar(2))
-      step = left / Scalar(2);  // no tiny last one
-    T[m] = T[m - 1] + step;
+    const bool last_step = left <= step * Scalar(1.001);
+    if (last_step) step = left;
+    if (!last_step && left < step * Scalar(2)) step = left / Scalar(2);  // no tiny last one
+    T[m] = last_step ? tf : Scalar(T[m - 1] + step);
     OdeGear(F, m, n, T, X, e);
     ++nstep;
     Scalar ratio(4);  // of what is allowed to what there is

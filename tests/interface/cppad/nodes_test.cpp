@@ -201,6 +201,87 @@ TYPED_TEST(AtomicPrograms, SecondAndHigherOrders) {
   expect_near(f.Reverse(3, DVector{1}), {c * 8, -s * 8, -c * 4, s * 12, c * 12, -s * 6});
 }
 
+// An element at a recorded index is taken by every function and operator, on either side.
+TEST(CppadVecAD, ElementsAreRecordedValues) {
+  AVector ax{1, 0.5}, ay(4);
+  Independent(ax);
+  CppAD::VecAD<double> table(2);
+  table[std::size_t(0)] = 0.25, table[std::size_t(1)] = ax[1];
+  ay[0] = sin(table[ax[0]]) + pow(table[ax[0]], 2.0) * 3.0;
+  ay[1] = pow(table[ax[0]], table[ax[0]]) - table[ax[0]] / 2.0;
+  table[ax[0]] *= 4;
+  ay[2] = CondExpLt(ADouble(table[ax[0]]), ADouble(1), ADouble(0), ADouble(1));
+  ay[3] = -table[ax[0]];
+  EXPECT_TRUE(table[ax[0]] > 1.5);
+  ADFun<double> f(ax, ay);
+  expect_near(f.Forward(0, DVector{1, 0.5}), {std::sin(0.5) + 0.75, std::sqrt(0.5) - 0.25, 1, -2});
+  expect_near(f.Forward(0, DVector{0, 0.5}), {std::sin(0.25) + 0.1875, std::pow(0.25, 0.25) - 0.125, 1, -1});
+}
+
+// y = (u2^2, u0 u1): types of the results, and the pattern of the Hessian, by what the function says.
+class Typed : public CppAD::atomic_three<double> {
+ public:
+  Typed() : CppAD::atomic_three<double>("typed") {}
+  using Types = vector<CppAD::ad_type_enum>;
+  bool for_type(const vector<double>&, const Types& x, Types& y) override {
+    y[0] = x[2], y[1] = std::max(x[0], x[1]);
+    return true;
+  }
+  bool forward(const vector<double>&, const Types&, std::size_t need, std::size_t, std::size_t up,
+               const vector<double>& x, vector<double>& y) override {
+    EXPECT_GT(need, std::size_t(CppAD::variable_enum)) << "all results are needed";
+    if (up == 0) y[0] = x[2] * x[2], y[1] = x[0] * x[1];
+    return up == 0;
+  }
+  bool jac_sparsity(const vector<double>&, const Types&, bool, const vector<bool>&, const vector<bool>&,
+                    CppAD::sparse_rc<vector<std::size_t>>& pattern) override {
+    pattern.resize(2, 3, 3);
+    pattern.set(0, 0, 2), pattern.set(1, 1, 0), pattern.set(2, 1, 1);
+    return true;
+  }
+  bool hes_sparsity(const vector<double>&, const Types&, const vector<bool>&, const vector<bool>& y,
+                    CppAD::sparse_rc<vector<std::size_t>>& pattern) override {
+    pattern.resize(3, 3, (y[0] ? 1u : 0u) + (y[1] ? 2u : 0u));
+    if (y[0]) pattern.set(0, 2, 2);
+    if (y[1]) pattern.set(pattern.nnz() - 2, 0, 1), pattern.set(pattern.nnz() - 1, 1, 0);
+    return true;
+  }
+};
+
+TEST(CppadAtomic, ResultsHaveTheTypesThatItSays) {
+  Typed typed;
+  std::vector<ADouble> x{2}, p{3}, y(2);
+  Independent(x, p);
+  typed(std::vector<ADouble>{5, p[0], x[0]}, y);
+  EXPECT_TRUE(Variable(y[0]));
+  EXPECT_TRUE(Dynamic(y[1]));
+  ADFun<double> f(x, y);
+  f.new_dynamic(DVector{7});
+  expect_near(f.Forward(0, DVector{4}), {16, 35});
+  EXPECT_FALSE(f.Parameter(0));
+  EXPECT_TRUE(f.Parameter(1));
+  std::vector<ADouble> u{1}, v(2);
+  Independent(u);
+  typed(std::vector<ADouble>{5, 6, u[0]}, v);
+  EXPECT_TRUE(Constant(v[1]));
+  AD<double>::abort_recording();
+}
+
+TEST(CppadAtomic, HessianPatternIsWhatItSays) {
+  Typed typed;
+  AVector u{1, 2, 3}, y(2);
+  Independent(u);
+  typed(u, y);
+  ADFun<double> f(u, y);
+  CppAD::sparse_rc<Sizes> pattern;
+  f.for_hes_sparsity(vector<bool>{true, true, true}, vector<bool>{true, true}, false, pattern);
+  CppAD::sparse_rc<Sizes> expected(3, 3, 3);
+  expected.set(0, 0, 1), expected.set(1, 1, 0), expected.set(2, 2, 2);
+  EXPECT_TRUE(pattern == expected) << pattern;
+  f.for_hes_sparsity(vector<bool>{true, true, true}, vector<bool>{true, false}, false, pattern);
+  EXPECT_EQ(pattern.nnz(), 1u);
+}
+
 // y = x^2 with reverse of first order only, which is all that Reverse(1) needs after Forward(1) and Forward(2).
 class FirstOrderSquare : public CppAD::atomic_three<double> {
  public:

@@ -139,6 +139,17 @@ TEST_P(KnownSeries, ReverseOfEveryOrder) {
 INSTANTIATE_TEST_SUITE_P(Functions, KnownSeries, testing::ValuesIn(kKnown),
                          [](const auto& info) { return info.param.name; });
 
+// azmul is absolute coefficient by coefficient: of 1 / t at 0 no coefficient is a number, and a zero outweighs them all.
+TEST(CppadSeries, AbsoluteProductsOfPoles) {
+  ADFun<double> f =
+      recorded({1, 1}, [](const AVector& x) -> std::vector<ADouble> { return {azmul(x[0], 1 / x[1])}; });
+  expect_near(f.Forward(0, DVector{0, 0}), {0});
+  expect_near(f.Forward(1, DVector{0, 1}), {0});
+  expect_near(f.Forward(2, DVector{0, 0}), {0});
+  f.Forward(0, DVector{0, 0});
+  EXPECT_EQ(f.Forward(1, DVector{1, 0})[0], kInf) << "x0 has moved";
+}
+
 TEST(CppadSeries, SeveralDirectionsAtOnce) {
   ADFun<double> f = recorded({1, 2}, [](const AVector& x) -> std::vector<ADouble> {
     return {x[0] * x[1] * x[1], sin(x[0])};

@@ -105,6 +105,13 @@ struct AtomicInSeries : KernelInSeries {
     pattern = pattern_of(sets_of(entries, false));
     return true;
   }
+  KernelName called() const override {
+    const auto generation = at.function().generation();
+    return {generation == 4   ? KernelName::kAtomicFour
+            : generation == 3 ? KernelName::kAtomicThree
+                              : KernelName::kOther,
+            at.name, at.call.id};
+  }
   AtomicAt<Base> at;
 };
 
